@@ -1,0 +1,346 @@
+//! A body without Bevy: topology, particles, and the effects that it carries.
+
+use super::{
+    Density, Mass, Particles, Topology,
+    constraint::{
+        Multipliers,
+        grab::Grab,
+        stretch::{self, Stretch},
+        volume::{self, Volume},
+    },
+    contact::{
+        Collide, Ground, StickyGround,
+        collider::{self, Sweep},
+        ground,
+    },
+    particles::first_not_finite,
+    rest::RestTimer,
+    stages,
+    substep::Substep,
+};
+use glam::{Vec3, Vec4};
+use std::sync::Arc;
+
+/// The effects that a body carries; what is absent costs nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Effects {
+    /// Edges resist a change of length.
+    pub stretch: Option<Stretch>,
+    /// Tetrahedra resist a change of volume.
+    pub volume: Option<Volume>,
+    /// A hand holds the body.
+    pub grab: Option<Grab>,
+    /// A ground with friction and bounce.
+    pub ground: Option<Ground>,
+    /// A ground that sticks.
+    pub sticky_ground: Option<StickyGround>,
+    /// Colliders keep the body out.
+    pub collide: Option<Collide>,
+}
+
+/// Where a body went wrong, so that it was taken out of the simulation.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Quarantine {
+    /// The first particle that was not finite.
+    pub particle: usize,
+    /// The stage or effect that made it so.
+    pub stage: &'static str,
+}
+
+/// A soft body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Body {
+    /// What users call it.
+    pub name: String,
+    /// The immutable part, shared with its copies.
+    pub topology: Arc<Topology>,
+    /// The state.
+    pub particles: Particles,
+    /// Mass per measure.
+    pub density: Density,
+    /// Masses on top of that, by particle.
+    pub added_mass: Vec<(u32, Mass)>,
+    /// Particles that do not move.
+    pub pins: Vec<u32>,
+    /// What the body does.
+    pub effects: Effects,
+    /// λ of the edges; empty without stretch.
+    pub stretch_multipliers: Vec<f32>,
+    /// λ of the tetrahedra; empty without volume.
+    pub volume_multipliers: Vec<f32>,
+    /// How long it has been still.
+    pub rest: RestTimer,
+    /// Whether it sleeps.
+    pub asleep: bool,
+    /// Set when the body turned non-finite.
+    pub quarantine: Option<Quarantine>,
+    /// Positions at the start of the tick [m].
+    pub tick_start: Vec<Vec4>,
+}
+
+impl Body {
+    /// A body at rest in its rest shape, without effects.
+    #[must_use]
+    pub fn new(name: impl Into<String>, topology: Arc<Topology>, density: Density) -> Self {
+        let particles = Particles::at_rest(topology.rest.iter().copied());
+        let mut body = Self {
+            name: name.into(),
+            tick_start: particles.positions.clone(),
+            particles,
+            topology,
+            density,
+            added_mass: Vec::new(),
+            pins: Vec::new(),
+            effects: Effects::default(),
+            stretch_multipliers: Vec::new(),
+            volume_multipliers: Vec::new(),
+            rest: RestTimer::default(),
+            asleep: false,
+            quarantine: None,
+        };
+        body.update_masses();
+        body
+    }
+
+    /// Brings inverse masses in line with density, added masses and pins. To be called after one
+    /// of them was changed.
+    pub fn update_masses(&mut self) {
+        set_inverse_masses(
+            &mut self.particles.positions,
+            &self.topology,
+            self.density,
+            &self.added_mass,
+            &self.pins,
+        );
+    }
+
+    /// Moves the whole body by `offset` [m].
+    pub fn translate(&mut self, offset: Vec3) {
+        for x in &mut self.particles.positions {
+            *x += offset.extend(0.0);
+        }
+        self.particles.previous.clone_from(&self.particles.positions);
+        self.tick_start.clone_from(&self.particles.positions);
+    }
+
+    /// Gives every particle that can move the same velocity [m/s].
+    pub fn set_velocity(&mut self, velocity: Vec3) {
+        for (v, x) in self.particles.velocities.iter_mut().zip(&self.particles.positions) {
+            if x.w > 0.0 {
+                *v = velocity.extend(0.0);
+            }
+        }
+    }
+
+    /// Starts a tick: makes room for multipliers, looks at the input, and remembers positions.
+    pub fn begin_tick(&mut self) {
+        let edges = self.effects.stretch.map_or(0, |_| self.topology.edges.ends.len());
+        let tetrahedra = self.effects.volume.map_or(0, |_| self.topology.tetrahedra.corners.len());
+        self.stretch_multipliers.resize(edges, 0.0);
+        self.volume_multipliers.resize(tetrahedra, 0.0);
+        if let Some(particle) = self.particles.first_not_finite() {
+            freeze(&mut self.particles, &self.tick_start);
+            self.quarantine = Some(Quarantine { particle, stage: "input" });
+        }
+        self.tick_start.clone_from(&self.particles.positions);
+    }
+
+    /// First stage.
+    pub fn presolve(&mut self, step: &Substep) {
+        stages::presolve(&mut self.particles, step.h, step.gravity);
+        if let Some(sticky) = &self.effects.sticky_ground {
+            ground::stick(&mut self.particles, sticky);
+        }
+    }
+
+    /// Second stage: one sweep over all constraints, contacts last.
+    pub fn solve(&mut self, step: &Substep, iteration: u32, colliders: &[Sweep]) {
+        for effect in Solved::ORDER {
+            self.solve_effect(effect, step, iteration, colliders);
+        }
+    }
+
+    fn solve_effect(
+        &mut self,
+        effect: Solved,
+        step: &Substep,
+        iteration: u32,
+        colliders: &[Sweep],
+    ) {
+        let Self {
+            topology,
+            particles,
+            effects,
+            ..
+        } = self;
+        let sweep = (iteration, step.iterations, step.is_last());
+        match effect {
+            Solved::Stretch => {
+                if let Some(stretch) = &effects.stretch {
+                    stretch::solve(
+                        &mut particles.positions,
+                        &particles.previous,
+                        &topology.edges,
+                        &topology.rest,
+                        stretch.coefficients(step.h),
+                        Multipliers::of_sweep(&mut self.stretch_multipliers, sweep),
+                    );
+                }
+            }
+            Solved::Volume => {
+                if let Some(volume) = &effects.volume {
+                    volume::solve(
+                        &mut particles.positions,
+                        &particles.previous,
+                        &topology.tetrahedra,
+                        &topology.rest,
+                        volume.coefficients(step.h),
+                        Multipliers::of_sweep(&mut self.volume_multipliers, sweep),
+                    );
+                }
+            }
+            Solved::Grab => {
+                if let Some(grab) = &mut effects.grab {
+                    grab.solve(
+                        &mut particles.positions,
+                        &particles.previous,
+                        step.h,
+                        (step.index, step.count),
+                        iteration,
+                    );
+                }
+            }
+            Solved::Ground => {
+                if let Some(ground) = &effects.ground {
+                    ground::solve(particles, ground, step.h, step.gravity);
+                }
+            }
+            Solved::Collide => {
+                if let Some(collide) = &effects.collide {
+                    for collider in colliders {
+                        collider::solve(particles, collide, collider, step.h, step.gravity);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Third stage. A body that is no longer finite is frozen at its last finite state.
+    pub fn postsolve(&mut self, step: &Substep, colliders: &[Sweep]) {
+        if let Err(particle) = stages::postsolve(&mut self.particles, step.h) {
+            let stage = self.find_stage(step, colliders);
+            let previous = self.particles.previous.clone();
+            freeze(&mut self.particles, &previous);
+            self.quarantine = Some(Quarantine { particle, stage });
+        }
+    }
+
+    /// Ends a tick of `seconds`: falls asleep if it has been still for long enough.
+    pub fn end_tick(&mut self, seconds: f32, settings: &super::rest::SleepSettings) {
+        if self.effects.grab.is_some() {
+            self.rest.reset();
+            if let Some(grab) = &mut self.effects.grab {
+                grab.from = grab.target;
+            }
+            return;
+        }
+        let before = &self.tick_start;
+        if self.rest.observe(before, &self.particles.positions, seconds, settings) {
+            self.asleep = true;
+            self.particles.velocities.fill(Vec4::ZERO);
+        }
+    }
+
+    /// Does a substep that went wrong again, stage by stage, to name the one that did it.
+    #[must_use]
+    pub fn find_stage(&self, step: &Substep, colliders: &[Sweep]) -> &'static str {
+        let mut again = self.clone();
+        let Particles {
+            positions,
+            previous,
+            velocities,
+        } = &mut again.particles;
+        positions.clone_from(previous);
+        for (x, v) in positions.iter_mut().zip(velocities) {
+            *x += *v * step.h;
+        }
+        if first_not_finite(&again.particles.positions).is_some() {
+            return "presolve";
+        }
+        for iteration in 0..step.iterations {
+            for effect in Solved::ORDER {
+                again.solve_effect(effect, step, iteration, colliders);
+                if first_not_finite(&again.particles.positions).is_some() {
+                    return effect.name();
+                }
+            }
+        }
+        "a user's system"
+    }
+}
+
+/// What takes part in the second stage, in its order: what holds the body together, then hands,
+/// then contacts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Solved {
+    Stretch,
+    Volume,
+    Grab,
+    Ground,
+    Collide,
+}
+
+impl Solved {
+    const ORDER: [Self; 5] = [
+        Self::Stretch,
+        Self::Volume,
+        Self::Grab,
+        Self::Ground,
+        Self::Collide,
+    ];
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Stretch => "stretch",
+            Self::Volume => "volume",
+            Self::Grab => "grab",
+            Self::Ground => "ground",
+            Self::Collide => "collide",
+        }
+    }
+}
+
+/// Puts particles back to a state that was finite, at rest.
+pub fn freeze(particles: &mut Particles, finite: &[Vec4]) {
+    particles.positions.copy_from_slice(finite);
+    particles.previous.copy_from_slice(finite);
+    particles.velocities.fill(Vec4::ZERO);
+}
+
+/// Writes 1/m into w: mass from density and added masses [kg], 0 for pins and for particles that
+/// no element gives a mass.
+pub fn set_inverse_masses(
+    positions: &mut [Vec4],
+    topology: &Topology,
+    density: Density,
+    added: &[(u32, Mass)],
+    pins: &[u32],
+) {
+    for (x, measure) in positions.iter_mut().zip(&topology.measure) {
+        x.w = measure * density.get();
+    }
+    for &(particle, mass) in added {
+        if let Some(x) = positions.get_mut(particle as usize) {
+            x.w += mass.get();
+        }
+    }
+    for x in positions.iter_mut() {
+        let inverse = 1.0 / x.w;
+        x.w = if inverse.is_finite() { inverse } else { 0.0 };
+    }
+    for &pin in pins {
+        if let Some(x) = positions.get_mut(pin as usize) {
+            x.w = 0.0;
+        }
+    }
+}

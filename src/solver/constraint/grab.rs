@@ -1,0 +1,173 @@
+//! Grab: a compliant spring from a point of a body to a target, as a hand pulls with a rubber band.
+//!
+//! C = ‖a − t‖ [m] with a = Σ bᵢxᵢ a weighted point of the body, so ∇ᵢC = bᵢ n. The force is
+//! limited, so that no fling, however fast, tears through what holds the body together.
+
+use super::{at, push};
+use crate::solver::{Compliance, Damping, Force};
+use glam::{Vec3, Vec4};
+
+/// A point of a body as a weighted mean of particles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfacePoint {
+    particles: [u32; Self::MOST],
+    weights: [f32; Self::MOST],
+    count: usize,
+}
+
+impl SurfacePoint {
+    /// Particles at most: three corners of a fine triangle, each held by four particles.
+    pub const MOST: usize = 12;
+
+    /// A point from particles and weights; repeated particles are added up, and the weights are
+    /// scaled to a sum of 1. `None` if there are more than [`Self::MOST`] different particles,
+    /// none, or the weights add up to nothing.
+    #[must_use]
+    pub fn new(terms: &[(u32, f32)]) -> Option<Self> {
+        let mut point = Self {
+            particles: [0; Self::MOST],
+            weights: [0.0; Self::MOST],
+            count: 0,
+        };
+        for &(particle, weight) in terms {
+            let known = point.particles[..point.count]
+                .iter()
+                .position(|&p| p == particle);
+            let slot = known.unwrap_or(point.count);
+            if slot == Self::MOST {
+                return None;
+            }
+            point.particles[slot] = particle;
+            point.weights[slot] += weight;
+            point.count = point.count.max(slot + 1);
+        }
+        let sum: f32 = point.weights.iter().sum();
+        if point.count == 0 || !sum.is_finite() || sum.abs() < 1e-6 {
+            return None;
+        }
+        point.weights = point.weights.map(|weight| weight / sum);
+        Some(point)
+    }
+
+    /// Particles and their weights, which sum to 1.
+    pub fn terms(&self) -> impl Iterator<Item = (u32, f32)> {
+        self.particles
+            .into_iter()
+            .zip(self.weights)
+            .take(self.count)
+    }
+
+    /// Where the point is [m].
+    #[must_use]
+    pub fn position(&self, positions: &[Vec4]) -> Vec3 {
+        self.terms().fold(Vec3::ZERO, |sum, (particle, weight)| {
+            sum + at(positions, particle) * weight
+        })
+    }
+
+    /// The particle with the largest weight.
+    #[must_use]
+    pub fn nearest(&self) -> u32 {
+        let (particle, _) = self
+            .terms()
+            .fold((0, f32::NEG_INFINITY), |best, term| {
+                if term.1 > best.1 { term } else { best }
+            });
+        particle
+    }
+
+    /// Whether every particle exists in a body of so many.
+    #[must_use]
+    pub fn fits(&self, particles: usize) -> bool {
+        self.terms().all(|(particle, _)| (particle as usize) < particles)
+    }
+}
+
+/// A body is held at a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grab {
+    /// The point that is held.
+    pub point: SurfacePoint,
+    /// Where it is pulled to at the end of this tick [m].
+    pub target: Vec3,
+    /// Where it was pulled to at the end of the last tick [m]; in between, the target moves
+    /// evenly over the substeps.
+    pub from: Vec3,
+    /// Compliance of the spring [m/N].
+    pub compliance: Compliance,
+    /// Damping τ [s], see the [module](super).
+    pub damping: Damping,
+    /// The spring never pulls harder than this [N].
+    pub max_force: Force,
+    /// λ of the last substep.
+    pub multiplier: f32,
+}
+
+impl Grab {
+    /// A hold on a body of the given mass [kg] under gravity of the given strength [m/s²], that
+    /// sags by a twentieth of the body's size [m] when it carries all of it.
+    ///
+    /// The spring is damped over a quarter of its own period, and pulls at most as hard as fifty
+    /// bodies weigh.
+    #[must_use]
+    pub fn on(point: SurfacePoint, target: Vec3, mass: f32, size: f32, gravity: f32) -> Self {
+        let weight = (mass * gravity.max(1.0)).clamp(1e-12, 1e12);
+        let compliance = (size / 20.0 / weight).clamp(0.0, 1e12);
+        let damping = (0.25 * (compliance * mass).sqrt()).clamp(0.0, 1.0);
+        Self {
+            point,
+            target,
+            from: target,
+            compliance: Compliance::new(compliance).unwrap_or_default(),
+            damping: Damping::new(damping).unwrap_or_default(),
+            max_force: Force::new(50.0 * weight).unwrap_or_default(),
+            multiplier: 0.0,
+        }
+    }
+
+    /// The force that the spring pulls with [N], after a substep of `h` seconds.
+    #[must_use]
+    pub fn force(&self, h: f32) -> f32 {
+        self.multiplier.abs() / (h * h)
+    }
+
+    /// One sweep: substep number `substep` of `substeps`, each `h` seconds long.
+    pub fn solve(
+        &mut self,
+        positions: &mut [Vec4],
+        previous: &[Vec4],
+        h: f32,
+        (substep, substeps): (u32, u32),
+        iteration: u32,
+    ) {
+        if iteration == 0 {
+            self.multiplier = 0.0;
+        }
+        let travel = (self.target - self.from) / substeps as f32;
+        let target = self.from + travel * (substep + 1) as f32;
+        let held = self.point.position(positions);
+        let d = held - target;
+        let distance = d.length();
+        let weight: f32 = self
+            .point
+            .terms()
+            .map(|(particle, b)| b * b * positions[particle as usize].w)
+            .sum();
+        if weight == 0.0 || distance == 0.0 {
+            return;
+        }
+        let direction = d / distance;
+        let alpha = self.compliance.get() / (h * h);
+        let gamma = self.damping.get() / h;
+        let moved = direction.dot(held - self.point.position(previous) - travel);
+        let change = -(distance + alpha * self.multiplier + gamma * moved)
+            / ((1.0 + gamma) * weight + alpha);
+        let limit = self.max_force.get() * h * h;
+        let next = (self.multiplier + change).clamp(-limit, limit);
+        let change = next - self.multiplier;
+        self.multiplier = next;
+        for (particle, b) in self.point.terms() {
+            push(positions, particle, change, direction * b);
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! Rigid colliders, still or moving on a given path, and how a body answers to them.
+
+use super::{ColliderShape, Path, Pose, Response};
+use crate::solver::{Friction, InvalidValue, Particles, Restitution};
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// A rigid shape that bodies with [`Collide`] cannot enter. It is not moved by them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Collider {
+    /// The shape, about its own origin.
+    pub shape: ColliderShape,
+    /// Where it was put.
+    pub start: Pose,
+    /// How it moves from there.
+    pub path: Path,
+}
+
+impl Collider {
+    /// A still collider.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] if a size is not finite and positive.
+    pub fn new(shape: ColliderShape, start: Pose) -> Result<Self, InvalidValue> {
+        Self::moving(shape, start, Path::Still)
+    }
+
+    /// A collider that follows a path.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] if a size is not finite and positive, or the path's numbers make no sense.
+    pub fn moving(shape: ColliderShape, start: Pose, path: Path) -> Result<Self, InvalidValue> {
+        shape.check()?;
+        path.check()?;
+        Ok(Self { shape, start, path })
+    }
+
+    /// Where it is at a time [s].
+    #[must_use]
+    pub fn pose_at(&self, time: f64) -> Pose {
+        self.path.pose(&self.start, time)
+    }
+
+    /// What it does between two times [s].
+    #[must_use]
+    pub fn sweep(&self, from: f64, to: f64) -> Sweep {
+        Sweep {
+            shape: self.shape,
+            from: self.pose_at(from),
+            to: self.pose_at(to),
+        }
+    }
+}
+
+/// The body stays out of colliders.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Collide {
+    /// Coefficient of friction µ; default 0.5.
+    pub friction: Friction,
+    /// Coefficient of restitution e; default 0.
+    pub restitution: Restitution,
+}
+
+/// A collider over one substep.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sweep {
+    /// Its shape.
+    pub shape: ColliderShape,
+    /// Where it was at the start.
+    pub from: Pose,
+    /// Where it is at the end.
+    pub to: Pose,
+}
+
+impl Sweep {
+    /// Whether it moves.
+    #[must_use]
+    pub fn moves(&self) -> bool {
+        self.from != self.to
+    }
+
+    /// Whether it may touch anything in a box, both ends of its way and all between counted.
+    #[must_use]
+    pub fn near(&self, low: Vec3, high: Vec3) -> bool {
+        let reach = Vec3::splat(self.shape.reach());
+        let (a, b) = (self.from.translation, self.to.translation);
+        (a.min(b) - reach).cmple(high).all() && (a.max(b) + reach).cmpge(low).all()
+    }
+}
+
+/// Pushes every particle out of a collider.
+///
+/// The way of a particle is seen from the collider, so that a collider that moves fast, or a
+/// particle that does, is met where it came in, whichever of the two has moved.
+pub fn solve(
+    particles: &mut Particles,
+    collide: &Collide,
+    collider: &Sweep,
+    h: f32,
+    gravity: Vec3,
+) {
+    let response = Response::new(
+        collide.friction.get(),
+        collide.restitution.get(),
+        h,
+        gravity,
+    );
+    let state = particles
+        .positions
+        .iter_mut()
+        .zip(&mut particles.previous)
+        .zip(&particles.velocities);
+    for ((x, p), v) in state {
+        if x.w == 0.0 {
+            continue;
+        }
+        let to = collider.to.undo(x.truncate());
+        let from = collider.from.undo(p.truncate());
+        if let Some(exit) = collider.shape.exit(from, to) {
+            let touched = to + exit.normal * exit.depth;
+            let carried = collider.to.apply(touched) - collider.from.apply(touched);
+            let normal = collider.to.rotation * exit.normal;
+            response.apply(x, p, v.truncate(), normal, exit.depth, carried);
+        }
+    }
+}

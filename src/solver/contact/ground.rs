@@ -1,0 +1,59 @@
+//! A level ground, in two models: one with Coulomb friction and bounce, one that sticks.
+
+use super::Response;
+use crate::solver::{Friction, Particles, Restitution};
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// The body rests on a level ground with friction and bounce.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Default)]
+#[serde(default, deny_unknown_fields)]
+pub struct Ground {
+    /// Height of the ground [m], any finite number; default 0.
+    pub height: f32,
+    /// Coefficient of friction µ; default 0.5.
+    pub friction: Friction,
+    /// Coefficient of restitution e; default 0.
+    pub restitution: Restitution,
+}
+
+/// The body sticks to a level ground where it touches it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Default)]
+#[serde(default, deny_unknown_fields)]
+pub struct StickyGround {
+    /// Height of the ground [m], any finite number; default 0.
+    pub height: f32,
+}
+
+/// Puts every particle that is below ground back onto it.
+pub fn solve(particles: &mut Particles, ground: &Ground, h: f32, gravity: Vec3) {
+    let response = Response::new(
+        ground.friction.get(),
+        ground.restitution.get(),
+        h,
+        gravity,
+    );
+    let state = particles
+        .positions
+        .iter_mut()
+        .zip(&mut particles.previous)
+        .zip(&particles.velocities);
+    for ((x, p), v) in state {
+        if x.y < ground.height && x.w > 0.0 {
+            let depth = ground.height - x.y;
+            response.apply(x, p, v.truncate(), Vec3::Y, depth, Vec3::ZERO);
+            x.y = ground.height;
+        }
+    }
+}
+
+/// In the first stage, after the prediction: a particle below ground goes back to where it was,
+/// at ground level.
+pub fn stick(particles: &mut Particles, ground: &StickyGround) {
+    for (x, p) in particles.positions.iter_mut().zip(&particles.previous) {
+        if x.y < ground.height && x.w > 0.0 {
+            *x = *p;
+            x.y = ground.height;
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! Where a rigid thing is: a rotation and a translation.
+
+use glam::{DMat3, DVec3, Mat3, Vec3};
+
+/// A rotation, then a translation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pose {
+    /// Rotation, orthonormal. A matrix, as glam's quaternions round differently by platform.
+    pub rotation: Mat3,
+    /// Translation [m].
+    pub translation: Vec3,
+}
+
+impl Default for Pose {
+    fn default() -> Self {
+        Self::at(Vec3::ZERO)
+    }
+}
+
+impl Pose {
+    /// Unrotated, at a place [m].
+    #[must_use]
+    pub const fn at(translation: Vec3) -> Self {
+        Self {
+            rotation: Mat3::IDENTITY,
+            translation,
+        }
+    }
+
+    /// From the thing's own frame to the world.
+    #[must_use]
+    pub fn apply(&self, x: Vec3) -> Vec3 {
+        self.rotation * x + self.translation
+    }
+
+    /// From the world to the thing's own frame.
+    #[must_use]
+    pub fn undo(&self, x: Vec3) -> Vec3 {
+        self.rotation.transpose() * (x - self.translation)
+    }
+}
+
+/// Rotation about an axis through the origin by an angle [rad], by the right-hand rule
+/// (Rodrigues). The axis need not have length 1; a zero axis gives no rotation.
+#[must_use]
+pub fn rotation(axis: DVec3, angle: f64) -> DMat3 {
+    let Some(k) = axis.try_normalize() else {
+        return DMat3::IDENTITY;
+    };
+    let (s, c) = (libm::sin(angle), libm::cos(angle));
+    let turn = |x: DVec3| x * c + k.cross(x) * s + k * (k.dot(x) * (1.0 - c));
+    DMat3::from_cols(turn(DVec3::X), turn(DVec3::Y), turn(DVec3::Z))
+}
+
+/// Rotation by angles [°] about x, then y, then z of the world.
+#[must_use]
+pub fn rotation_degrees(angles: Vec3) -> DMat3 {
+    let [x, y, z] = angles.as_dvec3().to_array().map(f64::to_radians);
+    rotation(DVec3::Z, z) * rotation(DVec3::Y, y) * rotation(DVec3::X, x)
+}

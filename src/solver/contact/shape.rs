@@ -1,0 +1,190 @@
+//! Shapes of colliders, in their own frame: where a moving point is pushed out.
+
+use crate::solver::quantity::{InvalidValue, Length};
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// A convex shape about the origin.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum ColliderShape {
+    /// A ball.
+    Sphere {
+        /// Radius [m].
+        radius: f32,
+    },
+    /// A box.
+    Box {
+        /// Full side lengths [m].
+        size: Vec3,
+    },
+    /// A cylinder along y with half balls at its ends.
+    Capsule {
+        /// Radius [m].
+        radius: f32,
+        /// Length of the cylinder without the ends [m].
+        length: f32,
+    },
+}
+
+/// Where a point inside a shape leaves it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Exit {
+    /// Outward normal of the surface there.
+    pub normal: Vec3,
+    /// Distance to go along the normal [m].
+    pub depth: f32,
+}
+
+impl ColliderShape {
+    /// Refuses sizes that are not finite and positive.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the size.
+    pub fn check(&self) -> Result<(), InvalidValue> {
+        let lengths = match *self {
+            Self::Sphere { radius } => vec![radius],
+            Self::Box { size } => size.to_array().to_vec(),
+            Self::Capsule { radius, length } => vec![radius, length],
+        };
+        lengths
+            .into_iter()
+            .try_for_each(|length| Length::new(length).map(|_| ()))
+    }
+
+    /// Radius of a ball about the origin that holds the shape [m].
+    #[must_use]
+    pub fn reach(&self) -> f32 {
+        match *self {
+            Self::Sphere { radius } => radius,
+            Self::Box { size } => size.length() / 2.0,
+            Self::Capsule { radius, length } => radius + length / 2.0,
+        }
+    }
+
+    /// Signed distance of a point to the surface [m], negative inside.
+    #[must_use]
+    pub fn distance(&self, x: Vec3) -> f32 {
+        match *self {
+            Self::Sphere { radius } => x.length() - radius,
+            Self::Box { size } => {
+                let q = x.abs() - size / 2.0;
+                q.max(Vec3::ZERO).length() + q.max_element().min(0.0)
+            }
+            Self::Capsule { radius, length } => (x - on_axis(x, length)).length() - radius,
+        }
+    }
+
+    /// Where a point that went from `from` to `to` during a substep has to leave the shape.
+    ///
+    /// A point that ended inside leaves by the nearest surface, unless that would take it out on
+    /// the far side of where it came in; one that went in and out again between two instants, as
+    /// happens with a fast collider, is brought back to where it went in.
+    #[must_use]
+    pub fn exit(&self, from: Vec3, to: Vec3) -> Option<Exit> {
+        let nearest = (self.distance(to) < 0.0).then(|| self.nearest_exit(to));
+        if let Some(exit) = nearest
+            && (self.distance(from) < 0.0 || exit.normal.dot(to - from) <= 0.0)
+        {
+            return nearest;
+        }
+        let entered = self.entry(from, to).and_then(|entry| {
+            let normal = self.nearest_exit(entry).normal;
+            let depth = normal.dot(entry - to);
+            (depth > 0.0).then_some(Exit { normal, depth })
+        });
+        entered.or(nearest)
+    }
+
+    fn nearest_exit(&self, x: Vec3) -> Exit {
+        match *self {
+            Self::Sphere { radius } => round_exit(x, radius),
+            Self::Capsule { radius, length } => round_exit(x - on_axis(x, length), radius),
+            Self::Box { size } => {
+                let gaps = size / 2.0 - x.abs();
+                let axis = least_axis(gaps);
+                Exit {
+                    normal: axis * if x.dot(axis) < 0.0 { -1.0 } else { 1.0 },
+                    depth: gaps.dot(axis),
+                }
+            }
+        }
+    }
+
+    /// Where a segment that starts outside first meets the surface.
+    fn entry(&self, from: Vec3, to: Vec3) -> Option<Vec3> {
+        let step = to - from;
+        let t = match *self {
+            Self::Sphere { radius } => enter_sphere(from, step, radius),
+            Self::Box { size } => enter_box(from, step, size / 2.0),
+            Self::Capsule { radius, length } => enter_capsule(from, step, radius, length),
+        }?;
+        (0.0..=1.0).contains(&t).then(|| from + step * t)
+    }
+}
+
+/// The point of a capsule's axis nearest to x.
+fn on_axis(x: Vec3, length: f32) -> Vec3 {
+    Vec3::new(0.0, x.y.clamp(-length / 2.0, length / 2.0), 0.0)
+}
+
+/// Out of a ball; a point at its very centre leaves upwards.
+fn round_exit(x: Vec3, radius: f32) -> Exit {
+    let distance = x.length();
+    Exit {
+        normal: if distance > 0.0 { x / distance } else { Vec3::Y },
+        depth: radius - distance,
+    }
+}
+
+fn least_axis(v: Vec3) -> Vec3 {
+    if v.y <= v.x && v.y <= v.z {
+        Vec3::Y
+    } else if v.x <= v.z {
+        Vec3::X
+    } else {
+        Vec3::Z
+    }
+}
+
+/// Smaller root of ‖from + t step‖ = radius.
+fn enter_sphere(from: Vec3, step: Vec3, radius: f32) -> Option<f32> {
+    let a = step.length_squared();
+    let b = from.dot(step);
+    let c = from.length_squared() - radius * radius;
+    let discriminant = b * b - a * c;
+    (a > 0.0 && discriminant >= 0.0 && b < 0.0).then(|| (-b - discriminant.sqrt()) / a)
+}
+
+/// Slabs: the latest of the entries, if it is before the earliest of the exits.
+fn enter_box(from: Vec3, step: Vec3, half: Vec3) -> Option<f32> {
+    let (mut enter, mut leave) = (f32::NEG_INFINITY, f32::INFINITY);
+    for axis in 0..3 {
+        let (x, d, half) = (from[axis], step[axis], half[axis]);
+        if d == 0.0 {
+            if x.abs() > half {
+                return None;
+            }
+        } else {
+            let (t0, t1) = ((-half - x) / d, (half - x) / d);
+            enter = enter.max(t0.min(t1));
+            leave = leave.min(t0.max(t1));
+        }
+    }
+    (enter <= leave).then_some(enter)
+}
+
+/// The cylinder's side, where it is hit between the ends; else the first of the two end balls.
+fn enter_capsule(from: Vec3, step: Vec3, radius: f32, length: f32) -> Option<f32> {
+    let flat = |v: Vec3| Vec3::new(v.x, 0.0, v.z);
+    if let Some(t) = enter_sphere(flat(from), flat(step), radius)
+        && (from.y + t * step.y).abs() <= length / 2.0
+    {
+        return Some(t);
+    }
+    let end = Vec3::new(0.0, length / 2.0, 0.0);
+    [end, -end]
+        .into_iter()
+        .filter_map(|end| enter_sphere(from - end, step, radius))
+        .reduce(f32::min)
+}

@@ -1,0 +1,77 @@
+//! Deformations that put a body into a hard case: squashed, flat, shuffled, mirrored.
+//!
+//! They move the particles that are not pinned and stop them; rest shapes stay as they are.
+
+use super::{Particles, topology::bounds};
+use glam::{Vec3, Vec4};
+use serde::{Deserialize, Serialize};
+
+/// A state to start from, made from the state that is there.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum Deformation {
+    /// Heights above the lowest point scaled by a factor (0 is flat, 1 changes nothing).
+    Squash(f32),
+    /// Every particle anywhere in the bounding box, by a seed.
+    Shuffle(u32),
+    /// Left and right swapped, so that every tetrahedron is inside out.
+    Mirror,
+    /// All distances from the middle scaled by a factor.
+    Scale(f32),
+}
+
+/// Applies a deformation; a factor that is not finite changes nothing.
+pub fn deform(particles: &mut Particles, deformation: Deformation) {
+    let (low, high) = bounds(particles.positions.iter().map(|x| x.truncate()));
+    let middle = (low + high) / 2.0;
+    let mut random = Random::new(match deformation {
+        Deformation::Shuffle(seed) => seed,
+        _ => 0,
+    });
+    for (x, v) in particles.positions.iter_mut().zip(&mut particles.velocities) {
+        let place = x.truncate();
+        let moved = match deformation {
+            Deformation::Squash(factor) if factor.is_finite() => {
+                Vec3::new(place.x, low.y + (place.y - low.y) * factor, place.z)
+            }
+            Deformation::Scale(factor) if factor.is_finite() => {
+                middle + (place - middle) * factor
+            }
+            Deformation::Squash(_) | Deformation::Scale(_) => place,
+            Deformation::Shuffle(_) => {
+                let share = Vec3::new(random.next(), random.next(), random.next());
+                low + (high - low) * share
+            }
+            Deformation::Mirror => Vec3::new(2.0 * middle.x - place.x, place.y, place.z),
+        };
+        if x.w > 0.0 {
+            *x = moved.extend(x.w);
+            *v = Vec4::ZERO;
+        }
+    }
+    particles.previous.clone_from(&particles.positions);
+}
+
+/// Evenly spread numbers from a seed, the same on every machine (SplitMix64, Steele and others
+/// 2014).
+#[derive(Debug, Clone)]
+pub struct Random(u64);
+
+impl Random {
+    /// A sequence for each seed.
+    #[must_use]
+    pub fn new(seed: u32) -> Self {
+        Self(u64::from(seed))
+    }
+
+    /// The next number, from 0 up to but not including 1.
+    #[expect(clippy::should_implement_trait, reason = "an endless sequence, not an iterator")]
+    pub fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^= z >> 31;
+        (z >> 40) as f32 / (1_u32 << 24) as f32
+    }
+}

@@ -1,0 +1,48 @@
+//! The solver: soft bodies by extended position-based dynamics (XPBD).
+//!
+//! Knows no Bevy, no files and no clock. Everything is in metres, kilograms, seconds and newtons.
+//! It keeps one promise above all: the same input gives the same bits on every machine. So it
+//! adds, subtracts, multiplies, divides and takes square roots, which IEEE 754 rounds exactly, and
+//! does nothing else in floating point; sums have a fixed order.
+//!
+//! - [`Topology`] is the immutable part of a body, [`Particles`] its state, [`Body`] both with the
+//!   effects that it carries, and [`World`] steps bodies without Bevy.
+//! - [`stages`], [`constraint`] and [`contact`] are the three stages as plain functions; Bevy
+//!   systems call the same.
+//! - [`reference`](mod@reference) is the method again in f64, to measure errors against.
+
+pub mod body;
+pub mod colouring;
+pub mod constraint;
+pub mod contact;
+pub mod deform;
+mod fit;
+pub mod measure;
+pub mod particles;
+pub mod quantity;
+pub mod reference;
+pub mod rest;
+mod shape;
+pub mod stages;
+mod substep;
+pub mod topology;
+mod world;
+
+pub use body::{Body, Effects, Quarantine};
+pub use constraint::{
+    grab::{Grab, SurfacePoint},
+    stretch::Stretch,
+    volume::Volume,
+};
+pub use contact::{Collide, Collider, ColliderShape, Ground, Path, Pose, StickyGround};
+pub use deform::{Deformation, deform};
+pub use particles::Particles;
+pub use quantity::{
+    Compliance, Damping, Density, Force, Friction, InvalidValue, Iterations, Length, Mass, Rate,
+    Restitution, Stiffness, Substeps,
+};
+pub use rest::SleepSettings;
+pub use shape::RestShape;
+pub use substep::{Settings, Substep};
+pub use topology::{Topology, TopologyError};
+pub use world::{World, sweeps};

@@ -1,0 +1,203 @@
+//! Numbers that have been checked: each type holds a value inside its valid range and nothing else.
+//!
+//! A value is refused where it enters (code, scene file, panel, command line), all through the
+//! same constructors, so the solver may assume that what it is given is sound.
+
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// A value outside the range of the quantity that it was meant for.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{quantity} is {value}, but must be {valid}")]
+pub struct InvalidValue {
+    /// Name of the quantity, as a user knows it.
+    pub quantity: &'static str,
+    /// The refused value.
+    pub value: f64,
+    /// The valid range in words, with its unit.
+    pub valid: &'static str,
+}
+
+/// Refuses a value that is not finite.
+///
+/// # Errors
+/// [`InvalidValue`] for NaN and ±∞.
+pub fn finite(quantity: &'static str, value: f32) -> Result<f32, InvalidValue> {
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(InvalidValue {
+            quantity,
+            value: f64::from(value),
+            valid: "a finite number",
+        })
+    }
+}
+
+macro_rules! quantity {
+    ($(#[$doc:meta])* $name:ident($number:ty), $quantity:literal, default $default:expr, $valid:literal, |$v:ident| $check:expr) => {
+        $(#[$doc])*
+        #[doc = concat!("\n\nValid: ", $valid, ".")]
+        #[derive(Clone, Copy, PartialEq, PartialOrd, Serialize, Deserialize)]
+        #[serde(try_from = "f64", into = "f64")]
+        pub struct $name($number);
+
+        impl $name {
+            /// Checks the value and keeps it.
+            ///
+            /// # Errors
+            #[doc = concat!("[`InvalidValue`] unless the value is ", $valid, ".")]
+            pub fn new(value: $number) -> Result<Self, InvalidValue> {
+                let $v = value;
+                if $check {
+                    Ok(Self(value))
+                } else {
+                    Err(InvalidValue { quantity: $quantity, value: f64::from(value), valid: $valid })
+                }
+            }
+
+            /// The number itself.
+            #[must_use]
+            pub const fn get(self) -> $number {
+                self.0
+            }
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self($default)
+            }
+        }
+
+        impl fmt::Debug for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write!(f, "{:?}", self.0)
+            }
+        }
+
+        impl From<$name> for f64 {
+            fn from(value: $name) -> Self {
+                Self::from(value.0)
+            }
+        }
+    };
+}
+
+/// A whole number that came as a float, as numbers do from files and panels.
+fn whole(quantity: &'static str, value: f64, valid: &'static str) -> Result<u32, InvalidValue> {
+    let rounded = value as u32;
+    if f64::from(rounded) == value {
+        Ok(rounded)
+    } else {
+        Err(InvalidValue {
+            quantity,
+            value,
+            valid,
+        })
+    }
+}
+
+macro_rules! from_float {
+    ($($name:ident),*) => {$(
+        impl TryFrom<f64> for $name {
+            type Error = InvalidValue;
+
+            fn try_from(value: f64) -> Result<Self, InvalidValue> {
+                Self::new(value as f32)
+            }
+        }
+    )*};
+}
+
+macro_rules! from_whole {
+    ($($name:ident, $quantity:literal, $valid:literal);*) => {$(
+        impl TryFrom<f64> for $name {
+            type Error = InvalidValue;
+
+            fn try_from(value: f64) -> Result<Self, InvalidValue> {
+                Self::new(whole($quantity, value, $valid)?)
+            }
+        }
+    )*};
+}
+
+quantity!(
+    /// Compliance α, the inverse of a stiffness: m/N for an edge, m⁵/N for a volume; 0 is rigid.
+    Compliance(f32), "compliance", default 0.0,
+    "between 0 and 1e12 (m/N for an edge, m⁵/N for a volume)", |v| (0.0..=1e12).contains(&v)
+);
+quantity!(
+    /// A stiffness that does not depend on the mesh: EA in N for a rope, K in Pa for a solid;
+    /// ∞ is rigid.
+    Stiffness(f32), "stiffness", default f32::INFINITY,
+    "at least 1e-6 (N or Pa), or inf for rigid", |v| v >= 1e-6
+);
+quantity!(
+    /// Damping as a time τ = αβ in s, see [`constraint`](super::constraint).
+    Damping(f32), "damping", default 0.0, "between 0 and 1000 s", |v| (0.0..=1000.0).contains(&v)
+);
+quantity!(
+    /// Mass per measure of a body: kg/m³ of a solid, kg/m² of a cloth, kg/m of a rope.
+    Density(f32), "density", default 1000.0,
+    "between 1e-9 and 1e9 (kg/m³ for a solid, kg/m² for a cloth, kg/m for a rope)",
+    |v| (1e-9..=1e9).contains(&v)
+);
+quantity!(
+    /// Mass of one particle in kg.
+    Mass(f32), "mass", default 1.0, "between 1e-18 and 1e12 kg", |v| (1e-18..=1e12).contains(&v)
+);
+quantity!(
+    /// Coulomb's coefficient of friction µ, a ratio of forces.
+    Friction(f32), "friction", default 0.5, "between 0 and 100", |v| (0.0..=100.0).contains(&v)
+);
+quantity!(
+    /// Coefficient of restitution e: speed after a bounce over speed before it.
+    Restitution(f32), "restitution", default 0.0, "between 0 and 1", |v| (0.0..=1.0).contains(&v)
+);
+quantity!(
+    /// A length above zero in m.
+    Length(f32), "length", default 1.0, "between 1e-9 and 1e9 m", |v| (1e-9..=1e9).contains(&v)
+);
+quantity!(
+    /// A force limit in N.
+    Force(f32), "force", default f32::INFINITY, "above 0 N (inf for no limit)", |v| v > 0.0
+);
+quantity!(
+    /// Ticks a second.
+    Rate(f64), "rate", default 60.0, "between 0.1 and 1000000 ticks a second",
+    |v| (0.1..=1e6).contains(&v)
+);
+quantity!(
+    /// Substeps a tick.
+    Substeps(u32), "substeps", default 10, "a whole number between 1 and 10000",
+    |v| (1..=10_000).contains(&v)
+);
+quantity!(
+    /// Sweeps over all constraints a substep.
+    Iterations(u32), "iterations", default 1, "a whole number between 1 and 10000",
+    |v| (1..=10_000).contains(&v)
+);
+
+from_float!(
+    Compliance,
+    Stiffness,
+    Damping,
+    Density,
+    Mass,
+    Friction,
+    Restitution,
+    Length,
+    Force
+);
+from_whole!(
+    Substeps, "substeps", "a whole number between 1 and 10000";
+    Iterations, "iterations", "a whole number between 1 and 10000"
+);
+
+impl TryFrom<f64> for Rate {
+    type Error = InvalidValue;
+
+    fn try_from(value: f64) -> Result<Self, InvalidValue> {
+        Self::new(value)
+    }
+}

@@ -1,0 +1,537 @@
+//! The twin: the whole method again, in scalar f64, as plain as a page of a textbook.
+//!
+//! No colours, no lanes, no threads, no care for speed. Errors of the fast solver are measured
+//! against it, and each of its kernels is tested against it. It takes rest values, masses and the
+//! order of constraints from the fast bodies, so that both solve the same equations.
+
+use super::{
+    Settings, SurfacePoint, Topology,
+    contact::{Collider, ColliderShape, Pose},
+};
+use glam::{DMat3, DVec3};
+use std::sync::Arc;
+
+/// Bodies and colliders in f64.
+#[derive(Debug, Clone)]
+pub struct World {
+    /// Gravity, rate, substeps, iterations.
+    pub settings: Settings,
+    /// The bodies.
+    pub bodies: Vec<Body>,
+    /// The colliders.
+    pub colliders: Vec<Collider>,
+    /// Time since the start [s].
+    pub time: f64,
+}
+
+/// A body in f64.
+#[derive(Debug, Clone)]
+pub struct Body {
+    /// Constraints, rest values and rest positions.
+    pub topology: Arc<Topology>,
+    /// Positions x [m].
+    pub x: Vec<DVec3>,
+    /// Positions at the start of the substep p [m].
+    pub p: Vec<DVec3>,
+    /// Velocities v [m/s].
+    pub v: Vec<DVec3>,
+    /// Inverse masses w [1/kg], 0 for pins.
+    pub w: Vec<f64>,
+    /// Edges, if they resist.
+    pub stretch: Option<Elastic>,
+    /// Volumes, if they resist.
+    pub volume: Option<Elastic>,
+    /// A hold, if there is one.
+    pub grab: Option<Hold>,
+    /// Ground, if there is one: height [m], µ, e.
+    pub ground: Option<(f64, f64, f64)>,
+    /// Height of a ground that sticks [m], if there is one.
+    pub sticky_ground: Option<f64>,
+    /// Friction µ and restitution e against colliders, if the body meets them.
+    pub collide: Option<(f64, f64)>,
+    /// λ of the edges.
+    pub stretch_multipliers: Vec<f64>,
+    /// λ of the tetrahedra.
+    pub volume_multipliers: Vec<f64>,
+}
+
+/// An elastic effect: compliance α, a stiffness that does not depend on the mesh, damping τ [s].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Elastic {
+    /// α of each element [m/N or m⁵/N].
+    pub compliance: f64,
+    /// EA [N] or K [Pa]; a rest value (L₀ or V₀) over it is added to α.
+    pub stiffness: f64,
+    /// τ [s].
+    pub damping: f64,
+}
+
+/// A grab.
+#[derive(Debug, Clone, Copy)]
+pub struct Hold {
+    point: SurfacePoint,
+    target: DVec3,
+    from: DVec3,
+    compliance: f64,
+    damping: f64,
+    max_force: f64,
+    multiplier: f64,
+}
+
+/// See the fast solver's constants of the same names.
+const FLOOR: f64 = 0.01;
+const VANISHED: f64 = 1e-4;
+
+impl World {
+    /// The same world in f64. Sleep and quarantine are left out: the twin always steps all.
+    #[must_use]
+    pub fn of(world: &super::World) -> Self {
+        Self {
+            settings: world.settings,
+            bodies: world.bodies.iter().map(Body::of).collect(),
+            colliders: world.colliders.clone(),
+            time: world.time,
+        }
+    }
+
+    /// A tick of 1/rate seconds.
+    pub fn tick(&mut self) {
+        let substeps = self.settings.substeps.get();
+        let h = self.settings.substep_seconds();
+        let gravity = self.settings.gravity.as_dvec3();
+        for index in 0..substeps {
+            let start = self.time + h * f64::from(index);
+            let share = f64::from(index + 1) / f64::from(substeps);
+            for body in &mut self.bodies {
+                body.presolve(h, gravity);
+                for iteration in 0..self.settings.iterations.get() {
+                    body.solve_stretch(h, iteration == 0);
+                    body.solve_volume(h, iteration == 0);
+                    body.solve_grab(h, share, f64::from(substeps), iteration == 0);
+                    body.solve_ground(h, gravity);
+                    for collider in &self.colliders {
+                        let (from, to) = (collider.pose_at(start), collider.pose_at(start + h));
+                        body.solve_collider(h, gravity, collider.shape, &from, &to);
+                    }
+                }
+                body.postsolve(h);
+            }
+        }
+        for hold in self.bodies.iter_mut().filter_map(|body| body.grab.as_mut()) {
+            hold.from = hold.target;
+        }
+        self.time += self.settings.tick_seconds();
+    }
+}
+
+impl Body {
+    /// The same body in f64.
+    #[must_use]
+    pub fn of(body: &super::Body) -> Self {
+        let wide = |elements: &[glam::Vec4]| -> Vec<DVec3> {
+            elements.iter().map(|x| x.truncate().as_dvec3()).collect()
+        };
+        let effects = &body.effects;
+        Self {
+            topology: Arc::clone(&body.topology),
+            x: wide(&body.particles.positions),
+            p: wide(&body.particles.previous),
+            v: wide(&body.particles.velocities),
+            w: body
+                .particles
+                .positions
+                .iter()
+                .map(|x| f64::from(x.w))
+                .collect(),
+            stretch: effects.stretch.map(|stretch| Elastic {
+                compliance: stretch.compliance.into(),
+                stiffness: stretch.axial_stiffness.into(),
+                damping: stretch.damping.into(),
+            }),
+            volume: effects.volume.map(|volume| Elastic {
+                compliance: volume.compliance.into(),
+                stiffness: volume.bulk_modulus.into(),
+                damping: volume.damping.into(),
+            }),
+            grab: effects.grab.map(|grab| Hold {
+                point: grab.point,
+                target: grab.target.as_dvec3(),
+                from: grab.from.as_dvec3(),
+                compliance: grab.compliance.into(),
+                damping: grab.damping.into(),
+                max_force: grab.max_force.into(),
+                multiplier: 0.0,
+            }),
+            ground: effects.ground.map(|ground| {
+                let height = f64::from(ground.height);
+                (height, ground.friction.into(), ground.restitution.into())
+            }),
+            sticky_ground: effects.sticky_ground.map(|ground| f64::from(ground.height)),
+            collide: effects
+                .collide
+                .map(|collide| (collide.friction.into(), collide.restitution.into())),
+            stretch_multipliers: vec![0.0; body.topology.edges.ends.len()],
+            volume_multipliers: vec![0.0; body.topology.tetrahedra.corners.len()],
+        }
+    }
+
+    fn presolve(&mut self, h: f64, gravity: DVec3) {
+        for i in 0..self.x.len() {
+            self.p[i] = self.x[i];
+            if self.w[i] > 0.0 {
+                self.v[i] += gravity * h;
+                self.x[i] += self.v[i] * h;
+            } else {
+                self.v[i] = DVec3::ZERO;
+            }
+            if let Some(height) = self.sticky_ground
+                && self.x[i].y < height
+                && self.w[i] > 0.0
+            {
+                self.x[i] = self.p[i];
+                self.x[i].y = height;
+            }
+        }
+    }
+
+    fn postsolve(&mut self, h: f64) {
+        for i in 0..self.x.len() {
+            self.v[i] = (self.x[i] - self.p[i]) / h;
+        }
+    }
+
+    /// One sweep over the edges; λ starts at 0 with the first sweep of a substep.
+    pub fn solve_stretch(&mut self, h: f64, first: bool) {
+        let Some(elastic) = self.stretch else { return };
+        if first {
+            self.stretch_multipliers.fill(0.0);
+        }
+        let topology = Arc::clone(&self.topology);
+        for (index, ends) in topology.edges.ends.iter().enumerate() {
+            let [a, b] = ends.map(|i| i as usize);
+            let rest_length = f64::from(topology.edges.rest_length[index]);
+            let d = self.x[b] - self.x[a];
+            let direction = if d.length() > 0.0 {
+                d / d.length()
+            } else {
+                (topology.rest[b] - topology.rest[a])
+                    .as_dvec3()
+                    .normalize_or_zero()
+            };
+            let lambda = &mut self.stretch_multipliers[index];
+            let change = xpbd(
+                d.length() - rest_length,
+                self.w[a] + self.w[b],
+                direction.dot(d - (self.p[b] - self.p[a])),
+                elastic,
+                rest_length,
+                *lambda,
+                h,
+            );
+            *lambda += change;
+            self.x[a] -= direction * (self.w[a] * change);
+            self.x[b] += direction * (self.w[b] * change);
+        }
+    }
+
+    /// One sweep over the tetrahedra's volumes.
+    pub fn solve_volume(&mut self, h: f64, first: bool) {
+        let Some(elastic) = self.volume else { return };
+        if first {
+            self.volume_multipliers.fill(0.0);
+        }
+        let topology = Arc::clone(&self.topology);
+        for (index, corners) in topology.tetrahedra.corners.iter().enumerate() {
+            let corners = corners.map(|i| i as usize);
+            let rest_volume = f64::from(topology.tetrahedra.rest_volume[index]);
+            let scale = f64::from(topology.tetrahedra.gradient_scale[index]);
+            let w = corners.map(|i| self.w[i]);
+            let weigh = |gradients: &[DVec3; 4]| -> f64 {
+                (0..4).map(|k| w[k] * gradients[k].length_squared()).sum()
+            };
+            let mut gradients = volume_gradients(corners.map(|i| self.x[i]));
+            let mut weight = weigh(&gradients);
+            let floor = FLOOR * scale * w.iter().sum::<f64>();
+            if weight < VANISHED * floor {
+                gradients = volume_gradients(corners.map(|i| topology.rest[i].as_dvec3()));
+                weight = weigh(&gradients);
+            }
+            let lambda = &mut self.volume_multipliers[index];
+            let change = xpbd(
+                super::topology::volume(corners.map(|i| self.x[i])) - rest_volume,
+                weight.max(floor),
+                (0..4)
+                    .map(|k| gradients[k].dot(self.x[corners[k]] - self.p[corners[k]]))
+                    .sum(),
+                elastic,
+                rest_volume.abs(),
+                *lambda,
+                h,
+            );
+            *lambda += change;
+            for k in 0..4 {
+                self.x[corners[k]] += gradients[k] * (w[k] * change);
+            }
+        }
+    }
+
+    fn solve_grab(&mut self, h: f64, share: f64, substeps: f64, first: bool) {
+        let Some(mut hold) = self.grab else { return };
+        if first {
+            hold.multiplier = 0.0;
+        }
+        let place = |points: &[DVec3]| {
+            hold.point.terms().fold(DVec3::ZERO, |sum, (i, b)| {
+                sum + points[i as usize] * f64::from(b)
+            })
+        };
+        let travel = hold.target - hold.from;
+        let held = place(&self.x);
+        let d = held - (hold.from + travel * share);
+        let weight: f64 = hold
+            .point
+            .terms()
+            .map(|(i, b)| f64::from(b) * f64::from(b) * self.w[i as usize])
+            .sum();
+        if weight > 0.0 && d.length() > 0.0 {
+            let direction = d / d.length();
+            let spring = Elastic {
+                compliance: hold.compliance,
+                stiffness: f64::INFINITY,
+                damping: hold.damping,
+            };
+            let moved = direction.dot(held - place(&self.p) - travel / substeps);
+            let change = xpbd(d.length(), weight, moved, spring, 0.0, hold.multiplier, h);
+            let limit = hold.max_force * h * h;
+            let next = (hold.multiplier + change).clamp(-limit, limit);
+            for (i, b) in hold.point.terms() {
+                let push = (next - hold.multiplier) * f64::from(b);
+                self.x[i as usize] += direction * (self.w[i as usize] * push);
+            }
+            hold.multiplier = next;
+        }
+        self.grab = Some(hold);
+    }
+
+    fn solve_ground(&mut self, h: f64, gravity: DVec3) {
+        let Some((height, friction, restitution)) = self.ground else {
+            return;
+        };
+        for i in 0..self.x.len() {
+            let depth = height - self.x[i].y;
+            if depth > 0.0 && self.w[i] > 0.0 {
+                let surface = (friction, restitution, gravity.length());
+                self.respond(i, h, surface, DVec3::Y, depth, DVec3::ZERO);
+            }
+        }
+    }
+
+    fn solve_collider(
+        &mut self,
+        h: f64,
+        gravity: DVec3,
+        shape: ColliderShape,
+        from: &Pose,
+        to: &Pose,
+    ) {
+        let Some((friction, restitution)) = self.collide else {
+            return;
+        };
+        let (from, to) = (Frame::of(from), Frame::of(to));
+        for i in 0..self.x.len() {
+            if self.w[i] == 0.0 {
+                continue;
+            }
+            let (start, end) = (from.undo(self.p[i]), to.undo(self.x[i]));
+            if let Some((normal, depth)) = exit(shape, start, end) {
+                let touched = end + normal * depth;
+                let carried = to.apply(touched) - from.apply(touched);
+                let surface = (friction, restitution, gravity.length());
+                self.respond(i, h, surface, to.rotation * normal, depth, carried);
+            }
+        }
+    }
+
+    /// Out of the surface, slip shortened by µ times the depth, and a bounce.
+    fn respond(
+        &mut self,
+        i: usize,
+        h: f64,
+        (friction, restitution, gravity): (f64, f64, f64),
+        normal: DVec3,
+        depth: f64,
+        carried: DVec3,
+    ) {
+        self.x[i] += normal * depth;
+        let slip = (self.x[i] - self.p[i] - carried).reject_from_normalized(normal);
+        let hold = friction * depth;
+        self.x[i] -= if slip.length() <= hold {
+            slip
+        } else {
+            slip * (hold / slip.length())
+        };
+        let approach = (self.v[i] - carried / h).dot(normal);
+        if restitution > 0.0 && approach < -2.0 * h * gravity {
+            let leave = -restitution * approach * h + carried.dot(normal);
+            let now = (self.x[i] - self.p[i]).dot(normal);
+            self.p[i] += normal * (now - leave);
+        }
+    }
+}
+
+/// Δλ of XPBD's equation 26 with γ = τ/h; `rest` is what the stiffness is divided into.
+fn xpbd(
+    error: f64,
+    weight: f64,
+    moved: f64,
+    elastic: Elastic,
+    rest: f64,
+    lambda: f64,
+    h: f64,
+) -> f64 {
+    let alpha = (elastic.compliance + rest / elastic.stiffness) / (h * h);
+    let gamma = elastic.damping / h;
+    let denominator = (1.0 + gamma) * weight + alpha;
+    if denominator > 0.0 && weight > 0.0 {
+        -(error + alpha * lambda + gamma * moved) / denominator
+    } else {
+        0.0
+    }
+}
+
+/// ∇V for each corner.
+fn volume_gradients([x0, x1, x2, x3]: [DVec3; 4]) -> [DVec3; 4] {
+    let (a, b, c) = (x1 - x0, x2 - x0, x3 - x0);
+    let (g1, g2, g3) = (b.cross(c) / 6.0, c.cross(a) / 6.0, a.cross(b) / 6.0);
+    [-(g1 + g2 + g3), g1, g2, g3]
+}
+
+/// A pose in f64.
+struct Frame {
+    rotation: DMat3,
+    translation: DVec3,
+}
+
+impl Frame {
+    fn of(pose: &Pose) -> Self {
+        Self {
+            rotation: pose.rotation.as_dmat3(),
+            translation: pose.translation.as_dvec3(),
+        }
+    }
+
+    fn apply(&self, x: DVec3) -> DVec3 {
+        self.rotation * x + self.translation
+    }
+
+    fn undo(&self, x: DVec3) -> DVec3 {
+        self.rotation.transpose() * (x - self.translation)
+    }
+}
+
+/// Normal and depth for a point that went from `from` to `to`, in the collider's frame; how it is
+/// chosen is told at [`ColliderShape::exit`].
+fn exit(shape: ColliderShape, from: DVec3, to: DVec3) -> Option<(DVec3, f64)> {
+    let nearest = (distance(shape, to) < 0.0).then(|| nearest_exit(shape, to));
+    if let Some((normal, _)) = nearest
+        && (distance(shape, from) < 0.0 || normal.dot(to - from) <= 0.0)
+    {
+        return nearest;
+    }
+    let entered = enter(shape, from, to - from)
+        .filter(|t| (0.0..=1.0).contains(t))
+        .map(|t| {
+            let entry = from + (to - from) * t;
+            let (normal, _) = nearest_exit(shape, entry);
+            (normal, normal.dot(entry - to))
+        })
+        .filter(|&(_, depth)| depth > 0.0);
+    entered.or(nearest)
+}
+
+fn distance(shape: ColliderShape, x: DVec3) -> f64 {
+    match shape {
+        ColliderShape::Box { size } => {
+            let q = x.abs() - size.as_dvec3() / 2.0;
+            q.max(DVec3::ZERO).length() + q.max_element().min(0.0)
+        }
+        ColliderShape::Sphere { radius } => x.length() - f64::from(radius),
+        ColliderShape::Capsule { radius, length } => {
+            (x - on_axis(x, length)).length() - f64::from(radius)
+        }
+    }
+}
+
+fn nearest_exit(shape: ColliderShape, x: DVec3) -> (DVec3, f64) {
+    match shape {
+        ColliderShape::Box { size } => {
+            let gaps = size.as_dvec3() / 2.0 - x.abs();
+            let axis = if gaps.y <= gaps.x && gaps.y <= gaps.z {
+                DVec3::Y
+            } else if gaps.x <= gaps.z {
+                DVec3::X
+            } else {
+                DVec3::Z
+            };
+            let side = if x.dot(axis) < 0.0 { -1.0 } else { 1.0 };
+            (axis * side, gaps.dot(axis))
+        }
+        ColliderShape::Sphere { radius } => round_exit(x, f64::from(radius)),
+        ColliderShape::Capsule { radius, length } => {
+            round_exit(x - on_axis(x, length), f64::from(radius))
+        }
+    }
+}
+
+fn round_exit(x: DVec3, radius: f64) -> (DVec3, f64) {
+    let distance = x.length();
+    let normal = if distance > 0.0 { x / distance } else { DVec3::Y };
+    (normal, radius - distance)
+}
+
+fn on_axis(x: DVec3, length: f32) -> DVec3 {
+    let half = f64::from(length) / 2.0;
+    DVec3::new(0.0, x.y.clamp(-half, half), 0.0)
+}
+
+fn enter(shape: ColliderShape, from: DVec3, step: DVec3) -> Option<f64> {
+    match shape {
+        ColliderShape::Sphere { radius } => enter_sphere(from, step, f64::from(radius)),
+        ColliderShape::Box { size } => enter_box(from, step, size.as_dvec3() / 2.0),
+        ColliderShape::Capsule { radius, length } => {
+            let (radius, half) = (f64::from(radius), f64::from(length) / 2.0);
+            let flat = DVec3::new(1.0, 0.0, 1.0);
+            let end = DVec3::new(0.0, half, 0.0);
+            enter_sphere(from * flat, step * flat, radius)
+                .filter(|t| (from.y + t * step.y).abs() <= half)
+                .or_else(|| {
+                    [end, -end]
+                        .into_iter()
+                        .filter_map(|end| enter_sphere(from - end, step, radius))
+                        .reduce(f64::min)
+                })
+        }
+    }
+}
+
+fn enter_sphere(from: DVec3, step: DVec3, radius: f64) -> Option<f64> {
+    let (a, b) = (step.length_squared(), from.dot(step));
+    let discriminant = b * b - a * (from.length_squared() - radius * radius);
+    (a > 0.0 && discriminant >= 0.0 && b < 0.0).then(|| (-b - discriminant.sqrt()) / a)
+}
+
+fn enter_box(from: DVec3, step: DVec3, half: DVec3) -> Option<f64> {
+    let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
+    for axis in 0..3 {
+        if step[axis] == 0.0 {
+            if from[axis].abs() > half[axis] {
+                return None;
+            }
+        } else {
+            let sides = [-half[axis], half[axis]].map(|side| (side - from[axis]) / step[axis]);
+            enter = enter.max(sides[0].min(sides[1]));
+            leave = leave.min(sides[0].max(sides[1]));
+        }
+    }
+    (enter <= leave).then_some(enter)
+}

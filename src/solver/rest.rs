@@ -1,0 +1,79 @@
+//! When a body has come to rest, and what disturbs its sleep.
+//!
+//! Rest is judged by how far particles went in a whole tick: over one substep the rounding of
+//! positions alone, near ε‖x‖/h, looks like a speed.
+
+use super::contact::collider::Sweep;
+use super::topology::bounds;
+use glam::{Vec3, Vec4};
+
+/// When bodies fall asleep.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SleepSettings {
+    /// Whether bodies sleep at all; default true.
+    pub enabled: bool,
+    /// A body is still while the root mean square speed of its particles is below this [m/s];
+    /// default 1e-3.
+    pub speed: f32,
+    /// It falls asleep after being still for this long [s]; default 0.5, longer than a swing
+    /// stands still at its turning point.
+    pub after: f32,
+}
+
+impl Default for SleepSettings {
+    fn default() -> Self {
+        Self {
+            enabled: true,
+            speed: 1e-3,
+            after: 0.5,
+        }
+    }
+}
+
+/// How long a body has been still.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct RestTimer {
+    still_for: f32,
+}
+
+impl RestTimer {
+    /// Looks at a tick of `seconds` that took particles from `before` to `after`; true when it is
+    /// time to sleep.
+    pub fn observe(
+        &mut self,
+        before: &[Vec4],
+        after: &[Vec4],
+        seconds: f32,
+        settings: &SleepSettings,
+    ) -> bool {
+        let moved: f32 = before
+            .iter()
+            .zip(after)
+            .map(|(a, b)| (b.truncate() - a.truncate()).length_squared())
+            .sum();
+        let limit = settings.speed * seconds;
+        if moved <= limit * limit * after.len() as f32 {
+            self.still_for += seconds;
+        } else {
+            self.still_for = 0.0;
+        }
+        settings.enabled && self.still_for >= settings.after
+    }
+
+    /// Starts to count anew.
+    pub fn reset(&mut self) {
+        self.still_for = 0.0;
+    }
+}
+
+/// Whether a collider that moves during a tick comes near a body at these positions.
+#[must_use]
+pub fn disturbed(positions: &[Vec4], colliders: &[Sweep]) -> bool {
+    if !colliders.iter().any(Sweep::moves) {
+        return false;
+    }
+    let (low, high): (Vec3, Vec3) = bounds(positions.iter().map(|x| x.truncate()));
+    colliders
+        .iter()
+        .any(|collider| collider.moves() && collider.near(low, high))
+}

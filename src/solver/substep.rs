@@ -1,0 +1,140 @@
+//! What a substep is given: its length, its place in the tick, gravity.
+
+use super::{InvalidValue, Iterations, Rate, Substeps, quantity::finite};
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// What all bodies of a world share.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields, try_from = "Unchecked")]
+pub struct Settings {
+    /// Gravity [m/s²], finite; default (0, −9.81, 0).
+    pub gravity: Vec3,
+    /// Ticks a second; default 60.
+    pub rate: Rate,
+    /// Substeps a tick; default 10.
+    pub substeps: Substeps,
+    /// Sweeps over all constraints a substep; default 1.
+    pub iterations: Iterations,
+}
+
+#[derive(Deserialize)]
+#[serde(default, deny_unknown_fields, rename = "Settings")]
+struct Unchecked {
+    gravity: Vec3,
+    rate: Rate,
+    substeps: Substeps,
+    iterations: Iterations,
+}
+
+impl Default for Unchecked {
+    fn default() -> Self {
+        let Settings {
+            gravity,
+            rate,
+            substeps,
+            iterations,
+        } = Settings::default();
+        Self {
+            gravity,
+            rate,
+            substeps,
+            iterations,
+        }
+    }
+}
+
+impl TryFrom<Unchecked> for Settings {
+    type Error = InvalidValue;
+
+    fn try_from(unchecked: Unchecked) -> Result<Self, InvalidValue> {
+        let mut settings = Self {
+            rate: unchecked.rate,
+            substeps: unchecked.substeps,
+            iterations: unchecked.iterations,
+            ..Self::default()
+        };
+        settings.set_gravity(unchecked.gravity)?;
+        Ok(settings)
+    }
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            gravity: Vec3::new(0.0, -9.81, 0.0),
+            rate: Rate::default(),
+            substeps: Substeps::default(),
+            iterations: Iterations::default(),
+        }
+    }
+}
+
+impl Settings {
+    /// Sets gravity [m/s²].
+    ///
+    /// # Errors
+    /// [`InvalidValue`] for a component that is not finite or beyond 1e6 m/s².
+    pub fn set_gravity(&mut self, gravity: Vec3) -> Result<(), InvalidValue> {
+        for component in gravity.to_array() {
+            finite("gravity", component)?;
+            if component.abs() > 1e6 {
+                return Err(InvalidValue {
+                    quantity: "gravity",
+                    value: f64::from(component),
+                    valid: "between -1e6 and 1e6 m/s² along each axis",
+                });
+            }
+        }
+        self.gravity = gravity;
+        Ok(())
+    }
+
+    /// Length of a tick [s].
+    #[must_use]
+    pub fn tick_seconds(&self) -> f64 {
+        1.0 / self.rate.get()
+    }
+
+    /// Length of a substep [s].
+    #[must_use]
+    pub fn substep_seconds(&self) -> f64 {
+        1.0 / (self.rate.get() * f64::from(self.substeps.get()))
+    }
+
+    /// Substep number `index` of a tick.
+    #[must_use]
+    pub fn substep(&self, index: u32) -> Substep {
+        let count = self.substeps.get();
+        Substep {
+            h: self.substep_seconds() as f32,
+            gravity: self.gravity,
+            index,
+            count,
+            iterations: self.iterations.get(),
+        }
+    }
+}
+
+/// One substep.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Substep {
+    /// Its length [s].
+    pub h: f32,
+    /// Gravity [m/s²].
+    pub gravity: Vec3,
+    /// Which of the tick's substeps, from 0.
+    pub index: u32,
+    /// How many the tick has.
+    pub count: u32,
+    /// Sweeps over all constraints.
+    pub iterations: u32,
+}
+
+impl Substep {
+    /// Whether it ends the tick. Multipliers are written then, for those who measure.
+    #[must_use]
+    pub fn is_last(&self) -> bool {
+        self.index + 1 == self.count
+    }
+}

@@ -1,0 +1,349 @@
+//! The immutable part of a body: rest shape, constraints with their rest values, and surface.
+//!
+//! Shared by all copies of a body through an `Arc`. Particles keep the order of the input;
+//! constraints are put in the order of their colours, which is both what the solver can run in
+//! parallel and an order that is stable (an order sorted by vertex makes Gauss–Seidel on rigid
+//! cloth explode).
+
+use super::{RestShape, colouring};
+use glam::{DVec3, Vec3};
+use std::ops::Range;
+
+/// Edges as columns in the order of their colours.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Edges {
+    /// The two particles of each.
+    pub ends: Vec<[u32; 2]>,
+    /// Rest length of each [m].
+    pub rest_length: Vec<f32>,
+    /// Ranges in which no two share a particle.
+    pub colours: Vec<Range<usize>>,
+}
+
+/// Tetrahedra as columns in the order of their colours.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Tetrahedra {
+    /// The four particles of each.
+    pub corners: Vec<[u32; 4]>,
+    /// Signed rest volume of each [m³].
+    pub rest_volume: Vec<f32>,
+    /// |rest volume|^(4/3) of each [m⁴], the scale of a squared gradient of the volume.
+    pub gradient_scale: Vec<f32>,
+    /// Ranges in which no two share a particle.
+    pub colours: Vec<Range<usize>>,
+}
+
+/// What a body's mass is spread over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dimension {
+    /// Tetrahedra: density in kg/m³.
+    Solid,
+    /// Triangles: density in kg/m².
+    Sheet,
+    /// Edges: density in kg/m.
+    Line,
+}
+
+/// Elements of the input that do not act, and why.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct LeftOut {
+    /// Tetrahedra without volume.
+    pub flat_tetrahedra: usize,
+    /// Edges given twice.
+    pub repeated_edges: usize,
+    /// Vertices that no element uses; they have no mass and never move.
+    pub unused_vertices: usize,
+}
+
+/// The immutable part of a body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Topology {
+    /// Rest positions [m].
+    pub rest: Vec<Vec3>,
+    /// Edges, for stretch.
+    pub edges: Edges,
+    /// Tetrahedra, for volume.
+    pub tetrahedra: Tetrahedra,
+    /// The coarse surface: outward triangles; none for a rope.
+    pub triangles: Vec<[u32; 3]>,
+    /// Each particle's share of the body [m³, m² or m by `dimension`].
+    pub measure: Vec<f32>,
+    /// What `measure` counts.
+    pub dimension: Dimension,
+    /// Longest side of the bounding box at rest [m].
+    pub size: f32,
+    /// What was left out of the input.
+    pub left_out: LeftOut,
+}
+
+/// Why a rest shape cannot be a body.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum TopologyError {
+    /// There is nothing to simulate.
+    #[error("the shape has no vertices; give it at least one")]
+    Empty,
+    /// More than fits a 32-bit index.
+    #[error("the shape has {0} vertices, but at most {max} can be indexed", max = u32::MAX)]
+    TooMany(usize),
+    /// A coordinate is NaN or infinite.
+    #[error("vertex {vertex} is at {position}, but every coordinate must be finite")]
+    NotFinite {
+        /// Index of the vertex.
+        vertex: usize,
+        /// Its position.
+        position: Vec3,
+    },
+    /// An element names a vertex that does not exist.
+    #[error("{element} {index} names vertex {vertex}, but there are {vertices} (0 to {last})", last = vertices - 1)]
+    NoSuchVertex {
+        /// Kind of element.
+        element: &'static str,
+        /// Index of the element.
+        index: usize,
+        /// The index that it names.
+        vertex: u32,
+        /// How many vertices there are.
+        vertices: usize,
+    },
+    /// An element names a vertex twice.
+    #[error("{element} {index} names vertex {vertex} more than once")]
+    RepeatedVertex {
+        /// Kind of element.
+        element: &'static str,
+        /// Index of the element.
+        index: usize,
+        /// The vertex that it repeats.
+        vertex: u32,
+    },
+}
+
+/// A tetrahedron is flat below this share of the cube of its longest edge: its volume is then
+/// within the rounding of its coordinates.
+const FLAT: f64 = 1e-7;
+
+impl Topology {
+    /// Checks a rest shape and precomputes what the solver needs of it.
+    ///
+    /// # Errors
+    /// [`TopologyError`] for an empty shape, a coordinate that is not finite, or an element with
+    /// an index out of range or repeated.
+    pub fn new(shape: RestShape) -> Result<Self, TopologyError> {
+        check_vertices(&shape.vertices)?;
+        let count = shape.vertices.len();
+        check_elements("edge", &shape.edges, count)?;
+        check_elements("tetrahedron", &shape.tetrahedra, count)?;
+        check_elements("triangle", &shape.triangles, count)?;
+
+        let rest = shape.vertices;
+        let at = |i: u32| rest[i as usize].as_dvec3();
+        let (corners, flat_tetrahedra) = without_flat(shape.tetrahedra, at);
+        let (ends, repeated_edges) = without_repeats(shape.edges);
+        let (measure, dimension) = lump(&ends, &corners, &shape.triangles, count, at);
+        let mut used = vec![false; count];
+        for &i in ends.iter().flatten().chain(corners.iter().flatten()) {
+            used[i as usize] = true;
+        }
+        for &i in shape.triangles.iter().flatten() {
+            used[i as usize] = true;
+        }
+        let left_out = LeftOut {
+            flat_tetrahedra,
+            repeated_edges,
+            unused_vertices: used.iter().filter(|&&used| !used).count(),
+        };
+
+        let (low, high) = bounds(rest.iter().copied());
+        Ok(Self {
+            edges: Edges::new(&ends, count, at),
+            tetrahedra: Tetrahedra::new(&corners, count, at),
+            triangles: shape.triangles,
+            measure,
+            dimension,
+            size: (high - low).max_element(),
+            left_out,
+            rest,
+        })
+    }
+
+    /// How many particles a body of this topology has.
+    #[must_use]
+    pub fn particles(&self) -> usize {
+        self.rest.len()
+    }
+}
+
+impl Edges {
+    fn new(ends: &[[u32; 2]], particles: usize, at: impl Fn(u32) -> DVec3) -> Self {
+        let colouring = colouring::colour(ends, particles);
+        let ends: Vec<_> = colouring.order.iter().map(|&i| ends[i as usize]).collect();
+        Self {
+            rest_length: ends
+                .iter()
+                .map(|&[a, b]| at(a).distance(at(b)) as f32)
+                .collect(),
+            colours: colouring.colours,
+            ends,
+        }
+    }
+}
+
+impl Tetrahedra {
+    fn new(corners: &[[u32; 4]], particles: usize, at: impl Fn(u32) -> DVec3) -> Self {
+        let colouring = colouring::colour(corners, particles);
+        let corners: Vec<_> = colouring
+            .order
+            .iter()
+            .map(|&i| corners[i as usize])
+            .collect();
+        let volumes: Vec<f64> = corners.iter().map(|&c| volume(c.map(&at))).collect();
+        Self {
+            rest_volume: volumes.iter().map(|&v| v as f32).collect(),
+            gradient_scale: volumes
+                .iter()
+                .map(|&v| {
+                    let side = libm::cbrt(v.abs());
+                    (side * side * side * side) as f32
+                })
+                .collect(),
+            colours: colouring.colours,
+            corners,
+        }
+    }
+}
+
+/// Signed volume of a tetrahedron [m³].
+#[must_use]
+pub fn volume([a, b, c, d]: [DVec3; 4]) -> f64 {
+    (b - a).cross(c - a).dot(d - a) / 6.0
+}
+
+/// Lowest and highest coordinate of each axis; zeros for no points.
+#[must_use]
+pub fn bounds(mut points: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
+    let Some(first) = points.next() else {
+        return (Vec3::ZERO, Vec3::ZERO);
+    };
+    points.fold((first, first), |(low, high), x| (low.min(x), high.max(x)))
+}
+
+fn check_vertices(vertices: &[Vec3]) -> Result<(), TopologyError> {
+    if vertices.is_empty() {
+        return Err(TopologyError::Empty);
+    }
+    if vertices.len() > u32::MAX as usize {
+        return Err(TopologyError::TooMany(vertices.len()));
+    }
+    match vertices.iter().position(|x| !x.is_finite()) {
+        Some(vertex) => Err(TopologyError::NotFinite {
+            vertex,
+            position: vertices[vertex],
+        }),
+        None => Ok(()),
+    }
+}
+
+fn check_elements<const N: usize>(
+    element: &'static str,
+    elements: &[[u32; N]],
+    vertices: usize,
+) -> Result<(), TopologyError> {
+    for (index, corners) in elements.iter().enumerate() {
+        for (place, &vertex) in corners.iter().enumerate() {
+            if vertex as usize >= vertices {
+                return Err(TopologyError::NoSuchVertex {
+                    element,
+                    index,
+                    vertex,
+                    vertices,
+                });
+            }
+            if corners[..place].contains(&vertex) {
+                return Err(TopologyError::RepeatedVertex {
+                    element,
+                    index,
+                    vertex,
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+fn without_flat(
+    tetrahedra: Vec<[u32; 4]>,
+    at: impl Fn(u32) -> DVec3,
+) -> (Vec<[u32; 4]>, usize) {
+    let before = tetrahedra.len();
+    let kept: Vec<_> = tetrahedra
+        .into_iter()
+        .filter(|&corners| {
+            let x = corners.map(&at);
+            let longest = (0..4)
+                .flat_map(|i| (0..i).map(move |j| (i, j)))
+                .map(|(i, j)| x[i].distance(x[j]))
+                .fold(0.0, f64::max);
+            volume(x).abs() > FLAT * longest * longest * longest
+        })
+        .collect();
+    let flat = before - kept.len();
+    (kept, flat)
+}
+
+fn without_repeats(edges: Vec<[u32; 2]>) -> (Vec<[u32; 2]>, usize) {
+    let before = edges.len();
+    let mut order: Vec<usize> = (0..before).collect();
+    let key = |i: usize| (edges[i][0].min(edges[i][1]), edges[i][0].max(edges[i][1]), i);
+    order.sort_unstable_by_key(|&i| key(i));
+    let mut repeats = vec![false; before];
+    for pair in order.windows(2) {
+        let (a, b) = (key(pair[0]), key(pair[1]));
+        repeats[pair[1]] = (a.0, a.1) == (b.0, b.1);
+    }
+    let kept: Vec<_> = edges
+        .iter()
+        .zip(&repeats)
+        .filter(|(_, repeat)| !**repeat)
+        .map(|(edge, _)| *edge)
+        .collect();
+    let repeated = before - kept.len();
+    (kept, repeated)
+}
+
+/// Shares each element's measure out evenly to its corners.
+///
+/// Measures are added up, so that a particle's mass is the sum of its shares of the masses of
+/// its elements. (Adding up inverse masses instead makes a particle lighter the more elements
+/// it has.)
+fn lump(
+    edges: &[[u32; 2]],
+    tetrahedra: &[[u32; 4]],
+    triangles: &[[u32; 3]],
+    particles: usize,
+    at: impl Fn(u32) -> DVec3,
+) -> (Vec<f32>, Dimension) {
+    let mut measure = vec![0.0_f64; particles];
+    let mut share = |corners: &[u32], total: f64| {
+        for &corner in corners {
+            measure[corner as usize] += total / corners.len() as f64;
+        }
+    };
+    let dimension = if !tetrahedra.is_empty() {
+        for corners in tetrahedra {
+            share(corners, volume(corners.map(&at)).abs());
+        }
+        Dimension::Solid
+    } else if !triangles.is_empty() {
+        for corners in triangles {
+            let [a, b, c] = corners.map(&at);
+            share(corners, (b - a).cross(c - a).length() / 2.0);
+        }
+        Dimension::Sheet
+    } else {
+        for corners in edges {
+            let [a, b] = corners.map(&at);
+            share(corners, a.distance(b));
+        }
+        Dimension::Line
+    };
+    (measure.iter().map(|&m| m as f32).collect(), dimension)
+}
