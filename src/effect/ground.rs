@@ -1,0 +1,159 @@
+//! The two grounds: one with friction and bounce, one that sticks.
+
+use super::{Effect, Parameter, Scale, component};
+use crate::{
+    simulation::{
+        Active, CurrentSubstep, EffectSystems, Profile, SolvePhase, SolveSchedule, SolverSystems,
+        SubstepSchedule, step,
+    },
+    solver::{
+        Friction, Ground, Particles, Restitution, StickyGround, contact::ground, quantity::finite,
+    },
+};
+use bevy::{
+    prelude::*,
+    reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
+};
+
+component!(Ground);
+impl_reflect!(
+    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
+    #[type_path = "pliant::effect"]
+    struct Ground {
+        height: f32,
+        friction: Friction,
+        restitution: Restitution,
+    }
+);
+
+component!(StickyGround);
+impl_reflect!(
+    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
+    #[type_path = "pliant::effect"]
+    struct StickyGround {
+        height: f32,
+    }
+);
+
+impl Effect for Ground {
+    const NAME: &'static str = "ground";
+    const TITLE: &'static str = "Ground";
+    const SUMMARY: &'static str = "A level ground with friction and bounce.";
+    const PARAMETERS: &'static [Parameter<Self>] = &[
+        Parameter {
+            name: "height",
+            title: "Height",
+            unit: "m",
+            help: "How high the ground is.",
+            range: (-2.0, 2.0),
+            scale: Scale::Linear,
+            get: |ground| ground.height.into(),
+            set: |ground, value| {
+                ground.height = finite("height", value as f32)?;
+                Ok(())
+            },
+        },
+        Parameter {
+            name: "friction",
+            title: "Friction µ",
+            unit: "",
+            help: "Largest force along the ground over the force into it.",
+            range: (0.0, 2.0),
+            scale: Scale::Linear,
+            get: |ground| ground.friction.into(),
+            set: |ground, value| {
+                ground.friction = Friction::try_from(value)?;
+                Ok(())
+            },
+        },
+        Parameter {
+            name: "restitution",
+            title: "Bounce e",
+            unit: "",
+            help: "Speed of a particle after a bounce over its speed before it.",
+            range: (0.0, 1.0),
+            scale: Scale::Linear,
+            get: |ground| ground.restitution.into(),
+            set: |ground, value| {
+                ground.restitution = Restitution::try_from(value)?;
+                Ok(())
+            },
+        },
+    ];
+
+    type State = ();
+
+    fn add_systems(schedules: &mut Schedules) {
+        schedules.add_systems(
+            SolveSchedule,
+            solve
+                .in_set(EffectSystems(Self::NAME))
+                .in_set(SolvePhase::Contacts),
+        );
+    }
+
+    fn when_added() -> Option<Self> {
+        Some(Self::default())
+    }
+}
+
+/// Puts every particle that is below its body's ground back onto it.
+pub fn solve(
+    current: Res<CurrentSubstep>,
+    mut profile: ResMut<Profile>,
+    mut bodies: Query<(&mut Particles, &Ground), Active>,
+) {
+    let step = current.step;
+    profile.time(Ground::NAME, || {
+        for (mut particles, ground) in &mut bodies {
+            ground::solve(&mut particles, ground, step.h, step.gravity);
+        }
+    });
+}
+
+impl Effect for StickyGround {
+    const NAME: &'static str = "sticky_ground";
+    const TITLE: &'static str = "Sticky ground";
+    const SUMMARY: &'static str = "A level ground that holds what touches it where it touches.";
+    const PARAMETERS: &'static [Parameter<Self>] = &[Parameter {
+        name: "height",
+        title: "Height",
+        unit: "m",
+        help: "How high the ground is.",
+        range: (-2.0, 2.0),
+        scale: Scale::Linear,
+        get: |ground| ground.height.into(),
+        set: |ground, value| {
+            ground.height = finite("height", value as f32)?;
+            Ok(())
+        },
+    }];
+
+    type State = ();
+
+    fn add_systems(schedules: &mut Schedules) {
+        schedules.add_systems(
+            SubstepSchedule,
+            stick
+                .in_set(EffectSystems(Self::NAME))
+                .in_set(SolverSystems::Presolve)
+                .after(step::presolve),
+        );
+    }
+
+    fn when_added() -> Option<Self> {
+        Some(Self::default())
+    }
+}
+
+/// After the prediction: particles below their body's sticky ground go back to where they were.
+pub fn stick(
+    mut profile: ResMut<Profile>,
+    mut bodies: Query<(&mut Particles, &StickyGround), Active>,
+) {
+    profile.time(StickyGround::NAME, || {
+        for (mut particles, sticky) in &mut bodies {
+            ground::stick(&mut particles, sticky);
+        }
+    });
+}

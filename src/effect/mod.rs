@@ -1,0 +1,123 @@
+//! Effects: one component and one plugin each.
+//!
+//! **The schedule is the scene.** The systems of an effect are in the schedules only while some
+//! body carries its component: they are added before the first tick of the first one, and
+//! removed before the first tick after the last one has gone. An effect that nobody carries has
+//! no system, no memory and no branch anywhere.
+//!
+//! # Adding an effect
+//! The maths goes into one file of [`solver::constraint`](crate::solver::constraint) or
+//! [`solver::contact`](crate::solver::contact), the component and its systems into one file here,
+//! and the effect into one line of [`EffectPlugins`] and one of the list of effects that a scene
+//! file may name. A user of the crate needs no more than a component, [`Effect`] and
+//! [`EffectPlugin`]:
+//!
+//! ```
+//! use bevy::prelude::*;
+//! use pliant::{effect::*, prelude::*, simulation::*};
+//!
+//! /// A wind that pushes every particle the same way.
+//! #[derive(Component, Clone, Default)]
+//! struct Wind {
+//!     acceleration: f32,
+//! }
+//!
+//! impl Effect for Wind {
+//!     const NAME: &'static str = "wind";
+//!     const TITLE: &'static str = "Wind";
+//!     const SUMMARY: &'static str = "Pushes a body along x.";
+//!     const PARAMETERS: &'static [Parameter<Self>] = &[Parameter {
+//!         name: "acceleration",
+//!         title: "Acceleration",
+//!         unit: "m/s²",
+//!         help: "What the wind adds to the speed in a second.",
+//!         range: (0.1, 100.0),
+//!         scale: Scale::Linear,
+//!         get: |wind| wind.acceleration.into(),
+//!         set: |wind, value| {
+//!             wind.acceleration = pliant::solver::quantity::finite("acceleration", value as f32)?;
+//!             Ok(())
+//!         },
+//!     }];
+//!
+//!     fn add_systems(schedules: &mut Schedules) {
+//!         schedules.add_systems(
+//!             SolveSchedule,
+//!             blow.in_set(EffectSystems(Self::NAME)).in_set(SolvePhase::User),
+//!         );
+//!     }
+//! }
+//!
+//! fn blow(step: Res<CurrentSubstep>, mut bodies: Query<(&mut Particles, &Wind), Active>) {
+//!     let h = step.step.h;
+//!     for (mut particles, wind) in &mut bodies {
+//!         for x in particles.positions.iter_mut().filter(|x| x.w > 0.0) {
+//!             x.x += wind.acceleration * h * h;
+//!         }
+//!     }
+//! }
+//!
+//! let mut app = App::new();
+//! app.add_plugins((MinimalPlugins, SoftBodyPlugins::default(), EffectPlugin::<Wind>::default()));
+//! ```
+
+mod collide;
+mod grab;
+mod ground;
+mod registry;
+mod stretch;
+mod volume;
+
+pub use registry::{
+    Effect, EffectInfo, EffectPlugin, EffectRegistry, Figures, Parameter, ParameterInfo, Scale,
+};
+pub use stretch::StretchMultipliers;
+pub use volume::VolumeMultipliers;
+
+pub use crate::solver::{Collide, Grab, Ground, StickyGround, Stretch, Volume};
+
+pub(crate) use registry::follow_bodies;
+
+use bevy::{app::PluginGroupBuilder, prelude::*};
+
+/// All effects of the crate, in the order in which they act within a sweep.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct EffectPlugins;
+
+impl PluginGroup for EffectPlugins {
+    fn build(self) -> PluginGroupBuilder {
+        PluginGroupBuilder::start::<Self>()
+            .add(EffectPlugin::<Stretch>::default())
+            .add(EffectPlugin::<Volume>::default())
+            .add(EffectPlugin::<Grab>::default())
+            .add(EffectPlugin::<Ground>::default())
+            .add(EffectPlugin::<StickyGround>::default())
+            .add(EffectPlugin::<Collide>::default())
+    }
+}
+
+/// Makes a plain struct of the solver a component of Bevy.
+macro_rules! component {
+    ($name:ident) => {
+        impl bevy::ecs::component::Component for $name {
+            const STORAGE_TYPE: bevy::ecs::component::StorageType =
+                bevy::ecs::component::StorageType::Table;
+            type Mutability = bevy::ecs::component::Mutable;
+        }
+    };
+}
+pub(crate) use component;
+
+mod reflection {
+    //! Reflection of the solver's checked numbers: opaque, so that reflection too can only
+    //! exchange a valid value for a valid value.
+
+    use crate::solver::quantity::{Compliance, Damping, Friction, Restitution, Stiffness};
+    use bevy::reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect_opaque, std_traits::ReflectDefault};
+
+    impl_reflect_opaque!((in pliant::solver) Compliance(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+    impl_reflect_opaque!((in pliant::solver) Damping(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+    impl_reflect_opaque!((in pliant::solver) Friction(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+    impl_reflect_opaque!((in pliant::solver) Restitution(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+    impl_reflect_opaque!((in pliant::solver) Stiffness(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+}

@@ -1,0 +1,116 @@
+//! The beginning of a tick: masses that changed, sleepers that wake, input that is not finite.
+
+use super::{
+    AddedMass, Asleep, BodyDensity, Pins, Quarantined, RestTimer, SimulationClock,
+    SimulationSettings, SoftBody, TickStart, body::BodyQuarantined, quarantine,
+};
+use crate::solver::{
+    Collide, Collider, Grab, Particles, Quarantine,
+    body::{freeze, set_inverse_masses},
+    contact::collider::Sweep,
+    rest::disturbed,
+};
+use bevy::prelude::*;
+
+/// Brings inverse masses in line with density, added masses and pins that changed.
+pub(super) fn update_masses(
+    mut bodies: Query<
+        (&SoftBody, &mut Particles, &BodyDensity, &AddedMass, &Pins),
+        Or<(Changed<BodyDensity>, Changed<AddedMass>, Changed<Pins>)>,
+    >,
+) {
+    for (body, mut particles, density, added, pins) in &mut bodies {
+        set_inverse_masses(&mut particles.positions, body, density.0, added, pins);
+    }
+}
+
+/// Catches what was written into the state from outside and is not finite.
+pub(super) fn check_input(
+    mut commands: Commands,
+    mut bodies: Query<
+        (Entity, Option<&Name>, &mut Particles, &TickStart),
+        (With<SoftBody>, Without<Quarantined>),
+    >,
+    mut messages: MessageWriter<BodyQuarantined>,
+) {
+    for (entity, name, mut particles, start) in &mut bodies {
+        if let Some(particle) = particles.first_not_finite() {
+            freeze(&mut particles, start);
+            let quarantine = Quarantine {
+                particle,
+                stage: "input",
+            };
+            messages.write(quarantine::message(entity, name, &quarantine));
+            commands.entity(entity).insert(Quarantined(quarantine));
+        }
+    }
+}
+
+/// Sleepers wake when they are held, or when a collider moves past them.
+pub(super) fn wake_touched(
+    mut commands: Commands,
+    clock: Res<SimulationClock>,
+    settings: Res<SimulationSettings>,
+    colliders: Query<&Collider>,
+    mut sleepers: Query<
+        (
+            Entity,
+            &Particles,
+            Option<&Collide>,
+            Option<&Grab>,
+            &mut RestTimer,
+        ),
+        With<Asleep>,
+    >,
+) {
+    if sleepers.is_empty() {
+        return;
+    }
+    let end = clock.time + settings.tick_seconds();
+    let swept: Vec<Sweep> = colliders
+        .iter()
+        .map(|collider| collider.sweep(clock.time, end))
+        .collect();
+    for (entity, particles, collide, grab, mut timer) in &mut sleepers {
+        let touched = collide.is_some() && disturbed(&particles.positions, &swept);
+        if touched || grab.is_some() {
+            timer.0.reset();
+            commands.entity(entity).remove::<Asleep>();
+        }
+    }
+}
+
+/// Sleepers wake when what describes them changed.
+pub(crate) fn wake_changed<F: bevy::ecs::query::QueryFilter>(
+    mut commands: Commands,
+    mut sleepers: Query<(Entity, &mut RestTimer), (With<Asleep>, F)>,
+) {
+    for (entity, mut timer) in &mut sleepers {
+        timer.0.reset();
+        commands.entity(entity).remove::<Asleep>();
+    }
+}
+
+/// All sleepers wake when gravity, rate, substeps or iterations changed, or a collider did.
+pub(super) fn wake_all(
+    mut commands: Commands,
+    settings: Res<SimulationSettings>,
+    changed: Query<(), Changed<Collider>>,
+    mut removed: RemovedComponents<Collider>,
+    mut sleepers: Query<(Entity, &mut RestTimer), With<Asleep>>,
+) {
+    let gone = removed.read().count() > 0;
+    if settings.is_changed() || !changed.is_empty() || gone {
+        for (entity, mut timer) in &mut sleepers {
+            timer.0.reset();
+            commands.entity(entity).remove::<Asleep>();
+        }
+    }
+}
+
+/// Remembers where the tick begins.
+pub(super) fn remember_start(mut bodies: Query<(&Particles, &mut TickStart)>) {
+    for (particles, mut start) in &mut bodies {
+        start.0.clone_from(&particles.positions);
+    }
+}

@@ -1,0 +1,135 @@
+//! The simulation in Bevy, without a window: schedules, clock, stepping, sleep, quarantine,
+//! actions, statistics.
+//!
+//! Systems here and in [`effect`](crate::effect) are adapters of a few lines around the plain
+//! functions of [`solver`](crate::solver); what they compute equals
+//! [`solver::World`](crate::solver::World) to the bit.
+
+pub mod action;
+mod begin;
+mod body;
+mod clock;
+pub mod plain;
+mod profile;
+mod quarantine;
+mod schedule;
+pub mod statistics;
+pub(crate) mod step;
+
+pub use action::{Action, ActionError, Actions, Applied};
+pub use body::{
+    Active, AddedMass, Asleep, BodyDensity, BodyIndex, BodyQuarantined, Pins, Quarantined,
+    RestTimer, SoftBody, TickStart,
+};
+pub use clock::{SimulationClock, SubstepTime, Tick};
+pub use profile::Profile;
+pub use schedule::{
+    EffectSystems, SoftBodySystems, SolvePhase, SolveSchedule, SolverSystems, StepSchedule,
+    StepSystems, SubstepSchedule,
+};
+pub use statistics::{Measuring, Statistics, state_hash};
+pub use step::{CurrentSubstep, Sleep, tick};
+
+pub(crate) use begin::wake_changed;
+
+use crate::solver::Settings;
+use bevy::{
+    ecs::schedule::{InternedScheduleLabel, ScheduleLabel},
+    prelude::*,
+};
+
+/// Gravity, rate, substeps and iterations. Writing it takes effect at the next tick.
+#[derive(Resource, Debug, Clone, Copy, PartialEq, Default, Deref, DerefMut)]
+pub struct SimulationSettings(pub Settings);
+
+/// Steps soft bodies in a schedule of the caller's choice, by the time of that schedule.
+///
+/// Effects have plugins of their own; [`SoftBodyPlugins`](crate::SoftBodyPlugins) adds all.
+#[derive(Debug, Clone)]
+pub struct SimulationPlugin {
+    schedule: InternedScheduleLabel,
+}
+
+impl SimulationPlugin {
+    /// Steps in the given schedule.
+    #[must_use]
+    pub fn new(schedule: impl ScheduleLabel) -> Self {
+        Self {
+            schedule: schedule.intern(),
+        }
+    }
+}
+
+impl Default for SimulationPlugin {
+    fn default() -> Self {
+        Self::new(FixedPostUpdate)
+    }
+}
+
+impl Plugin for SimulationPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<SimulationSettings>()
+            .init_resource::<SimulationClock>()
+            .init_resource::<CurrentSubstep>()
+            .init_resource::<Sleep>()
+            .init_resource::<step::Deadline>()
+            .init_resource::<Profile>()
+            .init_resource::<Actions>()
+            .init_resource::<Measuring>()
+            .init_resource::<Statistics>()
+            .init_resource::<body::NextIndex>()
+            .init_resource::<crate::effect::EffectRegistry>()
+            .init_resource::<Time<Tick>>()
+            .init_resource::<Time<SubstepTime>>()
+            .add_message::<BodyQuarantined>()
+            .add_message::<Applied>()
+            .add_observer(body::complete_body);
+        schedule::configure(app, self.schedule);
+        app.add_systems(
+            self.schedule,
+            (
+                action::apply.in_set(SoftBodySystems::First),
+                crate::effect::follow_bodies.in_set(SoftBodySystems::Prepare),
+                step::advance.in_set(SoftBodySystems::Step),
+            ),
+        );
+        app.add_systems(
+            StepSchedule,
+            (
+                (
+                    begin::update_masses,
+                    begin::check_input,
+                    wake_changed::<
+                        Or<(Changed<BodyDensity>, Changed<AddedMass>, Changed<Pins>)>,
+                    >,
+                    begin::wake_all,
+                    begin::wake_touched,
+                    begin::remember_start,
+                )
+                    .chain()
+                    .in_set(StepSystems::Begin),
+                step::run_substeps.in_set(StepSystems::Substeps),
+                (step::settle_grabs, step::fall_asleep, statistics::take)
+                    .chain()
+                    .in_set(StepSystems::End),
+            ),
+        );
+        app.configure_sets(
+            StepSchedule,
+            (
+                StepSystems::Wake.run_if(step::between_ticks),
+                StepSystems::Begin.run_if(step::between_ticks),
+                StepSystems::Ready.run_if(step::between_ticks),
+                StepSystems::End.run_if(step::between_ticks),
+            ),
+        );
+        app.add_systems(
+            SubstepSchedule,
+            (
+                step::presolve.in_set(SolverSystems::Presolve),
+                step::solve.in_set(SolverSystems::Solve),
+                step::postsolve.in_set(SolverSystems::Postsolve),
+            ),
+        );
+    }
+}

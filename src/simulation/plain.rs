@@ -1,0 +1,136 @@
+//! From the ECS to the solver's own world and back: the same bodies without Bevy.
+//!
+//! The plain world is what the ECS run is compared with, bit for bit, and what is cloned when a
+//! state has to be continued on the side.
+
+use super::{
+    AddedMass, Asleep, BodyDensity, BodyIndex, Pins, Quarantined, RestTimer, SimulationClock,
+    SimulationSettings, SoftBody, TickStart, step::Sleep,
+};
+use crate::solver::{
+    self, Body, Collide, Collider, Effects, Grab, Ground, Particles, StickyGround, Stretch, Volume,
+};
+use bevy::prelude::*;
+use std::sync::Arc;
+
+/// A copy of a body, or `None` if the entity is not one.
+#[must_use]
+pub fn body(entity: EntityRef) -> Option<Body> {
+    let topology = &entity.get::<SoftBody>()?.0;
+    let name = entity.get::<Name>().map_or("", Name::as_str);
+    let density = entity.get::<BodyDensity>()?.0;
+    Some(Body {
+        particles: entity.get::<Particles>()?.clone(),
+        added_mass: entity.get::<AddedMass>()?.0.clone(),
+        pins: entity.get::<Pins>()?.0.clone(),
+        effects: Effects {
+            stretch: entity.get::<Stretch>().copied(),
+            volume: entity.get::<Volume>().copied(),
+            grab: entity.get::<Grab>().copied(),
+            ground: entity.get::<Ground>().copied(),
+            sticky_ground: entity.get::<StickyGround>().copied(),
+            collide: entity.get::<Collide>().copied(),
+        },
+        stretch_multipliers: vec![0.0; topology.edges.ends.len()],
+        volume_multipliers: vec![0.0; topology.tetrahedra.corners.len()],
+        rest: entity.get::<RestTimer>()?.0,
+        asleep: entity.contains::<Asleep>(),
+        quarantine: entity.get::<Quarantined>().map(|q| q.0.clone()),
+        tick_start: entity.get::<TickStart>()?.0.clone(),
+        ..Body::new(name, Arc::clone(topology), density)
+    })
+}
+
+/// Entities of all bodies in their order.
+#[must_use]
+pub fn bodies_in_order(world: &mut World) -> Vec<Entity> {
+    let mut bodies: Vec<_> = world
+        .query_filtered::<(&BodyIndex, Entity), With<SoftBody>>()
+        .iter(world)
+        .map(|(index, entity)| (*index, entity))
+        .collect();
+    bodies.sort_unstable();
+    bodies.into_iter().map(|(_, entity)| entity).collect()
+}
+
+/// A copy of everything, to be stepped without Bevy.
+#[must_use]
+pub fn capture(world: &mut World) -> solver::World {
+    let mut colliders: Vec<_> = world
+        .query::<(Entity, &Collider)>()
+        .iter(world)
+        .map(|(entity, collider)| (entity, collider.clone()))
+        .collect();
+    colliders.sort_unstable_by_key(|(entity, _)| *entity);
+    let bodies = bodies_in_order(world)
+        .into_iter()
+        .filter_map(|entity| body(world.entity(entity)))
+        .collect();
+    let clock = world.resource::<SimulationClock>();
+    solver::World {
+        settings: **world.resource::<SimulationSettings>(),
+        sleep: world.resource::<Sleep>().0,
+        bodies,
+        colliders: colliders.into_iter().map(|(_, collider)| collider).collect(),
+        time: clock.time,
+        tick: clock.tick,
+    }
+}
+
+/// Spawns a plain world's bodies and colliders, and takes over its settings and its time.
+/// Returns the entities of the bodies, in their order, and those of the colliders.
+pub fn spawn(world: &mut World, plain: &solver::World) -> (Vec<Entity>, Vec<Entity>) {
+    world.insert_resource(SimulationSettings(plain.settings));
+    world.insert_resource(Sleep(plain.sleep));
+    let mut clock = world.resource_mut::<SimulationClock>();
+    clock.restart();
+    clock.time = plain.time;
+    clock.tick = plain.tick;
+    let bodies = plain
+        .bodies
+        .iter()
+        .map(|body| spawn_body(world, body))
+        .collect();
+    let colliders = plain
+        .colliders
+        .iter()
+        .map(|collider| world.spawn(collider.clone()).id())
+        .collect();
+    (bodies, colliders)
+}
+
+/// Spawns one body with all that it carries.
+pub fn spawn_body(world: &mut World, body: &Body) -> Entity {
+    let mut entity = world.spawn((
+        Name::new(body.name.clone()),
+        body.particles.clone(),
+        BodyDensity(body.density),
+        AddedMass(body.added_mass.clone()),
+        Pins(body.pins.clone()),
+        RestTimer(body.rest),
+        SoftBody(Arc::clone(&body.topology)),
+    ));
+    let Effects {
+        stretch,
+        volume,
+        grab,
+        ground,
+        sticky_ground,
+        collide,
+    } = body.effects;
+    insert(&mut entity, stretch);
+    insert(&mut entity, volume);
+    insert(&mut entity, grab);
+    insert(&mut entity, ground);
+    insert(&mut entity, sticky_ground);
+    insert(&mut entity, collide);
+    insert(&mut entity, body.asleep.then_some(Asleep));
+    insert(&mut entity, body.quarantine.clone().map(Quarantined));
+    entity.id()
+}
+
+fn insert(entity: &mut EntityWorldMut, component: Option<impl Component>) {
+    if let Some(component) = component {
+        entity.insert(component);
+    }
+}

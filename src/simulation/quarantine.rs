@@ -1,0 +1,44 @@
+//! Bodies that turned non-finite are taken out before they can spread.
+
+use super::{BodyQuarantined, Quarantined, plain, step::CurrentSubstep};
+use crate::solver::{Particles, Quarantine, body::freeze};
+use bevy::prelude::*;
+
+/// Freezes a body whose substep went wrong at the start of that substep, finds out which stage it
+/// was, and says so.
+pub(super) fn quarantine(world: &mut World, entity: Entity, particle: usize) {
+    let current = world.resource::<CurrentSubstep>();
+    let (step, colliders) = (current.step, current.colliders.clone());
+    let Some(body) = plain::body(world.entity(entity)) else {
+        return;
+    };
+    let quarantine = Quarantine {
+        particle,
+        stage: body.find_stage(&step, &colliders),
+    };
+    let mut entity_mut = world.entity_mut(entity);
+    if let Some(mut particles) = entity_mut.get_mut::<Particles>() {
+        let previous = particles.previous.clone();
+        freeze(&mut particles, &previous);
+    }
+    entity_mut.insert(Quarantined(quarantine.clone()));
+    let text = message(entity, world.get::<Name>(entity), &quarantine);
+    world.write_message(text);
+}
+
+/// The sentence for users.
+pub(super) fn message(
+    body: Entity,
+    name: Option<&Name>,
+    quarantine: &Quarantine,
+) -> BodyQuarantined {
+    let name = name.map_or_else(|| format!("{body}"), |name| format!("“{name}”"));
+    let Quarantine { particle, stage } = quarantine;
+    BodyQuarantined {
+        body,
+        text: format!(
+            "body {name} is no longer finite: particle {particle} after {stage}. It is frozen at \
+             its last finite state; the others go on."
+        ),
+    }
+}

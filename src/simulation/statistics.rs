@@ -1,0 +1,140 @@
+//! Figures about a whole world after a tick: a row of the CSV, the head-up line, `run --json`.
+
+use super::{
+    Profile, Quarantined, SimulationClock, SimulationSettings, SoftBody, plain::bodies_in_order,
+};
+use crate::{
+    effect::EffectRegistry,
+    solver::{
+        Particles,
+        measure::{self, SquareSum},
+    },
+};
+use bevy::{math::DVec3, prelude::*};
+use std::collections::BTreeMap;
+
+/// Whether figures are taken after every tick; default false. They cost a pass over everything.
+#[derive(Resource, Debug, Clone, Copy, Default)]
+pub struct Measuring(pub bool);
+
+/// Figures after a tick.
+#[derive(Resource, Debug, Clone, Default, PartialEq)]
+pub struct Statistics {
+    /// Simulated time [s].
+    pub time: f64,
+    /// Ticks since the scene began.
+    pub tick: u64,
+    /// Real time of the tick before this one [ms].
+    pub ms_per_tick: f64,
+    /// Bodies, and how many of them sleep.
+    pub bodies: usize,
+    /// Bodies that sleep.
+    pub asleep: usize,
+    /// Particles of all bodies.
+    pub particles: usize,
+    /// Constraints by effect.
+    pub constraints: BTreeMap<&'static str, usize>,
+    /// Kinetic energy [J].
+    pub kinetic: f64,
+    /// Potential energy of gravity, zero at height 0 [J].
+    pub potential: f64,
+    /// Elastic energy by effect [J].
+    pub elastic: BTreeMap<&'static str, f64>,
+    /// Linear momentum [kg·m/s].
+    pub momentum: [f64; 3],
+    /// Angular momentum about the origin [kg·m²/s].
+    pub angular_momentum: [f64; 3],
+    /// Largest relative change of a body's volume, with its sign.
+    pub volume_error: f64,
+    /// Root mean square of what is left of the constraints' equations, relative to rest lengths
+    /// and volumes.
+    pub residual: f64,
+    /// Tetrahedra that are inside out.
+    pub inverted: usize,
+    /// Whether every number of the state is finite and no body is in quarantine.
+    pub finite: bool,
+}
+
+impl Statistics {
+    /// Kinetic, potential and elastic energy together [J].
+    #[must_use]
+    pub fn energy(&self) -> f64 {
+        self.kinetic + self.potential + self.elastic.values().sum::<f64>()
+    }
+
+    /// Constraints of all effects.
+    #[must_use]
+    pub fn constraint_count(&self) -> usize {
+        self.constraints.values().sum()
+    }
+}
+
+/// Takes the figures if anybody wants them.
+pub(super) fn take(world: &mut World) {
+    if world.resource::<Measuring>().0 {
+        let statistics = measure(world);
+        world.insert_resource(statistics);
+    }
+}
+
+/// Takes the figures of the state as it is.
+#[must_use]
+pub fn measure(world: &mut World) -> Statistics {
+    let settings = **world.resource::<SimulationSettings>();
+    let clock = world.resource::<SimulationClock>();
+    let mut all = Statistics {
+        time: clock.time(),
+        tick: clock.tick(),
+        ms_per_tick: world.resource::<Profile>().tick().as_secs_f64() * 1e3,
+        finite: true,
+        ..Statistics::default()
+    };
+    let h = settings.substep_seconds() as f32;
+    let mut residual = SquareSum::default();
+    let (mut momentum, mut angular) = (DVec3::ZERO, DVec3::ZERO);
+    for entity in bodies_in_order(world) {
+        let entity = world.entity(entity);
+        let (Some(body), Some(particles)) = (entity.get::<SoftBody>(), entity.get::<Particles>())
+        else {
+            continue;
+        };
+        all.bodies += 1;
+        all.asleep += usize::from(entity.contains::<super::Asleep>());
+        all.particles += particles.len();
+        all.finite &=
+            particles.first_not_finite().is_none() && !entity.contains::<Quarantined>();
+        all.kinetic += measure::kinetic_energy(particles);
+        all.potential += measure::gravitational_energy(particles, settings.gravity);
+        momentum += measure::momentum(particles);
+        angular += measure::angular_momentum(particles);
+        let volume_error = measure::volume_error(body, &particles.positions);
+        if volume_error.abs() > all.volume_error.abs() {
+            all.volume_error = volume_error;
+        }
+        all.inverted += measure::inverted(body, &particles.positions);
+        for effect in world.resource::<EffectRegistry>().iter() {
+            if let Some(figures) = (effect.figures)(&entity, h) {
+                *all.constraints.entry(effect.name).or_default() += figures.elements;
+                if let Some(energy) = figures.energy {
+                    *all.elastic.entry(effect.name).or_default() += energy;
+                }
+                residual.add(figures.residual);
+            }
+        }
+    }
+    all.momentum = momentum.to_array();
+    all.angular_momentum = angular.to_array();
+    all.residual = residual.rms();
+    all
+}
+
+/// Hash of the state of all bodies; the same as [`solver::World::state_hash`](crate::solver::World::state_hash).
+#[must_use]
+pub fn state_hash(world: &mut World) -> u64 {
+    let bodies = bodies_in_order(world);
+    measure::state_hash(
+        bodies
+            .iter()
+            .filter_map(|&body| world.get::<Particles>(body)),
+    )
+}
