@@ -284,11 +284,13 @@ fn set_parameter(
     value: f64,
 ) -> Result<(), ActionError> {
     let info = find_effect(world, effect)?;
-    let index = info.parameter(parameter).ok_or_else(|| ActionError::Unknown {
-        kind: "parameter",
-        name: format!("{effect}.{parameter}"),
-        valid: info.parameter_names(),
-    })?;
+    let index = info
+        .parameter(parameter)
+        .ok_or_else(|| ActionError::Unknown {
+            kind: "parameter",
+            name: format!("{effect}.{parameter}"),
+            valid: info.parameter_names(),
+        })?;
     let set = info.set;
     let mut entity = body_mut(world, body)?;
     match set(&mut entity, index, value) {
@@ -309,8 +311,7 @@ fn grab(
 ) -> Result<(), ActionError> {
     let gravity = world.resource::<SimulationSettings>().gravity.length();
     let mut entity = body_mut(world, body)?;
-    let (Some(particles), Some(topology)) =
-        (entity.get::<Particles>(), entity.get::<SoftBody>())
+    let (Some(particles), Some(topology)) = (entity.get::<Particles>(), entity.get::<SoftBody>())
     else {
         return Err(ActionError::NoBody(body));
     };

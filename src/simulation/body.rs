@@ -16,7 +16,7 @@ use std::sync::Arc;
     AddedMass,
     TickStart,
     RestTimer,
-    BodyIndex
+    SpawnOrder
 )]
 pub struct SoftBody(pub Arc<Topology>);
 
@@ -45,10 +45,11 @@ pub struct TickStart(pub(crate) Vec<Vec4>);
 #[derive(Component, Debug, Clone, Copy, Default)]
 pub struct RestTimer(pub(super) solver::rest::RestTimer);
 
-/// The body's place in the order of bodies: figures and hashes go by it, so that they do not
-/// depend on how the ECS stores bodies.
+/// The place of a body among bodies, of a collider among colliders: the order in which they came.
+/// Contacts, figures and hashes go by it, so that nothing depends on how the ECS stores entities
+/// or uses their numbers again.
 #[derive(Component, Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
-pub struct BodyIndex(pub u32);
+pub struct SpawnOrder(u64);
 
 /// The body has come to rest, and is not stepped until something disturbs it.
 #[derive(Component, Debug, Clone, Copy, Default)]
@@ -76,40 +77,49 @@ impl Component for solver::Collider {
     type Mutability = Mutable;
 }
 
-/// The number that the next body gets.
+/// The place that the next body or collider gets.
 #[derive(Resource, Debug, Default)]
-pub(super) struct NextIndex(u32);
+pub(super) struct NextPlace(u64);
+
+impl NextPlace {
+    fn take(&mut self) -> SpawnOrder {
+        self.0 += 1;
+        SpawnOrder(self.0)
+    }
+}
+
+/// Gives a new collider its place.
+pub(super) fn complete_collider(
+    added: On<Add, solver::Collider>,
+    mut next: ResMut<NextPlace>,
+    mut commands: Commands,
+) {
+    commands.entity(added.entity).insert(next.take());
+}
 
 /// Gives a new body its number, and particles in its rest shape unless it came with some.
 pub(super) fn complete_body(
     added: On<Add, SoftBody>,
-    mut next: ResMut<NextIndex>,
+    mut next: ResMut<NextPlace>,
     mut bodies: Query<(
         &SoftBody,
         &mut Particles,
         &mut TickStart,
-        &mut BodyIndex,
+        &mut SpawnOrder,
         &BodyDensity,
         &AddedMass,
         &Pins,
     )>,
 ) {
-    let Ok((body, mut particles, mut start, mut index, density, added_mass, pins)) =
+    let Ok((body, mut particles, mut start, mut order, density, added_mass, pins)) =
         bodies.get_mut(added.entity)
     else {
         return;
     };
-    index.0 = next.0;
-    next.0 += 1;
+    *order = next.take();
     if particles.len() != body.particles() {
         *particles = Particles::at_rest(body.rest.iter().copied());
     }
-    set_inverse_masses(
-        &mut particles.positions,
-        body,
-        density.0,
-        added_mass,
-        pins,
-    );
+    set_inverse_masses(&mut particles.positions, body, density.0, added_mass, pins);
     start.0.clone_from(&particles.positions);
 }

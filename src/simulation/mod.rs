@@ -18,8 +18,8 @@ pub(crate) mod step;
 
 pub use action::{Action, ActionError, Actions, Applied};
 pub use body::{
-    Active, AddedMass, Asleep, BodyDensity, BodyIndex, BodyQuarantined, Pins, Quarantined,
-    RestTimer, SoftBody, TickStart,
+    Active, AddedMass, Asleep, BodyDensity, BodyQuarantined, Pins, Quarantined, RestTimer,
+    SoftBody, SpawnOrder, TickStart,
 };
 pub use clock::{SimulationClock, SubstepTime, Tick};
 pub use profile::Profile;
@@ -77,13 +77,14 @@ impl Plugin for SimulationPlugin {
             .init_resource::<Actions>()
             .init_resource::<Measuring>()
             .init_resource::<Statistics>()
-            .init_resource::<body::NextIndex>()
+            .init_resource::<body::NextPlace>()
             .init_resource::<crate::effect::EffectRegistry>()
             .init_resource::<Time<Tick>>()
             .init_resource::<Time<SubstepTime>>()
             .add_message::<BodyQuarantined>()
             .add_message::<Applied>()
-            .add_observer(body::complete_body);
+            .add_observer(body::complete_body)
+            .add_observer(body::complete_collider);
         schedule::configure(app, self.schedule);
         app.add_systems(
             self.schedule,
@@ -99,9 +100,7 @@ impl Plugin for SimulationPlugin {
                 (
                     begin::update_masses,
                     begin::check_input,
-                    wake_changed::<
-                        Or<(Changed<BodyDensity>, Changed<AddedMass>, Changed<Pins>)>,
-                    >,
+                    wake_changed::<Or<(Changed<BodyDensity>, Changed<AddedMass>, Changed<Pins>)>>,
                     begin::wake_all,
                     begin::wake_touched,
                     begin::remember_start,

@@ -4,8 +4,8 @@
 //! state has to be continued on the side.
 
 use super::{
-    AddedMass, Asleep, BodyDensity, BodyIndex, Pins, Quarantined, RestTimer, SimulationClock,
-    SimulationSettings, SoftBody, TickStart, step::Sleep,
+    AddedMass, Asleep, BodyDensity, Pins, Quarantined, RestTimer, SimulationClock,
+    SimulationSettings, SoftBody, SpawnOrder, TickStart, step::Sleep,
 };
 use crate::solver::{
     self, Body, Collide, Collider, Effects, Grab, Ground, Particles, StickyGround, Stretch, Volume,
@@ -45,9 +45,8 @@ pub fn body(entity: EntityRef) -> Option<Body> {
 #[must_use]
 pub fn bodies_in_order(world: &mut World) -> Vec<Entity> {
     let mut bodies: Vec<_> = world
-        .query_filtered::<(&BodyIndex, Entity), With<SoftBody>>()
+        .query_filtered::<(&SpawnOrder, Entity), With<SoftBody>>()
         .iter(world)
-        .map(|(index, entity)| (*index, entity))
         .collect();
     bodies.sort_unstable();
     bodies.into_iter().map(|(_, entity)| entity).collect()
@@ -57,11 +56,11 @@ pub fn bodies_in_order(world: &mut World) -> Vec<Entity> {
 #[must_use]
 pub fn capture(world: &mut World) -> solver::World {
     let mut colliders: Vec<_> = world
-        .query::<(Entity, &Collider)>()
+        .query::<(&SpawnOrder, &Collider)>()
         .iter(world)
-        .map(|(entity, collider)| (entity, collider.clone()))
+        .map(|(order, collider)| (*order, collider.clone()))
         .collect();
-    colliders.sort_unstable_by_key(|(entity, _)| *entity);
+    colliders.sort_unstable_by_key(|(order, _)| *order);
     let bodies = bodies_in_order(world)
         .into_iter()
         .filter_map(|entity| body(world.entity(entity)))
@@ -71,7 +70,10 @@ pub fn capture(world: &mut World) -> solver::World {
         settings: **world.resource::<SimulationSettings>(),
         sleep: world.resource::<Sleep>().0,
         bodies,
-        colliders: colliders.into_iter().map(|(_, collider)| collider).collect(),
+        colliders: colliders
+            .into_iter()
+            .map(|(_, collider)| collider)
+            .collect(),
         time: clock.time,
         tick: clock.tick,
     }

@@ -38,7 +38,11 @@ impl Profile {
         let started = Instant::now();
         work();
         let spent = started.elapsed();
-        match self.running_parts.iter_mut().find(|(name, _)| *name == part) {
+        match self
+            .running_parts
+            .iter_mut()
+            .find(|(name, _)| *name == part)
+        {
             Some((_, sum)) => *sum += spent,
             None => self.running_parts.push((part, spent)),
         }

@@ -1,23 +1,8 @@
-//! Schedules and sets: where a tick happens, and in what order.
-//!
-//! ```text
-//! the schedule that the caller chose (FixedPostUpdate unless told otherwise)
-//! └ SoftBodySystems: First → Prepare → Step → Writeback → Last
-//!                                       └ StepSchedule, once a tick
-//!   └ StepSystems: Wake → Begin → Ready → Substeps → End
-//!                                         └ SubstepSchedule, `substeps` times
-//!     └ SolverSystems: Presolve → Solve → Postsolve
-//!                                  └ SolveSchedule, `iterations` times
-//!       └ SolvePhase: Elastic → User → Hands → Contacts
-//! ```
-//!
-//! The three inner schedules run on one thread in a fixed order, and two systems in them whose
-//! order matters but is not given are an error.
+//! Schedules and sets: where a tick happens, and in what order. The drawing is at
+//! [`SoftBodySystems`].
 
 use bevy::{
-    ecs::schedule::{
-        LogLevel, ScheduleBuildSettings, ScheduleLabel, SingleThreadedExecutor,
-    },
+    ecs::schedule::{LogLevel, ScheduleBuildSettings, ScheduleLabel, SingleThreadedExecutor},
     prelude::*,
 };
 
@@ -34,6 +19,20 @@ pub struct SubstepSchedule;
 pub struct SolveSchedule;
 
 /// What happens in the schedule that the caller chose.
+///
+/// ```text
+/// the schedule that the caller chose (FixedPostUpdate unless told otherwise)
+/// └ SoftBodySystems: First → Prepare → Step → Writeback → Last
+///                                       └ StepSchedule, once a tick
+///   └ StepSystems: Wake → Begin → Ready → Substeps → End
+///                                         └ SubstepSchedule, `substeps` times
+///     └ SolverSystems: Presolve → Solve → Postsolve
+///                                  └ SolveSchedule, `iterations` times
+///       └ SolvePhase: Elastic → User → Hands → Contacts
+/// ```
+///
+/// The three inner schedules run on one thread in a fixed order, and two systems in them whose
+/// order matters but is not given are an error.
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum SoftBodySystems {
     /// What users did is carried out.

@@ -101,8 +101,7 @@ pub fn measure(world: &mut World) -> Statistics {
         all.bodies += 1;
         all.asleep += usize::from(entity.contains::<super::Asleep>());
         all.particles += particles.len();
-        all.finite &=
-            particles.first_not_finite().is_none() && !entity.contains::<Quarantined>();
+        all.finite &= particles.first_not_finite().is_none() && !entity.contains::<Quarantined>();
         all.kinetic += measure::kinetic_energy(particles);
         all.potential += measure::gravitational_energy(particles, settings.gravity);
         momentum += measure::momentum(particles);
@@ -114,7 +113,9 @@ pub fn measure(world: &mut World) -> Statistics {
         all.inverted += measure::inverted(body, &particles.positions);
         for effect in world.resource::<EffectRegistry>().iter() {
             if let Some(figures) = (effect.figures)(&entity, h) {
-                *all.constraints.entry(effect.name).or_default() += figures.elements;
+                if figures.elements > 0 {
+                    *all.constraints.entry(effect.name).or_default() += figures.elements;
+                }
                 if let Some(energy) = figures.energy {
                     *all.elastic.entry(effect.name).or_default() += energy;
                 }

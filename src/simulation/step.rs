@@ -1,9 +1,8 @@
 //! Stepping: from real time to ticks, from ticks to substeps, from substeps to sweeps.
 
 use super::{
-    Asleep, Profile, RestTimer, SimulationClock, SimulationSettings, SolveSchedule, StepSchedule,
-    SubstepSchedule, SubstepTime, Tick, TickStart,
-    body::Active,
+    Asleep, Profile, RestTimer, SimulationClock, SimulationSettings, SolveSchedule, SpawnOrder,
+    StepSchedule, SubstepSchedule, SubstepTime, Tick, TickStart, body::Active,
     quarantine::quarantine,
 };
 use crate::{
@@ -20,7 +19,7 @@ pub struct CurrentSubstep {
     pub step: Substep,
     /// The sweep under way, from 0.
     pub iteration: u32,
-    /// What every collider does during the substep, in the order of their entities.
+    /// What every collider does during the substep, in the order in which they came.
     pub colliders: Vec<Sweep>,
 }
 
@@ -45,7 +44,9 @@ impl Default for CurrentSubstep {
 
 /// Lets the time of the schedule around it pass, and does the ticks that are due.
 pub(super) fn advance(world: &mut World) {
-    let passed = world.get_resource::<Time>().map_or(Duration::ZERO, Time::delta);
+    let passed = world
+        .get_resource::<Time>()
+        .map_or(Duration::ZERO, Time::delta);
     let tick_seconds = world.resource::<SimulationSettings>().tick_seconds();
     let mut clock = world.resource_mut::<SimulationClock>();
     clock.advance(passed, tick_seconds);
@@ -93,11 +94,15 @@ fn slice(world: &mut World, deadline: Option<Instant>) {
     world.run_schedule(StepSchedule);
     leave_clock(world, outer);
     let ended = !world.resource::<SimulationClock>().mid_tick();
-    world.resource_mut::<Profile>().spend(started.elapsed(), ended);
+    world
+        .resource_mut::<Profile>()
+        .spend(started.elapsed(), ended);
 }
 
 /// Makes `Res<Time>` the clock of the schedule that is about to run.
-fn enter_clock<T: Default + Clone + Copy + Send + Sync + 'static>(world: &mut World) -> Option<Time> {
+fn enter_clock<T: Default + Clone + Copy + Send + Sync + 'static>(
+    world: &mut World,
+) -> Option<Time> {
     let inner = world.resource::<Time<T>>().as_generic();
     let outer = world.get_resource::<Time>().copied();
     world.insert_resource(inner);
@@ -123,9 +128,12 @@ pub(super) fn run_substeps(world: &mut World) {
     let settings = **world.resource::<SimulationSettings>();
     let deadline = world.resource::<Deadline>().0;
     let start = world.resource::<SimulationClock>().time;
-    let first = world.resource::<SimulationClock>().next_substep.unwrap_or(0);
+    let first = world
+        .resource::<SimulationClock>()
+        .next_substep
+        .unwrap_or(0);
     let h = settings.substep_seconds();
-    let mut colliders = world.query::<(Entity, &Collider)>();
+    let mut colliders = world.query::<(&SpawnOrder, &Collider)>();
     let outer = enter_clock::<SubstepTime>(world);
     let mut next = None;
     for index in first..settings.substeps.get() {
@@ -157,15 +165,14 @@ pub(super) fn run_substeps(world: &mut World) {
 
 fn sweep(
     world: &World,
-    colliders: &mut QueryState<(Entity, &Collider)>,
+    colliders: &mut QueryState<(&SpawnOrder, &Collider)>,
     swept: &mut Vec<Sweep>,
     time: f64,
     h: f64,
 ) {
     swept.clear();
-    // Entities are sorted, as the order in which the ECS stores them may change.
     let mut sorted: Vec<_> = colliders.iter(world).collect();
-    sorted.sort_unstable_by_key(|(entity, _)| *entity);
+    sorted.sort_unstable_by_key(|(order, _)| *order);
     swept.extend(
         sorted
             .iter()
@@ -234,7 +241,10 @@ pub(super) fn fall_asleep(
 ) {
     let seconds = settings.tick_seconds() as f32;
     for (entity, mut particles, start, mut timer) in &mut bodies {
-        if timer.0.observe(start, &particles.positions, seconds, &sleep.0) {
+        if timer
+            .0
+            .observe(start, &particles.positions, seconds, &sleep.0)
+        {
             particles.velocities.fill(Vec4::ZERO);
             commands.entity(entity).insert(Asleep);
         }

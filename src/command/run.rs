@@ -1,0 +1,142 @@
+//! `pliant run`.
+
+use super::FAILED;
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use pliant::{
+    output::{csv, json, plot},
+    scene::{
+        Scene,
+        overrides::Override,
+        run::{Run, RunOptions, run},
+    },
+};
+use std::{path::PathBuf, process::ExitCode};
+
+/// Runs a scene without a window and judges it by its acceptance.
+///
+/// Example: pliant run jelly_cube --set substeps=20 --set stretch.compliance=1e-5 --csv cube.csv
+#[derive(Debug, Args)]
+pub struct RunScene {
+    /// Name of a built-in scene (see `pliant scenes`), or path of a scene file
+    scene: String,
+
+    /// Simulated time [s]; the scene's own unless given
+    #[arg(long, value_parser = seconds)]
+    seconds: Option<f64>,
+
+    /// Set substeps, iterations, rate, gravity_x, gravity_y, gravity_z, or a parameter of an
+    /// effect on all bodies that carry it, as in stretch.compliance=1e-5
+    #[arg(long, value_name = "NAME=VALUE")]
+    set: Vec<Override>,
+
+    /// Write the figures of every tick as CSV
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+
+    /// Write a plot of the run as SVG
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
+
+    /// Write a picture of the end of the run (needs a graphics adapter, but no display)
+    #[cfg(feature = "window")]
+    #[arg(long, value_name = "FILE.png")]
+    screenshot: Option<PathBuf>,
+
+    /// Print one JSON object instead of a summary in words
+    #[arg(long)]
+    json: bool,
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if seconds > 0.0 && seconds <= 1e6 => Ok(seconds),
+        _ => Err("must be a number of seconds above 0 and at most 1e6".to_owned()),
+    }
+}
+
+impl RunScene {
+    pub fn run(self) -> anyhow::Result<ExitCode> {
+        let current = Scene::load(&self.scene)?;
+        let built = current.scene.build()?;
+        let options = RunOptions {
+            seconds: self.seconds,
+            set: self.set,
+            ..current.scene.run_options()
+        };
+        let bar = progress_bar();
+        let done = run(&built, &options, |share| {
+            bar.set_position((share * 1000.0) as u64)
+        })?;
+        bar.finish_and_clear();
+        if let Some(path) = &self.csv {
+            csv::write(path, &done.history)?;
+        }
+        if let Some(path) = &self.plot {
+            plot::write(path, &current.scene.title, &done.history)?;
+        }
+        #[cfg(feature = "window")]
+        if let Some(path) = &self.screenshot {
+            let built = pliant::scene::BuiltScene {
+                world: done.world.clone(),
+                ..built
+            };
+            let size = bevy::math::UVec2::new(1280, 800);
+            pliant::sandbox::picture::picture(&built, built.camera, path, size)?;
+        }
+        if self.json {
+            let summary = json::run(&current.name, &done);
+            println!("{}", serde_json::to_string_pretty(&summary)?);
+        } else {
+            print!("{}", in_words(&current.scene.title, &done));
+        }
+        Ok(if done.accepted() {
+            ExitCode::SUCCESS
+        } else {
+            ExitCode::from(FAILED)
+        })
+    }
+}
+
+/// Shown while a run takes long; nothing where output is not a terminal.
+pub fn progress_bar() -> ProgressBar {
+    let bar = ProgressBar::new(1000);
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent} % · {eta} left") {
+        bar.set_style(style);
+    }
+    bar
+}
+
+/// The summary for people.
+pub fn in_words(title: &str, run: &Run) -> String {
+    let last = run.history.last().cloned().unwrap_or_default();
+    let constraints: Vec<_> = last
+        .constraints
+        .iter()
+        .map(|(effect, count)| format!("{count} {effect}"))
+        .collect();
+    let verdict = if run.accepted() {
+        "accepted".to_owned()
+    } else {
+        format!("not accepted:\n  {}", run.reasons.join("\n  "))
+    };
+    format!(
+        "{title}: {:.3} s in {} ticks of {} substeps and {} iterations\n\
+         {} bodies ({} asleep), {} particles, constraints: {}\n\
+         {:.3} ms a tick (median), energy {:.6} J, volume error {:.3} %, residual {:.2e}\n\
+         state {:016x}, {verdict}\n",
+        last.time,
+        last.tick,
+        run.settings.substeps.get(),
+        run.settings.iterations.get(),
+        last.bodies,
+        last.asleep,
+        last.particles,
+        constraints.join(", "),
+        run.median_tick_ms(),
+        last.energy(),
+        last.volume_error * 100.0,
+        last.residual,
+        run.state_hash,
+    )
+}

@@ -1,0 +1,109 @@
+//! `pliant` without a command: the window, or, where none can be opened, the default scene
+//! without one.
+
+use super::{FAILED, run::in_words};
+use clap::Args;
+use pliant::{
+    output::{csv, plot},
+    scene::{Scene, registry::SCENES, run::run},
+};
+use std::{path::PathBuf, process::ExitCode};
+
+/// What the window opens with.
+#[derive(Debug, Args)]
+pub struct Window {
+    /// Name of a built-in scene (see `pliant scenes`), or path of a scene file, to open in the
+    /// window; the one of the last time unless given
+    scene: Option<String>,
+
+    /// Size of the window in pixels, as in 1280x800
+    #[cfg(feature = "window")]
+    #[arg(long, value_parser = size)]
+    size: Option<(u32, u32)>,
+
+    /// Write what happens in the window as JSON, a line an event, for scripted tests and demos
+    #[cfg(feature = "window")]
+    #[arg(long, value_name = "FILE")]
+    journal: Option<PathBuf>,
+
+    /// Neither read nor write what is kept between runs (scene, window size, panel)
+    #[cfg(feature = "window")]
+    #[arg(long)]
+    no_settings: bool,
+}
+
+#[cfg(feature = "window")]
+fn size(text: &str) -> Result<(u32, u32), String> {
+    let sides = text.split_once('x').and_then(|(width, height)| {
+        let side = |text: &str| {
+            text.parse()
+                .ok()
+                .filter(|side| (200..=16_384).contains(side))
+        };
+        Some((side(width)?, side(height)?))
+    });
+    sides.ok_or_else(|| "must be like 1280x800, each side from 200 to 16384 pixels".to_owned())
+}
+
+impl Window {
+    #[cfg(feature = "window")]
+    pub fn run(self) -> anyhow::Result<ExitCode> {
+        use pliant::sandbox::{SandboxOptions, run};
+        if let Some(scene) = &self.scene {
+            Scene::load(scene)?.scene.build()?;
+        }
+        let options = SandboxOptions {
+            scene: self.scene.clone(),
+            journal: self.journal.clone(),
+            no_settings: self.no_settings,
+            size: self.size.map(Into::into),
+        };
+        match run(&options) {
+            Ok(exit) if exit.is_success() => Ok(ExitCode::SUCCESS),
+            Ok(_) => Ok(ExitCode::from(FAILED)),
+            Err(reason) => self.without_window(&reason.to_string()),
+        }
+    }
+
+    #[cfg(not(feature = "window"))]
+    pub fn run(self) -> anyhow::Result<ExitCode> {
+        self.without_window("this program was built without the window (feature `window`)")
+    }
+
+    /// Says why there is no window, and runs the scene without one.
+    fn without_window(&self, reason: &str) -> anyhow::Result<ExitCode> {
+        let name = self.scene.as_deref().unwrap_or(SCENES[0].name);
+        println!("No window: {reason}. Running {name} without one; `pliant run` does the same.");
+        let current = Scene::load(name)?;
+        let done = run(
+            &current.scene.build()?,
+            &current.scene.run_options(),
+            |_| (),
+        )?;
+        print!("{}", in_words(&current.scene.title, &done));
+        let folder = folder()?;
+        let (figures, picture) = (folder.join("run.csv"), folder.join("run.svg"));
+        csv::write(&figures, &done.history)?;
+        plot::write(&picture, &current.scene.title, &done.history)?;
+        println!(
+            "Figures of every tick and a plot of them are in {}",
+            folder.display()
+        );
+        Ok(if done.accepted() {
+            ExitCode::SUCCESS
+        } else {
+            ExitCode::from(FAILED)
+        })
+    }
+}
+
+/// A folder for what is left behind: here if possible, else among temporary files.
+fn folder() -> std::io::Result<PathBuf> {
+    let here = std::env::current_dir()?.join("pliant-run");
+    if std::fs::create_dir_all(&here).is_ok() {
+        return Ok(here);
+    }
+    let elsewhere = std::env::temp_dir().join("pliant-run");
+    std::fs::create_dir_all(&elsewhere)?;
+    Ok(elsewhere)
+}

@@ -1,0 +1,124 @@
+//! Pliant steps soft bodies by extended position-based dynamics (XPBD), in Bevy or without it.
+//!
+//! The program of the same name is a sandbox: a window in which one drags soft things and turns
+//! what they are made of. This library is what it is made of, and works in anybody's app:
+//!
+//! ```
+//! use bevy::prelude::*;
+//! use pliant::{mesh::Primitive, prelude::*, simulation::tick};
+//! use std::sync::Arc;
+//!
+//! let cube = Primitive::Box { size: Vec3::splat(0.4), cells: UVec3::splat(4) };
+//! let topology = Arc::new(Topology::new(cube.build()?.shape)?);
+//!
+//! let mut app = App::new();
+//! app.add_plugins((MinimalPlugins, SoftBodyPlugins::default()));
+//! let jelly = app
+//!     .world_mut()
+//!     .spawn((
+//!         SoftBody(topology),
+//!         BodyDensity(Density::new(1000.0)?),                                  // kg/m³
+//!         Stretch { compliance: Compliance::new(1e-5)?, ..Default::default() }, // m/N
+//!         Volume::default(),                                                   // incompressible
+//!         Ground { height: -1.0, ..Default::default() },                       // m
+//!     ))
+//!     .id();
+//!
+//! for _ in 0..120 {
+//!     tick(app.world_mut()); // what the schedule does each 1/60 s
+//! }
+//! let particles = app.world().get::<Particles>(jelly).expect("a body has particles");
+//! let lowest = particles.positions.iter().map(|x| x.y).fold(f32::INFINITY, f32::min);
+//! assert!(lowest >= -1.0, "it lies on the ground");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Rooms
+//!
+//! | module | what is in it | knows |
+//! |---|---|---|
+//! | [`solver`] | particles, topology, the three stages, constraints, contacts, the f64 twin | `glam` |
+//! | [`mesh`] | primitives, files, filling a surface with tetrahedra, embedding it | `solver` |
+//! | [`simulation`], [`effect`] | schedules, clock, sleep, quarantine; components and their systems | `solver`, Bevy |
+//! | [`scene`] | scene files, their registry, their acceptance | all above |
+//! | [`output`] | CSV, SVG, JSON | all above |
+//! | `sandbox` | the window (feature `window`, on by default) | all above |
+//!
+//! # Effects
+//!
+//! A body does what its components say. While no body carries an effect, no system of it is in any
+//! schedule: see [`effect`].
+//!
+//! | component | constraint or contact | parameters |
+//! |---|---|---|
+//! | [`Stretch`](effect::Stretch) | C = ‖x₁−x₀‖−L₀ on edges [m] | compliance m/N, axial stiffness N, damping s |
+//! | [`Volume`](effect::Volume) | C = V−V₀ on tetrahedra [m³] | compliance m⁵/N, bulk modulus Pa, damping s |
+//! | [`Grab`](effect::Grab) | a hand's spring, only while it holds | compliance m/N, strength N |
+//! | [`Ground`](effect::Ground) | a level ground | height m, friction, restitution |
+//! | [`StickyGround`](effect::StickyGround) | a level ground that holds what it touches | height m |
+//! | [`Collide`](effect::Collide) | spheres, boxes, capsules, still or moving | friction, restitution |
+//!
+//! # Sets
+//!
+//! [`SoftBodyPlugins`] steps in a schedule of the caller's choice; what happens in it, and where a
+//! system of one's own can stand, is drawn at [`simulation::SoftBodySystems`].
+//!
+//! # Units
+//!
+//! Metres, kilograms, seconds, newtons, everywhere. Numbers that must lie in a range are types
+//! that cannot hold another ([`solver::quantity`]).
+
+pub mod effect;
+pub mod mesh;
+pub mod output;
+pub mod prelude;
+#[cfg(feature = "window")]
+pub mod sandbox;
+pub mod scene;
+pub mod simulation;
+pub mod solver;
+
+use bevy::{
+    app::PluginGroupBuilder,
+    ecs::schedule::{InternedScheduleLabel, ScheduleLabel},
+    prelude::*,
+};
+
+/// The README's examples, compiled and run with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
+/// Everything that steps soft bodies: the simulation and all effects, without a window.
+///
+/// In [`FixedPostUpdate`] unless told otherwise. Ticks have a length of their own
+/// ([`SimulationSettings`](simulation::SimulationSettings)), whatever the schedule's: the clock
+/// does as many as its time asks for.
+#[derive(Debug, Clone)]
+pub struct SoftBodyPlugins {
+    schedule: InternedScheduleLabel,
+}
+
+impl SoftBodyPlugins {
+    /// Steps in the given schedule, by its time.
+    #[must_use]
+    pub fn new(schedule: impl ScheduleLabel) -> Self {
+        Self {
+            schedule: schedule.intern(),
+        }
+    }
+}
+
+impl Default for SoftBodyPlugins {
+    fn default() -> Self {
+        Self::new(FixedPostUpdate)
+    }
+}
+
+impl PluginGroup for SoftBodyPlugins {
+    fn build(self) -> PluginGroupBuilder {
+        PluginGroupBuilder::start::<Self>()
+            .add(simulation::SimulationPlugin::new(self.schedule))
+            .add_group(effect::EffectPlugins)
+    }
+}

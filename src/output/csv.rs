@@ -1,0 +1,86 @@
+//! Figures as CSV: a row a tick, each column with its unit in its name.
+
+use super::OutputError;
+use crate::simulation::Statistics;
+use std::path::Path;
+
+/// Names of the columns, with units.
+pub const COLUMNS: [&str; 20] = [
+    "tick",
+    "time_s",
+    "ms_per_tick",
+    "bodies",
+    "asleep",
+    "particles",
+    "constraints",
+    "kinetic_j",
+    "potential_j",
+    "elastic_j",
+    "energy_j",
+    "momentum_x_kg_m_s",
+    "momentum_y_kg_m_s",
+    "momentum_z_kg_m_s",
+    "angular_momentum_x_kg_m2_s",
+    "angular_momentum_y_kg_m2_s",
+    "angular_momentum_z_kg_m2_s",
+    "volume_error",
+    "residual",
+    "inverted",
+];
+
+/// A row, in the order of [`COLUMNS`].
+#[must_use]
+pub fn row(figures: &Statistics) -> [String; COLUMNS.len()] {
+    let [px, py, pz] = figures.momentum;
+    let [lx, ly, lz] = figures.angular_momentum;
+    [
+        figures.tick.to_string(),
+        figures.time.to_string(),
+        figures.ms_per_tick.to_string(),
+        figures.bodies.to_string(),
+        figures.asleep.to_string(),
+        figures.particles.to_string(),
+        figures.constraint_count().to_string(),
+        figures.kinetic.to_string(),
+        figures.potential.to_string(),
+        figures.elastic.values().sum::<f64>().to_string(),
+        figures.energy().to_string(),
+        px.to_string(),
+        py.to_string(),
+        pz.to_string(),
+        lx.to_string(),
+        ly.to_string(),
+        lz.to_string(),
+        figures.volume_error.to_string(),
+        figures.residual.to_string(),
+        figures.inverted.to_string(),
+    ]
+}
+
+/// Writes rows to a file, with a header.
+///
+/// # Errors
+/// [`OutputError`] naming the file and what the system said.
+pub fn write(path: &Path, history: &[Statistics]) -> Result<(), OutputError> {
+    let mut writer = create(path)?;
+    for figures in history {
+        writer
+            .write_record(row(figures))
+            .map_err(|error| OutputError::new(path, error))?;
+    }
+    writer
+        .flush()
+        .map_err(|error| OutputError::new(path, error))
+}
+
+/// A file with its header, for rows that come one at a time.
+///
+/// # Errors
+/// [`OutputError`] naming the file and what the system said.
+pub fn create(path: &Path) -> Result<csv::Writer<std::fs::File>, OutputError> {
+    let mut writer = csv::Writer::from_path(path).map_err(|error| OutputError::new(path, error))?;
+    writer
+        .write_record(COLUMNS)
+        .map_err(|error| OutputError::new(path, error))?;
+    Ok(writer)
+}

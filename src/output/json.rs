@@ -1,0 +1,37 @@
+//! A run as one JSON object.
+
+use crate::scene::run::Run;
+use serde_json::{Value, json};
+
+/// The summary that `pliant run --json` prints.
+#[must_use]
+pub fn run(scene: &str, run: &Run) -> Value {
+    let last = run.history.last().cloned().unwrap_or_default();
+    json!({
+        "scene": scene,
+        "seconds": run.seconds,
+        "rate": run.settings.rate.get(),
+        "substeps": run.settings.substeps.get(),
+        "iterations": run.settings.iterations.get(),
+        "ticks": last.tick,
+        "bodies": last.bodies,
+        "asleep": last.asleep,
+        "particles": last.particles,
+        "constraints": last.constraints,
+        "systems": run.systems,
+        "ms_per_tick": run.median_tick_ms(),
+        "finite": last.finite,
+        "energy_j": last.energy(),
+        "kinetic_j": last.kinetic,
+        "potential_j": last.potential,
+        "elastic_j": last.elastic,
+        "momentum": last.momentum,
+        "angular_momentum": last.angular_momentum,
+        "volume_error": last.volume_error,
+        "residual": last.residual,
+        "inverted": last.inverted,
+        "state_hash": format!("{:016x}", run.state_hash),
+        "accepted": run.accepted(),
+        "reasons": run.reasons,
+    })
+}

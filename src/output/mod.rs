@@ -1,0 +1,27 @@
+//! What a run leaves behind: figures as CSV, a plot of them as SVG, a summary as JSON.
+
+pub mod csv;
+pub mod json;
+pub mod plot;
+
+/// Why something could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum OutputError {
+    /// A file cannot be written.
+    #[error("cannot write {path}: {message}")]
+    Unwritable {
+        /// The file.
+        path: std::path::PathBuf,
+        /// What the system said.
+        message: String,
+    },
+}
+
+impl OutputError {
+    pub(crate) fn new(path: &std::path::Path, error: impl std::fmt::Display) -> Self {
+        Self::Unwritable {
+            path: path.to_owned(),
+            message: error.to_string(),
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! A plot of a run as SVG: energies, volume error and residual, time of a tick, over time.
+
+use super::OutputError;
+use crate::simulation::Statistics;
+use plotters::{coord::Shift, prelude::*};
+use std::path::Path;
+
+const SIZE: (u32, u32) = (960, 900);
+
+/// Colours that differ in lightness as well as in hue (after Okabe and Ito 2008).
+const COLOURS: [RGBColor; 4] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(60, 60, 60),
+];
+
+type Curve<'a> = (&'a str, Vec<(f64, f64)>);
+type Failure = Box<dyn std::error::Error>;
+
+/// Writes the plot of a run.
+///
+/// # Errors
+/// [`OutputError`] naming the file and what the system said.
+pub fn write(path: &Path, title: &str, history: &[Statistics]) -> Result<(), OutputError> {
+    draw(path, title, history).map_err(|error| OutputError::new(path, error))
+}
+
+fn draw(path: &Path, title: &str, history: &[Statistics]) -> Result<(), Failure> {
+    let root = SVGBackend::new(path, SIZE).into_drawing_area();
+    root.fill(&WHITE)?;
+    let root = root.titled(title, ("sans-serif", 22))?;
+    let panels = root.split_evenly((3, 1));
+    let curve = |name, value: &dyn Fn(&Statistics) -> f64| -> Curve {
+        let points = history.iter().map(|row| (row.time, value(row)));
+        (name, points.filter(|(_, y)| y.is_finite()).collect())
+    };
+    chart(
+        &panels[0],
+        "energy [J]",
+        &[
+            curve("kinetic", &|row| row.kinetic),
+            curve("potential", &|row| row.potential),
+            curve("elastic", &|row| row.elastic.values().sum()),
+            curve("all", &Statistics::energy),
+        ],
+    )?;
+    chart(
+        &panels[1],
+        "error [% of rest]",
+        &[
+            curve("volume", &|row| row.volume_error * 100.0),
+            curve("residual", &|row| row.residual * 100.0),
+        ],
+    )?;
+    chart(
+        &panels[2],
+        "time of a tick [ms]",
+        &[curve("tick", &|row| row.ms_per_tick)],
+    )?;
+    root.present()?;
+    Ok(())
+}
+
+fn chart(
+    area: &DrawingArea<SVGBackend, Shift>,
+    label: &str,
+    curves: &[Curve],
+) -> Result<(), Failure> {
+    let (times, values) = (range(curves, |p| p.0), range(curves, |p| p.1));
+    let margin = (values.1 - values.0) * 0.05;
+    let mut chart = ChartBuilder::on(area)
+        .margin(12)
+        .x_label_area_size(34)
+        .y_label_area_size(72)
+        .build_cartesian_2d(times.0..times.1, values.0 - margin..values.1 + margin)?;
+    chart
+        .configure_mesh()
+        .x_desc("time [s]")
+        .y_desc(label)
+        .light_line_style(WHITE)
+        .label_style(("sans-serif", 13))
+        .axis_desc_style(("sans-serif", 14))
+        .draw()?;
+    for ((name, points), colour) in curves.iter().zip(COLOURS) {
+        chart
+            .draw_series(LineSeries::new(
+                points.iter().copied(),
+                colour.stroke_width(2),
+            ))?
+            .label(*name)
+            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
+    }
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::UpperRight)
+        .background_style(WHITE.mix(0.85))
+        .border_style(RGBColor(200, 200, 200))
+        .label_font(("sans-serif", 13))
+        .draw()?;
+    Ok(())
+}
+
+/// Lowest and highest value, apart from each other even if all are the same.
+fn range(curves: &[Curve], of: impl Fn(&(f64, f64)) -> f64) -> (f64, f64) {
+    let all = curves.iter().flat_map(|(_, points)| points).map(of);
+    let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+        (low.min(x), high.max(x))
+    });
+    if !low.is_finite() {
+        (0.0, 1.0)
+    } else if high > low {
+        (low, high)
+    } else {
+        let room = low.abs().max(1.0) * 0.5;
+        (low - room, high + room)
+    }
+}

@@ -1,0 +1,230 @@
+//! What must hold after a scene ran.
+
+use super::SceneError;
+use crate::{
+    simulation::Statistics,
+    solver::{Body, World, measure, topology::bounds},
+};
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// How long a scene runs, and what must hold then. Beside the checks, every number must be finite
+/// and every pin must be where it was, to the bit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Acceptance {
+    /// Simulated time [s].
+    pub seconds: f64,
+    /// What must hold at the end, of every body unless it says otherwise.
+    #[serde(default)]
+    pub checks: Vec<Check>,
+}
+
+/// One thing that must hold.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum Check {
+    /// Checks of the bodies whose name begins so.
+    Of(String, Vec<Check>),
+    /// Volume over rest volume is within this of 1.
+    Volume(f64),
+    /// Volume over rest volume is at least this far from 1.
+    VolumeLost(f64),
+    /// After a rigid fit, particles are within this of the rest shape: root mean square over the
+    /// body's size.
+    Shape(f64),
+    /// After a rigid fit, particles are at least this far from the rest shape.
+    ShapeLost(f64),
+    /// No tetrahedron is inside out.
+    NoInverted,
+    /// Root mean square speed is below this [m/s].
+    SpeedBelow(f64),
+    /// The body sleeps.
+    Asleep,
+    /// Every particle is at least this high [m].
+    Above(f32),
+    /// Some particle is at most this high [m].
+    ReachesBelow(f32),
+    /// The middle of the bounding box is within `within` of `place` [m].
+    Middle {
+        /// Where it should be [m].
+        place: Vec3,
+        /// How near [m].
+        within: f32,
+    },
+    /// The height of the bounding box is between these [m].
+    Height(f32, f32),
+    /// Root mean square of edge length over rest length less 1 is below this.
+    EdgeStrain(f64),
+    /// No particle is nearer than this to a point [m].
+    AwayFrom(Vec3, f32),
+    /// Total energy never rose above its first value by more than this share of the largest
+    /// kinetic energy.
+    EnergyBounded(f64),
+}
+
+impl Acceptance {
+    /// Refuses names of bodies that there are not, and times that are not positive.
+    pub(super) fn check_names(&self, world: &World) -> Result<(), SceneError> {
+        if !self.seconds.is_finite() || self.seconds <= 0.0 || self.seconds > 1e6 {
+            return Err(SceneError::Acceptance(format!(
+                "seconds is {}, but must be above 0 and at most 1e6 s",
+                self.seconds
+            )));
+        }
+        for check in &self.checks {
+            if let Check::Of(name, _) = check
+                && !world.bodies.iter().any(|body| body.name.starts_with(name))
+            {
+                let names: Vec<_> = world.bodies.iter().map(|b| b.name.as_str()).collect();
+                return Err(SceneError::Acceptance(format!(
+                    "no body's name begins with “{name}”; there are: {}",
+                    names.join(", ")
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// Judges a world after it ran: one sentence for each thing that does not hold.
+    #[must_use]
+    pub fn judge(&self, start: &World, end: &World, history: &[Statistics]) -> Vec<String> {
+        let mut reasons = Vec::new();
+        for (first, last) in start.bodies.iter().zip(&end.bodies) {
+            if let Some(quarantine) = &last.quarantine {
+                reasons.push(format!(
+                    "{}: particle {} was no longer finite after {}",
+                    last.name, quarantine.particle, quarantine.stage
+                ));
+            }
+            let moved = first.pins.iter().filter(|&&pin| {
+                first.particles.positions[pin as usize] != last.particles.positions[pin as usize]
+            });
+            let count = moved.count();
+            if count > 0 {
+                reasons.push(format!("{}: {count} pinned particles moved", last.name));
+            }
+        }
+        for check in &self.checks {
+            match check {
+                Check::Of(name, checks) => {
+                    for body in end.bodies.iter().filter(|body| body.name.starts_with(name)) {
+                        reasons.extend(checks.iter().filter_map(|check| check.fails(body)));
+                    }
+                }
+                Check::EnergyBounded(share) => reasons.extend(energy_rises(history, *share)),
+                _ => reasons.extend(end.bodies.iter().filter_map(|body| check.fails(body))),
+            }
+        }
+        reasons
+    }
+}
+
+fn energy_rises(history: &[Statistics], share: f64) -> Option<String> {
+    let first = history.first()?.energy();
+    let scale = history.iter().map(|row| row.kinetic).fold(0.0, f64::max);
+    let highest = history
+        .iter()
+        .map(Statistics::energy)
+        .fold(f64::NEG_INFINITY, f64::max);
+    (highest - first > share * scale).then(|| {
+        format!(
+            "energy rose from {first:.6} J to {highest:.6} J, by more than {share} of {scale:.6} J"
+        )
+    })
+}
+
+impl Check {
+    /// What does not hold for a body, in a sentence.
+    fn fails(&self, body: &Body) -> Option<String> {
+        let (topology, positions) = (&body.topology, &body.particles.positions);
+        let (low, high) = bounds(positions.iter().map(|x| x.truncate()));
+        let (holds, found) = match *self {
+            Self::Of(..) | Self::EnergyBounded(_) => return None,
+            Self::Volume(limit) => {
+                let error = measure::volume_error(topology, positions);
+                (error.abs() <= limit, format!("volume is off by {error:.5}"))
+            }
+            Self::VolumeLost(limit) => {
+                let error = measure::volume_error(topology, positions);
+                (
+                    error.abs() >= limit,
+                    format!("volume is off by only {error:.5}"),
+                )
+            }
+            Self::Shape(limit) => {
+                let error = measure::shape_error(topology, positions);
+                (
+                    error <= limit,
+                    format!("shape is off by {error:.5} of the size"),
+                )
+            }
+            Self::ShapeLost(limit) => {
+                let error = measure::shape_error(topology, positions);
+                (
+                    error >= limit,
+                    format!("shape is off by only {error:.5} of the size"),
+                )
+            }
+            Self::NoInverted => {
+                let count = measure::inverted(topology, positions);
+                (count == 0, format!("{count} tetrahedra are inside out"))
+            }
+            Self::SpeedBelow(limit) => {
+                let speed = measure::rms_speed(&body.particles);
+                (speed < limit, format!("moves at {speed:.6} m/s"))
+            }
+            Self::Asleep => (body.asleep, "is awake".to_owned()),
+            Self::Above(height) => (low.y >= height, format!("reaches down to {} m", low.y)),
+            Self::ReachesBelow(height) => {
+                (low.y <= height, format!("reaches down only to {} m", low.y))
+            }
+            Self::Middle { place, within } => {
+                let middle = (low + high) / 2.0;
+                (
+                    middle.distance(place) <= within,
+                    format!("its middle is at {middle}"),
+                )
+            }
+            Self::Height(least, most) => {
+                let height = high.y - low.y;
+                (
+                    (least..=most).contains(&height),
+                    format!("is {height} m high"),
+                )
+            }
+            Self::EdgeStrain(limit) => {
+                let strain = edge_strain(body);
+                (
+                    strain <= limit,
+                    format!("edges are strained by {strain:.5}"),
+                )
+            }
+            Self::AwayFrom(point, distance) => {
+                let nearest = positions
+                    .iter()
+                    .map(|x| x.truncate().distance(point))
+                    .fold(f32::INFINITY, f32::min);
+                (
+                    nearest >= distance,
+                    format!("comes within {nearest} m of {point}"),
+                )
+            }
+        };
+        // A comparison with NaN is false, so what cannot be measured does not hold.
+        (!holds).then(|| format!("{}: {found}, but {self:?} was asked for", body.name))
+    }
+}
+
+/// Root mean square of edge length over rest length less 1.
+fn edge_strain(body: &Body) -> f64 {
+    let rest = &body.topology.edges.rest_length;
+    let sum: f64 = measure::edge_errors(&body.topology, &body.particles.positions)
+        .zip(rest)
+        .map(|(error, &rest)| {
+            let strain = error / f64::from(rest);
+            strain * strain
+        })
+        .sum();
+    (sum / rest.len().max(1) as f64).sqrt()
+}

@@ -1,0 +1,267 @@
+//! From a scene to a plain world, and the surfaces that follow its bodies.
+
+use super::{BodySpec, CameraSpec, ColliderSpec, Look, Pins, Scene, SceneError};
+use crate::{
+    mesh::{self, FileMesh, Skin, SoftMesh},
+    solver::{
+        Body, Collider, Effects, Pose, Topology, World, contact::pose::rotation_degrees, deform,
+        topology::bounds,
+    },
+};
+use glam::{DVec3, Vec3, Vec4};
+use std::sync::Arc;
+
+/// A scene that is ready to run.
+#[derive(Debug, Clone)]
+pub struct BuiltScene {
+    /// Bodies, colliders and settings.
+    pub world: World,
+    /// The fine surface of each body; `None` if its own triangles are its surface.
+    pub skins: Vec<Option<Arc<Skin>>>,
+    /// How each body looks.
+    pub looks: Vec<Look>,
+    /// Where the camera stands at first; none frames everything.
+    pub camera: Option<CameraSpec>,
+    /// What was mended or left out of meshes, a sentence each.
+    pub notes: Vec<String>,
+}
+
+impl Scene {
+    /// Makes meshes, fills surfaces, places bodies.
+    ///
+    /// # Errors
+    /// [`SceneError`] naming the body or collider and what is wrong with it.
+    pub fn build(&self) -> Result<BuiltScene, SceneError> {
+        let mut built = BuiltScene {
+            world: World {
+                settings: self.world,
+                ..World::default()
+            },
+            skins: Vec::new(),
+            looks: Vec::new(),
+            camera: self.camera,
+            notes: Vec::new(),
+        };
+        for spec in &self.bodies {
+            self.add(spec, &mut built)?;
+        }
+        for (place, spec) in self.colliders.iter().enumerate() {
+            let collider = collider(spec).map_err(|error| SceneError::Collider {
+                index: place + 1,
+                error,
+            })?;
+            built.world.colliders.push(collider);
+        }
+        self.acceptance.check_names(&built.world)?;
+        Ok(built)
+    }
+
+    fn add(&self, spec: &BodySpec, built: &mut BuiltScene) -> Result<(), SceneError> {
+        check_numbers(spec)?;
+        let look = Look::new(spec.colour.as_deref()).map_err(|message| wrong(spec, message))?;
+        let mesh = self.soft_mesh(spec)?;
+        let notes = mesh.notes.into_iter();
+        built
+            .notes
+            .extend(notes.map(|note| format!("{}: {note}", spec.name)));
+        let topology = Topology::new(mesh.shape).map_err(|error| SceneError::Topology {
+            body: spec.name.clone(),
+            error,
+        })?;
+        let (topology, skin) = (Arc::new(topology), mesh.skin.map(Arc::new));
+        let places = places(spec);
+        for (number, &place) in places.iter().enumerate() {
+            let name = if places.len() == 1 {
+                spec.name.clone()
+            } else {
+                format!("{} {}", spec.name, number + 1)
+            };
+            built.world.bodies.push(body(spec, name, &topology, place)?);
+            built.skins.push(skin.clone());
+            built.looks.push(look);
+        }
+        Ok(())
+    }
+
+    fn soft_mesh(&self, spec: &BodySpec) -> Result<SoftMesh, SceneError> {
+        let named = |error| SceneError::Mesh {
+            body: spec.name.clone(),
+            error,
+        };
+        match (&spec.primitive, &spec.mesh) {
+            (Some(primitive), None) => primitive.build().map_err(named),
+            (None, Some(mesh)) => {
+                let file = self.file_mesh(&mesh.file).map_err(named)?;
+                mesh::build(file, &mesh.options()).map_err(named)
+            }
+            _ => Err(wrong(
+                spec,
+                "give it either a primitive or a mesh, as in `primitive: Box(size: (1, 1, 1))` \
+                 or `mesh: (file: \"bunny\")`"
+                    .to_owned(),
+            )),
+        }
+    }
+
+    fn file_mesh(&self, file: &str) -> Result<FileMesh, mesh::MeshError> {
+        let is_asset = mesh::asset::ASSETS.iter().any(|asset| asset.name == file);
+        if is_asset || !file.contains('.') {
+            mesh::asset::load(file)
+        } else {
+            mesh::read::file(&self.folder.join(file))
+        }
+    }
+}
+
+fn wrong(spec: &BodySpec, message: String) -> SceneError {
+    SceneError::Body {
+        body: spec.name.clone(),
+        message,
+    }
+}
+
+fn check_numbers(spec: &BodySpec) -> Result<(), SceneError> {
+    for (name, v) in [
+        ("position", spec.position),
+        ("rotation", spec.rotation),
+        ("velocity", spec.velocity),
+        (
+            "spacing",
+            spec.copies.map_or(Vec3::ZERO, |copies| copies.spacing),
+        ),
+    ] {
+        if !v.is_finite() {
+            let message = format!("{name} is {v}, but must be three finite numbers");
+            return Err(wrong(spec, message));
+        }
+    }
+    let count = spec.copies.map_or(1, |copies| {
+        let [x, y, z] = copies.count.to_array().map(u64::from);
+        x.saturating_mul(y).saturating_mul(z)
+    });
+    if (1..=MOST_COPIES).contains(&count) {
+        Ok(())
+    } else {
+        let message = format!("{count} copies, but there must be between 1 and {MOST_COPIES}");
+        Err(wrong(spec, message))
+    }
+}
+
+/// Copies of a body at most.
+const MOST_COPIES: u64 = 10_000;
+
+/// Where each copy is put: `position` is the middle of the grid's lowest layer.
+fn places(spec: &BodySpec) -> Vec<Vec3> {
+    let Some(copies) = spec.copies else {
+        return vec![spec.position];
+    };
+    let middle = Vec3::new(
+        (copies.count.x - 1) as f32 / 2.0,
+        0.0,
+        (copies.count.z - 1) as f32 / 2.0,
+    );
+    let mut places = Vec::new();
+    for y in 0..copies.count.y {
+        for z in 0..copies.count.z {
+            for x in 0..copies.count.x {
+                let cell = Vec3::new(x as f32, y as f32, z as f32) - middle;
+                places.push(spec.position + cell * copies.spacing);
+            }
+        }
+    }
+    places
+}
+
+fn body(
+    spec: &BodySpec,
+    name: String,
+    topology: &Arc<Topology>,
+    place: Vec3,
+) -> Result<Body, SceneError> {
+    let mut body = Body::new(name, Arc::clone(topology), spec.density);
+    let turn = rotation_degrees(spec.rotation);
+    for (x, rest) in body.particles.positions.iter_mut().zip(&topology.rest) {
+        let turned: DVec3 = turn * rest.as_dvec3() + place.as_dvec3();
+        *x = turned.as_vec3().extend(0.0);
+    }
+    body.added_mass.clone_from(&spec.added_mass);
+    if let Some(&(particle, _)) = spec
+        .added_mass
+        .iter()
+        .find(|(particle, _)| *particle as usize >= topology.particles())
+    {
+        let last = topology.particles() - 1;
+        let message = format!("added_mass names particle {particle}, but there are 0 to {last}");
+        return Err(wrong(spec, message));
+    }
+    body.pins = pins(spec, &body.particles.positions)?;
+    body.update_masses();
+    for &deformation in &spec.start {
+        deform(&mut body.particles, deformation);
+    }
+    body.particles
+        .previous
+        .clone_from(&body.particles.positions);
+    body.tick_start.clone_from(&body.particles.positions);
+    body.set_velocity(spec.velocity);
+    body.effects = Effects {
+        stretch: spec.effects.stretch,
+        volume: spec.effects.volume,
+        grab: None,
+        ground: spec.effects.ground,
+        sticky_ground: spec.effects.sticky_ground,
+        collide: spec.effects.collide,
+    };
+    Ok(body)
+}
+
+fn pins(spec: &BodySpec, positions: &[Vec4]) -> Result<Vec<u32>, SceneError> {
+    let (low, high) = bounds(positions.iter().map(|x| x.truncate()));
+    // A layer of particles is not level to the last bit after a rotation.
+    let slack = (high - low).max_element() * 1e-5;
+    let mut pins = Vec::new();
+    for pin in &spec.pins {
+        let all = (0..positions.len() as u32).zip(positions.iter().map(|x| x.truncate()));
+        let before = pins.len();
+        match *pin {
+            Pins::Particle(particle) => {
+                pins.extend(((particle as usize) < positions.len()).then_some(particle))
+            }
+            Pins::Top(share) => {
+                let limit = high.y - (high.y - low.y) * share - slack;
+                pins.extend(all.filter(|(_, x)| x.y >= limit).map(|(i, _)| i));
+            }
+            Pins::Left(share) => {
+                let limit = low.x + (high.x - low.x) * share + slack;
+                pins.extend(all.filter(|(_, x)| x.x <= limit).map(|(i, _)| i));
+            }
+            Pins::Within { low, high } => {
+                let inside = |x: Vec3| x.cmpge(low).all() && x.cmple(high).all();
+                pins.extend(all.filter(|&(_, x)| inside(x)).map(|(i, _)| i));
+            }
+        }
+        if pins.len() == before {
+            let last = positions.len() - 1;
+            let message = format!(
+                "{pin:?} pins no particle; the body spans {low} to {high} m and has particles 0 to {last}"
+            );
+            return Err(wrong(spec, message));
+        }
+    }
+    pins.sort_unstable();
+    pins.dedup();
+    Ok(pins)
+}
+
+fn collider(spec: &ColliderSpec) -> Result<Collider, crate::solver::InvalidValue> {
+    for v in [spec.position, spec.rotation] {
+        for component in v.to_array() {
+            crate::solver::quantity::finite("position or rotation", component)?;
+        }
+    }
+    let start = Pose {
+        rotation: rotation_degrees(spec.rotation).as_mat3(),
+        translation: spec.position,
+    };
+    Collider::moving(spec.shape, start, spec.path.clone())
+}

@@ -1,0 +1,39 @@
+//! Scenes: a world described in a file, and what must hold after it ran.
+//!
+//! A scene is RON. What it does not name is not simulated. `Scene::load` reads one by the name of
+//! a built-in scene or the path of a file, [`Scene::build`] makes a plain
+//! [`solver::World`] of it, [`spawn`] puts that into Bevy, and [`run`](mod@run) steps it without
+//! a window and judges it by its acceptance.
+//!
+//! ```
+//! let text = r#"Scene(
+//!     title: "A cube falls",
+//!     look_at: "It lands, wobbles and comes to rest.",
+//!     bodies: [(
+//!         name: "cube",
+//!         primitive: Box(size: (0.4, 0.4, 0.4), cells: (3, 3, 3)),
+//!         position: (0.0, 1.0, 0.0),
+//!         effects: (stretch: (compliance: 1e-4, damping: 0.02), volume: (), ground: ()),
+//!     )],
+//!     acceptance: (seconds: 2.0, checks: [NoInverted, Above(-1e-6)]),
+//! )"#;
+//! let scene: pliant::scene::Scene = text.parse()?;
+//! let verdict = pliant::scene::run::run(&scene.build()?, &Default::default(), |_| ())?;
+//! assert!(verdict.accepted(), "{:?}", verdict.reasons);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+pub mod acceptance;
+mod build;
+mod error;
+mod file;
+pub mod overrides;
+pub mod registry;
+pub mod run;
+mod spawn;
+
+pub use acceptance::{Acceptance, Check};
+pub use build::BuiltScene;
+pub use error::SceneError;
+pub use file::{BodySpec, CameraSpec, ColliderSpec, Copies, MeshSpec, Pins, Scene, SceneEffects};
+pub use spawn::{BodySkin, CurrentScene, Look, SceneEntity, despawn, spawn};

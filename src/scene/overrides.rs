@@ -1,0 +1,158 @@
+//! `--set name=value`: the world's settings and any parameter of any effect, from the command line.
+
+use crate::effect::EffectRegistry;
+use crate::simulation::{
+    action::{Action, ActionError, SETTINGS, perform},
+    plain::bodies_in_order,
+};
+use bevy::prelude::*;
+use std::str::FromStr;
+
+/// A name and a value, as in `substeps=20` or `stretch.compliance=1e-5`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Override {
+    /// A setting, or an effect and its parameter with a dot between.
+    pub name: String,
+    /// The value, in the unit of what is set.
+    pub value: f64,
+}
+
+/// Why something cannot be set.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum OverrideError {
+    /// Not of the form name=value.
+    #[error("“{0}” is not of the form name=value, as in substeps=20 or stretch.compliance=1e-5")]
+    Form(String),
+    /// The value is no number.
+    #[error("“{value}” is not a number, in {name}={value}")]
+    Number {
+        /// What was to be set.
+        name: String,
+        /// What was given.
+        value: String,
+    },
+    /// Neither a setting nor an effect.
+    #[error(
+        "there is nothing called “{name}” to set; there are the settings {settings}, and the parameters of the effects {effects}, as in stretch.compliance=1e-5"
+    )]
+    Unknown {
+        /// What was to be set.
+        name: String,
+        /// Valid settings.
+        settings: String,
+        /// Valid effects.
+        effects: String,
+    },
+    /// No body carries the effect.
+    #[error("no body of this scene carries {effect}, so {name} sets nothing; it has {present}")]
+    Absent {
+        /// The effect.
+        effect: String,
+        /// What was to be set.
+        name: String,
+        /// The effects that there are.
+        present: String,
+    },
+    /// The value is out of range, or the parameter unknown.
+    #[error(transparent)]
+    Action(#[from] ActionError),
+}
+
+impl FromStr for Override {
+    type Err = OverrideError;
+
+    fn from_str(text: &str) -> Result<Self, OverrideError> {
+        let (name, value) = text
+            .split_once('=')
+            .ok_or_else(|| OverrideError::Form(text.to_owned()))?;
+        let (name, value) = (name.trim().to_owned(), value.trim());
+        match value.parse() {
+            Ok(value) => Ok(Self { name, value }),
+            Err(_) => Err(OverrideError::Number {
+                name,
+                value: value.to_owned(),
+            }),
+        }
+    }
+}
+
+impl Override {
+    /// Sets it, on every body that carries the effect.
+    ///
+    /// # Errors
+    /// [`OverrideError`] naming the offending word and the valid choices.
+    pub fn apply(&self, world: &mut World) -> Result<(), OverrideError> {
+        if let Some((effect, parameter)) = self.name.split_once('.') {
+            return self.apply_to_bodies(world, effect, parameter);
+        }
+        if !SETTINGS.iter().any(|(name, ..)| *name == self.name) {
+            return Err(OverrideError::Unknown {
+                name: self.name.clone(),
+                settings: SETTINGS.map(|(name, ..)| name).join(", "),
+                effects: world.resource::<EffectRegistry>().names(),
+            });
+        }
+        let action = Action::SetSetting {
+            name: self.name.clone(),
+            value: self.value,
+        };
+        Ok(perform(world, &action)?)
+    }
+
+    fn apply_to_bodies(
+        &self,
+        world: &mut World,
+        effect: &str,
+        parameter: &str,
+    ) -> Result<(), OverrideError> {
+        let registry = world.resource::<EffectRegistry>();
+        let Some(info) = registry.get(effect) else {
+            return Err(OverrideError::Unknown {
+                name: self.name.clone(),
+                settings: SETTINGS.map(|(name, ..)| name).join(", "),
+                effects: registry.names(),
+            });
+        };
+        let present = info.present;
+        let carriers: Vec<Entity> = bodies_in_order(world)
+            .into_iter()
+            .filter(|&body| present(&world.entity(body)))
+            .collect();
+        if carriers.is_empty() {
+            return Err(OverrideError::Absent {
+                effect: effect.to_owned(),
+                name: self.name.clone(),
+                present: present_effects(world),
+            });
+        }
+        for body in carriers {
+            let action = Action::SetParameter {
+                body,
+                effect: effect.to_owned(),
+                parameter: parameter.to_owned(),
+                value: self.value,
+            };
+            perform(world, &action)?;
+        }
+        Ok(())
+    }
+}
+
+fn present_effects(world: &mut World) -> String {
+    let bodies = bodies_in_order(world);
+    let registry = world.resource::<EffectRegistry>();
+    let names: Vec<_> = registry
+        .iter()
+        .filter(|effect| {
+            bodies
+                .iter()
+                .any(|&body| (effect.present)(&world.entity(body)))
+        })
+        .map(|effect| effect.name)
+        .collect();
+    if names.is_empty() {
+        "no effects".to_owned()
+    } else {
+        names.join(", ")
+    }
+}

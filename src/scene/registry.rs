@@ -1,0 +1,36 @@
+//! The built-in scenes: in the program itself, so that an installed one needs no folder. This list
+//! feeds the picker, the command line, the tests and the README.
+
+/// A scene that comes with the program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BuiltinScene {
+    /// What commands call it.
+    pub name: &'static str,
+    /// The text of its file.
+    pub text: &'static str,
+}
+
+macro_rules! scenes {
+    ($($name:literal),* $(,)?) => {
+        &[$(BuiltinScene {
+            name: $name,
+            text: include_str!(concat!("../../assets/scenes/", $name, ".ron")),
+        }),*]
+    };
+}
+
+/// All of them, the default first.
+pub const SCENES: &[BuiltinScene] = scenes!["jelly_cube",];
+
+/// A scene by its name.
+#[must_use]
+pub fn find(name: &str) -> Option<&'static BuiltinScene> {
+    SCENES.iter().find(|scene| scene.name == name)
+}
+
+/// All names, for messages.
+#[must_use]
+pub fn names() -> String {
+    let names: Vec<_> = SCENES.iter().map(|scene| scene.name).collect();
+    names.join(", ")
+}

@@ -1,0 +1,166 @@
+//! A scene without a window: the same systems, stepped as fast as they go, judged at the end.
+
+use super::{
+    BuiltScene, Scene,
+    overrides::{Override, OverrideError},
+    spawn::spawn,
+};
+use crate::{
+    SoftBodyPlugins,
+    simulation::{
+        Measuring, SimulationSettings, SolveSchedule, Statistics, SubstepSchedule, plain,
+        statistics::{measure, state_hash},
+        tick,
+    },
+};
+use bevy::{ecs::schedule::ScheduleLabel, prelude::*};
+
+/// What to change before a scene runs, and for how long.
+#[derive(Debug, Clone, Default)]
+pub struct RunOptions {
+    /// Simulated time [s]; none takes the acceptance's.
+    pub seconds: Option<f64>,
+    /// What is set before the first tick.
+    pub set: Vec<Override>,
+    /// What must hold at the end; none checks only that the state is finite and pins are still.
+    pub acceptance: Option<super::Acceptance>,
+}
+
+/// A run and its outcome.
+#[derive(Debug)]
+pub struct Run {
+    /// Figures before the first tick and after each.
+    pub history: Vec<Statistics>,
+    /// Real time of each tick [ms].
+    pub tick_ms: Vec<f64>,
+    /// What did not hold, a sentence each.
+    pub reasons: Vec<String>,
+    /// Names of the systems in the substep, in the order in which they run.
+    pub systems: Vec<String>,
+    /// Settings that it ran with.
+    pub settings: crate::solver::Settings,
+    /// Hash of the state at the end.
+    pub state_hash: u64,
+    /// The world at the end.
+    pub world: crate::solver::World,
+    /// Simulated time [s].
+    pub seconds: f64,
+}
+
+impl Run {
+    /// Whether everything held.
+    #[must_use]
+    pub fn accepted(&self) -> bool {
+        self.reasons.is_empty()
+    }
+
+    /// Real time of a tick, median [ms].
+    #[must_use]
+    pub fn median_tick_ms(&self) -> f64 {
+        let mut sorted = self.tick_ms.clone();
+        sorted.sort_by(f64::total_cmp);
+        sorted.get(sorted.len() / 2).copied().unwrap_or_default()
+    }
+}
+
+impl Scene {
+    /// Options that judge a run by the scene's own acceptance.
+    #[must_use]
+    pub fn run_options(&self) -> RunOptions {
+        RunOptions {
+            acceptance: Some(self.acceptance.clone()),
+            ..RunOptions::default()
+        }
+    }
+}
+
+/// An app without a window in which a scene is ready to be stepped.
+pub fn headless(built: &BuiltScene) -> App {
+    let mut app = App::new();
+    app.add_plugins(SoftBodyPlugins::default());
+    app.finish();
+    app.cleanup();
+    spawn(built, app.world_mut());
+    app
+}
+
+/// Runs a scene; `progress` is told the share that is done, from 0 to 1, after each tick.
+///
+/// # Errors
+/// [`OverrideError`] if something cannot be set; nothing has run then.
+pub fn run(
+    built: &BuiltScene,
+    options: &RunOptions,
+    mut progress: impl FnMut(f64),
+) -> Result<Run, OverrideError> {
+    let mut app = headless(built);
+    let world = app.world_mut();
+    for change in &options.set {
+        change.apply(world)?;
+    }
+    world.insert_resource(Measuring(true));
+    let settings = **world.resource::<SimulationSettings>();
+    let start = plain::capture(world);
+    let acceptance = options.acceptance.as_ref();
+    let seconds = options
+        .seconds
+        .or(acceptance.map(|acceptance| acceptance.seconds))
+        .unwrap_or(DEFAULT_SECONDS);
+    let ticks = (seconds * settings.rate.get()).round().max(1.0) as u64;
+    let mut history = vec![measure(world)];
+    let mut tick_ms = Vec::new();
+    for done in 1..=ticks {
+        tick(world);
+        let profile = world.resource::<crate::simulation::Profile>();
+        tick_ms.push(profile.tick().as_secs_f64() * 1e3);
+        history.push(world.resource::<Statistics>().clone());
+        progress(done as f64 / ticks as f64);
+    }
+    let end = plain::capture(world);
+    let nothing = super::Acceptance {
+        seconds,
+        checks: Vec::new(),
+    };
+    Ok(Run {
+        reasons: acceptance.unwrap_or(&nothing).judge(&start, &end, &history),
+        history,
+        tick_ms,
+        systems: system_names(world),
+        settings,
+        state_hash: state_hash(world),
+        world: end,
+        seconds,
+    })
+}
+
+/// Simulated time if neither a scene nor a user says [s].
+const DEFAULT_SECONDS: f64 = 5.0;
+
+/// Names of the systems in the substep, in the order in which they run; those of the sweep stand
+/// where the sweeps happen.
+#[must_use]
+pub fn system_names(world: &World) -> Vec<String> {
+    let mut names = Vec::new();
+    for name in names_in(world, SubstepSchedule) {
+        let sweeps = name.ends_with("::solve") && name.contains("simulation::step");
+        names.push(name);
+        if sweeps {
+            names.extend(names_in(world, SolveSchedule));
+        }
+    }
+    names
+}
+
+fn names_in(world: &World, label: impl ScheduleLabel) -> Vec<String> {
+    world
+        .resource::<Schedules>()
+        .get(label)
+        .and_then(|schedule| {
+            schedule.systems().ok().map(|systems| {
+                systems
+                    .map(|(_, system)| system.name().to_string())
+                    .collect()
+            })
+        })
+        .unwrap_or_default()
+}

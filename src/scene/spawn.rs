@@ -1,0 +1,81 @@
+//! From a built scene to entities.
+
+use super::{BuiltScene, Scene};
+use crate::{mesh::Skin, simulation::plain};
+use bevy::prelude::*;
+use std::{path::PathBuf, sync::Arc};
+
+/// Everything that a scene spawned; all of it goes with the scene.
+#[derive(Component, Debug, Clone, Copy, Default)]
+pub struct SceneEntity;
+
+/// The fine surface that follows a body.
+#[derive(Component, Debug, Clone, Deref)]
+pub struct BodySkin(pub Arc<Skin>);
+
+/// How a body looks.
+#[derive(Component, Debug, Clone, Copy, PartialEq, Default)]
+pub struct Look {
+    /// Colour as sRGB from 0 to 255; none takes the next of the palette.
+    pub colour: Option<[u8; 3]>,
+}
+
+/// The scene that is open.
+#[derive(Resource, Debug, Clone)]
+pub struct CurrentScene {
+    /// Its name in the registry, or its path.
+    pub name: String,
+    /// Its file, unless it is built in.
+    pub path: Option<PathBuf>,
+    /// What it says.
+    pub scene: Scene,
+}
+
+impl Look {
+    /// From a colour as #rrggbb.
+    ///
+    /// # Errors
+    /// A sentence that says what was expected.
+    pub(super) fn new(colour: Option<&str>) -> Result<Self, String> {
+        let Some(text) = colour else {
+            return Ok(Self::default());
+        };
+        let number = text
+            .strip_prefix('#')
+            .filter(|digits| digits.len() == 6)
+            .and_then(|digits| u32::from_str_radix(digits, 16).ok())
+            .ok_or_else(|| format!("colour is “{text}”, but must be like #e07040"))?;
+        let [_, red, green, blue] = number.to_be_bytes();
+        Ok(Self {
+            colour: Some([red, green, blue]),
+        })
+    }
+}
+
+/// Spawns a built scene's bodies and colliders, takes over its settings, and sets the clock to 0.
+/// Returns the bodies in their order.
+pub fn spawn(built: &BuiltScene, world: &mut World) -> Vec<Entity> {
+    let (bodies, colliders) = plain::spawn(world, &built.world);
+    for ((&body, skin), look) in bodies.iter().zip(&built.skins).zip(&built.looks) {
+        let mut entity = world.entity_mut(body);
+        entity.insert((SceneEntity, *look));
+        if let Some(skin) = skin {
+            entity.insert(BodySkin(Arc::clone(skin)));
+        }
+    }
+    for collider in colliders {
+        world.entity_mut(collider).insert(SceneEntity);
+    }
+    bodies
+}
+
+/// Takes away everything that scenes spawned.
+pub fn despawn(world: &mut World) {
+    let all: Vec<Entity> = world
+        .query_filtered::<Entity, With<SceneEntity>>()
+        .iter(world)
+        .collect();
+    for entity in all {
+        world.despawn(entity);
+    }
+}
