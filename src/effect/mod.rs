@@ -113,7 +113,9 @@ mod reflection {
     //! exchange a valid value for a valid value.
 
     use crate::solver::quantity::{Compliance, Damping, Friction, Restitution, Stiffness};
-    use bevy::reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect_opaque, std_traits::ReflectDefault};
+    use bevy::reflect::{
+        ReflectDeserialize, ReflectSerialize, impl_reflect_opaque, std_traits::ReflectDefault,
+    };
 
     impl_reflect_opaque!((in pliant::solver) Compliance(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Damping(Clone, Debug, Default, PartialEq, Serialize, Deserialize));

@@ -257,11 +257,15 @@ impl<E: Effect> Plugin for EffectPlugin<E> {
         app.add_observer(
             |added: On<Add, E>, mut registry: ResMut<EffectRegistry>, mut commands: Commands| {
                 registry.stale = true;
-                commands.entity(added.entity).try_insert(E::State::default());
+                commands
+                    .entity(added.entity)
+                    .try_insert(E::State::default());
             },
         );
         app.add_observer(
-            |removed: On<Remove, E>, mut registry: ResMut<EffectRegistry>, mut commands: Commands| {
+            |removed: On<Remove, E>,
+             mut registry: ResMut<EffectRegistry>,
+             mut commands: Commands| {
                 registry.stale = true;
                 commands.entity(removed.entity).try_remove::<E::State>();
             },

@@ -130,10 +130,7 @@ fn make_room(mut bodies: Query<(&SoftBody, &mut StretchMultipliers)>) {
 pub fn solve(
     current: Res<CurrentSubstep>,
     mut profile: ResMut<Profile>,
-    mut bodies: Query<
-        (&SoftBody, &mut Particles, &Stretch, &mut StretchMultipliers),
-        Active,
-    >,
+    mut bodies: Query<(&SoftBody, &mut Particles, &Stretch, &mut StretchMultipliers), Active>,
 ) {
     profile.time(Stretch::NAME, || {
         for (body, mut particles, stretch, mut multipliers) in &mut bodies {

@@ -130,10 +130,7 @@ fn make_room(mut bodies: Query<(&SoftBody, &mut VolumeMultipliers)>) {
 pub fn solve(
     current: Res<CurrentSubstep>,
     mut profile: ResMut<Profile>,
-    mut bodies: Query<
-        (&SoftBody, &mut Particles, &Volume, &mut VolumeMultipliers),
-        Active,
-    >,
+    mut bodies: Query<(&SoftBody, &mut Particles, &Volume, &mut VolumeMultipliers), Active>,
 ) {
     profile.time(Volume::NAME, || {
         for (body, mut particles, volume, mut multipliers) in &mut bodies {

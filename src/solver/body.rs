@@ -119,13 +119,20 @@ impl Body {
         for x in &mut self.particles.positions {
             *x += offset.extend(0.0);
         }
-        self.particles.previous.clone_from(&self.particles.positions);
+        self.particles
+            .previous
+            .clone_from(&self.particles.positions);
         self.tick_start.clone_from(&self.particles.positions);
     }
 
     /// Gives every particle that can move the same velocity [m/s].
     pub fn set_velocity(&mut self, velocity: Vec3) {
-        for (v, x) in self.particles.velocities.iter_mut().zip(&self.particles.positions) {
+        for (v, x) in self
+            .particles
+            .velocities
+            .iter_mut()
+            .zip(&self.particles.positions)
+        {
             if x.w > 0.0 {
                 *v = velocity.extend(0.0);
             }
@@ -134,13 +141,22 @@ impl Body {
 
     /// Starts a tick: makes room for multipliers, looks at the input, and remembers positions.
     pub fn begin_tick(&mut self) {
-        let edges = self.effects.stretch.map_or(0, |_| self.topology.edges.ends.len());
-        let tetrahedra = self.effects.volume.map_or(0, |_| self.topology.tetrahedra.corners.len());
+        let edges = self
+            .effects
+            .stretch
+            .map_or(0, |_| self.topology.edges.ends.len());
+        let tetrahedra = self
+            .effects
+            .volume
+            .map_or(0, |_| self.topology.tetrahedra.corners.len());
         self.stretch_multipliers.resize(edges, 0.0);
         self.volume_multipliers.resize(tetrahedra, 0.0);
         if let Some(particle) = self.particles.first_not_finite() {
             freeze(&mut self.particles, &self.tick_start);
-            self.quarantine = Some(Quarantine { particle, stage: "input" });
+            self.quarantine = Some(Quarantine {
+                particle,
+                stage: "input",
+            });
         }
         self.tick_start.clone_from(&self.particles.positions);
     }
@@ -245,7 +261,10 @@ impl Body {
             return;
         }
         let before = &self.tick_start;
-        if self.rest.observe(before, &self.particles.positions, seconds, settings) {
+        if self
+            .rest
+            .observe(before, &self.particles.positions, seconds, settings)
+        {
             self.asleep = true;
             self.particles.velocities.fill(Vec4::ZERO);
         }

@@ -28,15 +28,17 @@ pub fn deform(particles: &mut Particles, deformation: Deformation) {
         Deformation::Shuffle(seed) => seed,
         _ => 0,
     });
-    for (x, v) in particles.positions.iter_mut().zip(&mut particles.velocities) {
+    for (x, v) in particles
+        .positions
+        .iter_mut()
+        .zip(&mut particles.velocities)
+    {
         let place = x.truncate();
         let moved = match deformation {
             Deformation::Squash(factor) if factor.is_finite() => {
                 Vec3::new(place.x, low.y + (place.y - low.y) * factor, place.z)
             }
-            Deformation::Scale(factor) if factor.is_finite() => {
-                middle + (place - middle) * factor
-            }
+            Deformation::Scale(factor) if factor.is_finite() => middle + (place - middle) * factor,
             Deformation::Squash(_) | Deformation::Scale(_) => place,
             Deformation::Shuffle(_) => {
                 let share = Vec3::new(random.next(), random.next(), random.next());
@@ -65,7 +67,10 @@ impl Random {
     }
 
     /// The next number, from 0 up to but not including 1.
-    #[expect(clippy::should_implement_trait, reason = "an endless sequence, not an iterator")]
+    #[expect(
+        clippy::should_implement_trait,
+        reason = "an endless sequence, not an iterator"
+    )]
     pub fn next(&mut self) -> f32 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;

@@ -19,13 +19,7 @@ fn sum_over(particles: &Particles, term: impl Fn(f64, DVec3, DVec3) -> f64) -> f
         .positions
         .iter()
         .zip(&particles.velocities)
-        .map(|(x, v)| {
-            term(
-                mass(x),
-                x.truncate().as_dvec3(),
-                v.truncate().as_dvec3(),
-            )
-        })
+        .map(|(x, v)| term(mass(x), x.truncate().as_dvec3(), v.truncate().as_dvec3()))
         .sum()
 }
 
@@ -60,11 +54,7 @@ fn moments(particles: &Particles, term: impl Fn(f64, DVec3, DVec3) -> DVec3) -> 
         .iter()
         .zip(&particles.velocities)
         .fold(DVec3::ZERO, |sum, (x, v)| {
-            sum + term(
-                mass(x),
-                x.truncate().as_dvec3(),
-                v.truncate().as_dvec3(),
-            )
+            sum + term(mass(x), x.truncate().as_dvec3(), v.truncate().as_dvec3())
         })
 }
 
@@ -104,10 +94,7 @@ pub fn edge_errors(topology: &Topology, positions: &[Vec4]) -> impl Iterator<Ite
 }
 
 /// Signed volume of every tetrahedron [m³], in the order of the topology.
-pub fn tetrahedron_volumes(
-    topology: &Topology,
-    positions: &[Vec4],
-) -> impl Iterator<Item = f64> {
+pub fn tetrahedron_volumes(topology: &Topology, positions: &[Vec4]) -> impl Iterator<Item = f64> {
     topology.tetrahedra.corners.iter().map(move |corners| {
         super::topology::volume(corners.map(|i| positions[i as usize].truncate().as_dvec3()))
     })

@@ -485,7 +485,11 @@ fn nearest_exit(shape: ColliderShape, x: DVec3) -> (DVec3, f64) {
 
 fn round_exit(x: DVec3, radius: f64) -> (DVec3, f64) {
     let distance = x.length();
-    let normal = if distance > 0.0 { x / distance } else { DVec3::Y };
+    let normal = if distance > 0.0 {
+        x / distance
+    } else {
+        DVec3::Y
+    };
     (normal, radius - distance)
 }
 

@@ -269,10 +269,7 @@ fn check_elements<const N: usize>(
     Ok(())
 }
 
-fn without_flat(
-    tetrahedra: Vec<[u32; 4]>,
-    at: impl Fn(u32) -> DVec3,
-) -> (Vec<[u32; 4]>, usize) {
+fn without_flat(tetrahedra: Vec<[u32; 4]>, at: impl Fn(u32) -> DVec3) -> (Vec<[u32; 4]>, usize) {
     let before = tetrahedra.len();
     let kept: Vec<_> = tetrahedra
         .into_iter()
@@ -292,7 +289,13 @@ fn without_flat(
 fn without_repeats(edges: Vec<[u32; 2]>) -> (Vec<[u32; 2]>, usize) {
     let before = edges.len();
     let mut order: Vec<usize> = (0..before).collect();
-    let key = |i: usize| (edges[i][0].min(edges[i][1]), edges[i][0].max(edges[i][1]), i);
+    let key = |i: usize| {
+        (
+            edges[i][0].min(edges[i][1]),
+            edges[i][0].max(edges[i][1]),
+            i,
+        )
+    };
     order.sort_unstable_by_key(|&i| key(i));
     let mut repeats = vec![false; before];
     for pair in order.windows(2) {

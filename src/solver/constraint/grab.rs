@@ -68,18 +68,17 @@ impl SurfacePoint {
     /// The particle with the largest weight.
     #[must_use]
     pub fn nearest(&self) -> u32 {
-        let (particle, _) = self
-            .terms()
-            .fold((0, f32::NEG_INFINITY), |best, term| {
-                if term.1 > best.1 { term } else { best }
-            });
+        let (particle, _) = self.terms().fold((0, f32::NEG_INFINITY), |best, term| {
+            if term.1 > best.1 { term } else { best }
+        });
         particle
     }
 
     /// Whether every particle exists in a body of so many.
     #[must_use]
     pub fn fits(&self, particles: usize) -> bool {
-        self.terms().all(|(particle, _)| (particle as usize) < particles)
+        self.terms()
+            .all(|(particle, _)| (particle as usize) < particles)
     }
 }
 

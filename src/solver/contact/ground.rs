@@ -27,12 +27,7 @@ pub struct StickyGround {
 
 /// Puts every particle that is below ground back onto it.
 pub fn solve(particles: &mut Particles, ground: &Ground, h: f32, gravity: Vec3) {
-    let response = Response::new(
-        ground.friction.get(),
-        ground.restitution.get(),
-        h,
-        gravity,
-    );
+    let response = Response::new(ground.friction.get(), ground.restitution.get(), h, gravity);
     let state = particles
         .positions
         .iter_mut()

@@ -109,8 +109,7 @@ impl Path {
             Self::Spin { axis, rate } => {
                 let turns = f64::from(*rate) * time;
                 let angle = core::f64::consts::TAU * (turns - libm::floor(turns));
-                let spun: DMat3 =
-                    rotation(axis.as_dvec3(), angle) * start.rotation.as_dmat3();
+                let spun: DMat3 = rotation(axis.as_dvec3(), angle) * start.rotation.as_dmat3();
                 Pose {
                     rotation: spun.as_mat3(),
                     ..*start

@@ -132,7 +132,11 @@ fn on_axis(x: Vec3, length: f32) -> Vec3 {
 fn round_exit(x: Vec3, radius: f32) -> Exit {
     let distance = x.length();
     Exit {
-        normal: if distance > 0.0 { x / distance } else { Vec3::Y },
+        normal: if distance > 0.0 {
+            x / distance
+        } else {
+            Vec3::Y
+        },
         depth: radius - distance,
     }
 }

@@ -1,0 +1,78 @@
+//! What arrivals are made of, and where they are put.
+
+use std::sync::Arc;
+
+use bevy::prelude::*;
+
+use crate::solver::{
+    Body, Collide, Collider, Compliance, Density, Effects, Ground, Particles, StickyGround,
+    Stretch, Topology, Volume,
+    topology::{Dimension, bounds},
+};
+
+/// Young's modulus of the soft stuff that arrivals are made of [Pa]: a firm jelly. An edge of
+/// length L carries about L² of it, so its compliance is 1/(E·L).
+const YOUNG: f32 = 4e4;
+
+/// A body of soft stuff, whatever its size.
+pub(super) fn body(name: &str, topology: Arc<Topology>) -> Body {
+    let density = match topology.dimension {
+        Dimension::Solid => 1000.0,
+        Dimension::Sheet => 0.3,
+        Dimension::Line => 0.1,
+    };
+    let edges = &topology.edges.ends;
+    let length = |ends: &[u32; 2]| {
+        let [a, b] = ends.map(|end| topology.rest[end as usize]);
+        a.distance(b)
+    };
+    let mean = edges.iter().map(length).sum::<f32>() / edges.len().max(1) as f32;
+    let compliance = match topology.dimension {
+        Dimension::Solid => 1.0 / (YOUNG * mean),
+        Dimension::Sheet | Dimension::Line => 1e-5,
+    };
+    let stretch = Stretch {
+        compliance: Compliance::new(compliance).unwrap_or_default(),
+        ..default()
+    };
+    let solid = topology.dimension == Dimension::Solid;
+    let mut body = Body::new(name, topology, Density::new(density).unwrap_or_default());
+    body.effects = Effects {
+        stretch: Some(stretch),
+        volume: solid.then(Volume::default),
+        ..default()
+    };
+    body
+}
+
+/// The effects of a body among others: their ground, and their colliders.
+pub(super) fn surroundings(world: &mut World, own: Effects) -> Effects {
+    let sticky = world.query::<&StickyGround>().iter(world).next().copied();
+    let ground = world.query::<&Ground>().iter(world).next().copied();
+    let colliders = world.query::<&Collider>().iter(world).next().is_some();
+    Effects {
+        ground: ground.or_else(|| sticky.is_none().then(Ground::default)),
+        sticky_ground: sticky.filter(|_| ground.is_none()),
+        collide: colliders.then(Collide::default),
+        ..own
+    }
+}
+
+/// How far to move a body so that it hangs over the others, or over the ground.
+pub(super) fn free_place(world: &mut World, body: &Body) -> Vec3 {
+    let place = |x: &Vec4| x.truncate();
+    let mut others = world.query::<&Particles>();
+    let points = others
+        .iter(world)
+        .flat_map(|particles| particles.positions.iter().map(place));
+    let floor = body.effects.ground.map_or(0.0, |ground| ground.height);
+    let (low, high) = bounds(points);
+    let (middle, top) = if low.x <= high.x {
+        ((low + high) / 2.0, high.y)
+    } else {
+        (Vec3::ZERO, floor)
+    };
+    let (own_low, _) = bounds(body.particles.positions.iter().map(place));
+    let height = top.max(floor) + 0.15 * body.topology.size - own_low.y;
+    Vec3::new(middle.x, height, middle.z)
+}

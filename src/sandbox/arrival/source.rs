@@ -1,0 +1,153 @@
+//! Where bodies come from that arrive in a running scene, and how their meshes are made.
+
+use std::path::PathBuf;
+
+use bevy::prelude::*;
+
+use crate::{
+    mesh::{BuildOptions, FileMesh, MeshError, Primitive, SoftMesh, Treatment, asset, build, read},
+    sandbox::panel::Addition,
+};
+
+/// Longest side of a mesh that says no size of its own that fits the stage [m].
+const SIZE: f32 = 0.6;
+/// Longest sides that are taken as metres [m].
+const SENSIBLE: std::ops::RangeInclusive<f64> = 0.05..=5.0;
+
+/// Where a body comes from.
+#[derive(Debug, Clone)]
+pub(super) enum Source {
+    /// Made.
+    Primitive(Primitive),
+    /// Comes with the program.
+    Asset(&'static str),
+    /// Read.
+    File(PathBuf),
+}
+
+impl Source {
+    /// The source of an entry of the panel's menu.
+    pub(super) fn named(name: &str) -> Option<Self> {
+        let primitive = primitives()
+            .into_iter()
+            .find(|(entry, _)| *entry == name)
+            .map(|(_, primitive)| Self::Primitive(primitive));
+        primitive.or_else(|| {
+            let asset = asset::ASSETS.iter().find(|asset| asset.name == name)?;
+            Some(Self::Asset(asset.name))
+        })
+    }
+
+    /// Reads or makes the mesh, and makes a body's of it. May take seconds.
+    pub(super) fn soft_mesh(&self) -> Result<SoftMesh, MeshError> {
+        let (mesh, size) = match self {
+            Self::Primitive(primitive) => return primitive.build(),
+            Self::Asset(name) => (asset::load(name)?, Some(SIZE)),
+            Self::File(path) => {
+                let mesh = read::file(path)?;
+                let sensible = SENSIBLE.contains(&extent(&mesh));
+                (mesh, (!sensible).then_some(SIZE))
+            }
+        };
+        let options = |treatment| BuildOptions {
+            size,
+            treatment,
+            ..default()
+        };
+        let spare = mesh.clone();
+        let mut soft = build(mesh, &options(Treatment::Fill)).or_else(|error| {
+            // A surface that encloses nothing cannot be filled, but it is a cloth all the same.
+            let mut cloth = build(spare, &options(Treatment::Shell)).map_err(|_| error)?;
+            cloth
+                .notes
+                .push("it encloses nothing, so it is a cloth".to_owned());
+            Ok::<_, MeshError>(cloth)
+        })?;
+        if let (Some(size), Self::File(_)) = (size, self) {
+            soft.notes.push(format!(
+                "scaled to {size} m, as its size in metres would not fit the stage"
+            ));
+        }
+        Ok(soft)
+    }
+}
+
+/// Longest side of a mesh in its own unit.
+fn extent(mesh: &FileMesh) -> f64 {
+    let vertices = match mesh {
+        FileMesh::Surface(surface) => &surface.vertices,
+        FileMesh::Tetrahedra(solid) => &solid.vertices,
+    };
+    let low = vertices.iter().copied().reduce(|a, b| a.min(b));
+    let high = vertices.iter().copied().reduce(|a, b| a.max(b));
+    low.zip(high)
+        .map_or(0.0, |(low, high)| (high - low).max_element())
+}
+
+/// The entries of the panel's menu.
+pub fn additions() -> Vec<Addition> {
+    let primitives = primitives();
+    let count = primitives.len();
+    let names = primitives.into_iter().map(|(name, _)| name);
+    let assets = asset::ASSETS.iter().map(|asset| asset.name);
+    names
+        .chain(assets)
+        .enumerate()
+        .map(|(index, name)| Addition {
+            name: name.to_owned(),
+            title: name.to_owned(),
+            begins_group: index == count,
+        })
+        .collect()
+}
+
+fn primitives() -> [(&'static str, Primitive); 6] {
+    [
+        (
+            "box",
+            Primitive::Box {
+                size: Vec3::splat(0.5),
+                cells: UVec3::splat(6),
+            },
+        ),
+        (
+            "sphere",
+            Primitive::Sphere {
+                radius: 0.3,
+                cells: 8,
+            },
+        ),
+        (
+            "torus",
+            Primitive::Torus {
+                major: 0.3,
+                minor: 0.12,
+                cells: 6,
+            },
+        ),
+        (
+            "cylinder",
+            Primitive::Cylinder {
+                radius: 0.2,
+                height: 0.5,
+                cells: 8,
+            },
+        ),
+        (
+            "cloth",
+            Primitive::Cloth {
+                size: Vec2::splat(1.0),
+                cells: UVec2::splat(20),
+                diagonals: default(),
+                shear: true,
+            },
+        ),
+        (
+            "rope",
+            Primitive::Rope {
+                length: 1.2,
+                segments: 32,
+            },
+        ),
+    ]
+}

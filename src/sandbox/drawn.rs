@@ -1,0 +1,173 @@
+//! A body as it is drawn in this frame: where its surface is, between two ticks.
+//!
+//! What picks, frames, drags and marks asks here and not the simulation, so that the hand
+//! takes what the eye sees.
+
+use super::{
+    surface::{CREASE, Surface},
+    tube::Tube,
+};
+use bevy::{
+    asset::RenderAssetUsages,
+    camera::primitives::Aabb,
+    mesh::{Indices, PrimitiveTopology, VertexAttributeValues},
+    prelude::*,
+};
+use std::sync::Arc;
+
+/// What of a body's form never changes.
+#[derive(Debug, Default)]
+pub struct Outline {
+    /// Triangles over the points; none for a rope.
+    pub triangles: Vec<[u32; 3]>,
+    /// Edges over the points, of a body that has no triangles.
+    pub segments: Vec<[u32; 2]>,
+    /// Half the thickness that segments are drawn with [m].
+    pub radius: f32,
+    /// The triangles enclose a volume.
+    pub closed: bool,
+    form: Form,
+}
+
+/// How the points become a mesh.
+#[derive(Debug)]
+enum Form {
+    Surface(Surface),
+    Tube(Tube),
+}
+
+impl Default for Form {
+    fn default() -> Self {
+        Self::Surface(Surface::default())
+    }
+}
+
+impl Outline {
+    /// A surface over points at rest, which encloses a volume if it is `closed`.
+    #[must_use]
+    pub fn surface(points: &[Vec3], triangles: Vec<[u32; 3]>, closed: bool) -> Self {
+        let form = Form::Surface(Surface::new(points, &triangles, CREASE));
+        Self {
+            triangles,
+            closed,
+            form,
+            ..default()
+        }
+    }
+
+    /// A rope of a radius [m] over edges.
+    #[must_use]
+    pub fn rope(segments: Vec<[u32; 2]>, radius: f32) -> Self {
+        let form = Form::Tube(Tube::new(&segments, radius));
+        Self {
+            segments,
+            radius,
+            form,
+            ..default()
+        }
+    }
+
+    /// A mesh with room for the drawn vertices, all at the origin.
+    #[must_use]
+    pub fn mesh(&self) -> Mesh {
+        let (count, triangles) = match &self.form {
+            Form::Surface(surface) => (surface.source.len(), surface.triangles.clone()),
+            Form::Tube(tube) => (tube.vertices(), tube.triangles()),
+        };
+        Mesh::new(
+            PrimitiveTopology::TriangleList,
+            RenderAssetUsages::default(),
+        )
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, vec![[0.0_f32; 3]; count])
+        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, vec![[0.0_f32; 3]; count])
+        .with_inserted_indices(Indices::U32(triangles.into_flattened()))
+    }
+
+    /// Pairs of points that a wireframe joins, each once.
+    #[must_use]
+    pub fn wires(&self) -> Vec<[u32; 2]> {
+        let sides = self
+            .triangles
+            .iter()
+            .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let mut wires: Vec<[u32; 2]> = sides
+            .chain(self.segments.iter().copied())
+            .map(|[a, b]| [a.min(b), a.max(b)])
+            .collect();
+        wires.sort_unstable();
+        wires.dedup();
+        wires
+    }
+
+    fn draw(&self, points: &[Vec3], positions: &mut [[f32; 3]], normals: &mut [[f32; 3]]) {
+        match &self.form {
+            Form::Surface(surface) => surface.draw(points, positions, normals),
+            Form::Tube(tube) => tube.draw(points, positions, normals),
+        }
+    }
+}
+
+/// A body's surface in this frame.
+#[derive(Component, Debug, Default)]
+pub struct Drawn {
+    /// Its form.
+    pub outline: Arc<Outline>,
+    /// Its points [m].
+    pub points: Vec<Vec3>,
+    /// Its particles [m]; the points themselves where no finer surface is embedded.
+    pub particles: Vec<Vec4>,
+    /// Least corner of its bounding box [m].
+    pub low: Vec3,
+    /// Greatest corner of its bounding box [m].
+    pub high: Vec3,
+    /// Drawn vertices, kept from frame to frame so that none are allocated.
+    positions: Vec<[f32; 3]>,
+    normals: Vec<[f32; 3]>,
+}
+
+impl Drawn {
+    /// A body of a form, whose points are still to be set.
+    #[must_use]
+    pub fn new(outline: Arc<Outline>) -> Self {
+        Self {
+            outline,
+            ..default()
+        }
+    }
+
+    /// Middle of the bounding box [m].
+    #[must_use]
+    pub fn centre(&self) -> Vec3 {
+        self.low.midpoint(self.high)
+    }
+
+    /// Recomputes bounds, positions and normals after `points` have been set.
+    pub fn refresh(&mut self) {
+        let (low, high) = self.points.iter().fold(
+            (Vec3::INFINITY, Vec3::NEG_INFINITY),
+            |(low, high), &point| (low.min(point), high.max(point)),
+        );
+        (self.low, self.high) = (low - self.outline.radius, high + self.outline.radius);
+        let count = match &self.outline.form {
+            Form::Surface(surface) => surface.source.len(),
+            Form::Tube(tube) => tube.vertices(),
+        };
+        self.positions.resize(count, [0.0; 3]);
+        self.normals.resize(count, [0.0; 3]);
+        self.outline
+            .draw(&self.points, &mut self.positions, &mut self.normals);
+    }
+
+    /// Copies positions and normals into a mesh of [`Outline::mesh`], and says where it is now.
+    pub fn write(&self, mesh: &mut Mesh) -> Aabb {
+        for (attribute, values) in [
+            (Mesh::ATTRIBUTE_POSITION, &self.positions),
+            (Mesh::ATTRIBUTE_NORMAL, &self.normals),
+        ] {
+            if let Some(VertexAttributeValues::Float32x3(into)) = mesh.attribute_mut(attribute) {
+                into.clone_from(values);
+            }
+        }
+        Aabb::from_min_max(self.low, self.high)
+    }
+}

@@ -1,0 +1,206 @@
+//! Carries out what the panel and the keys ask for.
+//!
+//! Whatever changes the simulation goes through [`Actions`], so that it happens between ticks and
+//! is written down; the clock, the view and the picker are told directly.
+
+use bevy::prelude::*;
+
+use super::{
+    Asked, PanelState,
+    gather::{in_scope, track},
+    model::{Distortion, Request, Scope},
+    originals::{Originals, SceneSettings},
+    restart,
+};
+use crate::{
+    effect::EffectRegistry,
+    sandbox::{
+        arrival::Arrivals,
+        message::Notices,
+        view::{LastGrab, ViewCommand, ViewSettings},
+    },
+    simulation::{Action, Actions, SimulationClock, action, plain::bodies_in_order},
+    solver::Deformation,
+};
+
+/// Height left by a squash.
+const SQUASHED: f32 = 0.1;
+
+/// Carries out everything that was asked for in this frame.
+pub(super) fn carry_out(world: &mut World) {
+    let asked: Vec<Asked> = world.resource_mut::<Messages<Asked>>().drain().collect();
+    for Asked(request) in asked {
+        carry_out_one(world, request);
+    }
+}
+
+/// Says why an action was refused.
+pub(super) fn report_refusals(mut actions: ResMut<Actions>, mut notices: ResMut<Notices>) {
+    for error in actions.bypass_change_detection().take_errors() {
+        notices.error(error.to_string());
+    }
+}
+
+fn carry_out_one(world: &mut World, request: Request) {
+    let scope = world.resource::<PanelState>().scope;
+    match request {
+        Request::OpenScene(name) => command(world, ViewCommand::LoadScene(name)),
+        Request::NextScene => command(world, ViewCommand::NextScene),
+        Request::PreviousScene => command(world, ViewCommand::PreviousScene),
+        Request::Restart => {
+            restart::note(world);
+            command(world, ViewCommand::Restart);
+        }
+        Request::FrameAll => command(world, ViewCommand::FrameAll),
+        Request::Screenshot => command(world, ViewCommand::Screenshot),
+        Request::Pause(paused) => world.resource_mut::<SimulationClock>().paused = paused,
+        Request::Step => {
+            let mut clock = world.resource_mut::<SimulationClock>();
+            clock.paused = true;
+            clock.step_once();
+        }
+        Request::Speed(speed) => {
+            if (0.0..=100.0).contains(&speed) {
+                world.resource_mut::<SimulationClock>().speed = speed;
+            } else {
+                let text = format!("speed is {speed}, but must be between 0 and 100");
+                world.resource_mut::<Notices>().error(text);
+            }
+        }
+        Request::Setting { name, value } => setting(world, name, value),
+        Request::Parameter {
+            effect,
+            parameter,
+            value,
+        } => parameter_of(world, scope, effect, parameter, |_, original| {
+            value.or(original)
+        }),
+        Request::Soften { scope, softer } => soften(world, scope, softer),
+        Request::Show(scope) => world.resource_mut::<PanelState>().scope = scope,
+        Request::Effect { effect, on } => switch(world, scope, effect, on),
+        Request::Distort(distortion) => distort(world, scope, distortion),
+        Request::AddBody(name) => world.resource_mut::<Arrivals>().build(&name),
+        Request::Pin(pinned) => pin(world, pinned),
+        Request::Wireframe(on) => world.resource_mut::<ViewSettings>().wireframe = on,
+        Request::Tetrahedra(on) => world.resource_mut::<ViewSettings>().tetrahedra = on,
+        Request::Help => world.resource_mut::<ViewSettings>().help_visible = true,
+    }
+}
+
+fn command(world: &mut World, command: ViewCommand) {
+    world.write_message(command);
+}
+
+fn push(world: &mut World, action: Action) {
+    world.resource_mut::<Actions>().push(action);
+}
+
+fn bodies(world: &mut World, scope: Scope) -> Vec<Entity> {
+    let mut bodies = bodies_in_order(world);
+    bodies.retain(|body| in_scope(scope, *body));
+    bodies
+}
+
+fn setting(world: &mut World, name: &'static str, value: Option<f64>) {
+    let original = action::setting(&world.resource::<SceneSettings>().0, name);
+    if let Some(value) = value.or(original) {
+        let name = name.to_owned();
+        push(world, Action::SetSetting { name, value });
+    }
+}
+
+/// Sets a parameter of the bodies of a scope that carry the effect, to what `choose` makes of a
+/// body's value and the value that it came with.
+fn parameter_of(
+    world: &mut World,
+    scope: Scope,
+    effect: &'static str,
+    parameter: &'static str,
+    choose: impl Fn(f64, Option<f64>) -> Option<f64>,
+) {
+    for body in bodies(world, scope) {
+        let registry = world.resource::<EffectRegistry>();
+        let entity = world.entity(body);
+        let value = registry
+            .get(effect)
+            .and_then(|info| (info.get)(&entity, info.parameter(parameter)?));
+        let original = entity
+            .get::<Originals>()
+            .and_then(|originals| originals.get(effect, parameter));
+        let chosen =
+            value.and_then(|value| choose(value, original).filter(|chosen| *chosen != value));
+        if let Some(value) = chosen {
+            push(
+                world,
+                Action::SetParameter {
+                    body,
+                    effect: effect.to_owned(),
+                    parameter: parameter.to_owned(),
+                    value,
+                },
+            );
+        }
+    }
+}
+
+fn soften(world: &mut World, scope: Scope, softer: bool) {
+    let (effect, parameter) = ("stretch", "compliance");
+    let track = world
+        .resource::<EffectRegistry>()
+        .get(effect)
+        .and_then(|info| Some(track(info.parameters.get(info.parameter(parameter)?)?)));
+    if let Some(track) = track {
+        parameter_of(world, scope, effect, parameter, |value, _| {
+            Some(track.step(value, softer))
+        });
+    }
+}
+
+fn switch(world: &mut World, scope: Scope, effect: &'static str, on: bool) {
+    let Some(present) = world
+        .resource::<EffectRegistry>()
+        .get(effect)
+        .map(|info| info.present)
+    else {
+        return;
+    };
+    for body in bodies(world, scope) {
+        if present(&world.entity(body)) == on {
+            continue;
+        }
+        let effect = effect.to_owned();
+        let action = if on {
+            Action::AddEffect { body, effect }
+        } else {
+            Action::RemoveEffect { body, effect }
+        };
+        push(world, action);
+    }
+}
+
+fn distort(world: &mut World, scope: Scope, distortion: Distortion) {
+    for body in bodies(world, scope) {
+        let mut state = world.resource_mut::<PanelState>();
+        let deformation = match distortion {
+            Distortion::Squash => Deformation::Squash(SQUASHED),
+            Distortion::Shuffle => {
+                state.shuffles += 1;
+                Deformation::Shuffle(state.shuffles)
+            }
+            Distortion::Mirror => Deformation::Mirror,
+        };
+        push(world, Action::Deform { body, deformation });
+    }
+}
+
+fn pin(world: &mut World, pinned: bool) {
+    if let Some(grab) = world.resource::<LastGrab>().0 {
+        let (body, particle) = (grab.body, grab.particle);
+        let action = if pinned {
+            Action::Pin { body, particle }
+        } else {
+            Action::Unpin { body, particle }
+        };
+        push(world, action);
+    }
+}

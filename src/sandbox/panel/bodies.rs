@@ -1,0 +1,164 @@
+//! The section of the bodies: whose parameters are shown, and what can be done to them.
+
+use bevy_egui::egui::{ComboBox, Label, RichText, Ui};
+
+use super::{
+    Panel,
+    model::{BodyState, Distortion, PanelModel, Request, Scope},
+    number,
+    section::{self, RowButton, section},
+};
+use crate::sandbox::theme;
+
+/// Draws the section.
+pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
+    section(ui, panel, "Bodies", |ui, panel| {
+        scope(ui, panel, model);
+        state(ui, model);
+        buttons(ui, panel, model);
+    });
+}
+
+fn scope(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
+    let all = format!("All bodies ({})", model.bodies.len());
+    let shown = match model.scope {
+        Scope::All => all.clone(),
+        Scope::Body(key) => name(model, key).to_owned(),
+    };
+    ui.horizontal(|ui| {
+        let add_width = 64.0;
+        let width = ui.available_width() - add_width - theme::GAP;
+        let combo = ComboBox::from_id_salt("scope")
+            .selected_text(RichText::new(shown).color(theme::STRONG))
+            .width(width)
+            .truncate()
+            .show_ui(ui, |ui| {
+                ui.set_min_width(200.0);
+                let line = ui.selectable_label(model.scope == Scope::All, all.as_str());
+                panel.note("scope.all", &line, ui);
+                if line.clicked() {
+                    panel.ask(Request::Show(Scope::All));
+                    ui.close();
+                }
+                for body in &model.bodies {
+                    let scope = Scope::Body(body.key);
+                    let line = ui.selectable_label(model.scope == scope, body.name.as_str());
+                    panel.note(format!("scope.{}", body.name), &line, ui);
+                    if line.clicked() {
+                        panel.ask(Request::Show(scope));
+                        ui.close();
+                    }
+                }
+            });
+        panel.note("scope", &combo.response, ui);
+        combo.response.on_hover_text(
+            "Whose parameters are shown and changed; taking hold of a body shows its own",
+        );
+        add(ui, panel, model, add_width);
+    });
+}
+
+fn add(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, width: f32) {
+    ui.spacing_mut().interact_size.x = width;
+    let menu = ui.menu_button("✚ Add", |ui| {
+        ui.set_min_width(140.0);
+        for addition in &model.additions {
+            if addition.begins_group {
+                ui.separator();
+            }
+            let line = ui.button(&addition.title);
+            panel.note(format!("add.{}", addition.name), &line, ui);
+            if line.clicked() {
+                panel.ask(Request::AddBody(addition.name.clone()));
+                ui.close();
+            }
+        }
+        ui.separator();
+        section::note(ui, "Or drop a mesh file on the window.");
+    });
+    panel.note("add", &menu.response, ui);
+    menu.response.on_hover_text("Add a body above the others");
+}
+
+/// A line on what is in the scope: how large it is, and what it is doing.
+fn state(ui: &mut Ui, model: &PanelModel) {
+    let in_scope = model
+        .bodies
+        .iter()
+        .filter(|body| model.scope == Scope::All || model.scope == Scope::Body(body.key));
+    let (mut particles, mut asleep) = (0, 0);
+    let mut stuck = Vec::new();
+    for body in in_scope {
+        particles += body.particles;
+        match &body.state {
+            BodyState::Awake => {}
+            BodyState::Asleep => asleep += 1,
+            BodyState::Quarantined(reason) => stuck.push((body.name.as_str(), reason.as_str())),
+        }
+    }
+    let mut text = format!("{} particles", number::count(particles));
+    match (asleep, model.scope) {
+        (0, _) => {}
+        (_, Scope::Body(_)) => text.push_str(" · asleep"),
+        (n, Scope::All) if n == model.bodies.len() => text.push_str(" · all asleep"),
+        (n, Scope::All) => text.push_str(&format!(" · {n} asleep")),
+    }
+    section::note(ui, &text);
+    for (name, reason) in stuck {
+        let text = format!("{name} is frozen: {reason}");
+        ui.add(Label::new(RichText::new(text).small().color(theme::ALARM)).wrap());
+    }
+}
+
+fn buttons(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
+    let any = !model.bodies.is_empty();
+    let button = |name, text, help| RowButton {
+        enabled: any,
+        ..RowButton::new(name, text, help)
+    };
+    let distortions = [
+        button("squash", "Squash", "Press to a tenth of the height"),
+        button(
+            "shuffle",
+            "Shuffle",
+            "Put every particle anywhere in its body's box",
+        ),
+        button(
+            "mirror",
+            "Mirror",
+            "Change left and right over: every element is inside out",
+        ),
+    ];
+    let distortion = match section::button_row(ui, panel, &distortions) {
+        Some(0) => Some(Distortion::Squash),
+        Some(1) => Some(Distortion::Shuffle),
+        Some(2) => Some(Distortion::Mirror),
+        _ => None,
+    };
+    if let Some(distortion) = distortion {
+        panel.ask(Request::Distort(distortion));
+    }
+    let help = match &model.grabbed {
+        Some(grab) => format!("The point of {} that was held last (P)", grab.body),
+        None => "Take hold of a body first; its point can then be pinned (P)".to_owned(),
+    };
+    let pinned = model.grabbed.as_ref().map(|grab| grab.pinned);
+    let pins = [
+        RowButton {
+            enabled: pinned == Some(false),
+            ..RowButton::new("pin", "Pin the held point", &help)
+        },
+        RowButton {
+            enabled: pinned == Some(true),
+            ..RowButton::new("unpin", "Unpin it", &help)
+        },
+    ];
+    if let Some(index) = section::button_row(ui, panel, &pins) {
+        panel.ask(Request::Pin(index == 0));
+    }
+}
+
+fn name(model: &PanelModel, key: u64) -> &str {
+    let body = model.bodies.iter().find(|body| body.key == key);
+    body.map_or("(gone)", |body| body.name.as_str())
+}

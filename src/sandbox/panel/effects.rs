@@ -1,0 +1,174 @@
+//! The section of the effects: those that run in this scene, each with its share of the tick's
+//! time and its parameters on the bodies of the scope, and those that do not run.
+//!
+//! A switch puts an effect on the bodies of the scope or takes it off.
+
+use bevy_egui::egui::{
+    Align, Align2, Color32, Id, Label, Layout, Rect, RichText, Sense, Ui,
+    collapsing_header::CollapsingState, vec2,
+};
+
+use super::{
+    Panel,
+    model::{EffectModel, PanelModel, Request, Scope},
+    number,
+    parameter::{self, Edit},
+    section::{self, section},
+};
+use crate::sandbox::theme;
+
+/// Width of the bar of a share [logical px].
+const BAR: f32 = 60.0;
+/// Width of the figure of a share [logical px].
+const FIGURE: f32 = 34.0;
+
+/// Draws the section.
+pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
+    section(ui, panel, "Effects", |ui, panel| {
+        let (running, absent): (Vec<_>, Vec<_>) =
+            model.effects.iter().partition(|effect| effect.carriers > 0);
+        for effect in &running {
+            running_effect(ui, panel, model, effect);
+        }
+        for stage in &model.stages {
+            ui.horizontal(|ui| {
+                ui.add_space(26.0 + theme::GAP);
+                ui.label(RichText::new(&stage.title).color(theme::WEAK));
+                share(ui, stage.share, theme::WEAK);
+            });
+        }
+        if !absent.is_empty() {
+            ui.add_space(4.0);
+            section::note(ui, "Not in this scene: no system, no memory");
+        }
+        for effect in &absent {
+            heading(ui, panel, model, effect);
+        }
+    });
+}
+
+fn running_effect(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &EffectModel) {
+    let id = Id::new(("effect", effect.name));
+    let mut state = CollapsingState::load_with_default_open(ui.ctx(), id, true);
+    if heading(ui, panel, model, effect) {
+        state.toggle(ui);
+    }
+    state.show_body_unindented(ui, |ui| {
+        for parameter in &effect.parameters {
+            let name = format!("{}.{}", effect.name, parameter.name);
+            if let Some(edit) = parameter::row(ui, panel, &name, parameter) {
+                panel.ask(Request::Parameter {
+                    effect: effect.name,
+                    parameter: parameter.name,
+                    value: match edit {
+                        Edit::Set(value) => Some(value),
+                        Edit::Reset => None,
+                    },
+                });
+            }
+        }
+        ui.add_space(3.0);
+    });
+}
+
+/// The row of an effect: switch, title, number of constraints, share of time. `true` if its
+/// title was pressed.
+fn heading(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &EffectModel) -> bool {
+    ui.horizontal(|ui| {
+        let on = effect.carriers_shown > 0;
+        let runs = effect.carriers > 0;
+        let enabled = effect.switchable && !model.bodies.is_empty();
+        let (response, pressed) = section::switch(ui, on, enabled, effect.title);
+        panel.note(format!("effect.{}", effect.name), &response, ui);
+        response.on_hover_text(if !effect.switchable {
+            "Comes and goes with the hand"
+        } else if on {
+            "Take it off the bodies shown"
+        } else {
+            "Put it on the bodies shown"
+        });
+        if pressed {
+            panel.ask(Request::Effect {
+                effect: effect.name,
+                on: !on,
+            });
+        }
+        let colour = if runs { theme::STRONG } else { theme::WEAK };
+        let title = Label::new(RichText::new(effect.title).color(colour)).sense(Sense::click());
+        let title = ui.add(title).on_hover_text(effect.summary);
+        let detail = detail(model, effect);
+        if !detail.is_empty() {
+            ui.label(RichText::new(detail).small().weak());
+        }
+        if let Some(value) = effect.share.filter(|_| runs) {
+            share(ui, value, theme::ACCENT);
+        }
+        title.clicked()
+    })
+    .inner
+}
+
+/// How many constraints an effect solves, and on how many bodies if not on all.
+fn detail(model: &PanelModel, effect: &EffectModel) -> String {
+    if effect.carriers == 0 {
+        return String::new();
+    }
+    let mut text = String::new();
+    if effect.elements > 0 {
+        text = number::count(effect.elements);
+    }
+    let bodies = model.bodies.len();
+    if model.scope == Scope::All && effect.carriers < bodies {
+        text.push_str(&format!(" on {} of {bodies}", effect.carriers));
+    } else if effect.carriers_shown == 0 {
+        text.push_str(" on others");
+    }
+    text.trim_start().to_owned()
+}
+
+/// A bar and a figure at the right end of a row.
+fn share(ui: &mut Ui, share: f32, colour: Color32) {
+    ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+        let size = vec2(BAR + FIGURE, theme::ROW);
+        let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
+        response.on_hover_text("Share of the time of a tick");
+        let share = share.clamp(0.0, 1.0);
+        let bar = Rect::from_min_size(rect.left_center() - vec2(0.0, 2.0), vec2(BAR, 4.0));
+        let filled = Rect::from_min_size(bar.min, vec2(BAR * share, 4.0));
+        let painter = ui.painter();
+        painter.rect_filled(bar, 2.0, theme::RAISED);
+        painter.rect_filled(filled, 2.0, colour.gamma_multiply(0.8));
+        let font = theme::figures().resolve(ui.style());
+        let place = rect.right_center();
+        painter.text(
+            place,
+            Align2::RIGHT_CENTER,
+            percent(share),
+            font,
+            theme::TEXT,
+        );
+    });
+}
+
+/// A share in per cent, in at most three characters and the sign.
+fn percent(share: f32) -> String {
+    let percent = share * 100.0;
+    if percent > 0.0 && percent < 1.0 {
+        "<1%".to_owned()
+    } else {
+        format!("{percent:.0}%")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::percent;
+
+    #[test]
+    fn a_small_share_is_not_shown_as_none() {
+        assert_eq!(percent(0.0), "0%");
+        assert_eq!(percent(0.004), "<1%");
+        assert_eq!(percent(0.416), "42%");
+        assert_eq!(percent(1.0), "100%");
+    }
+}

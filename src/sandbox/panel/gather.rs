@@ -1,0 +1,284 @@
+//! From the ECS to the panel's model, every frame anew.
+
+use bevy::prelude::*;
+
+use super::{
+    PanelState,
+    model::{
+        BodyEntry, BodyState, ClockModel, EffectModel, GrabModel, PanelModel, Parameter, Scope,
+        StageModel,
+    },
+    originals::{Originals, SceneSettings},
+    picker::Picker,
+    track::{Spread, Track},
+};
+use crate::{
+    effect::{EffectInfo, EffectRegistry, ParameterInfo, Scale},
+    sandbox::{
+        arrival,
+        view::{LastGrab, ViewSettings},
+    },
+    scene::CurrentScene,
+    simulation::{
+        Asleep, Pins, Profile, Quarantined, SimulationClock, SimulationSettings, SoftBody,
+        Statistics, action, plain::bodies_in_order,
+    },
+};
+
+/// Share of a new measurement in the smoothed one.
+const FRESH: f32 = 0.04;
+
+/// The model of what is there now.
+pub(super) fn model(world: &mut World) -> PanelModel {
+    let bodies = bodies_in_order(world);
+    smooth_shares(world);
+    let state = world.resource::<PanelState>();
+    let scope = state.scope;
+    let shown: Vec<Entity> = bodies
+        .iter()
+        .copied()
+        .filter(|body| in_scope(scope, *body))
+        .collect();
+    let registry = world.resource::<EffectRegistry>();
+    let statistics = world.resource::<Statistics>();
+    let effects = registry
+        .iter()
+        .map(|info| EffectModel {
+            elements: statistics.constraints.get(info.name).copied().unwrap_or(0),
+            share: state.shares.get(info.name).copied(),
+            ..effect(world, info, &bodies, &shown)
+        })
+        .collect();
+    let stages = state
+        .shares
+        .iter()
+        .filter(|(name, _)| registry.get(name).is_none())
+        .map(|(name, share)| StageModel {
+            title: stage_title(name),
+            share: *share,
+        })
+        .collect();
+    let clock = world.resource::<SimulationClock>();
+    let view = world.resource::<ViewSettings>();
+    let scene = world.get_resource::<CurrentScene>();
+    let text = |field: fn(&CurrentScene) -> &String| scene.map(field).cloned().unwrap_or_default();
+    PanelModel {
+        scenes: world.resource::<Picker>().to_vec(),
+        scene: text(|scene| &scene.name),
+        scene_title: text(|scene| &scene.scene.title),
+        scene_note: text(|scene| &scene.scene.look_at),
+        clock: ClockModel {
+            paused: clock.paused,
+            speed: clock.speed,
+            time: clock.time(),
+            dropped: clock.dropped(),
+        },
+        settings: settings(world),
+        bodies: bodies.iter().map(|body| entry(world, *body)).collect(),
+        scope,
+        effects,
+        stages,
+        grabbed: grabbed(world),
+        additions: arrival::additions(),
+        wireframe: view.wireframe,
+        tetrahedra: view.tetrahedra,
+    }
+}
+
+/// Whether the scope has a body in it.
+pub(super) fn in_scope(scope: Scope, body: Entity) -> bool {
+    match scope {
+        Scope::All => true,
+        Scope::Body(key) => body.to_bits() == key,
+    }
+}
+
+/// The track of a parameter's slider.
+pub(super) fn track(info: &ParameterInfo) -> Track {
+    let range = info.range.0..=info.range.1;
+    match info.scale {
+        Scale::Linear => Track::new(range, Spread::Linear),
+        Scale::LogarithmicFromZero => Track::new(range, Spread::Logarithmic).with_zero(true),
+        Scale::LogarithmicToInfinity => Track::new(range, Spread::Logarithmic).with_infinity(true),
+    }
+}
+
+fn entry(world: &World, body: Entity) -> BodyEntry {
+    let entity = world.entity(body);
+    let state = match entity.get::<Quarantined>() {
+        Some(quarantine) => BodyState::Quarantined(format!(
+            "particle {} was not finite after {}",
+            quarantine.particle, quarantine.stage
+        )),
+        None if entity.contains::<Asleep>() => BodyState::Asleep,
+        None => BodyState::Awake,
+    };
+    BodyEntry {
+        key: body.to_bits(),
+        name: entity
+            .get::<Name>()
+            .map_or_else(|| body.to_string(), |name| name.to_string()),
+        particles: entity.get::<SoftBody>().map_or(0, |body| body.particles()),
+        state,
+    }
+}
+
+fn effect(world: &World, info: &EffectInfo, bodies: &[Entity], shown: &[Entity]) -> EffectModel {
+    let carries = |body: &&Entity| (info.present)(&world.entity(**body));
+    let carriers: Vec<Entity> = shown.iter().filter(carries).copied().collect();
+    let parameters = info
+        .parameters
+        .iter()
+        .enumerate()
+        .filter_map(|(index, parameter)| {
+            let values = carriers.iter().filter_map(|body| {
+                let body = world.entity(*body);
+                let value = (info.get)(&body, index)?;
+                let original = body.get::<Originals>()?.get(info.name, parameter.name);
+                Some((value, original))
+            });
+            parameter_of(parameter, values)
+        })
+        .collect();
+    EffectModel {
+        name: info.name,
+        title: info.title,
+        summary: info.summary,
+        carriers: bodies.iter().filter(carries).count(),
+        carriers_shown: carriers.len(),
+        elements: 0,
+        share: None,
+        switchable: info.insert_default.is_some(),
+        parameters,
+    }
+}
+
+/// The row of a parameter from each body's value and the value that it came with.
+fn parameter_of(
+    info: &ParameterInfo,
+    values: impl Iterator<Item = (f64, Option<f64>)>,
+) -> Option<Parameter> {
+    let values: Vec<_> = values.collect();
+    let &(value, original) = values.first()?;
+    let (low, high) = values.iter().fold((value, value), |(low, high), (v, _)| {
+        (low.min(*v), high.max(*v))
+    });
+    Some(Parameter {
+        name: info.name,
+        title: info.title,
+        unit: info.unit,
+        help: info.help,
+        track: track(info),
+        value,
+        spread: (low < high).then_some((low, high)),
+        original: original.filter(|_| values.iter().all(|(_, other)| *other == original)),
+        changed: values
+            .iter()
+            .any(|(value, original)| original.is_some_and(|original| original != *value)),
+    })
+}
+
+/// The world's settings in the order of their rows.
+const ROWS: [&str; 6] = [
+    "substeps",
+    "iterations",
+    "rate",
+    "gravity_x",
+    "gravity_y",
+    "gravity_z",
+];
+
+fn settings(world: &World) -> Vec<Parameter> {
+    let now = &world.resource::<SimulationSettings>().0;
+    let scene = &world.resource::<SceneSettings>().0;
+    let row = |name: &&'static str| {
+        let (_, unit, _) = action::SETTINGS.iter().find(|(other, ..)| other == name)?;
+        let (title, help, track) = words(name)?;
+        let value = action::setting(now, name)?;
+        let original = action::setting(scene, name)?;
+        Some(Parameter {
+            name,
+            title,
+            unit,
+            help,
+            track,
+            value,
+            spread: None,
+            original: Some(original),
+            changed: value != original,
+        })
+    };
+    ROWS.iter().filter_map(row).collect()
+}
+
+/// The title of a setting, what it does, and the slider's track.
+fn words(setting: &str) -> Option<(&'static str, &'static str, Track)> {
+    let gravity = Track::new(-20.0..=20.0, Spread::Linear);
+    Some(match setting {
+        "substeps" => (
+            "Substeps",
+            "Substeps a tick. More of them make stiff bodies accurate; twice as many cost twice \
+             the time.",
+            Track::new(1.0..=100.0, Spread::Integer),
+        ),
+        "iterations" => (
+            "Iterations",
+            "Sweeps over all constraints a substep. More of them help bodies that are coarse in \
+             time; for stiff ones, substeps are cheaper.",
+            Track::new(1.0..=50.0, Spread::Integer),
+        ),
+        "rate" => (
+            "Rate",
+            "Ticks a second of simulated time.",
+            Track::new(10.0..=240.0, Spread::Integer),
+        ),
+        "gravity_x" => ("Gravity x", "Acceleration to the right.", gravity),
+        "gravity_y" => (
+            "Gravity y",
+            "Acceleration upwards; the Earth's is -9.81.",
+            gravity,
+        ),
+        "gravity_z" => ("Gravity z", "Acceleration towards the viewer.", gravity),
+        _ => return None,
+    })
+}
+
+fn grabbed(world: &World) -> Option<GrabModel> {
+    let grab = world.resource::<LastGrab>().0?;
+    let body = world.get_entity(grab.body).ok()?;
+    Some(GrabModel {
+        body: body.get::<Name>()?.to_string(),
+        pinned: body.get::<Pins>()?.contains(&grab.particle),
+    })
+}
+
+fn smooth_shares(world: &mut World) {
+    let profile = world.resource::<Profile>();
+    let total = profile.tick().as_secs_f32();
+    let mut parts: Vec<(&'static str, f32)> = Vec::new();
+    if total > 0.0 && profile.by_part {
+        parts = profile
+            .parts()
+            .iter()
+            .map(|(name, spent)| (*name, spent.as_secs_f32() / total))
+            .collect();
+        let named: f32 = parts.iter().map(|(_, share)| share).sum();
+        parts.push((REST, (1.0 - named).max(0.0)));
+    }
+    let shares = &mut world.resource_mut::<PanelState>().shares;
+    shares.retain(|name, _| parts.iter().any(|(part, _)| part == name));
+    for (name, share) in parts {
+        let smoothed = shares.entry(name).or_insert(share);
+        *smoothed += (share - *smoothed) * FRESH;
+    }
+}
+
+/// What a tick spends outside the parts that have a name: schedules, masses, sleep, figures.
+const REST: &str = "the rest of the tick";
+
+fn stage_title(name: &str) -> String {
+    let mut letters = name.chars();
+    letters.next().map_or_else(String::new, |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
+}

@@ -1,0 +1,252 @@
+//! What the panel shows and what it asks for, as plain data.
+//!
+//! The panel is a function from a [`PanelModel`] to a picture and a list of [`Request`]s. It
+//! holds no simulation state of its own, and nothing here knows the ECS, so that it can be drawn
+//! and pressed in a test without a window.
+
+use super::track::Track;
+
+/// Everything that the panel shows.
+#[derive(Debug, Clone, Default)]
+pub struct PanelModel {
+    /// The scenes of the picker, in its order.
+    pub scenes: Vec<SceneEntry>,
+    /// Name of the scene that is open.
+    pub scene: String,
+    /// Title of the scene that is open.
+    pub scene_title: String,
+    /// What to look at in it.
+    pub scene_note: String,
+    /// The state of the clock.
+    pub clock: ClockModel,
+    /// The world's settings: substeps, iterations, rate, gravity.
+    pub settings: Vec<Parameter>,
+    /// The bodies, in the order of the scene.
+    pub bodies: Vec<BodyEntry>,
+    /// Whose parameters are shown.
+    pub scope: Scope,
+    /// Every effect that there is, present or not, in the order in which they are solved.
+    pub effects: Vec<EffectModel>,
+    /// What a tick spends outside the effects: prediction, contacts, statistics.
+    pub stages: Vec<StageModel>,
+    /// The point that is or was held.
+    pub grabbed: Option<GrabModel>,
+    /// What can be added: built-in primitives and meshes.
+    pub additions: Vec<Addition>,
+    /// Whether the wireframe is drawn.
+    pub wireframe: bool,
+    /// Whether the tetrahedra are drawn.
+    pub tetrahedra: bool,
+}
+
+/// A line of the scene picker.
+#[derive(Debug, Clone)]
+pub struct SceneEntry {
+    /// What it is opened by.
+    pub name: String,
+    /// What is shown.
+    pub title: String,
+    /// What to look at, for the tooltip.
+    pub note: String,
+}
+
+/// The state of the simulation's clock.
+#[derive(Debug, Clone, Default)]
+pub struct ClockModel {
+    /// Whether time stands.
+    pub paused: bool,
+    /// Simulated seconds per second of the wall clock.
+    pub speed: f64,
+    /// Simulated time [s].
+    pub time: f64,
+    /// Ticks that were left out since the scene began, because the machine did not keep up.
+    pub dropped: u64,
+}
+
+/// A number that can be moved.
+#[derive(Debug, Clone)]
+pub struct Parameter {
+    /// Its name in scene files and `--set`.
+    pub name: &'static str,
+    /// Its name for people.
+    pub title: &'static str,
+    /// Its unit, empty for a pure number.
+    pub unit: &'static str,
+    /// What it does, for the tooltip.
+    pub help: &'static str,
+    /// The slider's range.
+    pub track: Track,
+    /// Its value; of the first body where they differ.
+    pub value: f64,
+    /// The least and greatest value over the bodies shown, where they differ.
+    pub spread: Option<(f64, f64)>,
+    /// The scene's value, where it has one and all bodies shown share it.
+    pub original: Option<f64>,
+    /// Whether any body shown differs from its scene.
+    pub changed: bool,
+}
+
+/// A line of the list of bodies.
+#[derive(Debug, Clone)]
+pub struct BodyEntry {
+    /// What it is asked for by.
+    pub key: u64,
+    /// Its name.
+    pub name: String,
+    /// How many particles it has.
+    pub particles: usize,
+    /// What it is doing.
+    pub state: BodyState,
+}
+
+/// What a body is doing.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum BodyState {
+    /// It moves.
+    #[default]
+    Awake,
+    /// It came to rest and is not stepped.
+    Asleep,
+    /// It turned non-finite and is frozen; the reason.
+    Quarantined(String),
+}
+
+/// Whose parameters are shown and changed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Scope {
+    /// All bodies at once.
+    #[default]
+    All,
+    /// One body, by its key.
+    Body(u64),
+}
+
+/// An effect, whether anything carries it or not.
+#[derive(Debug, Clone)]
+pub struct EffectModel {
+    /// Its name in scene files.
+    pub name: &'static str,
+    /// Its name for people.
+    pub title: &'static str,
+    /// What it does, in a sentence.
+    pub summary: &'static str,
+    /// How many bodies of the scene carry it; at 0 it has no system in the schedule.
+    pub carriers: usize,
+    /// How many bodies of the scope carry it.
+    pub carriers_shown: usize,
+    /// How many constraints it solves in the scene.
+    pub elements: usize,
+    /// Its share of the time of a tick, 0 to 1, where it is measured.
+    pub share: Option<f32>,
+    /// Whether the panel may put it on bodies and take it off.
+    pub switchable: bool,
+    /// Its parameters, as the bodies of the scope have them; empty if none carries it.
+    pub parameters: Vec<Parameter>,
+}
+
+/// A stage of the tick beside the effects.
+#[derive(Debug, Clone)]
+pub struct StageModel {
+    /// Its name for people.
+    pub title: String,
+    /// Its share of the time of a tick, 0 to 1.
+    pub share: f32,
+}
+
+/// The point that the pointer holds or held last.
+#[derive(Debug, Clone)]
+pub struct GrabModel {
+    /// Name of the body.
+    pub body: String,
+    /// Whether the particle is pinned.
+    pub pinned: bool,
+}
+
+/// Something that can be added to the scene.
+#[derive(Debug, Clone)]
+pub struct Addition {
+    /// What it is asked for by.
+    pub name: String,
+    /// What is shown.
+    pub title: String,
+    /// Whether a line is drawn above it, where another kind begins.
+    pub begins_group: bool,
+}
+
+/// How a body is pushed out of shape.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Distortion {
+    /// To a tenth of its height.
+    Squash,
+    /// Every particle anywhere in its box.
+    Shuffle,
+    /// Left and right changed over, so that every element is inside out.
+    Mirror,
+}
+
+/// What the user asked for, by the panel or by a key.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Request {
+    /// Open a scene by its name.
+    OpenScene(String),
+    /// Open the next scene.
+    NextScene,
+    /// Open the previous scene.
+    PreviousScene,
+    /// Begin the scene anew.
+    Restart,
+    /// Stop time or let it run.
+    Pause(bool),
+    /// One tick.
+    Step,
+    /// Simulated seconds per second.
+    Speed(f64),
+    /// A setting of the world.
+    Setting {
+        /// Its name.
+        name: &'static str,
+        /// The value asked for; `None` is the scene's.
+        value: Option<f64>,
+    },
+    /// A parameter of an effect, on all bodies of the scope that carry it.
+    Parameter {
+        /// The effect's name.
+        effect: &'static str,
+        /// The parameter's name.
+        parameter: &'static str,
+        /// The value asked for; `None` is the scene's, each body its own.
+        value: Option<f64>,
+    },
+    /// Turn the stretch compliance of these bodies up or down by a quarter.
+    Soften {
+        /// Which bodies.
+        scope: Scope,
+        /// Up or down.
+        softer: bool,
+    },
+    /// Whose parameters to show.
+    Show(Scope),
+    /// Put an effect on the bodies of the scope, or take it off.
+    Effect {
+        /// The effect's name.
+        effect: &'static str,
+        /// Whether they are to carry it.
+        on: bool,
+    },
+    /// Push the bodies of the scope out of shape.
+    Distort(Distortion),
+    /// Add a body by the name of its [`Addition`].
+    AddBody(String),
+    /// Pin (`true`) or free the point that is or was held.
+    Pin(bool),
+    /// Draw the wireframe or not.
+    Wireframe(bool),
+    /// Draw the tetrahedra or not.
+    Tetrahedra(bool),
+    /// Move the camera so that every body is in sight.
+    FrameAll,
+    /// Save a picture.
+    Screenshot,
+    /// Show the overlay of keys.
+    Help,
+}

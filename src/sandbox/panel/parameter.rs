@@ -1,0 +1,188 @@
+//! A row of the panel for one number: title, slider, direct entry with its unit, reset.
+//!
+//! The row never changes the number; it says what the user asked for.
+
+use bevy_egui::egui::{
+    Align2, Button, DragValue, FontSelection, Response, RichText, Sense, Ui, Vec2,
+};
+
+use super::{Panel, model::Parameter, number, section::hint, slider::slider, track::Spread};
+use crate::sandbox::theme;
+
+/// Width of the column of titles [logical px].
+const TITLE: f32 = 88.0;
+/// Width of the entry with its unit [logical px].
+const ENTRY: f32 = 86.0;
+/// Width of the reset button [logical px].
+const RESET: f32 = 18.0;
+
+/// What the user did with a row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Edit {
+    /// Asked for a value.
+    Set(f64),
+    /// Asked for the scene's value.
+    Reset,
+}
+
+/// Draws the row of a parameter. `name` is what it is known by among the panel's places.
+pub fn row(ui: &mut Ui, panel: &mut Panel, name: &str, parameter: &Parameter) -> Option<Edit> {
+    ui.push_id(name, |ui| {
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = theme::GAP;
+            title(ui, parameter);
+            let width = ui.available_width() - ENTRY - RESET - 2.0 * theme::GAP;
+            let mark = parameter.original.filter(|_| parameter.changed);
+            let (rail, slid) = slider(
+                ui,
+                width.max(40.0),
+                &parameter.track,
+                parameter.value,
+                mark,
+                parameter.title,
+            );
+            panel.note(name, &rail, ui);
+            let mut edit = slid.map(Edit::Set);
+            if rail.double_clicked() && parameter.changed {
+                edit = Some(Edit::Reset);
+            }
+            hint(ui, &rail, |ui| help(ui, parameter));
+
+            if let Some(value) = entry(ui, panel, name, parameter) {
+                edit = Some(Edit::Set(value));
+            }
+            let reset = reset(ui, parameter);
+            panel.note(format!("{name}.reset"), &reset, ui);
+            if reset.clicked() {
+                edit = Some(Edit::Reset);
+            }
+            edit
+        })
+        .inner
+    })
+    .inner
+}
+
+fn title(ui: &mut Ui, parameter: &Parameter) {
+    let (rect, response) = ui.allocate_exact_size(Vec2::new(TITLE, theme::ROW), Sense::hover());
+    let colour = if response.hovered() {
+        theme::STRONG
+    } else {
+        theme::TEXT
+    };
+    let font = FontSelection::Default.resolve(ui.style());
+    ui.painter_at(rect).text(
+        rect.left_center(),
+        Align2::LEFT_CENTER,
+        parameter.title,
+        font,
+        colour,
+    );
+    hint(ui, &response, |ui| help(ui, parameter));
+}
+
+/// The number, to be dragged or typed, with its unit.
+fn entry(ui: &mut Ui, panel: &mut Panel, name: &str, parameter: &Parameter) -> Option<f64> {
+    let mut value = parameter.value;
+    let unit = parameter.unit;
+    let differs = parameter.spread.is_some();
+    let speed = match parameter.track.spread() {
+        Spread::Integer => 0.1,
+        Spread::Linear => 0.02,
+        Spread::Logarithmic => (parameter.value.abs() * 0.01).max(1e-12),
+    };
+    let widget = DragValue::new(&mut value)
+        .speed(speed)
+        .range(f64::NEG_INFINITY..=f64::INFINITY)
+        .update_while_editing(false)
+        .custom_formatter(move |value, _| {
+            let number = number::format(value, 3);
+            let sign = if differs { "~ " } else { "" };
+            if unit.is_empty() {
+                format!("{sign}{number}")
+            } else {
+                format!("{sign}{number} {unit}")
+            }
+        })
+        .custom_parser(|text| number::parse(text.trim_start_matches('~')));
+    let response = ui
+        .scope(|ui| {
+            let visuals = ui.visuals_mut();
+            let ground = theme::SUNKEN;
+            visuals.widgets.inactive.weak_bg_fill = ground;
+            visuals.widgets.inactive.bg_stroke.color = ground;
+            if parameter.changed {
+                visuals.widgets.inactive.fg_stroke.color = theme::CHANGED;
+            }
+            ui.spacing_mut().button_padding.x = 4.0;
+            ui.spacing_mut().interact_size.x = ENTRY;
+            ui.add_sized([ENTRY, theme::ROW - 2.0], widget)
+        })
+        .inner;
+    panel.note(format!("{name}.entry"), &response, ui);
+    let changed = response.changed();
+    hint(ui, &response, |ui| help(ui, parameter));
+    (changed && value as f32 != parameter.value as f32).then_some(value)
+}
+
+/// The button that goes back to the scene's value; an empty place while there is nothing to undo,
+/// so that nothing in the row moves.
+fn reset(ui: &mut Ui, parameter: &Parameter) -> Response {
+    let size = Vec2::new(RESET, theme::ROW - 2.0);
+    if !parameter.changed {
+        return ui.allocate_exact_size(size, Sense::hover()).1;
+    }
+    let text = match parameter.original {
+        Some(original) => format!(
+            "Back to the scene's {}",
+            with_unit(original, parameter.unit)
+        ),
+        None => "Back to the scene's value, each body to its own".to_owned(),
+    };
+    ui.scope(|ui| {
+        ui.spacing_mut().button_padding = Vec2::ZERO;
+        let glyph = RichText::new("⟲").color(theme::CHANGED);
+        ui.add_sized(size, Button::new(glyph).frame_when_inactive(false))
+    })
+    .inner
+    .on_hover_text(text)
+}
+
+fn help(ui: &mut Ui, parameter: &Parameter) {
+    ui.set_max_width(280.0);
+    ui.horizontal(|ui| {
+        ui.label(RichText::new(parameter.title).strong());
+        if !parameter.unit.is_empty() {
+            ui.label(RichText::new(format!("[{}]", parameter.unit)).weak());
+        }
+    });
+    ui.label(parameter.help);
+    if let Some((low, high)) = parameter.spread {
+        ui.label(format!(
+            "The bodies differ: {} to {}.",
+            with_unit(low, parameter.unit),
+            with_unit(high, parameter.unit)
+        ));
+    }
+    let typed = "Click the number to type one.";
+    match parameter.original {
+        Some(original) if parameter.changed => {
+            let original = with_unit(original, parameter.unit);
+            ui.weak(format!(
+                "{typed} Scene: {original}; a double click goes back."
+            ));
+        }
+        _ => {
+            ui.weak(typed);
+        }
+    }
+}
+
+fn with_unit(value: f64, unit: &str) -> String {
+    let number = number::format(value, 4);
+    if unit.is_empty() {
+        number
+    } else {
+        format!("{number} {unit}")
+    }
+}

@@ -1,0 +1,114 @@
+//! What was changed in the panel stays over a restart, so that a fall can be seen again with
+//! other numbers. Opening a scene, the same or another, begins with its file's.
+
+use bevy::prelude::*;
+
+use super::originals::{Originals, SceneSettings};
+use crate::{
+    effect::EffectRegistry,
+    sandbox::load::SceneLoaded,
+    simulation::{Action, Actions, SimulationSettings, action, plain::bodies_in_order},
+};
+
+/// A changed parameter of a body, by the body's place in the scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct ChangedParameter {
+    place: usize,
+    effect: &'static str,
+    parameter: &'static str,
+    value: f64,
+}
+
+/// What is to be set again when the scene has begun anew; `None` while no restart is under way.
+#[derive(Resource, Debug, Default)]
+pub(super) struct Carried(Option<Changes>);
+
+#[derive(Debug, Default)]
+struct Changes {
+    settings: Vec<(&'static str, f64)>,
+    parameters: Vec<ChangedParameter>,
+}
+
+/// Notes what differs from the scene's file, before the scene is begun anew.
+pub(super) fn note(world: &mut World) {
+    let bodies = bodies_in_order(world);
+    let now = &world.resource::<SimulationSettings>().0;
+    let scene = &world.resource::<SceneSettings>().0;
+    let settings = action::SETTINGS
+        .iter()
+        .filter_map(|(name, ..)| {
+            let value = action::setting(now, name)?;
+            (value != action::setting(scene, name)?).then_some((*name, value))
+        })
+        .collect();
+    let parameters = bodies
+        .iter()
+        .enumerate()
+        .flat_map(|(place, body)| changed(world, place, *body))
+        .collect();
+    let changes = Changes {
+        settings,
+        parameters,
+    };
+    world.resource_mut::<Carried>().0 = Some(changes);
+}
+
+fn changed(world: &World, place: usize, body: Entity) -> Vec<ChangedParameter> {
+    let entity = world.entity(body);
+    let Some(originals) = entity.get::<Originals>() else {
+        return Vec::new();
+    };
+    let mut changes = Vec::new();
+    for effect in world.resource::<EffectRegistry>().iter() {
+        for (index, parameter) in effect.parameters.iter().enumerate() {
+            let original = originals.get(effect.name, parameter.name);
+            let value = (effect.get)(&entity, index);
+            if let (Some(value), Some(original)) = (value, original)
+                && value != original
+            {
+                changes.push(ChangedParameter {
+                    place,
+                    effect: effect.name,
+                    parameter: parameter.name,
+                    value,
+                });
+            }
+        }
+    }
+    changes
+}
+
+/// Takes note of a scene's own settings when it is opened, and sets again what was noted if it
+/// was begun anew.
+pub(super) fn begin(
+    world: &mut World,
+    mut read: Local<bevy::ecs::message::MessageCursor<SceneLoaded>>,
+) {
+    let opened = read
+        .read(world.resource::<Messages<SceneLoaded>>())
+        .any(|scene| scene.error.is_none());
+    if !opened {
+        return;
+    }
+    let settings = **world.resource::<SimulationSettings>();
+    world.insert_resource(SceneSettings(settings));
+    let Some(changes) = world.resource_mut::<Carried>().0.take() else {
+        return;
+    };
+    let bodies = bodies_in_order(world);
+    let mut actions = world.resource_mut::<Actions>();
+    for (name, value) in changes.settings {
+        let name = name.to_owned();
+        actions.push(Action::SetSetting { name, value });
+    }
+    for change in changes.parameters {
+        if let Some(&body) = bodies.get(change.place) {
+            actions.push(Action::SetParameter {
+                body,
+                effect: change.effect.to_owned(),
+                parameter: change.parameter.to_owned(),
+                value: change.value,
+            });
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! The head of the panel: which scene, and whether its time runs.
+
+use bevy_egui::egui::{Button, ComboBox, Label, RichText, Ui, Vec2};
+
+use super::{
+    Panel,
+    model::{PanelModel, Parameter, Request},
+    parameter::{self, Edit},
+    section::{self, RowButton},
+    track::{Spread, Track},
+};
+use crate::sandbox::theme;
+
+/// Draws the picker, the note, and the buttons of the clock.
+pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
+    picker(ui, panel, model);
+    if !model.scene_note.is_empty() {
+        section::note(ui, &model.scene_note);
+    }
+    ui.add_space(4.0);
+    transport(ui, panel, model);
+    if let Some(edit) = parameter::row(ui, panel, "speed", &speed(model)) {
+        panel.ask(Request::Speed(match edit {
+            Edit::Set(value) => value,
+            Edit::Reset => 1.0,
+        }));
+    }
+}
+
+fn picker(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
+    ui.horizontal(|ui| {
+        ui.spacing_mut().button_padding.x = 6.0;
+        let side = Vec2::new(26.0, theme::ROW + 4.0);
+        let arrow = |text: &str| Button::new(text.to_owned()).min_size(side);
+        let previous = ui
+            .add_sized(side, arrow("⏴"))
+            .on_hover_text("Previous scene (Page up)");
+        panel.note("scene.previous", &previous, ui);
+        if previous.clicked() {
+            panel.ask(Request::PreviousScene);
+        }
+        let width = ui.available_width() - side.x - theme::GAP;
+        let title = RichText::new(&model.scene_title).color(theme::STRONG);
+        let chosen = ui
+            .scope(|ui| {
+                ui.spacing_mut().interact_size.y = side.y;
+                ComboBox::from_id_salt("scene")
+                    .selected_text(title)
+                    .width(width)
+                    .truncate()
+                    .show_ui(ui, |ui| scenes(ui, panel, model))
+            })
+            .inner;
+        panel.note("scene", &chosen.response, ui);
+        chosen
+            .response
+            .on_hover_text("The scene that is open; press to choose another");
+        let next = ui
+            .add_sized(side, arrow("⏵"))
+            .on_hover_text("Next scene (Page down)");
+        panel.note("scene.next", &next, ui);
+        if next.clicked() {
+            panel.ask(Request::NextScene);
+        }
+    });
+}
+
+fn scenes(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
+    ui.set_min_width(240.0);
+    for scene in &model.scenes {
+        let open = scene.name == model.scene;
+        let line = ui
+            .selectable_label(open, scene.title.as_str())
+            .on_hover_ui(|ui| {
+                ui.set_max_width(280.0);
+                ui.label(&scene.note);
+                ui.add(Label::new(RichText::new(&scene.name).monospace().weak()));
+            });
+        panel.note(format!("scene.{}", scene.name), &line, ui);
+        if line.clicked() {
+            panel.ask(Request::OpenScene(scene.name.clone()));
+            ui.close();
+        }
+    }
+}
+
+fn transport(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
+    let paused = model.clock.paused;
+    let buttons = [
+        RowButton {
+            selected: paused,
+            ..RowButton::new(
+                "pause",
+                if paused { "▶ Run" } else { "⏸ Pause" },
+                "Let time run, or stop it (Space)",
+            )
+        },
+        RowButton::new("step", "⏭ Step", "Stop, and make one tick (.)"),
+        RowButton::new("restart", "⟲ Restart", "Begin the scene anew (R)"),
+    ];
+    match section::button_row(ui, panel, &buttons) {
+        Some(0) => panel.ask(Request::Pause(!paused)),
+        Some(1) => panel.ask(Request::Step),
+        Some(2) => panel.ask(Request::Restart),
+        _ => {}
+    }
+}
+
+/// The clock's speed as a parameter like any other.
+fn speed(model: &PanelModel) -> Parameter {
+    Parameter {
+        name: "speed",
+        title: "Speed",
+        unit: "×",
+        help: "Simulated seconds per second of the wall clock. Slow motion changes only what is \
+               shown, not what is computed.",
+        track: Track::new(0.01..=4.0, Spread::Logarithmic),
+        value: model.clock.speed,
+        spread: None,
+        original: Some(1.0),
+        changed: model.clock.speed != 1.0,
+    }
+}

@@ -1,0 +1,173 @@
+//! The parts that the panel's sections are put together from: the section itself, rows of
+//! buttons of equal width, a switch.
+
+use bevy_egui::egui::{
+    Align2, Button, FontSelection, Id, Label, Rect, RectAlign, Response, RichText, Sense, Stroke,
+    StrokeKind, TextStyle, Tooltip, Ui, Vec2, WidgetInfo, WidgetType,
+    collapsing_header::CollapsingState, lerp, pos2, vec2,
+};
+
+use super::Panel;
+use crate::sandbox::theme;
+
+/// A section that can be closed. Its heading is known as `section.<title>` among the places.
+pub fn section(
+    ui: &mut Ui,
+    panel: &mut Panel,
+    title: &str,
+    body: impl FnOnce(&mut Ui, &mut Panel),
+) {
+    ui.add_space(6.0);
+    let id = Id::new(("panel section", title));
+    let mut state = CollapsingState::load_with_default_open(ui.ctx(), id, true);
+    let size = vec2(ui.available_width(), 20.0);
+    let (rect, response) = ui.allocate_exact_size(size, Sense::click());
+    response.widget_info(|| WidgetInfo::labeled(WidgetType::CollapsingHeader, true, title));
+    panel.note(format!("section.{}", title.to_lowercase()), &response, ui);
+    if response.clicked() {
+        state.toggle(ui);
+    }
+    let colour = if response.hovered() {
+        theme::STRONG
+    } else {
+        theme::WEAK
+    };
+    let font = FontSelection::Style(TextStyle::Small).resolve(ui.style());
+    let painter = ui.painter();
+    let text = painter.text(
+        rect.left_center(),
+        Align2::LEFT_CENTER,
+        title.to_uppercase(),
+        font.clone(),
+        colour,
+    );
+    let chevron = if state.is_open() { "⏷" } else { "⏵" };
+    painter.text(
+        rect.right_center(),
+        Align2::RIGHT_CENTER,
+        chevron,
+        font,
+        colour,
+    );
+    painter.hline(
+        text.right() + 8.0..=rect.right() - 16.0,
+        rect.center().y,
+        Stroke::new(1.0, theme::LINE),
+    );
+    state.show_body_unindented(ui, |ui| body(ui, panel));
+}
+
+/// A button of a row: its name among the places, its text, its tooltip, and whether it can be
+/// pressed.
+pub struct RowButton<'a> {
+    /// Name among the panel's places.
+    pub name: &'a str,
+    /// What stands on it.
+    pub text: &'a str,
+    /// What it does.
+    pub help: &'a str,
+    /// Whether it can be pressed.
+    pub enabled: bool,
+    /// Whether it is switched on.
+    pub selected: bool,
+}
+
+impl<'a> RowButton<'a> {
+    /// A button that can be pressed.
+    pub fn new(name: &'a str, text: &'a str, help: &'a str) -> Self {
+        Self {
+            name,
+            text,
+            help,
+            enabled: true,
+            selected: false,
+        }
+    }
+}
+
+/// Buttons of equal width over the whole row; the index of the one that was pressed.
+pub fn button_row(ui: &mut Ui, panel: &mut Panel, buttons: &[RowButton]) -> Option<usize> {
+    let gaps = theme::GAP * (buttons.len().saturating_sub(1)) as f32;
+    let width = (ui.available_width() - gaps) / buttons.len() as f32;
+    let mut pressed = None;
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = theme::GAP;
+        ui.spacing_mut().button_padding.x = 2.0;
+        for (index, button) in buttons.iter().enumerate() {
+            let widget = Button::new(button.text)
+                .selected(button.selected)
+                .min_size(Vec2::new(width, theme::ROW + 2.0))
+                .truncate();
+            let response = ui
+                .add_enabled_ui(button.enabled, |ui| {
+                    ui.add_sized([width, theme::ROW + 2.0], widget)
+                })
+                .inner
+                .on_hover_text(button.help)
+                .on_disabled_hover_text(button.help);
+            panel.note(button.name, &response, ui);
+            if response.clicked() {
+                pressed = Some(index);
+            }
+        }
+    });
+    pressed
+}
+
+/// A switch; `true` in the answer's second place when it was pressed.
+pub fn switch(ui: &mut Ui, on: bool, enabled: bool, title: &str) -> (Response, bool) {
+    let sense = if enabled {
+        Sense::click()
+    } else {
+        Sense::hover()
+    };
+    let (rect, response) = ui.allocate_exact_size(vec2(26.0, theme::ROW), sense);
+    response.widget_info(|| WidgetInfo::selected(WidgetType::Checkbox, enabled, on, title));
+    let travel = ui.ctx().animate_bool_responsive(response.id, on);
+    let body = Rect::from_center_size(rect.center(), vec2(24.0, 13.0));
+    let ground = if on {
+        theme::ACCENT.gamma_multiply(if enabled { 0.75 } else { 0.35 })
+    } else {
+        theme::RAISED
+    };
+    let line = if response.hovered() && enabled {
+        theme::TEXT
+    } else {
+        ground
+    };
+    let painter = ui.painter();
+    painter.rect(
+        body,
+        6.5,
+        ground,
+        Stroke::new(1.0, line),
+        StrokeKind::Inside,
+    );
+    let x = lerp(body.left() + 6.5..=body.right() - 6.5, travel);
+    let knob = if enabled { theme::STRONG } else { theme::WEAK };
+    painter.circle_filled(pos2(x, body.center().y), 4.5, knob);
+    let pressed = enabled && response.clicked();
+    (response, pressed)
+}
+
+/// A tooltip beside the panel, so that it never hides the row below.
+pub fn hint(ui: &Ui, response: &Response, contents: impl FnOnce(&mut Ui)) {
+    let mut tooltip = Tooltip::for_enabled(response);
+    let row = Rect::from_x_y_ranges(ui.max_rect().x_range(), response.rect.y_range());
+    tooltip.popup = tooltip
+        .popup
+        .anchor(row)
+        .align(RectAlign::LEFT)
+        .align_alternatives(&[
+            RectAlign::LEFT_START,
+            RectAlign::LEFT_END,
+            RectAlign::BOTTOM,
+        ])
+        .gap(18.0);
+    tooltip.show(contents);
+}
+
+/// A line of weak text that is wrapped.
+pub fn note(ui: &mut Ui, text: &str) {
+    ui.add(Label::new(RichText::new(text).small().color(theme::WEAK)).wrap());
+}

@@ -1,0 +1,69 @@
+// Soft bodies and colliders: a translucent, glossy skin.
+//
+// Diffuse light wraps around the terminator as it does in a jelly, light from behind
+// shines through, and a mirror-like coat shows the soft boxes of the studio.
+
+#import bevy_pbr::forward_io::VertexOutput
+#import bevy_pbr::mesh_view_bindings::view
+#import pliant::studio::{
+    KEY, ambient, backdrop, expose, key_direction, key_visibility, reflection,
+}
+
+struct Finish {
+    // Linear sRGB.
+    colour: vec3<f32>,
+    // Perceptual roughness of the coat, 0 is a mirror.
+    roughness: f32,
+    // How far light travels inside: 0 is plaster, 1 is jelly.
+    translucency: f32,
+    // Strength of the coat's reflection, 0 is matt.
+    gloss: f32,
+    // 1 while the pointer is over the body or holds it.
+    highlight: f32,
+    // Height of the floor [m], for the shade near it.
+    floor: f32,
+}
+
+@group(#{MATERIAL_BIND_GROUP}) @binding(0) var<uniform> finish: Finish;
+
+@fragment
+fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> @location(0) vec4<f32> {
+    let to_eye = normalize(view.world_position - in.world_position.xyz);
+    var normal = normalize(in.world_normal);
+    if (!is_front) {
+        normal = -normal;
+    }
+    let key = key_direction();
+    let facing = saturate(dot(normal, to_eye));
+    let soft = finish.translucency;
+
+    // The bias along the normal keeps a curved surface from shading itself.
+    let shadow = key_visibility(in.world_position, normal, in.position.xy);
+    let wrap = 0.45 * soft;
+    let cosine = dot(normal, key);
+    let wrapped = saturate((cosine + wrap) / ((1.0 + wrap) * (1.0 + wrap)));
+    // Inside a jelly a shadow's edge is lit by its neighbourhood, and takes its colour.
+    let shade = mix(shadow, 1.0, 0.22 * soft);
+    let deep = pow(finish.colour, vec3<f32>(1.0 + 0.35 * soft));
+    let terminator = mix(deep, finish.colour, smoothstep(-0.2, 0.7, cosine));
+
+    // Light gets scarce where a surface looks down upon a near floor.
+    let height = max(in.world_position.y - finish.floor, 0.0);
+    let open = 1.0 - 0.62 * saturate(0.35 - 0.65 * normal.y) * exp(-3.2 * height);
+
+    var colour = terminator * KEY * wrapped * shade;
+    colour += finish.colour * ambient(normal) * open;
+
+    // Light through the body, towards the eye.
+    let through = pow(saturate(dot(to_eye, -normalize(key + 0.35 * normal))), 3.0);
+    colour += deep * KEY * soft * (0.55 * through * shade + 0.10 * (1.0 - facing));
+
+    let fresnel = 0.04 + 0.96 * pow(1.0 - facing, 5.0) * (1.0 - 0.6 * finish.roughness);
+    let mirrored = reflect(-to_eye, normal);
+    let glint = reflection(mirrored, finish.roughness) * mix(0.45, 1.0, shadow) * mix(0.5, 1.0, open);
+    colour = mix(colour, glint, fresnel * finish.gloss);
+
+    let rim = pow(1.0 - facing, 2.5);
+    colour += finish.highlight * (0.06 * finish.colour + rim * (0.35 * finish.colour + 0.35));
+    return expose(colour, in.position.xy);
+}

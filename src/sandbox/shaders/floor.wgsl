@@ -1,0 +1,81 @@
+// The studio floor: lit, in shadow where bodies stand, ruled every metre and every
+// tenth of one, and fading into the backdrop so that it has no edge.
+
+#import bevy_pbr::forward_io::VertexOutput
+#import bevy_pbr::mesh_view_bindings::view
+#import pliant::studio::{KEY, ambient, backdrop, expose, key_direction, key_visibility}
+
+// The most of the sky's light that bodies take away, so that shade never ends in black.
+const DEEPEST: f32 = 0.82;
+
+struct Floor {
+    // Centre of the view on the floor [m] and the size of what is looked at [m].
+    focus: vec3<f32>,
+    scale: f32,
+    grounding: Grounding,
+}
+
+// Bodies as balls: centre and radius, and the colour of the light that comes through them.
+struct Grounding {
+    balls: array<vec4<f32>, 24>,
+    tints: array<vec4<f32>, 24>,
+    count: u32,
+}
+
+@group(#{MATERIAL_BIND_GROUP}) @binding(0) var<uniform> stage: Floor;
+
+const FLOOR: vec3<f32> = vec3<f32>(0.66, 0.63, 0.585);
+
+// Coverage of a pixel by ruled lines: a line of `width` [cells], box-filtered over the
+// pixel's footprint, so that fine lines fade to their mean instead of flickering.
+fn ruling(at: vec2<f32>, footprint: vec2<f32>, width: f32) -> f32 {
+    let drawn = clamp(vec2<f32>(width), footprint, vec2<f32>(0.5));
+    let blur = footprint * 1.5;
+    let distance = abs(fract(at - 0.5) - 0.5) * 2.0;
+    var line = (1.0 - smoothstep(drawn - blur, drawn + blur, distance)) * saturate(width / drawn);
+    line = mix(line, vec2<f32>(width), saturate(footprint * 2.0 - 1.0));
+    return mix(line.x, 1.0, line.y);
+}
+
+// Share of the sky that the bodies cover, in w, and the light that they pass on, in xyz.
+fn grounded(at: vec3<f32>) -> vec4<f32> {
+    var sum = vec4<f32>(0.0);
+    for (var i = 0u; i < stage.grounding.count; i++) {
+        let ball = stage.grounding.balls[i];
+        let to_ball = ball.xyz - at;
+        let squared = dot(to_ball, to_ball);
+        // Form factor of a ball: cosine times the squared sine of its half angle.
+        let cosine = saturate(to_ball.y * inverseSqrt(squared));
+        let covered = cosine * saturate(ball.w * ball.w / squared);
+        let tint = stage.grounding.tints[i];
+        sum += vec4<f32>(tint.rgb * tint.w * covered * covered, covered);
+    }
+    return sum;
+}
+
+@fragment
+fn fragment(in: VertexOutput) -> @location(0) vec4<f32> {
+    let up = vec3<f32>(0.0, 1.0, 0.0);
+    let at = in.world_position.xz;
+    let footprint = fwidth(at);
+    let to_eye = view.world_position - in.world_position.xyz;
+    let away = length(at - stage.focus.xz) / stage.scale;
+    let fade = smoothstep(1.6, 9.0, away);
+
+    var shadow = 1.0;
+    if (fade < 1.0) {
+        shadow = key_visibility(in.world_position, up, in.position.xy);
+    }
+    let ground = grounded(in.world_position.xyz);
+    let open = 1.0 - DEEPEST * saturate(ground.w);
+    let light = KEY * key_direction().y * shadow + ambient(up) * open + 0.30 * KEY * ground.rgb;
+
+    let metres = ruling(at, footprint, 0.012);
+    let tenths = ruling(at * 10.0, footprint * 10.0, 0.028);
+    let ruled = max(0.42 * metres, 0.20 * tenths) * (1.0 - smoothstep(0.8, 6.0, away));
+    let ink = mix(vec3<f32>(1.0), vec3<f32>(0.42, 0.50, 0.58), ruled);
+
+    let lit = FLOOR * light * ink;
+    let beyond = backdrop(-normalize(to_eye));
+    return expose(mix(lit, beyond, fade), in.position.xy);
+}

@@ -1,0 +1,477 @@
+//! The panel, drawn and pressed without a window: a bare egui context, a plain model, and
+//! pointer events made by hand.
+
+use bevy_egui::egui::{
+    Context, Event, FullOutput, Key, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape, Vec2,
+    ViewportId, ViewportInfo, pos2, vec2,
+};
+use pliant::sandbox::{
+    keys::{BINDINGS, GESTURES},
+    panel::{
+        Panel, Places,
+        model::{
+            Addition, BodyEntry, BodyState, ClockModel, Distortion, EffectModel, GrabModel,
+            PanelModel, Parameter, Request, SceneEntry, Scope, StageModel,
+        },
+        show,
+        track::{Spread, Track},
+    },
+    theme,
+};
+
+const SIZES: [(Vec2, f32); 4] = [
+    (Vec2::new(1280.0, 800.0), 1.0),
+    (Vec2::new(900.0, 600.0), 1.0),
+    (Vec2::new(1280.0, 800.0), 2.0),
+    (Vec2::new(960.0, 540.0), 1.5),
+];
+
+fn parameter(name: &'static str, unit: &'static str, track: Track, value: f64) -> Parameter {
+    Parameter {
+        name,
+        title: name,
+        unit,
+        help: "What it does.",
+        track,
+        value,
+        spread: None,
+        original: Some(value),
+        changed: false,
+    }
+}
+
+fn stretch() -> EffectModel {
+    let logarithmic = |low, high| Track::new(low..=high, Spread::Logarithmic);
+    let changed = Parameter {
+        original: Some(1e-3),
+        changed: true,
+        ..parameter("damping", "s", logarithmic(1e-4, 1.0).with_zero(true), 1e-2)
+    };
+    EffectModel {
+        name: "stretch",
+        title: "Stretch",
+        summary: "Edges resist a change of length.",
+        carriers: 2,
+        carriers_shown: 2,
+        elements: 1240,
+        share: Some(0.4),
+        switchable: true,
+        parameters: vec![
+            parameter(
+                "compliance",
+                "m/N",
+                logarithmic(1e-8, 1e-1).with_zero(true),
+                1e-5,
+            ),
+            changed,
+        ],
+    }
+}
+
+fn absent() -> EffectModel {
+    EffectModel {
+        name: "collide",
+        title: "Collide",
+        carriers: 0,
+        carriers_shown: 0,
+        elements: 0,
+        share: None,
+        parameters: Vec::new(),
+        ..stretch()
+    }
+}
+
+fn model() -> PanelModel {
+    let whole = |high| Track::new(1.0..=high, Spread::Integer);
+    let body = |key, name: &str, state| BodyEntry {
+        key,
+        name: name.to_owned(),
+        particles: 343,
+        state,
+    };
+    let scene = |name: &str| SceneEntry {
+        name: name.to_owned(),
+        title: name.to_owned(),
+        note: "Look at it.".to_owned(),
+    };
+    PanelModel {
+        scenes: vec![scene("jelly"), scene("bunny")],
+        scene: "jelly".to_owned(),
+        scene_title: "jelly".to_owned(),
+        scene_note: "A cube falls, wobbles, and comes to rest in the end.".to_owned(),
+        clock: ClockModel {
+            speed: 1.0,
+            ..ClockModel::default()
+        },
+        settings: vec![
+            parameter("substeps", "", whole(100.0), 10.0),
+            parameter(
+                "gravity_y",
+                "m/s²",
+                Track::new(-20.0..=20.0, Spread::Linear),
+                -9.81,
+            ),
+        ],
+        bodies: vec![
+            body(1, "cube", BodyState::Awake),
+            body(2, "ball", BodyState::Asleep),
+        ],
+        scope: Scope::All,
+        effects: vec![stretch(), absent()],
+        stages: vec![StageModel {
+            title: "Presolve".to_owned(),
+            share: 0.1,
+        }],
+        grabbed: Some(GrabModel {
+            body: "cube".to_owned(),
+            pinned: false,
+        }),
+        additions: vec![Addition {
+            name: "box".to_owned(),
+            title: "box".to_owned(),
+            begins_group: false,
+        }],
+        wireframe: false,
+        tetrahedra: false,
+    }
+}
+
+/// Draws the panel again and again, and presses it. The model stays as it is, so a press that
+/// lasts two frames asks twice.
+struct Hand {
+    context: Context,
+    model: PanelModel,
+    size: Vec2,
+    scale: f32,
+    frames: u32,
+    places: Places,
+    requests: Vec<Request>,
+}
+
+impl Hand {
+    fn new(model: PanelModel, (size, scale): (Vec2, f32)) -> Self {
+        let context = Context::default();
+        theme::apply(&context);
+        let mut hand = Self {
+            context,
+            model,
+            size,
+            scale,
+            frames: 0,
+            places: Places::default(),
+            requests: Vec::new(),
+        };
+        // What egui knows of a widget's place is from the frame before.
+        for _ in 0..3 {
+            hand.draw(Vec::new());
+        }
+        hand
+    }
+
+    fn draw(&mut self, events: Vec<Event>) -> Vec<Shape> {
+        let viewport = ViewportInfo {
+            native_pixels_per_point: Some(self.scale),
+            ..ViewportInfo::default()
+        };
+        let input = RawInput {
+            screen_rect: Some(Rect::from_min_size(Pos2::ZERO, self.size)),
+            time: Some(f64::from(self.frames) / 60.0),
+            viewports: std::iter::once((ViewportId::ROOT, viewport)).collect(),
+            events,
+            ..RawInput::default()
+        };
+        self.frames += 1;
+        let mut drawn = None;
+        let output = self.context.run_ui(input, |ui| {
+            drawn = Some(show(ui.ctx(), &self.model).0);
+        });
+        let panel: Panel = drawn.expect("run_ui draws at least once");
+        self.places = panel.places().clone();
+        self.requests.extend(panel.requests().iter().cloned());
+        let FullOutput { shapes, .. } = &output;
+        let shapes = shapes.iter().map(|clipped| clipped.shape.clone()).collect();
+        output.drop_without_applying_deltas();
+        shapes
+    }
+
+    fn place(&self, name: &str) -> Rect {
+        self.places
+            .get(name)
+            .unwrap_or_else(|| panic!("no widget {name}"))
+    }
+
+    fn press(&mut self, at: Pos2) {
+        let button = |pressed| Event::PointerButton {
+            pos: at,
+            button: PointerButton::Primary,
+            pressed,
+            modifiers: Modifiers::NONE,
+        };
+        self.draw(vec![Event::PointerMoved(at)]);
+        self.draw(vec![button(true)]);
+        self.draw(vec![button(false)]);
+        self.draw(Vec::new());
+    }
+
+    fn press_widget(&mut self, name: &str) -> Vec<Request> {
+        self.requests.clear();
+        self.press(self.place(name).center());
+        std::mem::take(&mut self.requests)
+    }
+}
+
+fn one_hand() -> Hand {
+    Hand::new(model(), SIZES[0])
+}
+
+#[test]
+fn pressing_a_slider_asks_for_the_value_that_stands_there() {
+    let mut hand = one_hand();
+    let rail = hand.place("stretch.compliance");
+    hand.requests.clear();
+    hand.press(pos2(rail.left() + 0.5 * rail.width(), rail.center().y));
+    hand.requests.dedup();
+    let [
+        Request::Parameter {
+            effect: "stretch",
+            parameter: "compliance",
+            value: Some(value),
+        },
+    ] = hand.requests[..]
+    else {
+        panic!("{:?}", hand.requests);
+    };
+    // The middle of a logarithmic track from 1e-8 to 1e-1 is 3e-5, a bit less for the stop of 0.
+    assert!((1e-5..1e-4).contains(&value), "{value}");
+}
+
+#[test]
+fn the_left_end_of_a_compliance_is_rigid() {
+    let mut hand = one_hand();
+    let rail = hand.place("stretch.compliance");
+    hand.press(pos2(rail.left() + 2.0, rail.center().y));
+    hand.requests.dedup();
+    assert_eq!(
+        hand.requests,
+        [Request::Parameter {
+            effect: "stretch",
+            parameter: "compliance",
+            value: Some(0.0),
+        }]
+    );
+}
+
+#[test]
+fn a_number_can_be_typed_with_its_unit() {
+    let mut hand = one_hand();
+    let entry = hand.place("stretch.compliance.entry");
+    hand.press(entry.center());
+    hand.draw(vec![Event::Text("2.5e-6 m/N".to_owned())]);
+    let key = |pressed| Event::Key {
+        key: Key::Enter,
+        physical_key: None,
+        pressed,
+        repeat: false,
+        modifiers: Modifiers::NONE,
+    };
+    hand.draw(vec![key(true)]);
+    hand.draw(vec![key(false)]);
+    assert_eq!(
+        hand.requests,
+        [Request::Parameter {
+            effect: "stretch",
+            parameter: "compliance",
+            value: Some(2.5e-6),
+        }]
+    );
+}
+
+#[test]
+fn a_typed_word_changes_nothing() {
+    let mut hand = one_hand();
+    hand.press(hand.place("world.substeps.entry").center());
+    hand.draw(vec![Event::Text("many".to_owned())]);
+    // The pointer goes elsewhere, which ends the typing.
+    hand.press(pos2(100.0, 100.0));
+    assert_eq!(hand.requests, []);
+}
+
+#[test]
+fn the_reset_of_a_changed_parameter_asks_for_the_scenes_value() {
+    let mut hand = one_hand();
+    let asked = hand.press_widget("stretch.damping.reset");
+    assert_eq!(
+        asked,
+        [Request::Parameter {
+            effect: "stretch",
+            parameter: "damping",
+            value: None,
+        }]
+    );
+    // What is not changed has nothing to be reset.
+    assert_eq!(hand.press_widget("stretch.compliance.reset"), []);
+}
+
+#[test]
+fn every_button_asks_for_what_stands_on_it() {
+    let wanted = [
+        ("pause", Request::Pause(true)),
+        ("step", Request::Step),
+        ("restart", Request::Restart),
+        ("scene.next", Request::NextScene),
+        ("scene.previous", Request::PreviousScene),
+        ("squash", Request::Distort(Distortion::Squash)),
+        ("shuffle", Request::Distort(Distortion::Shuffle)),
+        ("mirror", Request::Distort(Distortion::Mirror)),
+        ("pin", Request::Pin(true)),
+        ("wireframe", Request::Wireframe(true)),
+        ("tetrahedra", Request::Tetrahedra(true)),
+        ("frame", Request::FrameAll),
+        ("screenshot", Request::Screenshot),
+        ("help", Request::Help),
+        (
+            "effect.stretch",
+            Request::Effect {
+                effect: "stretch",
+                on: false,
+            },
+        ),
+        (
+            "effect.collide",
+            Request::Effect {
+                effect: "collide",
+                on: true,
+            },
+        ),
+    ];
+    let mut hand = one_hand();
+    for (name, request) in wanted {
+        assert_eq!(hand.press_widget(name), [request], "{name}");
+    }
+    // Nothing of the held body is pinned, so there is nothing to free.
+    assert_eq!(hand.press_widget("unpin"), []);
+}
+
+#[test]
+fn the_pickers_open_and_choose() {
+    let mut hand = one_hand();
+    assert_eq!(hand.press_widget("scene"), []);
+    let chosen = hand.press_widget("scene.bunny");
+    assert_eq!(chosen, [Request::OpenScene("bunny".to_owned())]);
+    assert_eq!(hand.press_widget("scope"), []);
+    assert_eq!(
+        hand.press_widget("scope.ball"),
+        [Request::Show(Scope::Body(2))]
+    );
+    assert_eq!(hand.press_widget("add"), []);
+    assert_eq!(
+        hand.press_widget("add.box"),
+        [Request::AddBody("box".to_owned())]
+    );
+}
+
+#[test]
+fn nothing_in_the_panel_overlaps_and_nothing_sticks_out() {
+    for size in SIZES {
+        let hand = Hand::new(model(), size);
+        let covered = show_width(&hand);
+        let panel = Rect::from_min_max(pos2(size.0.x - covered, 0.0), size.0.to_pos2());
+        let places: Vec<_> = hand.places.iter().collect();
+        assert!(places.len() > 20, "{size:?}: {}", places.len());
+        for (index, (name, rect)) in places.iter().enumerate() {
+            assert!(panel.contains_rect(*rect), "{name} {rect:?} in {panel:?}");
+            for (other, other_rect) in &places[index + 1..] {
+                // Neighbours may touch; half a pixel is rounding.
+                let common = rect.shrink(0.5).intersect(*other_rect);
+                assert!(!common.is_positive(), "{name} and {other} at {size:?}");
+            }
+        }
+    }
+}
+
+fn show_width(hand: &Hand) -> f32 {
+    let mut width = 0.0;
+    let input = RawInput {
+        screen_rect: Some(Rect::from_min_size(Pos2::ZERO, hand.size)),
+        ..RawInput::default()
+    };
+    let output = hand
+        .context
+        .run_ui(input, |ui| width = show(ui.ctx(), &hand.model).1);
+    output.drop_without_applying_deltas();
+    width
+}
+
+#[test]
+fn a_slider_has_room_for_the_hand_in_the_smallest_window() {
+    let hand = Hand::new(model(), (vec2(900.0, 600.0), 1.0));
+    // Eight decades over fewer than 60 px could not be aimed at.
+    assert!(hand.place("stretch.compliance").width() >= 60.0);
+}
+
+#[test]
+fn every_letter_that_the_panel_shows_is_in_the_font() {
+    let mut hand = one_hand();
+    let shapes = hand.draw(Vec::new());
+    let mut texts = Vec::new();
+    collect_texts(&shapes, &mut texts);
+    assert!(texts.iter().any(|text| text.contains("m/N")), "{texts:?}");
+    let font = bevy_egui::egui::FontId::proportional(13.0);
+    for text in texts {
+        assert!(
+            hand.context
+                .fonts_mut(|fonts| fonts.has_glyphs(&font, &text)),
+            "{text:?}"
+        );
+    }
+}
+
+#[test]
+fn every_letter_of_the_help_is_in_the_font() {
+    let hand = one_hand();
+    let font = bevy_egui::egui::FontId::proportional(13.0);
+    let keys = BINDINGS
+        .iter()
+        .flat_map(|binding| [binding.cap, binding.text]);
+    let gestures = GESTURES
+        .iter()
+        .flat_map(|(gesture, text)| [*gesture, *text]);
+    for text in keys.chain(gestures) {
+        assert!(
+            hand.context
+                .fonts_mut(|fonts| fonts.has_glyphs(&font, text)),
+            "{text:?}"
+        );
+    }
+}
+
+fn collect_texts(shapes: &[Shape], texts: &mut Vec<String>) {
+    for shape in shapes {
+        match shape {
+            Shape::Text(text) => texts.push(text.galley.text().to_owned()),
+            Shape::Vec(shapes) => collect_texts(shapes, texts),
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn a_scene_without_bodies_can_be_shown_and_asks_for_nothing() {
+    let empty = PanelModel {
+        bodies: Vec::new(),
+        effects: vec![absent()],
+        grabbed: None,
+        ..model()
+    };
+    let mut hand = Hand::new(empty, SIZES[0]);
+    for name in [
+        "squash",
+        "shuffle",
+        "mirror",
+        "pin",
+        "unpin",
+        "effect.collide",
+    ] {
+        assert_eq!(hand.press_widget(name), [], "{name}");
+    }
+}

@@ -1,0 +1,193 @@
+//! What several modules of the suite need: the smallest shapes, bodies with chosen masses, worlds.
+
+use glam::{UVec3, Vec3, Vec4};
+use pliant::{
+    mesh::Primitive,
+    solver::{
+        Body, Compliance, Damping, Density, Effects, Ground, Iterations, Mass, Rate, RestShape,
+        Settings, Stretch, Substeps, Topology, Volume, World, deform::Random,
+    },
+};
+use std::sync::Arc;
+
+/// Half a unit in the last place of 1: what rounding to f32 costs, relative.
+pub const EPSILON: f64 = 0.5 * f32::EPSILON as f64;
+
+/// The gravity of the closed forms [m/s²].
+pub const G: f64 = 9.81;
+
+/// ```text
+/// 0 ── 1 ── 2 ── …   downwards, each `link` long
+/// ```
+pub fn chain(links: usize, link: f32) -> RestShape {
+    let index = |i: usize| u32::try_from(i).expect("short chains");
+    RestShape {
+        vertices: (0..=links)
+            .map(|i| Vec3::new(0.0, -(i as f32) * link, 0.0))
+            .collect(),
+        edges: (0..links).map(|i| [index(i), index(i + 1)]).collect(),
+        ..RestShape::default()
+    }
+}
+
+/// ```text
+///      3        corners of a unit cube at 0 and along x, y, z:
+///      | 2      V = 1/6 m³, and all six edges
+///      |/
+///      0───1
+/// ```
+pub fn tetrahedron() -> RestShape {
+    RestShape {
+        vertices: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z],
+        edges: vec![[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]],
+        tetrahedra: vec![[0, 1, 2, 3]],
+        triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+    }
+}
+
+/// A solid cube of the given side [m] around the origin, divided into `cells` along each axis.
+pub fn cube(side: f32, cells: u32) -> RestShape {
+    Primitive::Box {
+        size: Vec3::splat(side),
+        cells: UVec3::splat(cells),
+    }
+    .build()
+    .expect("a sound box")
+    .shape
+}
+
+/// A shape that is known to be sound.
+pub fn topology(shape: RestShape) -> Arc<Topology> {
+    Arc::new(Topology::new(shape).expect("a sound shape"))
+}
+
+/// A body of the given density.
+pub fn body(name: &str, shape: RestShape, density: f32) -> Body {
+    let density = Density::new(density).expect("a sound density");
+    Body::new(name, topology(shape), density)
+}
+
+/// A body whose particles have the given masses [kg]. The density that it must have is the least
+/// there is: 1e-9 kg/m, below the rounding of a mass of 0.02 kg.
+pub fn body_of_masses(shape: RestShape, masses: &[f32]) -> Body {
+    let mut body = body("masses", shape, 1e-9);
+    for (particle, &mass) in (0..).zip(masses) {
+        let mass = Mass::new(mass).expect("a sound mass");
+        body.added_mass.push((particle, mass));
+    }
+    body.update_masses();
+    body
+}
+
+/// The body with its first particle pinned.
+pub fn pinned(mut body: Body, pins: &[u32]) -> Body {
+    body.pins = pins.to_vec();
+    body.update_masses();
+    body
+}
+
+/// The body with effects.
+pub fn with(mut body: Body, effects: Effects) -> Body {
+    body.effects = effects;
+    body
+}
+
+/// Edges that give by `compliance` [m/N].
+pub fn stretch(compliance: f32) -> Option<Stretch> {
+    Some(Stretch {
+        compliance: Compliance::new(compliance).expect("a sound compliance"),
+        ..Stretch::default()
+    })
+}
+
+/// Tetrahedra that give by `compliance` [m⁵/N].
+pub fn volume(compliance: f32) -> Option<Volume> {
+    Some(Volume {
+        compliance: Compliance::new(compliance).expect("a sound compliance"),
+        ..Volume::default()
+    })
+}
+
+/// A damping of `tau` [s].
+pub fn damping(tau: f32) -> Damping {
+    Damping::new(tau).expect("a sound damping")
+}
+
+/// Edges and volumes, both rigid: what a soft body of the Ten Minute Physics form has.
+pub fn elastic() -> Effects {
+    Effects {
+        stretch: stretch(0.0),
+        volume: volume(0.0),
+        ..Effects::default()
+    }
+}
+
+/// The same on a ground at height 0 with its default friction.
+pub fn elastic_on_ground() -> Effects {
+    Effects {
+        ground: Some(Ground::default()),
+        ..elastic()
+    }
+}
+
+/// Settings with gravity along −y [m/s²].
+pub fn settings(gravity: f64, rate: f64, substeps: u32, iterations: u32) -> Settings {
+    let mut settings = Settings {
+        rate: Rate::new(rate).expect("a sound rate"),
+        substeps: Substeps::new(substeps).expect("a sound number of substeps"),
+        iterations: Iterations::new(iterations).expect("a sound number of iterations"),
+        ..Settings::default()
+    };
+    settings
+        .set_gravity(Vec3::new(0.0, -gravity as f32, 0.0))
+        .expect("a sound gravity");
+    settings
+}
+
+/// A world of one body that does not sleep.
+pub fn world(settings: Settings, body: Body) -> World {
+    let mut world = World {
+        settings,
+        bodies: vec![body],
+        ..World::default()
+    };
+    world.sleep.enabled = false;
+    world
+}
+
+/// Ticks for `seconds`.
+pub fn run(world: &mut World, seconds: f64) {
+    let ticks = (seconds * world.settings.rate.get()).round() as usize;
+    for _ in 0..ticks {
+        world.tick();
+    }
+}
+
+/// Position of a particle of the first body [m].
+pub fn position(world: &World, particle: usize) -> Vec3 {
+    world.bodies[0].particles.positions[particle].truncate()
+}
+
+/// A random vector with coordinates between −`half` and `half`.
+pub fn random_vector(random: &mut Random, half: f32) -> Vec3 {
+    let mut coordinate = || (2.0 * random.next() - 1.0) * half;
+    Vec3::new(coordinate(), coordinate(), coordinate())
+}
+
+/// The bits of a column, for comparisons that no rounding may pass.
+pub fn bits(column: &[Vec4]) -> Vec<[u32; 4]> {
+    column
+        .iter()
+        .map(|x| x.to_array().map(f32::to_bits))
+        .collect()
+}
+
+/// Fails unless `value` is within `tolerance` of `expected`, relative to it.
+#[track_caller]
+pub fn assert_relative(value: f64, expected: f64, tolerance: f64, what: &str) {
+    let error = (value / expected - 1.0).abs();
+    assert!(
+        error <= tolerance,
+        "{what} is {value}, expected {expected} within {tolerance} of it, but is off by {error}"
+    );
+}

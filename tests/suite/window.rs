@@ -1,0 +1,257 @@
+//! The real window, with a real pointer: pressed, dragged and closed as a user would.
+//!
+//! Runs where there is an X11 display and `xdotool`; elsewhere each test says that it was skipped,
+//! unless `PLIANT_WINDOW_TESTS=required`. The program's journal tells what it did.
+
+use serde_json::Value;
+use std::{
+    path::PathBuf,
+    process::{Child, Command, Stdio},
+    sync::Mutex,
+    time::{Duration, Instant},
+};
+use x11rb::{
+    connection::Connection,
+    protocol::xproto::{ClientMessageEvent, ConnectionExt, EventMask},
+};
+
+/// One window at a time: there is one pointer.
+static POINTER: Mutex<()> = Mutex::new(());
+
+/// A software renderer on a busy machine takes its time to compile shaders.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+const SIZE: (f64, f64) = (1280.0, 800.0);
+
+struct Window {
+    program: Child,
+    folder: PathBuf,
+    id: u32,
+}
+
+fn can_run() -> bool {
+    let tool = Command::new("xdotool").arg("version").output().is_ok();
+    let display = x11rb::connect(None).is_ok();
+    let required = std::env::var("PLIANT_WINDOW_TESTS").is_ok_and(|value| value == "required");
+    assert!(
+        (tool && display) || !required,
+        "window tests are required, but xdotool is there: {tool}, an X11 display: {display}"
+    );
+    if !(tool && display) {
+        println!("skipped: needs an X11 display and xdotool");
+    }
+    tool && display
+}
+
+fn xdotool(arguments: &[&str]) -> String {
+    let output = Command::new("xdotool")
+        .args(arguments)
+        .output()
+        .expect("xdotool runs");
+    assert!(output.status.success(), "xdotool {arguments:?}: {output:?}");
+    String::from_utf8(output.stdout).expect("xdotool writes UTF-8")
+}
+
+impl Window {
+    /// Opens a scene and waits until it is drawn.
+    fn open(scene: &str) -> Self {
+        let folder =
+            std::env::temp_dir().join(format!("pliant-window-{}-{scene}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder for temporary files");
+        let journal = folder.join("journal.jsonl");
+        let errors = std::fs::File::create(folder.join("errors.txt")).expect("a file");
+        let program = Command::new(env!("CARGO_BIN_EXE_pliant"))
+            .args([scene, "--size", "1280x800", "--no-settings", "--journal"])
+            .arg(&journal)
+            .env("XDG_CONFIG_HOME", &folder)
+            .env_remove("WAYLAND_DISPLAY")
+            .stderr(Stdio::from(errors))
+            .stdout(Stdio::null())
+            .spawn()
+            .expect("the program starts");
+        let mut window = Self {
+            program,
+            folder,
+            id: 0,
+        };
+        window.wait("the first picture", |event| (event["event"] == "ready").then_some(()));
+        let id = xdotool(&["search", "--onlyvisible", "--name", "^Pliant"]);
+        window.id = id.trim().parse().expect("one window of that name");
+        window
+    }
+
+    fn events(&self) -> Vec<Value> {
+        let text = std::fs::read_to_string(self.folder.join("journal.jsonl")).unwrap_or_default();
+        // The last line may be half written.
+        text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
+    }
+
+    /// The newest event that `find` takes, waiting for it.
+    fn wait<T>(&mut self, what: &str, find: impl Fn(&Value) -> Option<T>) -> T {
+        let start = Instant::now();
+        loop {
+            if let Some(found) = self.events().iter().rev().find_map(&find) {
+                return found;
+            }
+            let ended = self.program.try_wait().expect("the program can be asked");
+            if ended.is_some() || start.elapsed() > PATIENCE {
+                let errors = std::fs::read_to_string(self.folder.join("errors.txt"));
+                panic!("no {what}; exit {ended:?}; {errors:?}");
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+
+    /// Moves the pointer to a place in the window [px].
+    fn point(&self, [x, y]: [f64; 2]) {
+        let (x, y) = (x.round().to_string(), y.round().to_string());
+        xdotool(&["mousemove", "--window", &self.id.to_string(), &x, &y]);
+        std::thread::sleep(Duration::from_millis(60));
+    }
+
+    /// Where a body is: on the screen [px], and in the world [m].
+    fn body(&mut self) -> ([f64; 2], [f64; 3]) {
+        self.wait("body in sight", |event| {
+            (event["event"] == "body").then_some(())?;
+            Some((numbers(&event["screen"])?, numbers(&event["centre"])?))
+        })
+    }
+
+    /// Where a widget of the panel is now: x, y, width, height [px].
+    fn widget(&mut self, name: &str) -> [f64; 4] {
+        self.wait(name, |event| {
+            (event["event"] == "widget" && event["name"] == name).then(|| numbers(&event["rect"]))?
+        })
+    }
+
+    fn count(&self, matches: impl Fn(&Value) -> bool) -> usize {
+        self.events().iter().filter(|event| matches(event)).count()
+    }
+
+    /// Asks the window to close, as its frame's button does, and waits for the program to end.
+    fn close(mut self) {
+        let (connection, _) = x11rb::connect(None).expect("the display is there");
+        let atom = |name: &str| {
+            let cookie = connection.intern_atom(false, name.as_bytes()).expect("asked");
+            cookie.reply().expect("an atom").atom
+        };
+        let message = ClientMessageEvent::new(
+            32,
+            self.id,
+            atom("WM_PROTOCOLS"),
+            [atom("WM_DELETE_WINDOW"), 0, 0, 0, 0],
+        );
+        connection
+            .send_event(false, self.id, EventMask::NO_EVENT, message)
+            .expect("sent");
+        connection.flush().expect("sent");
+        let start = Instant::now();
+        let status = loop {
+            if let Some(status) = self.program.try_wait().expect("the program can be asked") {
+                break status;
+            }
+            assert!(start.elapsed() < PATIENCE, "it does not close");
+            std::thread::sleep(Duration::from_millis(50));
+        };
+        let errors = std::fs::read_to_string(self.folder.join("errors.txt")).expect("there");
+        assert!(status.success(), "it ended with {status}: {errors}");
+        assert!(!errors.contains("panicked"), "{errors}");
+        assert!(!errors.contains("ERROR"), "{errors}");
+        let last = self.events().pop().expect("a journal");
+        assert_eq!(last["event"], "closing", "the journal is whole: {last}");
+        std::fs::remove_dir_all(&self.folder).expect("it was made here");
+    }
+}
+
+impl Drop for Window {
+    fn drop(&mut self) {
+        // A failed test must not leave its window open; one that has closed takes no harm.
+        let _ = self.program.kill();
+        let _ = self.program.wait();
+    }
+}
+
+fn numbers<const N: usize>(value: &Value) -> Option<[f64; N]> {
+    let numbers: Vec<f64> = value.as_array()?.iter().filter_map(Value::as_f64).collect();
+    numbers.try_into().ok()
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+}
+
+#[test]
+fn a_body_is_dragged_by_the_pointer_and_let_go() {
+    if !can_run() {
+        return;
+    }
+    let _alone = POINTER.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let mut window = Window::open("jelly_cube");
+    // It falls and settles first, so that what moves it afterwards is the hand.
+    window.wait("two seconds of simulation", |event| {
+        (event["event"] == "tick" && event["time"].as_f64()? > 2.0).then_some(())
+    });
+    let (place, before) = window.body();
+    window.point(place);
+    xdotool(&["mousedown", "1"]);
+    window.wait("grab", |event| (event["action"]["do"] == "grab").then_some(()));
+    for step in 1..=10 {
+        let up = f64::from(step) * 15.0;
+        window.point([place[0] - up, place[1] - up]);
+    }
+    let start = Instant::now();
+    let lifted = loop {
+        let (_, now) = window.body();
+        if now[1] > before[1] + 0.1 && distance(now, before) > 0.15 {
+            break now;
+        }
+        assert!(start.elapsed() < PATIENCE, "it stays at {now:?}");
+        std::thread::sleep(Duration::from_millis(100));
+    };
+    let camera_moves = window.count(|event| event["event"] == "camera");
+    assert_eq!(camera_moves, 0, "the camera stays while a body is dragged");
+    xdotool(&["mouseup", "1"]);
+    window.wait("release", |event| (event["action"]["do"] == "release").then_some(()));
+    let start = Instant::now();
+    loop {
+        let (_, now) = window.body();
+        if now[1] < lifted[1] - 0.05 {
+            break;
+        }
+        assert!(start.elapsed() < PATIENCE, "it does not fall from {lifted:?}: {now:?}");
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    window.close();
+}
+
+#[test]
+fn the_compliance_slider_changes_the_component() {
+    if !can_run() {
+        return;
+    }
+    let _alone = POINTER.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let mut window = Window::open("jelly_cube");
+    let [x, y, width, height] = window.widget("stretch.compliance");
+    assert!(x >= 0.0 && x + width <= SIZE.0 && y + height <= SIZE.1, "it is in sight");
+    let value_at = |window: &mut Window, share: f64| {
+        let is_set = |event: &Value| event["action"]["parameter"] == "stretch.compliance";
+        let before = window.count(is_set);
+        window.point([x + width * share, y + height / 2.0]);
+        xdotool(&["mousedown", "1"]);
+        std::thread::sleep(Duration::from_millis(200));
+        xdotool(&["mouseup", "1"]);
+        let start = Instant::now();
+        while window.count(is_set) == before {
+            assert!(start.elapsed() < PATIENCE, "pressing the slider sets nothing");
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        window.wait("value", |event| {
+            is_set(event).then(|| event["action"]["value"].as_f64())?
+        })
+    };
+    let stiff = value_at(&mut window, 0.2);
+    let soft = value_at(&mut window, 0.8);
+    // The slider is logarithmic over many decades: three fifths of it are more than one.
+    assert!(soft > 10.0 * stiff, "{stiff} m/N, then {soft} m/N");
+    window.close();
+}
