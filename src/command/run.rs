@@ -22,7 +22,7 @@ pub struct RunScene {
     scene: String,
 
     /// Simulated time [s]; the scene's own unless given
-    #[arg(long, value_parser = seconds)]
+    #[arg(long, value_parser = seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
 
     /// Set substeps, iterations, rate, gravity_x, gravity_y, gravity_z, or a parameter of an
@@ -59,6 +59,7 @@ impl RunScene {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         let current = Scene::load(&self.scene)?;
         let built = current.scene.build()?;
+        self.check_folders()?;
         let options = RunOptions {
             seconds: self.seconds,
             set: self.set,
@@ -95,6 +96,24 @@ impl RunScene {
         } else {
             ExitCode::from(FAILED)
         })
+    }
+}
+
+impl RunScene {
+    /// Refuses files in folders that do not exist before anything runs, not after.
+    fn check_folders(&self) -> anyhow::Result<()> {
+        let files = [&self.csv, &self.plot];
+        #[cfg(feature = "window")]
+        let files = files.into_iter().chain([&self.screenshot]);
+        for file in files.into_iter().flatten() {
+            let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+            if let Some(folder) = folder
+                && !folder.is_dir()
+            {
+                anyhow::bail!("cannot write {}: there is no folder {}", file.display(), folder.display());
+            }
+        }
+        Ok(())
     }
 }
 

@@ -2,6 +2,7 @@
 //! without one.
 
 use super::{FAILED, run::in_words};
+use anyhow::Context;
 use clap::Args;
 use pliant::{
     output::{csv, plot},
@@ -49,9 +50,7 @@ impl Window {
     #[cfg(feature = "window")]
     pub fn run(self) -> anyhow::Result<ExitCode> {
         use pliant::sandbox::{SandboxOptions, run};
-        if let Some(scene) = &self.scene {
-            Scene::load(scene)?.scene.build()?;
-        }
+        self.check_scene()?;
         let options = SandboxOptions {
             scene: self.scene.clone(),
             journal: self.journal.clone(),
@@ -67,7 +66,17 @@ impl Window {
 
     #[cfg(not(feature = "window"))]
     pub fn run(self) -> anyhow::Result<ExitCode> {
+        self.check_scene()?;
         self.without_window("this program was built without the window (feature `window`)")
+    }
+
+    /// A scene that cannot be opened is told here, not in a window.
+    fn check_scene(&self) -> anyhow::Result<()> {
+        if let Some(name) = &self.scene {
+            let current = Scene::load(name).context("the commands are scenes and run")?;
+            current.scene.build()?;
+        }
+        Ok(())
     }
 
     /// Says why there is no window, and runs the scene without one.

@@ -32,6 +32,11 @@ macro_rules! asset {
 /// All of them, sorted by name.
 pub const ASSETS: &[Asset] = &[
     asset!("bunny", "bunny.obj", "the Stanford bunny"),
+    asset!(
+        "bunny_coarse",
+        "bunny_coarse.msh",
+        "the Stanford bunny in 1970 tetrahedra"
+    ),
     asset!("dragon", "dragon.obj", "the Stanford dragon"),
     asset!("teapot", "teapot.obj", "the Utah teapot"),
 ];

@@ -4,17 +4,47 @@
 //! of, measured in barycentric coordinates, so that its weights are as small as they can be. Near is
 //! found with a grid. Both meshes are of unit size.
 
-use glam::{DVec3, IVec3};
+use glam::{DMat3, DVec3, IVec3};
 
-use super::{Anchor, elements::tetrahedron_volume};
+use super::Anchor;
 
-/// Cells of the grid along the longest side of the tetrahedra.
-const CELLS: f64 = 24.0;
 /// How many more cells around are searched once the first tetrahedra are met, if the point is more
 /// outside of them than is bearable.
-const FARTHER: [(f64, i32); 2] = [(0.0, 2), (1.0, 6)];
+const FARTHER: [(f64, i32); 2] = [(0.0, 1), (1.0, 3)];
 
-/// Tetrahedra by the cells of a grid that their boxes touch.
+/// A tetrahedron prepared for barycentric coordinates.
+struct Element {
+    corners: [DVec3; 4],
+    /// From a place relative to the last corner to the weights of the first three.
+    to_weights: DMat3,
+}
+
+impl Element {
+    fn new(corners: [DVec3; 4]) -> Self {
+        let [a, b, c, d] = corners;
+        Self {
+            corners,
+            to_weights: DMat3::from_cols(a - d, b - d, c - d).inverse(),
+        }
+    }
+
+    fn weights(&self, point: DVec3) -> [f64; 4] {
+        let [u, v, w] = (self.to_weights * (point - self.corners[3])).to_array();
+        [u, v, w, 1.0 - u - v - w]
+    }
+
+    fn low(&self) -> DVec3 {
+        self.corners.into_iter().fold(DVec3::INFINITY, DVec3::min)
+    }
+
+    fn high(&self) -> DVec3 {
+        self.corners
+            .into_iter()
+            .fold(DVec3::NEG_INFINITY, DVec3::max)
+    }
+}
+
+/// Tetrahedra by the cells of a grid that their boxes touch. A cell is as large as a tetrahedron.
 struct Grid {
     low: DVec3,
     cell: f64,
@@ -25,47 +55,42 @@ struct Grid {
 }
 
 impl Grid {
-    fn new(corners: &[[DVec3; 4]]) -> Self {
-        let low = corners
+    fn new(elements: &[Element]) -> Self {
+        let low = elements
             .iter()
-            .flatten()
-            .fold(DVec3::INFINITY, |m, p| m.min(*p));
-        let high = corners
+            .map(Element::low)
+            .fold(DVec3::INFINITY, DVec3::min);
+        let high = elements
             .iter()
-            .flatten()
-            .fold(DVec3::NEG_INFINITY, |m, p| m.max(*p));
-        let cell = (high - low).max_element() / CELLS;
-        let count = ((high - low) / cell).floor().as_ivec3() + 1;
+            .map(Element::high)
+            .fold(DVec3::NEG_INFINITY, DVec3::max);
+        let sizes = elements.iter().map(|e| (e.high() - e.low()).max_element());
+        // Not so small that a few tiny tetrahedra make a grid of many empty cells.
+        let cell =
+            (sizes.sum::<f64>() / elements.len() as f64).max((high - low).max_element() / 256.0);
         let mut grid = Self {
             low,
             cell,
-            count,
+            count: ((high - low) / cell).floor().as_ivec3() + 1,
             starts: Vec::new(),
             inside: Vec::new(),
         };
         let mut touched: Vec<(u32, u32)> = Vec::new();
-        for (index, tetrahedron) in corners.iter().enumerate() {
-            let first = tetrahedron
-                .iter()
-                .copied()
-                .fold(DVec3::INFINITY, DVec3::min);
-            let last = tetrahedron
-                .iter()
-                .copied()
-                .fold(DVec3::NEG_INFINITY, DVec3::max);
-            for cell in cells(grid.cell_of(first), grid.cell_of(last)) {
-                touched.push((grid.index(cell), index as u32));
+        for (number, element) in (0..).zip(elements) {
+            for cell in cells(grid.cell_of(element.low()), grid.cell_of(element.high())) {
+                touched.push((grid.index(cell), number));
             }
         }
         touched.sort_unstable();
-        let total = count.element_product() as u32;
-        grid.starts = (0..=total)
-            .map(|cell| touched.partition_point(|(at, _)| *at < cell) as u32)
-            .collect();
-        grid.inside = touched
-            .into_iter()
-            .map(|(_, tetrahedron)| tetrahedron)
-            .collect();
+        let total = grid.count.element_product() as usize;
+        grid.starts = vec![0; total + 1];
+        for (at, _) in &touched {
+            grid.starts[*at as usize + 1] += 1;
+        }
+        for at in 0..total {
+            grid.starts[at + 1] += grid.starts[at];
+        }
+        grid.inside = touched.into_iter().map(|(_, number)| number).collect();
         grid
     }
 
@@ -106,11 +131,11 @@ pub(super) fn embed(
     vertices: &[DVec3],
     tetrahedra: &[[u32; 4]],
 ) -> (Vec<Anchor>, usize) {
-    let corners: Vec<[DVec3; 4]> = tetrahedra
+    let elements: Vec<Element> = tetrahedra
         .iter()
-        .map(|t| t.map(|i| vertices[i as usize]))
+        .map(|t| Element::new(t.map(|i| vertices[i as usize])))
         .collect();
-    let grid = Grid::new(&corners);
+    let grid = Grid::new(&elements);
     let mut near = Vec::new();
     let mut lost = 0;
     let anchors = points
@@ -123,19 +148,19 @@ pub(super) fn embed(
                 reach += 1;
                 grid.near(cell, reach, &mut near);
             }
-            let mut best = least_outside(&near, &corners, point);
+            let mut best = least_outside(&near, &elements, point);
             // The nearest may be a sliver, in which weights are large: look behind it.
             for (bearable, farther) in FARTHER {
                 if best.0 > bearable {
                     grid.near(cell, reach + farther, &mut near);
-                    best = least_outside(&near, &corners, point);
+                    best = least_outside(&near, &elements, point);
                 }
             }
             let (_, mut tetrahedron, mut weights) = best;
             let limit = f64::from(Anchor::MAX_WEIGHT);
             if weights.iter().any(|w| w.abs() > limit) {
                 lost += 1;
-                (tetrahedron, weights) = nearest_corner(&near, &corners, point);
+                (tetrahedron, weights) = nearest_corner(&near, &elements, point);
             }
             Anchor {
                 particles: tetrahedra[tetrahedron as usize],
@@ -148,10 +173,10 @@ pub(super) fn embed(
 
 /// Of the candidates, of which there must be one, the one with the smallest negative weight for a
 /// point: how far the point is outside, which it is, and the weights. Of equals the first.
-fn least_outside(candidates: &[u32], corners: &[[DVec3; 4]], point: DVec3) -> (f64, u32, [f64; 4]) {
+fn least_outside(candidates: &[u32], elements: &[Element], point: DVec3) -> (f64, u32, [f64; 4]) {
     let mut best = (f64::INFINITY, u32::MAX, [0.0; 4]);
     for &candidate in candidates {
-        let weights = barycentric(corners[candidate as usize], point);
+        let weights = elements[candidate as usize].weights(point);
         let outside = weights.iter().fold(0.0, |most: f64, w| most.max(-w));
         if (outside, candidate) < (best.0, best.1) {
             best = (outside, candidate, weights);
@@ -160,19 +185,11 @@ fn least_outside(candidates: &[u32], corners: &[[DVec3; 4]], point: DVec3) -> (f
     best
 }
 
-fn barycentric([a, b, c, d]: [DVec3; 4], point: DVec3) -> [f64; 4] {
-    let whole = tetrahedron_volume([a, b, c, d]);
-    let u = tetrahedron_volume([point, b, c, d]) / whole;
-    let v = tetrahedron_volume([a, point, c, d]) / whole;
-    let w = tetrahedron_volume([a, b, point, d]) / whole;
-    [u, v, w, 1.0 - u - v - w]
-}
-
 /// Of the candidates the one with the corner nearest to a point, and weights that mean that corner.
-fn nearest_corner(candidates: &[u32], corners: &[[DVec3; 4]], point: DVec3) -> (u32, [f64; 4]) {
+fn nearest_corner(candidates: &[u32], elements: &[Element], point: DVec3) -> (u32, [f64; 4]) {
     let mut best = (f64::INFINITY, u32::MAX, 0);
     for &candidate in candidates {
-        for (corner, place) in corners[candidate as usize].iter().enumerate() {
+        for (corner, place) in elements[candidate as usize].corners.iter().enumerate() {
             let distance = place.distance_squared(point);
             if (distance, candidate, corner) < best {
                 best = (distance, candidate, corner);

@@ -47,7 +47,7 @@ pub fn file(path: &Path) -> Result<FileMesh, MeshError> {
 /// pair).
 ///
 /// # Errors
-/// As [`file`].
+/// As [`file()`].
 pub fn bytes(name: &str, bytes: &[u8], beside: &Beside) -> Result<FileMesh, MeshError> {
     match format_of(name)?.as_str() {
         "obj" => obj::read(name, bytes),

@@ -25,7 +25,7 @@ pub struct Anchor {
 }
 
 impl Anchor {
-    /// The largest size of a weight. A point that would need more is held by the nearest point of
+    /// The largest size of a weight. A point that would need more is moved to the nearest corner of
     /// the coarse shape instead: a larger weight would show the solver's noise magnified.
     pub const MAX_WEIGHT: f32 = 4.0;
 

@@ -120,10 +120,15 @@ fn enter(world: &mut World, arrival: Arrival) {
         world.entity_mut(entity).insert(BodySkin(Arc::new(skin)));
     }
     let mut notices = world.resource_mut::<Notices>();
-    let count = super::panel::count(particles);
-    notices.info(format!("Added {name}: {count} particles"));
-    for note in arrival.notes {
-        notices.warn(format!("{name}: {note}"));
+    let mut text = format!("Added {name}: {} particles", super::panel::count(particles));
+    for note in &arrival.notes {
+        text.push_str("\n· ");
+        text.push_str(note);
+    }
+    if arrival.notes.is_empty() {
+        notices.info(text);
+    } else {
+        notices.warn(text);
     }
 }
 

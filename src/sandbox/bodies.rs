@@ -9,6 +9,7 @@ use super::{
     material::{Finish, SkinMaterial, linear, palette},
     pointer::Pointer,
     stage::FloorHeight,
+    surface::{CREASE, ROUND},
 };
 use crate::{
     scene::{BodySkin, Look},
@@ -89,16 +90,25 @@ fn dress(
     }
 }
 
+/// A cube of fewer triangles than this has cells too large to be rounded by.
+const FINE: usize = 150;
+
 /// What never changes of a body's form: its skin, its coarse surface, or its edges.
 fn outline(topology: &Topology, skin: Option<&BodySkin>) -> Outline {
     if let Some(BodySkin(skin)) = skin {
         let mut points = Vec::new();
         skin.deform(|i| topology.rest[i as usize], &mut points);
-        return Outline::surface(&points, skin.triangles.clone(), true);
+        return Outline::surface(&points, skin.triangles.clone(), true, CREASE);
     }
     if !topology.triangles.is_empty() {
+        let triangles = topology.triangles.clone();
         let closed = topology.dimension == Dimension::Solid;
-        return Outline::surface(&topology.rest, topology.triangles.clone(), closed);
+        let crease = if closed && triangles.len() >= FINE {
+            ROUND
+        } else {
+            CREASE
+        };
+        return Outline::surface(&topology.rest, triangles, closed, crease);
     }
     let shortest = topology
         .edges

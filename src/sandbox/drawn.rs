@@ -4,7 +4,7 @@
 //! takes what the eye sees.
 
 use super::{
-    surface::{CREASE, Surface},
+    surface::Surface,
     tube::Tube,
 };
 use bevy::{
@@ -43,10 +43,11 @@ impl Default for Form {
 }
 
 impl Outline {
-    /// A surface over points at rest, which encloses a volume if it is `closed`.
+    /// A surface over points at rest, which encloses a volume if it is `closed`. Faces that meet
+    /// at a sharper angle than `crease` [rad] keep an edge.
     #[must_use]
-    pub fn surface(points: &[Vec3], triangles: Vec<[u32; 3]>, closed: bool) -> Self {
-        let form = Form::Surface(Surface::new(points, &triangles, CREASE));
+    pub fn surface(points: &[Vec3], triangles: Vec<[u32; 3]>, closed: bool, crease: f32) -> Self {
+        let form = Form::Surface(Surface::new(points, &triangles, crease));
         Self {
             triangles,
             closed,

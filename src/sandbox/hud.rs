@@ -14,7 +14,7 @@ use super::{
     theme,
     view::ViewSettings,
 };
-use crate::simulation::{SimulationClock, Statistics};
+use crate::simulation::{SimulationClock, SoftBody, Statistics, statistics};
 
 /// How often the figures change [1/s].
 const REFRESH: f32 = 5.0;
@@ -49,8 +49,17 @@ impl Plugin for HudPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<HeadUp>()
             .init_resource::<ViewSettings>()
-            .add_systems(Update, refresh)
+            .add_systems(Update, (measure_while_paused, refresh).chain())
             .add_systems(EguiPrimaryContextPass, show);
+    }
+}
+
+/// Figures are taken after ticks; a body that comes while there are none would not be counted.
+fn measure_while_paused(world: &mut World, new: &mut QueryState<(), Added<SoftBody>>) {
+    let came = new.iter(world).next().is_some();
+    if came && world.resource::<SimulationClock>().paused {
+        let statistics = statistics::measure(world);
+        world.insert_resource(statistics);
     }
 }
 
@@ -110,14 +119,13 @@ fn prefixed(value: f64, unit: &str) -> String {
     }
 }
 
-/// A ratio in per cent with its sign, to two digits.
+/// A ratio in per cent with its sign, to a hundredth.
 fn percent(ratio: f64) -> String {
     let percent = ratio * 100.0;
-    let sign = if percent > 0.0 { "+" } else { "" };
     if percent.abs() < 0.005 {
         "0 %".to_owned()
     } else {
-        format!("{sign}{} %", format(percent, 2))
+        format!("{percent:+.2} %")
     }
 }
 

@@ -21,7 +21,7 @@ use std::{
     path::PathBuf,
 };
 
-use bevy::{app::AppExit, prelude::*, window::PrimaryWindow};
+use bevy::{app::AppExit, prelude::*, window::{ExitSystems, PrimaryWindow};
 use bevy_egui::egui::Rect;
 use serde_json::{Value, json};
 
@@ -89,7 +89,7 @@ impl Plugin for JournalPlugin {
                 write_actions,
                 write_notices,
                 write_figures,
-                write_end,
+                write_end.after(ExitSystems),
             )
                 .chain(),
         );

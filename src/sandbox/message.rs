@@ -155,7 +155,8 @@ fn report_pictures(mut pictures: MessageReader<ScreenshotSaved>, mut notices: Re
     }
 }
 
-fn capitalised(text: &str) -> String {
+/// A sentence of an error, which begins in small letters, as one that stands alone.
+pub fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| {
         first.to_uppercase().chain(letters).collect()

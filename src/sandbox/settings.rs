@@ -13,7 +13,7 @@ use bevy::{
     settings::{
         ReflectSettingsGroup, SaveSettingsDeferred, SaveSettingsSync, SettingsGroup, SettingsPlugin,
     },
-    window::PrimaryWindow,
+    window::{ExitSystems, PrimaryWindow},
 };
 
 use super::{load::SceneLoaded, panel::SceneSettings, view::ViewSettings};
@@ -28,7 +28,7 @@ const SIZES: std::ops::RangeInclusive<u32> = 320..=16_384;
 /// What is kept.
 #[derive(Resource, SettingsGroup, Reflect, Debug, Clone, PartialEq)]
 #[reflect(Resource, SettingsGroup, Default)]
-#[settings_group(group = "window")]
+#[settings_group(group = "sandbox")]
 pub struct KeptSettings {
     /// Width of the window [logical px].
     pub width: u32,
@@ -86,7 +86,7 @@ impl Plugin for KeptSettingsPlugin {
             .add_plugins(SettingsPlugin::new("pliant"))
             .add_systems(Startup, restore_view)
             .add_systems(Update, restore_world)
-            .add_systems(Last, (keep, save_at_the_end).chain());
+            .add_systems(Last, (keep, save_at_the_end.after(ExitSystems)).chain());
     }
 }
 

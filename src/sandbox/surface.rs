@@ -1,14 +1,16 @@
 //! The drawn form of a triangle surface: shared vertices, split along creases.
 //!
-//! Splitting is decided once, at rest: where two faces meet at more than [`CREASE`] each
-//! gets a vertex of its own, so that a cube keeps its edges while a ball has none.
+//! Splitting is decided once, at rest: where two faces meet at more than the crease angle
+//! each gets a vertex of its own, so that an edge stays an edge while a ball has none.
 //! Normals are made anew from the deformed points, weighted by area.
 
 use bevy::prelude::*;
 use std::collections::BTreeMap;
 
-/// Faces that meet at a sharper angle than this are not smoothed over [rad].
+/// The crease angle of a modelled surface [rad]: what is sharper was meant to be.
 pub const CREASE: f32 = 50.0 * std::f32::consts::PI / 180.0;
+/// The crease angle of jelly [rad]: even a cube's edges are round, over the width of a cell.
+pub const ROUND: f32 = 100.0 * std::f32::consts::PI / 180.0;
 
 /// How a surface is drawn: its vertices are copies of the surface's points.
 #[derive(Debug, Clone, Default, PartialEq)]

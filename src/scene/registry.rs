@@ -20,7 +20,27 @@ macro_rules! scenes {
 }
 
 /// All of them, the default first.
-pub const SCENES: &[BuiltinScene] = scenes!["jelly_cube",];
+pub const SCENES: &[BuiltinScene] = scenes![
+    "jelly_cube",
+    "bunny",
+    "teapot",
+    "dragon",
+    "shapes",
+    "many_bodies",
+    "compliance_ladder",
+    "edges_and_volume",
+    "cantilever",
+    "squashed",
+    "shuffled",
+    "mirrored",
+    "hanging_chain",
+    "rope",
+    "drape",
+    "colliders",
+    "slope",
+    "bounce",
+    "sticky",
+];
 
 /// A scene by its name.
 #[must_use]

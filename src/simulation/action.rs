@@ -105,14 +105,17 @@ pub enum ActionError {
     /// The entity is gone, or was never a body.
     #[error("there is no such body any more ({0})")]
     NoBody(Entity),
-    /// A value out of range.
-    #[error("{what}: {error}")]
-    Value {
-        /// Effect and parameter, or setting.
-        what: String,
+    /// A value of a parameter out of range.
+    #[error("{parameter}: {error}")]
+    Parameter {
+        /// Effect and parameter.
+        parameter: String,
         /// What is wrong with the value.
         error: InvalidValue,
     },
+    /// A value of a setting out of range.
+    #[error(transparent)]
+    Setting(InvalidValue),
     /// An unknown word.
     #[error("there is no {kind} called “{name}”; there are: {valid}")]
     Unknown {
@@ -295,8 +298,8 @@ fn set_parameter(
     let mut entity = body_mut(world, body)?;
     match set(&mut entity, index, value) {
         Some(Ok(())) => Ok(()),
-        Some(Err(error)) => Err(ActionError::Value {
-            what: format!("{effect}.{parameter}"),
+        Some(Err(error)) => Err(ActionError::Parameter {
+            parameter: format!("{effect}.{parameter}"),
             error,
         }),
         None => Err(ActionError::Absent(effect.to_owned())),
@@ -403,10 +406,7 @@ fn set_setting(world: &mut World, name: &str, value: f64) -> Result<(), ActionEr
             });
         }
     };
-    done.map_err(|error| ActionError::Value {
-        what: name.to_owned(),
-        error,
-    })?;
+    done.map_err(ActionError::Setting)?;
     world.insert_resource(SimulationSettings(settings));
     Ok(())
 }

@@ -1,18 +1,14 @@
 //! The three stages: predict, project, velocity from positions; A1 to A4 and A11 of the methods.
 
 use crate::support::{
-    self, G, bits, body, body_of_masses, chain, cube, elastic_on_ground, pinned,
+    self, G, bits, body, body_of_masses, chain, cube, elastic_on_ground, pinned, point,
     position, settings, stretch, tetrahedron, with, world,
 };
 use glam::{DVec3, Vec3, Vec4};
 use pliant::solver::{Body, Effects, RestShape, StickyGround, World, measure, reference};
 
 fn particle() -> Body {
-    let shape = RestShape {
-        vertices: vec![Vec3::ZERO],
-        ..RestShape::default()
-    };
-    body_of_masses(shape, &[1.0])
+    body_of_masses(point(), &[1.0])
 }
 
 /// y₀ + v₀nh − gh²n(n+1)/2, symplectic Euler's own closed form.

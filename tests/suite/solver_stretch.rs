@@ -6,7 +6,7 @@ use crate::support::{
 };
 use glam::{Vec3, Vec4};
 use pliant::solver::{
-    Body, Effects, RestShape, Stretch, World,
+    Body, Effects, RestShape, Stiffness, Stretch, World,
     constraint::{Multipliers, stretch as kernel},
 };
 
@@ -93,25 +93,29 @@ fn an_edge_settles_at_compliance_times_force_whatever_the_substep() {
 
 #[test]
 fn axial_stiffness_does_not_depend_on_how_finely_a_rope_is_divided() {
-    // FL/(EA): 9.81 N on 0.01 m of 98.1 N is 1 mm, however many links.
-    for links in [1, 2, 8_u8] {
+    // Every link adds its own FL/(EA) under the weight of the kilogram at the end and of the
+    // 0.1 kg at each joint between.
+    for links in [1, 2, 4_u8] {
         let effects = Effects {
             stretch: Some(Stretch {
-                axial_stiffness: pliant::solver::Stiffness::new(98.1).expect("sound"),
+                axial_stiffness: Stiffness::new(100.0).expect("sound"),
                 damping: damping(0.02),
                 ..Stretch::default()
             }),
             ..Effects::default()
         };
-        let mut masses = vec![1e-3; usize::from(links)];
+        let mut masses = vec![0.1; usize::from(links)];
         masses.push(1.0);
-        let shape = chain(usize::from(links), 0.01 / f32::from(links));
+        let link = 0.01 / f64::from(links);
+        let shape = chain(usize::from(links), link as f32);
         let body = pinned(with(body_of_masses(shape, &masses), effects), &[0]);
         let mut world = world(settings(G, 60.0, 10, 200), body);
         support::run(&mut world, 3.0);
         let stretched = -f64::from(position(&world, usize::from(links)).y) - 0.01;
-        // The links' own masses of a gram pull too: by at most 0.1 % of the kilogram each.
-        assert_relative(stretched, 1e-3, 1e-3 * f64::from(links), "stretch");
+        let expected: f64 = (0..links)
+            .map(|joints_below| G * (1.0 + 0.1 * f64::from(joints_below)) * link / 100.0)
+            .sum();
+        assert_relative(stretched, expected, 1e-3, &format!("stretch of {links} links"));
     }
 }
 

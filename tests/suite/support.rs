@@ -10,9 +10,6 @@ use pliant::{
 };
 use std::sync::Arc;
 
-/// Half a unit in the last place of 1: what rounding to f32 costs, relative.
-pub const EPSILON: f64 = 0.5 * f32::EPSILON as f64;
-
 /// The gravity of the closed forms [m/s²].
 pub const G: f64 = 9.81;
 
@@ -54,6 +51,14 @@ pub fn cube(side: f32, cells: u32) -> RestShape {
     .build()
     .expect("a sound box")
     .shape
+}
+
+/// One particle, at the origin.
+pub fn point() -> RestShape {
+    RestShape {
+        vertices: vec![Vec3::ZERO],
+        ..RestShape::default()
+    }
 }
 
 /// A shape that is known to be sound.

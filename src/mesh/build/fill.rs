@@ -10,7 +10,7 @@ use crate::mesh::{
     elements::{surface_volume, tetrahedron_volume},
     enclosure::Enclosure,
     lattice::{Lattice, stuff},
-    orient::borders,
+    orient::{Borders, borders},
     tetrahedra_volume,
 };
 
@@ -96,7 +96,7 @@ impl<'a> Solid<'a> {
         triangles: &'a [[u32; 3]],
         notes: &mut Vec<String>,
     ) -> Result<Self, MeshError> {
-        let open = borders(triangles).open;
+        let Borders { open, branching } = borders(triangles);
         if open > 0 {
             let (mut vector, mut area) = (DVec3::ZERO, 0.0);
             for t in triangles {
@@ -126,7 +126,7 @@ impl<'a> Solid<'a> {
             triangles,
             enclosure: Enclosure::new(vertices, triangles),
             half_extent,
-            closed: open == 0,
+            closed: open == 0 && branching == 0,
         })
     }
 

@@ -219,7 +219,7 @@ fn triangles(mode: Mode, indices: &[u32]) -> Result<Vec<[u32; 3]>, String> {
             let (first, rest) = indices.split_first().ok_or("has no indices")?;
             Ok(rest.windows(2).map(|w| [*first, w[0], w[1]]).collect())
         }
-        _ if indices.len() % 3 == 0 => Ok(indices
+        _ if indices.len().is_multiple_of(3) => Ok(indices
             .chunks_exact(3)
             .map(|t| [t[0], t[1], t[2]])
             .collect()),

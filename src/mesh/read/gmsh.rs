@@ -13,12 +13,15 @@ use crate::mesh::{FileMesh, MeshError};
 
 pub fn read(file: &str, bytes: &[u8]) -> Result<FileMesh, MeshError> {
     // A binary file has its format in text at the top, and is not UTF-8 after that.
-    let head = &bytes[..bytes.len().min(64)];
-    let head = String::from_utf8_lossy(head);
-    let mut words = Words::new(file, &head);
-    version(&mut words)?;
-
-    let mut words = Words::new(file, decode(file, bytes)?);
+    let text = decode(file, bytes).map_err(|not_text| {
+        let head = String::from_utf8_lossy(&bytes[..bytes.len().min(64)]);
+        let format = version(&mut Words::new(file, &head));
+        match format {
+            Err(refused) if head.starts_with("$MeshFormat") => refused,
+            _ => not_text,
+        }
+    })?;
+    let mut words = Words::new(file, text);
     let version = version(&mut words)?;
     let mut reader = Reader {
         version,
@@ -98,6 +101,7 @@ impl Reader {
             Version::Legacy => {
                 for _ in 0..words.next().whole("the number of nodes")? {
                     let tag = words.next();
+                    tag.whole("the number of a node")?;
                     let point = words.point()?;
                     self.node(tag, point)?;
                 }

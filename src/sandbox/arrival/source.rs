@@ -14,6 +14,10 @@ const SIZE: f32 = 0.6;
 /// Longest sides that are taken as metres [m].
 const SENSIBLE: std::ops::RangeInclusive<f64> = 0.05..=5.0;
 
+/// Cells along the longest side of a surface that is filled: few enough that a body of them is
+/// stepped in real time.
+const CELLS: u32 = 16;
+
 /// Where a body comes from.
 #[derive(Debug, Clone)]
 pub(super) enum Source {
@@ -49,20 +53,24 @@ impl Source {
                 (mesh, (!sensible).then_some(SIZE))
             }
         };
-        let options = |treatment| BuildOptions {
+        let options = |cells, treatment| BuildOptions {
             size,
+            cells,
             treatment,
-            ..default()
         };
-        let spare = mesh.clone();
-        let mut soft = build(mesh, &options(Treatment::Fill)).or_else(|error| {
-            // A surface that encloses nothing cannot be filled, but it is a cloth all the same.
-            let mut cloth = build(spare, &options(Treatment::Shell)).map_err(|_| error)?;
-            cloth
-                .notes
-                .push("it encloses nothing, so it is a cloth".to_owned());
-            Ok::<_, MeshError>(cloth)
-        })?;
+        let (spare, cloth) = (mesh.clone(), mesh.clone());
+        let mut soft = build(mesh, &options(Some(CELLS), Treatment::Fill))
+            // Finer parts than such cells may need the mesh's own resolution.
+            .or_else(|_| build(spare, &options(None, Treatment::Fill)))
+            .or_else(|error| {
+                // A surface that encloses nothing cannot be filled, but it is a cloth all the same.
+                let mut cloth =
+                    build(cloth, &options(None, Treatment::Shell)).map_err(|_| error)?;
+                cloth
+                    .notes
+                    .push("it encloses nothing, so it is a cloth".to_owned());
+                Ok::<_, MeshError>(cloth)
+            })?;
         if let (Some(size), Self::File(_)) = (size, self) {
             soft.notes.push(format!(
                 "scaled to {size} m, as its size in metres would not fit the stage"

@@ -16,7 +16,7 @@ use crate::{
     effect::EffectRegistry,
     sandbox::{
         arrival::Arrivals,
-        message::Notices,
+        message::{Notices, capitalised},
         view::{LastGrab, ViewCommand, ViewSettings},
     },
     simulation::{Action, Actions, SimulationClock, action, plain::bodies_in_order},
@@ -37,7 +37,7 @@ pub(super) fn carry_out(world: &mut World) {
 /// Says why an action was refused.
 pub(super) fn report_refusals(mut actions: ResMut<Actions>, mut notices: ResMut<Notices>) {
     for error in actions.bypass_change_detection().take_errors() {
-        notices.error(error.to_string());
+        notices.error(capitalised(&error.to_string()));
     }
 }
 

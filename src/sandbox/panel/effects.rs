@@ -25,10 +25,17 @@ const FIGURE: f32 = 34.0;
 /// Draws the section.
 pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     section(ui, panel, "Effects", |ui, panel| {
+        let (own, hand): (Vec<_>, Vec<_>) =
+            model.effects.iter().partition(|effect| effect.switchable);
         let (running, absent): (Vec<_>, Vec<_>) =
-            model.effects.iter().partition(|effect| effect.carriers > 0);
+            own.into_iter().partition(|effect| effect.carriers > 0);
         for effect in &running {
             running_effect(ui, panel, model, effect);
+        }
+        // What comes and goes with the hand keeps its row, so that nothing jumps when a body is
+        // taken hold of.
+        for effect in &hand {
+            heading(ui, panel, model, effect);
         }
         for stage in &model.stages {
             ui.horizontal(|ui| {
@@ -111,7 +118,12 @@ fn heading(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &EffectMo
 /// How many constraints an effect solves, and on how many bodies if not on all.
 fn detail(model: &PanelModel, effect: &EffectModel) -> String {
     if effect.carriers == 0 {
-        return String::new();
+        let waits = if effect.switchable {
+            ""
+        } else {
+            "while a body is held"
+        };
+        return waits.to_owned();
     }
     let mut text = String::new();
     if effect.elements > 0 {

@@ -26,6 +26,9 @@ struct Finish {
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(0) var<uniform> finish: Finish;
 
+// The least cosine between a normal and the direction to the eye.
+const GRAZING: f32 = 0.12;
+
 @fragment
 fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> @location(0) vec4<f32> {
     let to_eye = normalize(view.world_position - in.world_position.xyz);
@@ -33,17 +36,20 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> @locatio
     if (!is_front) {
         normal = -normal;
     }
+    // Smoothed normals can point away from the eye at an outline; there they are bent back.
+    let away = GRAZING - dot(normal, to_eye);
+    normal = normalize(normal + to_eye * max(away, 0.0));
     let key = key_direction();
     let facing = saturate(dot(normal, to_eye));
     let soft = finish.translucency;
 
     // The bias along the normal keeps a curved surface from shading itself.
     let shadow = key_visibility(in.world_position, normal, in.position.xy);
-    let wrap = 0.45 * soft;
+    let wrap = 0.6 * soft;
     let cosine = dot(normal, key);
     let wrapped = saturate((cosine + wrap) / ((1.0 + wrap) * (1.0 + wrap)));
     // Inside a jelly a shadow's edge is lit by its neighbourhood, and takes its colour.
-    let shade = mix(shadow, 1.0, 0.22 * soft);
+    let shade = mix(shadow, 1.0, 0.3 * soft);
     let deep = pow(finish.colour, vec3<f32>(1.0 + 0.35 * soft));
     let terminator = mix(deep, finish.colour, smoothstep(-0.2, 0.7, cosine));
 
@@ -56,7 +62,7 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> @locatio
 
     // Light through the body, towards the eye.
     let through = pow(saturate(dot(to_eye, -normalize(key + 0.35 * normal))), 3.0);
-    colour += deep * KEY * soft * (0.55 * through * shade + 0.10 * (1.0 - facing));
+    colour += deep * KEY * soft * (0.6 * through * shade + 0.16 * (1.0 - facing) + 0.07);
 
     let fresnel = 0.04 + 0.96 * pow(1.0 - facing, 5.0) * (1.0 - 0.6 * finish.roughness);
     let mirrored = reflect(-to_eye, normal);

@@ -37,8 +37,8 @@ fn ruling(at: vec2<f32>, footprint: vec2<f32>, width: f32) -> f32 {
     return mix(line.x, 1.0, line.y);
 }
 
-// Share of the sky that the bodies cover, in w, and the light that they pass on, in xyz.
-fn grounded(at: vec3<f32>) -> vec4<f32> {
+// Share of the sky that the bodies cover, in w, and the key light that they let through, in xyz.
+fn grounded(at: vec3<f32>, key: vec3<f32>) -> vec4<f32> {
     var sum = vec4<f32>(0.0);
     for (var i = 0u; i < stage.grounding.count; i++) {
         let ball = stage.grounding.balls[i];
@@ -48,7 +48,10 @@ fn grounded(at: vec3<f32>) -> vec4<f32> {
         let cosine = saturate(to_ball.y * inverseSqrt(squared));
         let covered = cosine * saturate(ball.w * ball.w / squared);
         let tint = stage.grounding.tints[i];
-        sum += vec4<f32>(tint.rgb * tint.w * covered * covered, covered);
+        // How deep the key light's ray passes through the ball, 0 at its rim and 1 at its centre.
+        let beside = to_ball - key * dot(to_ball, key);
+        let deep = saturate(1.0 - dot(beside, beside) / (ball.w * ball.w));
+        sum += vec4<f32>(tint.rgb * tint.w * deep, covered);
     }
     return sum;
 }
@@ -60,22 +63,26 @@ fn fragment(in: VertexOutput) -> @location(0) vec4<f32> {
     let footprint = fwidth(at);
     let to_eye = view.world_position - in.world_position.xyz;
     let away = length(at - stage.focus.xz) / stage.scale;
-    let fade = smoothstep(1.6, 9.0, away);
+    let fade = smoothstep(1.2, 8.0, away);
 
     var shadow = 1.0;
     if (fade < 1.0) {
         shadow = key_visibility(in.world_position, up, in.position.xy);
     }
-    let ground = grounded(in.world_position.xyz);
+    let key = key_direction();
+    let ground = grounded(in.world_position.xyz, key);
     let open = 1.0 - DEEPEST * saturate(ground.w);
-    let light = KEY * key_direction().y * shadow + ambient(up) * open + 0.30 * KEY * ground.rgb;
+    let through = 0.75 * (1.0 - shadow) * ground.rgb;
+    let light = KEY * key.y * (shadow + through) + ambient(up) * open;
+    // The key light is a lamp over the table, not the sun.
+    let pool = 1.0 - 0.20 * smoothstep(0.2, 3.0, away);
 
     let metres = ruling(at, footprint, 0.012);
     let tenths = ruling(at * 10.0, footprint * 10.0, 0.028);
     let ruled = max(0.42 * metres, 0.20 * tenths) * (1.0 - smoothstep(0.8, 6.0, away));
     let ink = mix(vec3<f32>(1.0), vec3<f32>(0.42, 0.50, 0.58), ruled);
 
-    let lit = FLOOR * light * ink;
+    let lit = FLOOR * light * ink * pool;
     let beyond = backdrop(-normalize(to_eye));
     return expose(mix(lit, beyond, fade), in.position.xy);
 }

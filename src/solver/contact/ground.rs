@@ -1,15 +1,16 @@
 //! A level ground, in two models: one with Coulomb friction and bounce, one that sticks.
 
 use super::Response;
-use crate::solver::{Friction, Particles, Restitution};
+use crate::solver::{Friction, Particles, Restitution, quantity::finite};
 use glam::Vec3;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, de::Error as _};
 
 /// The body rests on a level ground with friction and bounce.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Default)]
 #[serde(default, deny_unknown_fields)]
 pub struct Ground {
     /// Height of the ground [m], any finite number; default 0.
+    #[serde(deserialize_with = "finite_height")]
     pub height: f32,
     /// Coefficient of friction µ; default 0.5.
     pub friction: Friction,
@@ -22,7 +23,14 @@ pub struct Ground {
 #[serde(default, deny_unknown_fields)]
 pub struct StickyGround {
     /// Height of the ground [m], any finite number; default 0.
+    #[serde(deserialize_with = "finite_height")]
     pub height: f32,
+}
+
+/// A ground at no finite height is refused where it is read.
+fn finite_height<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f32, D::Error> {
+    let height = f32::deserialize(deserializer)?;
+    finite("height", height).map_err(D::Error::custom)
 }
 
 /// Puts every particle that is below ground back onto it.

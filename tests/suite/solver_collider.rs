@@ -1,0 +1,248 @@
+//! Spheres, boxes and capsules, still and moving: what must not come in stays out.
+
+use crate::support::{
+    self, G, body, body_of_masses, cube, elastic, point, position, random_vector, settings, with,
+    world,
+};
+use glam::{UVec2, Vec2, Vec3};
+use pliant::{
+    mesh::Primitive,
+    solver::{Body, Collide, Collider, ColliderShape, Path, Pose, RestShape, World, deform::Random},
+};
+
+const SPHERE: ColliderShape = ColliderShape::Sphere { radius: 2.7 };
+const CAPSULE: ColliderShape = ColliderShape::Capsule {
+    radius: 0.4,
+    length: 1.5,
+};
+
+fn bar() -> ColliderShape {
+    ColliderShape::Box {
+        size: Vec3::new(1.0, 0.6, 1.4),
+    }
+}
+
+fn still(shape: ColliderShape, at: Vec3) -> Collider {
+    Collider::new(shape, Pose::at(at)).expect("sound")
+}
+
+fn moving(shape: ColliderShape, at: Vec3, velocity: Vec3) -> Collider {
+    Collider::moving(shape, Pose::at(at), Path::Line { velocity }).expect("sound")
+}
+
+fn colliding(mut body: Body) -> Body {
+    body.effects.collide = Some(Collide::default());
+    body
+}
+
+fn particle_at(place: Vec3, velocity: Vec3) -> Body {
+    let mut body = colliding(body_of_masses(point(), &[1.0]));
+    body.translate(place);
+    body.set_velocity(velocity);
+    body
+}
+
+/// The deepest that a particle is inside a collider now [m]; negative if none is.
+fn depth(world: &World) -> f32 {
+    let mut deepest = f32::NEG_INFINITY;
+    for collider in &world.colliders {
+        let pose = collider.pose_at(world.time);
+        for x in world.bodies.iter().flat_map(|body| &body.particles.positions) {
+            deepest = deepest.max(-collider.shape.distance(pose.undo(x.truncate())));
+        }
+    }
+    deepest
+}
+
+/// Particles of a random cloud as bodies of their own topology: no constraints.
+fn cloud(count: usize, half: f32, seed: u32) -> Body {
+    let mut random = Random::new(seed);
+    let shape = RestShape {
+        vertices: (0..count).map(|_| random_vector(&mut random, half)).collect(),
+        ..RestShape::default()
+    };
+    colliding(body_of_masses(shape, &vec![1.0; count]))
+}
+
+#[test]
+fn no_vertex_of_a_cloth_comes_nearer_to_a_sphere_than_its_radius() {
+    let cloth = Primitive::Cloth {
+        size: Vec2::splat(10.0),
+        cells: UVec2::splat(20),
+        diagonals: pliant::mesh::Diagonals::default(),
+        shear: false,
+    };
+    let shape = cloth.build().expect("sound").shape;
+    let mut cloth = colliding(body("cloth", shape, 0.2));
+    cloth.effects.stretch = support::stretch(0.0);
+    cloth.translate(Vec3::new(0.1, 3.0, 0.2));
+    let mut world = world(settings(G, 60.0, 10, 1), cloth);
+    world.colliders = vec![still(SPHERE, Vec3::ZERO)];
+    for _ in 0..180 {
+        world.tick();
+        assert!(depth(&world) < 1e-5, "{} m inside", depth(&world));
+    }
+    assert!(depth(&world) > -1e-5, "it does lie on the sphere");
+}
+
+#[test]
+fn no_vertex_of_a_soft_cube_comes_into_a_box_or_a_capsule() {
+    for shape in [bar(), CAPSULE] {
+        let mut cube = colliding(with(body("cube", cube(0.8, 4), 1000.0), elastic()));
+        cube.translate(Vec3::new(0.1, 1.7, 0.05));
+        let mut world = world(settings(G, 60.0, 10, 2), cube);
+        world.colliders = vec![still(shape, Vec3::ZERO)];
+        let mut touched = false;
+        for _ in 0..120 {
+            world.tick();
+            assert!(depth(&world) < 1e-5, "{} m inside {shape:?}", depth(&world));
+            touched |= depth(&world) > -1e-5;
+        }
+        assert!(touched);
+    }
+}
+
+#[test]
+fn a_particle_at_the_very_centre_gets_out_and_stays_finite() {
+    for shape in [SPHERE, bar(), CAPSULE] {
+        let mut world = world(settings(0.0, 60.0, 1, 1), particle_at(Vec3::ONE, Vec3::ZERO));
+        world.colliders = vec![still(shape, Vec3::ONE)];
+        world.tick();
+        assert!(position(&world, 0).is_finite());
+        assert!(depth(&world).abs() < 1e-6, "{} m inside {shape:?}", depth(&world));
+    }
+}
+
+#[test]
+fn a_fast_particle_does_not_go_through_a_thin_wall() {
+    // 300 m/s is 5 m a tick, five hundred walls.
+    let wall = ColliderShape::Box {
+        size: Vec3::new(0.01, 50.0, 50.0),
+    };
+    let mut random = Random::new(3);
+    for _ in 0..200 {
+        let aim = Vec3::new(300.0, 0.0, 0.0) + random_vector(&mut random, 100.0);
+        let body = particle_at(Vec3::new(-3.0 * random.next() - 0.1, 0.0, 0.0), aim);
+        let mut world = world(settings(G, 60.0, 1, 1), body);
+        world.colliders = vec![still(wall, Vec3::ZERO)];
+        for _ in 0..10 {
+            world.tick();
+            assert!(position(&world, 0).x <= -0.005 + 1e-5, "at {}", position(&world, 0));
+        }
+    }
+}
+
+#[test]
+fn a_fast_wall_leaves_no_particle_behind_it() {
+    let wall = ColliderShape::Box {
+        size: Vec3::new(0.01, 50.0, 50.0),
+    };
+    let velocity = Vec3::new(300.0, 0.0, 0.0);
+    let mut world = world(settings(0.0, 60.0, 1, 1), cloud(500, 1.0, 4));
+    world.colliders = vec![moving(wall, Vec3::new(-7.0, 0.0, 0.0), velocity)];
+    for _ in 0..20 {
+        world.tick();
+        let front = world.colliders[0].pose_at(world.time).translation.x + 0.005;
+        for x in &world.bodies[0].particles.positions {
+            // At 100 m an ulp is 7.6e-6 m.
+            assert!(x.x >= front - 2e-5 || front < -1.0, "{x} is behind {front}");
+        }
+    }
+}
+
+#[test]
+fn a_fast_sphere_or_capsule_takes_what_it_meets_with_it_or_aside() {
+    for shape in [SPHERE, CAPSULE] {
+        let mut world = world(settings(0.0, 60.0, 1, 1), cloud(500, 1.0, 5));
+        let velocity = Vec3::new(300.0, 0.0, 0.0);
+        world.colliders = vec![moving(shape, Vec3::new(-12.0, 0.0, 0.0), velocity)];
+        let before: Vec<_> = world.bodies[0].particles.positions.clone();
+        for _ in 0..3 {
+            world.tick();
+            assert!(depth(&world) < 2e-5, "{} m inside", depth(&world));
+        }
+        // From x = −12 m to 3 m: everything within reach of its axis of flight was met, except
+        // what lies beyond its front.
+        let (start, ColliderShape::Sphere { radius } | ColliderShape::Capsule { radius, .. }) =
+            (before, shape)
+        else {
+            unreachable!("the two shapes above")
+        };
+        for (a, b) in start.iter().zip(&world.bodies[0].particles.positions) {
+            if a.truncate().with_x(0.0).length() < 0.9 * radius {
+                assert!(a.distance(*b) > 1e-3, "nothing met {a}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_spinning_box_and_an_oscillating_capsule_never_hold_a_particle_inside() {
+    let spin = Path::Spin {
+        axis: Vec3::new(1.0, 2.0, 3.0),
+        rate: 5.0,
+    };
+    let shake = Path::Oscillate {
+        travel: Vec3::new(0.5, 0.3, 0.0),
+        period: 0.1,
+    };
+    for (shape, path) in [(bar(), spin), (CAPSULE, shake)] {
+        let mut world = world(settings(0.0, 60.0, 10, 1), cloud(300, 1.0, 6));
+        world.colliders = vec![Collider::moving(shape, Pose::default(), path).expect("sound")];
+        for _ in 0..120 {
+            world.tick();
+            assert!(depth(&world) < 1e-5, "{} m inside", depth(&world));
+        }
+    }
+}
+
+#[test]
+fn a_belt_carries_what_lies_on_it() {
+    let body = particle_at(Vec3::new(0.0, 0.3, 0.0), Vec3::ZERO);
+    let mut world = world(settings(G, 60.0, 10, 1), body);
+    world.colliders = vec![moving(bar(), Vec3::ZERO, Vec3::new(0.0, 0.0, 0.2))];
+    support::run(&mut world, 1.0);
+    // µg = 4.9 m/s² reaches 0.2 m/s after 0.04 s, 4 mm behind.
+    let (z, speed) = (position(&world, 0).z, world.bodies[0].particles.velocities[0].z);
+    assert!((z - 0.196).abs() < 2e-3, "carried {z} m");
+    assert!((speed - 0.2).abs() < 1e-3, "at {speed} m/s");
+}
+
+#[test]
+fn colliders_that_make_no_sense_are_refused_with_value_and_range() {
+    let shapes = [
+        ColliderShape::Sphere { radius: 0.0 },
+        ColliderShape::Sphere { radius: f32::NAN },
+        ColliderShape::Box {
+            size: Vec3::new(1.0, -1.0, 1.0),
+        },
+        ColliderShape::Capsule {
+            radius: 1.0,
+            length: f32::INFINITY,
+        },
+    ];
+    for shape in shapes {
+        let error = Collider::new(shape, Pose::default()).expect_err("a bad size");
+        assert!(error.to_string().contains("between 1e-9 and 1e9 m"), "{error}");
+    }
+    let paths = [
+        Path::Line {
+            velocity: Vec3::new(f32::NAN, 0.0, 0.0),
+        },
+        Path::Oscillate {
+            travel: Vec3::X,
+            period: 0.0,
+        },
+        Path::Spin {
+            axis: Vec3::Y,
+            rate: f32::INFINITY,
+        },
+        Path::Stops {
+            stops: vec![(1.0, Vec3::ZERO), (1.0, Vec3::X)],
+            repeat: false,
+        },
+    ];
+    for path in paths {
+        Collider::moving(SPHERE, Pose::default(), path).expect_err("a bad path");
+    }
+}

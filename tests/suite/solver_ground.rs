@@ -1,0 +1,156 @@
+//! The ground against the closed forms of contact: friction, stopping, bouncing.
+
+use crate::support::{self, G, assert_relative, body_of_masses, point, position, settings, world};
+use glam::Vec3;
+use pliant::solver::{Friction, Ground, Pose, Restitution, World, contact::pose::rotation};
+use pliant::solver::{Collide, Collider, ColliderShape};
+
+const H: f64 = 1.0 / 600.0;
+
+fn ground(friction: f32, restitution: f32) -> Ground {
+    Ground {
+        height: 0.0,
+        friction: Friction::new(friction).expect("sound"),
+        restitution: Restitution::new(restitution).expect("sound"),
+    }
+}
+
+/// A particle of a kilogram at the origin, on the ground.
+fn on_ground(ground: Ground) -> World {
+    let mut body = body_of_masses(point(), &[1.0]);
+    body.effects.ground = Some(ground);
+    world(settings(G, 60.0, 10, 1), body)
+}
+
+/// Gravity as on a slope that falls towards x.
+fn on_slope(tangent: f64, friction: f32) -> (World, f64, f64) {
+    let (sin, cos) = (tangent / tangent.hypot(1.0), 1.0 / tangent.hypot(1.0));
+    let mut world = on_ground(ground(friction, 0.0));
+    let gravity = Vec3::new((G * sin) as f32, (-G * cos) as f32, 0.0);
+    world.settings.set_gravity(gravity).expect("sound");
+    (world, sin, cos)
+}
+
+#[test]
+fn a_particle_sticks_on_a_slope_no_steeper_than_friction_allows() {
+    for (tangent, friction) in [(0.0, 0.0), (0.1, 0.101), (0.499, 0.5), (0.999, 1.0), (2.9, 3.0)] {
+        let (mut world, ..) = on_slope(tangent, friction);
+        support::run(&mut world, 5.0);
+        assert_eq!(position(&world, 0), Vec3::ZERO, "tan θ = {tangent}, µ = {friction}");
+    }
+}
+
+#[test]
+fn a_particle_slides_on_a_steeper_slope_with_what_friction_leaves_of_gravity() {
+    for (tangent, friction) in [(0.1, 0.0), (0.51, 0.5), (0.8, 0.5), (2.0, 1.0)] {
+        let (mut world, sin, cos) = on_slope(tangent, friction);
+        support::run(&mut world, 1.0);
+        let acceleration = G * (sin - f64::from(friction) * cos);
+        let expected = acceleration * H * H * 600.0 * 601.0 / 2.0;
+        // Rounding of µ is multiplied by cos/(sin − µ cos), at most 100 here. Positions of up to
+        // 3 m are rounded by 2⁻²³ m, which the velocity carries on: a walk of 600 steps, summed
+        // up, is h-free: 2⁻²³ √(600³/3)/√12 = 3e-4 m.
+        let error = (f64::from(position(&world, 0).x) - expected).abs();
+        let tolerance = 3e-4 * expected.max(0.1);
+        assert!(error < tolerance, "slid {}, expected {expected}", position(&world, 0).x);
+        assert_eq!(position(&world, 0).y, 0.0);
+    }
+}
+
+#[test]
+fn a_sliding_particle_stops_after_its_speed_squared_over_twice_friction_and_gravity() {
+    for (speed, friction) in [(1.0, 0.5), (3.0, 0.5), (2.0, 0.2)] {
+        let mut world = on_ground(ground(friction, 0.0));
+        world.bodies[0].set_velocity(Vec3::new(speed, 0.0, 0.0));
+        support::run(&mut world, 4.0);
+        let speed = f64::from(speed);
+        let expected = speed * speed / (2.0 * f64::from(friction) * G);
+        // Braked before the first step, it goes shorter by half a substep's way.
+        let tolerance = 0.5 * speed * H / expected + 1e-3;
+        assert_relative(f64::from(position(&world, 0).x), expected, tolerance, "way");
+        assert_eq!(world.bodies[0].particles.velocities[0].x, 0.0);
+    }
+}
+
+/// Heights of the first `count` tops after the drop from a metre [m].
+fn tops(restitution: f32, count: usize) -> Vec<f64> {
+    let mut world = on_ground(ground(0.5, restitution));
+    world.settings = settings(G, 2400.0, 1, 1);
+    world.bodies[0].translate(Vec3::Y);
+    let mut tops = Vec::new();
+    let (mut before, mut rising) = (1.0, false);
+    while tops.len() < count {
+        world.tick();
+        let y = f64::from(position(&world, 0).y);
+        if rising && y < before {
+            tops.push(before);
+        }
+        rising = y > before;
+        before = y;
+        assert!(world.time < 20.0, "no more tops after {tops:?}");
+    }
+    tops
+}
+
+#[test]
+fn a_bounce_reaches_the_square_of_restitution_of_the_height_before_it() {
+    for restitution in [1.0, 0.8, 0.5] {
+        let mut before = 1.0;
+        for (k, top) in tops(restitution, 3).into_iter().enumerate() {
+            let expected = before * f64::from(restitution * restitution);
+            // A touch is seen up to a substep late: gravity adds gh to the speed √(2g·height), and
+            // again on the way up; the start is up to half a substep's way off.
+            let late = 2.0 * G * (1.0 / 2400.0) / (2.0 * G * expected).sqrt();
+            let rounding = 2e-3;
+            assert_relative(top, expected, 2.0 * late + rounding, &format!("top {k} at e = {restitution}"));
+            before = top;
+        }
+    }
+}
+
+#[test]
+fn a_bouncing_particle_comes_to_rest_exactly_on_the_ground() {
+    let mut world = on_ground(ground(0.5, 0.5));
+    world.bodies[0].translate(Vec3::Y);
+    support::run(&mut world, 5.0);
+    assert_eq!(position(&world, 0).y, 0.0);
+    assert_eq!(world.bodies[0].particles.velocities[0].y, 0.0);
+}
+
+/// A tilted box whose upper face goes through the origin, and a particle on it.
+fn on_tilted_box(angle: f64, friction: f32) -> World {
+    let mut body = body_of_masses(point(), &[1.0]);
+    body.effects.collide = Some(Collide {
+        friction: Friction::new(friction).expect("sound"),
+        restitution: Restitution::default(),
+    });
+    let mut world = world(settings(G, 60.0, 10, 1), body);
+    let turned = rotation(glam::DVec3::Z, -angle).as_mat3();
+    let shape = ColliderShape::Box {
+        size: Vec3::new(40.0, 1.0, 2.0),
+    };
+    let pose = Pose {
+        rotation: turned,
+        translation: turned * Vec3::new(0.0, -0.5, 0.0),
+    };
+    world.colliders = vec![Collider::new(shape, pose).expect("sound")];
+    world
+}
+
+#[test]
+fn a_tilted_box_holds_and_lets_slide_as_a_slope_does() {
+    let angle = 0.5_f64.atan();
+    let mut held = on_tilted_box(angle, 0.6);
+    support::run(&mut held, 2.0);
+    // Rounding lets the particle hover by an ulp of the box's half metre, fall, and be caught.
+    assert!(position(&held, 0).length() < 1e-5, "{}", position(&held, 0));
+
+    let mut sliding = on_tilted_box(angle, 0.3);
+    support::run(&mut sliding, 1.0);
+    let acceleration = G * (angle.sin() - 0.3 * angle.cos());
+    let expected = acceleration * H * H * 600.0 * 601.0 / 2.0;
+    // Its depth in a substep, gh² cos θ = 2.4e-5 m, is known to 2⁻²⁴ m of the box's half metre,
+    // 0.25 %, and friction goes by it.
+    let way = f64::from(position(&sliding, 0).length());
+    assert_relative(way, expected, 1e-2, "way");
+}
