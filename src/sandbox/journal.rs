@@ -21,7 +21,11 @@ use std::{
     path::PathBuf,
 };
 
-use bevy::{app::AppExit, prelude::*, window::{ExitSystems, PrimaryWindow};
+use bevy::{
+    app::AppExit,
+    prelude::*,
+    window::{ExitSystems, PrimaryWindow},
+};
 use bevy_egui::egui::Rect;
 use serde_json::{Value, json};
 

@@ -31,7 +31,7 @@ use bevy::{
 };
 
 /// Where the key light comes from: the upper left, in front of the default camera.
-const KEY_FROM: Vec3 = Vec3::new(-0.55, 1.0, 0.45);
+const KEY_FROM: Vec3 = Vec3::new(-0.62, 0.9, 0.62);
 /// How far out the floor is a mesh, in distances of the camera; it has long faded by then.
 const FLOOR_REACH: f32 = 60.0;
 /// How far the shadow reaches, in distances of the camera.

@@ -432,19 +432,23 @@ impl Frame {
 /// Normal and depth for a point that went from `from` to `to`, in the collider's frame; how it is
 /// chosen is told at [`ColliderShape::exit`].
 fn exit(shape: ColliderShape, from: DVec3, to: DVec3) -> Option<(DVec3, f64)> {
+    let step = to - from;
     let nearest = (distance(shape, to) < 0.0).then(|| nearest_exit(shape, to));
-    if let Some((normal, _)) = nearest
-        && (distance(shape, from) < 0.0 || normal.dot(to - from) <= 0.0)
-    {
+    if nearest.is_some_and(|(normal, _)| normal.dot(step) <= 0.0) {
         return nearest;
     }
-    let entered = enter(shape, from, to - from)
-        .filter(|t| (0.0..=1.0).contains(t))
-        .map(|t| {
-            let entry = from + (to - from) * t;
-            let (normal, _) = nearest_exit(shape, entry);
-            (normal, normal.dot(entry - to))
-        })
+    let entry = if distance(shape, from) < 0.0 {
+        let (normal, depth) = nearest_exit(shape, from);
+        Some((from + normal * depth, normal))
+    } else {
+        enter(shape, from, step)
+            .filter(|&t| t <= 1.0)
+            .map(|t| from + step * t)
+            .map(|entry| (entry, nearest_exit(shape, entry).0))
+    };
+    let entered = entry
+        .filter(|(_, normal)| normal.dot(step) < 0.0)
+        .map(|(entry, normal)| (normal, normal.dot(entry - to)))
         .filter(|&(_, depth)| depth > 0.0);
     entered.or(nearest)
 }
@@ -476,20 +480,16 @@ fn nearest_exit(shape: ColliderShape, x: DVec3) -> (DVec3, f64) {
             let side = if x.dot(axis) < 0.0 { -1.0 } else { 1.0 };
             (axis * side, gaps.dot(axis))
         }
-        ColliderShape::Sphere { radius } => round_exit(x, f64::from(radius)),
+        ColliderShape::Sphere { radius } => round_exit(x, f64::from(radius), DVec3::Y),
         ColliderShape::Capsule { radius, length } => {
-            round_exit(x - on_axis(x, length), f64::from(radius))
+            round_exit(x - on_axis(x, length), f64::from(radius), DVec3::X)
         }
     }
 }
 
-fn round_exit(x: DVec3, radius: f64) -> (DVec3, f64) {
+fn round_exit(x: DVec3, radius: f64, any: DVec3) -> (DVec3, f64) {
     let distance = x.length();
-    let normal = if distance > 0.0 {
-        x / distance
-    } else {
-        DVec3::Y
-    };
+    let normal = if distance > 0.0 { x / distance } else { any };
     (normal, radius - distance)
 }
 
@@ -521,7 +521,7 @@ fn enter(shape: ColliderShape, from: DVec3, step: DVec3) -> Option<f64> {
 fn enter_sphere(from: DVec3, step: DVec3, radius: f64) -> Option<f64> {
     let (a, b) = (step.length_squared(), from.dot(step));
     let discriminant = b * b - a * (from.length_squared() - radius * radius);
-    (a > 0.0 && discriminant >= 0.0 && b < 0.0).then(|| (-b - discriminant.sqrt()) / a)
+    (a > 0.0 && discriminant >= 0.0 && b < 0.0).then(|| ((-b - discriminant.sqrt()) / a).max(0.0))
 }
 
 fn enter_box(from: DVec3, step: DVec3, half: DVec3) -> Option<f64> {
@@ -537,5 +537,5 @@ fn enter_box(from: DVec3, step: DVec3, half: DVec3) -> Option<f64> {
             leave = leave.min(sides[0].max(sides[1]));
         }
     }
-    (enter <= leave).then_some(enter)
+    (enter <= leave && leave >= 0.0).then_some(enter.max(0.0))
 }

@@ -60,9 +60,12 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> @locatio
     var colour = terminator * KEY * wrapped * shade;
     colour += finish.colour * ambient(normal) * open;
 
-    // Light through the body, towards the eye.
-    let through = pow(saturate(dot(to_eye, -normalize(key + 0.35 * normal))), 3.0);
-    colour += deep * KEY * soft * (0.6 * through * shade + 0.16 * (1.0 - facing) + 0.07);
+    // Light through the body: what leaves on the far side, what shines towards the eye, and
+    // what makes thin outlines glow.
+    let far_side = 0.20 * saturate(0.5 - 0.5 * cosine);
+    let through = 0.6 * pow(saturate(dot(to_eye, -normalize(key + 0.35 * normal))), 3.0) * shade;
+    let outline = 0.16 * (1.0 - facing);
+    colour += deep * KEY * soft * (far_side + through + outline + 0.08);
 
     let fresnel = 0.04 + 0.96 * pow(1.0 - facing, 5.0) * (1.0 - 0.6 * finish.roughness);
     let mirrored = reflect(-to_eye, normal);

@@ -79,27 +79,36 @@ impl ColliderShape {
     ///
     /// A point that ended inside leaves by the nearest surface, unless that would take it out on
     /// the far side of where it came in; one that went in and out again between two instants, as
-    /// happens with a fast collider, is brought back to where it went in.
+    /// happens with a fast collider, is brought back to where it went in. A point that lay on the
+    /// surface may have begun inside by a rounding: it came in where it was.
     #[must_use]
     pub fn exit(&self, from: Vec3, to: Vec3) -> Option<Exit> {
+        let step = to - from;
         let nearest = (self.distance(to) < 0.0).then(|| self.nearest_exit(to));
-        if let Some(exit) = nearest
-            && (self.distance(from) < 0.0 || exit.normal.dot(to - from) <= 0.0)
-        {
+        if nearest.is_some_and(|exit| exit.normal.dot(step) <= 0.0) {
             return nearest;
         }
-        let entered = self.entry(from, to).and_then(|entry| {
-            let normal = self.nearest_exit(entry).normal;
+        let entry = if self.distance(from) < 0.0 {
+            let exit = self.nearest_exit(from);
+            Some((from + exit.normal * exit.depth, exit.normal))
+        } else {
+            self.entry(from, step)
+                .map(|entry| (entry, self.nearest_exit(entry).normal))
+        };
+        let entered = entry.and_then(|(entry, normal)| {
             let depth = normal.dot(entry - to);
-            (depth > 0.0).then_some(Exit { normal, depth })
+            (normal.dot(step) < 0.0 && depth > 0.0).then_some(Exit { normal, depth })
         });
         entered.or(nearest)
     }
 
     fn nearest_exit(&self, x: Vec3) -> Exit {
         match *self {
-            Self::Sphere { radius } => round_exit(x, radius),
-            Self::Capsule { radius, length } => round_exit(x - on_axis(x, length), radius),
+            Self::Sphere { radius } => round_exit(x, radius, Vec3::Y),
+            // Along its axis a point would stay inside for long.
+            Self::Capsule { radius, length } => {
+                round_exit(x - on_axis(x, length), radius, Vec3::X)
+            }
             Self::Box { size } => {
                 let gaps = size / 2.0 - x.abs();
                 let axis = least_axis(gaps);
@@ -111,15 +120,14 @@ impl ColliderShape {
         }
     }
 
-    /// Where a segment that starts outside first meets the surface.
-    fn entry(&self, from: Vec3, to: Vec3) -> Option<Vec3> {
-        let step = to - from;
+    /// Where a point that starts outside and goes by `step` first meets the surface.
+    fn entry(&self, from: Vec3, step: Vec3) -> Option<Vec3> {
         let t = match *self {
             Self::Sphere { radius } => enter_sphere(from, step, radius),
             Self::Box { size } => enter_box(from, step, size / 2.0),
             Self::Capsule { radius, length } => enter_capsule(from, step, radius, length),
         }?;
-        (0.0..=1.0).contains(&t).then(|| from + step * t)
+        (t <= 1.0).then(|| from + step * t)
     }
 }
 
@@ -128,15 +136,11 @@ fn on_axis(x: Vec3, length: f32) -> Vec3 {
     Vec3::new(0.0, x.y.clamp(-length / 2.0, length / 2.0), 0.0)
 }
 
-/// Out of a ball; a point at its very centre leaves upwards.
-fn round_exit(x: Vec3, radius: f32) -> Exit {
+/// Out of a ball; a point at its very centre leaves along `any`.
+fn round_exit(x: Vec3, radius: f32, any: Vec3) -> Exit {
     let distance = x.length();
     Exit {
-        normal: if distance > 0.0 {
-            x / distance
-        } else {
-            Vec3::Y
-        },
+        normal: if distance > 0.0 { x / distance } else { any },
         depth: radius - distance,
     }
 }
@@ -151,16 +155,17 @@ fn least_axis(v: Vec3) -> Vec3 {
     }
 }
 
-/// Smaller root of ‖from + t step‖ = radius.
+/// Smaller root of ‖from + t step‖ = radius; one below 0 by a rounding counts as 0.
 fn enter_sphere(from: Vec3, step: Vec3, radius: f32) -> Option<f32> {
     let a = step.length_squared();
     let b = from.dot(step);
     let c = from.length_squared() - radius * radius;
     let discriminant = b * b - a * c;
-    (a > 0.0 && discriminant >= 0.0 && b < 0.0).then(|| (-b - discriminant.sqrt()) / a)
+    (a > 0.0 && discriminant >= 0.0 && b < 0.0).then(|| ((-b - discriminant.sqrt()) / a).max(0.0))
 }
 
-/// Slabs: the latest of the entries, if it is before the earliest of the exits.
+/// Slabs: the latest of the entries, if it is before the earliest of the exits and that is still
+/// to come; one below 0 by a rounding counts as 0.
 fn enter_box(from: Vec3, step: Vec3, half: Vec3) -> Option<f32> {
     let (mut enter, mut leave) = (f32::NEG_INFINITY, f32::INFINITY);
     for axis in 0..3 {
@@ -175,7 +180,7 @@ fn enter_box(from: Vec3, step: Vec3, half: Vec3) -> Option<f32> {
             leave = leave.min(t0.max(t1));
         }
     }
-    (enter <= leave).then_some(enter)
+    (enter <= leave && leave >= 0.0).then_some(enter.max(0.0))
 }
 
 /// The cylinder's side, where it is hit between the ends; else the first of the two end balls.

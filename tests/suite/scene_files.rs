@@ -1,0 +1,268 @@
+//! Promises about the scene file: the registry is the folder, a scene survives being written and
+//! read, and what is wrong with a file is said with its place and what was expected.
+
+use pliant::scene::{Scene, registry};
+use std::{collections::BTreeSet, path::Path};
+
+/// A scene in which every kind of thing that can be wrong has a line.
+const SOUND: &str = r##"Scene(
+    title: "t",
+    look_at: "l",
+    world: (substeps: 10),
+    bodies: [(
+        name: "b",
+        primitive: Box(size: (0.4, 0.4, 0.4), cells: (2, 2, 2)),
+        density: 1000,
+        effects: (stretch: (compliance: 1e-4), volume: (), ground: ()),
+        colour: "#e07040",
+    )],
+    colliders: [(shape: Sphere(radius: 0.2))],
+    acceptance: (seconds: 1.0, checks: [NoInverted]),
+)"##;
+
+/// What is said when `from` in the sound scene is replaced by `to`, while reading or building.
+fn complaint(from: &str, to: &str) -> String {
+    assert!(SOUND.contains(from), "{from} is not in the scene");
+    let text = SOUND.replace(from, to);
+    match Scene::parse("my.ron", &text).and_then(|scene| scene.build().map(|_| ())) {
+        Ok(()) => panic!("{to} was accepted"),
+        Err(error) => error.to_string(),
+    }
+}
+
+/// Fails unless the complaint holds each of the parts.
+#[track_caller]
+fn says(complaint: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(complaint.contains(part), "“{part}” is not in “{complaint}”");
+    }
+}
+
+#[test]
+fn the_sound_scene_of_these_tests_is_sound() {
+    let scene: Scene = SOUND.parse().expect("it is sound");
+    scene.build().expect("it can be built");
+}
+
+#[test]
+fn the_registry_is_the_folder_of_scenes() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes");
+    let files: BTreeSet<String> = std::fs::read_dir(folder)
+        .expect("the folder is there")
+        .map(|entry| entry.expect("it can be listed").file_name())
+        .map(|name| name.into_string().expect("names are ASCII"))
+        .collect();
+    let registered: Vec<String> = registry::SCENES
+        .iter()
+        .map(|scene| format!("{}.ron", scene.name))
+        .collect();
+    let unique: BTreeSet<String> = registered.iter().cloned().collect();
+    assert_eq!(unique.len(), registered.len(), "a name is registered twice");
+    assert_eq!(unique, files);
+}
+
+#[test]
+fn every_scene_has_a_title_of_its_own_a_line_to_look_at_and_checks() {
+    let mut titles = BTreeSet::new();
+    for builtin in registry::SCENES {
+        let scene = Scene::load(builtin.name).expect("a sound scene").scene;
+        assert!(
+            titles.insert(scene.title.clone()),
+            "two scenes are called {}",
+            scene.title
+        );
+        assert!(
+            scene.look_at.ends_with('.'),
+            "{}: look_at is a sentence",
+            builtin.name
+        );
+        assert!(
+            !scene.acceptance.checks.is_empty(),
+            "{}: nothing is asked of it",
+            builtin.name
+        );
+    }
+}
+
+#[test]
+fn every_scene_written_and_read_again_is_the_same_scene() {
+    for builtin in registry::SCENES {
+        let scene = Scene::load(builtin.name).expect("a sound scene").scene;
+        let text = scene.to_text().expect("a sound scene can be written");
+        let again =
+            Scene::parse(builtin.name, &text).unwrap_or_else(|error| panic!("{error}, in\n{text}"));
+        assert_eq!(scene, again, "{}", builtin.name);
+    }
+}
+
+#[test]
+fn a_word_that_is_not_known_is_named_with_its_place_and_the_valid_ones() {
+    says(
+        &complaint("name: \"b\"", "nmae: \"b\""),
+        &["my.ron:6:", "`nmae`", "`name`, `primitive`, `mesh`"],
+    );
+    says(
+        &complaint("stretch:", "strech:"),
+        &["my.ron:9:", "`strech`", "`stretch`, `volume`, `ground`"],
+    );
+    says(
+        &complaint("NoInverted", "Upright"),
+        &["my.ron:13:", "`Upright`", "`NoInverted`"],
+    );
+    says(
+        &complaint("checks:", "cheks:"),
+        &["my.ron:13:", "`cheks`", "`checks`"],
+    );
+}
+
+#[test]
+fn a_value_of_another_type_is_refused_with_its_place_and_the_type_that_was_expected() {
+    says(
+        &complaint("density: 1000", "density: \"heavy\""),
+        &["my.ron:8:", "Expected float"],
+    );
+    says(
+        &complaint("(2, 2, 2)", "(2, 2)"),
+        &["my.ron:7:", "a sequence of 3"],
+    );
+    says(
+        &complaint("bodies: [(", "bodies: ["),
+        &["my.ron:6:", "Expected struct `BodySpec`"],
+    );
+    says(
+        &complaint("title: \"t\",", ""),
+        &["my.ron:14:", "missing field named `title`"],
+    );
+}
+
+#[test]
+fn a_value_out_of_range_is_refused_with_its_place_and_the_range() {
+    let compliance = "compliance is {}, but must be between 0 and 1e12";
+    for value in ["-1", "NaN", "inf"] {
+        let expected = compliance.replace("{}", value);
+        says(
+            &complaint("compliance: 1e-4", &format!("compliance: {value}")),
+            &["my.ron:9:", &expected],
+        );
+    }
+    for value in ["0", "2.5", "-3"] {
+        let expected = format!("substeps is {value}, but must be a whole number between 1 and");
+        says(
+            &complaint("substeps: 10", &format!("substeps: {value}")),
+            &["my.ron:4:", &expected],
+        );
+    }
+    for value in ["0", "-1000", "NaN", "inf"] {
+        let expected = format!("density is {value}, but must be between 1e-9 and 1e9 (kg/m³");
+        says(
+            &complaint("density: 1000", &format!("density: {value}")),
+            &["my.ron:8:", &expected],
+        );
+    }
+    says(
+        &complaint("substeps: 10", "gravity: (0.0, inf, 0.0)"),
+        &["my.ron:4:", "gravity is inf, but must be a finite number"],
+    );
+}
+
+#[test]
+fn what_is_wrong_with_a_body_names_the_body_and_what_would_be_right() {
+    let primitive = "primitive: Box(size: (0.4, 0.4, 0.4), cells: (2, 2, 2)),";
+    says(
+        &complaint(primitive, ""),
+        &[
+            "“b”",
+            "either a primitive or a mesh",
+            "`mesh: (file: \"bunny\")`",
+        ],
+    );
+    says(
+        &complaint(primitive, "mesh: (file: \"cow\"),"),
+        &["“b”", "'cow'", "expected one of", "bunny", "teapot"],
+    );
+    says(
+        &complaint(primitive, "mesh: (file: \"no_such.obj\"),"),
+        &["“b”", "no_such.obj"],
+    );
+    says(
+        &complaint("cells: (2, 2, 2)", "cells: (0, 2, 2)"),
+        &["“b”", "cells = 0", "a whole number from 1"],
+    );
+    says(
+        &complaint("#e07040", "red"),
+        &["“b”", "colour is “red”", "#e07040"],
+    );
+    says(
+        &complaint("density: 1000", "position: (0.0, NaN, 0.0)"),
+        &["“b”", "position is [0, NaN, 0]", "three finite numbers"],
+    );
+    says(
+        &complaint("density: 1000", "added_mass: [(27, 1.0)]"),
+        &["“b”", "particle 27", "0 to 26"],
+    );
+}
+
+#[test]
+fn pins_that_pin_nothing_are_refused_with_where_the_body_is() {
+    says(
+        &complaint(
+            "density: 1000",
+            "pins: [Within(low: (5.0, 5.0, 5.0), high: (6.0, 6.0, 6.0))]",
+        ),
+        &[
+            "“b”",
+            "pins no particle",
+            "[-0.2, -0.2, -0.2] to [0.2, 0.2, 0.2] m",
+        ],
+    );
+    says(
+        &complaint("density: 1000", "pins: [Particle(27)]"),
+        &["“b”", "Particle(27) pins no particle", "particles 0 to 26"],
+    );
+}
+
+#[test]
+fn colliders_and_acceptances_that_make_no_sense_are_refused() {
+    says(
+        &complaint("radius: 0.2", "radius: -1"),
+        &["collider 1", "-1", "between 1e-9 and 1e9 m"],
+    );
+    says(
+        &complaint("seconds: 1.0", "seconds: 0.0"),
+        &["acceptance", "seconds is 0", "above 0"],
+    );
+    says(
+        &complaint("NoInverted", "Of(\"x\", [NoInverted])"),
+        &["acceptance", "“x”", "there are: b"],
+    );
+}
+
+#[test]
+fn a_name_that_is_no_scene_is_answered_with_the_names_that_are() {
+    let error = Scene::load("jely_cube").expect_err("there is no such scene");
+    says(&error.to_string(), &["jely_cube", "jelly_cube", "bunny"]);
+    let error = Scene::load("no/such/file.ron").expect_err("there is no such file");
+    says(&error.to_string(), &["no/such/file.ron"]);
+}
+
+/// Copies are numbered, lie on the grid around the place that was given, and share one topology.
+#[test]
+fn copies_share_their_mesh_and_stand_on_a_grid() {
+    let text = SOUND.replace(
+        "density: 1000",
+        "copies: (count: (2, 1, 2), spacing: (1.0, 0.0, 3.0))",
+    );
+    let built = text
+        .parse::<Scene>()
+        .and_then(|scene| scene.build())
+        .expect("it is sound");
+    let bodies = &built.world.bodies;
+    let names: Vec<_> = bodies.iter().map(|body| body.name.as_str()).collect();
+    assert_eq!(names, ["b 1", "b 2", "b 3", "b 4"]);
+    for body in bodies {
+        assert!(std::sync::Arc::ptr_eq(&body.topology, &bodies[0].topology));
+    }
+    let corner = |i: usize| bodies[i].particles.positions[0].truncate();
+    assert_eq!(corner(1) - corner(0), glam::Vec3::new(1.0, 0.0, 0.0));
+    assert_eq!(corner(2) - corner(0), glam::Vec3::new(0.0, 0.0, 3.0));
+}

@@ -1,0 +1,166 @@
+//! Promises that every built-in scene keeps when it runs: it is accepted, it is the same with Bevy
+//! and without, and the same twice.
+
+use crate::support::bits;
+use pliant::{
+    scene::{
+        Scene,
+        registry::{BuiltinScene, SCENES},
+        run::{headless, run},
+    },
+    simulation::{plain, tick},
+    solver::World,
+};
+use std::{
+    sync::{
+        Mutex,
+        atomic::{AtomicUsize, Ordering},
+    },
+    thread,
+};
+
+/// Does something with every scene, on as many threads as there are, and fails with everything
+/// that was found wrong.
+fn in_every_scene(find: impl Fn(&BuiltinScene, &Scene) -> Vec<String> + Sync) {
+    let next = AtomicUsize::new(0);
+    let found = Mutex::new(Vec::new());
+    let threads = thread::available_parallelism().map_or(1, usize::from);
+    thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                while let Some(builtin) = SCENES.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let scene = Scene::load(builtin.name).expect("a sound scene").scene;
+                    let reasons = find(builtin, &scene);
+                    let mut found = found.lock().expect("no other thread has failed");
+                    found.extend(
+                        reasons
+                            .iter()
+                            .map(|reason| format!("{}: {reason}", builtin.name)),
+                    );
+                }
+            });
+        }
+    });
+    let found = found.into_inner().expect("no thread has failed");
+    assert!(found.is_empty(), "\n{}\n", found.join("\n"));
+}
+
+/// A scene says what must hold after it ran, and it holds.
+#[test]
+fn every_scene_is_accepted_by_its_own_figures() {
+    in_every_scene(|_, scene| {
+        let built = scene.build().expect("a sound scene");
+        run(&built, &scene.run_options(), |_| ())
+            .expect("nothing is overridden")
+            .reasons
+    });
+}
+
+/// The schedules of Bevy and the plain loop are one method: over ten seconds, every position and
+/// every velocity of every body has the same bits, and the same bodies sleep.
+#[test]
+fn every_scene_is_the_same_to_the_bit_with_bevy_and_without() {
+    const TICKS: u32 = 600;
+    in_every_scene(|_, scene| {
+        let mut app = headless(&scene.build().expect("a sound scene"));
+        let mut alone = plain::capture(app.world_mut());
+        for done in 1..=TICKS {
+            tick(app.world_mut());
+            alone.tick();
+            // Often enough to name the tick within a second, and seldom enough to cost nothing.
+            if done % 60 == 0 {
+                let differences = differences(&plain::capture(app.world_mut()), &alone);
+                if !differences.is_empty() {
+                    return vec![format!("after {done} ticks: {}", differences.join(", "))];
+                }
+            }
+        }
+        Vec::new()
+    });
+}
+
+/// Names of the bodies whose state differs.
+fn differences(one: &World, other: &World) -> Vec<String> {
+    assert_eq!(one.bodies.len(), other.bodies.len(), "bodies were lost");
+    one.bodies
+        .iter()
+        .zip(&other.bodies)
+        .filter(|(a, b)| {
+            bits(&a.particles.positions) != bits(&b.particles.positions)
+                || bits(&a.particles.velocities) != bits(&b.particles.velocities)
+                || a.asleep != b.asleep
+        })
+        .map(|(body, _)| body.name.clone())
+        .collect()
+}
+
+/// Nothing in a run depends on time, on addresses or on the order of a hash map.
+#[test]
+fn every_scene_run_twice_ends_with_the_same_hash() {
+    in_every_scene(|_, scene| {
+        let mut options = scene.run_options();
+        options.acceptance = None;
+        options.seconds = Some(0.5);
+        let hash = || {
+            let built = scene.build().expect("a sound scene");
+            run(&built, &options, |_| ())
+                .expect("nothing is overridden")
+                .state_hash
+        };
+        let (first, second) = (hash(), hash());
+        if first == second {
+            Vec::new()
+        } else {
+            vec![format!("{first:016x} and then {second:016x}")]
+        }
+    });
+}
+
+/// A pinned particle is where it was to the bit, even in a scene that shakes it, and a run that
+/// moves one is not accepted.
+#[test]
+fn a_pin_that_moved_is_a_reason() {
+    let scene = Scene::load("hanging_chain").expect("a sound scene").scene;
+    let world = scene.build().expect("a sound scene").world;
+    let mut moved = world.clone();
+    moved.bodies[0].particles.positions[0].x += f32::EPSILON;
+    let acceptance = pliant::scene::Acceptance {
+        seconds: 1.0,
+        checks: Vec::new(),
+    };
+    assert_eq!(acceptance.judge(&world, &world, &[]), Vec::<String>::new());
+    let reasons = acceptance.judge(&world, &moved, &[]);
+    assert_eq!(reasons, ["no weight: 1 pinned particles moved"]);
+}
+
+/// What cannot be measured does not hold: a check that compares with NaN fails.
+#[test]
+fn a_state_that_is_not_finite_fails_every_check_of_it() {
+    use pliant::scene::{Acceptance, Check};
+    let scene = Scene::load("jelly_cube").expect("a sound scene").scene;
+    let world = scene.build().expect("a sound scene").world;
+    let mut broken = world.clone();
+    for x in &mut broken.bodies[0].particles.positions {
+        x.y = f32::NAN;
+    }
+    for check in [
+        Check::Volume(1e9),
+        Check::Shape(1e9),
+        Check::Height(0.0, 1e9),
+        Check::EdgeStrain(1e9),
+    ] {
+        let acceptance = Acceptance {
+            seconds: 1.0,
+            checks: vec![check.clone()],
+        };
+        assert!(
+            acceptance.judge(&world, &world, &[]).is_empty(),
+            "{check:?} holds at first"
+        );
+        assert_eq!(
+            acceptance.judge(&world, &broken, &[]).len(),
+            1,
+            "{check:?} of NaN"
+        );
+    }
+}
