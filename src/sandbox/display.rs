@@ -1,7 +1,7 @@
 //! Whether a window can be opened here, found out before anything tries.
 //!
 //! Bevy panics where there is no display or no graphics adapter; [`check`] gives the reason
-//! in one sentence instead. It opens nothing but a connection, which is closed with [`Reached`].
+//! in one sentence instead. It opens no window, and leaves nothing behind but [`Reached`].
 
 use bevy::tasks::block_on;
 
@@ -29,12 +29,13 @@ pub enum NoDisplay {
     Refused(String),
 }
 
-/// A display that answered. To be kept until the window is open: an X server without clients
-/// resets itself, and a probe that came and went would make it refuse the window.
+/// A graphics library that offers an adapter. To be kept until the window is open: it may hold a
+/// connection to the display, and an X server whose last client leaves resets itself and would
+/// refuse the window that comes next.
 #[derive(Debug)]
+#[must_use = "the display may reset itself when this is dropped"]
 pub struct Reached {
-    #[cfg(all(unix, not(target_os = "macos")))]
-    _connection: socket::Connection,
+    _instance: wgpu::Instance,
 }
 
 /// Checks that there is a display and a graphics adapter.
@@ -42,44 +43,42 @@ pub struct Reached {
 /// # Errors
 /// The first of the two that is missing.
 pub fn check() -> Result<Reached, NoDisplay> {
-    let reached = check_display()?;
-    check_adapter()?;
-    Ok(reached)
+    check_display()?;
+    check_adapter()
 }
 
 /// Checks that there is a graphics adapter, which is all that drawing to a file needs.
 ///
 /// # Errors
 /// [`NoDisplay::NoAdapter`].
-pub fn check_adapter() -> Result<(), NoDisplay> {
+pub fn check_adapter() -> Result<Reached, NoDisplay> {
     let instance =
         wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
     let adapters = block_on(instance.enumerate_adapters(wgpu::Backends::all()));
     if adapters.is_empty() {
         return Err(NoDisplay::NoAdapter);
     }
-    Ok(())
+    Ok(Reached {
+        _instance: instance,
+    })
 }
 
 #[cfg(not(all(unix, not(target_os = "macos"))))]
-fn check_display() -> Result<Reached, NoDisplay> {
-    Ok(Reached {})
+fn check_display() -> Result<(), NoDisplay> {
+    Ok(())
 }
 
 #[cfg(all(unix, not(target_os = "macos")))]
-fn check_display() -> Result<Reached, NoDisplay> {
+fn check_display() -> Result<(), NoDisplay> {
     let named = |variable| std::env::var(variable).ok().filter(|name| !name.is_empty());
     let runtime = named("XDG_RUNTIME_DIR").unwrap_or_default();
     let wayland = named("WAYLAND_DISPLAY").map(|name| socket::reach_wayland(&name, &runtime));
     let x11 = named("DISPLAY").map(|name| socket::reach_x11(&name));
-    let connection = match (wayland, x11) {
-        (Some(Ok(connection)), _) | (_, Some(Ok(connection))) => connection,
-        (_, Some(Err(error))) | (Some(Err(error)), None) => return Err(error),
-        (None, None) => return Err(NoDisplay::NotNamed),
-    };
-    Ok(Reached {
-        _connection: connection,
-    })
+    match (wayland, x11) {
+        (Some(Ok(())), _) | (_, Some(Ok(()))) => Ok(()),
+        (_, Some(Err(error))) | (Some(Err(error)), None) => Err(error),
+        (None, None) => Err(NoDisplay::NotNamed),
+    }
 }
 
 /// Knocking at the sockets of display servers.
@@ -98,23 +97,12 @@ mod socket {
     /// How long a display on another machine may take to answer.
     const PATIENCE: Duration = Duration::from_secs(3);
 
-    /// An open connection; it is only ever closed.
-    #[derive(Debug)]
-    pub(super) enum Connection {
-        Local { _stream: UnixStream },
-        Network { _stream: TcpStream },
-    }
-
-    fn local(stream: UnixStream) -> Connection {
-        Connection::Local { _stream: stream }
-    }
-
-    pub(super) fn reach_wayland(name: &str, runtime: &str) -> Result<Connection, NoDisplay> {
+    pub(super) fn reach_wayland(name: &str, runtime: &str) -> Result<(), NoDisplay> {
         // An absolute name stands for itself.
         connect(&Path::new(runtime).join(name), name)
     }
 
-    pub(super) fn reach_x11(name: &str) -> Result<Connection, NoDisplay> {
+    pub(super) fn reach_x11(name: &str) -> Result<(), NoDisplay> {
         if name.starts_with('/') {
             // macOS and some sandboxes name the socket itself, with the screen at the end.
             return connect(
@@ -139,7 +127,7 @@ mod socket {
     }
 
     #[cfg(target_os = "linux")]
-    fn connect_x11(number: u16, name: &str) -> Result<Connection, NoDisplay> {
+    fn connect_x11(number: u16, name: &str) -> Result<(), NoDisplay> {
         use std::os::{linux::net::SocketAddrExt, unix::net::SocketAddr};
         let path = format!("/tmp/.X11-unix/X{number}");
         // Servers listen at an abstract name too, which outlives a missing /tmp.
@@ -151,18 +139,18 @@ mod socket {
     }
 
     #[cfg(not(target_os = "linux"))]
-    fn connect_x11(number: u16, name: &str) -> Result<Connection, NoDisplay> {
+    fn connect_x11(number: u16, name: &str) -> Result<(), NoDisplay> {
         connect(Path::new(&format!("/tmp/.X11-unix/X{number}")), name)
     }
 
-    fn connect(path: &Path, name: &str) -> Result<Connection, NoDisplay> {
+    fn connect(path: &Path, name: &str) -> Result<(), NoDisplay> {
         let stream = UnixStream::connect(path);
         stream
             .map(drop)
             .map_err(|error| unreachable(name, &error.to_string()))
     }
 
-    fn connect_tcp(host: &str, number: u16, name: &str) -> Result<Connection, NoDisplay> {
+    fn connect_tcp(host: &str, number: u16, name: &str) -> Result<(), NoDisplay> {
         let port = X11_PORT.saturating_add(number);
         let addresses = (host, port)
             .to_socket_addrs()

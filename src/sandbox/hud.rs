@@ -233,7 +233,7 @@ mod tests {
             kinetic: 12.0,
             potential: 0.345,
             volume_error: -0.001_24,
-            residual: 1.25e-5,
+            residual: 1.24e-5,
             finite: true,
             ..Statistics::default()
         };

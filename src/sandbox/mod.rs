@@ -75,8 +75,9 @@ pub struct SandboxOptions {
 /// # Errors
 /// [`NoDisplay`] if no window can be opened here; nothing has been opened then.
 pub fn run(options: &SandboxOptions) -> Result<AppExit, NoDisplay> {
-    display::check()?;
+    let reached = display::check()?;
     let mut app = quietly(|| build(options)).map_err(NoDisplay::Refused)?;
+    drop(reached);
     Ok(app.run())
 }
 

@@ -97,7 +97,7 @@ fn style(style: &mut egui::Style) {
     spacing.window_margin = Margin::same(12);
     spacing.menu_margin = Margin::same(6);
     spacing.tooltip_width = 280.0;
-    spacing.combo_height = 420.0;
+    spacing.combo_height = 480.0;
     spacing.icon_width = 14.0;
     spacing.scroll = ScrollStyle {
         bar_width: 8.0,

@@ -51,7 +51,7 @@ impl Default for ViewSettings {
 pub enum ViewCommand {
     /// Move the camera so that every body is in sight. Obeyed by the camera.
     FrameAll,
-    /// Save a picture of the window. Obeyed by the picture module.
+    /// Save a picture of the window. Obeyed by the screenshot module.
     Screenshot,
     /// Open the next scene of the registry. Obeyed by the scene loader.
     NextScene,

@@ -103,7 +103,8 @@ macro_rules! from_float {
             type Error = InvalidValue;
 
             fn try_from(value: f64) -> Result<Self, InvalidValue> {
-                Self::new(value as f32)
+                // The message is to name the value that was given, not the f32 nearest to it.
+                Self::new(value as f32).map_err(|error| InvalidValue { value, ..error })
             }
         }
     )*};

@@ -3,9 +3,10 @@
 //! Shared by all copies of a body through an `Arc`. Particles keep the order of the input;
 //! constraints are put in the order of their colours, which is both what the solver can run in
 //! parallel and an order that is stable (an order sorted by vertex makes Gauss–Seidel on rigid
-//! cloth explode).
+//! cloth explode). Rest values are rounded as the solver rounds the values that it compares with
+//! them, so that a body in its rest shape does not move by a bit.
 
-use super::{RestShape, colouring};
+use super::{RestShape, colouring, constraint::volume::volume_and_gradients};
 use glam::{DVec3, Vec3};
 use std::ops::Range;
 
@@ -154,8 +155,8 @@ impl Topology {
 
         let (low, high) = bounds(rest.iter().copied());
         Ok(Self {
-            edges: Edges::new(&ends, count, at),
-            tetrahedra: Tetrahedra::new(&corners, count, at),
+            edges: Edges::new(&ends, &rest),
+            tetrahedra: Tetrahedra::new(&corners, &rest),
             triangles: shape.triangles,
             measure,
             dimension,
@@ -173,13 +174,13 @@ impl Topology {
 }
 
 impl Edges {
-    fn new(ends: &[[u32; 2]], particles: usize, at: impl Fn(u32) -> DVec3) -> Self {
-        let colouring = colouring::colour(ends, particles);
+    fn new(ends: &[[u32; 2]], rest: &[Vec3]) -> Self {
+        let colouring = colouring::colour(ends, rest.len());
         let ends: Vec<_> = colouring.order.iter().map(|&i| ends[i as usize]).collect();
         Self {
             rest_length: ends
                 .iter()
-                .map(|&[a, b]| at(a).distance(at(b)) as f32)
+                .map(|&[a, b]| (rest[b as usize] - rest[a as usize]).length())
                 .collect(),
             colours: colouring.colours,
             ends,
@@ -188,23 +189,26 @@ impl Edges {
 }
 
 impl Tetrahedra {
-    fn new(corners: &[[u32; 4]], particles: usize, at: impl Fn(u32) -> DVec3) -> Self {
-        let colouring = colouring::colour(corners, particles);
+    fn new(corners: &[[u32; 4]], rest: &[Vec3]) -> Self {
+        let colouring = colouring::colour(corners, rest.len());
         let corners: Vec<_> = colouring
             .order
             .iter()
             .map(|&i| corners[i as usize])
             .collect();
-        let volumes: Vec<f64> = corners.iter().map(|&c| volume(c.map(&at))).collect();
+        let rest_volume: Vec<f32> = corners
+            .iter()
+            .map(|&c| volume_and_gradients(c.map(|i| rest[i as usize])).0)
+            .collect();
         Self {
-            rest_volume: volumes.iter().map(|&v| v as f32).collect(),
-            gradient_scale: volumes
+            gradient_scale: rest_volume
                 .iter()
                 .map(|&v| {
-                    let side = libm::cbrt(v.abs());
+                    let side = libm::cbrt(f64::from(v.abs()));
                     (side * side * side * side) as f32
                 })
                 .collect(),
+            rest_volume,
             colours: colouring.colours,
             corners,
         }

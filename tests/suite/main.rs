@@ -1,5 +1,43 @@
-//! The suite.
+//! The suite: one binary, a module for each thing that is promised.
+
+mod contract_bits;
+mod contract_rooms;
+mod mesh_build;
+mod mesh_elements;
+mod mesh_fill;
+mod mesh_fuzz;
+mod mesh_gltf;
+mod mesh_primitives;
+mod mesh_read;
+mod mesh_support;
+mod program;
+mod project;
+mod reference_kernels;
+#[cfg(feature = "window")]
+mod sandbox_panel;
 mod scene_files;
 mod scene_overrides;
 mod scene_runs;
+mod simulation_actions;
+mod simulation_clock;
+mod simulation_components;
+mod simulation_order;
+mod simulation_plugins;
+mod simulation_quarantine;
+mod simulation_schedules;
+mod simulation_sleep;
+mod solver_closed_forms;
+mod solver_collider;
+mod solver_colouring;
+mod solver_gradients;
+mod solver_ground;
+mod solver_quantity;
+mod solver_recovery;
+mod solver_slips;
+mod solver_stages;
+mod solver_stretch;
+mod solver_topology;
+mod solver_volume;
 mod support;
+#[cfg(all(feature = "window", target_os = "linux"))]
+mod window;

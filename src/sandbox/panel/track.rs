@@ -125,11 +125,12 @@ impl Track {
 
     /// Positions of the powers of ten on a logarithmic track, for its ticks; none on others.
     pub fn ticks(&self) -> impl Iterator<Item = f64> + '_ {
-        let powers = if self.spread == Spread::Logarithmic {
+        let logarithmic = self.spread == Spread::Logarithmic;
+        let powers = logarithmic.then(|| {
+            // A bound that is a power of ten counts, whatever its logarithm is rounded to.
             (self.low.log10() - 1e-6).ceil() as i32..=(self.high.log10() + 1e-6).floor() as i32
-        } else {
-            0..=-1
-        };
+        });
+        let powers = powers.into_iter().flatten();
         powers.map(|power| self.position(10f64.powi(power)))
     }
 

@@ -16,8 +16,8 @@
 const KEY: vec3<f32> = vec3<f32>(0.98, 0.90, 0.79);
 const SKY: vec3<f32> = vec3<f32>(0.40, 0.45, 0.52);
 const BOUNCE: vec3<f32> = vec3<f32>(0.30, 0.26, 0.22);
-const HORIZON: vec3<f32> = vec3<f32>(0.640, 0.615, 0.570);
-const ZENITH: vec3<f32> = vec3<f32>(0.210, 0.390, 0.455);
+const HORIZON: vec3<f32> = vec3<f32>(0.430, 0.530, 0.545);
+const ZENITH: vec3<f32> = vec3<f32>(0.190, 0.350, 0.410);
 
 // Direction from a surface to the key light.
 fn key_direction() -> vec3<f32> {
@@ -37,7 +37,7 @@ fn key_visibility(position: vec4<f32>, normal: vec3<f32>, frag_coord: vec2<f32>)
 
 // What the backdrop shows in a direction: a cove that rises from the floor's colour.
 fn backdrop(direction: vec3<f32>) -> vec3<f32> {
-    let rise = smoothstep(-0.01, 0.27, direction.y);
+    let rise = smoothstep(-0.02, 0.50, direction.y);
     return mix(HORIZON, ZENITH, rise);
 }
 
