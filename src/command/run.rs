@@ -106,11 +106,17 @@ impl RunScene {
         #[cfg(feature = "window")]
         let files = files.into_iter().chain([&self.screenshot]);
         for file in files.into_iter().flatten() {
-            let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+            let folder = file
+                .parent()
+                .filter(|folder| !folder.as_os_str().is_empty());
             if let Some(folder) = folder
                 && !folder.is_dir()
             {
-                anyhow::bail!("cannot write {}: there is no folder {}", file.display(), folder.display());
+                anyhow::bail!(
+                    "cannot write {}: there is no folder {}",
+                    file.display(),
+                    folder.display()
+                );
             }
         }
         Ok(())

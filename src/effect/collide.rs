@@ -1,6 +1,6 @@
 //! Collide: rigid colliders keep a body out.
 
-use super::{Effect, Parameter, Scale, component};
+use super::{Effect, Parameter, Scale, component, parameter};
 use crate::{
     simulation::{Active, CurrentSubstep, EffectSystems, Profile, SolvePhase, SolveSchedule},
     solver::{Collide, Friction, Particles, Restitution, contact::collider},
@@ -25,32 +25,16 @@ impl Effect for Collide {
     const TITLE: &'static str = "Colliders";
     const SUMMARY: &'static str = "Spheres, boxes and capsules keep the body out.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
-        Parameter {
-            name: "friction",
-            title: "Friction µ",
-            unit: "",
-            help: "Largest force along a collider over the force into it.",
-            range: (0.0, 2.0),
-            scale: Scale::Linear,
-            get: |collide| collide.friction.into(),
-            set: |collide, value| {
-                collide.friction = Friction::try_from(value)?;
-                Ok(())
-            },
-        },
-        Parameter {
-            name: "restitution",
-            title: "Bounce e",
-            unit: "",
-            help: "Speed of a particle after a bounce over its speed before it.",
-            range: (0.0, 1.0),
-            scale: Scale::Linear,
-            get: |collide| collide.restitution.into(),
-            set: |collide, value| {
-                collide.restitution = Restitution::try_from(value)?;
-                Ok(())
-            },
-        },
+        parameter!(
+            friction: Friction, "Friction µ", "",
+            "Largest force along a collider over the force into it.",
+            (0.0, 2.0), Scale::Linear
+        ),
+        parameter!(
+            restitution: Restitution, "Bounce e", "",
+            "Speed of a particle after a bounce over its speed before it.",
+            (0.0, 1.0), Scale::Linear
+        ),
     ];
 
     type State = ();

@@ -1,6 +1,6 @@
 //! Grab: a hand holds a body at a point. On a body only while it is held.
 
-use super::{Effect, Figures, Parameter, Scale, component};
+use super::{Effect, Figures, Parameter, Scale, component, parameter};
 use crate::{
     simulation::{Active, CurrentSubstep, EffectSystems, Profile, SolvePhase, SolveSchedule},
     solver::{Compliance, Force, Grab, Particles},
@@ -14,32 +14,16 @@ impl Effect for Grab {
     const TITLE: &'static str = "Grab";
     const SUMMARY: &'static str = "A hand pulls at a point through a compliant spring.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
-        Parameter {
-            name: "compliance",
-            title: "Compliance",
-            unit: "m/N",
-            help: "How far the hand's spring gives under a newton.",
-            range: (1e-6, 1.0),
-            scale: Scale::LogarithmicFromZero,
-            get: |grab| grab.compliance.into(),
-            set: |grab, value| {
-                grab.compliance = Compliance::try_from(value)?;
-                Ok(())
-            },
-        },
-        Parameter {
-            name: "max_force",
-            title: "Strength",
-            unit: "N",
-            help: "The hand never pulls harder than this.",
-            range: (1.0, 1e6),
-            scale: Scale::LogarithmicToInfinity,
-            get: |grab| grab.max_force.into(),
-            set: |grab, value| {
-                grab.max_force = Force::try_from(value)?;
-                Ok(())
-            },
-        },
+        parameter!(
+            compliance: Compliance, "Compliance", "m/N",
+            "How far the hand's spring gives under a newton.",
+            (1e-6, 1.0), Scale::LogarithmicFromZero
+        ),
+        parameter!(
+            max_force: Force, "Strength", "N",
+            "The hand never pulls harder than this.",
+            (1.0, 1e6), Scale::LogarithmicToInfinity
+        ),
     ];
 
     type State = ();

@@ -1,6 +1,6 @@
 //! The two grounds: one with friction and bounce, one that sticks.
 
-use super::{Effect, Parameter, Scale, component};
+use super::{Effect, Parameter, Scale, component, parameter};
 use crate::{
     simulation::{
         Active, CurrentSubstep, EffectSystems, Profile, SolvePhase, SolveSchedule, SolverSystems,
@@ -53,32 +53,16 @@ impl Effect for Ground {
                 Ok(())
             },
         },
-        Parameter {
-            name: "friction",
-            title: "Friction µ",
-            unit: "",
-            help: "Largest force along the ground over the force into it.",
-            range: (0.0, 2.0),
-            scale: Scale::Linear,
-            get: |ground| ground.friction.into(),
-            set: |ground, value| {
-                ground.friction = Friction::try_from(value)?;
-                Ok(())
-            },
-        },
-        Parameter {
-            name: "restitution",
-            title: "Bounce e",
-            unit: "",
-            help: "Speed of a particle after a bounce over its speed before it.",
-            range: (0.0, 1.0),
-            scale: Scale::Linear,
-            get: |ground| ground.restitution.into(),
-            set: |ground, value| {
-                ground.restitution = Restitution::try_from(value)?;
-                Ok(())
-            },
-        },
+        parameter!(
+            friction: Friction, "Friction µ", "",
+            "Largest force along the ground over the force into it.",
+            (0.0, 2.0), Scale::Linear
+        ),
+        parameter!(
+            restitution: Restitution, "Bounce e", "",
+            "Speed of a particle after a bounce over its speed before it.",
+            (0.0, 1.0), Scale::Linear
+        ),
     ];
 
     type State = ();

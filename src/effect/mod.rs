@@ -40,6 +40,8 @@
 //!         },
 //!     }];
 //!
+//!     type State = ();
+//!
 //!     fn add_systems(schedules: &mut Schedules) {
 //!         schedules.add_systems(
 //!             SolveSchedule,
@@ -76,7 +78,7 @@ pub use volume::VolumeMultipliers;
 
 pub use crate::solver::{Collide, Grab, Ground, StickyGround, Stretch, Volume};
 
-pub(crate) use registry::follow_bodies;
+pub(crate) use registry::{body_added, body_removed, follow_bodies};
 
 use bevy::{app::PluginGroupBuilder, prelude::*};
 
@@ -107,6 +109,27 @@ macro_rules! component {
     };
 }
 pub(crate) use component;
+
+/// A parameter that is a field of a checked type: field and type, title, unit, help, useful range,
+/// scale.
+macro_rules! parameter {
+    ($field:ident: $type:ty, $title:literal, $unit:literal, $help:literal, $range:expr, $scale:expr) => {
+        Parameter {
+            name: stringify!($field),
+            title: $title,
+            unit: $unit,
+            help: $help,
+            range: $range,
+            scale: $scale,
+            get: |effect| effect.$field.into(),
+            set: |effect, value| {
+                effect.$field = <$type>::try_from(value)?;
+                Ok(())
+            },
+        }
+    };
+}
+pub(crate) use parameter;
 
 mod reflection {
     //! Reflection of the solver's checked numbers: opaque, so that reflection too can only

@@ -282,8 +282,18 @@ fn schedules() -> [InternedScheduleLabel; 3] {
     ]
 }
 
+/// An entity that carries effects became a body.
+pub(crate) fn body_added(_: On<Add, SoftBody>, mut registry: ResMut<EffectRegistry>) {
+    registry.stale = true;
+}
+
+/// An entity that carries effects is a body no longer.
+pub(crate) fn body_removed(_: On<Remove, SoftBody>, mut registry: ResMut<EffectRegistry>) {
+    registry.stale = true;
+}
+
 /// Adds the systems of effects that some body carries now, and removes those of effects that no
-/// body carries any more. Does nothing while no effect was added to or removed from an entity.
+/// body carries any more. Does nothing while no effect and no body came or went.
 pub(crate) fn follow_bodies(world: &mut World) {
     if !world.resource::<EffectRegistry>().stale {
         return;

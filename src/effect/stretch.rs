@@ -1,6 +1,6 @@
 //! Stretch: edges resist a change of length.
 
-use super::{Effect, Figures, Parameter, Scale, component};
+use super::{Effect, Figures, Parameter, Scale, component, parameter};
 use crate::{
     simulation::{
         Active, CurrentSubstep, EffectSystems, Profile, SoftBody, SolvePhase, SolveSchedule,
@@ -37,45 +37,21 @@ impl Effect for Stretch {
     const TITLE: &'static str = "Stretch";
     const SUMMARY: &'static str = "Edges resist a change of length.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
-        Parameter {
-            name: "compliance",
-            title: "Compliance",
-            unit: "m/N",
-            help: "How far an edge gives under a newton; 0 is rigid.",
-            range: (1e-8, 1e-1),
-            scale: Scale::LogarithmicFromZero,
-            get: |stretch| stretch.compliance.into(),
-            set: |stretch, value| {
-                stretch.compliance = Compliance::try_from(value)?;
-                Ok(())
-            },
-        },
-        Parameter {
-            name: "axial_stiffness",
-            title: "Axial stiffness",
-            unit: "N",
-            help: "EA of a rope: force over strain, however finely it is divided; ∞ adds nothing.",
-            range: (1.0, 1e7),
-            scale: Scale::LogarithmicToInfinity,
-            get: |stretch| stretch.axial_stiffness.into(),
-            set: |stretch, value| {
-                stretch.axial_stiffness = Stiffness::try_from(value)?;
-                Ok(())
-            },
-        },
-        Parameter {
-            name: "damping",
-            title: "Damping",
-            unit: "s",
-            help: "The time over which a stretch dies away; 0 is none but the integrator's own.",
-            range: (1e-4, 1.0),
-            scale: Scale::LogarithmicFromZero,
-            get: |stretch| stretch.damping.into(),
-            set: |stretch, value| {
-                stretch.damping = Damping::try_from(value)?;
-                Ok(())
-            },
-        },
+        parameter!(
+            compliance: Compliance, "Compliance", "m/N",
+            "How far an edge gives under a newton; 0 is rigid.",
+            (1e-8, 1e-1), Scale::LogarithmicFromZero
+        ),
+        parameter!(
+            axial_stiffness: Stiffness, "Axial stiffness", "N",
+            "EA of a rope: force over strain, however finely it is divided; ∞ adds nothing.",
+            (1.0, 1e7), Scale::LogarithmicToInfinity
+        ),
+        parameter!(
+            damping: Damping, "Damping", "s",
+            "The time over which a stretch dies away; 0 is none but the integrator's own.",
+            (1e-4, 1.0), Scale::LogarithmicFromZero
+        ),
     ];
 
     type State = StretchMultipliers;

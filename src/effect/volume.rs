@@ -1,6 +1,6 @@
 //! Volume: tetrahedra resist a change of volume.
 
-use super::{Effect, Figures, Parameter, Scale, component};
+use super::{Effect, Figures, Parameter, Scale, component, parameter};
 use crate::{
     simulation::{
         Active, CurrentSubstep, EffectSystems, Profile, SoftBody, SolvePhase, SolveSchedule,
@@ -37,45 +37,21 @@ impl Effect for Volume {
     const TITLE: &'static str = "Volume";
     const SUMMARY: &'static str = "Tetrahedra resist a change of volume.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
-        Parameter {
-            name: "compliance",
-            title: "Compliance",
-            unit: "m⁵/N",
-            help: "How much a tetrahedron gives under a pascal [m³/Pa]; 0 is incompressible.",
-            range: (1e-14, 1e-4),
-            scale: Scale::LogarithmicFromZero,
-            get: |volume| volume.compliance.into(),
-            set: |volume, value| {
-                volume.compliance = Compliance::try_from(value)?;
-                Ok(())
-            },
-        },
-        Parameter {
-            name: "bulk_modulus",
-            title: "Bulk modulus",
-            unit: "Pa",
-            help: "K of the material: pressure over change of volume, however finely it is divided; ∞ adds nothing.",
-            range: (1e2, 1e10),
-            scale: Scale::LogarithmicToInfinity,
-            get: |volume| volume.bulk_modulus.into(),
-            set: |volume, value| {
-                volume.bulk_modulus = Stiffness::try_from(value)?;
-                Ok(())
-            },
-        },
-        Parameter {
-            name: "damping",
-            title: "Damping",
-            unit: "s",
-            help: "The time over which a change of volume dies away; 0 is none but the integrator's own.",
-            range: (1e-4, 1.0),
-            scale: Scale::LogarithmicFromZero,
-            get: |volume| volume.damping.into(),
-            set: |volume, value| {
-                volume.damping = Damping::try_from(value)?;
-                Ok(())
-            },
-        },
+        parameter!(
+            compliance: Compliance, "Compliance", "m⁵/N",
+            "How much a tetrahedron gives under a pascal [m³/Pa]; 0 is incompressible.",
+            (1e-14, 1e-4), Scale::LogarithmicFromZero
+        ),
+        parameter!(
+            bulk_modulus: Stiffness, "Bulk modulus", "Pa",
+            "K of the material: pressure over change of volume, however finely it is divided; ∞ adds nothing.",
+            (1e2, 1e10), Scale::LogarithmicToInfinity
+        ),
+        parameter!(
+            damping: Damping, "Damping", "s",
+            "The time over which a change of volume dies away; 0 is none but the integrator's own.",
+            (1e-4, 1.0), Scale::LogarithmicFromZero
+        ),
     ];
 
     type State = VolumeMultipliers;

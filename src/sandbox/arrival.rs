@@ -18,7 +18,7 @@ use super::message::Notices;
 use crate::{
     mesh::Skin,
     scene::{BodySkin, SceneEntity},
-    simulation::plain,
+    simulation::{SimulationClock, plain, tick},
     solver::Topology,
 };
 use recipe::{body, free_place, surroundings};
@@ -109,6 +109,10 @@ fn welcome(world: &mut World) {
 }
 
 fn enter(world: &mut World, arrival: Arrival) {
+    // A tick that is spread over frames is ended first: bodies come between ticks.
+    if world.resource::<SimulationClock>().mid_tick() {
+        tick(world);
+    }
     let name = free_name(world, &arrival.name);
     let mut body = body(&name, arrival.topology);
     body.effects = surroundings(world, body.effects);

@@ -11,7 +11,7 @@ pub enum NoDisplay {
     /// Neither an X11 nor a Wayland display is named.
     #[error("there is no display: neither DISPLAY nor WAYLAND_DISPLAY is set")]
     NotNamed,
-    /// A display is named, but nobody listens there.
+    /// A display is named, but does not let us in.
     #[error("the display {name} cannot be reached: {reason}")]
     Unreachable {
         /// Value of the variable that names it.
@@ -29,13 +29,14 @@ pub enum NoDisplay {
     Refused(String),
 }
 
-/// A graphics library that offers an adapter. To be kept until the window is open: it may hold a
-/// connection to the display, and an X server whose last client leaves resets itself and would
-/// refuse the window that comes next.
+/// A display that let us in. To be kept until the window is open: the search for an adapter
+/// connects to the display and leaves again, and an X server whose last client leaves resets
+/// itself, and would then refuse the window.
 #[derive(Debug)]
 #[must_use = "the display may reset itself when this is dropped"]
 pub struct Reached {
-    _instance: wgpu::Instance,
+    #[cfg(all(unix, not(target_os = "macos")))]
+    _connection: server::Connection,
 }
 
 /// Checks that there is a display and a graphics adapter.
@@ -43,132 +44,80 @@ pub struct Reached {
 /// # Errors
 /// The first of the two that is missing.
 pub fn check() -> Result<Reached, NoDisplay> {
-    check_display()?;
-    check_adapter()
+    let reached = reach_display()?;
+    check_adapter()?;
+    Ok(reached)
 }
 
 /// Checks that there is a graphics adapter, which is all that drawing to a file needs.
 ///
 /// # Errors
 /// [`NoDisplay::NoAdapter`].
-pub fn check_adapter() -> Result<Reached, NoDisplay> {
+pub fn check_adapter() -> Result<(), NoDisplay> {
     let instance =
         wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
     let adapters = block_on(instance.enumerate_adapters(wgpu::Backends::all()));
     if adapters.is_empty() {
         return Err(NoDisplay::NoAdapter);
     }
-    Ok(Reached {
-        _instance: instance,
-    })
-}
-
-#[cfg(not(all(unix, not(target_os = "macos"))))]
-fn check_display() -> Result<(), NoDisplay> {
     Ok(())
 }
 
-#[cfg(all(unix, not(target_os = "macos")))]
-fn check_display() -> Result<(), NoDisplay> {
-    let named = |variable| std::env::var(variable).ok().filter(|name| !name.is_empty());
-    let runtime = named("XDG_RUNTIME_DIR").unwrap_or_default();
-    let wayland = named("WAYLAND_DISPLAY").map(|name| socket::reach_wayland(&name, &runtime));
-    let x11 = named("DISPLAY").map(|name| socket::reach_x11(&name));
-    match (wayland, x11) {
-        (Some(Ok(())), _) | (_, Some(Ok(()))) => Ok(()),
-        (_, Some(Err(error))) | (Some(Err(error)), None) => Err(error),
-        (None, None) => Err(NoDisplay::NotNamed),
-    }
+/// Windows and macOS always have one.
+#[cfg(not(all(unix, not(target_os = "macos"))))]
+fn reach_display() -> Result<Reached, NoDisplay> {
+    Ok(Reached {})
 }
 
-/// Knocking at the sockets of display servers.
 #[cfg(all(unix, not(target_os = "macos")))]
-mod socket {
-    use super::NoDisplay;
-    use std::{
-        net::{TcpStream, ToSocketAddrs},
-        os::unix::net::UnixStream,
-        path::Path,
-        time::Duration,
+fn reach_display() -> Result<Reached, NoDisplay> {
+    let named = |variable| std::env::var(variable).ok().filter(|name| !name.is_empty());
+    let wayland = named("WAYLAND_DISPLAY").map(|name| server::reach_wayland(&name));
+    let x11 = named("DISPLAY").map(|name| server::reach_x11(&name));
+    let connection = match (wayland, x11) {
+        (Some(Ok(connection)), _) | (_, Some(Ok(connection))) => connection,
+        (_, Some(Err(error))) | (Some(Err(error)), None) => return Err(error),
+        (None, None) => return Err(NoDisplay::NotNamed),
     };
+    Ok(Reached {
+        _connection: connection,
+    })
+}
 
-    /// Display servers of a machine listen at TCP ports from this one.
-    const X11_PORT: u16 = 6000;
-    /// How long a display on another machine may take to answer.
-    const PATIENCE: Duration = Duration::from_secs(3);
+/// Knocking at display servers.
+#[cfg(all(unix, not(target_os = "macos")))]
+mod server {
+    use super::NoDisplay;
+    use std::{env, os::unix::net::UnixStream, path::PathBuf};
+    use x11rb::rust_connection::RustConnection;
 
-    pub(super) fn reach_wayland(name: &str, runtime: &str) -> Result<(), NoDisplay> {
-        // An absolute name stands for itself.
-        connect(&Path::new(runtime).join(name), name)
+    /// An open connection, which is only ever closed.
+    #[derive(Debug)]
+    pub(super) enum Connection {
+        Wayland { _stream: UnixStream },
+        X11 { _connection: Box<RustConnection> },
     }
 
-    pub(super) fn reach_x11(name: &str) -> Result<(), NoDisplay> {
-        if name.starts_with('/') {
-            // macOS and some sandboxes name the socket itself, with the screen at the end.
-            return connect(
-                Path::new(name.split_once(':').map_or(name, |(path, _)| path)),
-                name,
-            );
-        }
-        let Some((host, number)) = parse(name) else {
-            return Err(unreachable(name, "it should look like :0 or host:0"));
-        };
-        match host {
-            "" | "unix" => connect_x11(number, name),
-            host => connect_tcp(host, number, name),
-        }
+    pub(super) fn reach_wayland(name: &str) -> Result<Connection, NoDisplay> {
+        // A name is a socket in the user's runtime folder; an absolute one stands for itself.
+        let folder = env::var_os("XDG_RUNTIME_DIR").map_or_else(PathBuf::new, PathBuf::from);
+        let stream =
+            UnixStream::connect(folder.join(name)).map_err(|error| unreachable(name, &error))?;
+        Ok(Connection::Wayland { _stream: stream })
     }
 
-    /// Host and number of `host:number.screen`.
-    pub(super) fn parse(name: &str) -> Option<(&str, u16)> {
-        let (host, display) = name.rsplit_once(':')?;
-        let number = display.split('.').next()?.parse().ok()?;
-        Some((host, number))
+    pub(super) fn reach_x11(name: &str) -> Result<Connection, NoDisplay> {
+        let (connection, _) =
+            RustConnection::connect(Some(name)).map_err(|error| unreachable(name, &error))?;
+        Ok(Connection::X11 {
+            _connection: Box::new(connection),
+        })
     }
 
-    #[cfg(target_os = "linux")]
-    fn connect_x11(number: u16, name: &str) -> Result<(), NoDisplay> {
-        use std::os::{linux::net::SocketAddrExt, unix::net::SocketAddr};
-        let path = format!("/tmp/.X11-unix/X{number}");
-        // Servers listen at an abstract name too, which outlives a missing /tmp.
-        let hidden = SocketAddr::from_abstract_name(&path)
-            .and_then(|address| UnixStream::connect_addr(&address));
-        hidden
-            .map(drop)
-            .or_else(|_| connect(Path::new(&path), name))
-    }
-
-    #[cfg(not(target_os = "linux"))]
-    fn connect_x11(number: u16, name: &str) -> Result<(), NoDisplay> {
-        connect(Path::new(&format!("/tmp/.X11-unix/X{number}")), name)
-    }
-
-    fn connect(path: &Path, name: &str) -> Result<(), NoDisplay> {
-        let stream = UnixStream::connect(path);
-        stream
-            .map(drop)
-            .map_err(|error| unreachable(name, &error.to_string()))
-    }
-
-    fn connect_tcp(host: &str, number: u16, name: &str) -> Result<(), NoDisplay> {
-        let port = X11_PORT.saturating_add(number);
-        let addresses = (host, port)
-            .to_socket_addrs()
-            .map_err(|error| unreachable(name, &error.to_string()))?;
-        let mut reason = "its host has no address".to_owned();
-        for address in addresses {
-            match TcpStream::connect_timeout(&address, PATIENCE) {
-                Ok(_) => return Ok(()),
-                Err(error) => reason = error.to_string(),
-            }
-        }
-        Err(unreachable(name, &reason))
-    }
-
-    fn unreachable(name: &str, reason: &str) -> NoDisplay {
+    fn unreachable(name: &str, error: &dyn std::error::Error) -> NoDisplay {
         NoDisplay::Unreachable {
             name: name.to_owned(),
-            reason: reason.to_owned(),
+            reason: error.to_string(),
         }
     }
 }
@@ -178,23 +127,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn display_names_are_read_as_x11_does() {
-        assert_eq!(socket::parse(":0"), Some(("", 0)));
-        assert_eq!(socket::parse(":10.0"), Some(("", 10)));
-        assert_eq!(socket::parse("localhost:10.0"), Some(("localhost", 10)));
-        assert_eq!(socket::parse("::1:7"), Some(("::1", 7)));
-        assert_eq!(socket::parse("nonsense"), None);
-        assert_eq!(socket::parse(":zero"), None);
-    }
-
-    #[test]
     fn a_display_that_does_not_exist_is_named_in_the_reason() {
         for name in [":54321", "nonsense", "/no/such/socket:0"] {
-            let reason = socket::reach_x11(name)
+            let reason = server::reach_x11(name)
                 .expect_err("nobody listens there")
                 .to_string();
             assert!(reason.contains(name), "{reason}");
         }
-        assert!(socket::reach_wayland("wayland-54321", "/no/such/folder").is_err());
+        assert!(server::reach_wayland("wayland-54321").is_err());
     }
 }

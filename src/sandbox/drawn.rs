@@ -3,10 +3,7 @@
 //! What picks, frames, drags and marks asks here and not the simulation, so that the hand
 //! takes what the eye sees.
 
-use super::{
-    surface::Surface,
-    tube::Tube,
-};
+use super::{surface::Surface, tube::Tube};
 use bevy::{
     asset::RenderAssetUsages,
     camera::primitives::Aabb,

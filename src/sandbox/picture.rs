@@ -67,7 +67,7 @@ pub fn picture(
     path: &Path,
     size: UVec2,
 ) -> Result<(), PictureError> {
-    let _reached = display::check_adapter()?;
+    display::check_adapter()?;
     let mut app = App::new();
     app.add_plugins(
         DefaultPlugins

@@ -84,6 +84,8 @@ impl Plugin for SimulationPlugin {
             .add_message::<BodyQuarantined>()
             .add_message::<Applied>()
             .add_observer(body::complete_body)
+            .add_observer(crate::effect::body_added)
+            .add_observer(crate::effect::body_removed)
             .add_observer(body::complete_collider);
         schedule::configure(app, self.schedule);
         app.add_systems(

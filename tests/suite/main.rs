@@ -39,5 +39,6 @@ mod solver_stretch;
 mod solver_topology;
 mod solver_volume;
 mod support;
+mod support_app;
 #[cfg(all(feature = "window", target_os = "linux"))]
 mod window;

@@ -63,7 +63,7 @@ fn fragment(in: VertexOutput) -> @location(0) vec4<f32> {
     let footprint = fwidth(at);
     let to_eye = view.world_position - in.world_position.xyz;
     let away = length(at - stage.focus.xz) / stage.scale;
-    let fade = smoothstep(1.2, 8.0, away);
+    let fade = smoothstep(0.8, 14.0, away);
 
     var shadow = 1.0;
     if (fade < 1.0) {

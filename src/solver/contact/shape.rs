@@ -106,9 +106,7 @@ impl ColliderShape {
         match *self {
             Self::Sphere { radius } => round_exit(x, radius, Vec3::Y),
             // Along its axis a point would stay inside for long.
-            Self::Capsule { radius, length } => {
-                round_exit(x - on_axis(x, length), radius, Vec3::X)
-            }
+            Self::Capsule { radius, length } => round_exit(x - on_axis(x, length), radius, Vec3::X),
             Self::Box { size } => {
                 let gaps = size / 2.0 - x.abs();
                 let axis = least_axis(gaps);

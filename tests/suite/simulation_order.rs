@@ -1,0 +1,202 @@
+//! The order of what happens in a substep, the place of a user's own constraint, and that an order
+//! that matters and is not given is an error.
+
+use crate::{
+    support::tetrahedron,
+    support_app::{app, app_of, app_with, cubes, systems, ticks},
+};
+use bevy::{
+    ecs::schedule::{ScheduleLabel, Schedules},
+    prelude::*,
+};
+use pliant::{
+    effect::{Collide, Effect, EffectPlugin, Ground, Parameter, Stretch, Volume},
+    simulation::{
+        Active, CurrentSubstep, EffectSystems, SoftBody, SolvePhase, SolveSchedule, SolverSystems,
+        SubstepSchedule,
+    },
+    solver::Particles,
+};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+#[test]
+fn presolve_comes_before_solve_and_solve_before_postsolve() {
+    let mut app = app();
+    ticks(&mut app, 1);
+    assert_eq!(
+        systems(&app, SubstepSchedule),
+        ["presolve", "solve", "postsolve"]
+    );
+}
+
+/// What ran, in order.
+#[derive(Resource, Default)]
+struct Log(Vec<&'static str>);
+
+fn note(word: &'static str) -> impl Fn(ResMut<Log>) + Clone {
+    move |mut log: ResMut<Log>| log.0.push(word)
+}
+
+#[test]
+fn a_tick_runs_its_stages_in_the_documented_order_as_often_as_asked() {
+    let mut app = app();
+    app.init_resource::<Log>();
+    app.add_systems(
+        SubstepSchedule,
+        (
+            note("before presolve").before(SolverSystems::Presolve),
+            note("after postsolve").after(SolverSystems::Postsolve),
+        ),
+    );
+    app.add_systems(
+        SolveSchedule,
+        (
+            note("elastic").in_set(SolvePhase::Elastic),
+            note("user").in_set(SolvePhase::User),
+            note("hands").in_set(SolvePhase::Hands),
+            note("contacts").in_set(SolvePhase::Contacts),
+        ),
+    );
+    app.world_mut()
+        .insert_resource(pliant::simulation::SimulationSettings(
+            crate::support::settings(9.81, 60.0, 3, 2),
+        ));
+    ticks(&mut app, 1);
+    let sweep = ["elastic", "user", "hands", "contacts"];
+    let mut substep = vec!["before presolve"];
+    substep.extend(sweep.repeat(2));
+    substep.push("after postsolve");
+    assert_eq!(app.world().resource::<Log>().0, substep.repeat(3));
+}
+
+/// Moves every particle that can move up by a fixed way in each sweep.
+fn lift(mut bodies: Query<&mut Particles, Active>) {
+    for mut particles in &mut bodies {
+        for x in particles.positions.iter_mut().filter(|x| x.w > 0.0) {
+            x.y += 1e-4;
+        }
+    }
+}
+
+#[test]
+fn a_users_constraint_runs_between_what_holds_a_body_together_and_contacts() {
+    let mut app = app();
+    app.add_systems(SolveSchedule, lift.in_set(SolvePhase::User));
+    let topology = crate::support::topology(tetrahedron());
+    app.world_mut().spawn((
+        SoftBody(topology),
+        Collide::default(),
+        Ground::default(),
+        Volume::default(),
+        Stretch::default(),
+    ));
+    ticks(&mut app, 1);
+    assert_eq!(
+        systems(&app, SolveSchedule),
+        ["stretch", "volume", "user", "ground", "collide"]
+    );
+}
+
+#[test]
+fn a_users_constraint_can_stand_between_two_effects() {
+    let mut app = app();
+    app.add_systems(
+        SolveSchedule,
+        lift.after(EffectSystems("stretch")).before(EffectSystems("volume")),
+    );
+    let topology = crate::support::topology(tetrahedron());
+    app.world_mut()
+        .spawn((SoftBody(topology), Volume::default(), Stretch::default()));
+    ticks(&mut app, 1);
+    assert_eq!(
+        systems(&app, SolveSchedule),
+        ["stretch", "other", "volume"]
+    );
+}
+
+#[test]
+fn an_order_that_matters_and_is_not_given_is_an_error() {
+    let mut app = app();
+    app.add_systems(SolveSchedule, (lift, lift.map(|()| ())).in_set(SolvePhase::User));
+    let topology = crate::support::topology(tetrahedron());
+    app.world_mut().spawn((SoftBody(topology), Stretch::default()));
+    let outcome = catch_unwind(AssertUnwindSafe(|| ticks(&mut app, 1)));
+    assert!(outcome.is_err(), "two systems wrote the same particles in any order");
+}
+
+#[test]
+fn the_inner_schedules_hold_no_ambiguity_with_everything_in_them() {
+    let (mut app, bodies, _) = app_of(&cubes());
+    app.world_mut().entity_mut(bodies[0]).insert((
+        Collide::default(),
+        pliant::effect::StickyGround { height: -1.0 },
+        pliant::solver::Grab::on(
+            pliant::solver::SurfacePoint::new(&[(0, 1.0)]).expect("sound"),
+            Vec3::ZERO,
+            1.0,
+            1.0,
+            9.81,
+        ),
+    ));
+    // It would panic.
+    ticks(&mut app, 2);
+    let schedules = app.world().resource::<Schedules>();
+    for label in [SubstepSchedule.intern(), SolveSchedule.intern()] {
+        let schedule = schedules.get(label).expect("it exists");
+        assert!(schedule.graph().conflicting_systems().is_empty());
+    }
+}
+
+/// An effect of a user's own.
+#[derive(Component, Clone, Default)]
+struct Wind {
+    acceleration: f32,
+}
+
+impl Effect for Wind {
+    const NAME: &'static str = "wind";
+    const TITLE: &'static str = "Wind";
+    const SUMMARY: &'static str = "Pushes along x.";
+    const PARAMETERS: &'static [Parameter<Self>] = &[];
+    type State = ();
+
+    fn add_systems(schedules: &mut Schedules) {
+        schedules.add_systems(
+            SolveSchedule,
+            blow.in_set(EffectSystems(Self::NAME)).in_set(SolvePhase::User),
+        );
+    }
+}
+
+fn blow(current: Res<CurrentSubstep>, mut bodies: Query<(&mut Particles, &Wind), Active>) {
+    let h = current.step.h;
+    for (mut particles, wind) in &mut bodies {
+        for x in particles.positions.iter_mut().filter(|x| x.w > 0.0) {
+            x.x += wind.acceleration * h * h;
+        }
+    }
+}
+
+#[test]
+fn an_effect_of_a_users_own_comes_and_goes_like_any_other() {
+    let mut app = app_with(|app| {
+        app.add_plugins(EffectPlugin::<Wind>::default());
+    });
+    let topology = crate::support::topology(tetrahedron());
+    let body = app.world_mut().spawn((SoftBody(topology), Stretch::default())).id();
+    ticks(&mut app, 1);
+    assert_eq!(systems(&app, SolveSchedule), ["stretch"]);
+    app.world_mut().entity_mut(body).insert(Wind { acceleration: 2.0 });
+    ticks(&mut app, 60);
+    assert_eq!(
+        systems(&app, SolveSchedule),
+        ["stretch", "wind"]
+    );
+    // A uniform force gives its exact acceleration: ah²n(n+1)/2 for n = 600, but for the rounding
+    // of ah² = 5.6e-6 m to an ulp of a metre.
+    let particles = app.world().get::<Particles>(body).expect("a body");
+    assert!((particles.positions[0].x - 1.001_67).abs() < 0.02, "{}", particles.positions[0]);
+    app.world_mut().entity_mut(body).remove::<Wind>();
+    ticks(&mut app, 1);
+    assert_eq!(systems(&app, SolveSchedule), ["stretch"]);
+}

@@ -1,0 +1,92 @@
+//! Apps without a window, for the tests of the simulation.
+
+use crate::support::{elastic_on_ground, settings};
+use bevy::{
+    ecs::schedule::{InternedSystemSet, ScheduleLabel},
+    prelude::*,
+};
+use pliant::{
+    SoftBodyPlugins,
+    effect::EffectRegistry,
+    simulation::{EffectSystems, SolvePhase, SolverSystems, plain, tick},
+    solver::{self, Body},
+};
+
+/// An app with nothing but the soft bodies' plugins. Ticks are done by hand.
+pub fn app() -> App {
+    app_with(|_| ())
+}
+
+/// The same, with what a user adds to it.
+pub fn app_with(add: impl FnOnce(&mut App)) -> App {
+    let mut app = App::new();
+    app.add_plugins(SoftBodyPlugins::default());
+    add(&mut app);
+    app.finish();
+    app.cleanup();
+    app
+}
+
+/// Such an app with a plain world in it, and the entities of its bodies and colliders.
+pub fn app_of(world: &solver::World) -> (App, Vec<Entity>, Vec<Entity>) {
+    let mut app = app();
+    let (bodies, colliders) = plain::spawn(app.world_mut(), world);
+    (app, bodies, colliders)
+}
+
+/// Ticks by hand.
+pub fn ticks(app: &mut App, count: usize) {
+    (0..count).for_each(|_| tick(app.world_mut()));
+}
+
+/// The systems that a schedule itself says it holds, in the order in which it runs them. Each is
+/// told by the set that it is in: its effect's name, or else its stage's; "other" for none.
+pub fn systems(app: &App, label: impl ScheduleLabel) -> Vec<String> {
+    let schedules = app.world().resource::<Schedules>();
+    let schedule = schedules.get(label).expect("the schedule exists");
+    let named: Vec<(String, InternedSystemSet)> = app
+        .world()
+        .resource::<EffectRegistry>()
+        .iter()
+        .map(|effect| (effect.name.to_owned(), EffectSystems(effect.name).intern()))
+        .chain(stages())
+        .collect();
+    let held = schedule.systems().expect("it has run");
+    held.map(|(key, _)| {
+        let holds = |set: &InternedSystemSet| {
+            let inside = schedule.graph().systems_in_set(*set);
+            inside.is_ok_and(|systems| systems.contains(&key))
+        };
+        let set = named.iter().find(|(_, set)| holds(set));
+        set.map_or("other".to_owned(), |(name, _)| name.clone())
+    })
+    .collect()
+}
+
+fn stages() -> impl Iterator<Item = (String, InternedSystemSet)> {
+    [
+        ("presolve", SolverSystems::Presolve.intern()),
+        ("solve", SolverSystems::Solve.intern()),
+        ("postsolve", SolverSystems::Postsolve.intern()),
+        ("user", SolvePhase::User.intern()),
+    ]
+    .into_iter()
+    .map(|(name, set)| (name.to_owned(), set))
+}
+
+/// A soft cube above its ground, and one that has been thrown.
+pub fn cubes() -> solver::World {
+    let cube = |name: &str, x: f32| -> Body {
+        let mut body = crate::support::body(name, crate::support::cube(0.4, 1), 1000.0);
+        body.effects = elastic_on_ground();
+        body.translate(Vec3::new(x, 0.4, 0.0));
+        body
+    };
+    let mut thrown = cube("thrown", 2.0);
+    thrown.set_velocity(Vec3::new(1.0, 2.0, 0.5));
+    solver::World {
+        settings: settings(9.81, 60.0, 4, 2),
+        bodies: vec![cube("dropped", 0.0), thrown],
+        ..solver::World::default()
+    }
+}
