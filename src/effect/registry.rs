@@ -2,7 +2,7 @@
 
 use crate::{
     simulation::{
-        EffectSystems, SoftBody, SolveSchedule, StepSchedule, StepSystems, SubstepSchedule,
+        Asleep, EffectSystems, RestTimer, SimulationClock, SoftBody, SolveSchedule, StepSchedule, StepSystems, SubstepSchedule,
         wake_changed,
     },
     solver::{InvalidValue, measure::SquareSum},
@@ -267,7 +267,10 @@ impl<E: Effect> Plugin for EffectPlugin<E> {
              mut registry: ResMut<EffectRegistry>,
              mut commands: Commands| {
                 registry.stale = true;
-                commands.entity(removed.entity).try_remove::<E::State>();
+                commands
+                    .entity(removed.entity)
+                    .try_remove::<(E::State, Asleep)>()
+                    .try_insert(RestTimer::default());
             },
         );
     }
@@ -293,9 +296,11 @@ pub(crate) fn body_removed(_: On<Remove, SoftBody>, mut registry: ResMut<EffectR
 }
 
 /// Adds the systems of effects that some body carries now, and removes those of effects that no
-/// body carries any more. Does nothing while no effect and no body came or went.
+/// body carries any more. Does nothing while no effect and no body came or went, or in the middle
+/// of a tick.
 pub(crate) fn follow_bodies(world: &mut World) {
-    if !world.resource::<EffectRegistry>().stale {
+    let stale = world.resource::<EffectRegistry>().stale;
+    if !stale || world.resource::<SimulationClock>().mid_tick() {
         return;
     }
     world.resource_scope(|world, mut registry: Mut<EffectRegistry>| {

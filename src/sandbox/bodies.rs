@@ -36,15 +36,17 @@ pub struct BodySystems;
 
 impl Plugin for BodiesPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(Update, highlight).add_systems(
-            PostUpdate,
-            (dress, interpolate, upload)
-                .chain()
-                .in_set(BodySystems)
-                .after(SoftBodySystems::Last)
-                .before(TransformSystems::Propagate)
-                .before(bevy::camera::visibility::VisibilitySystems::CalculateBounds),
-        );
+        app.init_resource::<Pointer>()
+            .add_systems(Update, highlight)
+            .add_systems(
+                PostUpdate,
+                (dress, interpolate, upload)
+                    .chain()
+                    .in_set(BodySystems)
+                    .after(SoftBodySystems::Last)
+                    .before(TransformSystems::Propagate)
+                    .before(bevy::camera::visibility::VisibilitySystems::CalculateBounds),
+            );
     }
 }
 
@@ -91,7 +93,7 @@ fn dress(
 }
 
 /// A cube of fewer triangles than this has cells too large to be rounded by.
-const FINE: usize = 150;
+const FINE: usize = 96;
 
 /// What never changes of a body's form: its skin, its coarse surface, or its edges.
 fn outline(topology: &Topology, skin: Option<&BodySkin>) -> Outline {

@@ -37,8 +37,12 @@ fn dress(
     }
 }
 
+/// Colliders are drawn a hair smaller than they are: what lies on one touches it with its
+/// vertices, and between them its flat triangles would sink in.
+const DRAWN: f32 = 0.985;
+
 fn mesh(shape: &ColliderShape) -> Mesh {
-    match *shape {
+    let full = match *shape {
         ColliderShape::Sphere { radius } => Sphere::new(radius).mesh().uv(64, 32),
         ColliderShape::Box { size } => Cuboid::from_size(size).mesh().build(),
         ColliderShape::Capsule { radius, length } => Capsule3d::new(radius, length)
@@ -46,7 +50,8 @@ fn mesh(shape: &ColliderShape) -> Mesh {
             .longitudes(48)
             .latitudes(24)
             .build(),
-    }
+    };
+    full.scaled_by(Vec3::splat(DRAWN))
 }
 
 fn place(

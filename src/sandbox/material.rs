@@ -64,7 +64,7 @@ impl Finish {
     pub fn jelly(colour: Vec3) -> Self {
         Self {
             colour,
-            roughness: 0.14,
+            roughness: 0.20,
             translucency: 1.0,
             gloss: 1.0,
             highlight: 0.0,

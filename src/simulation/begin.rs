@@ -8,7 +8,7 @@ use crate::solver::{
     Collide, Collider, Grab, Particles, Quarantine,
     body::{freeze, set_inverse_masses},
     contact::collider::Sweep,
-    rest::disturbed,
+    rest::{disturbed, written},
 };
 use bevy::prelude::*;
 
@@ -46,7 +46,7 @@ pub(super) fn check_input(
     }
 }
 
-/// Sleepers wake when they are held, or when a collider moves past them.
+/// Sleepers wake when they are held, moved or kicked, or when a collider moves past them.
 pub(super) fn wake_touched(
     mut commands: Commands,
     clock: Res<SimulationClock>,
@@ -56,6 +56,7 @@ pub(super) fn wake_touched(
         (
             Entity,
             &Particles,
+            &TickStart,
             Option<&Collide>,
             Option<&Grab>,
             &mut RestTimer,
@@ -71,9 +72,9 @@ pub(super) fn wake_touched(
         .iter()
         .map(|collider| collider.sweep(clock.time, end))
         .collect();
-    for (entity, particles, collide, grab, mut timer) in &mut sleepers {
-        let touched = collide.is_some() && disturbed(&particles.positions, &swept);
-        if touched || grab.is_some() {
+    for (entity, particles, start, collide, grab, mut timer) in &mut sleepers {
+        let passed = collide.is_some() && disturbed(&particles.positions, &swept);
+        if passed || grab.is_some() || written(particles, start) {
             timer.0.reset();
             commands.entity(entity).remove::<Asleep>();
         }

@@ -72,7 +72,7 @@ impl Plugin for SimulationPlugin {
             .init_resource::<SimulationClock>()
             .init_resource::<CurrentSubstep>()
             .init_resource::<Sleep>()
-            .init_resource::<step::Deadline>()
+            .init_resource::<step::UnderWay>()
             .init_resource::<Profile>()
             .init_resource::<Actions>()
             .init_resource::<Measuring>()
@@ -120,7 +120,6 @@ impl Plugin for SimulationPlugin {
             (
                 StepSystems::Wake.run_if(step::between_ticks),
                 StepSystems::Begin.run_if(step::between_ticks),
-                StepSystems::Ready.run_if(step::between_ticks),
                 StepSystems::End.run_if(step::between_ticks),
             ),
         );

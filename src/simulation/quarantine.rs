@@ -12,10 +12,7 @@ pub(super) fn quarantine(world: &mut World, entity: Entity, particle: usize) {
     let Some(body) = plain::body(world.entity(entity)) else {
         return;
     };
-    let quarantine = Quarantine {
-        particle,
-        stage: body.find_stage(&step, &colliders),
-    };
+    let quarantine = body.find_cause(particle, &step, &colliders);
     let mut entity_mut = world.entity_mut(entity);
     if let Some(mut particles) = entity_mut.get_mut::<Particles>() {
         let previous = particles.previous.clone();

@@ -54,7 +54,7 @@ pub enum StepSystems {
     Wake,
     /// Changed masses, input that is not finite, sleepers that are touched.
     Begin,
-    /// Effects make room for what they keep.
+    /// Effects make room for what they keep; for bodies that came in the middle of a tick too.
     Ready,
     /// The substeps.
     Substeps,

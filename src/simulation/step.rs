@@ -7,7 +7,10 @@ use super::{
 };
 use crate::{
     effect,
-    solver::{Collider, Grab, Particles, SleepSettings, Substep, contact::collider::Sweep, stages},
+    solver::{
+        Collider, Grab, Particles, Settings, SleepSettings, Substep, contact::collider::Sweep,
+        stages,
+    },
 };
 use bevy::prelude::*;
 use std::time::{Duration, Instant};
@@ -35,7 +38,7 @@ impl CurrentSubstep {
 impl Default for CurrentSubstep {
     fn default() -> Self {
         Self {
-            step: crate::solver::Settings::default().substep(0),
+            step: Settings::default().substep(0),
             iteration: 0,
             colliders: Vec::new(),
         }
@@ -75,20 +78,26 @@ pub fn tick(world: &mut World) {
     }
 }
 
-/// When the slice of a tick under way has to end.
+/// The tick under way.
 #[derive(Resource, Debug, Clone, Copy, Default)]
-pub(super) struct Deadline(Option<Instant>);
+pub(super) struct UnderWay {
+    /// As they were when it began: what is written meanwhile waits for the next tick.
+    settings: Settings,
+    /// When the slice of it has to end.
+    deadline: Option<Instant>,
+}
 
 /// Runs a tick, or as much of one as the deadline allows.
 fn slice(world: &mut World, deadline: Option<Instant>) {
     let started = Instant::now();
-    world.resource_mut::<Deadline>().0 = deadline;
-    let seconds = world.resource::<SimulationSettings>().tick_seconds();
+    world.resource_mut::<UnderWay>().deadline = deadline;
     if !world.resource::<SimulationClock>().mid_tick() {
+        let settings = **world.resource::<SimulationSettings>();
+        world.resource_mut::<UnderWay>().settings = settings;
         world.resource_mut::<Profile>().begin_tick();
         world
             .resource_mut::<Time<Tick>>()
-            .advance_by(Duration::from_secs_f64(seconds));
+            .advance_by(Duration::from_secs_f64(settings.tick_seconds()));
     }
     let outer = enter_clock::<Tick>(world);
     world.run_schedule(StepSchedule);
@@ -125,8 +134,7 @@ pub(super) fn between_ticks(clock: Res<SimulationClock>) -> bool {
 
 /// The substeps of a tick, until the deadline.
 pub(super) fn run_substeps(world: &mut World) {
-    let settings = **world.resource::<SimulationSettings>();
-    let deadline = world.resource::<Deadline>().0;
+    let UnderWay { settings, deadline } = *world.resource::<UnderWay>();
     let start = world.resource::<SimulationClock>().time;
     let first = world
         .resource::<SimulationClock>()
@@ -232,20 +240,21 @@ pub(super) fn settle_grabs(mut grabs: Query<(&mut Grab, &mut RestTimer)>) {
 /// Bodies that have been still for long enough fall asleep.
 pub(super) fn fall_asleep(
     mut commands: Commands,
-    settings: Res<SimulationSettings>,
+    under_way: Res<UnderWay>,
     sleep: Res<Sleep>,
     mut bodies: Query<
-        (Entity, &mut Particles, &TickStart, &mut RestTimer),
+        (Entity, &mut Particles, &mut TickStart, &mut RestTimer),
         (Active, Without<Grab>),
     >,
 ) {
-    let seconds = settings.tick_seconds() as f32;
-    for (entity, mut particles, start, mut timer) in &mut bodies {
+    let seconds = under_way.settings.tick_seconds() as f32;
+    for (entity, mut particles, mut start, mut timer) in &mut bodies {
         if timer
             .0
-            .observe(start, &particles.positions, seconds, &sleep.0)
+            .observe(&start, &particles.positions, seconds, &sleep.0)
         {
             particles.velocities.fill(Vec4::ZERO);
+            start.0.clone_from(&particles.positions);
             commands.entity(entity).insert(Asleep);
         }
     }

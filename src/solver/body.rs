@@ -244,10 +244,9 @@ impl Body {
     /// Third stage. A body that is no longer finite is frozen at its last finite state.
     pub fn postsolve(&mut self, step: &Substep, colliders: &[Sweep]) {
         if let Err(particle) = stages::postsolve(&mut self.particles, step.h) {
-            let stage = self.find_stage(step, colliders);
+            self.quarantine = Some(self.find_cause(particle, step, colliders));
             let previous = self.particles.previous.clone();
             freeze(&mut self.particles, &previous);
-            self.quarantine = Some(Quarantine { particle, stage });
         }
     }
 
@@ -266,13 +265,15 @@ impl Body {
             .observe(before, &self.particles.positions, seconds, settings)
         {
             self.asleep = true;
+            self.tick_start.clone_from(&self.particles.positions);
             self.particles.velocities.fill(Vec4::ZERO);
         }
     }
 
-    /// Does a substep that went wrong again, stage by stage, to name the one that did it.
+    /// Does a substep that went wrong again, stage by stage, to name the first particle and the
+    /// stage that did it; `particle` if it was none of them.
     #[must_use]
-    pub fn find_stage(&self, step: &Substep, colliders: &[Sweep]) -> &'static str {
+    pub fn find_cause(&self, particle: usize, step: &Substep, colliders: &[Sweep]) -> Quarantine {
         let mut again = self.clone();
         let Particles {
             positions,
@@ -283,18 +284,25 @@ impl Body {
         for (x, v) in positions.iter_mut().zip(velocities) {
             *x += *v * step.h;
         }
-        if first_not_finite(&again.particles.positions).is_some() {
-            return "presolve";
+        let spoilt_by = |stage, body: &Self| {
+            first_not_finite(&body.particles.positions)
+                .map(|particle| Quarantine { particle, stage })
+        };
+        if let Some(found) = spoilt_by("presolve", &again) {
+            return found;
         }
         for iteration in 0..step.iterations {
             for effect in Solved::ORDER {
                 again.solve_effect(effect, step, iteration, colliders);
-                if first_not_finite(&again.particles.positions).is_some() {
-                    return effect.name();
+                if let Some(found) = spoilt_by(effect.name(), &again) {
+                    return found;
                 }
             }
         }
-        "a user's system"
+        Quarantine {
+            particle,
+            stage: "a user's system",
+        }
     }
 }
 

@@ -3,8 +3,7 @@
 //! Rest is judged by how far particles went in a whole tick: over one substep the rounding of
 //! positions alone, near ε‖x‖/h, looks like a speed.
 
-use super::contact::collider::Sweep;
-use super::topology::bounds;
+use super::{Particles, contact::collider::Sweep, topology::bounds};
 use glam::{Vec3, Vec4};
 
 /// When bodies fall asleep.
@@ -64,6 +63,12 @@ impl RestTimer {
     pub fn reset(&mut self) {
         self.still_for = 0.0;
     }
+}
+
+/// Whether somebody moved or kicked a sleeper since `start`: it does neither by itself.
+#[must_use]
+pub fn written(particles: &Particles, start: &[Vec4]) -> bool {
+    particles.positions != start || particles.velocities.iter().any(|v| *v != Vec4::ZERO)
 }
 
 /// Whether a collider that moves during a tick comes near a body at these positions.

@@ -4,7 +4,7 @@
 use super::{
     Body, Collider, Settings,
     contact::collider::Sweep,
-    rest::{SleepSettings, disturbed},
+    rest::{SleepSettings, disturbed, written},
 };
 
 /// Bodies and colliders that are stepped together.
@@ -30,11 +30,11 @@ impl World {
         let seconds = self.settings.tick_seconds();
         let whole = sweeps(&self.colliders, self.time, self.time + seconds);
         for body in &mut self.bodies {
-            body.begin_tick();
             if body.asleep && wakes(body, &whole) {
                 body.asleep = false;
                 body.rest.reset();
             }
+            body.begin_tick();
         }
         let h = self.settings.substep_seconds();
         for index in 0..self.settings.substeps.get() {
@@ -74,6 +74,7 @@ pub fn sweeps(colliders: &[Collider], from: f64, to: f64) -> Vec<Sweep> {
 
 fn wakes(body: &Body, colliders: &[Sweep]) -> bool {
     body.effects.grab.is_some()
+        || written(&body.particles, &body.tick_start)
         || (body.effects.collide.is_some() && disturbed(&body.particles.positions, colliders))
 }
 

@@ -113,7 +113,10 @@ fn the_stage_that_overflowed_is_named_by_its_effect() {
 fn a_volume_that_overflows_is_named() {
     let mut world = cubes();
     world.bodies[0].effects.stretch = None;
-    world.bodies[0].particles.positions[2].x = 1e20;
+    // Products of two lengths overflow.
+    for x in &mut world.bodies[0].particles.positions {
+        *x *= Vec4::new(1e20, 1e20, 1e20, 1.0);
+    }
     let (mut app, bodies, _) = app_of(&world);
     ticks(&mut app, 1);
     let found = quarantine(&app, bodies[0]).expect("its gradients overflow");
@@ -127,7 +130,7 @@ fn a_users_system_that_writes_nan_is_named_as_such() {
     fn spoil(mut bodies: Query<&mut Particles>) {
         for mut particles in &mut bodies {
             if particles.positions[0].x < 1.0 {
-                particles.positions[1].z = f32::NAN;
+                particles.positions[0].z = f32::NAN;
             }
         }
     }
@@ -135,7 +138,7 @@ fn a_users_system_that_writes_nan_is_named_as_such() {
     app.add_systems(SolveSchedule, spoil.in_set(SolvePhase::User));
     ticks(&mut app, 60);
     let expected = Quarantine {
-        particle: 1,
+        particle: 0,
         stage: "a user's system",
     };
     assert_eq!(quarantine(&app, bodies[0]), Some(&expected));

@@ -1,0 +1,251 @@
+//! The clock: pause, single steps, speed, a bound on catching up, a budget, and the clocks that
+//! systems inside a tick see.
+
+use crate::{
+    support::settings,
+    support_app::{app_of, cubes, ticks},
+};
+use bevy::{prelude::*, time::TimeUpdateStrategy};
+use pliant::{
+    SoftBodyPlugins,
+    effect::Stretch,
+    simulation::{
+        SimulationClock, SimulationSettings, SolvePhase, SolveSchedule, SolverSystems,
+        StepSchedule, StepSystems, SubstepSchedule, SubstepTime, Tick, plain, state_hash,
+    },
+    solver::Compliance,
+};
+use std::{thread, time::Duration};
+
+/// An app whose clock runs by `real` seconds an update.
+fn app_at(real: Duration) -> App {
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, SoftBodyPlugins::new(Update)));
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(real));
+    app.finish();
+    app.cleanup();
+    let _entities = plain::spawn(app.world_mut(), &cubes());
+    // The first update has no delta.
+    app.update();
+    app
+}
+
+fn tick_time() -> Duration {
+    Duration::from_secs_f64(1.0 / 60.0)
+}
+
+fn clock(app: &mut App) -> Mut<'_, SimulationClock> {
+    app.world_mut().resource_mut::<SimulationClock>()
+}
+
+fn updates(app: &mut App, count: usize) {
+    (0..count).for_each(|_| app.update());
+}
+
+#[test]
+fn a_tick_happens_for_each_sixtieth_of_a_second_that_passes() {
+    let mut app = app_at(tick_time());
+    updates(&mut app, 600);
+    assert_eq!(clock(&mut app).tick(), 600);
+    assert!((clock(&mut app).time() - 10.0).abs() < 1e-9);
+    // A quarter of a tick, rounded up to whole nanoseconds.
+    let mut fast = app_at(Duration::from_nanos(4_166_667));
+    updates(&mut fast, 600);
+    assert_eq!(clock(&mut fast).tick(), 150);
+}
+
+#[test]
+fn nothing_moves_while_the_clock_is_paused_and_a_step_is_one_tick() {
+    let mut app = app_at(tick_time());
+    clock(&mut app).paused = true;
+    let before = state_hash(app.world_mut());
+    updates(&mut app, 100);
+    assert_eq!(state_hash(app.world_mut()), before);
+    clock(&mut app).step_once();
+    updates(&mut app, 100);
+    assert_eq!(clock(&mut app).tick(), 1);
+    let mut expected = cubes();
+    expected.tick();
+    assert_eq!(state_hash(app.world_mut()), expected.state_hash());
+    clock(&mut app).paused = false;
+    updates(&mut app, 10);
+    assert_eq!(clock(&mut app).tick(), 11, "what passed in the pause is not caught up");
+}
+
+#[test]
+fn speed_changes_how_many_ticks_pass_and_not_how_long_they_are() {
+    let mut app = app_at(tick_time());
+    clock(&mut app).speed = 0.25;
+    updates(&mut app, 40);
+    assert_eq!(clock(&mut app).tick(), 10);
+    clock(&mut app).speed = 2.0;
+    updates(&mut app, 10);
+    assert_eq!(clock(&mut app).tick(), 30);
+    let mut expected = cubes();
+    (0..30).for_each(|_| expected.tick());
+    assert_eq!(state_hash(app.world_mut()), expected.state_hash());
+}
+
+#[test]
+fn a_speed_that_makes_no_sense_breaks_nothing() {
+    let mut app = app_at(tick_time());
+    for speed in [f64::NAN, -3.0, f64::INFINITY, 1e300] {
+        clock(&mut app).speed = speed;
+        updates(&mut app, 3);
+    }
+    assert!(clock(&mut app).time().is_finite());
+}
+
+#[test]
+fn what_cannot_be_caught_up_is_dropped_and_counted() {
+    // Ten ticks are due in each update; four are done, and one more may wait.
+    let mut app = app_at(tick_time() * 10);
+    updates(&mut app, 20);
+    let (done, dropped) = (clock(&mut app).tick(), clock(&mut app).dropped());
+    assert_eq!(done, 80);
+    assert!((115..=120).contains(&dropped), "{dropped} dropped");
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(tick_time()));
+    updates(&mut app, 20);
+    // At its own pace again at once: a hitch is no debt.
+    assert!(clock(&mut app).tick() <= 102);
+    assert_eq!(clock(&mut app).dropped(), dropped);
+}
+
+/// Makes every sweep last longer than the budget.
+fn loiter() {
+    thread::sleep(Duration::from_millis(1));
+}
+
+/// An app in which a tick of four substeps takes more real time than an update may spend.
+fn slow_app() -> App {
+    let mut app = app_at(tick_time());
+    app.add_systems(SolveSchedule, loiter.in_set(SolvePhase::User));
+    clock(&mut app).budget = Some(Duration::from_micros(100));
+    app
+}
+
+#[test]
+fn a_tick_that_is_spread_over_updates_gives_the_bits_of_one_that_is_not() {
+    let mut app = slow_app();
+    let mut seen_mid_tick = false;
+    let mut count = 0;
+    while clock(&mut app).tick() < 10 || clock(&mut app).mid_tick() {
+        app.update();
+        if clock(&mut app).mid_tick() {
+            seen_mid_tick = true;
+            assert_eq!(clock(&mut app).overstep(), 0.0);
+        }
+        count += 1;
+        assert!(count < 1000);
+    }
+    assert!(seen_mid_tick && count > 20, "{count} updates");
+    let done = clock(&mut app).tick();
+    let mut expected = cubes();
+    (0..done).for_each(|_| expected.tick());
+    assert_eq!(state_hash(app.world_mut()), expected.state_hash());
+}
+
+fn until_mid_tick(app: &mut App) {
+    for _ in 0..100 {
+        app.update();
+        if clock(app).mid_tick() {
+            return;
+        }
+    }
+    panic!("never in the middle of a tick");
+}
+
+#[test]
+fn settings_written_in_the_middle_of_a_tick_wait_for_the_next() {
+    let mut app = slow_app();
+    until_mid_tick(&mut app);
+    let tick = clock(&mut app).tick();
+    app.world_mut()
+        .insert_resource(SimulationSettings(settings(1.6, 60.0, 7, 1)));
+    while clock(&mut app).tick() == tick {
+        app.update();
+    }
+    let mut expected = cubes();
+    (0..=tick).for_each(|_| expected.tick());
+    assert_eq!(state_hash(app.world_mut()), expected.state_hash());
+    expected.settings = settings(1.6, 60.0, 7, 1);
+    expected.tick();
+    while clock(&mut app).tick() == tick + 1 {
+        app.update();
+    }
+    assert_eq!(state_hash(app.world_mut()), expected.state_hash());
+}
+
+#[test]
+fn a_body_that_comes_in_the_middle_of_a_tick_breaks_nothing() {
+    let mut app = slow_app();
+    until_mid_tick(&mut app);
+    let newcomer = plain::spawn_body(app.world_mut(), &cubes().bodies[1]);
+    let with_new_effect = plain::spawn_body(app.world_mut(), &cubes().bodies[0]);
+    app.world_mut()
+        .entity_mut(with_new_effect)
+        .insert(pliant::effect::Collide::default());
+    updates(&mut app, 60);
+    for body in [newcomer, with_new_effect] {
+        let particles = app.world().get::<pliant::solver::Particles>(body).expect("a body");
+        assert!(particles.first_not_finite().is_none());
+    }
+}
+
+#[test]
+fn an_effect_that_comes_in_the_middle_of_a_tick_breaks_nothing() {
+    let (mut app, bodies) = {
+        let mut world = cubes();
+        world.bodies[0].effects.stretch = None;
+        let mut app = App::new();
+        app.add_plugins((MinimalPlugins, SoftBodyPlugins::new(Update)));
+        app.insert_resource(TimeUpdateStrategy::ManualDuration(tick_time()));
+        app.add_systems(SolveSchedule, loiter.in_set(SolvePhase::User));
+        let (bodies, _) = plain::spawn(app.world_mut(), &world);
+        clock(&mut app).budget = Some(Duration::from_micros(100));
+        (app, bodies)
+    };
+    until_mid_tick(&mut app);
+    app.world_mut().entity_mut(bodies[0]).insert(Stretch {
+        compliance: Compliance::new(1e-4).expect("sound"),
+        ..Stretch::default()
+    });
+    updates(&mut app, 60);
+    assert!(clock(&mut app).tick() > 3);
+}
+
+#[derive(Resource, Default)]
+struct Seen {
+    ticks: Vec<(f64, f64)>,
+    substeps: Vec<(f64, f64)>,
+}
+
+fn look_at_tick(time: Res<Time>, own: Res<Time<Tick>>, mut seen: ResMut<Seen>) {
+    assert_eq!(time.elapsed(), own.elapsed());
+    seen.ticks.push((time.delta_secs_f64(), time.elapsed_secs_f64()));
+}
+
+fn look_at_substep(time: Res<Time>, own: Res<Time<SubstepTime>>, mut seen: ResMut<Seen>) {
+    assert_eq!(time.elapsed(), own.elapsed());
+    seen.substeps.push((time.delta_secs_f64(), time.elapsed_secs_f64()));
+}
+
+#[test]
+fn a_tick_and_a_substep_have_clocks_of_their_own() {
+    let (mut app, ..) = app_of(&cubes());
+    app.init_resource::<Seen>();
+    app.add_systems(StepSchedule, look_at_tick.before(StepSystems::Wake));
+    app.add_systems(SubstepSchedule, look_at_substep.before(SolverSystems::Presolve));
+    ticks(&mut app, 3);
+    let seen = app.world().resource::<Seen>();
+    assert_eq!((seen.ticks.len(), seen.substeps.len()), (3, 12));
+    // Durations are whole nanoseconds.
+    let near = |a: f64, b: f64| (a - b).abs() < 20e-9;
+    for (n, (delta, elapsed)) in (1..).zip(&seen.ticks) {
+        assert!(near(*delta, 1.0 / 60.0) && near(*elapsed, f64::from(n) / 60.0));
+    }
+    for (n, (delta, elapsed)) in (1..).zip(&seen.substeps) {
+        assert!(near(*delta, 1.0 / 240.0) && near(*elapsed, f64::from(n) / 240.0));
+    }
+    assert!(app.world().get_resource::<Time>().is_none(), "what was not there is gone again");
+}
