@@ -2,8 +2,8 @@
 
 use crate::{
     simulation::{
-        Asleep, EffectSystems, RestTimer, SimulationClock, SoftBody, SolveSchedule, StepSchedule, StepSystems, SubstepSchedule,
-        wake_changed,
+        Asleep, EffectSystems, RestTimer, SimulationClock, SoftBody, SolveSchedule, StepSchedule,
+        StepSystems, SubstepSchedule, wake_changed,
     },
     solver::{InvalidValue, measure::SquareSum},
 };
@@ -265,12 +265,16 @@ impl<E: Effect> Plugin for EffectPlugin<E> {
         app.add_observer(
             |removed: On<Remove, E>,
              mut registry: ResMut<EffectRegistry>,
+             sleepers: Query<(), With<Asleep>>,
              mut commands: Commands| {
                 registry.stale = true;
-                commands
-                    .entity(removed.entity)
-                    .try_remove::<(E::State, Asleep)>()
-                    .try_insert(RestTimer::default());
+                let mut entity = commands.entity(removed.entity);
+                entity.try_remove::<E::State>();
+                if sleepers.contains(removed.entity) {
+                    entity
+                        .try_remove::<Asleep>()
+                        .try_insert(RestTimer::default());
+                }
             },
         );
     }

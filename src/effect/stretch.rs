@@ -40,7 +40,7 @@ impl Effect for Stretch {
         parameter!(
             compliance: Compliance, "Compliance", "m/N",
             "How far an edge gives under a newton; 0 is rigid.",
-            (1e-8, 1e-1), Scale::LogarithmicFromZero
+            (1e-8, 1e-2), Scale::LogarithmicFromZero
         ),
         parameter!(
             axial_stiffness: Stiffness, "Axial stiffness", "N",
@@ -110,6 +110,10 @@ pub fn solve(
 ) {
     profile.time(Stretch::NAME, || {
         for (body, mut particles, stretch, mut multipliers) in &mut bodies {
+            // A body that came in the middle of a tick has no room yet, and waits for the next.
+            if multipliers.len() != body.edges.ends.len() {
+                continue;
+            }
             let Particles {
                 positions,
                 previous,

@@ -50,7 +50,7 @@ impl Effect for Volume {
         parameter!(
             damping: Damping, "Damping", "s",
             "The time over which a change of volume dies away; 0 is none but the integrator's own.",
-            (1e-4, 1.0), Scale::LogarithmicFromZero
+            (1e-4, 0.03), Scale::LogarithmicFromZero
         ),
     ];
 
@@ -110,6 +110,10 @@ pub fn solve(
 ) {
     profile.time(Volume::NAME, || {
         for (body, mut particles, volume, mut multipliers) in &mut bodies {
+            // A body that came in the middle of a tick has no room yet, and waits for the next.
+            if multipliers.len() != body.tetrahedra.corners.len() {
+                continue;
+            }
             let Particles {
                 positions,
                 previous,

@@ -50,7 +50,7 @@ pub enum Action {
         /// The new value.
         value: f64,
     },
-    /// Adds an effect with its default parameters.
+    /// Adds an effect with its default parameters, unless the body carries it already.
     AddEffect {
         /// The body.
         body: Entity,
@@ -200,9 +200,12 @@ pub fn perform(world: &mut World, action: &Action) -> Result<(), ActionError> {
             value,
         } => set_parameter(world, *body, effect, parameter, *value),
         Action::AddEffect { body, effect } => {
-            let add = find_effect(world, effect)?.insert_default;
+            let info = find_effect(world, effect)?;
+            let (present, add) = (info.present, info.insert_default);
             let mut entity = body_mut(world, *body)?;
-            if let Some(add) = add {
+            if present(&EntityRef::from(&entity)) {
+                Ok(())
+            } else if let Some(add) = add {
                 add(&mut entity);
                 wake(&mut entity);
                 Ok(())

@@ -61,9 +61,8 @@ fn a_run_with_bevy_equals_the_plain_run_to_the_bit() {
             assert_eq!(hash, plain_world.state_hash(), "after tick {tick}");
         }
         let captured = plain::capture(app.world_mut());
-        let asleep = |world: &World| -> Vec<bool> {
-            world.bodies.iter().map(|body| body.asleep).collect()
-        };
+        let asleep =
+            |world: &World| -> Vec<bool> { world.bodies.iter().map(|body| body.asleep).collect() };
         assert_eq!(asleep(&captured), asleep(&plain_world));
         assert!(asleep(&captured)[0], "the dropped cube sleeps");
         assert_eq!(captured.time, plain_world.time);
@@ -101,7 +100,10 @@ fn a_body_alone_equals_the_same_body_among_others() {
             "{}",
             alone.name
         );
-        assert_eq!(bits(&alone.particles.velocities), bits(&among.particles.velocities));
+        assert_eq!(
+            bits(&alone.particles.velocities),
+            bits(&among.particles.velocities)
+        );
     }
 }
 

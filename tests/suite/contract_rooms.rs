@@ -45,7 +45,8 @@ fn floor(room: &str) -> Option<usize> {
 
 /// Code without comments: what a line says before `//`.
 fn code(text: &str) -> impl Iterator<Item = &str> {
-    text.lines().map(|line| line.split("//").next().unwrap_or(""))
+    text.lines()
+        .map(|line| line.split("//").next().unwrap_or(""))
 }
 
 /// The rooms that a file names: after `crate::` or `pliant::`, alone or in braces.
@@ -119,7 +120,10 @@ fn arrows_between_rooms_point_only_down() {
             .unwrap_or_default();
         let Some(own) = floor(&room) else {
             // The crate's root and its prelude name everything.
-            assert!(["lib", "prelude"].contains(&room.as_str()), "an unknown room: {room}");
+            assert!(
+                ["lib", "prelude"].contains(&room.as_str()),
+                "an unknown room: {room}"
+            );
             continue;
         };
         for known in named_rooms(&text) {
@@ -131,7 +135,10 @@ fn arrows_between_rooms_point_only_down() {
             }
         }
     }
-    assert!(seen > 50, "only {seen} arrows were found: the scan is blind");
+    assert!(
+        seen > 50,
+        "only {seen} arrows were found: the scan is blind"
+    );
     assert!(found.is_empty(), "\n{}\n", found.join("\n"));
 }
 
@@ -140,9 +147,24 @@ fn arrows_between_rooms_point_only_down() {
 #[test]
 fn the_solver_uses_nothing_that_differs_by_machine() {
     const FORBIDDEN: [&str; 18] = [
-        "mul_add", ".sin()", ".cos()", ".tan()", ".sin_cos()", ".asin()", ".acos()", ".atan",
-        ".exp()", ".ln()", ".powf(", ".powi(", ".cbrt()", ".hypot(", "HashMap", "HashSet",
-        "Instant", "SystemTime",
+        "mul_add",
+        ".sin()",
+        ".cos()",
+        ".tan()",
+        ".sin_cos()",
+        ".asin()",
+        ".acos()",
+        ".atan",
+        ".exp()",
+        ".ln()",
+        ".powf(",
+        ".powi(",
+        ".cbrt()",
+        ".hypot(",
+        "HashMap",
+        "HashSet",
+        "Instant",
+        "SystemTime",
     ];
     for (path, text) in files(&source().join("solver")) {
         for (line, code) in code(&text).enumerate() {

@@ -49,16 +49,34 @@ fn run_prints_one_object_with_all_figures() {
     let output = pliant(&["run", "jelly_cube", "--seconds", "0.5", "--json"]);
     let object: Value = serde_json::from_str(&stdout(&output)).expect("a JSON object");
     for key in [
-        "scene", "seconds", "rate", "substeps", "iterations", "particles", "constraints", "systems",
-        "ms_per_tick", "finite", "energy_j", "momentum", "volume_error", "residual", "state_hash",
-        "accepted", "reasons",
+        "scene",
+        "seconds",
+        "rate",
+        "substeps",
+        "iterations",
+        "particles",
+        "constraints",
+        "systems",
+        "ms_per_tick",
+        "finite",
+        "energy_j",
+        "momentum",
+        "volume_error",
+        "residual",
+        "state_hash",
+        "accepted",
+        "reasons",
     ] {
         assert!(object.get(key).is_some(), "{key} is missing: {object:#}");
     }
     assert_eq!(object["scene"], "jelly_cube");
     assert_eq!(object["finite"], true);
     assert_eq!(object["ticks"], 30, "half a second at 60 ticks a second");
-    assert!(object["constraints"]["stretch"].as_u64().is_some_and(|count| count > 0));
+    assert!(
+        object["constraints"]["stretch"]
+            .as_u64()
+            .is_some_and(|count| count > 0)
+    );
     let systems: Vec<&str> = object["systems"]
         .as_array()
         .expect("a list")
@@ -69,7 +87,11 @@ fn run_prints_one_object_with_all_figures() {
     assert!(place("presolve") < place("stretch"), "{systems:?}");
     assert!(place("stretch") < place("volume"), "{systems:?}");
     assert!(place("volume") < place("postsolve"), "{systems:?}");
-    assert_eq!(place("collide"), None, "no body of the scene meets colliders: {systems:?}");
+    assert_eq!(
+        place("collide"),
+        None,
+        "no body of the scene meets colliders: {systems:?}"
+    );
 }
 
 #[test]
@@ -85,13 +107,30 @@ fn the_same_run_has_the_same_hash() {
 #[test]
 fn set_reaches_the_world_and_the_effects() {
     let output = pliant(&[
-        "run", "jelly_cube", "--seconds", "0.1", "--json", "--set", "substeps=3", "--set",
-        "stretch.compliance=1e-6", "--set", "gravity_y=-1.62", "--set", "rate=120",
+        "run",
+        "jelly_cube",
+        "--seconds",
+        "0.1",
+        "--json",
+        "--set",
+        "substeps=3",
+        "--set",
+        "stretch.compliance=1e-6",
+        "--set",
+        "gravity_y=-1.62",
+        "--set",
+        "rate=120",
     ]);
     let object: Value = serde_json::from_str(&stdout(&output)).expect("a JSON object");
     assert_eq!(object["substeps"], 3);
     assert_eq!(object["rate"], 120.0);
-    let plain = stdout(&pliant(&["run", "jelly_cube", "--seconds", "0.1", "--json"]));
+    let plain = stdout(&pliant(&[
+        "run",
+        "jelly_cube",
+        "--seconds",
+        "0.1",
+        "--json",
+    ]));
     let plain: Value = serde_json::from_str(&plain).expect("a JSON object");
     assert_ne!(object["state_hash"], plain["state_hash"]);
 }
@@ -101,8 +140,15 @@ fn csv_plot_and_json_agree() {
     let folder = folder("outputs");
     let (csv, svg) = (folder.join("run.csv"), folder.join("run.svg"));
     let output = pliant(&[
-        "run", "jelly_cube", "--seconds", "0.5", "--json", "--csv",
-        csv.to_str().expect("UTF-8"), "--plot", svg.to_str().expect("UTF-8"),
+        "run",
+        "jelly_cube",
+        "--seconds",
+        "0.5",
+        "--json",
+        "--csv",
+        csv.to_str().expect("UTF-8"),
+        "--plot",
+        svg.to_str().expect("UTF-8"),
     ]);
     let object: Value = serde_json::from_str(&stdout(&output)).expect("a JSON object");
     let mut reader = csv::Reader::from_path(&csv).expect("the CSV is there");
@@ -131,7 +177,11 @@ fn a_failed_acceptance_is_exit_code_1_with_the_reason() {
     std::fs::write(&file, text).expect("written");
     let output = pliant(&["run", file.to_str().expect("UTF-8")]);
     assert_eq!(output.status.code(), Some(1));
-    assert!(stdout(&output).contains("rope: reaches down to -"), "{}", stdout(&output));
+    assert!(
+        stdout(&output).contains("rope: reaches down to -"),
+        "{}",
+        stdout(&output)
+    );
     std::fs::remove_dir_all(folder).expect("it was made here");
 }
 
@@ -140,25 +190,58 @@ fn bad_usage_is_exit_code_2_and_names_the_word_and_the_choices() {
     for (arguments, words) in [
         (&["run", "nosuch"][..], &["nosuch", "jelly_cube"][..]),
         (&["nosuch"], &["nosuch", "jelly_cube", "scenes and run"]),
-        (&["run", "jelly_cube", "--set", "foo=1"], &["foo", "substeps", "stretch"]),
-        (&["run", "jelly_cube", "--set", "stretch.foo=1"], &["stretch.foo", "compliance"]),
-        (&["run", "jelly_cube", "--set", "collide.friction=1"], &["collide", "volume"]),
-        (&["run", "jelly_cube", "--set", "stretch.compliance=-1"], &["-1", "between 0 and 1e12"]),
-        (&["run", "jelly_cube", "--set", "substeps=0"], &["0", "between 1 and 10000"]),
-        (&["run", "jelly_cube", "--set", "substeps=2.5"], &["2.5", "whole number"]),
-        (&["run", "jelly_cube", "--set", "rate=NaN"], &["NaN", "ticks a second"]),
+        (
+            &["run", "jelly_cube", "--set", "foo=1"],
+            &["foo", "substeps", "stretch"],
+        ),
+        (
+            &["run", "jelly_cube", "--set", "stretch.foo=1"],
+            &["stretch.foo", "compliance"],
+        ),
+        (
+            &["run", "jelly_cube", "--set", "collide.friction=1"],
+            &["collide", "volume"],
+        ),
+        (
+            &["run", "jelly_cube", "--set", "stretch.compliance=-1"],
+            &["-1", "between 0 and 1e12"],
+        ),
+        (
+            &["run", "jelly_cube", "--set", "substeps=0"],
+            &["0", "between 1 and 10000"],
+        ),
+        (
+            &["run", "jelly_cube", "--set", "substeps=2.5"],
+            &["2.5", "whole number"],
+        ),
+        (
+            &["run", "jelly_cube", "--set", "rate=NaN"],
+            &["NaN", "ticks a second"],
+        ),
         (&["run", "jelly_cube", "--set", "substeps"], &["name=value"]),
-        (&["run", "jelly_cube", "--set", "substeps=ten"], &["ten", "not a number"]),
-        (&["run", "jelly_cube", "--seconds", "-1"], &["-1", "above 0"]),
+        (
+            &["run", "jelly_cube", "--set", "substeps=ten"],
+            &["ten", "not a number"],
+        ),
+        (
+            &["run", "jelly_cube", "--seconds", "-1"],
+            &["-1", "above 0"],
+        ),
         (&["run", "./missing.ron"], &["missing.ron", "No such file"]),
-        (&["run", "jelly_cube", "--csv", "no/such/folder/x.csv"], &["no/such/folder"]),
+        (
+            &["run", "jelly_cube", "--csv", "no/such/folder/x.csv"],
+            &["no/such/folder"],
+        ),
         (&["run"], &["SCENE"]),
     ] {
         let output = pliant(arguments);
         let said = stderr(&output);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
         for word in words {
-            assert!(said.contains(word), "{arguments:?} should say “{word}”: {said}");
+            assert!(
+                said.contains(word),
+                "{arguments:?} should say “{word}”: {said}"
+            );
         }
         assert!(!said.contains("panicked"), "{said}");
     }
@@ -174,7 +257,10 @@ fn a_mistake_in_a_scene_file_is_told_with_file_line_and_column() {
     assert_eq!(output.status.code(), Some(2));
     let said = stderr(&output);
     assert!(said.contains("mistake.ron:4:"), "file and line: {said}");
-    assert!(said.contains("bodees") && said.contains("bodies"), "found and expected: {said}");
+    assert!(
+        said.contains("bodees") && said.contains("bodies"),
+        "found and expected: {said}"
+    );
     std::fs::remove_dir_all(folder).expect("it was made here");
 }
 
@@ -191,9 +277,14 @@ fn without_a_display_the_default_scene_runs_and_leaves_figures_and_a_plot() {
     assert!(output.status.success(), "{said}{}", stderr(&output));
     assert!(said.starts_with("No window: "), "{said}");
     let left = folder.join("pliant-run");
-    assert!(said.contains(left.to_str().expect("UTF-8")), "it names the folder: {said}");
+    assert!(
+        said.contains(left.to_str().expect("UTF-8")),
+        "it names the folder: {said}"
+    );
     for file in ["run.csv", "run.svg"] {
-        let size = std::fs::metadata(left.join(file)).expect("it is there").len();
+        let size = std::fs::metadata(left.join(file))
+            .expect("it is there")
+            .len();
         assert!(size > 1000, "{file} has {size} bytes");
     }
     std::fs::remove_dir_all(folder).expect("it was made here");

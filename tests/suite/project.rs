@@ -11,7 +11,9 @@ fn file(name: &str) -> String {
 fn the_readme_lists_every_scene_as_the_scene_describes_itself() {
     let readme = file("README.md");
     for builtin in SCENES {
-        let scene = Scene::load(builtin.name).expect("built-in scenes are valid").scene;
+        let scene = Scene::load(builtin.name)
+            .expect("built-in scenes are valid")
+            .scene;
         let row = format!("| `{}` | {} |", builtin.name, scene.look_at);
         assert!(readme.contains(&row), "missing or out of date:\n{row}");
     }

@@ -38,7 +38,8 @@ fn random_body<const N: usize>(count: u32, seed: u32) -> Body {
     let mut body = Body::new("random", topology, Density::new(1e-9).expect("sound"));
     for particle in 0..count * N as u32 {
         let mass = 0.1 + 10.0 * random.next() * random.next();
-        body.added_mass.push((particle, Mass::new(mass).expect("sound")));
+        body.added_mass
+            .push((particle, Mass::new(mass).expect("sound")));
         if random.next() < 0.1 {
             body.pins.push(particle);
         }
@@ -76,10 +77,16 @@ fn settings(rate: f64) -> pliant::solver::Settings {
 fn assert_near(state: &[[(DVec3, DVec3); 2]], i: usize, tolerance: f64, rate: f64) {
     let [(x, expected_x), (v, expected_v)] = state[i];
     let error = x.distance(expected_x);
-    assert!(error <= tolerance, "particle {i} at {x} instead of {expected_x}: {error} > {tolerance}");
+    assert!(
+        error <= tolerance,
+        "particle {i} at {x} instead of {expected_x}: {error} > {tolerance}"
+    );
     let error = v.distance(expected_v);
     let tolerance = 2.0 * tolerance * rate + 2.0 * EPSILON * expected_v.length();
-    assert!(error <= tolerance, "particle {i} at {v} instead of {expected_v} m/s: {error} > {tolerance}");
+    assert!(
+        error <= tolerance,
+        "particle {i} at {v} instead of {expected_v} m/s: {error} > {tolerance}"
+    );
 }
 
 #[test]
@@ -103,15 +110,25 @@ fn stretch_equals_the_twin() {
         }
         // A tenth have their ends in one place; particles that are pinned stay there too.
         for i in (0..2000).step_by(20) {
-            body.particles.positions[i + 1] =
-                body.particles.positions[i].truncate().extend(body.particles.positions[i + 1].w);
+            body.particles.positions[i + 1] = body.particles.positions[i]
+                .truncate()
+                .extend(body.particles.positions[i + 1].w);
             body.particles.velocities[i + 1] = body.particles.velocities[i];
-            if body.pins.iter().any(|&pin| pin as usize == i || pin as usize == i + 1) {
+            if body
+                .pins
+                .iter()
+                .any(|&pin| pin as usize == i || pin as usize == i + 1)
+            {
                 body.particles.velocities[i] *= 0.0;
                 body.particles.velocities[i + 1] *= 0.0;
             }
         }
-        let start: Vec<Vec3> = body.particles.positions.iter().map(|x| x.truncate()).collect();
+        let start: Vec<Vec3> = body
+            .particles
+            .positions
+            .iter()
+            .map(|x| x.truncate())
+            .collect();
         let ends = body.topology.edges.ends.clone();
         let moving: Vec<bool> = body.particles.positions.iter().map(|x| x.w > 0.0).collect();
         let state = step(world(settings(rate), body));
@@ -162,7 +179,12 @@ fn volume_equals_the_twin() {
                 body.particles.velocities[i as usize] *= 0.0;
             }
         }
-        let pinned: Vec<bool> = body.particles.positions.iter().map(|x| x.w == 0.0).collect();
+        let pinned: Vec<bool> = body
+            .particles
+            .positions
+            .iter()
+            .map(|x| x.w == 0.0)
+            .collect();
         let state = step(world(settings(rate), body));
         for (index, corners) in tetrahedra.corners.iter().enumerate() {
             let pins = corners.iter().filter(|&&i| pinned[i as usize]).count();
@@ -291,7 +313,12 @@ fn many_substeps_of_everything_stay_near_the_twin() {
         twin.tick();
     }
     // Contact makes neighbouring states part; a millimetre in a second of a bounce of half a metre.
-    for (x, expected) in world.bodies[0].particles.positions.iter().zip(&twin.bodies[0].x) {
+    for (x, expected) in world.bodies[0]
+        .particles
+        .positions
+        .iter()
+        .zip(&twin.bodies[0].x)
+    {
         let error = x.truncate().as_dvec3().distance(*expected);
         assert!(error < 1e-3, "{x} instead of {expected}");
     }

@@ -69,7 +69,11 @@ fn nothing_moves_while_the_clock_is_paused_and_a_step_is_one_tick() {
     assert_eq!(state_hash(app.world_mut()), expected.state_hash());
     clock(&mut app).paused = false;
     updates(&mut app, 10);
-    assert_eq!(clock(&mut app).tick(), 11, "what passed in the pause is not caught up");
+    assert_eq!(
+        clock(&mut app).tick(),
+        11,
+        "what passed in the pause is not caught up"
+    );
 }
 
 #[test]
@@ -187,7 +191,10 @@ fn a_body_that_comes_in_the_middle_of_a_tick_breaks_nothing() {
         .insert(pliant::effect::Collide::default());
     updates(&mut app, 60);
     for body in [newcomer, with_new_effect] {
-        let particles = app.world().get::<pliant::solver::Particles>(body).expect("a body");
+        let particles = app
+            .world()
+            .get::<pliant::solver::Particles>(body)
+            .expect("a body");
         assert!(particles.first_not_finite().is_none());
     }
 }
@@ -222,12 +229,14 @@ struct Seen {
 
 fn look_at_tick(time: Res<Time>, own: Res<Time<Tick>>, mut seen: ResMut<Seen>) {
     assert_eq!(time.elapsed(), own.elapsed());
-    seen.ticks.push((time.delta_secs_f64(), time.elapsed_secs_f64()));
+    seen.ticks
+        .push((time.delta_secs_f64(), time.elapsed_secs_f64()));
 }
 
 fn look_at_substep(time: Res<Time>, own: Res<Time<SubstepTime>>, mut seen: ResMut<Seen>) {
     assert_eq!(time.elapsed(), own.elapsed());
-    seen.substeps.push((time.delta_secs_f64(), time.elapsed_secs_f64()));
+    seen.substeps
+        .push((time.delta_secs_f64(), time.elapsed_secs_f64()));
 }
 
 #[test]
@@ -235,7 +244,10 @@ fn a_tick_and_a_substep_have_clocks_of_their_own() {
     let (mut app, ..) = app_of(&cubes());
     app.init_resource::<Seen>();
     app.add_systems(StepSchedule, look_at_tick.before(StepSystems::Wake));
-    app.add_systems(SubstepSchedule, look_at_substep.before(SolverSystems::Presolve));
+    app.add_systems(
+        SubstepSchedule,
+        look_at_substep.before(SolverSystems::Presolve),
+    );
     ticks(&mut app, 3);
     let seen = app.world().resource::<Seen>();
     assert_eq!((seen.ticks.len(), seen.substeps.len()), (3, 12));
@@ -247,5 +259,8 @@ fn a_tick_and_a_substep_have_clocks_of_their_own() {
     for (n, (delta, elapsed)) in (1..).zip(&seen.substeps) {
         assert!(near(*delta, 1.0 / 240.0) && near(*elapsed, f64::from(n) / 240.0));
     }
-    assert!(app.world().get_resource::<Time>().is_none(), "what was not there is gone again");
+    assert!(
+        app.world().get_resource::<Time>().is_none(),
+        "what was not there is gone again"
+    );
 }

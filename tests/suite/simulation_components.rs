@@ -1,7 +1,9 @@
 //! What is written into a component takes effect at the next tick, and nothing else is rebuilt.
 
 use crate::{
-    support::{self, G, assert_relative, body_of_masses, chain, damping, pinned, settings, stretch},
+    support::{
+        self, G, assert_relative, body_of_masses, chain, damping, pinned, settings, stretch,
+    },
     support_app::{app_of, cubes, systems, ticks},
 };
 use bevy::prelude::*;
@@ -45,7 +47,10 @@ fn a_compliance_that_is_written_holds_from_the_next_tick() {
         .compliance = Compliance::new(3e-4).expect("sound");
     let before = extension(&app, bodies[0]);
     ticks(&mut app, 1);
-    assert!(extension(&app, bodies[0]) > before + 1e-5, "it gives at once");
+    assert!(
+        extension(&app, bodies[0]) > before + 1e-5,
+        "it gives at once"
+    );
     ticks(&mut app, 300);
     assert_relative(extension(&app, bodies[0]), 3e-4 * G, 1e-3, "extension");
     let after = Arc::as_ptr(&app.world().get::<SoftBody>(bodies[0]).expect("a body").0);
@@ -55,17 +60,31 @@ fn a_compliance_that_is_written_holds_from_the_next_tick() {
 #[test]
 fn pins_and_densities_that_are_written_change_masses_at_the_next_tick() {
     let (mut app, bodies, _) = app_of(&cubes());
-    let weight = |app: &App| app.world().get::<Particles>(bodies[0]).expect("a body").positions[1].w;
+    let weight = |app: &App| {
+        app.world()
+            .get::<Particles>(bodies[0])
+            .expect("a body")
+            .positions[1]
+            .w
+    };
     let before = weight(&app);
     app.world_mut()
         .entity_mut(bodies[0])
         .insert(BodyDensity(Density::new(2000.0).expect("sound")));
     ticks(&mut app, 1);
     assert_eq!(weight(&app), before / 2.0);
-    app.world_mut().get_mut::<Pins>(bodies[0]).expect("has them").0.push(1);
+    app.world_mut()
+        .get_mut::<Pins>(bodies[0])
+        .expect("has them")
+        .0
+        .push(1);
     ticks(&mut app, 1);
     assert_eq!(weight(&app), 0.0);
-    app.world_mut().get_mut::<Pins>(bodies[0]).expect("has them").0.clear();
+    app.world_mut()
+        .get_mut::<Pins>(bodies[0])
+        .expect("has them")
+        .0
+        .clear();
     ticks(&mut app, 1);
     assert_eq!(weight(&app), before / 2.0);
 }
@@ -90,14 +109,21 @@ fn an_effect_that_came_and_went_without_acting_leaves_no_trace() {
     let (mut app, bodies, _) = app_of(&expected);
     for round in 0..10 {
         // Nothing to collide with.
-        app.world_mut().entity_mut(bodies[round % 2]).insert(Collide::default());
+        app.world_mut()
+            .entity_mut(bodies[round % 2])
+            .insert(Collide::default());
         ticks(&mut app, 3);
-        app.world_mut().entity_mut(bodies[round % 2]).remove::<Collide>();
+        app.world_mut()
+            .entity_mut(bodies[round % 2])
+            .remove::<Collide>();
         ticks(&mut app, 3);
     }
     (0..60).for_each(|_| expected.tick());
     assert_eq!(state_hash(app.world_mut()), expected.state_hash());
-    assert_eq!(systems(&app, SolveSchedule), ["stretch", "volume", "ground"]);
+    assert_eq!(
+        systems(&app, SolveSchedule),
+        ["stretch", "volume", "ground"]
+    );
 }
 
 #[test]
@@ -110,7 +136,9 @@ fn an_effect_that_was_taken_away_and_given_back_acts_as_before() {
     let kept = expected.bodies[0].effects.volume.take();
     ticks(&mut app, 20);
     (0..20).for_each(|_| expected.tick());
-    app.world_mut().entity_mut(bodies[0]).insert(volume.expect("it was carried"));
+    app.world_mut()
+        .entity_mut(bodies[0])
+        .insert(volume.expect("it was carried"));
     expected.bodies[0].effects.volume = kept;
     ticks(&mut app, 20);
     (0..20).for_each(|_| expected.tick());
@@ -121,7 +149,11 @@ fn an_effect_that_was_taken_away_and_given_back_acts_as_before() {
 fn an_absent_effect_has_no_memory() {
     let (mut app, bodies, _) = app_of(&cubes());
     ticks(&mut app, 1);
-    let column = |app: &App| app.world().get::<StretchMultipliers>(bodies[0]).map(|m| m.0.len());
+    let column = |app: &App| {
+        app.world()
+            .get::<StretchMultipliers>(bodies[0])
+            .map(|m| m.0.len())
+    };
     assert!(column(&app).is_some_and(|length| length > 0));
     app.world_mut().entity_mut(bodies[0]).remove::<Stretch>();
     ticks(&mut app, 1);
@@ -143,7 +175,11 @@ fn colliders_come_and_go_and_move() {
     let floor = app.world_mut().spawn(floor).id();
     let lowest = |app: &App| {
         let particles = app.world().get::<Particles>(bodies[0]).expect("a body");
-        particles.positions.iter().map(|x| x.y).fold(f32::INFINITY, f32::min)
+        particles
+            .positions
+            .iter()
+            .map(|x| x.y)
+            .fold(f32::INFINITY, f32::min)
     };
     ticks(&mut app, 300);
     assert!(lowest(&app).abs() < 1e-5, "it lies at {}", lowest(&app));
@@ -154,7 +190,11 @@ fn colliders_come_and_go_and_move() {
         .translation
         .y = -0.75;
     ticks(&mut app, 300);
-    assert!((lowest(&app) + 0.25).abs() < 1e-5, "it lies at {}", lowest(&app));
+    assert!(
+        (lowest(&app) + 0.25).abs() < 1e-5,
+        "it lies at {}",
+        lowest(&app)
+    );
     app.world_mut().despawn(floor);
     ticks(&mut app, 60);
     assert!(lowest(&app) < -2.0, "it falls");
@@ -165,7 +205,9 @@ fn the_order_of_bodies_is_that_in_which_they_came_whatever_they_carry() {
     let world = cubes();
     let (mut app, bodies, _) = app_of(&world);
     // Moves it to another table of the ECS.
-    app.world_mut().entity_mut(bodies[0]).insert(Collide::default());
+    app.world_mut()
+        .entity_mut(bodies[0])
+        .insert(Collide::default());
     ticks(&mut app, 1);
     assert_eq!(plain::bodies_in_order(app.world_mut()), bodies);
 }

@@ -102,26 +102,31 @@ fn a_users_constraint_can_stand_between_two_effects() {
     let mut app = app();
     app.add_systems(
         SolveSchedule,
-        lift.after(EffectSystems("stretch")).before(EffectSystems("volume")),
+        lift.after(EffectSystems("stretch"))
+            .before(EffectSystems("volume")),
     );
     let topology = crate::support::topology(tetrahedron());
     app.world_mut()
         .spawn((SoftBody(topology), Volume::default(), Stretch::default()));
     ticks(&mut app, 1);
-    assert_eq!(
-        systems(&app, SolveSchedule),
-        ["stretch", "other", "volume"]
-    );
+    assert_eq!(systems(&app, SolveSchedule), ["stretch", "other", "volume"]);
 }
 
 #[test]
 fn an_order_that_matters_and_is_not_given_is_an_error() {
     let mut app = app();
-    app.add_systems(SolveSchedule, (lift, lift.map(|()| ())).in_set(SolvePhase::User));
+    app.add_systems(
+        SolveSchedule,
+        (lift, lift.map(|()| ())).in_set(SolvePhase::User),
+    );
     let topology = crate::support::topology(tetrahedron());
-    app.world_mut().spawn((SoftBody(topology), Stretch::default()));
+    app.world_mut()
+        .spawn((SoftBody(topology), Stretch::default()));
     let outcome = catch_unwind(AssertUnwindSafe(|| ticks(&mut app, 1)));
-    assert!(outcome.is_err(), "two systems wrote the same particles in any order");
+    assert!(
+        outcome.is_err(),
+        "two systems wrote the same particles in any order"
+    );
 }
 
 #[test]
@@ -163,7 +168,8 @@ impl Effect for Wind {
     fn add_systems(schedules: &mut Schedules) {
         schedules.add_systems(
             SolveSchedule,
-            blow.in_set(EffectSystems(Self::NAME)).in_set(SolvePhase::User),
+            blow.in_set(EffectSystems(Self::NAME))
+                .in_set(SolvePhase::User),
         );
     }
 }
@@ -183,19 +189,25 @@ fn an_effect_of_a_users_own_comes_and_goes_like_any_other() {
         app.add_plugins(EffectPlugin::<Wind>::default());
     });
     let topology = crate::support::topology(tetrahedron());
-    let body = app.world_mut().spawn((SoftBody(topology), Stretch::default())).id();
+    let body = app
+        .world_mut()
+        .spawn((SoftBody(topology), Stretch::default()))
+        .id();
     ticks(&mut app, 1);
     assert_eq!(systems(&app, SolveSchedule), ["stretch"]);
-    app.world_mut().entity_mut(body).insert(Wind { acceleration: 2.0 });
+    app.world_mut()
+        .entity_mut(body)
+        .insert(Wind { acceleration: 2.0 });
     ticks(&mut app, 60);
-    assert_eq!(
-        systems(&app, SolveSchedule),
-        ["stretch", "wind"]
-    );
+    assert_eq!(systems(&app, SolveSchedule), ["stretch", "wind"]);
     // A uniform force gives its exact acceleration: ah²n(n+1)/2 for n = 600, but for the rounding
     // of ah² = 5.6e-6 m to an ulp of a metre.
     let particles = app.world().get::<Particles>(body).expect("a body");
-    assert!((particles.positions[0].x - 1.001_67).abs() < 0.02, "{}", particles.positions[0]);
+    assert!(
+        (particles.positions[0].x - 1.001_67).abs() < 0.02,
+        "{}",
+        particles.positions[0]
+    );
     app.world_mut().entity_mut(body).remove::<Wind>();
     ticks(&mut app, 1);
     assert_eq!(systems(&app, SolveSchedule), ["stretch"]);

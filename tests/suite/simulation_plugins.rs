@@ -4,9 +4,7 @@ use crate::support_app::{cubes, systems};
 use bevy::{prelude::*, time::TimeUpdateStrategy};
 use pliant::{
     SoftBodyPlugins,
-    simulation::{
-        SimulationClock, SoftBodySystems, SolveSchedule, plain, state_hash, tick,
-    },
+    simulation::{SimulationClock, SoftBodySystems, SolveSchedule, plain, state_hash, tick},
 };
 use std::time::Duration;
 
@@ -32,7 +30,9 @@ fn without_a_clock_no_time_passes_and_steps_are_done_when_asked() {
     let _entities = plain::spawn(app.world_mut(), &cubes());
     (0..10).for_each(|_| app.update());
     assert_eq!(app.world().resource::<SimulationClock>().tick(), 0);
-    app.world_mut().resource_mut::<SimulationClock>().step_once();
+    app.world_mut()
+        .resource_mut::<SimulationClock>()
+        .step_once();
     app.update();
     assert_eq!(state_hash(app.world_mut()), expected(1));
 }
@@ -75,7 +75,9 @@ fn note(word: &'static str) -> impl Fn(Res<SimulationClock>, ResMut<Log>) {
 fn systems_of_a_user_can_stand_before_and_after_the_step() {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, SoftBodyPlugins::new(Update)));
-    app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_secs(1) / 60));
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(
+        Duration::from_secs(1) / 60,
+    ));
     app.init_resource::<Log>();
     app.add_systems(
         Update,
@@ -99,7 +101,9 @@ fn systems_of_a_user_can_stand_before_and_after_the_step() {
 fn bodies_spawned_by_commands_in_any_order_of_components_run() {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, SoftBodyPlugins::new(Update)));
-    app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_secs(1) / 60));
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(
+        Duration::from_secs(1) / 60,
+    ));
     app.add_systems(Startup, |mut commands: Commands| {
         let topology = crate::support::topology(crate::support::tetrahedron());
         commands.spawn(pliant::effect::Stretch::default()).insert((

@@ -15,7 +15,12 @@ fn spoilt(spoil: impl Fn(&mut Particles)) -> (App, Vec<Entity>, Particles) {
     let (mut app, bodies, _) = app_of(&cubes());
     ticks(&mut app, 30);
     let last_finite = particles(&app, bodies[0]).clone();
-    spoil(&mut app.world_mut().get_mut::<Particles>(bodies[0]).expect("a body"));
+    spoil(
+        &mut app
+            .world_mut()
+            .get_mut::<Particles>(bodies[0])
+            .expect("a body"),
+    );
     ticks(&mut app, 30);
     (app, bodies, last_finite)
 }
@@ -25,7 +30,9 @@ fn particles(app: &App, body: Entity) -> &Particles {
 }
 
 fn quarantine(app: &App, body: Entity) -> Option<&Quarantine> {
-    app.world().get::<Quarantined>(body).map(|quarantined| &quarantined.0)
+    app.world()
+        .get::<Quarantined>(body)
+        .map(|quarantined| &quarantined.0)
 }
 
 fn messages(app: &mut App) -> Vec<String> {
@@ -122,7 +129,11 @@ fn a_volume_that_overflows_is_named() {
     let found = quarantine(&app, bodies[0]).expect("its gradients overflow");
     assert_eq!(found.stage, "volume");
     world.tick();
-    assert_eq!(world.bodies[0].quarantine.as_ref(), Some(found), "with Bevy and without");
+    assert_eq!(
+        world.bodies[0].quarantine.as_ref(),
+        Some(found),
+        "with Bevy and without"
+    );
 }
 
 #[test]
@@ -164,13 +175,19 @@ fn the_plain_world_quarantines_the_same_bodies_with_the_same_words() {
     ticks(&mut app, 10);
     for particles in [
         &mut world.bodies[0].particles,
-        &mut *app.world_mut().get_mut::<Particles>(bodies[0]).expect("a body"),
+        &mut *app
+            .world_mut()
+            .get_mut::<Particles>(bodies[0])
+            .expect("a body"),
     ] {
         particles.positions[7].z = f32::NEG_INFINITY;
     }
     (0..10).for_each(|_| world.tick());
     ticks(&mut app, 10);
-    assert_eq!(quarantine(&app, bodies[0]), world.bodies[0].quarantine.as_ref());
+    assert_eq!(
+        quarantine(&app, bodies[0]),
+        world.bodies[0].quarantine.as_ref()
+    );
     let captured = plain::capture(app.world_mut());
     assert_eq!(captured.state_hash(), world.state_hash());
 }

@@ -13,7 +13,14 @@ use pliant::{
 };
 
 /// In the order in which they are registered.
-const EFFECTS: [&str; 6] = ["stretch", "volume", "grab", "ground", "sticky_ground", "collide"];
+const EFFECTS: [&str; 6] = [
+    "stretch",
+    "volume",
+    "grab",
+    "ground",
+    "sticky_ground",
+    "collide",
+];
 
 fn insert(body: &mut EntityWorldMut, effect: usize) {
     match EFFECTS[effect] {
@@ -89,7 +96,10 @@ fn come_and_go(subset: usize, order: impl Fn(usize) -> usize) {
     assert_systems(&app, &present, own);
     let topology = crate::support::topology(tetrahedron());
     let body = app.world_mut().spawn(SoftBody(topology)).id();
-    let chosen: Vec<usize> = (0..6).map(order).filter(|i| subset & (1 << i) != 0).collect();
+    let chosen: Vec<usize> = (0..6)
+        .map(order)
+        .filter(|i| subset & (1 << i) != 0)
+        .collect();
     for &effect in &chosen {
         insert(&mut app.world_mut().entity_mut(body), effect);
         ticks(&mut app, 1);
@@ -133,9 +143,14 @@ fn an_effect_that_came_before_its_body_runs_with_it() {
     let mut app = app();
     let entity = app.world_mut().spawn(Stretch::default()).id();
     ticks(&mut app, 1);
-    assert!(systems(&app, SolveSchedule).is_empty(), "an effect without a body");
+    assert!(
+        systems(&app, SolveSchedule).is_empty(),
+        "an effect without a body"
+    );
     let topology = crate::support::topology(tetrahedron());
-    app.world_mut().entity_mut(entity).insert(SoftBody(topology));
+    app.world_mut()
+        .entity_mut(entity)
+        .insert(SoftBody(topology));
     ticks(&mut app, 1);
     assert_eq!(systems(&app, SolveSchedule), ["stretch"]);
     app.world_mut().entity_mut(entity).remove::<SoftBody>();

@@ -7,11 +7,10 @@ use crate::{
 use bevy::prelude::*;
 use pliant::{
     effect::{Ground, Stretch},
-    simulation::{
-        Action, Actions, Asleep, BodyDensity, Pins, SimulationSettings, state_hash,
-    },
+    simulation::{Action, Actions, Asleep, BodyDensity, Pins, SimulationSettings, state_hash},
     solver::{
-        self, Collide, Collider, ColliderShape, Compliance, Density, Path, Pose, SurfacePoint, measure,
+        self, Collide, Collider, ColliderShape, Compliance, Density, Path, Pose, SurfacePoint,
+        measure,
     },
 };
 
@@ -116,13 +115,22 @@ fn a_sleeper_wakes_when_a_component_is_written() {
         stretch.compliance = Compliance::new(1e-4).expect("sound");
     });
     assert_wakes("a ground's height", |world, body| {
-        world.get_mut::<Ground>(body).expect("it carries one").height = -0.2;
+        world
+            .get_mut::<Ground>(body)
+            .expect("it carries one")
+            .height = -0.2;
     });
     assert_wakes("a density", |world, body| {
-        world.entity_mut(body).insert(BodyDensity(Density::new(2000.0).expect("sound")));
+        world
+            .entity_mut(body)
+            .insert(BodyDensity(Density::new(2000.0).expect("sound")));
     });
     assert_wakes("a pin", |world, body| {
-        world.get_mut::<Pins>(body).expect("a body has them").0.push(2);
+        world
+            .get_mut::<Pins>(body)
+            .expect("a body has them")
+            .0
+            .push(2);
     });
 }
 
@@ -142,7 +150,9 @@ fn a_sleeper_wakes_when_an_effect_is_taken_away() {
 fn a_sleeper_wakes_when_gravity_or_substeps_change() {
     assert_wakes("another gravity", |world, _| {
         let mut settings = world.resource_mut::<SimulationSettings>();
-        settings.set_gravity(Vec3::new(0.0, -1.6, 0.0)).expect("sound");
+        settings
+            .set_gravity(Vec3::new(0.0, -1.6, 0.0))
+            .expect("sound");
     });
 }
 

@@ -59,13 +59,23 @@ fn a_mass_on_a_spring_swings_with_the_period_of_the_discrete_method() {
         // Where a crossing lies between two ticks is told by a straight line instead of a sine:
         // (ωh)³/16 of a radian off at most at either end of ten periods.
         let tolerance = omega_h.powi(3) / 8.0 / (10.0 * TAU) + 1e-5;
-        assert_relative(measured, expected, tolerance, &format!("period at ωh = {omega_h}"));
+        assert_relative(
+            measured,
+            expected,
+            tolerance,
+            &format!("period at ωh = {omega_h}"),
+        );
         let mut twin = reference::World::of(&oscillator(h));
         let measured = period(h, || {
             twin.tick();
             -twin.bodies[0].x[1].y
         });
-        assert_relative(measured, expected, tolerance, &format!("twin's period at ωh = {omega_h}"));
+        assert_relative(
+            measured,
+            expected,
+            tolerance,
+            &format!("twin's period at ωh = {omega_h}"),
+        );
     }
 }
 
@@ -144,10 +154,21 @@ fn each_link_of_a_hanging_chain_pulls_with_the_weight_below_it() {
     let world = hanging_chain(5, 2e-5, 10);
     let h = world.settings.substep_seconds();
     let body = &world.bodies[0];
-    for (&[upper, _], lambda) in body.topology.edges.ends.iter().zip(&body.stretch_multipliers) {
+    for (&[upper, _], lambda) in body
+        .topology
+        .edges
+        .ends
+        .iter()
+        .zip(&body.stretch_multipliers)
+    {
         let tension = -f64::from(*lambda) / (h * h);
         let below = f64::from(5 - upper);
-        assert_relative(tension, below * G, 1e-3, &format!("tension below particle {upper}"));
+        assert_relative(
+            tension,
+            below * G,
+            1e-3,
+            &format!("tension below particle {upper}"),
+        );
     }
 }
 
@@ -159,7 +180,12 @@ fn a_chain_is_longer_by_its_closed_form_whatever_the_substeps() {
         let longer = -f64::from(position(&world, 5).y) - 5e-3;
         // Converged, so that what is left is where f32 lets a particle rest: ½ ulp(8 mm)/(gh²) =
         // 7e-4 with 64 substeps, see the single edge.
-        assert_relative(longer, expected, 2e-3, &format!("elongation at {substeps} substeps"));
+        assert_relative(
+            longer,
+            expected,
+            2e-3,
+            &format!("elongation at {substeps} substeps"),
+        );
     }
 }
 
@@ -169,7 +195,10 @@ fn a_pendulum_keeps_its_length_and_swings_with_the_period_of_a_large_angle() {
         stretch: stretch(0.0),
         ..Effects::default()
     };
-    let mut body = pinned(with(body_of_masses(chain(1, 1.0), &[1.0, 1.0]), effects), &[0]);
+    let mut body = pinned(
+        with(body_of_masses(chain(1, 1.0), &[1.0, 1.0]), effects),
+        &[0],
+    );
     body.particles.positions[1] = Vec3::new(1.0, 0.0, 0.0).extend(1.0);
     let mut world = world(settings(G, 1200.0, 1, 1), body);
     // From θ₀ = 90°: T = 4 √(L/g) K(sin 45°), K = 1.8540746773. It first stands below the pin
@@ -187,5 +216,10 @@ fn a_pendulum_keeps_its_length_and_swings_with_the_period_of_a_large_angle() {
         assert!((length - 1.0).abs() < 1e-6, "length {length}");
     }
     // First order: late or early by about one substep of 0.8 ms.
-    assert_relative(crossing, quarter, 1.5 / 1200.0 / quarter, "quarter of the period");
+    assert_relative(
+        crossing,
+        quarter,
+        1.5 / 1200.0 / quarter,
+        "quarter of the period",
+    );
 }

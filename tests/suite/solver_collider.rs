@@ -7,7 +7,9 @@ use crate::support::{
 use glam::{UVec2, Vec2, Vec3};
 use pliant::{
     mesh::Primitive,
-    solver::{Body, Collide, Collider, ColliderShape, Path, Pose, RestShape, World, deform::Random},
+    solver::{
+        Body, Collide, Collider, ColliderShape, Path, Pose, RestShape, World, deform::Random,
+    },
 };
 
 const SPHERE: ColliderShape = ColliderShape::Sphere { radius: 2.7 };
@@ -47,7 +49,11 @@ fn depth(world: &World) -> f32 {
     let mut deepest = f32::NEG_INFINITY;
     for collider in &world.colliders {
         let pose = collider.pose_at(world.time);
-        for x in world.bodies.iter().flat_map(|body| &body.particles.positions) {
+        for x in world
+            .bodies
+            .iter()
+            .flat_map(|body| &body.particles.positions)
+        {
             deepest = deepest.max(-collider.shape.distance(pose.undo(x.truncate())));
         }
     }
@@ -58,7 +64,9 @@ fn depth(world: &World) -> f32 {
 fn cloud(count: usize, half: f32, seed: u32) -> Body {
     let mut random = Random::new(seed);
     let shape = RestShape {
-        vertices: (0..count).map(|_| random_vector(&mut random, half)).collect(),
+        vertices: (0..count)
+            .map(|_| random_vector(&mut random, half))
+            .collect(),
         ..RestShape::default()
     };
     colliding(body_of_masses(shape, &vec![1.0; count]))
@@ -105,11 +113,18 @@ fn no_vertex_of_a_soft_cube_comes_into_a_box_or_a_capsule() {
 #[test]
 fn a_particle_at_the_very_centre_gets_out_and_stays_finite() {
     for shape in [SPHERE, bar(), CAPSULE] {
-        let mut world = world(settings(0.0, 60.0, 1, 1), particle_at(Vec3::ONE, Vec3::ZERO));
+        let mut world = world(
+            settings(0.0, 60.0, 1, 1),
+            particle_at(Vec3::ONE, Vec3::ZERO),
+        );
         world.colliders = vec![still(shape, Vec3::ONE)];
         world.tick();
         assert!(position(&world, 0).is_finite());
-        assert!(depth(&world).abs() < 1e-6, "{} m inside {shape:?}", depth(&world));
+        assert!(
+            depth(&world).abs() < 1e-6,
+            "{} m inside {shape:?}",
+            depth(&world)
+        );
     }
 }
 
@@ -127,7 +142,11 @@ fn a_fast_particle_does_not_go_through_a_thin_wall() {
         world.colliders = vec![still(wall, Vec3::ZERO)];
         for _ in 0..10 {
             world.tick();
-            assert!(position(&world, 0).x <= -0.005 + 1e-5, "at {}", position(&world, 0));
+            assert!(
+                position(&world, 0).x <= -0.005 + 1e-5,
+                "at {}",
+                position(&world, 0)
+            );
         }
     }
 }
@@ -203,7 +222,10 @@ fn a_belt_carries_what_lies_on_it() {
     world.colliders = vec![moving(bar(), Vec3::ZERO, Vec3::new(0.0, 0.0, 0.2))];
     support::run(&mut world, 1.0);
     // µg = 4.9 m/s² reaches 0.2 m/s after 0.04 s, 4 mm behind.
-    let (z, speed) = (position(&world, 0).z, world.bodies[0].particles.velocities[0].z);
+    let (z, speed) = (
+        position(&world, 0).z,
+        world.bodies[0].particles.velocities[0].z,
+    );
     assert!((z - 0.196).abs() < 2e-3, "carried {z} m");
     assert!((speed - 0.2).abs() < 1e-3, "at {speed} m/s");
 }
@@ -223,7 +245,10 @@ fn colliders_that_make_no_sense_are_refused_with_value_and_range() {
     ];
     for shape in shapes {
         let error = Collider::new(shape, Pose::default()).expect_err("a bad size");
-        assert!(error.to_string().contains("between 1e-9 and 1e9 m"), "{error}");
+        assert!(
+            error.to_string().contains("between 1e-9 and 1e9 m"),
+            "{error}"
+        );
     }
     let paths = [
         Path::Line {

@@ -21,7 +21,10 @@ fn check<const N: usize>(constraints: &[[u32; N]], particles: usize, colouring: 
         let mut touched = vec![false; particles];
         for &index in &colouring.order[range.clone()] {
             for &corner in &constraints[index as usize] {
-                assert!(!touched[corner as usize], "a colour touches particle {corner} twice");
+                assert!(
+                    !touched[corner as usize],
+                    "a colour touches particle {corner} twice"
+                );
                 touched[corner as usize] = true;
             }
         }
@@ -30,9 +33,10 @@ fn check<const N: usize>(constraints: &[[u32; N]], particles: usize, colouring: 
 
 /// Constraints of `N` different particles out of `particles`.
 fn constraints<const N: usize>(particles: u32) -> impl Strategy<Value = Vec<[u32; N]>> {
-    let one = proptest::array::uniform(0..particles).prop_filter("different", |corners: &[u32; N]| {
-        (0..N).all(|i| !corners[..i].contains(&corners[i]))
-    });
+    let one = proptest::array::uniform(0..particles)
+        .prop_filter("different", |corners: &[u32; N]| {
+            (0..N).all(|i| !corners[..i].contains(&corners[i]))
+        });
     proptest::collection::vec(one, 0..300)
 }
 

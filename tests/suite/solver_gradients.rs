@@ -59,10 +59,18 @@ fn edges_push_along_the_central_differences_of_their_length() {
             let w = f64::from(body.particles.positions[i].w);
             let moved = (twin.x[i] - ends[i]) / w;
             // Central differences are exact to the square of 1e-5 m over the length.
-            assert!(moved.distance(expected[i]) < 1e-6, "twin: {moved}, not {}", expected[i]);
+            assert!(
+                moved.distance(expected[i]) < 1e-6,
+                "twin: {moved}, not {}",
+                expected[i]
+            );
             let moved = (body.particles.positions[i].truncate().as_dvec3() - ends[i]) / w;
             // Places below 2 m, known to 2⁻²⁴ m, and a direction known to that over the length.
-            assert!(moved.distance(expected[i]) < 1e-4, "{moved}, not {}", expected[i]);
+            assert!(
+                moved.distance(expected[i]) < 1e-4,
+                "{moved}, not {}",
+                expected[i]
+            );
             pushes[i] = moved.as_vec3();
         }
         let turn = ends[0].cross(pushes[0].as_dvec3()) + ends[1].cross(pushes[1].as_dvec3());
@@ -121,7 +129,10 @@ fn a_grab_pushes_along_the_central_differences_of_its_distance() {
             let expected = gradients[i] * (-distance(&start) / weight * w[i]);
             let moved = body.particles.positions[i].truncate().as_dvec3() - start[i];
             // Numbers below 16 m after a dozen operations.
-            assert!(moved.distance(expected) < 3e-5, "{i} moved by {moved}, not {expected}");
+            assert!(
+                moved.distance(expected) < 3e-5,
+                "{i} moved by {moved}, not {expected}"
+            );
         }
         let held = point.position(&body.particles.positions);
         assert!(held.distance(target) < 1e-5, "the point is in the hand");
@@ -136,10 +147,24 @@ fn a_grab_never_pulls_harder_than_its_limit() {
     let mut grab = Grab::on(point, target, 1.0, 0.5, 9.81);
     let previous = body.particles.previous.clone();
     for iteration in 0..10 {
-        grab.solve(&mut body.particles.positions, &previous, 0.01, (0, 1), iteration);
+        grab.solve(
+            &mut body.particles.positions,
+            &previous,
+            0.01,
+            (0, 1),
+            iteration,
+        );
     }
-    assert_eq!(f64::from(grab.force(0.01)).round(), (50.0 * 9.81_f64).round());
+    assert_eq!(
+        f64::from(grab.force(0.01)).round(),
+        (50.0 * 9.81_f64).round()
+    );
     // F h²/m of a kilogram.
-    let moved = body.particles.positions[1].truncate().distance(Vec3::new(0.0, -0.5, 0.0));
-    assert!((f64::from(moved) - 50.0 * 9.81 * 1e-4).abs() < 1e-5, "moved by {moved}");
+    let moved = body.particles.positions[1]
+        .truncate()
+        .distance(Vec3::new(0.0, -0.5, 0.0));
+    assert!(
+        (f64::from(moved) - 50.0 * 9.81 * 1e-4).abs() < 1e-5,
+        "moved by {moved}"
+    );
 }

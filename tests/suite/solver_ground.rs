@@ -35,10 +35,20 @@ fn on_slope(tangent: f64, friction: f32) -> (World, f64, f64) {
 
 #[test]
 fn a_particle_sticks_on_a_slope_no_steeper_than_friction_allows() {
-    for (tangent, friction) in [(0.0, 0.0), (0.1, 0.101), (0.499, 0.5), (0.999, 1.0), (2.9, 3.0)] {
+    for (tangent, friction) in [
+        (0.0, 0.0),
+        (0.1, 0.101),
+        (0.499, 0.5),
+        (0.999, 1.0),
+        (2.9, 3.0),
+    ] {
         let (mut world, ..) = on_slope(tangent, friction);
         support::run(&mut world, 5.0);
-        assert_eq!(position(&world, 0), Vec3::ZERO, "tan θ = {tangent}, µ = {friction}");
+        assert_eq!(
+            position(&world, 0),
+            Vec3::ZERO,
+            "tan θ = {tangent}, µ = {friction}"
+        );
     }
 }
 
@@ -56,7 +66,11 @@ fn a_particle_slides_on_a_steeper_slope_with_what_friction_leaves_of_gravity() {
         // Along the way every step is rounded by at most half an ulp of 0.25 m, 1.5e-8 m, and the
         // velocity carries that on: n²/2 of them in a walk that may lean to one side.
         let error = (f64::from(position(&world, 0).x) - expected).abs();
-        assert!(error < 120.0_f64.powi(2) / 2.0 * 1.5e-8, "slid {}", position(&world, 0).x);
+        assert!(
+            error < 120.0_f64.powi(2) / 2.0 * 1.5e-8,
+            "slid {}",
+            position(&world, 0).x
+        );
         assert_eq!(position(&world, 0).y, 0.0);
     }
 }
@@ -96,7 +110,12 @@ fn tops(h: f64, mut height_after_tick: impl FnMut() -> f64) -> Vec<f64> {
 
 #[test]
 fn a_bounce_reaches_the_square_of_restitution_of_the_height_before_it() {
-    for (e, rate) in [(1.0, 1200.0), (0.8, 1200.0), (0.5, 1200.0), (0.8, 9600.0_f64)] {
+    for (e, rate) in [
+        (1.0, 1200.0),
+        (0.8, 1200.0),
+        (0.5, 1200.0),
+        (0.8, 9600.0_f64),
+    ] {
         let h = 1.0 / rate;
         let mut world = on_ground(ground(0.5, e));
         world.settings = settings(G, rate, 1, 1);
@@ -115,20 +134,42 @@ fn a_bounce_reaches_the_square_of_restitution_of_the_height_before_it() {
         let late = |height: f64| 4.0 * G * h / (2.0 * G * height).sqrt();
         let kept = f64::from(e * e);
         assert_eq!(exact.len(), 3);
-        for (k, pair) in [1.0].into_iter().chain(exact).collect::<Vec<_>>().windows(2).enumerate() {
+        for (k, pair) in [1.0]
+            .into_iter()
+            .chain(exact)
+            .collect::<Vec<_>>()
+            .windows(2)
+            .enumerate()
+        {
             let expected = kept * pair[0];
-            assert_relative(pair[1], expected, late(expected), &format!("the twin's top {k}"));
+            assert_relative(
+                pair[1],
+                expected,
+                late(expected),
+                &format!("the twin's top {k}"),
+            );
         }
         if rate > 5000.0 {
             // gh² is two ulp of a metre there: f32 cannot tell.
             continue;
         }
         assert_eq!(fast.len(), 3);
-        for (k, pair) in [1.0].into_iter().chain(fast).collect::<Vec<_>>().windows(2).enumerate() {
+        for (k, pair) in [1.0]
+            .into_iter()
+            .chain(fast)
+            .collect::<Vec<_>>()
+            .windows(2)
+            .enumerate()
+        {
             // Gravity's way in a substep, gh² = 6.8e-6 m, is rounded by half an ulp of the height.
             let expected = kept * pair[0];
             let rounding = 2.0_f64.powi(-24) * pair[0] / (G * h * h);
-            assert_relative(pair[1], expected, late(expected) + rounding, &format!("top {k}"));
+            assert_relative(
+                pair[1],
+                expected,
+                late(expected) + rounding,
+                &format!("top {k}"),
+            );
         }
     }
 }

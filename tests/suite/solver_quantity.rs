@@ -16,9 +16,15 @@ where
         let error = T::try_from(value).expect_err(&format!("{name} of {value}"));
         let message = error.to_string();
         assert!(message.starts_with(name), "{message}");
-        assert!(message.contains(&format!("is {}, but must be ", error.value)), "{message}");
+        assert!(
+            message.contains(&format!("is {}, but must be ", error.value)),
+            "{message}"
+        );
         assert!(message.ends_with(error.valid), "{message}");
-        assert!(error.value.to_bits() == value.to_bits(), "{message} instead of {value}");
+        assert!(
+            error.value.to_bits() == value.to_bits(),
+            "{message} instead of {value}"
+        );
         message
     };
     values.iter().map(refuse).collect()
@@ -35,7 +41,10 @@ fn rates_and_counts_of_zero_negative_or_not_finite_are_refused() {
     }
     refused::<Substeps>("substeps", &[2.5, 10_001.0]);
     let messages = refused::<Substeps>("substeps", &[0.0]);
-    assert_eq!(messages, ["substeps is 0, but must be a whole number between 1 and 10000"]);
+    assert_eq!(
+        messages,
+        ["substeps is 0, but must be a whole number between 1 and 10000"]
+    );
 }
 
 #[test]

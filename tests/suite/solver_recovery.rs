@@ -36,8 +36,16 @@ fn a_body_squashed_flat_comes_back_with_edges_and_volume_and_with_neither_alone(
         shape_error(&world)
     });
     assert!(after[0] < 0.01, "with both it is off by {}", after[0]);
-    assert!(after[1] > 0.05, "with edges alone it is off by {}", after[1]);
-    assert!(after[2] > 0.05, "with volume alone it is off by {}", after[2]);
+    assert!(
+        after[1] > 0.05,
+        "with edges alone it is off by {}",
+        after[1]
+    );
+    assert!(
+        after[2] > 0.05,
+        "with volume alone it is off by {}",
+        after[2]
+    );
 }
 
 #[test]
@@ -75,7 +83,10 @@ fn a_body_in_its_rest_shape_does_not_move_by_a_bit() {
 fn deformations_leave_pins_and_factors_that_are_not_finite_alone() {
     let mut body = support::pinned(body("cube", cube(0.5, 1), 1000.0), &[0]);
     let before = body.particles.clone();
-    for deformation in [Deformation::Squash(f32::NAN), Deformation::Scale(f32::INFINITY)] {
+    for deformation in [
+        Deformation::Squash(f32::NAN),
+        Deformation::Scale(f32::INFINITY),
+    ] {
         deform(&mut body.particles, deformation);
         assert_eq!(body.particles.positions, before.positions);
     }

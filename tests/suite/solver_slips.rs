@@ -87,22 +87,39 @@ fn multipliers_and_positions_are_added_to_and_not_replaced() {
     // α̃ = 2 /kg and Σw = 2 /kg: Δλ = −0.5/4, half of the error is left.
     assert_relative(f64::from(lambda[0]), -0.125, 1e-5, "λ");
     let ends = [0, 1].map(|i| body.particles.positions[i].truncate());
-    assert!(ends[0].distance(Vec3::new(16.0, 3.875, 8.0)) < 1e-5, "{}", ends[0]);
-    assert!(ends[1].distance(Vec3::new(16.0, 2.625, 8.0)) < 1e-5, "{}", ends[1]);
+    assert!(
+        ends[0].distance(Vec3::new(16.0, 3.875, 8.0)) < 1e-5,
+        "{}",
+        ends[0]
+    );
+    assert!(
+        ends[1].distance(Vec3::new(16.0, 2.625, 8.0)) < 1e-5,
+        "{}",
+        ends[1]
+    );
 }
 
 #[test]
 fn every_corner_has_a_gradient_of_its_own() {
     // One cross product for all four moves all corners along one line.
     let (mut body, _) = swollen(1000.0);
-    let before: Vec<Vec3> = body.particles.positions.iter().map(|x| x.truncate()).collect();
+    let before: Vec<Vec3> = body
+        .particles
+        .positions
+        .iter()
+        .map(|x| x.truncate())
+        .collect();
     sweep_volumes(&mut body, &Volume::default());
     let moved = |i: usize| (body.particles.positions[i].truncate() - before[i]).normalize();
     let expected = [Vec3::ONE.normalize(), Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z];
     for (i, expected) in expected.into_iter().enumerate() {
         // The swelling of 2⁻¹⁰ turns the face opposite corner 0 by as much, and ways of 1e-4 m are
         // known to 2⁻²⁴ m.
-        assert!(moved(i).distance(expected) < 3e-3, "corner {i}: {}", moved(i));
+        assert!(
+            moved(i).distance(expected) < 3e-3,
+            "corner {i}: {}",
+            moved(i)
+        );
     }
 }
 
@@ -139,7 +156,12 @@ fn a_particle_has_the_sum_of_its_shares_of_masses_and_not_of_inverse_masses() {
         ..RestShape::default()
     };
     let body = body("two", shape, 1.0);
-    let w: Vec<f64> = body.particles.positions.iter().map(|x| x.w.into()).collect();
+    let w: Vec<f64> = body
+        .particles
+        .positions
+        .iter()
+        .map(|x| x.w.into())
+        .collect();
     for (i, expected) in [6.0, 6.0, 6.0, 24.0, 8.0].into_iter().enumerate() {
         assert_relative(w[i], expected, 1e-6, &format!("inverse mass of {i}"));
     }
@@ -152,5 +174,9 @@ fn the_sign_of_the_volume_counts() {
     body.particles.positions[1].x = -1.0;
     let before = volume_of(&body);
     sweep_volumes(&mut body, &Volume::default());
-    assert!(volume_of(&body) > before + 0.01, "{before} became {}", volume_of(&body));
+    assert!(
+        volume_of(&body) > before + 0.01,
+        "{before} became {}",
+        volume_of(&body)
+    );
 }

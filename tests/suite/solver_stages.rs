@@ -1,8 +1,8 @@
 //! The three stages: predict, project, velocity from positions; A1 to A4 and A11 of the methods.
 
 use crate::support::{
-    self, G, bits, body, body_of_masses, chain, cube, elastic_on_ground, pinned, point,
-    position, settings, stretch, tetrahedron, with, world,
+    self, G, bits, body, body_of_masses, chain, cube, elastic_on_ground, pinned, point, position,
+    settings, stretch, tetrahedron, with, world,
 };
 use glam::{DVec3, Vec3, Vec4};
 use pliant::solver::{Body, Effects, RestShape, StickyGround, World, measure, reference};
@@ -27,7 +27,11 @@ fn free_fall_follows_the_closed_form_to_the_bit_where_every_number_is_a_sum_of_f
     for tick in 1..=512 {
         world.tick();
         let expected = fallen(2.0, 8.0, 1.0 / 256.0, 4 * tick);
-        assert_eq!(f64::from(position(&world, 0).y), expected, "after {tick} ticks");
+        assert_eq!(
+            f64::from(position(&world, 0).y),
+            expected,
+            "after {tick} ticks"
+        );
     }
 }
 
@@ -79,7 +83,10 @@ fn a_hanging_chain_equals_a_loop_of_ten_lines_to_the_bit() {
         stretch: stretch(1e-4),
         ..Effects::default()
     };
-    let body = pinned(with(body_of_masses(chain(2, 0.3), &[1.0, 0.5, 2.0]), effects), &[0]);
+    let body = pinned(
+        with(body_of_masses(chain(2, 0.3), &[1.0, 0.5, 2.0]), effects),
+        &[0],
+    );
     let mut world = world(settings(G, 60.0, 10, 3), body);
     world.bodies[0].set_velocity(Vec3::new(0.4, 0.0, 0.2));
 
@@ -100,8 +107,8 @@ fn a_hanging_chain_equals_a_loop_of_ten_lines_to_the_bit() {
         for edge in [0, 1].repeat(3) {
             let d = x[edge + 1] - x[edge];
             let n = d / d.length();
-            let change = -(d.length() - rest[edge] + alpha * lambda[edge])
-                / (w[edge] + w[edge + 1] + alpha);
+            let change =
+                -(d.length() - rest[edge] + alpha * lambda[edge]) / (w[edge] + w[edge + 1] + alpha);
             lambda[edge] += change;
             x[edge] += -n * (w[edge] * change);
             x[edge + 1] += n * (w[edge + 1] * change);
@@ -138,7 +145,10 @@ fn pinned_particles_move_by_exactly_nothing_for_ten_thousand_frames() {
         ..Effects::default()
     };
     // Numbers that no binary fraction holds, and a swing that never stops pulling.
-    let mut body = pinned(with(body_of_masses(chain(3, 0.37), &[1.0; 4]), effects), &[0, 2]);
+    let mut body = pinned(
+        with(body_of_masses(chain(3, 0.37), &[1.0; 4]), effects),
+        &[0, 2],
+    );
     body.translate(Vec3::new(0.1, 0.7, -1.3));
     body.set_velocity(Vec3::new(3.0, 0.0, 1.0));
     let mut world = world(settings(G, 60.0, 10, 1), body);
@@ -158,7 +168,10 @@ fn pinned_particles_move_by_exactly_nothing_for_ten_thousand_frames() {
 /// for a speed: m · 2⁻²² m / √12 / h = 1.7e-3 kg·m/s. With four sweeps there are 12 ends of edges
 /// and 4 corners four times over, and 4 predictions: 68 roundings along each of three axes.
 fn tumbling(gravity: f64) -> (World, f64) {
-    let mut body = with(body("tetrahedron", tetrahedron(), 1000.0), support::elastic());
+    let mut body = with(
+        body("tetrahedron", tetrahedron(), 1000.0),
+        support::elastic(),
+    );
     body.set_velocity(Vec3::new(1.0, 2.0, -3.0));
     body.particles.velocities[0] += Vec4::new(4.0, 0.0, 5.0, 0.0);
     let mass = 1000.0 / 24.0;
@@ -173,7 +186,10 @@ fn the_momentum_of_a_free_body_is_constant_but_for_rounding() {
     support::run(&mut world, 1.0);
     let after = measure::momentum(&world.bodies[0].particles);
     // A random walk of 600 substeps, and three standard deviations of it.
-    assert!(after.distance(before) < 3.0 * rounding * 600.0_f64.sqrt(), "{before}, {after}");
+    assert!(
+        after.distance(before) < 3.0 * rounding * 600.0_f64.sqrt(),
+        "{before}, {after}"
+    );
 }
 
 #[test]
@@ -202,5 +218,8 @@ fn the_centre_of_mass_of_a_tumbling_body_follows_the_parabola() {
     let expected = start + v * 0.5 + DVec3::Y * fallen(0.0, G, 1.0 / 600.0, 300);
     // The walk of the momentum, once more summed up: h √(n³/3) of a substep's.
     let tolerance = 3.0 * rounding / mass / 600.0 * (300.0_f64.powi(3) / 3.0).sqrt();
-    assert!(end.distance(expected) < tolerance, "{end} instead of {expected}");
+    assert!(
+        end.distance(expected) < tolerance,
+        "{end} instead of {expected}"
+    );
 }

@@ -37,9 +37,17 @@ fn one_projection_closes_a_lone_rigid_edge_and_shares_the_way_by_inverse_masses(
     let length = at(&body, 0).distance(at(&body, 1));
     assert!((length - 0.5).abs() <= 1e-6 * 0.5, "length {length}");
     // Positions below 1 m are rounded by 2⁻²⁵ m at most, of ways of 0.07 m and more.
-    assert_relative(f64::from(moved[0].length() / moved[1].length()), 3.0, 1e-6, "share");
+    assert_relative(
+        f64::from(moved[0].length() / moved[1].length()),
+        3.0,
+        1e-6,
+        "share",
+    );
     let momentum = moved[0] + 3.0 * moved[1];
-    assert!(momentum.length() < 4.0 * 2.0_f32.powi(-25), "momentum {momentum}");
+    assert!(
+        momentum.length() < 4.0 * 2.0_f32.powi(-25),
+        "momentum {momentum}"
+    );
 }
 
 /// A mass that hangs from a pin on an edge, let down gently.
@@ -49,7 +57,10 @@ fn hanging(rest_length: f32, mass: f32, effect: Stretch, rate: f64, substeps: u3
         ..Effects::default()
     };
     let body = body_of_masses(chain(1, rest_length), &[1.0, mass]);
-    world(settings(G, rate, substeps, 1), pinned(with(body, effects), &[0]))
+    world(
+        settings(G, rate, substeps, 1),
+        pinned(with(body, effects), &[0]),
+    )
 }
 
 #[test]
@@ -115,7 +126,12 @@ fn axial_stiffness_does_not_depend_on_how_finely_a_rope_is_divided() {
         let expected: f64 = (0..links)
             .map(|joints_below| G * (1.0 + 0.1 * f64::from(joints_below)) * link / 100.0)
             .sum();
-        assert_relative(stretched, expected, 1e-3, &format!("stretch of {links} links"));
+        assert_relative(
+            stretched,
+            expected,
+            1e-3,
+            &format!("stretch of {links} links"),
+        );
     }
 }
 
@@ -155,7 +171,12 @@ fn an_edge_between_two_pins_does_nothing_and_makes_no_nan() {
     body.particles.positions[1].y = -2.0;
     let before = bits(&body.particles.positions);
     let mut lambda = [7.0];
-    sweep(&mut body, &Stretch::default(), 0.01, Multipliers::First(&mut lambda));
+    sweep(
+        &mut body,
+        &Stretch::default(),
+        0.01,
+        Multipliers::First(&mut lambda),
+    );
     assert_eq!(bits(&body.particles.positions), before);
     assert!(lambda[0].is_finite());
 }
@@ -172,7 +193,13 @@ fn without_compliance_the_bits_are_those_of_classic_position_based_dynamics() {
     let mut x: Vec<Vec3> = (0..5).map(|i| at(&body, i)).collect();
     for _ in 0..20 {
         // Müller and others 2007: no multiplier, no compliance.
-        for (&[a, b], &rest) in body.topology.edges.ends.iter().zip(&body.topology.edges.rest_length) {
+        for (&[a, b], &rest) in body
+            .topology
+            .edges
+            .ends
+            .iter()
+            .zip(&body.topology.edges.rest_length)
+        {
             let (a, b) = (a as usize, b as usize);
             let d = x[b] - x[a];
             let push = d / d.length();

@@ -12,21 +12,32 @@ fn error(change: impl FnOnce(&mut RestShape)) -> TopologyError {
 
 #[test]
 fn shapes_that_make_no_sense_are_refused_with_the_element_and_the_vertex() {
-    assert_eq!(Topology::new(RestShape::default()), Err(TopologyError::Empty));
+    assert_eq!(
+        Topology::new(RestShape::default()),
+        Err(TopologyError::Empty)
+    );
     let message = error(|shape| shape.vertices[2].y = f32::NAN).to_string();
-    assert!(message.contains("vertex 2") && message.contains("NaN"), "{message}");
+    assert!(
+        message.contains("vertex 2") && message.contains("NaN"),
+        "{message}"
+    );
     let message = error(|shape| shape.edges[1] = [0, 9]).to_string();
     assert_eq!(message, "edge 1 names vertex 9, but there are 4 (0 to 3)");
     let message = error(|shape| shape.tetrahedra[0] = [0, 1, 1, 3]).to_string();
     assert_eq!(message, "tetrahedron 0 names vertex 1 more than once");
     let message = error(|shape| shape.triangles[3] = [u32::MAX, 1, 2]).to_string();
-    assert!(message.starts_with("triangle 3 names vertex 4294967295"), "{message}");
+    assert!(
+        message.starts_with("triangle 3 names vertex 4294967295"),
+        "{message}"
+    );
 }
 
 #[test]
 fn flat_elements_repeated_edges_and_unused_vertices_are_left_out_and_counted() {
     let mut shape = tetrahedron();
-    shape.vertices.extend([Vec3::new(1.0, 1.0, 0.0), Vec3::splat(7.0)]);
+    shape
+        .vertices
+        .extend([Vec3::new(1.0, 1.0, 0.0), Vec3::splat(7.0)]);
     shape.tetrahedra.push([0, 1, 2, 4]);
     shape.edges.extend([[1, 0], [0, 1]]);
     let topology = topology(shape);
@@ -59,7 +70,12 @@ fn the_masses_of_the_particles_add_up_to_that_of_the_body() {
     sheet.tetrahedra.clear();
     let sheet = body("sheet", sheet, 2.0);
     assert_eq!(sheet.topology.dimension, Dimension::Sheet);
-    assert_relative(mass(&sheet), 2.0 * (1.5 + 0.75_f64.sqrt()), 3e-7, "mass of the sheet");
+    assert_relative(
+        mass(&sheet),
+        2.0 * (1.5 + 0.75_f64.sqrt()),
+        3e-7,
+        "mass of the sheet",
+    );
     let rope = body("rope", chain(4, 0.5), 3.0);
     assert_eq!(rope.topology.dimension, Dimension::Line);
     assert_relative(mass(&rope), 6.0, 3e-7, "mass of the rope");
@@ -85,5 +101,9 @@ fn a_tetrahedron_given_inside_out_keeps_its_sign_and_is_content() {
     let mut world = crate::support::world(crate::support::settings(0.0, 60.0, 10, 1), body);
     let before = world.state_hash();
     world.tick();
-    assert_eq!(world.state_hash(), before, "it is at rest in its rest shape");
+    assert_eq!(
+        world.state_hash(),
+        before,
+        "it is at rest in its rest shape"
+    );
 }

@@ -60,7 +60,10 @@ fn gradients_of_the_volume_are_its_central_differences() {
         // Products of two lengths below 2√3 m, a dozen roundings of 2⁻²⁴ each.
         assert!((f64::from(volume) - exact_volume(wide)).abs() < 1e-5);
         for (gradient, expected) in gradients.iter().zip(differences(wide)) {
-            assert!(gradient.as_dvec3().distance(expected) < 1e-5, "{gradient} is not {expected}");
+            assert!(
+                gradient.as_dvec3().distance(expected) < 1e-5,
+                "{gradient} is not {expected}"
+            );
         }
     }
 }

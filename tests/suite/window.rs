@@ -74,7 +74,9 @@ impl Window {
             folder,
             id: 0,
         };
-        window.wait("the first picture", |event| (event["event"] == "ready").then_some(()));
+        window.wait("the first picture", |event| {
+            (event["event"] == "ready").then_some(())
+        });
         let id = xdotool(&["search", "--onlyvisible", "--name", "^Pliant"]);
         window.id = id.trim().parse().expect("one window of that name");
         window
@@ -83,7 +85,9 @@ impl Window {
     fn events(&self) -> Vec<Value> {
         let text = std::fs::read_to_string(self.folder.join("journal.jsonl")).unwrap_or_default();
         // The last line may be half written.
-        text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
+        text.lines()
+            .filter_map(|line| serde_json::from_str(line).ok())
+            .collect()
     }
 
     /// The newest event that `find` takes, waiting for it.
@@ -120,7 +124,8 @@ impl Window {
     /// Where a widget of the panel is now: x, y, width, height [px].
     fn widget(&mut self, name: &str) -> [f64; 4] {
         self.wait(name, |event| {
-            (event["event"] == "widget" && event["name"] == name).then(|| numbers(&event["rect"]))?
+            (event["event"] == "widget" && event["name"] == name)
+                .then(|| numbers(&event["rect"]))?
         })
     }
 
@@ -132,7 +137,9 @@ impl Window {
     fn close(mut self) {
         let (connection, _) = x11rb::connect(None).expect("the display is there");
         let atom = |name: &str| {
-            let cookie = connection.intern_atom(false, name.as_bytes()).expect("asked");
+            let cookie = connection
+                .intern_atom(false, name.as_bytes())
+                .expect("asked");
             cookie.reply().expect("an atom").atom
         };
         let message = ClientMessageEvent::new(
@@ -177,7 +184,11 @@ fn numbers<const N: usize>(value: &Value) -> Option<[f64; N]> {
 }
 
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| (a - b) * (a - b))
+        .sum::<f64>()
+        .sqrt()
 }
 
 #[test]
@@ -185,7 +196,9 @@ fn a_body_is_dragged_by_the_pointer_and_let_go() {
     if !can_run() {
         return;
     }
-    let _alone = POINTER.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let _alone = POINTER
+        .lock()
+        .unwrap_or_else(|poisoned| poisoned.into_inner());
     let mut window = Window::open("jelly_cube");
     // It falls and settles first, so that what moves it afterwards is the hand.
     window.wait("two seconds of simulation", |event| {
@@ -194,7 +207,9 @@ fn a_body_is_dragged_by_the_pointer_and_let_go() {
     let (place, before) = window.body();
     window.point(place);
     xdotool(&["mousedown", "1"]);
-    window.wait("grab", |event| (event["action"]["do"] == "grab").then_some(()));
+    window.wait("grab", |event| {
+        (event["action"]["do"] == "grab").then_some(())
+    });
     for step in 1..=10 {
         let up = f64::from(step) * 15.0;
         window.point([place[0] - up, place[1] - up]);
@@ -211,14 +226,19 @@ fn a_body_is_dragged_by_the_pointer_and_let_go() {
     let camera_moves = window.count(|event| event["event"] == "camera");
     assert_eq!(camera_moves, 0, "the camera stays while a body is dragged");
     xdotool(&["mouseup", "1"]);
-    window.wait("release", |event| (event["action"]["do"] == "release").then_some(()));
+    window.wait("release", |event| {
+        (event["action"]["do"] == "release").then_some(())
+    });
     let start = Instant::now();
     loop {
         let (_, now) = window.body();
         if now[1] < lifted[1] - 0.05 {
             break;
         }
-        assert!(start.elapsed() < PATIENCE, "it does not fall from {lifted:?}: {now:?}");
+        assert!(
+            start.elapsed() < PATIENCE,
+            "it does not fall from {lifted:?}: {now:?}"
+        );
         std::thread::sleep(Duration::from_millis(100));
     }
     window.close();
@@ -229,10 +249,15 @@ fn the_compliance_slider_changes_the_component() {
     if !can_run() {
         return;
     }
-    let _alone = POINTER.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let _alone = POINTER
+        .lock()
+        .unwrap_or_else(|poisoned| poisoned.into_inner());
     let mut window = Window::open("jelly_cube");
     let [x, y, width, height] = window.widget("stretch.compliance");
-    assert!(x >= 0.0 && x + width <= SIZE.0 && y + height <= SIZE.1, "it is in sight");
+    assert!(
+        x >= 0.0 && x + width <= SIZE.0 && y + height <= SIZE.1,
+        "it is in sight"
+    );
     let value_at = |window: &mut Window, share: f64| {
         let is_set = |event: &Value| event["action"]["parameter"] == "stretch.compliance";
         let before = window.count(is_set);
@@ -242,7 +267,10 @@ fn the_compliance_slider_changes_the_component() {
         xdotool(&["mouseup", "1"]);
         let start = Instant::now();
         while window.count(is_set) == before {
-            assert!(start.elapsed() < PATIENCE, "pressing the slider sets nothing");
+            assert!(
+                start.elapsed() < PATIENCE,
+                "pressing the slider sets nothing"
+            );
             std::thread::sleep(Duration::from_millis(50));
         }
         window.wait("value", |event| {
