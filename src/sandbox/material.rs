@@ -56,53 +56,45 @@ pub struct Finish {
     pub highlight: f32,
     /// Height of the floor [m].
     pub floor: f32,
+    /// Colour of light that went through, linear sRGB.
+    pub deep: Vec3,
 }
 
 impl Finish {
     /// A jelly of a colour, linear sRGB.
     #[must_use]
     pub fn jelly(colour: Vec3) -> Self {
-        Self {
-            colour,
-            roughness: 0.20,
-            translucency: 1.0,
-            gloss: 1.0,
-            highlight: 0.0,
-            floor: 0.0,
-        }
+        Self::new(colour, 0.20, 1.0, 1.0)
     }
 
     /// Woven cloth of a colour, linear sRGB.
     #[must_use]
     pub fn cloth(colour: Vec3) -> Self {
-        Self {
-            roughness: 0.75,
-            translucency: 0.5,
-            gloss: 0.25,
-            ..Self::jelly(colour)
-        }
+        Self::new(colour, 0.75, 0.5, 0.25)
     }
 
     /// A rope or chain of a colour, linear sRGB.
     #[must_use]
     pub fn cord(colour: Vec3) -> Self {
-        Self {
-            roughness: 0.4,
-            translucency: 0.3,
-            gloss: 0.7,
-            ..Self::jelly(colour)
-        }
+        Self::new(colour, 0.4, 0.3, 0.7)
     }
 
     /// A collider: pale, hard and matt, so that it recedes behind what is soft.
     #[must_use]
     pub fn collider() -> Self {
-        let colour = linear([196, 202, 206]);
+        Self::new(linear([196, 202, 206]), 0.45, 0.0, 0.5)
+    }
+
+    fn new(colour: Vec3, roughness: f32, translucency: f32, gloss: f32) -> Self {
         Self {
-            roughness: 0.45,
-            translucency: 0.0,
-            gloss: 0.5,
-            ..Self::jelly(colour)
+            colour,
+            roughness,
+            translucency,
+            gloss,
+            highlight: 0.0,
+            floor: 0.0,
+            // Light loses most of what the colour lacks on its way through.
+            deep: colour.powf(1.0 + 0.35 * translucency),
         }
     }
 }

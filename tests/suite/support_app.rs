@@ -8,7 +8,9 @@ use bevy::{
 use pliant::{
     SoftBodyPlugins,
     effect::EffectRegistry,
-    simulation::{EffectSystems, SolvePhase, SolverSystems, plain, tick},
+    simulation::{
+        Action, ActionError, Actions, EffectSystems, SolvePhase, SolverSystems, plain, tick,
+    },
     solver::{self, Body},
 };
 
@@ -88,5 +90,27 @@ pub fn cubes() -> solver::World {
         settings: settings(9.81, 60.0, 4, 2),
         bodies: vec![cube("dropped", 0.0), thrown],
         ..solver::World::default()
+    }
+}
+
+/// Lets a user do something before the next tick.
+pub fn push(app: &mut App, action: Action) {
+    app.world_mut().resource_mut::<Actions>().push(action);
+}
+
+/// Does one thing, and gives back what was wrong with it.
+pub fn done(app: &mut App, action: Action) -> Vec<ActionError> {
+    push(app, action);
+    ticks(app, 1);
+    app.world_mut().resource_mut::<Actions>().take_errors()
+}
+
+/// Sets a parameter of an effect.
+pub fn set(body: Entity, effect: &str, parameter: &str, value: f64) -> Action {
+    Action::SetParameter {
+        body,
+        effect: effect.into(),
+        parameter: parameter.into(),
+        value,
     }
 }

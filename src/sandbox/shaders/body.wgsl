@@ -10,7 +10,7 @@
 }
 
 struct Finish {
-    // Linear sRGB.
+    // Linear sRGB, of the surface and of light that went through.
     colour: vec3<f32>,
     // Perceptual roughness of the coat, 0 is a mirror.
     roughness: f32,
@@ -22,6 +22,7 @@ struct Finish {
     highlight: f32,
     // Height of the floor [m], for the shade near it.
     floor: f32,
+    deep: vec3<f32>,
 }
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(0) var<uniform> finish: Finish;
@@ -43,14 +44,13 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> @locatio
     let facing = saturate(dot(normal, to_eye));
     let soft = finish.translucency;
 
-    // The bias along the normal keeps a curved surface from shading itself.
-    let shadow = key_visibility(in.world_position, normal, in.position.xy);
+    let shadow = key_visibility(in.world_position, normal);
     let wrap = 0.6 * soft;
     let cosine = dot(normal, key);
     let wrapped = saturate((cosine + wrap) / ((1.0 + wrap) * (1.0 + wrap)));
     // Inside a jelly a shadow's edge is lit by its neighbourhood, and takes its colour.
     let shade = mix(shadow, 1.0, 0.3 * soft);
-    let deep = pow(finish.colour, vec3<f32>(1.0 + 0.35 * soft));
+    let deep = finish.deep;
     let terminator = mix(deep, finish.colour, smoothstep(-0.2, 0.7, cosine));
 
     // Light gets scarce where a surface looks down upon a near floor.
@@ -63,16 +63,20 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> @locatio
     // Light through the body: what leaves on the far side, what shines towards the eye, and
     // what makes thin outlines glow.
     let far_side = 0.20 * saturate(0.5 - 0.5 * cosine);
-    let through = 0.6 * pow(saturate(dot(to_eye, -normalize(key + 0.35 * normal))), 3.0) * shade;
+    let towards_eye = saturate(dot(to_eye, -normalize(key + 0.35 * normal)));
+    let through = 0.6 * towards_eye * towards_eye * towards_eye * shade;
     let outline = 0.16 * (1.0 - facing);
     colour += deep * KEY * soft * (far_side + through + outline + 0.08);
 
-    let fresnel = 0.04 + 0.96 * pow(1.0 - facing, 5.0) * (1.0 - 0.6 * finish.roughness);
+    let aslant = 1.0 - facing;
+    let aslant_squared = aslant * aslant;
+    let fresnel = 0.04
+        + 0.96 * aslant_squared * aslant_squared * aslant * (1.0 - 0.6 * finish.roughness);
     let mirrored = reflect(-to_eye, normal);
     let glint = reflection(mirrored, finish.roughness) * mix(0.45, 1.0, shadow) * mix(0.5, 1.0, open);
     colour = mix(colour, glint, fresnel * finish.gloss);
 
-    let rim = pow(1.0 - facing, 2.5);
+    let rim = aslant_squared * sqrt(aslant);
     colour += finish.highlight * (0.06 * finish.colour + rim * (0.35 * finish.colour + 0.35));
     return expose(colour, in.position.xy);
 }

@@ -65,10 +65,7 @@ fn fragment(in: VertexOutput) -> @location(0) vec4<f32> {
     let away = length(at - stage.focus.xz) / stage.scale;
     let fade = smoothstep(0.8, 14.0, away);
 
-    var shadow = 1.0;
-    if (fade < 1.0) {
-        shadow = key_visibility(in.world_position, up, in.position.xy);
-    }
+    let shadow = key_visibility(in.world_position, up);
     let key = key_direction();
     let ground = grounded(in.world_position.xyz, key);
     let open = 1.0 - DEEPEST * saturate(ground.w);

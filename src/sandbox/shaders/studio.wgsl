@@ -7,10 +7,11 @@
 
 #define_import_path pliant::studio
 
-#import bevy_pbr::mesh_view_bindings::{lights, view}
-#import bevy_pbr::shadows::fetch_directional_shadow
+#import bevy_pbr::mesh_view_bindings::lights
+#import bevy_pbr::shadow_sampling::sample_shadow_map_castano_thirteen
+#import bevy_pbr::shadows::world_to_directional_light_local
 #ifdef TONEMAP_IN_SHADER
-#import bevy_core_pipeline::tonemapping::{screen_space_dither, tone_mapping}
+#import bevy_core_pipeline::tonemapping::{screen_space_dither, tonemapping_pbr_neutral}
 #endif
 
 const KEY: vec3<f32> = vec3<f32>(0.98, 0.90, 0.79);
@@ -25,14 +26,20 @@ fn key_direction() -> vec3<f32> {
 }
 
 // Share of the key light that reaches a point, 0 in shadow.
-fn key_visibility(position: vec4<f32>, normal: vec3<f32>, frag_coord: vec2<f32>) -> f32 {
-    let view_z = dot(vec4<f32>(
-        view.view_from_world[0].z,
-        view.view_from_world[1].z,
-        view.view_from_world[2].z,
-        view.view_from_world[3].z,
-    ), position);
-    return fetch_directional_shadow(0u, position, normal, view_z, frag_coord);
+//
+// The engine's own lookup also prepares blurred shadows and a second cascade behind branches; a
+// software renderer runs both sides of every branch, and took six times as long for a frame.
+fn key_visibility(position: vec4<f32>, normal: vec3<f32>) -> f32 {
+    let light = &lights.directional_lights[0];
+    let cascade = &(*light).cascades[0];
+    // The bias along the normal keeps a curved surface from shading itself.
+    let offset = (*light).shadow_normal_bias * (*cascade).texel_size * normal
+        + (*light).shadow_depth_bias * (*light).direction_to_light;
+    let at = world_to_directional_light_local(0u, 0u, vec4<f32>(position.xyz + offset, 1.0));
+    let layer = i32((*light).depth_texture_base_index);
+    let lit = sample_shadow_map_castano_thirteen(at.xy, at.z, layer);
+    // Outside the map nothing is in shadow.
+    return select(1.0, lit, at.w > 0.0);
 }
 
 // What the backdrop shows in a direction: a cove that rises from the floor's colour.
@@ -83,13 +90,14 @@ fn reflection(direction: vec3<f32>, roughness: f32) -> vec3<f32> {
     return room + 7.0 * KEY * main + 2.6 * vec3<f32>(0.86, 0.95, 1.0) * strip;
 }
 
-// Linear light to what the screen wants.
+// Linear light to what the screen wants: colours stay what they are, highlights roll off.
 fn expose(colour: vec3<f32>, frag_coord: vec2<f32>) -> vec4<f32> {
 #ifdef TONEMAP_IN_SHADER
-    let mapped = tone_mapping(vec4<f32>(colour, 1.0), view.color_grading).rgb;
-    // Dithered in display space, where the eye counts steps; the target encodes again.
-    let shown = pow(mapped, vec3<f32>(1.0 / 2.2)) + screen_space_dither(frag_coord);
-    return vec4<f32>(pow(max(shown, vec3<f32>(0.0)), vec3<f32>(2.2)), 1.0);
+    let mapped = tonemapping_pbr_neutral(max(colour, vec3<f32>(0.0)));
+    // Noise of half a step of the screen, against bands in the gradients. The screen's steps lie
+    // along a curve of about the power 2.2, and near its slope a square root will do.
+    let slope = 2.2 * sqrt(mapped);
+    return vec4<f32>(mapped + screen_space_dither(frag_coord) * slope, 1.0);
 #else
     return vec4<f32>(colour, 1.0);
 #endif

@@ -1,0 +1,142 @@
+//! Actions that cannot be carried out: refused with a reason, and nothing has changed.
+
+use crate::support_app::{app, app_of, cubes, done, set};
+use bevy::prelude::*;
+use pliant::{
+    effect::Collide,
+    simulation::{Action, SimulationSettings, SoftBody},
+    solver::{Deformation, Grab, SurfacePoint},
+};
+
+/// The message of an action that must be refused and change nothing.
+#[track_caller]
+fn refused(app: &mut App, action: Action) -> String {
+    let before = app.world().resource::<SimulationSettings>().0;
+    let errors = done(app, action);
+    assert_eq!(errors.len(), 1, "{errors:?}");
+    assert_eq!(app.world().resource::<SimulationSettings>().0, before);
+    errors[0].to_string()
+}
+
+#[test]
+fn what_cannot_be_set_is_refused_with_the_word_and_the_choices() {
+    let (mut app, bodies, _) = app_of(&cubes());
+    let body = bodies[0];
+    let message = refused(&mut app, set(body, "strech", "compliance", 1.0));
+    assert!(
+        message.contains("strech") && message.contains("stretch, volume"),
+        "{message}"
+    );
+    let message = refused(&mut app, set(body, "stretch", "stiffness", 1.0));
+    assert!(message.contains("stretch.stiffness"), "{message}");
+    assert!(
+        message.contains("compliance, axial_stiffness, damping"),
+        "{message}"
+    );
+    let message = refused(&mut app, set(body, "stretch", "compliance", -1.0));
+    assert!(
+        message.contains("stretch.compliance") && message.contains("-1"),
+        "{message}"
+    );
+    assert!(message.contains("between 0 and 1e12"), "{message}");
+    let message = refused(&mut app, set(body, "collide", "friction", 1.0));
+    assert!(message.contains("collide"), "{message}");
+    assert!(app.world().get::<Collide>(body).is_none());
+}
+
+#[test]
+fn settings_are_set_by_name_and_refused_with_the_choices() {
+    let (mut app, ..) = app_of(&cubes());
+    let set = |name: &str, value: f64| Action::SetSetting {
+        name: name.into(),
+        value,
+    };
+    for (name, value) in [
+        ("gravity_y", -1.5),
+        ("rate", 30.0),
+        ("substeps", 20.0),
+        ("iterations", 2.0),
+    ] {
+        assert!(done(&mut app, set(name, value)).is_empty());
+        let settings = app.world().resource::<SimulationSettings>().0;
+        assert_eq!(
+            pliant::simulation::action::setting(&settings, name),
+            Some(value)
+        );
+    }
+    for (name, value, words) in [
+        ("substeps", 0.0, ["substeps", "between 1 and 10000"]),
+        ("substeps", 2.5, ["2.5", "whole number"]),
+        ("rate", f64::NAN, ["NaN", "ticks a second"]),
+        ("rate", -60.0, ["-60", "ticks a second"]),
+        ("gravity_x", f64::INFINITY, ["inf", "finite"]),
+        (
+            "gravity",
+            1.0,
+            ["gravity", "gravity_x, gravity_y, gravity_z, rate"],
+        ),
+    ] {
+        let message = refused(&mut app, set(name, value));
+        assert!(words.iter().all(|word| message.contains(word)), "{message}");
+    }
+}
+
+#[test]
+fn a_grab_of_what_is_not_there_is_refused() {
+    let (mut app, bodies, _) = app_of(&cubes());
+    let grab = |target: Vec3, particle: u32| Action::Grab {
+        body: bodies[0],
+        point: SurfacePoint::new(&[(particle, 1.0)]).expect("sound"),
+        target,
+    };
+    refused(&mut app, grab(Vec3::ZERO, 8));
+    refused(&mut app, grab(Vec3::new(f32::NAN, 0.0, 0.0), 0));
+    assert!(app.world().get::<Grab>(bodies[0]).is_none());
+}
+
+#[test]
+fn a_body_that_is_gone_is_said_to_be() {
+    let (mut app, bodies, _) = app_of(&cubes());
+    let body = bodies[0];
+    assert!(done(&mut app, Action::Despawn { body }).is_empty());
+    let gone = [
+        Action::Release { body },
+        Action::Despawn { body },
+        Action::Pin { body, particle: 0 },
+        set(body, "stretch", "compliance", 0.0),
+        Action::Deform {
+            body,
+            deformation: Deformation::Mirror,
+        },
+    ];
+    for action in gone {
+        let message = refused(&mut app, action);
+        assert!(message.contains("no such body"), "{message}");
+    }
+}
+
+#[test]
+fn an_entity_that_is_no_body_is_refused() {
+    let mut app = app();
+    let body = app.world_mut().spawn_empty().id();
+    let message = refused(&mut app, Action::Release { body });
+    assert!(message.contains("no such body"), "{message}");
+    assert!(app.world().get::<SoftBody>(body).is_none());
+}
+
+#[test]
+fn a_particle_or_an_effect_that_does_not_exist_is_refused() {
+    let (mut app, bodies, _) = app_of(&cubes());
+    let (body, particle) = (bodies[0], 99);
+    let message = refused(&mut app, Action::Pin { body, particle });
+    assert!(
+        message.contains("particle 99") && message.contains('8'),
+        "{message}"
+    );
+    let effect = String::from("wind");
+    let message = refused(&mut app, Action::AddEffect { body, effect });
+    assert!(
+        message.contains("wind") && message.contains("sticky_ground"),
+        "{message}"
+    );
+}
