@@ -7,13 +7,18 @@ use super::{
 };
 use crate::{
     SoftBodyPlugins,
+    effect::EffectRegistry,
     simulation::{
-        Measuring, SimulationSettings, SolveSchedule, Statistics, SubstepSchedule, plain,
+        EffectSystems, Measuring, SimulationSettings, SolveSchedule, SolverSystems, Statistics,
+        SubstepSchedule, plain,
         statistics::{measure, state_hash},
         tick,
     },
 };
-use bevy::{ecs::schedule::ScheduleLabel, prelude::*};
+use bevy::{
+    ecs::schedule::{InternedSystemSet, ScheduleLabel},
+    prelude::*,
+};
 
 /// What to change before a scene runs, and for how long.
 #[derive(Debug, Clone, Default)]
@@ -35,8 +40,8 @@ pub struct Run {
     pub tick_ms: Vec<f64>,
     /// What did not hold, a sentence each.
     pub reasons: Vec<String>,
-    /// Names of the systems in the substep, in the order in which they run.
-    pub systems: Vec<String>,
+    /// What the systems in the substep are for, in the order in which they run.
+    pub systems: Vec<&'static str>,
     /// Settings that it ran with.
     pub settings: crate::solver::Settings,
     /// Hash of the state at the end.
@@ -136,31 +141,54 @@ pub fn run(
 /// Simulated time if neither a scene nor a user says [s].
 const DEFAULT_SECONDS: f64 = 5.0;
 
-/// Names of the systems in the substep, in the order in which they run; those of the sweep stand
-/// where the sweeps happen.
+/// What the systems in the substep are for, in the order in which they run: `presolve`, `postsolve`,
+/// and the names of effects; those of the sweep stand where the sweeps happen. A system that a user
+/// of the crate added without an effect of its own is `user`.
 #[must_use]
-pub fn system_names(world: &World) -> Vec<String> {
+pub fn system_names(world: &World) -> Vec<&'static str> {
+    let stages = [
+        ("presolve", SolverSystems::Presolve.intern()),
+        (SWEEPS, SolverSystems::Solve.intern()),
+        ("postsolve", SolverSystems::Postsolve.intern()),
+    ];
     let mut names = Vec::new();
-    for name in names_in(world, SubstepSchedule) {
-        let sweeps = name.ends_with("::solve") && name.contains("simulation::step");
-        names.push(name);
-        if sweeps {
-            names.extend(names_in(world, SolveSchedule));
+    for name in names_in(world, SubstepSchedule, &stages) {
+        if name == SWEEPS {
+            names.extend(names_in(world, SolveSchedule, &[]));
+        } else {
+            names.push(name);
         }
     }
     names
 }
 
-fn names_in(world: &World, label: impl ScheduleLabel) -> Vec<String> {
-    world
-        .resource::<Schedules>()
-        .get(label)
-        .and_then(|schedule| {
-            schedule.systems().ok().map(|systems| {
-                systems
-                    .map(|(_, system)| system.name().to_string())
-                    .collect()
-            })
+/// Stands for the system that runs the sweeps.
+const SWEEPS: &str = "solve";
+
+fn names_in(
+    world: &World,
+    label: impl ScheduleLabel,
+    stages: &[(&'static str, InternedSystemSet)],
+) -> Vec<&'static str> {
+    let Some(schedule) = world.resource::<Schedules>().get(label) else {
+        return Vec::new();
+    };
+    let effects = world
+        .resource::<EffectRegistry>()
+        .iter()
+        .map(|effect| (effect.name, EffectSystems(effect.name).intern()));
+    let sets: Vec<_> = effects.chain(stages.iter().copied()).collect();
+    let Ok(systems) = schedule.systems() else {
+        return Vec::new();
+    };
+    systems
+        .map(|(key, _)| {
+            let holds = |set: InternedSystemSet| {
+                let inside = schedule.graph().systems_in_set(set);
+                inside.is_ok_and(|systems| systems.contains(&key))
+            };
+            let named = sets.iter().find(|(_, set)| holds(*set));
+            named.map_or("user", |(name, _)| *name)
         })
-        .unwrap_or_default()
+        .collect()
 }

@@ -18,6 +18,7 @@ pub fn read(file: &str, bytes: &[u8], beside: &Beside) -> Result<FileMesh, MeshE
     } else {
         (bytes, None)
     };
+    check_attributes(json).map_err(|problem| content(file, "the JSON", problem))?;
     let document = gltf::Gltf::from_slice(json)
         .map_err(|error| content(file, "the JSON", error.to_string()))?
         .document;
@@ -44,6 +45,29 @@ pub fn read(file: &str, bytes: &[u8], beside: &Beside) -> Result<FileMesh, MeshE
         surface.notes.push(note);
     }
     Ok(FileMesh::Surface(surface))
+}
+
+/// Refuses attributes of accessors that there are not: the gltf crate looks them up before it has
+/// checked them.
+fn check_attributes(json: &[u8]) -> Result<(), String> {
+    let root: serde_json::Value = serde_json::from_slice(json).map_err(|e| e.to_string())?;
+    let list =
+        |value: &serde_json::Value, key: &str| value[key].as_array().cloned().unwrap_or_default();
+    let accessors = list(&root, "accessors").len() as u64;
+    for (m, mesh) in list(&root, "meshes").iter().enumerate() {
+        for (p, primitive) in list(mesh, "primitives").iter().enumerate() {
+            let attributes = primitive["attributes"].as_object().into_iter().flatten();
+            for (name, accessor) in attributes {
+                if accessor.as_u64().is_some_and(|index| index >= accessors) {
+                    return Err(format!(
+                        "mesh {m}, primitive {p}: {name} is accessor {accessor}, but there are \
+                         {accessors}"
+                    ));
+                }
+            }
+        }
+    }
+    Ok(())
 }
 
 /// An error in a part of the file.

@@ -28,7 +28,7 @@ fn key_direction() -> vec3<f32> {
 // Share of the key light that reaches a point, 0 in shadow.
 //
 // The engine's own lookup also prepares blurred shadows and a second cascade behind branches; a
-// software renderer runs both sides of every branch, and took six times as long for a frame.
+// software renderer runs both sides of every branch, and took more than twice as long for a frame.
 fn key_visibility(position: vec4<f32>, normal: vec3<f32>) -> f32 {
     let light = &lights.directional_lights[0];
     let cascade = &(*light).cascades[0];
