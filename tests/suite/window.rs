@@ -7,12 +7,13 @@ use serde_json::Value;
 use std::{
     path::PathBuf,
     process::{Child, Command, Stdio},
-    sync::Mutex,
+    sync::{Mutex, OnceLock},
     time::{Duration, Instant},
 };
 use x11rb::{
     connection::Connection,
     protocol::xproto::{ClientMessageEvent, ConnectionExt, EventMask},
+    rust_connection::RustConnection,
 };
 
 /// One window at a time: there is one pointer.
@@ -29,9 +30,17 @@ struct Window {
     id: u32,
 }
 
+/// The display, if there is one. Kept open, as a display server that loses its last client resets,
+/// and refuses the next one for a moment.
+fn display() -> Option<&'static RustConnection> {
+    static DISPLAY: OnceLock<Option<RustConnection>> = OnceLock::new();
+    let connect = || x11rb::connect(None).ok().map(|(connection, _)| connection);
+    DISPLAY.get_or_init(connect).as_ref()
+}
+
 fn can_run() -> bool {
     let tool = Command::new("xdotool").arg("version").output().is_ok();
-    let display = x11rb::connect(None).is_ok();
+    let display = display().is_some();
     let required = std::env::var("PLIANT_WINDOW_TESTS").is_ok_and(|value| value == "required");
     assert!(
         (tool && display) || !required,
@@ -135,7 +144,7 @@ impl Window {
 
     /// Asks the window to close, as its frame's button does, and waits for the program to end.
     fn close(mut self) {
-        let (connection, _) = x11rb::connect(None).expect("the display is there");
+        let connection = display().expect("the display is there");
         let atom = |name: &str| {
             let cookie = connection
                 .intern_atom(false, name.as_bytes())
