@@ -57,7 +57,8 @@ fn meets_box(ray: Ray3d, low: Vec3, high: Vec3) -> bool {
     let enter = a.min(b).max_element();
     let leave = a.max(b).min_element();
     // A ray in the plane of a slab gives NaN, which counts as a hit: the triangles decide.
-    !(leave < enter.max(0.0))
+    let misses = leave < enter.max(0.0);
+    !misses
 }
 
 /// The nearest triangle that the ray meets, from either side (Möller and Trumbore 1997).

@@ -141,11 +141,7 @@ fn locate(
     pointer.hit = match (pointer.owner, pointer.ray) {
         (PointerOwner::None, Some(ray)) => {
             let per_pixel = pixel_size(camera, window.height());
-            pick::nearest(
-                ray,
-                REACH * per_pixel,
-                bodies.iter().map(|(body, drawn)| (body, drawn)),
-            )
+            pick::nearest(ray, REACH * per_pixel, bodies.iter())
         }
         _ => None,
     };

@@ -86,9 +86,46 @@ impl Window {
         window.wait("the first picture", |event| {
             (event["event"] == "ready").then_some(())
         });
-        let id = xdotool(&["search", "--onlyvisible", "--name", "^Pliant"]);
-        window.id = id.trim().parse().expect("one window of that name");
+        window.id = window.find();
+        xdotool(&["windowfocus", &window.id.to_string()]);
         window
+    }
+
+    /// The window's number, as soon as the display shows it.
+    fn find(&self) -> u32 {
+        let start = Instant::now();
+        loop {
+            let search = Command::new("xdotool")
+                .args(["search", "--onlyvisible", "--name", "^Pliant"])
+                .output()
+                .expect("xdotool runs");
+            let found = String::from_utf8_lossy(&search.stdout).trim().parse();
+            if let Ok(id) = found {
+                return id;
+            }
+            assert!(start.elapsed() < PATIENCE, "no window is shown: {found:?}");
+            std::thread::sleep(Duration::from_millis(100));
+        }
+    }
+
+    /// Takes hold of a body in its middle. At a few frames a second a press may come before the
+    /// program has seen where the pointer went; a user presses again then.
+    fn grab(&mut self) -> ([f64; 2], [f64; 3]) {
+        for _ in 0..10 {
+            let (place, centre) = self.body();
+            self.point([place[0] - 2.0, place[1]]);
+            self.point(place);
+            std::thread::sleep(Duration::from_millis(400));
+            xdotool(&["mousedown", "1"]);
+            for _ in 0..20 {
+                if self.count(|event| event["action"]["do"] == "grab") > 0 {
+                    return (place, centre);
+                }
+                std::thread::sleep(Duration::from_millis(100));
+            }
+            xdotool(&["mouseup", "1"]);
+        }
+        panic!("pressing on the body ten times does not grab it");
     }
 
     fn events(&self) -> Vec<Value> {
