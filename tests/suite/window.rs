@@ -250,12 +250,7 @@ fn a_body_is_dragged_by_the_pointer_and_let_go() {
     window.wait("two seconds of simulation", |event| {
         (event["event"] == "tick" && event["time"].as_f64()? > 2.0).then_some(())
     });
-    let (place, before) = window.body();
-    window.point(place);
-    xdotool(&["mousedown", "1"]);
-    window.wait("grab", |event| {
-        (event["action"]["do"] == "grab").then_some(())
-    });
+    let (place, before) = window.grab();
     for step in 1..=10 {
         let up = f64::from(step) * 15.0;
         window.point([place[0] - up, place[1] - up]);
