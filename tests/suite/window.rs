@@ -20,7 +20,7 @@ use x11rb::{
 static POINTER: Mutex<()> = Mutex::new(());
 
 /// A software renderer on a busy machine takes its time to compile shaders.
-const PATIENCE: Duration = Duration::from_secs(120);
+const PATIENCE: Duration = Duration::from_secs(60);
 
 const SIZE: (f64, f64) = (1280.0, 800.0);
 
@@ -252,7 +252,7 @@ fn a_body_is_dragged_by_the_pointer_and_let_go() {
     });
     let (place, before) = window.grab();
     for step in 1..=10 {
-        let up = f64::from(step) * 15.0;
+        let up = f64::from(step) * 24.0;
         window.point([place[0] - up, place[1] - up]);
     }
     let start = Instant::now();
@@ -294,29 +294,28 @@ fn the_compliance_slider_changes_the_component() {
         .lock()
         .unwrap_or_else(|poisoned| poisoned.into_inner());
     let mut window = Window::open("jelly_cube");
-    let [x, y, width, height] = window.widget("stretch.compliance");
-    assert!(
-        x >= 0.0 && x + width <= SIZE.0 && y + height <= SIZE.1,
-        "it is in sight"
-    );
+    // The panel finds its places in the first frames.
+    std::thread::sleep(Duration::from_secs(2));
     let value_at = |window: &mut Window, share: f64| {
         let is_set = |event: &Value| event["action"]["parameter"] == "stretch.compliance";
         let before = window.count(is_set);
-        window.point([x + width * share, y + height / 2.0]);
-        xdotool(&["mousedown", "1"]);
-        std::thread::sleep(Duration::from_millis(200));
-        xdotool(&["mouseup", "1"]);
-        let start = Instant::now();
-        while window.count(is_set) == before {
-            assert!(
-                start.elapsed() < PATIENCE,
-                "pressing the slider sets nothing"
-            );
-            std::thread::sleep(Duration::from_millis(50));
+        for _ in 0..10 {
+            let [x, y, width, height] = window.widget("stretch.compliance");
+            let inside = x >= 0.0 && x + width <= SIZE.0 && y + height <= SIZE.1;
+            assert!(inside, "it is in sight");
+            window.point([x + width * share, y + height / 2.0]);
+            std::thread::sleep(Duration::from_millis(400));
+            xdotool(&["mousedown", "1"]);
+            std::thread::sleep(Duration::from_millis(400));
+            xdotool(&["mouseup", "1"]);
+            std::thread::sleep(Duration::from_millis(600));
+            if window.count(is_set) > before {
+                return window.wait("value", |event| {
+                    is_set(event).then(|| event["action"]["value"].as_f64())?
+                });
+            }
         }
-        window.wait("value", |event| {
-            is_set(event).then(|| event["action"]["value"].as_f64())?
-        })
+        panic!("pressing the slider ten times sets nothing");
     };
     let stiff = value_at(&mut window, 0.2);
     let soft = value_at(&mut window, 0.8);
