@@ -1,7 +1,7 @@
 //! The panel: what is simulated and how, as numbers that can be moved.
 //!
-//! Three steps a frame, each on its own: [`gather`] makes a plain [`PanelModel`] of the ECS,
-//! [`draw`] turns it into a picture and a list of [`Request`]s, and [`apply`] carries those out.
+//! Three steps a frame, each on its own: `gather` makes a plain [`PanelModel`] of the ECS,
+//! `draw` turns it into a picture and a list of [`Request`]s, and `apply` carries those out.
 //! Only the first and the last know the simulation; only the second knows egui.
 
 mod apply;
