@@ -38,6 +38,7 @@ impl Effect for Collide {
     ];
 
     type State = ();
+    const IN_PLAN: bool = true;
 
     fn add_systems(schedules: &mut Schedules) {
         schedules.add_systems(
@@ -62,8 +63,8 @@ pub fn solve(
     let step = current.step;
     profile.time(Collide::NAME, || {
         for (mut particles, collide) in &mut bodies {
-            for collider in &current.colliders {
-                collider::solve(&mut particles, collide, collider, step.h, step.gravity);
+            for collider in current.colliders() {
+                collider::solve(particles.as_part(), collide, collider, step.h, step.gravity);
             }
         }
     });

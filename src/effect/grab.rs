@@ -27,6 +27,7 @@ impl Effect for Grab {
     ];
 
     type State = ();
+    const IN_PLAN: bool = true;
 
     fn add_systems(schedules: &mut Schedules) {
         schedules.add_systems(

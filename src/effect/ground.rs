@@ -66,6 +66,7 @@ impl Effect for Ground {
     ];
 
     type State = ();
+    const IN_PLAN: bool = true;
 
     fn add_systems(schedules: &mut Schedules) {
         schedules.add_systems(
@@ -90,7 +91,7 @@ pub fn solve(
     let step = current.step;
     profile.time(Ground::NAME, || {
         for (mut particles, ground) in &mut bodies {
-            ground::solve(&mut particles, ground, step.h, step.gravity);
+            ground::solve(particles.as_part(), ground, step.h, step.gravity);
         }
     });
 }
@@ -114,6 +115,7 @@ impl Effect for StickyGround {
     }];
 
     type State = ();
+    const IN_PLAN: bool = true;
 
     fn add_systems(schedules: &mut Schedules) {
         schedules.add_systems(
@@ -137,7 +139,7 @@ pub fn stick(
 ) {
     profile.time(StickyGround::NAME, || {
         for (mut particles, sticky) in &mut bodies {
-            ground::stick(&mut particles, sticky);
+            ground::stick(particles.as_part(), sticky);
         }
     });
 }

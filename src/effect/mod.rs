@@ -64,6 +64,7 @@
 //! ```
 
 mod collide;
+mod elastic;
 mod grab;
 mod ground;
 mod registry;
@@ -78,7 +79,7 @@ pub use volume::VolumeMultipliers;
 
 pub use crate::solver::{Collide, Grab, Ground, StickyGround, Stretch, Volume};
 
-pub(crate) use registry::{body_added, body_removed, follow_bodies};
+pub(crate) use registry::{body_added, body_removed, follow_bodies, is_planned};
 
 use bevy::{app::PluginGroupBuilder, prelude::*};
 

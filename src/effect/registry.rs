@@ -90,6 +90,11 @@ pub trait Effect: Component<Mutability = Mutable> + Sized {
     /// What it keeps on a body beside its parameters: comes and goes with it. `()` for nothing.
     type State: Bundle + Default;
 
+    /// Whether [`Stepper::advance`](crate::solver::advance::Stepper::advance) does the same as its
+    /// systems in the schedules of a substep. While no other systems are there, whole ticks are
+    /// done by that.
+    const IN_PLAN: bool = false;
+
     /// Adds its systems to the inner schedules, each in [`EffectSystems`]`(Self::NAME)` and in the
     /// set of its place there.
     fn add_systems(schedules: &mut Schedules);
@@ -130,6 +135,7 @@ pub struct EffectInfo {
     pub figures: fn(&EntityRef, f32) -> Option<Figures>,
     /// Whether its systems are in the schedules now.
     pub runs: bool,
+    in_plan: bool,
     add_systems: fn(&mut Schedules),
     is_carried: fn(&mut World) -> bool,
 }
@@ -171,6 +177,7 @@ impl EffectInfo {
             },
             figures: |body, h| body.get::<E>().map(|effect| effect.figures(body, h)),
             runs: false,
+            in_plan: E::IN_PLAN,
             add_systems: |schedules| {
                 E::add_systems(schedules);
                 schedules.add_systems(
@@ -210,6 +217,10 @@ impl EffectInfo {
 pub struct EffectRegistry {
     effects: Vec<EffectInfo>,
     stale: bool,
+    /// Systems of effects in the schedules of a substep that the solver's own plan stands for.
+    planned_systems: usize,
+    /// Systems in the schedules of a substep when they were last built.
+    built_systems: usize,
 }
 
 impl EffectRegistry {
@@ -308,20 +319,65 @@ pub(crate) fn follow_bodies(world: &mut World) {
         return;
     }
     world.resource_scope(|world, mut registry: Mut<EffectRegistry>| {
-        registry.stale = false;
-        for effect in &mut registry.effects {
+        let EffectRegistry {
+            effects,
+            stale,
+            planned_systems,
+            ..
+        } = &mut *registry;
+        *stale = false;
+        for effect in effects {
             let carried = (effect.is_carried)(world);
             if carried == effect.runs {
                 continue;
             }
             effect.runs = carried;
+            let before = systems_of_substep(world);
             if carried {
                 (effect.add_systems)(&mut world.resource_mut::<Schedules>());
             } else {
                 remove_systems(world, effect.name);
             }
+            if effect.in_plan {
+                *planned_systems += systems_of_substep(world);
+                *planned_systems -= before;
+            }
         }
     });
+}
+
+/// Systems in the schedules of a substep.
+fn systems_of_substep(world: &World) -> usize {
+    let schedules = world.resource::<Schedules>();
+    let count = |schedule: &Schedule| schedule.graph().systems.len();
+    schedules.get(SubstepSchedule).map_or(0, count) + schedules.get(SolveSchedule).map_or(0, count)
+}
+
+/// Whether the schedules of a substep hold what [`Stepper::advance`] does and nothing else.
+///
+/// Builds them if they have changed, so that an order that cannot be is found out whether or not
+/// they are what runs.
+///
+/// # Panics
+/// If they cannot be built, as running them would.
+///
+/// [`Stepper::advance`]: crate::solver::advance::Stepper::advance
+pub(crate) fn is_planned(world: &mut World) -> bool {
+    let systems = systems_of_substep(world);
+    let mut registry = world.resource_mut::<EffectRegistry>();
+    let stages = 3;
+    let planned = systems == stages + registry.planned_systems;
+    if registry.built_systems != systems {
+        registry.built_systems = systems;
+        for label in [SubstepSchedule.intern(), SolveSchedule.intern()] {
+            world.schedule_scope(label, |world, schedule| {
+                if let Err(error) = schedule.initialize(world) {
+                    panic!("{label:?}: {}", error.to_string(schedule.graph(), world));
+                }
+            });
+        }
+    }
+    planned
 }
 
 fn remove_systems(world: &mut World, effect: &'static str) {

@@ -1,14 +1,14 @@
 //! Stretch: edges resist a change of length.
 
-use super::{Effect, Figures, Parameter, Scale, component, parameter};
+use super::{
+    Effect, Figures, Parameter, Scale, component,
+    elastic::{self, Elastic},
+    parameter,
+};
 use crate::{
-    simulation::{
-        Active, CurrentSubstep, EffectSystems, Profile, SoftBody, SolvePhase, SolveSchedule,
-        StepSchedule, StepSystems,
-    },
+    simulation::SoftBody,
     solver::{
-        Compliance, Damping, Particles, Stiffness, Stretch,
-        constraint::{Multipliers, stretch},
+        Compliance, Damping, Effects, Particles, Stiffness, Stretch, Topology, advance::Stage,
         measure,
     },
 };
@@ -55,22 +55,10 @@ impl Effect for Stretch {
     ];
 
     type State = StretchMultipliers;
+    const IN_PLAN: bool = true;
 
     fn add_systems(schedules: &mut Schedules) {
-        schedules.add_systems(
-            StepSchedule,
-            make_room
-                .in_set(EffectSystems(Self::NAME))
-                .in_set(StepSystems::Ready)
-                // It touches nothing but its own column.
-                .ambiguous_with_all(),
-        );
-        schedules.add_systems(
-            SolveSchedule,
-            solve
-                .in_set(EffectSystems(Self::NAME))
-                .in_set(SolvePhase::Elastic),
-        );
+        elastic::add_systems::<Self>(schedules);
     }
 
     fn when_added() -> Option<Self> {
@@ -85,48 +73,25 @@ impl Effect for Stretch {
         let positions = &particles.positions;
         let multipliers = body.get::<StretchMultipliers>().map_or(&[][..], |m| &m.0);
         Figures {
-            elements: topology.edges.ends.len(),
+            elements: topology.edges.ends().len(),
             energy: Some(measure::stretch_energy(topology, positions, self)),
             residual: measure::stretch_residual(topology, positions, self, multipliers, h),
         }
     }
 }
 
-/// One multiplier for each edge.
-fn make_room(mut bodies: Query<(&SoftBody, &mut StretchMultipliers)>) {
-    for (body, mut multipliers) in &mut bodies {
-        let count = body.edges.ends.len();
-        if multipliers.len() != count {
-            multipliers.0 = vec![0.0; count];
+impl Elastic for Stretch {
+    type Multipliers = StretchMultipliers;
+    const SWEEP: Stage = Stage::Stretch;
+
+    fn count(topology: &Topology) -> usize {
+        topology.edges.ends().len()
+    }
+
+    fn alone(self) -> Effects {
+        Effects {
+            stretch: Some(self),
+            ..Effects::default()
         }
     }
-}
-
-/// One sweep over the edges of every body.
-pub fn solve(
-    current: Res<CurrentSubstep>,
-    mut profile: ResMut<Profile>,
-    mut bodies: Query<(&SoftBody, &mut Particles, &Stretch, &mut StretchMultipliers), Active>,
-) {
-    profile.time(Stretch::NAME, || {
-        for (body, mut particles, stretch, mut multipliers) in &mut bodies {
-            // A body that came in the middle of a tick has no room yet, and waits for the next.
-            if multipliers.len() != body.edges.ends.len() {
-                continue;
-            }
-            let Particles {
-                positions,
-                previous,
-                ..
-            } = &mut *particles;
-            stretch::solve(
-                positions,
-                previous,
-                &body.edges,
-                &body.rest,
-                stretch.coefficients(current.step.h),
-                Multipliers::of_sweep(&mut multipliers, current.sweep()),
-            );
-        }
-    });
 }

@@ -1,14 +1,14 @@
 //! Volume: tetrahedra resist a change of volume.
 
-use super::{Effect, Figures, Parameter, Scale, component, parameter};
+use super::{
+    Effect, Figures, Parameter, Scale, component,
+    elastic::{self, Elastic},
+    parameter,
+};
 use crate::{
-    simulation::{
-        Active, CurrentSubstep, EffectSystems, Profile, SoftBody, SolvePhase, SolveSchedule,
-        StepSchedule, StepSystems,
-    },
+    simulation::SoftBody,
     solver::{
-        Compliance, Damping, Particles, Stiffness, Volume,
-        constraint::{Multipliers, volume},
+        Compliance, Damping, Effects, Particles, Stiffness, Topology, Volume, advance::Stage,
         measure,
     },
 };
@@ -55,22 +55,10 @@ impl Effect for Volume {
     ];
 
     type State = VolumeMultipliers;
+    const IN_PLAN: bool = true;
 
     fn add_systems(schedules: &mut Schedules) {
-        schedules.add_systems(
-            StepSchedule,
-            make_room
-                .in_set(EffectSystems(Self::NAME))
-                .in_set(StepSystems::Ready)
-                // It touches nothing but its own column.
-                .ambiguous_with_all(),
-        );
-        schedules.add_systems(
-            SolveSchedule,
-            solve
-                .in_set(EffectSystems(Self::NAME))
-                .in_set(SolvePhase::Elastic),
-        );
+        elastic::add_systems::<Self>(schedules);
     }
 
     fn when_added() -> Option<Self> {
@@ -85,48 +73,25 @@ impl Effect for Volume {
         let positions = &particles.positions;
         let multipliers = body.get::<VolumeMultipliers>().map_or(&[][..], |m| &m.0);
         Figures {
-            elements: topology.tetrahedra.corners.len(),
+            elements: topology.tetrahedra.corners().len(),
             energy: Some(measure::volume_energy(topology, positions, self)),
             residual: measure::volume_residual(topology, positions, self, multipliers, h),
         }
     }
 }
 
-/// One multiplier for each tetrahedron.
-fn make_room(mut bodies: Query<(&SoftBody, &mut VolumeMultipliers)>) {
-    for (body, mut multipliers) in &mut bodies {
-        let count = body.tetrahedra.corners.len();
-        if multipliers.len() != count {
-            multipliers.0 = vec![0.0; count];
+impl Elastic for Volume {
+    type Multipliers = VolumeMultipliers;
+    const SWEEP: Stage = Stage::Volume;
+
+    fn count(topology: &Topology) -> usize {
+        topology.tetrahedra.corners().len()
+    }
+
+    fn alone(self) -> Effects {
+        Effects {
+            volume: Some(self),
+            ..Effects::default()
         }
     }
-}
-
-/// One sweep over the tetrahedra of every body.
-pub fn solve(
-    current: Res<CurrentSubstep>,
-    mut profile: ResMut<Profile>,
-    mut bodies: Query<(&SoftBody, &mut Particles, &Volume, &mut VolumeMultipliers), Active>,
-) {
-    profile.time(Volume::NAME, || {
-        for (body, mut particles, volume, mut multipliers) in &mut bodies {
-            // A body that came in the middle of a tick has no room yet, and waits for the next.
-            if multipliers.len() != body.tetrahedra.corners.len() {
-                continue;
-            }
-            let Particles {
-                positions,
-                previous,
-                ..
-            } = &mut *particles;
-            volume::solve(
-                positions,
-                previous,
-                &body.tetrahedra,
-                &body.rest,
-                volume.coefficients(current.step.h),
-                Multipliers::of_sweep(&mut multipliers, current.sweep()),
-            );
-        }
-    });
 }

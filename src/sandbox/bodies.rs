@@ -119,13 +119,14 @@ fn outline(topology: &Topology, skin: Option<&BodySkin>) -> Outline {
         .copied()
         .fold(f32::MAX, f32::min);
     let radius = (ROPE.0 * topology.size).min(ROPE.1 * shortest);
-    Outline::rope(topology.edges.ends.clone(), radius)
+    Outline::rope(topology.edges.ends().clone(), radius)
 }
 
 /// Brings points and normals to where the body is at this instant.
 fn interpolate(
     clock: Res<SimulationClock>,
     mut bodies: Query<(
+        &SoftBody,
         Ref<Particles>,
         &TickStart,
         Option<&BodySkin>,
@@ -135,9 +136,8 @@ fn interpolate(
     )>,
 ) {
     let share = clock.overstep();
-    bodies
-        .par_iter_mut()
-        .for_each(|(particles, start, skin, asleep, mut drawn, mut shown)| {
+    bodies.par_iter_mut().for_each(
+        |(body, particles, start, skin, asleep, mut drawn, mut shown)| {
             let still = shown.share == Some(share) || (asleep && shown.asleep);
             if still && !particles.is_changed() {
                 return;
@@ -150,7 +150,8 @@ fn interpolate(
             now.clear();
             let between = start.0.iter().zip(&particles.positions);
             now.extend(between.map(|(a, b)| a.lerp(*b, share)));
-            let at = |i: u32| now[i as usize].truncate();
+            let numbering = &body.numbering;
+            let at = |vertex: u32| now[numbering.particle(vertex) as usize].truncate();
             match skin {
                 Some(BodySkin(skin)) => skin.deform(at, points),
                 None => {
@@ -163,7 +164,8 @@ fn interpolate(
                 share: Some(share),
                 asleep,
             };
-        });
+        },
+    );
 }
 
 /// Copies what was interpolated into the meshes.

@@ -14,8 +14,8 @@ use super::{
 };
 use crate::{
     scene::BodySkin,
-    simulation::{Action, Actions},
-    solver::SurfacePoint,
+    simulation::{Action, Actions, SoftBody},
+    solver::{SurfacePoint, numbering::Numbering},
 };
 use bevy::prelude::*;
 
@@ -77,7 +77,7 @@ fn forget_gone(mut drag: ResMut<Drag>, mut last: ResMut<LastGrab>, bodies: Query
 fn take(
     pointer: Res<Pointer>,
     camera: Single<&GlobalTransform, With<OrbitCamera>>,
-    bodies: Query<(&Drawn, Option<&BodySkin>)>,
+    bodies: Query<(&SoftBody, &Drawn, Option<&BodySkin>)>,
     mut drag: ResMut<Drag>,
     mut last: ResMut<LastGrab>,
     mut actions: ResMut<Actions>,
@@ -89,11 +89,12 @@ fn take(
     let (Some((hit_body, hit)), Some(ray)) = (pointer.hit, pointer.ray) else {
         return;
     };
-    let Ok((drawn, skin)) = bodies.get(body) else {
+    let Ok((topology, drawn, skin)) = bodies.get(body) else {
         return;
     };
-    let Some(point) =
-        held_point(&hit, skin).filter(|p| hit_body == body && p.fits(drawn.particles.len()))
+    let numbering = &topology.numbering;
+    let Some(point) = held_point(&hit, skin, numbering)
+        .filter(|p| hit_body == body && p.fits(drawn.particles.len()))
     else {
         return;
     };
@@ -107,7 +108,7 @@ fn take(
     });
     last.0 = Some(GrabbedPoint {
         body,
-        particle: point.nearest(),
+        vertex: numbering.vertex(point.nearest()),
         held: true,
     });
     actions.push(Action::Grab {
@@ -118,7 +119,7 @@ fn take(
 }
 
 /// The particles behind a hit: its corners, or what carries the corners of an embedded surface.
-fn held_point(hit: &Hit, skin: Option<&BodySkin>) -> Option<SurfacePoint> {
+fn held_point(hit: &Hit, skin: Option<&BodySkin>, numbering: &Numbering) -> Option<SurfacePoint> {
     let corners = hit.corners.into_iter().zip(hit.weights);
     let Some(skin) = skin else {
         return SurfacePoint::new(&corners.collect::<Vec<_>>());
@@ -128,6 +129,7 @@ fn held_point(hit: &Hit, skin: Option<&BodySkin>) -> Option<SurfacePoint> {
         .flat_map(|(anchor, weight)| {
             anchor
                 .particles
+                .map(|vertex| numbering.particle(vertex))
                 .into_iter()
                 .zip(anchor.weights.map(|w| w * weight))
         })

@@ -195,11 +195,11 @@ fn describe(action: &Action, name: impl Fn(Entity) -> String) -> Value {
         Action::RemoveEffect { body, effect } => {
             json!({"do": "remove effect", "body": name(*body), "effect": effect})
         }
-        Action::Pin { body, particle } => {
-            json!({"do": "pin", "body": name(*body), "particle": particle})
+        Action::Pin { body, vertex } => {
+            json!({"do": "pin", "body": name(*body), "vertex": vertex})
         }
-        Action::Unpin { body, particle } => {
-            json!({"do": "unpin", "body": name(*body), "particle": particle})
+        Action::Unpin { body, vertex } => {
+            json!({"do": "unpin", "body": name(*body), "vertex": vertex})
         }
         Action::Deform { body, deformation } => {
             json!({"do": "deform", "body": name(*body), "how": format!("{deformation:?}")})

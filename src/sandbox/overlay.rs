@@ -5,7 +5,7 @@
 
 use super::{camera::OrbitCamera, drag::Drag, drawn::Drawn};
 use crate::{
-    simulation::{Pins, SimulationSettings},
+    simulation::{Pins, SimulationSettings, SoftBody},
     solver::Grab,
 };
 use bevy::prelude::*;
@@ -58,16 +58,16 @@ fn painter(context: &egui::Context) -> Painter {
 fn paint_pins(
     mut contexts: EguiContexts,
     camera: Single<(&Camera, &GlobalTransform), With<OrbitCamera>>,
-    bodies: Query<(&Pins, &Drawn)>,
+    bodies: Query<(&SoftBody, &Pins, &Drawn)>,
 ) -> Result {
     let painter = painter(contexts.ctx_mut()?);
     let (camera, eye) = *camera;
     let screen = Screen { camera, eye };
-    for (pins, drawn) in &bodies {
+    for (body, pins, drawn) in &bodies {
         let points = pins
             .0
             .iter()
-            .filter_map(|&pin| drawn.particles.get(pin as usize));
+            .filter_map(|&pin| drawn.particles.get(body.numbering.particle(pin) as usize));
         for at in points.filter_map(|x| screen.at(x.truncate())) {
             painter.circle(at, 4.0, PIN, Stroke::new(1.5, Color32::WHITE));
         }

@@ -76,8 +76,8 @@ pub struct LastGrab(pub Option<GrabbedPoint>);
 pub struct GrabbedPoint {
     /// The body that is held.
     pub body: Entity,
-    /// The particle of the body that is nearest to the held point.
-    pub particle: u32,
+    /// The vertex of the body's rest shape that is nearest to the held point.
+    pub vertex: u32,
     /// Whether the pointer still holds it.
     pub held: bool,
 }

@@ -94,11 +94,12 @@ impl Acceptance {
             if let Some(quarantine) = &last.quarantine {
                 reasons.push(format!(
                     "{}: particle {} was no longer finite after {}",
-                    last.name, quarantine.particle, quarantine.stage
+                    last.name, quarantine.vertex, quarantine.stage
                 ));
             }
             let moved = first.pins.iter().filter(|&&pin| {
-                first.particles.positions[pin as usize] != last.particles.positions[pin as usize]
+                let particle = first.topology.numbering.particle(pin) as usize;
+                first.particles.positions[particle] != last.particles.positions[particle]
             });
             let count = moved.count();
             if count > 0 {

@@ -5,7 +5,7 @@ use crate::{
     mesh::{self, FileMesh, Skin, SoftMesh},
     solver::{
         Body, Collider, Effects, Pose, Topology, World, contact::pose::rotation_degrees, deform,
-        topology::bounds,
+        numbering::Numbering, topology::bounds,
     },
 };
 use glam::{DVec3, Vec3, Vec4};
@@ -194,7 +194,7 @@ fn body(
         let message = format!("added_mass names particle {particle}, but there are 0 to {last}");
         return Err(wrong(spec, message));
     }
-    body.pins = pins(spec, &body.particles.positions)?;
+    body.pins = pins(spec, &topology.numbering, &body.particles.positions)?;
     body.update_masses();
     for &deformation in &spec.start {
         deform(&mut body.particles, deformation);
@@ -215,13 +215,18 @@ fn body(
     Ok(body)
 }
 
-fn pins(spec: &BodySpec, positions: &[Vec4]) -> Result<Vec<u32>, SceneError> {
+fn pins(
+    spec: &BodySpec,
+    numbering: &Numbering,
+    positions: &[Vec4],
+) -> Result<Vec<u32>, SceneError> {
     let (low, high) = bounds(positions.iter().map(|x| x.truncate()));
     // A layer of particles is not level to the last bit after a rotation.
     let slack = (high - low).max_element() * 1e-5;
     let mut pins = Vec::new();
     for pin in &spec.pins {
-        let all = (0..positions.len() as u32).zip(positions.iter().map(|x| x.truncate()));
+        let vertices = (0..positions.len() as u32).map(|particle| numbering.vertex(particle));
+        let all = vertices.zip(positions.iter().map(|x| x.truncate()));
         let before = pins.len();
         match *pin {
             Pins::Particle(particle) => {

@@ -75,15 +75,15 @@ pub enum Action {
     Pin {
         /// The body.
         body: Entity,
-        /// The particle.
-        particle: u32,
+        /// The vertex of its rest shape.
+        vertex: u32,
     },
     /// Lets a particle move again.
     Unpin {
         /// The body.
         body: Entity,
-        /// The particle.
-        particle: u32,
+        /// The vertex of its rest shape.
+        vertex: u32,
     },
     /// Puts a body into a hard case.
     Deform {
@@ -238,8 +238,8 @@ pub fn perform(world: &mut World, action: &Action) -> Result<(), ActionError> {
             body_mut(world, *body)?.remove::<Grab>();
             Ok(())
         }
-        Action::Pin { body, particle } => change_pins(world, *body, *particle, true),
-        Action::Unpin { body, particle } => change_pins(world, *body, *particle, false),
+        Action::Pin { body, vertex } => change_pins(world, *body, *vertex, true),
+        Action::Unpin { body, vertex } => change_pins(world, *body, *vertex, false),
         Action::Deform { body, deformation } => {
             let mut entity = body_mut(world, *body)?;
             if let Some(mut particles) = entity.get_mut::<Particles>() {
@@ -342,21 +342,21 @@ fn grab(
 fn change_pins(
     world: &mut World,
     body: Entity,
-    particle: u32,
+    vertex: u32,
     pinned: bool,
 ) -> Result<(), ActionError> {
     let mut entity = body_mut(world, body)?;
     let particles = entity.get::<Particles>().map_or(0, Particles::len);
-    if particle as usize >= particles {
+    if vertex as usize >= particles {
         return Err(ActionError::NoParticle {
-            particle,
+            particle: vertex,
             particles,
         });
     }
     if let Some(mut pins) = entity.get_mut::<Pins>() {
-        pins.0.retain(|&pin| pin != particle);
+        pins.0.retain(|&pin| pin != vertex);
         if pinned {
-            pins.0.push(particle);
+            pins.0.push(vertex);
         }
     }
     wake(&mut entity);

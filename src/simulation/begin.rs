@@ -28,16 +28,16 @@ pub(super) fn update_masses(
 pub(super) fn check_input(
     mut commands: Commands,
     mut bodies: Query<
-        (Entity, Option<&Name>, &mut Particles, &TickStart),
+        (Entity, Option<&Name>, &SoftBody, &mut Particles, &TickStart),
         (With<SoftBody>, Without<Quarantined>),
     >,
     mut messages: MessageWriter<BodyQuarantined>,
 ) {
-    for (entity, name, mut particles, start) in &mut bodies {
+    for (entity, name, body, mut particles, start) in &mut bodies {
         if let Some(particle) = particles.first_not_finite() {
             freeze(&mut particles, start);
             let quarantine = Quarantine {
-                particle,
+                vertex: body.vertex(particle),
                 stage: "input",
             };
             messages.write(quarantine::message(entity, name, &quarantine));

@@ -28,7 +28,7 @@ pub use schedule::{
     StepSystems, SubstepSchedule,
 };
 pub use statistics::{Measuring, Statistics, state_hash};
-pub use step::{CurrentSubstep, Sleep, tick};
+pub use step::{CurrentSubstep, Sleep, SolverThreads, tick};
 
 pub(crate) use begin::wake_changed;
 
@@ -72,6 +72,7 @@ impl Plugin for SimulationPlugin {
             .init_resource::<SimulationClock>()
             .init_resource::<CurrentSubstep>()
             .init_resource::<Sleep>()
+            .init_resource::<SolverThreads>()
             .init_resource::<step::UnderWay>()
             .init_resource::<Profile>()
             .init_resource::<Actions>()

@@ -5,7 +5,7 @@
 
 use super::{
     AddedMass, Asleep, BodyDensity, Pins, Quarantined, RestTimer, SimulationClock,
-    SimulationSettings, SoftBody, SpawnOrder, TickStart, step::Sleep,
+    SimulationSettings, SoftBody, SolverThreads, SpawnOrder, TickStart, step::Sleep,
 };
 use crate::solver::{
     self, Body, Collide, Collider, Effects, Grab, Ground, Particles, StickyGround, Stretch, Volume,
@@ -31,8 +31,8 @@ pub fn body(entity: EntityRef) -> Option<Body> {
             sticky_ground: entity.get::<StickyGround>().copied(),
             collide: entity.get::<Collide>().copied(),
         },
-        stretch_multipliers: vec![0.0; topology.edges.ends.len()],
-        volume_multipliers: vec![0.0; topology.tetrahedra.corners.len()],
+        stretch_multipliers: vec![0.0; topology.edges.ends().len()],
+        volume_multipliers: vec![0.0; topology.tetrahedra.corners().len()],
         rest: entity.get::<RestTimer>()?.0,
         asleep: entity.contains::<Asleep>(),
         quarantine: entity.get::<Quarantined>().map(|q| q.0.clone()),
@@ -76,6 +76,8 @@ pub fn capture(world: &mut World) -> solver::World {
             .collect(),
         time: clock.time,
         tick: clock.tick,
+        threads: world.resource::<SolverThreads>().0.clone(),
+        ..solver::World::default()
     }
 }
 

@@ -1,18 +1,19 @@
 //! Bodies that turned non-finite are taken out before they can spread.
 
-use super::{BodyQuarantined, Quarantined, plain, step::CurrentSubstep};
-use crate::solver::{Particles, Quarantine, body::freeze};
+use super::{BodyQuarantined, Quarantined, SolverThreads, plain, step::CurrentSubstep};
+use crate::solver::{Particles, Quarantine, advance::NotFinite, body::freeze};
 use bevy::prelude::*;
 
 /// Freezes a body whose substep went wrong at the start of that substep, finds out which stage it
 /// was, and says so.
-pub(super) fn quarantine(world: &mut World, entity: Entity, particle: usize) {
-    let current = world.resource::<CurrentSubstep>();
-    let (step, colliders) = (current.step, current.colliders.clone());
+pub(super) fn quarantine(world: &mut World, entity: Entity, error: NotFinite) {
     let Some(body) = plain::body(world.entity(entity)) else {
         return;
     };
-    let quarantine = body.find_cause(particle, &step, &colliders);
+    let means = world
+        .resource::<CurrentSubstep>()
+        .means(world.resource::<SolverThreads>());
+    let quarantine = body.find_cause(error, &means);
     let mut entity_mut = world.entity_mut(entity);
     if let Some(mut particles) = entity_mut.get_mut::<Particles>() {
         let previous = particles.previous.clone();
@@ -30,11 +31,11 @@ pub(super) fn message(
     quarantine: &Quarantine,
 ) -> BodyQuarantined {
     let name = name.map_or_else(|| format!("{body}"), |name| format!("“{name}”"));
-    let Quarantine { particle, stage } = quarantine;
+    let Quarantine { vertex, stage } = quarantine;
     BodyQuarantined {
         body,
         text: format!(
-            "body {name} is no longer finite: particle {particle} after {stage}. It is frozen at \
+            "body {name} is no longer finite: particle {vertex} after {stage}. It is frozen at \
              its last finite state; the others go on."
         ),
     }

@@ -1,19 +1,27 @@
 //! Stepping: from real time to ticks, from ticks to substeps, from substeps to sweeps.
 
 use super::{
-    Asleep, Profile, RestTimer, SimulationClock, SimulationSettings, SolveSchedule, SpawnOrder,
-    StepSchedule, SubstepSchedule, SubstepTime, Tick, TickStart, body::Active,
+    Asleep, Profile, RestTimer, SimulationClock, SimulationSettings, SoftBody, SolveSchedule,
+    SpawnOrder, StepSchedule, SubstepSchedule, SubstepTime, Tick, TickStart, body::Active,
     quarantine::quarantine,
 };
 use crate::{
-    effect,
+    effect::{self, StretchMultipliers, VolumeMultipliers},
     solver::{
-        Collider, Grab, Particles, Settings, SleepSettings, Substep, contact::collider::Sweep,
-        stages,
+        Collide, Collider, Effects, Grab, Ground, Particles, Settings, SleepSettings, StickyGround,
+        Stretch, Substep, Threads, Topology, Volume,
+        advance::{Means, NotFinite, Stage, Stepper},
+        contact::collider::{Sweep, Swept},
+        lanes,
     },
 };
 use bevy::prelude::*;
-use std::time::{Duration, Instant};
+use std::{
+    mem::take,
+    ops::Range,
+    sync::Arc,
+    time::{Duration, Instant},
+};
 
 /// The substep under way, for the systems of the inner schedules.
 #[derive(Resource, Debug, Clone)]
@@ -22,11 +30,28 @@ pub struct CurrentSubstep {
     pub step: Substep,
     /// The sweep under way, from 0.
     pub iteration: u32,
-    /// What every collider does during the substep, in the order in which they came.
-    pub colliders: Vec<Sweep>,
+    settings: Settings,
+    swept: Swept,
 }
 
 impl CurrentSubstep {
+    /// What every collider does during the substep, in the order in which they came.
+    #[must_use]
+    pub fn colliders(&self) -> &[Sweep] {
+        self.swept.of(self.step.index)
+    }
+
+    /// What the solver steps bodies with.
+    #[must_use]
+    pub fn means<'a>(&'a self, threads: &'a SolverThreads) -> Means<'a> {
+        Means {
+            settings: &self.settings,
+            swept: &self.swept,
+            threads,
+            level: lanes::level(),
+        }
+    }
+
     /// The sweep under way, the number of sweeps, and whether multipliers are to be kept for
     /// those who measure: what [`Multipliers`](crate::solver::constraint::Multipliers) go by.
     #[must_use]
@@ -40,7 +65,8 @@ impl Default for CurrentSubstep {
         Self {
             step: Settings::default().substep(0),
             iteration: 0,
-            colliders: Vec::new(),
+            settings: Settings::default(),
+            swept: Swept::default(),
         }
     }
 }
@@ -132,72 +158,229 @@ pub(super) fn between_ticks(clock: Res<SimulationClock>) -> bool {
     !clock.mid_tick()
 }
 
+/// A body as it is stepped: all that [`Stepper`] needs.
+type Stepped = (
+    Entity,
+    &'static SoftBody,
+    &'static mut Particles,
+    (
+        Option<&'static mut StretchMultipliers>,
+        Option<&'static mut VolumeMultipliers>,
+    ),
+    Option<&'static Stretch>,
+    Option<&'static Volume>,
+    Option<&'static mut Grab>,
+    Option<&'static Ground>,
+    Option<&'static StickyGround>,
+    Option<&'static Collide>,
+);
+
+/// The same, taken out of the ECS for as long as threads work on it.
+#[derive(Debug)]
+pub(super) struct Job {
+    entity: Entity,
+    topology: Arc<Topology>,
+    particles: Particles,
+    stretch_multipliers: Vec<f32>,
+    volume_multipliers: Vec<f32>,
+    effects: Effects,
+    result: Result<(), NotFinite>,
+}
+
 /// The substeps of a tick, until the deadline.
-pub(super) fn run_substeps(world: &mut World) {
+///
+/// While the schedules of a substep hold nothing but what [`Stepper::advance`] does, that does all
+/// substeps of a body at once, each body on a thread of its own: the same bits as by the
+/// schedules, sooner.
+pub(super) fn run_substeps(
+    world: &mut World,
+    colliders: &mut QueryState<(Entity, &SpawnOrder, &Collider)>,
+    bodies: &mut QueryState<Stepped, Active>,
+    mut sorted: Local<Vec<(SpawnOrder, Entity)>>,
+    mut jobs: Local<Vec<Job>>,
+) {
     let UnderWay { settings, deadline } = *world.resource::<UnderWay>();
-    let start = world.resource::<SimulationClock>().time;
-    let first = world
-        .resource::<SimulationClock>()
-        .next_substep
-        .unwrap_or(0);
-    let h = settings.substep_seconds();
-    let mut colliders = world.query::<(&SpawnOrder, &Collider)>();
-    let outer = enter_clock::<SubstepTime>(world);
-    let mut next = None;
-    for index in first..settings.substeps.get() {
-        let time = start + h * f64::from(index);
+    let count = settings.substeps.get();
+    let clock = world.resource::<SimulationClock>();
+    let (start, mut next) = (clock.time, clock.next_substep.unwrap_or(0));
+    if next == 0 {
+        sorted.clear();
+        sorted.extend(
+            colliders
+                .iter(world)
+                .map(|(entity, order, _)| (*order, entity)),
+        );
+        sorted.sort_unstable();
         world.resource_scope(|world, mut current: Mut<CurrentSubstep>| {
-            current.step = settings.substep(index);
-            sweep(world, &mut colliders, &mut current.colliders, time, h);
+            current.settings = settings;
+            let colliders = sorted
+                .iter()
+                .filter_map(|&(_, entity)| world.get::<Collider>(entity));
+            current.swept.fill(colliders, &settings, start);
         });
-        let mut clock = world.resource_mut::<Time<SubstepTime>>();
-        clock.advance_by(Duration::from_secs_f64(h));
-        let clock = clock.as_generic();
-        world.insert_resource(clock);
-        world.run_schedule(SubstepSchedule);
-        if deadline.is_some_and(|deadline| Instant::now() >= deadline)
-            && index + 1 < settings.substeps.get()
+    }
+    let profile = world.resource::<Profile>();
+    let at_once = match deadline {
+        // One that may not fit into its time goes on later where it was left.
+        Some(deadline)
+            if profile.tick() * 2 > deadline.saturating_duration_since(Instant::now()) =>
         {
-            next = Some(index + 1);
+            1
+        }
+        _ => count,
+    };
+    let planned = !profile.by_part && effect::is_planned(world);
+    while next < count {
+        if planned {
+            let substeps = next..count.min(next + at_once);
+            next = substeps.end;
+            advance_all(world, bodies, &mut jobs, substeps);
+        } else {
+            run_schedule(world, settings.substep(next));
+            next += 1;
+        }
+        if deadline.is_some_and(|deadline| Instant::now() >= deadline) {
             break;
         }
     }
-    leave_clock(world, outer);
     let mut clock = world.resource_mut::<SimulationClock>();
-    clock.next_substep = next;
-    if next.is_none() {
+    clock.next_substep = (next < count).then_some(next);
+    if next == count {
         clock.time += settings.tick_seconds();
         clock.tick += 1;
     }
 }
 
-fn sweep(
-    world: &World,
-    colliders: &mut QueryState<(&SpawnOrder, &Collider)>,
-    swept: &mut Vec<Sweep>,
-    time: f64,
-    h: f64,
+/// Some substeps of all bodies, without the schedules.
+fn advance_all(
+    world: &mut World,
+    bodies: &mut QueryState<Stepped, Active>,
+    jobs: &mut Vec<Job>,
+    substeps: Range<u32>,
 ) {
-    swept.clear();
-    let mut sorted: Vec<_> = colliders.iter(world).collect();
-    sorted.sort_unstable_by_key(|(order, _)| *order);
-    swept.extend(
-        sorted
-            .iter()
-            .map(|(_, collider)| collider.sweep(time, time + h)),
-    );
+    jobs.clear();
+    let stepped = bodies.iter_mut(world);
+    jobs.extend(stepped.map(
+        |(
+            entity,
+            body,
+            mut particles,
+            multipliers,
+            stretch,
+            volume,
+            grab,
+            ground,
+            sticky_ground,
+            collide,
+        )| {
+            let (mut stretch_multipliers, mut volume_multipliers) = multipliers;
+            Job {
+                entity,
+                topology: Arc::clone(&body.0),
+                particles: take(&mut *particles),
+                stretch_multipliers: stretch_multipliers
+                    .as_mut()
+                    .map_or_else(Vec::new, |column| take(&mut column.0)),
+                volume_multipliers: volume_multipliers
+                    .as_mut()
+                    .map_or_else(Vec::new, |column| take(&mut column.0)),
+                effects: Effects {
+                    stretch: stretch.copied(),
+                    volume: volume.copied(),
+                    grab: grab.as_deref().copied(),
+                    ground: ground.copied(),
+                    sticky_ground: sticky_ground.copied(),
+                    collide: collide.copied(),
+                },
+                result: Ok(()),
+            }
+        },
+    ));
+    world.resource_scope(|world, threads: Mut<SolverThreads>| {
+        let current = world.resource::<CurrentSubstep>();
+        let means = current.means(&threads);
+        let constraints = |job: &Job| job.effects.constraints(&job.topology);
+        let all: usize = jobs.iter().map(constraints).sum();
+        threads.for_each(jobs, all * substeps.len(), &|job: &mut Job| {
+            let mut stepper = Stepper {
+                topology: &job.topology,
+                particles: &mut job.particles,
+                effects: &mut job.effects,
+                stretch_multipliers: &mut job.stretch_multipliers,
+                volume_multipliers: &mut job.volume_multipliers,
+            };
+            job.result = stepper.advance(substeps.clone(), &means);
+        });
+    });
+    let h = world.resource::<UnderWay>().settings.substep_seconds();
+    let passed = Duration::from_secs_f64(h * f64::from(substeps.len() as u32));
+    world.resource_mut::<Time<SubstepTime>>().advance_by(passed);
+    for job in jobs.drain(..) {
+        if let Ok((_, _, mut particles, (stretch, volume), _, _, grab, ..)) =
+            bodies.get_mut(world, job.entity)
+        {
+            *particles = job.particles;
+            if let Some(mut column) = stretch {
+                column.0 = job.stretch_multipliers;
+            }
+            if let Some(mut column) = volume {
+                column.0 = job.volume_multipliers;
+            }
+            if let (Some(mut grab), Some(held)) = (grab, job.effects.grab) {
+                // The multiplier is state, not a parameter that somebody changed.
+                *grab.bypass_change_detection() = held;
+            }
+        }
+        if let Err(error) = job.result {
+            quarantine(world, job.entity, error);
+        }
+    }
+}
+
+/// One substep by its schedule.
+fn run_schedule(world: &mut World, step: Substep) {
+    world.resource_mut::<CurrentSubstep>().step = step;
+    let h = world.resource::<UnderWay>().settings.substep_seconds();
+    world
+        .resource_mut::<Time<SubstepTime>>()
+        .advance_by(Duration::from_secs_f64(h));
+    let outer = enter_clock::<SubstepTime>(world);
+    world.run_schedule(SubstepSchedule);
+    leave_clock(world, outer);
+}
+
+/// A stage of every body.
+fn stage_of_all(
+    stage: Stage,
+    current: &CurrentSubstep,
+    threads: &SolverThreads,
+    bodies: &mut Query<(Entity, &SoftBody, &mut Particles), Active>,
+    mut failed: impl FnMut(Entity, NotFinite),
+) {
+    let means = current.means(threads);
+    for (entity, body, mut particles) in bodies {
+        let mut stepper = Stepper {
+            topology: body,
+            particles: &mut particles,
+            effects: &mut Effects::default(),
+            stretch_multipliers: &mut [],
+            volume_multipliers: &mut [],
+        };
+        if let Err(error) = stepper.stage(stage, &current.step, current.iteration, &means) {
+            failed(entity, error);
+        }
+    }
 }
 
 /// First stage.
 pub fn presolve(
     current: Res<CurrentSubstep>,
+    threads: Res<SolverThreads>,
     mut profile: ResMut<Profile>,
-    mut bodies: Query<&mut Particles, Active>,
+    mut bodies: Query<(Entity, &SoftBody, &mut Particles), Active>,
 ) {
-    profile.time("presolve", || {
-        for mut particles in &mut bodies {
-            stages::presolve(&mut particles, current.step.h, current.step.gravity);
-        }
+    profile.time(Stage::Presolve.name(), || {
+        stage_of_all(Stage::Presolve, &current, &threads, &mut bodies, |_, _| {});
     });
 }
 
@@ -215,16 +398,21 @@ pub fn solve(world: &mut World) {
 /// Third stage.
 pub fn postsolve(
     current: Res<CurrentSubstep>,
+    threads: Res<SolverThreads>,
     mut profile: ResMut<Profile>,
-    mut bodies: Query<(Entity, &mut Particles), Active>,
+    mut bodies: Query<(Entity, &SoftBody, &mut Particles), Active>,
     mut commands: Commands,
 ) {
-    profile.time("postsolve", || {
-        for (entity, mut particles) in &mut bodies {
-            if let Err(particle) = stages::postsolve(&mut particles, current.step.h) {
-                commands.queue(move |world: &mut World| quarantine(world, entity, particle));
-            }
-        }
+    profile.time(Stage::Postsolve.name(), || {
+        stage_of_all(
+            Stage::Postsolve,
+            &current,
+            &threads,
+            &mut bodies,
+            |entity, error| {
+                commands.queue(move |world: &mut World| quarantine(world, entity, error));
+            },
+        );
     });
 }
 
@@ -257,6 +445,16 @@ pub(super) fn fall_asleep(
             start.0.clone_from(&particles.positions);
             commands.entity(entity).insert(Asleep);
         }
+    }
+}
+
+/// Threads that bodies are stepped on; by default one on each core. They change no bit.
+#[derive(Resource, Debug, Clone, Deref, DerefMut)]
+pub struct SolverThreads(pub Threads);
+
+impl Default for SolverThreads {
+    fn default() -> Self {
+        Self(Threads::new(0).unwrap_or_default())
     }
 }
 

@@ -2,21 +2,11 @@
 
 use super::{
     Density, Mass, Particles, Topology,
-    constraint::{
-        Multipliers,
-        grab::Grab,
-        stretch::{self, Stretch},
-        volume::{self, Volume},
-    },
-    contact::{
-        Collide, Ground, StickyGround,
-        collider::{self, Sweep},
-        ground,
-    },
+    advance::{Means, NotFinite, Stage, Stepper},
+    constraint::{grab::Grab, stretch::Stretch, volume::Volume},
+    contact::{Collide, Ground, StickyGround},
     particles::first_not_finite,
     rest::RestTimer,
-    stages,
-    substep::Substep,
 };
 use glam::{Vec3, Vec4};
 use std::sync::Arc;
@@ -38,11 +28,22 @@ pub struct Effects {
     pub collide: Option<Collide>,
 }
 
+impl Effects {
+    /// How many constraints a body with these effects has.
+    #[must_use]
+    pub fn constraints(&self, topology: &Topology) -> usize {
+        self.stretch.map_or(0, |_| topology.edges.ends().len())
+            + self
+                .volume
+                .map_or(0, |_| topology.tetrahedra.corners().len())
+    }
+}
+
 /// Where a body went wrong, so that it was taken out of the simulation.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Quarantine {
-    /// The first particle that was not finite.
-    pub particle: usize,
+    /// The first particle that was not finite, by its vertex of the rest shape.
+    pub vertex: u32,
     /// The stage or effect that made it so.
     pub stage: &'static str,
 }
@@ -58,9 +59,9 @@ pub struct Body {
     pub particles: Particles,
     /// Mass per measure.
     pub density: Density,
-    /// Masses on top of that, by particle.
+    /// Masses on top of that, by vertex of the rest shape.
     pub added_mass: Vec<(u32, Mass)>,
-    /// Particles that do not move.
+    /// Vertices of the rest shape that do not move.
     pub pins: Vec<u32>,
     /// What the body does.
     pub effects: Effects,
@@ -144,107 +145,39 @@ impl Body {
         let edges = self
             .effects
             .stretch
-            .map_or(0, |_| self.topology.edges.ends.len());
+            .map_or(0, |_| self.topology.edges.ends().len());
         let tetrahedra = self
             .effects
             .volume
-            .map_or(0, |_| self.topology.tetrahedra.corners.len());
+            .map_or(0, |_| self.topology.tetrahedra.corners().len());
         self.stretch_multipliers.resize(edges, 0.0);
         self.volume_multipliers.resize(tetrahedra, 0.0);
         if let Some(particle) = self.particles.first_not_finite() {
             freeze(&mut self.particles, &self.tick_start);
             self.quarantine = Some(Quarantine {
-                particle,
+                vertex: self.topology.vertex(particle),
                 stage: "input",
             });
         }
         self.tick_start.clone_from(&self.particles.positions);
     }
 
-    /// First stage.
-    pub fn presolve(&mut self, step: &Substep) {
-        stages::presolve(&mut self.particles, step.h, step.gravity);
-        if let Some(sticky) = &self.effects.sticky_ground {
-            ground::stick(&mut self.particles, sticky);
+    /// The body as it is stepped.
+    pub fn stepper(&mut self) -> Stepper<'_> {
+        Stepper {
+            topology: &self.topology,
+            particles: &mut self.particles,
+            effects: &mut self.effects,
+            stretch_multipliers: &mut self.stretch_multipliers,
+            volume_multipliers: &mut self.volume_multipliers,
         }
     }
 
-    /// Second stage: one sweep over all constraints, contacts last.
-    pub fn solve(&mut self, step: &Substep, iteration: u32, colliders: &[Sweep]) {
-        for effect in Solved::ORDER {
-            self.solve_effect(effect, step, iteration, colliders);
-        }
-    }
-
-    fn solve_effect(
-        &mut self,
-        effect: Solved,
-        step: &Substep,
-        iteration: u32,
-        colliders: &[Sweep],
-    ) {
-        let Self {
-            topology,
-            particles,
-            effects,
-            ..
-        } = self;
-        let sweep = (iteration, step.iterations, step.is_last());
-        match effect {
-            Solved::Stretch => {
-                if let Some(stretch) = &effects.stretch {
-                    stretch::solve(
-                        &mut particles.positions,
-                        &particles.previous,
-                        &topology.edges,
-                        &topology.rest,
-                        stretch.coefficients(step.h),
-                        Multipliers::of_sweep(&mut self.stretch_multipliers, sweep),
-                    );
-                }
-            }
-            Solved::Volume => {
-                if let Some(volume) = &effects.volume {
-                    volume::solve(
-                        &mut particles.positions,
-                        &particles.previous,
-                        &topology.tetrahedra,
-                        &topology.rest,
-                        volume.coefficients(step.h),
-                        Multipliers::of_sweep(&mut self.volume_multipliers, sweep),
-                    );
-                }
-            }
-            Solved::Grab => {
-                if let Some(grab) = &mut effects.grab {
-                    grab.solve(
-                        &mut particles.positions,
-                        &particles.previous,
-                        step.h,
-                        (step.index, step.count),
-                        iteration,
-                    );
-                }
-            }
-            Solved::Ground => {
-                if let Some(ground) = &effects.ground {
-                    ground::solve(particles, ground, step.h, step.gravity);
-                }
-            }
-            Solved::Collide => {
-                if let Some(collide) = &effects.collide {
-                    for collider in colliders {
-                        collider::solve(particles, collide, collider, step.h, step.gravity);
-                    }
-                }
-            }
-        }
-    }
-
-    /// Third stage. A body that is no longer finite is frozen at its last finite state.
-    pub fn postsolve(&mut self, step: &Substep, colliders: &[Sweep]) {
-        if let Err(particle) = stages::postsolve(&mut self.particles, step.h) {
-            self.quarantine = Some(self.find_cause(particle, step, colliders));
+    /// All substeps of a tick. A body that is no longer finite is frozen at its last finite state.
+    pub fn advance(&mut self, means: &Means) {
+        let substeps = 0..means.settings.substeps.get();
+        if let Err(error) = self.stepper().advance(substeps, means) {
+            self.quarantine = Some(self.find_cause(error, means));
             let previous = self.particles.previous.clone();
             freeze(&mut self.particles, &previous);
         }
@@ -271,68 +204,41 @@ impl Body {
     }
 
     /// Does a substep that went wrong again, stage by stage, to name the first particle and the
-    /// stage that did it; `particle` if it was none of them.
+    /// stage that did it; the particle of the error if it was none of them.
     #[must_use]
-    pub fn find_cause(&self, particle: usize, step: &Substep, colliders: &[Sweep]) -> Quarantine {
+    pub fn find_cause(&self, error: NotFinite, means: &Means) -> Quarantine {
         let mut again = self.clone();
         let Particles {
             positions,
             previous,
             velocities,
         } = &mut again.particles;
+        let step = means.settings.substep(error.substep);
         positions.clone_from(previous);
         for (x, v) in positions.iter_mut().zip(velocities) {
             *x += *v * step.h;
         }
         let spoilt_by = |stage, body: &Self| {
-            first_not_finite(&body.particles.positions)
-                .map(|particle| Quarantine { particle, stage })
+            first_not_finite(&body.particles.positions).map(|particle| Quarantine {
+                vertex: body.topology.vertex(particle),
+                stage,
+            })
         };
-        if let Some(found) = spoilt_by("presolve", &again) {
+        if let Some(found) = spoilt_by(Stage::Presolve.name(), &again) {
             return found;
         }
         for iteration in 0..step.iterations {
-            for effect in Solved::ORDER {
-                again.solve_effect(effect, step, iteration, colliders);
-                if let Some(found) = spoilt_by(effect.name(), &again) {
+            for stage in Stage::SOLVE {
+                // Only the last stage looks for what is not finite.
+                let _ = again.stepper().stage(stage, &step, iteration, means);
+                if let Some(found) = spoilt_by(stage.name(), &again) {
                     return found;
                 }
             }
         }
         Quarantine {
-            particle,
+            vertex: self.topology.vertex(error.particle),
             stage: "a user's system",
-        }
-    }
-}
-
-/// What takes part in the second stage, in its order: what holds the body together, then hands,
-/// then contacts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Solved {
-    Stretch,
-    Volume,
-    Grab,
-    Ground,
-    Collide,
-}
-
-impl Solved {
-    const ORDER: [Self; 5] = [
-        Self::Stretch,
-        Self::Volume,
-        Self::Grab,
-        Self::Ground,
-        Self::Collide,
-    ];
-
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Stretch => "stretch",
-            Self::Volume => "volume",
-            Self::Grab => "grab",
-            Self::Ground => "ground",
-            Self::Collide => "collide",
         }
     }
 }
@@ -356,8 +262,9 @@ pub fn set_inverse_masses(
     for (x, measure) in positions.iter_mut().zip(&topology.measure) {
         x.w = measure * density.get();
     }
-    for &(particle, mass) in added {
-        if let Some(x) = positions.get_mut(particle as usize) {
+    let particle = |vertex: u32| topology.numbering.particle(vertex) as usize;
+    for &(vertex, mass) in added {
+        if let Some(x) = positions.get_mut(particle(vertex)) {
             x.w += mass.get();
         }
     }
@@ -366,7 +273,7 @@ pub fn set_inverse_masses(
         x.w = if inverse.is_finite() { inverse } else { 0.0 };
     }
     for &pin in pins {
-        if let Some(x) = positions.get_mut(pin as usize) {
+        if let Some(x) = positions.get_mut(particle(pin)) {
             x.w = 0.0;
         }
     }

@@ -1,65 +1,76 @@
 //! Colouring of constraints: no two of a colour share a particle.
 //!
-//! Greedy in the order given, so that the same input gives the same colours everywhere. What no
-//! colour takes (a particle in more constraints than there are colours) goes to one last group
-//! that is to be solved one at a time.
+//! Greedy in the order given, so that the same input gives the same colours everywhere.
 
-use std::ops::Range;
+/// Colours at most; a particle in more constraints than this leaves the rest loose.
+pub const MOST_COLOURS: usize = 128;
 
-/// Colours at most; a particle in more constraints than this sends the rest to the overflow.
-pub const MOST_COLOURS: usize = 64;
-
-/// The order in which constraints are to be solved, grouped by colour.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Colouring {
-    /// Indices of the constraints as given, colour by colour; each exactly once.
-    pub order: Vec<u32>,
-    /// A range of `order` for each colour; no two constraints in it share a particle.
-    pub colours: Vec<Range<usize>>,
-    /// What no colour took: a range of `order` at its end, solved one at a time.
-    pub overflow: Range<usize>,
+/// Colours sets of constraints, one after the other.
+#[derive(Debug)]
+pub struct Painter {
+    /// Colours that touch a particle, a bit each.
+    taken: Vec<u128>,
+    degree: Vec<u32>,
 }
 
-/// Colours constraints that touch `N` particles each, of `particles` in all.
-#[must_use]
-pub fn colour<const N: usize>(constraints: &[[u32; N]], particles: usize) -> Colouring {
-    let mut taken = vec![0_u64; particles];
-    let mut chosen = Vec::with_capacity(constraints.len());
-    let mut counts = [0_usize; MOST_COLOURS + 1];
-    for corners in constraints {
-        let used = corners
-            .iter()
-            .fold(0, |used, &corner| used | taken[corner as usize]);
-        let free = used.trailing_ones() as usize;
-        if free < MOST_COLOURS {
-            for &corner in corners {
-                taken[corner as usize] |= 1 << free;
-            }
+impl Painter {
+    /// For constraints on so many particles.
+    #[must_use]
+    pub fn new(particles: usize) -> Self {
+        Self {
+            taken: vec![0; particles],
+            degree: vec![0; particles],
         }
-        chosen.push(free as u8);
-        counts[free] += 1;
     }
 
-    let mut starts = [0_usize; MOST_COLOURS + 1];
-    for colour in 1..=MOST_COLOURS {
-        starts[colour] = starts[colour - 1] + counts[colour - 1];
-    }
-    let ranges: Vec<_> = (0..=MOST_COLOURS)
-        .map(|colour| starts[colour]..starts[colour] + counts[colour])
-        .collect();
-    let mut order = vec![0; constraints.len()];
-    for (index, &colour) in chosen.iter().enumerate() {
-        let slot = &mut starts[colour as usize];
-        order[*slot] = index as u32;
-        *slot += 1;
-    }
-    Colouring {
-        order,
-        colours: ranges[..MOST_COLOURS]
-            .iter()
-            .filter(|range| !range.is_empty())
-            .cloned()
-            .collect(),
-        overflow: ranges[MOST_COLOURS].clone(),
+    /// Colours the `members` of `constraints`: returns them colour by colour, and appends what no
+    /// colour takes to `loose`.
+    pub fn paint<const N: usize>(
+        &mut self,
+        constraints: &[[u32; N]],
+        members: &[u32],
+        loose: &mut Vec<u32>,
+    ) -> Vec<Vec<u32>> {
+        let mut busiest = 0;
+        for &member in members {
+            for &corner in &constraints[member as usize] {
+                let degree = &mut self.degree[corner as usize];
+                *degree += 1;
+                busiest = busiest.max(*degree as usize);
+            }
+        }
+        // A colour is full at a multiple of the lanes, so that few blocks have idle ones.
+        let colours = (busiest + busiest / 4 + 1).min(MOST_COLOURS);
+        let capacity = members.len().div_ceil(colours).next_multiple_of(8);
+        let mut colours: Vec<Vec<u32>> = Vec::new();
+        let mut full = 0_u128;
+        for &member in members {
+            let corners = &constraints[member as usize];
+            let used = corners
+                .iter()
+                .fold(full, |used, &corner| used | self.taken[corner as usize]);
+            let free = used.trailing_ones() as usize;
+            if free == MOST_COLOURS {
+                loose.push(member);
+                continue;
+            }
+            for &corner in corners {
+                self.taken[corner as usize] |= 1 << free;
+            }
+            if free == colours.len() {
+                colours.push(Vec::with_capacity(capacity));
+            }
+            colours[free].push(member);
+            if colours[free].len() == capacity {
+                full |= 1 << free;
+            }
+        }
+        for &member in members {
+            for &corner in &constraints[member as usize] {
+                self.taken[corner as usize] = 0;
+                self.degree[corner as usize] = 0;
+            }
+        }
+        colours
     }
 }

@@ -84,7 +84,7 @@ pub fn rms_speed(particles: &Particles) -> f64 {
 pub fn edge_errors(topology: &Topology, positions: &[Vec4]) -> impl Iterator<Item = f64> {
     let edges = &topology.edges;
     edges
-        .ends
+        .ends()
         .iter()
         .zip(&edges.rest_length)
         .map(move |(ends, &rest)| {
@@ -95,7 +95,7 @@ pub fn edge_errors(topology: &Topology, positions: &[Vec4]) -> impl Iterator<Ite
 
 /// Signed volume of every tetrahedron [m³], in the order of the topology.
 pub fn tetrahedron_volumes(topology: &Topology, positions: &[Vec4]) -> impl Iterator<Item = f64> {
-    topology.tetrahedra.corners.iter().map(move |corners| {
+    topology.tetrahedra.corners().iter().map(move |corners| {
         super::topology::volume(corners.map(|i| positions[i as usize].truncate().as_dvec3()))
     })
 }
@@ -120,7 +120,7 @@ pub fn volume_error(topology: &Topology, positions: &[Vec4]) -> f64 {
 pub fn inverted(topology: &Topology, positions: &[Vec4]) -> usize {
     topology
         .tetrahedra
-        .corners
+        .corners()
         .iter()
         .zip(&topology.tetrahedra.rest_volume)
         .filter(|&(corners, &rest)| {

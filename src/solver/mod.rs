@@ -11,20 +11,29 @@
 //!   systems call the same.
 //! - [`reference`](mod@reference) is the method again in f64, to measure errors against.
 
+pub mod advance;
+pub mod bands;
 pub mod body;
 pub mod colouring;
 pub mod constraint;
 pub mod contact;
+mod crew;
 pub mod deform;
 mod fit;
+pub mod lanes;
 pub mod measure;
+pub mod numbering;
+pub mod order;
 pub mod particles;
+mod phases;
 pub mod quantity;
 pub mod reference;
 pub mod rest;
 mod shape;
+mod share;
 pub mod stages;
 mod substep;
+mod threads;
 pub mod topology;
 mod world;
 
@@ -44,5 +53,6 @@ pub use quantity::{
 pub use rest::SleepSettings;
 pub use shape::RestShape;
 pub use substep::{Settings, Substep};
+pub use threads::{MOST_THREADS, Threads, ThreadsError, available};
 pub use topology::{Topology, TopologyError};
 pub use world::{World, sweeps};

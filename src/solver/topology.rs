@@ -6,32 +6,33 @@
 //! cloth explode). Rest values are rounded as the solver rounds the values that it compares with
 //! them, so that a body in its rest shape does not move by a bit.
 
-use super::{RestShape, colouring, constraint::volume::volume_and_gradients};
+use super::{
+    RestShape,
+    bands::{Bands, SMALLEST_CUT},
+    constraint::volume::volume_and_gradients,
+    numbering::Numbering,
+    order::Elements,
+};
 use glam::{DVec3, Vec3};
-use std::ops::Range;
 
 /// Edges as columns in the order of their colours.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Edges {
-    /// The two particles of each.
-    pub ends: Vec<[u32; 2]>,
+    /// The two particles of each, and the order in which they are solved.
+    pub elements: Elements<2>,
     /// Rest length of each [m].
     pub rest_length: Vec<f32>,
-    /// Ranges in which no two share a particle.
-    pub colours: Vec<Range<usize>>,
 }
 
 /// Tetrahedra as columns in the order of their colours.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Tetrahedra {
-    /// The four particles of each.
-    pub corners: Vec<[u32; 4]>,
+    /// The four particles of each, and the order in which they are solved.
+    pub elements: Elements<4>,
     /// Signed rest volume of each [m³].
     pub rest_volume: Vec<f32>,
     /// |rest volume|^(4/3) of each [m⁴], the scale of a squared gradient of the volume.
     pub gradient_scale: Vec<f32>,
-    /// Ranges in which no two share a particle.
-    pub colours: Vec<Range<usize>>,
 }
 
 /// What a body's mass is spread over.
@@ -61,6 +62,11 @@ pub struct LeftOut {
 pub struct Topology {
     /// Rest positions [m].
     pub rest: Vec<Vec3>,
+    /// Which vertices of the input the particles are. Pins, added masses and all that users see
+    /// go by vertices; everything else here, by particles.
+    pub numbering: Numbering,
+    /// How the particles are cut into bands.
+    pub bands: Bands,
     /// Edges, for stretch.
     pub edges: Edges,
     /// Tetrahedra, for volume.
@@ -135,16 +141,29 @@ impl Topology {
         check_elements("tetrahedron", &shape.tetrahedra, count)?;
         check_elements("triangle", &shape.triangles, count)?;
 
-        let rest = shape.vertices;
+        let (mut ends, repeated_edges) = without_repeats(shape.edges);
+        let (mut corners, mut triangles) = (shape.tetrahedra, shape.triangles);
+        let mut rest = shape.vertices;
+        let numbering = if count < SMALLEST_CUT {
+            Numbering::default()
+        } else {
+            Numbering::new(count, &ends, &corners)
+        };
+        renumber(
+            &numbering,
+            &mut rest,
+            &mut ends,
+            &mut corners,
+            &mut triangles,
+        );
         let at = |i: u32| rest[i as usize].as_dvec3();
-        let (corners, flat_tetrahedra) = without_flat(shape.tetrahedra, at);
-        let (ends, repeated_edges) = without_repeats(shape.edges);
-        let (measure, dimension) = lump(&ends, &corners, &shape.triangles, count, at);
+        let (corners, flat_tetrahedra) = without_flat(corners, at);
+        let (measure, dimension) = lump(&ends, &corners, &triangles, count, at);
         let mut used = vec![false; count];
         for &i in ends.iter().flatten().chain(corners.iter().flatten()) {
             used[i as usize] = true;
         }
-        for &i in shape.triangles.iter().flatten() {
+        for &i in triangles.iter().flatten() {
             used[i as usize] = true;
         }
         let left_out = LeftOut {
@@ -154,16 +173,25 @@ impl Topology {
         };
 
         let (low, high) = bounds(rest.iter().copied());
+        let bands = Bands::cut(count, reaches(&ends).chain(reaches(&corners)));
         Ok(Self {
-            edges: Edges::new(&ends, &rest),
-            tetrahedra: Tetrahedra::new(&corners, &rest),
-            triangles: shape.triangles,
+            edges: Edges::new(&ends, &rest, &bands),
+            tetrahedra: Tetrahedra::new(&corners, &rest, &bands),
+            bands,
+            triangles,
+            numbering,
             measure,
             dimension,
             size: (high - low).max_element(),
             left_out,
             rest,
         })
+    }
+
+    /// The vertex of the rest shape that a particle is.
+    #[must_use]
+    pub fn vertex(&self, particle: usize) -> u32 {
+        self.numbering.vertex(particle as u32)
     }
 
     /// How many particles a body of this topology has.
@@ -174,29 +202,36 @@ impl Topology {
 }
 
 impl Edges {
-    fn new(ends: &[[u32; 2]], rest: &[Vec3]) -> Self {
-        let colouring = colouring::colour(ends, rest.len());
-        let ends: Vec<_> = colouring.order.iter().map(|&i| ends[i as usize]).collect();
+    /// The two particles of each.
+    #[must_use]
+    pub fn ends(&self) -> &[[u32; 2]] {
+        self.elements.corners()
+    }
+
+    fn new(ends: &[[u32; 2]], rest: &[Vec3], bands: &Bands) -> Self {
+        let (elements, _) = Elements::new(ends, bands, false);
         Self {
-            rest_length: ends
+            rest_length: elements
+                .corners()
                 .iter()
                 .map(|&[a, b]| (rest[b as usize] - rest[a as usize]).length())
                 .collect(),
-            colours: colouring.colours,
-            ends,
+            elements,
         }
     }
 }
 
 impl Tetrahedra {
-    fn new(corners: &[[u32; 4]], rest: &[Vec3]) -> Self {
-        let colouring = colouring::colour(corners, rest.len());
-        let corners: Vec<_> = colouring
-            .order
-            .iter()
-            .map(|&i| corners[i as usize])
-            .collect();
-        let rest_volume: Vec<f32> = corners
+    /// The four particles of each.
+    #[must_use]
+    pub fn corners(&self) -> &[[u32; 4]] {
+        self.elements.corners()
+    }
+
+    fn new(corners: &[[u32; 4]], rest: &[Vec3], bands: &Bands) -> Self {
+        let (elements, _) = Elements::new(corners, bands, true);
+        let rest_volume: Vec<f32> = elements
+            .corners()
             .iter()
             .map(|&c| volume_and_gradients(c.map(|i| rest[i as usize])).0)
             .collect();
@@ -209,10 +244,37 @@ impl Tetrahedra {
                 })
                 .collect(),
             rest_volume,
-            colours: colouring.colours,
-            corners,
+            elements,
         }
     }
+}
+
+/// Gives the vertices of a shape the numbers of their particles.
+fn renumber(
+    numbering: &Numbering,
+    rest: &mut Vec<Vec3>,
+    edges: &mut [[u32; 2]],
+    tetrahedra: &mut [[u32; 4]],
+    triangles: &mut [[u32; 3]],
+) {
+    let given = std::mem::take(rest);
+    let vertices = (0..given.len() as u32).map(|particle| numbering.vertex(particle));
+    rest.extend(vertices.map(|vertex| given[vertex as usize]));
+    let corners = edges
+        .as_flattened_mut()
+        .iter_mut()
+        .chain(tetrahedra.as_flattened_mut())
+        .chain(triangles.as_flattened_mut());
+    for corner in corners {
+        *corner = numbering.particle(*corner);
+    }
+}
+
+/// From the lowest to the highest particle of each element.
+fn reaches<const N: usize>(elements: &[[u32; N]]) -> impl Iterator<Item = (u32, u32)> {
+    elements
+        .iter()
+        .filter_map(|corners| Some((*corners.iter().min()?, *corners.iter().max()?)))
 }
 
 /// Signed volume of a tetrahedron [m³].

@@ -2,8 +2,10 @@
 //! the bit.
 
 use super::{
-    Body, Collider, Settings,
-    contact::collider::Sweep,
+    Body, Collider, Settings, Threads,
+    advance::Means,
+    contact::collider::{Sweep, Swept},
+    lanes,
     rest::{SleepSettings, disturbed, written},
 };
 
@@ -22,36 +24,50 @@ pub struct World {
     pub time: f64,
     /// Ticks since the start.
     pub tick: u64,
+    /// Threads to step with; one by default. They change no bit.
+    pub threads: Threads,
+    /// What the colliders do in the tick under way: room that is kept, no part of the state.
+    pub swept: Swept,
 }
 
 impl World {
     /// A tick of 1/rate seconds.
     pub fn tick(&mut self) {
-        let seconds = self.settings.tick_seconds();
-        let whole = sweeps(&self.colliders, self.time, self.time + seconds);
-        for body in &mut self.bodies {
+        let Self {
+            settings,
+            sleep,
+            bodies,
+            colliders,
+            threads,
+            swept,
+            ..
+        } = self;
+        let seconds = settings.tick_seconds();
+        let whole = sweeps(colliders, self.time, self.time + seconds);
+        swept.fill(colliders.iter(), settings, self.time);
+        let means = Means {
+            settings,
+            swept,
+            threads,
+            level: lanes::level(),
+        };
+        let step = |body: &mut Body| {
             if body.asleep && wakes(body, &whole) {
                 body.asleep = false;
                 body.rest.reset();
             }
             body.begin_tick();
-        }
-        let h = self.settings.substep_seconds();
-        for index in 0..self.settings.substeps.get() {
-            let step = self.settings.substep(index);
-            let start = self.time + h * f64::from(index);
-            let swept = sweeps(&self.colliders, start, start + h);
-            for body in self.bodies.iter_mut().filter(|body| body.is_active()) {
-                body.presolve(&step);
-                for iteration in 0..step.iterations {
-                    body.solve(&step, iteration, &swept);
-                }
-                body.postsolve(&step, &swept);
+            if body.is_active() {
+                body.advance(&means);
             }
-        }
-        for body in self.bodies.iter_mut().filter(|body| body.is_active()) {
-            body.end_tick(seconds as f32, &self.sleep);
-        }
+            if body.is_active() {
+                body.end_tick(seconds as f32, sleep);
+            }
+        };
+        let active = bodies.iter().filter(|body| body.is_active());
+        let constraints = active.map(|body| body.effects.constraints(&body.topology));
+        let projections = constraints.sum::<usize>() * settings.substeps.get() as usize;
+        threads.for_each(bodies, projections, &step);
         self.time += seconds;
         self.tick += 1;
     }

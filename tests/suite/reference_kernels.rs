@@ -51,7 +51,7 @@ fn stretch_equals_the_twin() {
             .iter()
             .map(|x| x.truncate())
             .collect();
-        let ends = body.topology.edges.ends.clone();
+        let ends = body.topology.edges.ends().to_vec();
         let ends = ends.iter().map(|ends| ends.map(|i| i as usize));
         let moving: Vec<bool> = body.particles.positions.iter().map(|x| x.w > 0.0).collect();
         let state = step(world(settings(rate), body));
@@ -85,7 +85,7 @@ fn volume_equals_the_twin() {
         }
         let tetrahedra = body.topology.tetrahedra.clone();
         // Every tenth is in one point, and does not move.
-        for corners in tetrahedra.corners.iter().step_by(10) {
+        for corners in tetrahedra.corners().iter().step_by(10) {
             for &i in corners {
                 let w = body.particles.positions[i as usize].w;
                 body.particles.positions[i as usize] = Vec3::splat(0.5).extend(w);
@@ -99,7 +99,7 @@ fn volume_equals_the_twin() {
             .map(|x| x.w == 0.0)
             .collect();
         let state = step(world(settings(rate), body));
-        for (index, corners) in tetrahedra.corners.iter().enumerate() {
+        for (index, corners) in tetrahedra.corners().iter().enumerate() {
             let pins = corners.iter().filter(|&&i| pinned[i as usize]).count();
             if index % 10 == 0 && pins > 0 {
                 // Pins and falling corners: whether a gradient is left hangs on the last bits.

@@ -66,8 +66,20 @@ fn pinning_holds_a_particle_where_it_is_and_unpinning_lets_it_go() {
     let (mut app, bodies, _) = app_of(&cubes());
     let (body, particle) = (bodies[0], 3);
     let before = particles(&app, body).positions[3].truncate();
-    push(&mut app, Action::Pin { body, particle });
-    push(&mut app, Action::Pin { body, particle });
+    push(
+        &mut app,
+        Action::Pin {
+            body,
+            vertex: particle,
+        },
+    );
+    push(
+        &mut app,
+        Action::Pin {
+            body,
+            vertex: particle,
+        },
+    );
     ticks(&mut app, 60);
     assert_eq!(particles(&app, body).positions[3].truncate(), before);
     assert_eq!(
@@ -75,7 +87,16 @@ fn pinning_holds_a_particle_where_it_is_and_unpinning_lets_it_go() {
         [3],
         "only once"
     );
-    assert!(done(&mut app, Action::Unpin { body, particle }).is_empty());
+    assert!(
+        done(
+            &mut app,
+            Action::Unpin {
+                body,
+                vertex: particle
+            }
+        )
+        .is_empty()
+    );
     ticks(&mut app, 60);
     assert_ne!(particles(&app, body).positions[3].truncate(), before);
 }
@@ -142,9 +163,9 @@ fn what_was_done_is_told_with_its_tick_in_order_and_can_be_done_again() {
     let body = bodies[0];
     ticks(&mut app, 5);
     push(&mut app, set(body, "stretch", "compliance", 1e-4));
-    push(&mut app, Action::Pin { body, particle: 2 });
+    push(&mut app, Action::Pin { body, vertex: 2 });
     ticks(&mut app, 5);
-    push(&mut app, Action::Unpin { body, particle: 2 });
+    push(&mut app, Action::Unpin { body, vertex: 2 });
     ticks(&mut app, 50);
     let applied = record(&mut app);
     assert_eq!(

@@ -64,7 +64,7 @@ fn assert_other_undisturbed(app: &App, other: Entity) {
 fn a_nan_written_into_a_position_freezes_that_body_alone_and_names_it() {
     let (mut app, bodies, last_finite) = spoilt(|particles| particles.positions[3].y = f32::NAN);
     let expected = Quarantine {
-        particle: 3,
+        vertex: 3,
         stage: "input",
     };
     assert_eq!(quarantine(&app, bodies[0]), Some(&expected));
@@ -92,7 +92,7 @@ fn a_nan_written_into_a_position_freezes_that_body_alone_and_names_it() {
 fn infinite_velocities_are_caught_like_positions() {
     let (app, bodies, _) = spoilt(|particles| particles.velocities[5].x = f32::INFINITY);
     let expected = Quarantine {
-        particle: 5,
+        vertex: 5,
         stage: "input",
     };
     assert_eq!(quarantine(&app, bodies[0]), Some(&expected));
@@ -149,7 +149,7 @@ fn a_users_system_that_writes_nan_is_named_as_such() {
     app.add_systems(SolveSchedule, spoil.in_set(SolvePhase::User));
     ticks(&mut app, 60);
     let expected = Quarantine {
-        particle: 0,
+        vertex: 0,
         stage: "a user's system",
     };
     assert_eq!(quarantine(&app, bodies[0]), Some(&expected));

@@ -102,7 +102,7 @@ fn a_body_that_is_gone_is_said_to_be() {
     let gone = [
         Action::Release { body },
         Action::Despawn { body },
-        Action::Pin { body, particle: 0 },
+        Action::Pin { body, vertex: 0 },
         set(body, "stretch", "compliance", 0.0),
         Action::Deform {
             body,
@@ -128,7 +128,13 @@ fn an_entity_that_is_no_body_is_refused() {
 fn a_particle_or_an_effect_that_does_not_exist_is_refused() {
     let (mut app, bodies, _) = app_of(&cubes());
     let (body, particle) = (bodies[0], 99);
-    let message = refused(&mut app, Action::Pin { body, particle });
+    let message = refused(
+        &mut app,
+        Action::Pin {
+            body,
+            vertex: particle,
+        },
+    );
     assert!(
         message.contains("particle 99") && message.contains('8'),
         "{message}"

@@ -158,7 +158,7 @@ fn each_link_of_a_hanging_chain_pulls_with_the_weight_below_it() {
     for (&[upper, _], lambda) in body
         .topology
         .edges
-        .ends
+        .ends()
         .iter()
         .zip(&body.stretch_multipliers)
     {

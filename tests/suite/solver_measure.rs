@@ -29,7 +29,7 @@ fn a_body_that_was_only_moved_and_turned_has_its_own_shape() {
 #[test]
 fn a_mirrored_body_is_not_a_turned_one_and_all_of_it_is_inside_out() {
     let mut body = body("cube", cube(0.5, 1), 1000.0);
-    let tetrahedra = body.topology.tetrahedra.corners.len();
+    let tetrahedra = body.topology.tetrahedra.corners().len();
     assert_eq!(
         measure::inverted(&body.topology, &body.particles.positions),
         0

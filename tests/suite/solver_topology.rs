@@ -41,8 +41,8 @@ fn flat_elements_repeated_edges_and_unused_vertices_are_left_out_and_counted() {
     shape.tetrahedra.push([0, 1, 2, 4]);
     shape.edges.extend([[1, 0], [0, 1]]);
     let topology = topology(shape);
-    assert_eq!(topology.tetrahedra.corners.len(), 1);
-    assert_eq!(topology.edges.ends.len(), 6);
+    assert_eq!(topology.tetrahedra.corners().len(), 1);
+    assert_eq!(topology.edges.ends().len(), 6);
     assert_eq!(topology.left_out.flat_tetrahedra, 1);
     assert_eq!(topology.left_out.repeated_edges, 2);
     assert_eq!(topology.left_out.unused_vertices, 2);

@@ -21,7 +21,7 @@ pub(super) fn body(name: &str, topology: Arc<Topology>) -> Body {
         Dimension::Sheet => 0.3,
         Dimension::Line => 0.1,
     };
-    let edges = &topology.edges.ends;
+    let edges = &topology.edges.ends();
     let length = |ends: &[u32; 2]| {
         let [a, b] = ends.map(|end| topology.rest[end as usize]);
         a.distance(b)

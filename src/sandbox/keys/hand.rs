@@ -67,7 +67,7 @@ impl Hand<'_, '_> {
             let pinned = self
                 .pins
                 .get(grab.body)
-                .is_ok_and(|pins| pins.contains(&grab.particle));
+                .is_ok_and(|pins| pins.contains(&grab.vertex));
             self.ask(Request::Pin(!pinned));
         }
     }

@@ -195,11 +195,11 @@ fn distort(world: &mut World, scope: Scope, distortion: Distortion) {
 
 fn pin(world: &mut World, pinned: bool) {
     if let Some(grab) = world.resource::<LastGrab>().0 {
-        let (body, particle) = (grab.body, grab.particle);
+        let (body, vertex) = (grab.body, grab.vertex);
         let action = if pinned {
-            Action::Pin { body, particle }
+            Action::Pin { body, vertex }
         } else {
-            Action::Unpin { body, particle }
+            Action::Unpin { body, vertex }
         };
         push(world, action);
     }

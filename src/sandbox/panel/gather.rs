@@ -108,7 +108,7 @@ fn entry(world: &World, body: Entity) -> BodyEntry {
     let state = match entity.get::<Quarantined>() {
         Some(quarantine) => BodyState::Quarantined(format!(
             "particle {} was not finite after {}",
-            quarantine.particle, quarantine.stage
+            quarantine.vertex, quarantine.stage
         )),
         None if entity.contains::<Asleep>() => BodyState::Asleep,
         None => BodyState::Awake,
@@ -248,7 +248,7 @@ fn grabbed(world: &World) -> Option<GrabModel> {
     let body = world.get_entity(grab.body).ok()?;
     Some(GrabModel {
         body: body.get::<Name>()?.to_string(),
-        pinned: body.get::<Pins>()?.contains(&grab.particle),
+        pinned: body.get::<Pins>()?.contains(&grab.vertex),
     })
 }
 

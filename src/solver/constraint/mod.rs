@@ -17,11 +17,13 @@
 //! and residuals. With one iteration a substep it is zero where it would be read, so it is
 //! neither read nor, unless somebody asks, written: see [`Multipliers`].
 
+pub(crate) mod block;
 pub mod grab;
 pub mod stretch;
 pub mod volume;
 
 use glam::{Vec3, Vec4};
+use std::ops::Range;
 
 /// What a sweep does with the multipliers λ of its constraints.
 #[derive(Debug)]
@@ -35,30 +37,40 @@ pub enum Multipliers<'a> {
 }
 
 impl<'a> Multipliers<'a> {
-    /// For sweep number `iteration` of `iterations`; `record` if λ will be read afterwards.
+    /// For sweep number `iteration` of `iterations`; `record` if λ will be read afterwards. An
+    /// empty column means that nobody keeps λ: it is taken for zero.
     #[must_use]
     pub fn of_sweep(
         column: &'a mut [f32],
         (iteration, iterations, record): (u32, u32, bool),
     ) -> Self {
         match iteration {
+            _ if column.is_empty() => Self::Unused,
             0 if iterations == 1 && !record => Self::Unused,
             0 => Self::First(column),
             _ => Self::Next(column),
         }
     }
 
-    fn get(&self, index: usize) -> f32 {
+    /// Those of the given constraints alone.
+    #[must_use]
+    pub fn part(&mut self, constraints: Range<usize>) -> Multipliers<'_> {
         match self {
-            Self::Next(column) => column[index],
-            Self::Unused | Self::First(_) => 0.0,
+            Self::Unused => Multipliers::Unused,
+            Self::First(column) => Multipliers::First(&mut column[constraints]),
+            Self::Next(column) => Multipliers::Next(&mut column[constraints]),
         }
     }
 
-    fn set(&mut self, index: usize, value: f32) {
+    /// The column if it is to be kept, with what λ is now.
+    fn kept(self) -> Option<&'a mut [f32]> {
         match self {
-            Self::First(column) | Self::Next(column) => column[index] = value,
-            Self::Unused => {}
+            Self::Unused => None,
+            Self::First(column) => {
+                column.fill(0.0);
+                Some(column)
+            }
+            Self::Next(column) => Some(column),
         }
     }
 }

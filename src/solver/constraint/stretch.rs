@@ -3,8 +3,17 @@
 //! λ/h² is the force that the edge pulls with, in N (negative when it pulls). Compliance is in
 //! m/N: an edge under a force F settles at C = αF.
 
-use super::{Multipliers, at, push};
-use crate::solver::{Compliance, Damping, Stiffness, topology::Edges};
+use super::{
+    Multipliers,
+    block::{Block, Blocks, add_scaled, difference, dot, solve_all},
+};
+use crate::solver::{
+    Compliance, Damping, Stiffness,
+    lanes::{Columns, Lanes, WIDTH},
+    order::Elements,
+    topology::Edges,
+};
+use fearless_simd::{f32x8, prelude::*};
 use glam::{Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
@@ -52,7 +61,7 @@ impl Stretch {
     }
 }
 
-/// One sweep over all edges.
+/// One sweep over all edges, on one thread.
 ///
 /// An edge of length zero has no direction; it is pushed apart along the direction that it has
 /// in the rest shape, so that a body squeezed to a point opens, always in the same way. If it
@@ -63,37 +72,101 @@ pub fn solve(
     edges: &Edges,
     rest: &[Vec3],
     coefficients: Coefficients,
-    mut multipliers: Multipliers,
+    multipliers: Multipliers,
 ) {
-    let Coefficients {
-        alpha,
-        alpha_per_length,
-        gamma,
-    } = coefficients;
-    for (index, (&[a, b], &rest_length)) in edges.ends.iter().zip(&edges.rest_length).enumerate() {
-        let weight = positions[a as usize].w + positions[b as usize].w;
-        if weight == 0.0 {
-            continue;
+    let kernel = Kernel {
+        edges,
+        rest,
+        coefficients,
+    };
+    solve_all(&kernel, positions, previous, multipliers);
+}
+
+/// Edges with what their projection needs.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Kernel<'a> {
+    pub edges: &'a Edges,
+    pub rest: &'a [Vec3],
+    pub coefficients: Coefficients,
+}
+
+impl Blocks<2> for Kernel<'_> {
+    fn elements(&self) -> &Elements<2> {
+        &self.edges.elements
+    }
+
+    fn damped(&self) -> bool {
+        self.coefficients.gamma > 0.0
+    }
+
+    #[inline(always)]
+    fn project<L: Lanes>(
+        &self,
+        simd: L,
+        block: &Block<2>,
+        [a, b]: &mut [Columns<L>; 2],
+        previous: Option<[Columns<L>; 2]>,
+        lambda: Option<f32x8<L>>,
+    ) -> f32x8<L> {
+        let Coefficients {
+            alpha,
+            alpha_per_length,
+            gamma,
+        } = self.coefficients;
+        let rest_length = block.column(simd, &self.edges.rest_length);
+        let apart = difference(b, a);
+        let mut d = apart;
+        let mut length = dot(&d, &d).sqrt();
+        let weight = a[3] + b[3];
+        let alpha = rest_length * alpha_per_length + alpha;
+        let mut error = rest_length - length;
+        let weighted = weight * (1.0 + gamma) + alpha;
+        let mut denominator = weighted * length;
+        if denominator.simd_gt(0.0).any_false() {
+            // Edges without a direction get one of length 1; those that cannot move stay.
+            (d, length) = self.open(simd, block, d, length);
+            denominator = weighted * length;
+            error = denominator.simd_gt(0.0).select(error, 0.0.simd_into(simd));
+            denominator = denominator
+                .simd_gt(0.0)
+                .select(denominator, 1.0.simd_into(simd));
         }
-        let d = at(positions, b) - at(positions, a);
-        let length = d.length();
-        let direction = if length > 0.0 {
-            d / length
-        } else {
-            (rest[b as usize] - rest[a as usize]).normalize_or_zero()
-        };
-        let strain = length - rest_length;
-        let alpha = alpha + alpha_per_length * rest_length;
-        let lambda = multipliers.get(index);
-        let damped = if gamma > 0.0 {
-            let moved = d - (at(previous, b) - at(previous, a));
-            gamma * direction.dot(moved)
-        } else {
-            0.0
-        };
-        let change = -(strain + alpha * lambda + damped) / ((1.0 + gamma) * weight + alpha);
-        multipliers.set(index, lambda + change);
-        push(positions, a, change, -direction);
-        push(positions, b, change, direction);
+        if let Some(lambda) = lambda {
+            error -= alpha * lambda;
+        }
+        if let Some([pa, pb]) = previous {
+            let moved = difference(&apart, &difference(&pb, &pa));
+            error -= dot(&d, &moved) / length * gamma;
+        }
+        let scale = error / denominator;
+        add_scaled(a, &d, -(a[3] * scale));
+        add_scaled(b, &d, b[3] * scale);
+        scale * length
+    }
+}
+
+impl Kernel<'_> {
+    /// Directions of the rest shape, of length 1, for edges of a block that have no length.
+    #[cold]
+    fn open<L: Lanes>(
+        &self,
+        simd: L,
+        block: &Block<2>,
+        d: [f32x8<L>; 3],
+        length: f32x8<L>,
+    ) -> ([f32x8<L>; 3], f32x8<L>) {
+        let mut d = d.map(<[f32; WIDTH]>::from);
+        let mut length = <[f32; WIDTH]>::from(length);
+        for (lane, [a, b]) in block.corners.iter().enumerate() {
+            if length[lane] == 0.0 {
+                let apart = self.rest[*b as usize] - self.rest[*a as usize];
+                let direction = apart.normalize_or_zero();
+                length[lane] = 1.0;
+                for (axis, d) in d.iter_mut().enumerate() {
+                    d[lane] = direction[axis];
+                }
+            }
+        }
+        (d.map(|d| d.simd_into(simd)), length.simd_into(simd))
     }
 }

@@ -5,8 +5,17 @@
 //! matters: a mirrored element has V = −V₀ and is driven through flat back to V₀, which its
 //! absolute value would never do.
 
-use super::{Multipliers, at, push};
-use crate::solver::{Compliance, Damping, Stiffness, topology::Tetrahedra};
+use super::{
+    Multipliers,
+    block::{Block, Blocks, add_scaled, cross, difference, dot, solve_all},
+};
+use crate::solver::{
+    Compliance, Damping, Stiffness,
+    lanes::{Columns, Lanes, WIDTH},
+    order::Elements,
+    topology::Tetrahedra,
+};
+use fearless_simd::{f32x8, prelude::*};
 use glam::{Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
@@ -72,7 +81,7 @@ pub fn volume_and_gradients([x0, x1, x2, x3]: [Vec3; 4]) -> (f32, [Vec3; 4]) {
     (a.dot(bc) * SIXTH, [-(g1 + g2 + g3), g1, g2, g3])
 }
 
-/// One sweep over all tetrahedra.
+/// One sweep over all tetrahedra, on one thread.
 ///
 /// The step is C/‖∇C‖ long, so an element that has collapsed towards a line, whose gradient
 /// vanishes, would be thrown far away. Two guards, both relative to the element's own size:
@@ -85,57 +94,145 @@ pub fn solve(
     tetrahedra: &Tetrahedra,
     rest: &[Vec3],
     coefficients: Coefficients,
-    mut multipliers: Multipliers,
+    multipliers: Multipliers,
 ) {
-    let Coefficients {
-        alpha,
-        alpha_per_volume,
-        gamma,
-    } = coefficients;
-    let columns = tetrahedra
-        .corners
-        .iter()
-        .zip(&tetrahedra.rest_volume)
-        .zip(&tetrahedra.gradient_scale);
-    for (index, ((corners, &rest_volume), &scale)) in columns.enumerate() {
-        let w = corners.map(|i| positions[i as usize].w);
-        let total = w[0] + w[1] + w[2] + w[3];
-        if total == 0.0 {
-            continue;
-        }
-        let x = corners.map(|i| at(positions, i));
-        let (volume, mut gradients) = volume_and_gradients(x);
-        let mut weight = weighted_square(&gradients, &w);
-        let floor = FLOOR * scale * total;
-        if weight < VANISHED * floor {
-            gradients = volume_and_gradients(corners.map(|i| rest[i as usize])).1;
-            weight = weighted_square(&gradients, &w);
-        }
-        let weight = weight.max(floor);
+    let kernel = Kernel {
+        tetrahedra,
+        rest,
+        coefficients,
+    };
+    solve_all(&kernel, positions, previous, multipliers);
+}
 
-        let error = volume - rest_volume;
-        let alpha = alpha + alpha_per_volume * rest_volume.abs();
-        let lambda = multipliers.get(index);
-        let damped = if gamma > 0.0 {
-            let moved: f32 = (0..4)
-                .map(|k| gradients[k].dot(x[k] - at(previous, corners[k])))
-                .sum();
-            gamma * moved
-        } else {
-            0.0
-        };
-        let change = -(error + alpha * lambda + damped) / ((1.0 + gamma) * weight + alpha);
-        multipliers.set(index, lambda + change);
-        for k in 0..4 {
-            push(positions, corners[k], change, gradients[k]);
+/// Tetrahedra with what their projection needs.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Kernel<'a> {
+    pub tetrahedra: &'a Tetrahedra,
+    pub rest: &'a [Vec3],
+    pub coefficients: Coefficients,
+}
+
+impl Blocks<4> for Kernel<'_> {
+    fn elements(&self) -> &Elements<4> {
+        &self.tetrahedra.elements
+    }
+
+    fn damped(&self) -> bool {
+        self.coefficients.gamma > 0.0
+    }
+
+    #[inline(always)]
+    fn project<L: Lanes>(
+        &self,
+        simd: L,
+        block: &Block<4>,
+        x: &mut [Columns<L>; 4],
+        previous: Option<[Columns<L>; 4]>,
+        lambda: Option<f32x8<L>>,
+    ) -> f32x8<L> {
+        const SIXTH: f32 = 1.0 / 6.0;
+        let Coefficients {
+            alpha,
+            alpha_per_volume,
+            gamma,
+        } = self.coefficients;
+        let rest_volume = block.column(simd, &self.tetrahedra.rest_volume);
+        let scale = block.column(simd, &self.tetrahedra.gradient_scale);
+        let (a, b, c) = (
+            difference(&x[1], &x[0]),
+            difference(&x[2], &x[0]),
+            difference(&x[3], &x[0]),
+        );
+        // Gradients times 6, of the corners 1 to 3; that of corner 0 is their sum, negative.
+        let bc = cross(&b, &c);
+        let volume = dot(&a, &bc) * SIXTH;
+        let mut gradients = [bc, cross(&c, &a), cross(&a, &b)];
+        let mut weight = weighted_square(&gradients, x);
+        let floor = scale * (x[0][3] + x[1][3] + (x[2][3] + x[3][3])) * FLOOR;
+        if weight.simd_lt(floor * VANISHED).any_true() {
+            gradients = self.open(simd, block, gradients, weight, floor);
+            weight = weighted_square(&gradients, x);
         }
+        let alpha = rest_volume.abs() * alpha_per_volume + alpha;
+        let mut error = rest_volume - volume;
+        let mut denominator = weight.max(floor) * (1.0 + gamma) + alpha;
+        let moves = denominator.simd_gt(0.0);
+        if moves.any_false() {
+            // All four corners are pinned.
+            error = moves.select(error, 0.0.simd_into(simd));
+            denominator = moves.select(denominator, 1.0.simd_into(simd));
+        }
+        if let Some(lambda) = lambda {
+            error -= alpha * lambda;
+        }
+        if let Some(p) = previous {
+            let first = difference(&x[0], &p[0]);
+            let mut sum = f32x8::splat(simd, 0.0);
+            for k in 0..3 {
+                let moved = difference(&difference(&x[k + 1], &p[k + 1]), &first);
+                sum += dot(&gradients[k], &moved);
+            }
+            error -= sum * (SIXTH * gamma);
+        }
+        let change = error / denominator;
+        let step = change * SIXTH;
+        let first = sum(&gradients);
+        let [x0, x1, x2, x3] = x;
+        add_scaled(x0, &first, -(x0[3] * step));
+        add_scaled(x1, &gradients[0], x1[3] * step);
+        add_scaled(x2, &gradients[1], x2[3] * step);
+        add_scaled(x3, &gradients[2], x3[3] * step);
+        change
     }
 }
 
-/// Σ w‖∇C‖².
-fn weighted_square(gradients: &[Vec3; 4], w: &[f32; 4]) -> f32 {
-    w[0] * gradients[0].length_squared()
-        + w[1] * gradients[1].length_squared()
-        + w[2] * gradients[2].length_squared()
-        + w[3] * gradients[3].length_squared()
+impl Kernel<'_> {
+    /// Gradients of the rest shape, times 6, for elements of a block that have none left.
+    #[cold]
+    fn open<L: Lanes>(
+        &self,
+        simd: L,
+        block: &Block<4>,
+        gradients: [[f32x8<L>; 3]; 3],
+        weight: f32x8<L>,
+        floor: f32x8<L>,
+    ) -> [[f32x8<L>; 3]; 3] {
+        let mut gradients = gradients.map(|g| g.map(<[f32; WIDTH]>::from));
+        let weight = <[f32; WIDTH]>::from(weight);
+        let floor = <[f32; WIDTH]>::from(floor);
+        for (lane, corners) in block.corners.iter().enumerate() {
+            if weight[lane] < VANISHED * floor[lane] {
+                let rest = corners.map(|i| self.rest[i as usize]);
+                let [_, g1, g2, g3] = volume_and_gradients(rest).1;
+                for (gradient, rest) in gradients.iter_mut().zip([g1, g2, g3]) {
+                    for (axis, column) in gradient.iter_mut().enumerate() {
+                        column[lane] = 6.0 * rest[axis];
+                    }
+                }
+            }
+        }
+        gradients.map(|g| g.map(|column| column.simd_into(simd)))
+    }
+}
+
+/// g1 + g2 + g3.
+#[inline(always)]
+fn sum<L: Lanes>([g1, g2, g3]: &[[f32x8<L>; 3]; 3]) -> [f32x8<L>; 3] {
+    [
+        g1[0] + g2[0] + g3[0],
+        g1[1] + g2[1] + g3[1],
+        g1[2] + g2[2] + g3[2],
+    ]
+}
+
+/// Σ w‖∇V‖² from gradients times 6.
+#[inline(always)]
+fn weighted_square<L: Lanes>(gradients: &[[f32x8<L>; 3]; 3], x: &[Columns<L>; 4]) -> f32x8<L> {
+    let first = sum(gradients);
+    let [g1, g2, g3] = gradients;
+    (x[0][3] * dot(&first, &first)
+        + x[1][3] * dot(g1, g1)
+        + x[2][3] * dot(g2, g2)
+        + x[3][3] * dot(g3, g3))
+        * (1.0 / 36.0)
 }

@@ -1,7 +1,7 @@
 //! Rigid colliders, still or moving on a given path, and how a body answers to them.
 
 use super::{ColliderShape, Path, Pose, Response};
-use crate::solver::{Friction, InvalidValue, Particles, Restitution};
+use crate::solver::{Friction, InvalidValue, Restitution, Settings, particles::Part};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
@@ -89,17 +89,52 @@ impl Sweep {
     }
 }
 
+/// What every collider does in each substep of a tick. Room that is kept from tick to tick, and no
+/// part of the state: any two are equal.
+#[derive(Debug, Clone, Default)]
+pub struct Swept {
+    /// One substep after the other.
+    sweeps: Vec<Sweep>,
+    colliders: usize,
+}
+
+impl Swept {
+    /// For a tick that begins at `time` [s].
+    pub fn fill<'c>(
+        &mut self,
+        colliders: impl Iterator<Item = &'c Collider> + Clone,
+        settings: &Settings,
+        time: f64,
+    ) {
+        let h = settings.substep_seconds();
+        self.sweeps.clear();
+        self.colliders = colliders.clone().count();
+        for index in 0..settings.substeps.get() {
+            let start = time + h * f64::from(index);
+            let substep = colliders.clone().map(|c| c.sweep(start, start + h));
+            self.sweeps.extend(substep);
+        }
+    }
+
+    /// What they do in a substep.
+    #[must_use]
+    pub fn of(&self, substep: u32) -> &[Sweep] {
+        let first = substep as usize * self.colliders;
+        &self.sweeps[first..first + self.colliders]
+    }
+}
+
+impl PartialEq for Swept {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
 /// Pushes every particle out of a collider.
 ///
 /// The way of a particle is seen from the collider, so that a collider that moves fast, or a
 /// particle that does, is met where it came in, whichever of the two has moved.
-pub fn solve(
-    particles: &mut Particles,
-    collide: &Collide,
-    collider: &Sweep,
-    h: f32,
-    gravity: Vec3,
-) {
+pub fn solve(particles: Part, collide: &Collide, collider: &Sweep, h: f32, gravity: Vec3) {
     let response = Response::new(
         collide.friction.get(),
         collide.restitution.get(),
@@ -109,8 +144,8 @@ pub fn solve(
     let state = particles
         .positions
         .iter_mut()
-        .zip(&mut particles.previous)
-        .zip(&particles.velocities);
+        .zip(particles.previous)
+        .zip(particles.velocities.iter());
     for ((x, p), v) in state {
         if x.w == 0.0 {
             continue;

@@ -1,7 +1,7 @@
 //! A level ground, in two models: one with Coulomb friction and bounce, one that sticks.
 
 use super::Response;
-use crate::solver::{Friction, Particles, Restitution, quantity::finite};
+use crate::solver::{Friction, Restitution, particles::Part, quantity::finite};
 use glam::Vec3;
 use serde::{Deserialize, Deserializer, Serialize, de::Error as _};
 
@@ -34,13 +34,13 @@ fn finite_height<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f32, D::E
 }
 
 /// Puts every particle that is below ground back onto it.
-pub fn solve(particles: &mut Particles, ground: &Ground, h: f32, gravity: Vec3) {
+pub fn solve(particles: Part, ground: &Ground, h: f32, gravity: Vec3) {
     let response = Response::new(ground.friction.get(), ground.restitution.get(), h, gravity);
     let state = particles
         .positions
         .iter_mut()
-        .zip(&mut particles.previous)
-        .zip(&particles.velocities);
+        .zip(particles.previous)
+        .zip(particles.velocities.iter());
     for ((x, p), v) in state {
         if x.y < ground.height && x.w > 0.0 {
             let depth = ground.height - x.y;
@@ -52,8 +52,8 @@ pub fn solve(particles: &mut Particles, ground: &Ground, h: f32, gravity: Vec3) 
 
 /// In the first stage, after the prediction: a particle below ground goes back to where it was,
 /// at ground level.
-pub fn stick(particles: &mut Particles, ground: &StickyGround) {
-    for (x, p) in particles.positions.iter_mut().zip(&particles.previous) {
+pub fn stick(particles: Part, ground: &StickyGround) {
+    for (x, p) in particles.positions.iter_mut().zip(particles.previous) {
         if x.y < ground.height && x.w > 0.0 {
             *x = *p;
             x.y = ground.height;

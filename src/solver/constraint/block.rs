@@ -1,0 +1,260 @@
+//! Blocks of constraints, one a lane: the frame around every kernel.
+//!
+//! With [`lanes`](super::super::lanes) the only place with `unsafe` code. What makes it sound:
+//! an [`Elements`] cannot be changed, and tells for each batch the range of its particles;
+//! [`solve_batch`] refuses particles that do not cover it.
+
+#![allow(unsafe_code)]
+
+use super::Multipliers;
+use crate::solver::{
+    lanes::{self, Columns, Lanes, WIDTH, Work, gather, scatter},
+    order::{Batch, Elements},
+};
+use fearless_simd::{Level, f32x8, prelude::*};
+use glam::Vec4;
+
+/// Constraints on `N` particles each, to be projected eight at a time.
+pub(crate) trait Blocks<const N: usize>: Sync {
+    /// Which particles each is on, and their order.
+    fn elements(&self) -> &Elements<N>;
+
+    /// Whether they are damped.
+    fn damped(&self) -> bool;
+
+    /// Moves the corners of a block and returns the change of its multipliers. `lambda` is there
+    /// if they may differ from zero, `previous`, the corners at the start of the substep, if the
+    /// constraints are damped.
+    fn project<L: Lanes>(
+        &self,
+        simd: L,
+        block: &Block<N>,
+        x: &mut [Columns<L>; N],
+        previous: Option<[Columns<L>; N]>,
+        lambda: Option<f32x8<L>>,
+    ) -> f32x8<L>;
+}
+
+/// Up to eight constraints that share no particle. Lanes without one repeat the last.
+#[derive(Debug)]
+pub(crate) struct Block<'a, const N: usize> {
+    /// Particles of each.
+    pub corners: &'a [[u32; N]; WIDTH],
+    /// Number of the first.
+    pub first: usize,
+    /// How many there are.
+    pub lanes: usize,
+}
+
+impl<const N: usize> Block<'_, N> {
+    /// What a column says of each.
+    #[inline(always)]
+    pub fn column<L: Lanes>(&self, simd: L, column: &[f32]) -> f32x8<L> {
+        load(simd, &column[self.first..self.first + self.lanes])
+    }
+}
+
+/// One sweep in the given order, on one thread.
+pub(crate) fn solve_all<const N: usize, B: Blocks<N>>(
+    blocks: &B,
+    positions: &mut [Vec4],
+    previous: &[Vec4],
+    mut multipliers: Multipliers,
+) {
+    for (index, batch) in blocks.elements().batches().iter().enumerate() {
+        let multipliers = multipliers.part(batch.constraints());
+        solve_batch(
+            blocks,
+            index,
+            (positions, previous, 0),
+            multipliers,
+            lanes::level(),
+        );
+    }
+}
+
+/// The constraints of batch number `index`, on the particles from number `base` on, with the multipliers of
+/// just these constraints.
+///
+/// # Panics
+/// If the constraints reach beyond these particles.
+pub(crate) fn solve_batch<const N: usize, B: Blocks<N>>(
+    blocks: &B,
+    index: usize,
+    (positions, previous, base): (&mut [Vec4], &[Vec4], usize),
+    multipliers: Multipliers,
+    level: Level,
+) {
+    let batch = &blocks.elements().batches()[index];
+    let reach = batch.particles();
+    assert!(
+        reach.is_empty()
+            || base <= reach.start && reach.end <= base + positions.len().min(previous.len()),
+        "constraints on particles {reach:?} were given {} from {base} on",
+        positions.len()
+    );
+    let sweep = Sweep {
+        blocks,
+        batch,
+        origin: positions.as_mut_ptr().wrapping_sub(base),
+        previous: previous.as_ptr().wrapping_sub(base),
+    };
+    match (multipliers.kept(), blocks.damped()) {
+        (None, false) => lanes::run(level, Lean::<_, N, false>(sweep)),
+        (None, true) => lanes::run(level, Lean::<_, N, true>(sweep)),
+        (Some(kept), false) => lanes::run(level, Kept::<_, N, false>(sweep, kept)),
+        (Some(kept), true) => lanes::run(level, Kept::<_, N, true>(sweep, kept)),
+    }
+}
+
+/// The constraints of a batch and where their particles are.
+///
+/// Invariant: all particles in the reach of the batch can be read and written at `origin`, and
+/// read at `previous`, and nobody else does so.
+struct Sweep<'a, B> {
+    blocks: &'a B,
+    batch: &'a Batch,
+    origin: *mut Vec4,
+    previous: *const Vec4,
+}
+
+/// A sweep that nobody will ask for multipliers.
+struct Lean<'a, B, const N: usize, const DAMPED: bool>(Sweep<'a, B>);
+
+/// A sweep that keeps multipliers.
+struct Kept<'a, 'm, B, const N: usize, const DAMPED: bool>(Sweep<'a, B>, &'m mut [f32]);
+
+impl<const N: usize, B: Blocks<N>, const DAMPED: bool> Work for Lean<'_, B, N, DAMPED> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, simd: L) {
+        self.0.each(
+            #[inline(always)]
+            |sweep, block| {
+                sweep.project::<L, N, DAMPED>(simd, block, None);
+            },
+        );
+    }
+}
+
+impl<const N: usize, B: Blocks<N>, const DAMPED: bool> Work for Kept<'_, '_, B, N, DAMPED> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, simd: L) {
+        let Self(sweep, multipliers) = self;
+        let offset = sweep.batch.constraints().start;
+        sweep.each(
+            #[inline(always)]
+            |sweep, block| {
+                let part = block.first - offset..block.first - offset + block.lanes;
+                let lambda = load(simd, &multipliers[part.clone()]);
+                let change = sweep.project::<L, N, DAMPED>(simd, block, Some(lambda));
+                let next = <[f32; WIDTH]>::from(lambda + change);
+                multipliers[part].copy_from_slice(&next[..block.lanes]);
+            },
+        );
+    }
+}
+
+impl<'a, B> Sweep<'a, B> {
+    /// Block by block.
+    #[inline(always)]
+    fn each<const N: usize>(&self, mut solve: impl FnMut(&Self, &Block<N>))
+    where
+        B: Blocks<N>,
+    {
+        for (first, group) in self.blocks.elements().groups(self.batch) {
+            let (full, rest) = group.as_chunks::<WIDTH>();
+            let mut first = first;
+            for corners in full {
+                solve(
+                    self,
+                    &Block {
+                        corners,
+                        first,
+                        lanes: WIDTH,
+                    },
+                );
+                first += WIDTH;
+            }
+            if let Some(last) = rest.last() {
+                let mut corners = [*last; WIDTH];
+                corners[..rest.len()].copy_from_slice(rest);
+                solve(
+                    self,
+                    &Block {
+                        corners: &corners,
+                        first,
+                        lanes: rest.len(),
+                    },
+                );
+            }
+        }
+    }
+
+    /// Projects the constraints of a block of the batch.
+    #[inline(always)]
+    fn project<L: Lanes, const N: usize, const DAMPED: bool>(
+        &self,
+        simd: L,
+        block: &Block<N>,
+        lambda: Option<f32x8<L>>,
+    ) -> f32x8<L>
+    where
+        B: Blocks<N>,
+    {
+        // SAFETY: the block is one of the batch, whose particles can be read there.
+        let mut x = unsafe { gather(simd, self.origin, block.corners) };
+        let previous = if DAMPED {
+            // SAFETY: as above.
+            Some(unsafe { gather(simd, self.previous, block.corners) })
+        } else {
+            None
+        };
+        let change = self.blocks.project(simd, block, &mut x, previous, lambda);
+        // SAFETY: as above; and they can be written there.
+        unsafe { scatter(simd, self.origin, block.corners, x, block.lanes) };
+        change
+    }
+}
+
+/// Up to eight numbers; lanes without one have 0.
+#[inline(always)]
+fn load<L: Lanes>(simd: L, numbers: &[f32]) -> f32x8<L> {
+    match numbers.first_chunk::<WIDTH>() {
+        Some(all) => f32x8::simd_from(simd, *all),
+        None => {
+            let mut lanes = [0.0; WIDTH];
+            lanes[..numbers.len()].copy_from_slice(numbers);
+            lanes.simd_into(simd)
+        }
+    }
+}
+
+/// a − b, without weights.
+#[inline(always)]
+pub(crate) fn difference<L: Lanes>(a: &[f32x8<L>], b: &[f32x8<L>]) -> [f32x8<L>; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// a · b.
+#[inline(always)]
+pub(crate) fn dot<L: Lanes>(a: &[f32x8<L>; 3], b: &[f32x8<L>; 3]) -> f32x8<L> {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// a × b.
+#[inline(always)]
+pub(crate) fn cross<L: Lanes>(a: &[f32x8<L>; 3], b: &[f32x8<L>; 3]) -> [f32x8<L>; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+/// x += d s.
+#[inline(always)]
+pub(crate) fn add_scaled<L: Lanes>(x: &mut Columns<L>, d: &[f32x8<L>; 3], s: f32x8<L>) {
+    for (x, d) in x.iter_mut().zip(d) {
+        *x += *d * s;
+    }
+}

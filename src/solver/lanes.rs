@@ -1,0 +1,203 @@
+//! Eight constraints at once: particles in, their columns out, and back.
+//!
+//! A block of [`WIDTH`] constraints that share no particle is solved together, one a lane. The
+//! width is the same on every machine, so that the order of operations on each particle is too:
+//! where registers are narrower, one operation here is two or eight there, with the same bits.
+//!
+//! This is the only file of the solver with `unsafe` in it. What it guards is that no index leaves
+//! the window: [`View::gather`] and [`Window::scatter`] look at all indices of a block with one
+//! comparison before they use them, instead of at each.
+
+#![allow(unsafe_code)]
+
+use fearless_simd::{Fallback, Level, f32x4, f32x8, prelude::*};
+use glam::Vec4;
+
+/// Lanes of a block.
+pub const WIDTH: usize = 8;
+
+/// A set of instructions that kernels are compiled for.
+pub trait Lanes: Simd {
+    /// Transposes the 4 × 4 blocks in the two halves of four rows.
+    fn transpose(self, rows: [f32x8<Self>; 4]) -> [f32x8<Self>; 4];
+}
+
+/// By quarters, for instruction sets whose registers hold four numbers.
+macro_rules! by_quarters {
+    ($($level:ty),*) => {
+        $(impl Lanes for $level {
+            #[inline(always)]
+            fn transpose(self, rows: [f32x8<Self>; 4]) -> [f32x8<Self>; 4] {
+                let [a, b, c, d] = rows;
+                let (a, b) = (self.split_f32x8(a), self.split_f32x8(b));
+                let (c, d) = (self.split_f32x8(c), self.split_f32x8(d));
+                let low = transpose_quarters(self, [a.0, b.0, c.0, d.0]);
+                let high = transpose_quarters(self, [a.1, b.1, c.1, d.1]);
+                [
+                    self.combine_f32x4(low[0], high[0]),
+                    self.combine_f32x4(low[1], high[1]),
+                    self.combine_f32x4(low[2], high[2]),
+                    self.combine_f32x4(low[3], high[3]),
+                ]
+            }
+        })*
+    };
+}
+
+#[inline(always)]
+fn transpose_quarters<S: Simd>(simd: S, [a, b, c, d]: [f32x4<S>; 4]) -> [f32x4<S>; 4] {
+    let (ac, bd) = (simd.zip_low_f32x4(a, c), simd.zip_low_f32x4(b, d));
+    let (ac_high, bd_high) = (simd.zip_high_f32x4(a, c), simd.zip_high_f32x4(b, d));
+    [
+        simd.zip_low_f32x4(ac, bd),
+        simd.zip_high_f32x4(ac, bd),
+        simd.zip_low_f32x4(ac_high, bd_high),
+        simd.zip_high_f32x4(ac_high, bd_high),
+    ]
+}
+
+/// With shuffles that work in both halves at once.
+#[cfg(target_arch = "x86_64")]
+macro_rules! by_halves {
+    ($($level:ident),*) => {
+        $(impl Lanes for fearless_simd::$level {
+            #[inline(always)]
+            fn transpose(self, rows: [f32x8<Self>; 4]) -> [f32x8<Self>; 4] {
+                use std::arch::x86_64::{
+                    __m256, _mm256_shuffle_ps, _mm256_unpackhi_ps, _mm256_unpacklo_ps,
+                };
+                fearless_simd::kernel!(
+                    #[inline(always)]
+                    fn kernel(token: $level, rows: [__m256; 4]) -> [__m256; 4] {
+                        let _ = token;
+                        let [a, b, c, d] = rows;
+                        let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
+                        let (ab_high, cd_high) =
+                            (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
+                        [
+                            _mm256_shuffle_ps::<0x44>(ab, cd),
+                            _mm256_shuffle_ps::<0xee>(ab, cd),
+                            _mm256_shuffle_ps::<0x44>(ab_high, cd_high),
+                            _mm256_shuffle_ps::<0xee>(ab_high, cd_high),
+                        ]
+                    }
+                );
+                let [a, b, c, d] = rows;
+                let [x, y, z, w] = kernel(self, [a.into(), b.into(), c.into(), d.into()]);
+                [
+                    x.simd_into(self),
+                    y.simd_into(self),
+                    z.simd_into(self),
+                    w.simd_into(self),
+                ]
+            }
+        })*
+    };
+}
+
+by_quarters!(Fallback);
+#[cfg(target_arch = "x86_64")]
+by_quarters!(fearless_simd::Sse2);
+#[cfg(target_arch = "x86_64")]
+by_halves!(Avx2);
+#[cfg(target_arch = "aarch64")]
+by_quarters!(fearless_simd::Neon);
+
+/// x, y, z and w of a particle in each lane.
+pub type Columns<L> = [f32x8<L>; 4];
+
+/// Corner by corner the particles of the constraints of a block.
+///
+/// # Safety
+/// All particles that `corners` names can be read from `origin`, which is where particle 0 is or
+/// would be.
+#[inline(always)]
+pub unsafe fn gather<L: Lanes, const N: usize>(
+    simd: L,
+    origin: *const Vec4,
+    corners: &[[u32; N]; WIDTH],
+) -> [Columns<L>; N] {
+    let row = |lane: usize, corner: usize| {
+        // SAFETY: the caller's promise.
+        let particle = unsafe { &*origin.wrapping_add(corners[lane][corner] as usize) };
+        f32x4::simd_from(simd, particle.to_array())
+    };
+    let mut columns = [[f32x8::splat(simd, 0.0); 4]; N];
+    for (corner, columns) in columns.iter_mut().enumerate() {
+        *columns = simd.transpose([
+            simd.combine_f32x4(row(0, corner), row(4, corner)),
+            simd.combine_f32x4(row(1, corner), row(5, corner)),
+            simd.combine_f32x4(row(2, corner), row(6, corner)),
+            simd.combine_f32x4(row(3, corner), row(7, corner)),
+        ]);
+    }
+    columns
+}
+
+/// Puts the corners of the first `lanes` constraints of a block back.
+///
+/// # Safety
+/// All particles that `corners` names can be written at `origin`, which is where particle 0 is or
+/// would be.
+#[inline(always)]
+pub unsafe fn scatter<L: Lanes, const N: usize>(
+    simd: L,
+    origin: *mut Vec4,
+    corners: &[[u32; N]; WIDTH],
+    columns: [Columns<L>; N],
+    lanes: usize,
+) {
+    let put = |lane: usize, corner: usize, particle: f32x4<L>| {
+        if lane < lanes {
+            let place = origin.wrapping_add(corners[lane][corner] as usize);
+            // SAFETY: the caller's promise.
+            unsafe { *place = Vec4::from_array(particle.into()) };
+        }
+    };
+    for (corner, columns) in columns.into_iter().enumerate() {
+        for (k, row) in simd.transpose(columns).into_iter().enumerate() {
+            let (low, high) = simd.split_f32x8(row);
+            put(k, corner, low);
+            put(k + WIDTH / 2, corner, high);
+        }
+    }
+}
+
+/// What is to be done with lanes.
+pub trait Work {
+    /// Does it; to be marked `#[inline(always)]`, so that it is compiled for `L`.
+    fn run<L: Lanes>(self, simd: L);
+}
+
+/// Does work with the instructions of a level.
+pub fn run(level: Level, work: impl Work) {
+    macro_rules! with {
+        ($simd:ident) => {
+            $simd.vectorize(
+                #[inline(always)]
+                || work.run($simd),
+            )
+        };
+    }
+    #[cfg(target_arch = "x86_64")]
+    {
+        if let Some(simd) = level.as_avx2() {
+            return with!(simd);
+        }
+        if let Some(simd) = level.as_sse2() {
+            return with!(simd);
+        }
+    }
+    #[cfg(target_arch = "aarch64")]
+    if let Some(simd) = level.as_neon() {
+        return with!(simd);
+    }
+    let simd = Fallback::new();
+    with!(simd)
+}
+
+/// The best set of instructions that this machine has.
+#[must_use]
+pub fn level() -> Level {
+    Level::new()
+}

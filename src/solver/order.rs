@@ -1,0 +1,243 @@
+//! The order in which the constraints of one kind are solved.
+//!
+//! Constraints are stored in this order: first the batches of one half, then those of the other,
+//! then what is loose. Batches of a half share no particle, so that threads can take them in any
+//! order; a batch is solved colour by colour; and constraints of a colour share no particle, so
+//! that lanes can take them together. Loose constraints are solved one at a time.
+
+use super::{
+    bands::Bands,
+    colouring::{MOST_COLOURS, Painter},
+};
+use std::ops::Range;
+
+/// Which particles the constraints of one kind are on, in the order in which they are solved.
+///
+/// Never changes, so that what [`Batch::particles`] says holds.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Elements<const N: usize> {
+    corners: Vec<[u32; N]>,
+    groups: Vec<Range<usize>>,
+    batches: Vec<Batch>,
+    /// Whether the odd bands come first.
+    odd_first: bool,
+    /// Batches of the first half.
+    first_half: usize,
+}
+
+/// The constraints of one band, or the loose ones.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Batch {
+    band: Option<usize>,
+    particles: Range<usize>,
+    constraints: Range<usize>,
+    groups: Range<usize>,
+}
+
+impl<const N: usize> Elements<N> {
+    /// Orders constraints on particles that are cut into bands; `odd_first` says which half of
+    /// the bands comes first. Returns them with their old numbers.
+    #[must_use]
+    pub fn new(constraints: &[[u32; N]], bands: &Bands, odd_first: bool) -> (Self, Vec<u32>) {
+        let mut members = vec![Vec::new(); bands.len()];
+        let mut loose = Vec::new();
+        for (index, corners) in constraints.iter().enumerate() {
+            match bands.band_of(corners) {
+                Some(band) => members[band].push(index as u32),
+                None => loose.push(index as u32),
+            }
+        }
+        let mut all = Self {
+            odd_first,
+            ..Self::default()
+        };
+        let mut stored = Vec::with_capacity(constraints.len());
+        let mut painter = Painter::new(bands.particles());
+        for half in 0..2 {
+            let parity = usize::from(odd_first == (half == 0));
+            for band in (parity..bands.len()).step_by(2) {
+                let members = &mut members[band];
+                members.sort_by_key(|&i| constraints[i as usize].iter().min().copied());
+                let colours = painter.paint(constraints, members, &mut loose);
+                all.close_batch(Some(band), colours, &mut stored);
+            }
+            if half == 0 {
+                all.first_half = all.batches.len();
+            }
+        }
+        all.close_loose(loose, &mut stored);
+        all.corners = stored.iter().map(|&i| constraints[i as usize]).collect();
+        all.find_reach();
+        (all, stored)
+    }
+
+    /// The same without the `removed` ones (their numbers, ascending) and with those `added`.
+    /// Whatever stays keeps its colour and its order; a new constraint gets the first colour of
+    /// its band that has none of its particles. Returns for each constraint its old number, which
+    /// for those added counts on from the old ones.
+    #[must_use]
+    pub fn edited(&self, removed: &[usize], added: &[[u32; N]], bands: &Bands) -> (Self, Vec<u32>) {
+        let mut arrivals: Vec<Vec<u32>> = vec![Vec::new(); bands.len()];
+        let mut loose = Vec::new();
+        for (index, corners) in (self.corners.len() as u32..).zip(added) {
+            match bands.band_of(corners) {
+                Some(band) => arrivals[band].push(index),
+                None => loose.push(index),
+            }
+        }
+        let corners_of = |index: u32| match self.corners.get(index as usize) {
+            Some(corners) => *corners,
+            None => added[index as usize - self.corners.len()],
+        };
+        let stays = |range: &Range<usize>| -> Vec<u32> {
+            range
+                .clone()
+                .filter(|index| removed.binary_search(index).is_err())
+                .map(|index| index as u32)
+                .collect()
+        };
+        let mut all = Self {
+            odd_first: self.odd_first,
+            first_half: self.first_half,
+            ..Self::default()
+        };
+        let mut stored = Vec::with_capacity(self.corners.len() + added.len());
+        for batch in self.batches.iter().filter(|batch| batch.band.is_some()) {
+            let groups = &self.groups[batch.groups.clone()];
+            let mut colours: Vec<Vec<u32>> = groups.iter().map(stays).collect();
+            let newcomers = batch.band.map(|band| &arrivals[band]);
+            for &index in newcomers.into_iter().flatten() {
+                let corners = corners_of(index);
+                let free = colours.iter().position(|colour| {
+                    let mut touched = colour.iter().flat_map(|&other| corners_of(other));
+                    !touched.any(|corner| corners.contains(&corner))
+                });
+                match free {
+                    Some(free) => colours[free].push(index),
+                    None if colours.len() < MOST_COLOURS => colours.push(vec![index]),
+                    None => loose.push(index),
+                }
+            }
+            all.close_batch(batch.band, colours, &mut stored);
+        }
+        if let Some(index) = self.loose() {
+            let mut before = stays(&self.batches[index].constraints);
+            before.append(&mut loose);
+            loose = before;
+        }
+        all.close_loose(loose, &mut stored);
+        all.corners = stored.iter().map(|&index| corners_of(index)).collect();
+        all.find_reach();
+        (all, stored)
+    }
+
+    /// Stores the constraints of a band, colour by colour.
+    fn close_batch(&mut self, band: Option<usize>, colours: Vec<Vec<u32>>, stored: &mut Vec<u32>) {
+        let (first, first_group) = (stored.len(), self.groups.len());
+        for colour in colours.into_iter().filter(|colour| !colour.is_empty()) {
+            self.groups.push(stored.len()..stored.len() + colour.len());
+            stored.extend(colour);
+        }
+        self.batches.push(Batch {
+            band,
+            particles: 0..0,
+            constraints: first..stored.len(),
+            groups: first_group..self.groups.len(),
+        });
+    }
+
+    /// Stores loose constraints, each in a group of its own.
+    fn close_loose(&mut self, loose: Vec<u32>, stored: &mut Vec<u32>) {
+        if !loose.is_empty() {
+            let alone = loose.into_iter().map(|index| vec![index]).collect();
+            self.close_batch(None, alone, stored);
+        }
+    }
+
+    /// Finds the range of the particles of each batch.
+    fn find_reach(&mut self) {
+        for batch in &mut self.batches {
+            let corners = self.corners[batch.constraints.clone()].as_flattened();
+            if let (Some(&low), Some(&high)) = (corners.iter().min(), corners.iter().max()) {
+                batch.particles = low as usize..high as usize + 1;
+            }
+        }
+    }
+
+    /// Particles of each constraint.
+    #[must_use]
+    pub fn corners(&self) -> &[[u32; N]] {
+        &self.corners
+    }
+
+    /// All batches in their order.
+    #[must_use]
+    pub fn batches(&self) -> &[Batch] {
+        &self.batches
+    }
+
+    /// Whether the odd bands come first.
+    #[must_use]
+    pub fn odd_first(&self) -> bool {
+        self.odd_first
+    }
+
+    /// Number of the batch of a band.
+    #[must_use]
+    pub fn batch_of(&self, band: usize) -> usize {
+        if (band % 2 == 1) == self.odd_first {
+            band / 2
+        } else {
+            self.first_half + band / 2
+        }
+    }
+
+    /// Number of the batch of loose constraints, if there are any.
+    #[must_use]
+    pub fn loose(&self) -> Option<usize> {
+        let last = self.batches.last()?;
+        last.band.is_none().then(|| self.batches.len() - 1)
+    }
+
+    /// All constraints of the odd bands, or of the even ones.
+    #[must_use]
+    pub fn half(&self, odd: bool) -> Range<usize> {
+        let bound = self.batches.len() - usize::from(self.loose().is_some());
+        let batches = if odd == self.odd_first {
+            &self.batches[..self.first_half]
+        } else {
+            &self.batches[self.first_half..bound]
+        };
+        match (batches.first(), batches.last()) {
+            (Some(first), Some(last)) => first.constraints.start..last.constraints.end,
+            _ => 0..0,
+        }
+    }
+
+    /// Constraints of a batch that share no particle: the number of the first, and their corners.
+    pub fn groups(&self, batch: &Batch) -> impl Iterator<Item = (usize, &[[u32; N]])> {
+        self.groups[batch.groups.clone()]
+            .iter()
+            .map(|group| (group.start, &self.corners[group.clone()]))
+    }
+}
+
+impl Batch {
+    /// Number of the band; `None` for loose constraints.
+    #[must_use]
+    pub fn band(&self) -> Option<usize> {
+        self.band
+    }
+
+    /// The range of its particles.
+    #[must_use]
+    pub fn particles(&self) -> Range<usize> {
+        self.particles.clone()
+    }
+
+    /// Its constraints.
+    #[must_use]
+    pub fn constraints(&self) -> Range<usize> {
+        self.constraints.clone()
+    }
+}

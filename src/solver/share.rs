@@ -1,0 +1,120 @@
+//! A body that several threads work on, each on a piece of its own.
+
+#![allow(unsafe_code)]
+
+use super::{advance::Stepper, bands::Piece, constraint::grab::Grab, particles::Part};
+use glam::Vec4;
+use std::{marker::PhantomData, ops::Range, slice};
+
+/// The parts of a [`Stepper`] that change, for threads to take pieces of.
+pub(super) struct Shared<'a> {
+    positions: *mut Vec4,
+    previous: *mut Vec4,
+    velocities: *mut Vec4,
+    particles: usize,
+    stretch: Column,
+    volume: Column,
+    grab: *mut Option<Grab>,
+    lives: PhantomData<&'a mut ()>,
+}
+
+/// Multipliers of one kind of constraint.
+struct Column {
+    start: *mut f32,
+    len: usize,
+}
+
+// SAFETY: it only hands out what `Shared::piece`'s callers promise to be theirs alone.
+unsafe impl Sync for Shared<'_> {}
+
+impl<'a> Shared<'a> {
+    /// Borrows the body for as long as it is shared.
+    pub fn new(body: &'a mut Stepper) -> Self {
+        let particles = &mut *body.particles;
+        let count = particles.positions.len();
+        assert!(
+            particles.previous.len() == count && particles.velocities.len() == count,
+            "particles have columns of different lengths"
+        );
+        let column = |multipliers: &mut [f32]| Column {
+            start: multipliers.as_mut_ptr(),
+            len: multipliers.len(),
+        };
+        Self {
+            positions: particles.positions.as_mut_ptr(),
+            previous: particles.previous.as_mut_ptr(),
+            velocities: particles.velocities.as_mut_ptr(),
+            particles: count,
+            stretch: column(body.stretch_multipliers),
+            volume: column(body.volume_multipliers),
+            grab: &raw mut body.effects.grab,
+            lives: PhantomData,
+        }
+    }
+
+    /// The particles of a piece.
+    ///
+    /// # Panics
+    /// If the body has fewer particles.
+    ///
+    /// # Safety
+    /// As long as the part lives, nobody else asks for a piece that shares a particle with it.
+    pub unsafe fn part(&self, piece: &Piece) -> Part<'_> {
+        let Range { start, end } = piece.particles;
+        assert!(
+            start <= end && end <= self.particles,
+            "a piece of {start}..{end} is cut from {} particles",
+            self.particles
+        );
+        let count = end - start;
+        // SAFETY: in bounds by the assertion; theirs alone by the caller's promise.
+        unsafe {
+            Part {
+                positions: slice::from_raw_parts_mut(self.positions.add(start), count),
+                previous: slice::from_raw_parts_mut(self.previous.add(start), count),
+                velocities: slice::from_raw_parts_mut(self.velocities.add(start), count),
+            }
+        }
+    }
+
+    /// Multipliers of some edges; empty if they are not kept.
+    ///
+    /// # Safety
+    /// As long as they live, nobody else asks for the same edges.
+    pub unsafe fn stretch(&self, edges: Range<usize>) -> &mut [f32] {
+        // SAFETY: the caller's promise.
+        unsafe { self.stretch.part(edges) }
+    }
+
+    /// Multipliers of some tetrahedra; empty if they are not kept.
+    ///
+    /// # Safety
+    /// As long as they live, nobody else asks for the same tetrahedra.
+    pub unsafe fn volume(&self, tetrahedra: Range<usize>) -> &mut [f32] {
+        // SAFETY: the caller's promise.
+        unsafe { self.volume.part(tetrahedra) }
+    }
+
+    /// The hold of a hand.
+    ///
+    /// # Safety
+    /// As long as it lives, nobody else asks for it.
+    #[allow(clippy::mut_from_ref)]
+    pub unsafe fn grab(&self) -> &mut Option<Grab> {
+        // SAFETY: borrowed by `new`; theirs alone by the caller's promise.
+        unsafe { &mut *self.grab }
+    }
+}
+
+impl Column {
+    /// # Safety
+    /// As long as the part lives, nobody else asks for one that overlaps it.
+    #[allow(clippy::mut_from_ref)]
+    unsafe fn part(&self, range: Range<usize>) -> &mut [f32] {
+        if range.start > range.end || range.end > self.len {
+            return &mut [];
+        }
+        // SAFETY: in bounds; theirs alone by the caller's promise.
+        unsafe { slice::from_raw_parts_mut(self.start.add(range.start), range.len()) }
+    }
+}

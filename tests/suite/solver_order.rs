@@ -1,0 +1,285 @@
+//! The order of constraints: what may be solved at the same time shares no particle.
+
+use glam::{UVec2, UVec3, Vec2, Vec3};
+use pliant::solver::deform::Random;
+use pliant::{
+    mesh::Primitive,
+    solver::{
+        RestShape, Topology,
+        bands::{Bands, SMALLEST_CUT},
+        colouring::MOST_COLOURS,
+        order::Elements,
+    },
+};
+use proptest::prelude::*;
+
+/// Lowest and highest particle of each constraint.
+fn reaches<const N: usize>(constraints: &[[u32; N]]) -> impl Iterator<Item = (u32, u32)> {
+    constraints.iter().map(|corners| {
+        let (low, high) = (corners.iter().min(), corners.iter().max());
+        (*low.expect("corners"), *high.expect("corners"))
+    })
+}
+
+fn order<const N: usize>(
+    constraints: &[[u32; N]],
+    particles: usize,
+    odd_first: bool,
+) -> (Bands, Elements<N>, Vec<u32>) {
+    let bands = Bands::cut(particles, reaches(constraints));
+    let (elements, stored) = Elements::new(constraints, &bands, odd_first);
+    (bands, elements, stored)
+}
+
+/// Checks what every order promises.
+fn check<const N: usize>(constraints: &[[u32; N]], bands: &Bands, elements: &Elements<N>) {
+    let mut given = constraints.to_vec();
+    let mut stored = elements.corners().to_vec();
+    given.sort_unstable();
+    stored.sort_unstable();
+    assert_eq!(given, stored, "each constraint exactly once");
+
+    let mut next = 0;
+    let mut touched = vec![0; bands.particles()];
+    let mut round = 0;
+    for batch in elements.batches() {
+        assert_eq!(batch.constraints().start, next, "no gap between batches");
+        for (first, group) in elements.groups(batch) {
+            assert_eq!(first, next, "no gap between colours");
+            next += group.len();
+            round += 1;
+            for &corner in group.as_flattened() {
+                let last = std::mem::replace(&mut touched[corner as usize], round);
+                assert_ne!(last, round, "a colour touches particle {corner} twice");
+                assert!(batch.particles().contains(&(corner as usize)));
+            }
+        }
+        assert_eq!(batch.constraints().end, next);
+    }
+    assert_eq!(next, constraints.len());
+
+    for odd in [false, true] {
+        let mut end = 0;
+        for piece in bands.pieces(odd) {
+            assert_eq!(
+                piece.particles.start, end,
+                "pieces share no particle and leave none out"
+            );
+            end = piece.particles.end;
+            let Some(band) = piece.band else { continue };
+            let batch = &elements.batches()[elements.batch_of(band)];
+            assert_eq!(batch.band(), Some(band));
+            let reach = batch.particles();
+            assert!(
+                reach.is_empty()
+                    || piece.particles.start <= reach.start && reach.end <= piece.particles.end,
+                "band {band} reaches {reach:?}, beyond its piece {:?}",
+                piece.particles
+            );
+        }
+        assert_eq!(end, bands.particles());
+    }
+}
+
+/// Constraints of `N` different particles out of `particles`, most of them near each other.
+fn constraints<const N: usize>(
+    particles: u32,
+    most: usize,
+) -> impl Strategy<Value = Vec<[u32; N]>> {
+    let near = (0..particles, proptest::array::uniform::<_, N>(0..64_u32))
+        .prop_map(move |(first, offsets)| offsets.map(|offset| (first + offset) % particles));
+    let one = prop_oneof![9 => near, 1 => proptest::array::uniform(0..particles)]
+        .prop_filter("different", |corners: &[u32; N]| {
+            (0..N).all(|i| !corners[..i].contains(&corners[i]))
+        });
+    proptest::collection::vec(one, 0..most)
+}
+
+proptest! {
+    #[test]
+    fn no_two_edges_of_a_colour_share_a_particle_and_each_is_solved_once(
+        edges in constraints::<2>(40, 300),
+        odd_first: bool,
+    ) {
+        let (bands, elements, stored) = order(&edges, 40, odd_first);
+        check(&edges, &bands, &elements);
+        prop_assert_eq!(bands.len(), 1);
+        prop_assert_eq!(stored, order(&edges, 40, odd_first).2);
+    }
+
+    #[test]
+    fn no_two_tetrahedra_of_a_colour_share_a_particle_and_each_is_solved_once(
+        tetrahedra in constraints::<4>(60, 300),
+        odd_first: bool,
+    ) {
+        let (bands, elements, _) = order(&tetrahedra, 60, odd_first);
+        check(&tetrahedra, &bands, &elements);
+    }
+
+    #[test]
+    fn large_bodies_are_cut_so_that_every_second_band_is_apart(
+        tetrahedra in constraints::<4>(SMALLEST_CUT as u32 + 500, 4000),
+        odd_first: bool,
+    ) {
+        let (bands, elements, _) = order(&tetrahedra, SMALLEST_CUT + 500, odd_first);
+        check(&tetrahedra, &bands, &elements);
+    }
+
+    #[test]
+    fn constraints_that_come_and_go_leave_a_valid_order_and_the_others_in_theirs(
+        edges in constraints::<2>(300, 900),
+        added in constraints::<2>(300, 60),
+        seed: u32,
+    ) {
+        let (bands, before, _) = order(&edges, 300, false);
+        let mut random = Random::new(seed);
+        let removed: Vec<usize> =
+            (0..edges.len()).filter(|_| random.next() < 0.1).collect();
+        let (after, from) = before.edited(&removed, &added, &bands);
+
+        let stays = (0..edges.len()).filter(|index| !removed.contains(index));
+        let mut expected: Vec<[u32; 2]> = stays.map(|index| before.corners()[index]).collect();
+        expected.extend(&added);
+        check(&expected, &bands, &after);
+        for (corners, &from) in after.corners().iter().zip(&from) {
+            let old = before.corners().get(from as usize);
+            prop_assert_eq!(corners, old.unwrap_or_else(|| &added[from as usize - edges.len()]));
+        }
+        let kept: Vec<u32> =
+            from.into_iter().filter(|&from| (from as usize) < edges.len()).collect();
+        prop_assert!(kept.is_sorted(), "what was there keeps its order");
+    }
+}
+
+#[test]
+fn a_star_of_ten_thousand_edges_is_coloured_and_the_rest_is_loose() {
+    let edges: Vec<[u32; 2]> = (1..=10_000).map(|tip| [0, tip]).collect();
+    let (bands, elements, _) = order(&edges, 10_001, false);
+    check(&edges, &bands, &elements);
+    let loose = &elements.batches()[elements.loose().expect("more edges than colours")];
+    assert_eq!(loose.constraints().len(), 10_000 - MOST_COLOURS);
+}
+
+#[test]
+fn nothing_to_order_gives_no_constraints() {
+    let (bands, elements, stored) = order::<2>(&[], 0, false);
+    check(&[], &bands, &elements);
+    assert!(stored.is_empty() && elements.loose().is_none());
+}
+
+/// Meshes of every kind, from one tetrahedron to some hundred thousand.
+fn shapes() -> Vec<RestShape> {
+    let solid = |cells: u32| Primitive::Box {
+        size: Vec3::ONE,
+        cells: UVec3::splat(cells),
+    };
+    let cloth = |cells: u32| Primitive::Cloth {
+        size: Vec2::ONE,
+        cells: UVec2::splat(cells),
+        diagonals: Default::default(),
+        shear: true,
+    };
+    let mut shapes: Vec<RestShape> = [solid(1), solid(4), solid(30), cloth(20), cloth(199)]
+        .iter()
+        .map(|primitive| primitive.build().expect("sound").shape)
+        .collect();
+    // Two pieces that know nothing of each other.
+    let mut both = shapes[2].clone();
+    let other = shapes[2].clone();
+    let first = both.vertices.len() as u32;
+    both.vertices.extend(&other.vertices);
+    both.edges
+        .extend(other.edges.iter().map(|e| e.map(|i| i + first)));
+    both.tetrahedra
+        .extend(other.tetrahedra.iter().map(|t| t.map(|i| i + first)));
+    shapes.push(both);
+    shapes
+}
+
+#[test]
+fn meshes_of_every_size_and_in_several_pieces_are_ordered() {
+    for shape in shapes() {
+        let topology = Topology::new(shape).expect("sound");
+        let ends = topology.edges.ends().to_vec();
+        check(&ends, &topology.bands, &topology.edges.elements);
+        let corners = topology.tetrahedra.corners().to_vec();
+        check(&corners, &topology.bands, &topology.tetrahedra.elements);
+    }
+}
+
+/// Lanes that hold a constraint, of all lanes of all blocks.
+fn filled<const N: usize>(elements: &Elements<N>) -> f64 {
+    let groups = || {
+        elements
+            .batches()
+            .iter()
+            .flat_map(|batch| elements.groups(batch))
+    };
+    let used: usize = groups().map(|(_, group)| group.len()).sum();
+    let blocks: usize = groups().map(|(_, group)| group.len().div_ceil(8)).sum();
+    used as f64 / (8 * blocks) as f64
+}
+
+#[test]
+fn few_lanes_stay_empty() {
+    for shape in shapes().into_iter().skip(2) {
+        let topology = Topology::new(shape).expect("sound");
+        let edges = filled(&topology.edges.elements);
+        assert!(edges > 0.9, "only {edges} of the lanes of edges are filled");
+        if !topology.tetrahedra.corners().is_empty() {
+            let tetrahedra = filled(&topology.tetrahedra.elements);
+            assert!(
+                tetrahedra > 0.9,
+                "only {tetrahedra} of the lanes of tetrahedra are filled"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_mesh_in_any_order_of_vertices_is_cut_into_bands_and_keeps_the_numbers_of_its_vertices() {
+    let mut shape = shapes().swap_remove(2);
+    let count = shape.vertices.len() as u32;
+    // 7919 is prime, so that this gives each number once.
+    let shuffled = |i: u32| (i * 7919 + 13) % count;
+    let given = shape.vertices.clone();
+    for (i, &x) in (0..).zip(&given) {
+        shape.vertices[shuffled(i) as usize] = x;
+    }
+    for corner in shape.edges.as_flattened_mut() {
+        *corner = shuffled(*corner);
+    }
+    for corner in shape.tetrahedra.as_flattened_mut() {
+        *corner = shuffled(*corner);
+    }
+    for corner in shape.triangles.as_flattened_mut() {
+        *corner = shuffled(*corner);
+    }
+    let vertices = shape.vertices.clone();
+    let edges: Vec<_> = shape.edges.iter().map(sorted).collect();
+    let topology = Topology::new(shape).expect("sound");
+    assert!(
+        topology.bands.len() >= 8,
+        "only {} bands",
+        topology.bands.len()
+    );
+    for particle in 0..count {
+        let vertex = topology.numbering.vertex(particle);
+        assert_eq!(topology.rest[particle as usize], vertices[vertex as usize]);
+        assert_eq!(topology.numbering.particle(vertex), particle);
+    }
+    let mut back: Vec<_> = topology
+        .edges
+        .ends()
+        .iter()
+        .map(|ends| sorted(&ends.map(|particle| topology.numbering.vertex(particle))))
+        .collect();
+    let mut edges = edges;
+    back.sort_unstable();
+    edges.sort_unstable();
+    assert_eq!(back, edges);
+}
+
+fn sorted(ends: &[u32; 2]) -> [u32; 2] {
+    [ends[0].min(ends[1]), ends[0].max(ends[1])]
+}
