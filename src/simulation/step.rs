@@ -12,7 +12,7 @@ use crate::{
         Stretch, Substep, Threads, Topology, Volume,
         advance::{Means, NotFinite, Stage, Stepper},
         contact::collider::{Sweep, Swept},
-        lanes,
+        lanes::Instructions,
     },
 };
 use bevy::prelude::*;
@@ -48,7 +48,7 @@ impl CurrentSubstep {
             settings: &self.settings,
             swept: &self.swept,
             threads,
-            level: lanes::level(),
+            instructions: Instructions::default(),
         }
     }
 

@@ -12,13 +12,13 @@ use super::{
         ground,
     },
     crew::Crew,
+    lanes::Instructions,
     order::Elements,
     particles::Part,
     phases::{Phase, Phases, Side, Task},
     share::Shared,
     stages,
 };
-use fearless_simd::Level;
 use std::{iter, ops::Range};
 
 /// What is stepped, wherever its parts are kept.
@@ -46,7 +46,7 @@ pub struct Means<'a> {
     /// Threads to work on pieces with.
     pub threads: &'a Threads,
     /// Instructions to use.
-    pub level: Level,
+    pub instructions: Instructions,
 }
 
 /// A part of a substep that can be ordered against.
@@ -276,7 +276,9 @@ impl<'a> Context<'a> {
     /// Nobody else works on the piece, or on one that shares a particle with it.
     unsafe fn work(&self, shared: &Shared, phase: &Phase, piece: usize) -> Result<(), NotFinite> {
         let Means {
-            settings, level, ..
+            settings,
+            instructions,
+            ..
         } = *self.means;
         let piece = &phase.pieces[piece];
         let first = piece.particles.start;
@@ -291,7 +293,7 @@ impl<'a> Context<'a> {
                     substep,
                 })?,
                 Task::End { substep } => {
-                    stages::postsolve(part, self.h, level).map_err(|place| NotFinite {
+                    stages::postsolve(part, self.h, instructions).map_err(|place| NotFinite {
                         particle: first + place,
                         substep,
                     })?;
@@ -305,7 +307,7 @@ impl<'a> Context<'a> {
                         let column = unsafe { shared.stretch(constraints) };
                         let multipliers = Multipliers::of_sweep(column, sweep);
                         let particles = (part.positions, &*part.previous, first);
-                        solve_batch(kernel, index, particles, multipliers, level);
+                        solve_batch(kernel, index, particles, multipliers, instructions);
                     }
                 }
                 Task::Volume { sweep } => {
@@ -317,7 +319,7 @@ impl<'a> Context<'a> {
                         let column = unsafe { shared.volume(constraints) };
                         let multipliers = Multipliers::of_sweep(column, sweep);
                         let particles = (part.positions, &*part.previous, first);
-                        solve_batch(kernel, index, particles, multipliers, level);
+                        solve_batch(kernel, index, particles, multipliers, instructions);
                     }
                 }
                 Task::Grab { substep, iteration } => {
@@ -344,9 +346,11 @@ impl<'a> Context<'a> {
 
     fn begin(&self, mut part: Part) {
         let Means {
-            settings, level, ..
+            settings,
+            instructions,
+            ..
         } = *self.means;
-        stages::presolve(part.reborrow(), self.h, settings.gravity, level);
+        stages::presolve(part.reborrow(), self.h, settings.gravity, instructions);
         if let Some(sticky) = &self.sticky_ground {
             ground::stick(part, sticky);
         }
@@ -354,9 +358,11 @@ impl<'a> Context<'a> {
 
     fn turn(&self, mut part: Part) -> Result<(), usize> {
         let Means {
-            settings, level, ..
+            settings,
+            instructions,
+            ..
         } = *self.means;
-        stages::turn(part.reborrow(), self.h, settings.gravity, level)?;
+        stages::turn(part.reborrow(), self.h, settings.gravity, instructions)?;
         if let Some(sticky) = &self.sticky_ground {
             ground::stick(part, sticky);
         }

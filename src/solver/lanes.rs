@@ -169,35 +169,83 @@ pub trait Work {
     fn run<L: Lanes>(self, simd: L);
 }
 
-/// Does work with the instructions of a level.
-pub fn run(level: Level, work: impl Work) {
-    macro_rules! with {
-        ($simd:ident) => {
-            $simd.vectorize(
-                #[inline(always)]
-                || work.run($simd),
-            )
-        };
+/// A set of instructions that this machine has; by default the best.
+#[derive(Debug, Clone, Copy)]
+pub struct Instructions(Level);
+
+impl Instructions {
+    /// All that this machine has, the best first.
+    #[must_use]
+    pub fn all() -> Vec<Self> {
+        let best = Level::new();
+        let mut all = Vec::new();
+        #[cfg(target_arch = "x86_64")]
+        {
+            all.extend(best.as_avx2().map(|simd| Self(simd.level())));
+            all.extend(best.as_sse2().map(|simd| Self(simd.level())));
+        }
+        #[cfg(target_arch = "aarch64")]
+        all.extend(best.as_neon().map(|simd| Self(simd.level())));
+        all.push(Self(Level::fallback()));
+        all
     }
-    #[cfg(target_arch = "x86_64")]
-    {
-        if let Some(simd) = level.as_avx2() {
+
+    /// What it is called.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        #[cfg(target_arch = "x86_64")]
+        {
+            if self.0.as_avx2().is_some() {
+                return "AVX2";
+            }
+            if self.0.as_sse2().is_some() {
+                return "SSE2";
+            }
+        }
+        #[cfg(target_arch = "aarch64")]
+        if self.0.as_neon().is_some() {
+            return "NEON";
+        }
+        "scalar"
+    }
+
+    /// Does work with them.
+    pub(super) fn run(self, work: impl Work) {
+        macro_rules! with {
+            ($simd:ident) => {
+                $simd.vectorize(
+                    #[inline(always)]
+                    || work.run($simd),
+                )
+            };
+        }
+        #[cfg(target_arch = "x86_64")]
+        {
+            if let Some(simd) = self.0.as_avx2() {
+                return with!(simd);
+            }
+            if let Some(simd) = self.0.as_sse2() {
+                return with!(simd);
+            }
+        }
+        #[cfg(target_arch = "aarch64")]
+        if let Some(simd) = self.0.as_neon() {
             return with!(simd);
         }
-        if let Some(simd) = level.as_sse2() {
-            return with!(simd);
-        }
+        let simd = Fallback::new();
+        with!(simd)
     }
-    #[cfg(target_arch = "aarch64")]
-    if let Some(simd) = level.as_neon() {
-        return with!(simd);
-    }
-    let simd = Fallback::new();
-    with!(simd)
 }
 
-/// The best set of instructions that this machine has.
-#[must_use]
-pub fn level() -> Level {
-    Level::new()
+impl Default for Instructions {
+    fn default() -> Self {
+        Self(Level::new())
+    }
+}
+
+/// They change no bit, so that any two are equal.
+impl PartialEq for Instructions {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }

@@ -45,6 +45,7 @@ pub use constraint::{
 };
 pub use contact::{Collide, Collider, ColliderShape, Ground, Path, Pose, StickyGround};
 pub use deform::{Deformation, deform};
+pub use lanes::Instructions;
 pub use particles::Particles;
 pub use quantity::{
     Compliance, Damping, Density, Force, Friction, InvalidValue, Iterations, Length, Mass, Rate,

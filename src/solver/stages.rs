@@ -7,15 +7,15 @@
 //! *Small Steps in Physics Simulation* (2019), algorithm 1.
 
 use super::{
-    lanes::{self, Lanes, Work},
+    lanes::{Instructions, Lanes, Work},
     particles::{Part, first_not_finite},
 };
-use fearless_simd::{Level, f32x4, f32x8, prelude::*};
+use fearless_simd::{f32x4, f32x8, prelude::*};
 use glam::{Vec3, Vec4};
 
 /// Predicts positions: gravity [m/s²] over a substep of `h` seconds.
-pub fn presolve(part: Part, h: f32, gravity: Vec3, level: Level) {
-    lanes::run(level, Pass::<false, true> { part, h, gravity });
+pub fn presolve(part: Part, h: f32, gravity: Vec3, instructions: Instructions) {
+    instructions.run(Pass::<false, true> { part, h, gravity });
 }
 
 /// Turns positions back into velocities after a substep of `h` seconds.
@@ -23,10 +23,10 @@ pub fn presolve(part: Part, h: f32, gravity: Vec3, level: Level) {
 /// # Errors
 /// The place of the first particle whose position is not finite; velocities are untouched then,
 /// and `previous` holds the last finite positions.
-pub fn postsolve(part: Part, h: f32, level: Level) -> Result<(), usize> {
+pub fn postsolve(part: Part, h: f32, instructions: Instructions) -> Result<(), usize> {
     check(&part)?;
     let gravity = Vec3::ZERO;
-    lanes::run(level, Pass::<true, false> { part, h, gravity });
+    instructions.run(Pass::<true, false> { part, h, gravity });
     Ok(())
 }
 
@@ -34,9 +34,9 @@ pub fn postsolve(part: Part, h: f32, level: Level) -> Result<(), usize> {
 ///
 /// # Errors
 /// As [`postsolve`].
-pub fn turn(part: Part, h: f32, gravity: Vec3, level: Level) -> Result<(), usize> {
+pub fn turn(part: Part, h: f32, gravity: Vec3, instructions: Instructions) -> Result<(), usize> {
     check(&part)?;
-    lanes::run(level, Pass::<true, true> { part, h, gravity });
+    instructions.run(Pass::<true, true> { part, h, gravity });
     Ok(())
 }
 

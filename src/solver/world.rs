@@ -5,7 +5,7 @@ use super::{
     Body, Collider, Settings, Threads,
     advance::Means,
     contact::collider::{Sweep, Swept},
-    lanes,
+    lanes::Instructions,
     rest::{SleepSettings, disturbed, written},
 };
 
@@ -26,6 +26,8 @@ pub struct World {
     pub tick: u64,
     /// Threads to step with; one by default. They change no bit.
     pub threads: Threads,
+    /// Instructions to step with; by default the best that this machine has. They change no bit.
+    pub instructions: Instructions,
     /// What the colliders do in the tick under way: room that is kept, no part of the state.
     pub swept: Swept,
 }
@@ -40,6 +42,7 @@ impl World {
             colliders,
             threads,
             swept,
+            instructions,
             ..
         } = self;
         let seconds = settings.tick_seconds();
@@ -49,7 +52,7 @@ impl World {
             settings,
             swept,
             threads,
-            level: lanes::level(),
+            instructions: *instructions,
         };
         let step = |body: &mut Body| {
             if body.asleep && wakes(body, &whole) {

@@ -8,10 +8,10 @@
 
 use super::Multipliers;
 use crate::solver::{
-    lanes::{self, Columns, Lanes, WIDTH, Work, gather, scatter},
+    lanes::{Columns, Instructions, Lanes, WIDTH, Work, gather, scatter},
     order::{Batch, Elements},
 };
-use fearless_simd::{Level, f32x8, prelude::*};
+use fearless_simd::{f32x8, prelude::*};
 use glam::Vec4;
 
 /// Constraints on `N` particles each, to be projected eight at a time.
@@ -68,7 +68,7 @@ pub(crate) fn solve_all<const N: usize, B: Blocks<N>>(
             index,
             (positions, previous, 0),
             multipliers,
-            lanes::level(),
+            Instructions::default(),
         );
     }
 }
@@ -83,7 +83,7 @@ pub(crate) fn solve_batch<const N: usize, B: Blocks<N>>(
     index: usize,
     (positions, previous, base): (&mut [Vec4], &[Vec4], usize),
     multipliers: Multipliers,
-    level: Level,
+    instructions: Instructions,
 ) {
     let batch = &blocks.elements().batches()[index];
     let reach = batch.particles();
@@ -100,10 +100,10 @@ pub(crate) fn solve_batch<const N: usize, B: Blocks<N>>(
         previous: previous.as_ptr().wrapping_sub(base),
     };
     match (multipliers.kept(), blocks.damped()) {
-        (None, false) => lanes::run(level, Lean::<_, N, false>(sweep)),
-        (None, true) => lanes::run(level, Lean::<_, N, true>(sweep)),
-        (Some(kept), false) => lanes::run(level, Kept::<_, N, false>(sweep, kept)),
-        (Some(kept), true) => lanes::run(level, Kept::<_, N, true>(sweep, kept)),
+        (None, false) => instructions.run(Lean::<_, N, false>(sweep)),
+        (None, true) => instructions.run(Lean::<_, N, true>(sweep)),
+        (Some(kept), false) => instructions.run(Kept::<_, N, false>(sweep, kept)),
+        (Some(kept), true) => instructions.run(Kept::<_, N, true>(sweep, kept)),
     }
 }
 
