@@ -42,6 +42,7 @@
 //! | [`simulation`], [`effect`] | schedules, clock, sleep, quarantine; components and their systems | `solver`, Bevy |
 //! | [`scene`] | scene files, their registry, their acceptance | all above |
 //! | [`output`] | CSV, SVG, JSON | all above |
+//! | [`bench`] | how fast the solver is here, and what the machine would allow | `solver`, `mesh`, `output` |
 //! | `sandbox` | the window (feature `window`, on by default) | all above |
 //!
 //! # Effects
@@ -68,6 +69,7 @@
 //! Metres, kilograms, seconds, newtons, everywhere. Numbers that must lie in a range are types
 //! that cannot hold another ([`solver::quantity`]).
 
+pub mod bench;
 pub mod effect;
 pub mod mesh;
 pub mod output;

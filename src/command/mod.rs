@@ -1,11 +1,13 @@
 //! The commands. Exit codes: 0 when all held, 1 when a check failed, 2 for bad usage.
 
+mod bench;
 mod run;
 mod scenes;
+mod threads;
 mod window;
 
 use clap::{Parser, Subcommand};
-use std::process::ExitCode;
+use std::{path::Path, process::ExitCode};
 
 /// Exit code when something that was asked for cannot be done as asked.
 pub const BAD_USAGE: u8 = 2;
@@ -30,6 +32,7 @@ pub struct CommandLine {
 enum Command {
     Scenes(scenes::Scenes),
     Run(run::RunScene),
+    Bench(bench::Bench),
 }
 
 impl CommandLine {
@@ -39,6 +42,24 @@ impl CommandLine {
             None => self.window.run(),
             Some(Command::Scenes(command)) => command.run(),
             Some(Command::Run(command)) => command.run(),
+            Some(Command::Bench(command)) => command.run(),
         }
     }
+}
+
+/// Refuses a file in a folder that does not exist: before anything runs, not after.
+fn check_folder(file: &Path) -> anyhow::Result<()> {
+    let folder = file
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    if let Some(folder) = folder
+        && !folder.is_dir()
+    {
+        anyhow::bail!(
+            "cannot write {}: there is no folder {}",
+            file.display(),
+            folder.display()
+        );
+    }
+    Ok(())
 }

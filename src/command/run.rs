@@ -1,17 +1,17 @@
 //! `pliant run`.
 
-use super::FAILED;
+use super::{FAILED, check_folder, threads::ThreadsOption};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use pliant::{
     output::{csv, json, plot},
     scene::{
-        Scene,
+        BuiltScene, Scene, SceneError,
         overrides::Override,
         run::{Run, RunOptions, run},
     },
 };
-use std::{path::PathBuf, process::ExitCode};
+use std::{path::PathBuf, process::ExitCode, time::Duration};
 
 /// Runs a scene without a window and judges it by its acceptance.
 ///
@@ -29,6 +29,9 @@ pub struct RunScene {
     /// effect on all bodies that carry it, as in stretch.compliance=1e-5
     #[arg(long, value_name = "NAME=VALUE")]
     set: Vec<Override>,
+
+    #[command(flatten)]
+    threads: ThreadsOption,
 
     /// Write the figures of every tick as CSV
     #[arg(long, value_name = "FILE")]
@@ -57,12 +60,14 @@ fn seconds(text: &str) -> Result<f64, String> {
 
 impl RunScene {
     pub fn run(self) -> anyhow::Result<ExitCode> {
+        let threads = self.threads.start()?;
         let current = Scene::load(&self.scene)?;
-        let built = current.scene.build()?;
         self.check_folders()?;
+        let built = build(&current.scene)?;
         let options = RunOptions {
             seconds: self.seconds,
             set: self.set,
+            threads: Some(threads),
             ..current.scene.run_options()
         };
         let bar = progress_bar();
@@ -78,7 +83,7 @@ impl RunScene {
         }
         #[cfg(feature = "window")]
         if let Some(path) = &self.screenshot {
-            let built = pliant::scene::BuiltScene {
+            let built = BuiltScene {
                 world: done.world.clone(),
                 ..built
             };
@@ -105,22 +110,20 @@ impl RunScene {
         let files = [&self.csv, &self.plot];
         #[cfg(feature = "window")]
         let files = files.into_iter().chain([&self.screenshot]);
-        for file in files.into_iter().flatten() {
-            let folder = file
-                .parent()
-                .filter(|folder| !folder.as_os_str().is_empty());
-            if let Some(folder) = folder
-                && !folder.is_dir()
-            {
-                anyhow::bail!(
-                    "cannot write {}: there is no folder {}",
-                    file.display(),
-                    folder.display()
-                );
-            }
-        }
-        Ok(())
+        files
+            .into_iter()
+            .flatten()
+            .try_for_each(|file| check_folder(file))
     }
+}
+
+/// Builds a scene; a large one takes seconds, and says so where output is a terminal.
+pub fn build(scene: &Scene) -> Result<BuiltScene, SceneError> {
+    let spinner = ProgressBar::new_spinner().with_message("building the scene");
+    spinner.enable_steady_tick(Duration::from_millis(100));
+    let built = scene.build();
+    spinner.finish_and_clear();
+    built
 }
 
 /// Shown while a run takes long; nothing where output is not a terminal.
@@ -148,7 +151,7 @@ pub fn in_words(title: &str, run: &Run) -> String {
     format!(
         "{title}: {:.3} s in {} ticks of {} substeps and {} iterations\n\
          {} bodies ({} asleep), {} particles, constraints: {}\n\
-         {:.3} ms a tick (median), energy {:.6} J, volume error {:.3} %, residual {:.2e}\n\
+         {:.3} ms a tick (median, {}), energy {:.6} J, volume error {:.3} %, residual {:.2e}\n\
          state {:016x}, {verdict}\n",
         last.time,
         last.tick,
@@ -159,6 +162,10 @@ pub fn in_words(title: &str, run: &Run) -> String {
         last.particles,
         constraints.join(", "),
         run.median_tick_ms(),
+        match run.world.threads.count() {
+            1 => "1 thread".to_owned(),
+            count => format!("{count} threads"),
+        },
         last.energy(),
         last.volume_error * 100.0,
         last.residual,

@@ -1,12 +1,21 @@
 //! `pliant` without a command: the window, or, where none can be opened, the default scene
 //! without one.
 
-use super::{FAILED, run::in_words};
+use super::{
+    FAILED,
+    run::{build, in_words},
+    threads::ThreadsOption,
+};
 use anyhow::Context;
 use clap::Args;
 use pliant::{
     output::{csv, plot},
-    scene::{Scene, registry::SCENES, run::run},
+    scene::{
+        Scene,
+        registry::SCENES,
+        run::{RunOptions, run},
+    },
+    solver::Threads,
 };
 use std::{path::PathBuf, process::ExitCode};
 
@@ -16,6 +25,9 @@ pub struct Window {
     /// Name of a built-in scene (see `pliant scenes`), or path of a scene file, to open in the
     /// window; the one of the last time unless given
     scene: Option<String>,
+
+    #[command(flatten)]
+    threads: ThreadsOption,
 
     /// Size of the window in pixels, as in 1280x800
     #[cfg(feature = "window")]
@@ -50,45 +62,51 @@ impl Window {
     #[cfg(feature = "window")]
     pub fn run(self) -> anyhow::Result<ExitCode> {
         use pliant::sandbox::{SandboxOptions, run};
+        let threads = self.threads.start()?;
         self.check_scene()?;
         let options = SandboxOptions {
             scene: self.scene.clone(),
             journal: self.journal.clone(),
             no_settings: self.no_settings,
             size: self.size.map(Into::into),
+            threads: Some(threads.clone()),
         };
         match run(&options) {
             Ok(exit) if exit.is_success() => Ok(ExitCode::SUCCESS),
             Ok(_) => Ok(ExitCode::from(FAILED)),
-            Err(reason) => self.without_window(&reason.to_string()),
+            Err(reason) => self.without_window(&reason.to_string(), threads),
         }
     }
 
     #[cfg(not(feature = "window"))]
     pub fn run(self) -> anyhow::Result<ExitCode> {
+        let threads = self.threads.start()?;
         self.check_scene()?;
-        self.without_window("this program was built without the window (feature `window`)")
+        self.without_window(
+            "this program was built without the window (feature `window`)",
+            threads,
+        )
     }
 
     /// A scene that cannot be opened is told here, not in a window.
     fn check_scene(&self) -> anyhow::Result<()> {
         if let Some(name) = &self.scene {
             let current = Scene::load(name).context("the commands are scenes and run")?;
-            current.scene.build()?;
+            build(&current.scene)?;
         }
         Ok(())
     }
 
     /// Says why there is no window, and runs the scene without one.
-    fn without_window(&self, reason: &str) -> anyhow::Result<ExitCode> {
+    fn without_window(&self, reason: &str, threads: Threads) -> anyhow::Result<ExitCode> {
         let name = self.scene.as_deref().unwrap_or(SCENES[0].name);
         println!("No window: {reason}. Running {name} without one; `pliant run` does the same.");
         let current = Scene::load(name)?;
-        let done = run(
-            &current.scene.build()?,
-            &current.scene.run_options(),
-            |_| (),
-        )?;
+        let options = RunOptions {
+            threads: Some(threads),
+            ..current.scene.run_options()
+        };
+        let done = run(&build(&current.scene)?, &options, |_| ())?;
         print!("{}", in_words(&current.scene.title, &done));
         let folder = folder()?;
         let (figures, picture) = (folder.join("run.csv"), folder.join("run.svg"));

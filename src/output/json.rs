@@ -1,6 +1,6 @@
 //! A run as one JSON object.
 
-use crate::scene::run::Run;
+use crate::{scene::run::Run, solver::memory::solver_bytes};
 use serde_json::{Value, json};
 
 /// The summary that `pliant run --json` prints.
@@ -13,6 +13,8 @@ pub fn run(scene: &str, run: &Run) -> Value {
         "rate": run.settings.rate.get(),
         "substeps": run.settings.substeps.get(),
         "iterations": run.settings.iterations.get(),
+        "solver_bytes": solver_bytes(&run.world.bodies),
+        "threads": run.world.threads.count(),
         "ticks": last.tick,
         "bodies": last.bodies,
         "asleep": last.asleep,

@@ -8,7 +8,7 @@ use std::path::Path;
 const SIZE: (u32, u32) = (960, 900);
 
 /// Colours that differ in lightness as well as in hue (after Okabe and Ito 2008).
-const COLOURS: [RGBColor; 4] = [
+pub(crate) const COLOURS: [RGBColor; 4] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),

@@ -233,7 +233,7 @@ mod tests {
             corners: [4, 2, 9],
             weights: [0.5, 0.25, 0.25],
         };
-        let point = held_point(&hit, None).expect("weights sum to 1");
+        let point = held_point(&hit, None, &Numbering::default()).expect("weights sum to 1");
         assert_eq!(
             point.terms().collect::<Vec<_>>(),
             [(4, 0.5), (2, 0.25), (9, 0.25)]

@@ -1,6 +1,7 @@
 //! Files dropped on the window: a mesh becomes a soft body.
 //!
-//! While a file is held over the window, it is said what will become of it.
+//! While a file is held over the window, it is said what will become of it; and while a body or
+//! a scene is being made, that it is.
 
 use std::path::Path;
 
@@ -12,6 +13,7 @@ use bevy_egui::{
 
 use super::{
     arrival::Arrivals,
+    load::Opening,
     theme,
     view::{ViewCommand, ViewSettings},
 };
@@ -74,16 +76,17 @@ fn announce(
     mut contexts: EguiContexts,
     hovering: Res<Hovering>,
     arrivals: Res<Arrivals>,
+    opening: Option<Res<Opening>>,
     view: Res<ViewSettings>,
 ) -> Result {
-    let text = match &hovering.0 {
-        Some(name) if is_scene(Path::new(name)) => format!("Drop to open the scene {name}"),
-        Some(name) => format!("Drop to make a soft body of {name}"),
-        None => match arrivals.pending() {
-            0 => return Ok(()),
-            1 => "Making a soft body …".to_owned(),
-            several => format!("Making {several} soft bodies …"),
-        },
+    let scene = opening.as_ref().and_then(|opening| opening.slow());
+    let text = match (&hovering.0, scene, arrivals.pending()) {
+        (Some(name), ..) if is_scene(Path::new(name)) => format!("Drop to open the scene {name}"),
+        (Some(name), ..) => format!("Drop to make a soft body of {name}"),
+        (None, Some(name), _) => format!("Opening {name} …"),
+        (None, None, 0) => return Ok(()),
+        (None, None, 1) => "Making a soft body …".to_owned(),
+        (None, None, several) => format!("Making {several} soft bodies …"),
     };
     draw(contexts.ctx_mut()?, &text, view.panel_width);
     Ok(())

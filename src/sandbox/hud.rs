@@ -1,7 +1,8 @@
 //! The head-up line: what the simulation costs and how well it holds, over the view.
 //!
-//! The figures are those of [`Statistics`], the same as in the CSV; the frame rate alone is the
-//! window's own. They are read a few times a second, so that they can be read by people.
+//! The figures are those of [`Statistics`], the same as in the CSV; the frame rate and the
+//! [`Throughput`] are the window's own. They are read a few times a second, so that they can be
+//! read by people.
 
 use bevy::prelude::*;
 use bevy_egui::{
@@ -12,6 +13,7 @@ use bevy_egui::{
 use super::{
     panel::{count, format},
     theme,
+    throughput::Throughput,
     view::ViewSettings,
 };
 use crate::simulation::{SimulationClock, SoftBody, Statistics, statistics};
@@ -49,6 +51,7 @@ impl Plugin for HudPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<HeadUp>()
             .init_resource::<ViewSettings>()
+            .init_resource::<Throughput>()
             .add_systems(Update, (measure_while_paused, refresh).chain())
             .add_systems(EguiPrimaryContextPass, show);
     }
@@ -67,6 +70,7 @@ fn refresh(
     mut head_up: ResMut<HeadUp>,
     time: Res<Time<Real>>,
     statistics: Res<Statistics>,
+    throughput: Res<Throughput>,
     clock: Res<SimulationClock>,
 ) {
     head_up.frames += 1;
@@ -74,14 +78,18 @@ fn refresh(
     head_up.state = state(&clock);
     if head_up.seconds >= 1.0 / REFRESH {
         let rate = head_up.frames as f32 / head_up.seconds;
-        head_up.figures = figures(rate, &statistics);
+        head_up.figures = figures(rate, &statistics, throughput.per_second());
         head_up.frames = 0;
         head_up.seconds = 0.0;
     }
 }
 
-/// The figures of the line, in their order.
-pub fn figures(frames_per_second: f32, statistics: &Statistics) -> Vec<Figure> {
+/// The figures of the line, in their order; `projections` are those a second.
+pub fn figures(
+    frames_per_second: f32,
+    statistics: &Statistics,
+    projections: Option<f64>,
+) -> Vec<Figure> {
     let figure = |value: String, name| Figure {
         value,
         name,
@@ -92,6 +100,7 @@ pub fn figures(frames_per_second: f32, statistics: &Statistics) -> Vec<Figure> {
         figure(format!("{:.2} ms", statistics.ms_per_tick), "a tick"),
         figure(count(statistics.particles), "particles"),
         figure(count(statistics.constraint_count()), "constraints"),
+        figure(millions(projections), "projections"),
         figure(prefixed(statistics.energy(), "J"), "energy"),
         figure(percent(statistics.volume_error), "volume error"),
         Figure {
@@ -99,6 +108,14 @@ pub fn figures(frames_per_second: f32, statistics: &Statistics) -> Vec<Figure> {
             ..figure(format(statistics.residual, 2), "residual")
         },
     ]
+}
+
+/// Projections a second in millions; a dash while there are none, so that no figure moves.
+pub fn millions(projections: Option<f64>) -> String {
+    projections.map_or_else(
+        || "–".to_owned(),
+        |projections| format!("{} M/s", format(projections / 1e6, 3)),
+    )
 }
 
 /// A quantity in three digits with the prefix of its size: `1.25 mJ`.
@@ -182,7 +199,9 @@ pub fn draw(context: &egui::Context, figures: &[Figure], state: &str, covered: f
 }
 
 fn line(ui: &mut egui::Ui, figures: &[Figure], width: f32) {
-    let a_row = ((width / CELL) as usize).clamp(1, figures.len());
+    let most = ((width / CELL) as usize).clamp(1, figures.len());
+    // As many in each row, so that none is left alone in the last.
+    let a_row = figures.len().div_ceil(figures.len().div_ceil(most));
     ui.spacing_mut().item_spacing = vec2(0.0, 4.0);
     for row in figures.chunks(a_row) {
         ui.horizontal(|ui| {
@@ -226,7 +245,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_line_has_the_seven_figures_with_their_units() {
+    fn the_line_has_the_eight_figures_with_their_units() {
         let statistics = Statistics {
             ms_per_tick: 1.236,
             particles: 12_288,
@@ -237,14 +256,20 @@ mod tests {
             finite: true,
             ..Statistics::default()
         };
-        let values: Vec<_> = figures(59.7, &statistics)
+        let values: Vec<_> = figures(59.7, &statistics, Some(212.34e6))
             .into_iter()
             .map(|figure| figure.value)
             .collect();
         let wanted = [
-            "60 fps", "1.24 ms", "12 288", "0", "12.3 J", "-0.12 %", "1.2e-5",
+            "60 fps", "1.24 ms", "12 288", "0", "212 M/s", "12.3 J", "-0.12 %", "1.2e-5",
         ];
         assert_eq!(values, wanted);
+    }
+
+    #[test]
+    fn no_projections_are_a_dash() {
+        assert_eq!(millions(None), "–");
+        assert_eq!(millions(Some(0.834e6)), "0.834 M/s");
     }
 
     #[test]

@@ -31,6 +31,7 @@ use serde_json::{Value, json};
 
 use super::{camera::OrbitCamera, load::SceneLoaded, message::Notices, panel::PanelPlaces};
 use crate::{
+    scene::CurrentScene,
     simulation::{Action, Applied, Statistics},
     solver::Particles,
 };
@@ -100,7 +101,14 @@ impl Plugin for JournalPlugin {
     }
 }
 
-fn write_ready(mut journal: ResMut<Journal>, window: Option<Single<&Window, With<PrimaryWindow>>>) {
+fn write_ready(
+    mut journal: ResMut<Journal>,
+    window: Option<Single<&Window, With<PrimaryWindow>>>,
+    scene: Option<Res<CurrentScene>>,
+) {
+    if scene.is_none() {
+        return;
+    }
     journal.frames = journal.frames.saturating_add(1);
     if let Some(window) = window
         && journal.frames == SETTLED

@@ -51,6 +51,8 @@ pub enum Command {
     Wireframe,
     /// Draws the tetrahedra or not.
     Tetrahedra,
+    /// Draws the constraints by band, by colour, by lane, or not.
+    SolverView,
     /// Shows or hides the panel.
     Panel,
     /// Saves a picture of the window.
@@ -181,6 +183,12 @@ pub const BINDINGS: &[Binding] = &[
     ),
     row(&[Types("w")], "W", "wireframe", Command::Wireframe),
     row(&[Types("t")], "T", "tetrahedra", Command::Tetrahedra),
+    row(
+        &[Types("v")],
+        "V",
+        "how it is solved: bands, colours, lanes",
+        Command::SolverView,
+    ),
     row(
         &[Types("h")],
         "H",

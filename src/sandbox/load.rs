@@ -1,6 +1,7 @@
 //! Scenes come and go: the picker's and the keys' commands, and the first scene of a run.
 //!
-//! A scene that cannot be built changes nothing: the one that runs goes on, and
+//! Reading a scene and making its bodies can take seconds, so it is done on another thread; the
+//! scene that is open goes on meanwhile. One that cannot be built changes nothing: the one that runs goes on, and
 //! [`SceneLoaded`] carries the reason.
 
 use super::{
@@ -14,7 +15,12 @@ use crate::{
     simulation::SimulationClock,
     solver::{Body, topology::bounds},
 };
-use bevy::{prelude::*, window::PrimaryWindow};
+use bevy::{
+    prelude::*,
+    tasks::{AsyncComputeTaskPool, Task, futures::check_ready},
+    window::PrimaryWindow,
+};
+use std::time::{Duration, Instant};
 
 /// A scene was opened, or could not be.
 #[derive(Message, Debug, Clone)]
@@ -34,24 +40,50 @@ pub struct LoadPlugin {
 #[derive(Resource)]
 struct FirstScene(String);
 
-impl Plugin for LoadPlugin {
-    fn build(&self, app: &mut App) {
-        app.add_message::<SceneLoaded>()
-            .insert_resource(FirstScene(self.first.clone()))
-            .add_systems(PostStartup, open_first)
-            .add_systems(First, obey);
+/// A scene that has been read and made.
+type Made = Result<(CurrentScene, BuiltScene), SceneError>;
+
+/// The scene that is being made, on another thread; a later one takes its place.
+#[derive(Resource, Debug, Default)]
+pub struct Opening(Option<Pending>);
+
+#[derive(Debug)]
+struct Pending {
+    name: String,
+    camera: Camera,
+    since: Instant,
+    task: Task<Made>,
+}
+
+impl Opening {
+    /// Name of the scene, if it takes so long that the user wants to know.
+    #[must_use]
+    pub fn slow(&self) -> Option<&str> {
+        let slow = |pending: &&Pending| pending.since.elapsed() > SLOW;
+        self.0.as_ref().filter(slow).map(|it| it.name.as_str())
     }
 }
 
-/// Falls back to the first scene of the registry, so that the window is never empty.
-fn open_first(world: &mut World) {
-    let FirstScene(name) = world
-        .remove_resource::<FirstScene>()
-        .unwrap_or(FirstScene(SCENES[0].name.to_owned()));
-    if open(world, &name, Camera::Jump).is_err() && name != SCENES[0].name {
-        // The registry's scenes build: a test builds every one.
-        let _ = open(world, SCENES[0].name, Camera::Jump);
+/// A scene that is there sooner comes without a word.
+const SLOW: Duration = Duration::from_millis(300);
+
+/// The open scene as it began, so that it begins anew at once.
+#[derive(Resource)]
+struct Beginning(BuiltScene);
+
+impl Plugin for LoadPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_message::<SceneLoaded>()
+            .init_resource::<Opening>()
+            .insert_resource(FirstScene(self.first.clone()))
+            .add_systems(PostStartup, open_first)
+            .add_systems(First, (obey, finish).chain());
     }
+}
+
+fn open_first(first: Res<FirstScene>, mut opening: ResMut<Opening>, mut commands: Commands) {
+    opening.begin(&first.0, Camera::Jump);
+    commands.remove_resource::<FirstScene>();
 }
 
 /// What the camera does when a scene is opened.
@@ -69,23 +101,92 @@ fn obey(world: &mut World, mut read: Local<bevy::ecs::message::MessageCursor<Vie
         .cloned()
         .collect();
     for order in orders {
+        let opening = world.resource::<Opening>().0.as_ref();
+        let coming = opening.map(|pending| pending.name.as_str());
         let current = world.get_resource::<CurrentScene>();
-        let name = current.map_or("", |scene| scene.name.as_str());
+        let name = coming.or(current.map(|scene| scene.name.as_str()));
         let target = match order {
-            ViewCommand::NextScene => Some(neighbour(name, 1).to_owned()),
-            ViewCommand::PreviousScene => Some(neighbour(name, -1).to_owned()),
-            ViewCommand::LoadScene(name) => Some(name),
+            ViewCommand::NextScene => neighbour(name.unwrap_or_default(), 1).to_owned(),
+            ViewCommand::PreviousScene => neighbour(name.unwrap_or_default(), -1).to_owned(),
+            ViewCommand::LoadScene(name) => name,
             ViewCommand::Restart => {
                 restart(world);
-                None
+                continue;
             }
-            ViewCommand::FrameAll | ViewCommand::Screenshot => None,
+            ViewCommand::FrameAll | ViewCommand::Screenshot => continue,
         };
-        if let Some(target) = target {
-            // The message carries the error.
-            let _ = open(world, &target, Camera::Glide);
-        }
+        let mut opening = world.resource_mut::<Opening>();
+        opening.begin(&target, Camera::Glide);
     }
+}
+
+impl Opening {
+    /// Reads a scene and makes its bodies, which may take seconds.
+    fn begin(&mut self, name: &str, camera: Camera) {
+        let wanted = name.to_owned();
+        let task = async move {
+            let current = Scene::load(&wanted)?;
+            let built = current.scene.build()?;
+            Ok((current, built))
+        };
+        self.0 = Some(Pending {
+            name: name.to_owned(),
+            camera,
+            since: Instant::now(),
+            task: AsyncComputeTaskPool::get().spawn(task),
+        });
+    }
+}
+
+/// Puts the scene in the place of the one that runs when it is made.
+fn finish(world: &mut World) {
+    let mut opening = world.resource_mut::<Opening>();
+    let Some(made) = opening
+        .0
+        .as_mut()
+        .and_then(|pending| check_ready(&mut pending.task))
+    else {
+        return;
+    };
+    let Some(Pending { name, camera, .. }) = opening.0.take() else {
+        return;
+    };
+    let error = made.as_ref().err().map(ToString::to_string);
+    world.write_message(SceneLoaded {
+        name: name.clone(),
+        error,
+    });
+    match made {
+        Ok((current, built)) => {
+            let hint = current.scene.camera;
+            world.insert_resource(current);
+            replace(world, &built);
+            look(world, &built, hint, camera);
+            world.insert_resource(Beginning(built));
+        }
+        // The window is never empty: the registry's scenes build, a test builds every one.
+        Err(_) if !world.contains_resource::<CurrentScene>() && name != SCENES[0].name => {
+            let mut opening = world.resource_mut::<Opening>();
+            opening.begin(SCENES[0].name, Camera::Jump);
+        }
+        Err(_) => {}
+    }
+}
+
+/// Begins the current scene anew, without reading or making anything again.
+fn restart(world: &mut World) {
+    let Some(name) = world
+        .get_resource::<CurrentScene>()
+        .map(|it| it.name.clone())
+    else {
+        return;
+    };
+    let Some(Beginning(built)) = world.remove_resource() else {
+        return;
+    };
+    world.write_message(SceneLoaded { name, error: None });
+    replace(world, &built);
+    world.insert_resource(Beginning(built));
 }
 
 /// The scene of the registry that lies so many places after the named one, around the end.
@@ -95,37 +196,6 @@ fn neighbour(name: &str, step: isize) -> &'static str {
     // From a scene of one's own, the next is the first, and the previous the last.
     let from = here.map_or(if step > 0 { -1 } else { 0 }, |i| i as isize);
     SCENES[(from + step).rem_euclid(count) as usize].name
-}
-
-fn open(world: &mut World, name: &str, camera: Camera) -> Result<(), SceneError> {
-    let built = Scene::load(name).and_then(|current| {
-        let built = current.scene.build()?;
-        Ok((current, built))
-    });
-    let error = built.as_ref().err().map(ToString::to_string);
-    world.write_message(SceneLoaded {
-        name: name.to_owned(),
-        error,
-    });
-    let (current, built) = built?;
-    let hint = current.scene.camera;
-    world.insert_resource(current);
-    replace(world, &built);
-    look(world, &built, hint, camera);
-    Ok(())
-}
-
-/// Builds the current scene anew, without reading its file again.
-fn restart(world: &mut World) {
-    let Some(current) = world.get_resource::<CurrentScene>() else {
-        return;
-    };
-    let (name, built) = (current.name.clone(), current.scene.build());
-    let error = built.as_ref().err().map(ToString::to_string);
-    world.write_message(SceneLoaded { name, error });
-    if let Ok(built) = built {
-        replace(world, &built);
-    }
 }
 
 fn replace(world: &mut World, built: &BuiltScene) {

@@ -30,14 +30,21 @@ pub mod picture;
 pub mod pointer;
 pub mod screenshot;
 pub mod settings;
+pub mod solver_view;
 pub mod stage;
 pub mod surface;
 pub mod theme;
+pub mod throughput;
 pub mod tube;
 pub mod view;
 pub mod wires;
 
-use crate::{SoftBodyPlugins, scene::registry::SCENES, simulation::SimulationClock};
+use crate::{
+    SoftBodyPlugins,
+    scene::registry::SCENES,
+    simulation::{SimulationClock, SolverThreads},
+    solver::Threads,
+};
 use bevy::{
     app::{AppExit, PluginGroupBuilder},
     prelude::*,
@@ -68,6 +75,8 @@ pub struct SandboxOptions {
     pub no_settings: bool,
     /// Size of the window [px]; the one of the last run if none.
     pub size: Option<UVec2>,
+    /// Threads to step bodies on; one on each core if none.
+    pub threads: Option<Threads>,
 }
 
 /// Opens the window, and returns when it is closed.
@@ -108,6 +117,12 @@ fn build(options: &SandboxOptions) -> App {
         ..default()
     }))
     .add_plugins(EguiPlugin::default())
+    .insert_resource(
+        options
+            .threads
+            .clone()
+            .map_or_else(SolverThreads::default, SolverThreads),
+    )
     // After everything that a hand can do in a frame, and before it is drawn: what the
     // pointer does is seen in the same frame. Not in a fixed schedule: the clock makes its
     // own ticks, and needs the real time of every frame to draw between them.
@@ -137,10 +152,12 @@ impl PluginGroup for SandboxPlugins {
             .add(bodies::BodiesPlugin)
             .add(colliders::CollidersPlugin)
             .add(wires::WiresPlugin)
+            .add(solver_view::SolverViewPlugin)
             .add(overlay::OverlayPlugin)
             .add(screenshot::ScreenshotPlugin)
             .add(theme::ThemePlugin)
             .add(panel::PanelPlugin)
+            .add(throughput::ThroughputPlugin)
             .add(hud::HudPlugin)
             .add(message::MessagePlugin)
             .add(keys::KeysPlugin)

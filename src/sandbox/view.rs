@@ -24,6 +24,8 @@ pub struct ViewSettings {
     pub wireframe: bool,
     /// Draw the tetrahedra (the coarse cells that are simulated) over the bodies.
     pub tetrahedra: bool,
+    /// Draw the constraints instead of the bodies, coloured by how they are solved.
+    pub solver: SolverView,
     /// Show the panel. The head-up line stays.
     pub panel_visible: bool,
     /// Show the overlay of keys.
@@ -38,9 +40,40 @@ impl Default for ViewSettings {
         Self {
             wireframe: false,
             tetrahedra: false,
+            solver: SolverView::Off,
             panel_visible: true,
             help_visible: false,
             panel_width: 0.0,
+        }
+    }
+}
+
+/// What the colours of the constraints tell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SolverView {
+    /// Nothing; the bodies are drawn.
+    #[default]
+    Off,
+    /// The band: the piece of the body that a thread takes.
+    Bands,
+    /// The colour: constraints of one share no particle, and are solved at the same time.
+    Colours,
+    /// The lane: the place in a block of eight that one instruction solves.
+    Lanes,
+}
+
+impl SolverView {
+    /// All of them, in the order in which the key goes through them.
+    pub const ALL: [Self; 4] = [Self::Off, Self::Bands, Self::Colours, Self::Lanes];
+
+    /// The one that the key shows next.
+    #[must_use]
+    pub const fn next(self) -> Self {
+        match self {
+            Self::Off => Self::Bands,
+            Self::Bands => Self::Colours,
+            Self::Colours => Self::Lanes,
+            Self::Lanes => Self::Off,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Lines over the bodies: the edges of their triangles, or of their tetrahedra.
 //!
-//! One line mesh a body and kind, made when it is first shown and hidden with the body; while
-//! neither kind is shown this module does nothing.
+//! One line mesh a body and kind, made when it is first shown; while neither kind is shown this
+//! module does nothing.
 
 use super::{bodies::BodySystems, drawn::Drawn, material::WireMaterial, view::ViewSettings};
 use crate::simulation::SoftBody;
@@ -83,7 +83,8 @@ fn show(
 ) {
     for (kind, mut visibility) in &mut wires {
         let shown = if kind.wanted(&settings) {
-            Visibility::Inherited
+            // Also over a body that the solver view hides.
+            Visibility::Visible
         } else {
             Visibility::Hidden
         };

@@ -9,11 +9,12 @@ use crate::{
     SoftBodyPlugins,
     effect::EffectRegistry,
     simulation::{
-        EffectSystems, Measuring, SimulationSettings, SolveSchedule, SolverSystems, Statistics,
-        SubstepSchedule, plain,
+        EffectSystems, Measuring, SimulationSettings, SolveSchedule, SolverSystems, SolverThreads,
+        Statistics, SubstepSchedule, plain,
         statistics::{measure, state_hash},
         tick,
     },
+    solver::Threads,
 };
 use bevy::{
     ecs::schedule::{InternedSystemSet, ScheduleLabel},
@@ -27,6 +28,8 @@ pub struct RunOptions {
     pub seconds: Option<f64>,
     /// What is set before the first tick.
     pub set: Vec<Override>,
+    /// Threads to step bodies on; none takes one on each core. They change no bit.
+    pub threads: Option<Threads>,
     /// What must hold at the end; none checks only that the state is finite and pins are still.
     pub acceptance: Option<super::Acceptance>,
 }
@@ -102,6 +105,9 @@ pub fn run(
     let world = app.world_mut();
     for change in &options.set {
         change.apply(world)?;
+    }
+    if let Some(threads) = &options.threads {
+        world.insert_resource(SolverThreads(threads.clone()));
     }
     world.insert_resource(Measuring(true));
     let settings = **world.resource::<SimulationSettings>();

@@ -51,13 +51,6 @@ impl CurrentSubstep {
             instructions: Instructions::default(),
         }
     }
-
-    /// The sweep under way, the number of sweeps, and whether multipliers are to be kept for
-    /// those who measure: what [`Multipliers`](crate::solver::constraint::Multipliers) go by.
-    #[must_use]
-    pub fn sweep(&self) -> (u32, u32, bool) {
-        (self.iteration, self.step.iterations, self.step.is_last())
-    }
 }
 
 impl Default for CurrentSubstep {

@@ -259,7 +259,7 @@ pub fn set_inverse_masses(
     added: &[(u32, Mass)],
     pins: &[u32],
 ) {
-    for (x, measure) in positions.iter_mut().zip(&topology.measure) {
+    for (x, measure) in positions.iter_mut().zip(topology.measure()) {
         x.w = measure * density.get();
     }
     let particle = |vertex: u32| topology.numbering.particle(vertex) as usize;

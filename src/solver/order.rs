@@ -17,7 +17,8 @@ use std::ops::Range;
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Elements<const N: usize> {
     corners: Vec<[u32; N]>,
-    groups: Vec<Range<usize>>,
+    /// Ranges of constraints that share no particle.
+    groups: Vec<Range<u32>>,
     batches: Vec<Batch>,
     /// Whether the odd bands come first.
     odd_first: bool,
@@ -89,11 +90,10 @@ impl<const N: usize> Elements<N> {
             Some(corners) => *corners,
             None => added[index as usize - self.corners.len()],
         };
-        let stays = |range: &Range<usize>| -> Vec<u32> {
+        let stays = |range: &Range<u32>| -> Vec<u32> {
             range
                 .clone()
-                .filter(|index| removed.binary_search(index).is_err())
-                .map(|index| index as u32)
+                .filter(|&index| removed.binary_search(&(index as usize)).is_err())
                 .collect()
         };
         let mut all = Self {
@@ -121,7 +121,8 @@ impl<const N: usize> Elements<N> {
             all.close_batch(batch.band, colours, &mut stored);
         }
         if let Some(index) = self.loose() {
-            let mut before = stays(&self.batches[index].constraints);
+            let Range { start, end } = self.batches[index].constraints;
+            let mut before = stays(&(start as u32..end as u32));
             before.append(&mut loose);
             loose = before;
         }
@@ -135,7 +136,8 @@ impl<const N: usize> Elements<N> {
     fn close_batch(&mut self, band: Option<usize>, colours: Vec<Vec<u32>>, stored: &mut Vec<u32>) {
         let (first, first_group) = (stored.len(), self.groups.len());
         for colour in colours.into_iter().filter(|colour| !colour.is_empty()) {
-            self.groups.push(stored.len()..stored.len() + colour.len());
+            let first = stored.len() as u32;
+            self.groups.push(first..first + colour.len() as u32);
             stored.extend(colour);
         }
         self.batches.push(Batch {
@@ -174,6 +176,14 @@ impl<const N: usize> Elements<N> {
     #[must_use]
     pub fn batches(&self) -> &[Batch] {
         &self.batches
+    }
+
+    /// Bytes of memory.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.corners[..])
+            + size_of_val(&self.groups[..])
+            + size_of_val(&self.batches[..])
     }
 
     /// Whether the odd bands come first.
@@ -218,7 +228,8 @@ impl<const N: usize> Elements<N> {
     pub fn groups(&self, batch: &Batch) -> impl Iterator<Item = (usize, &[[u32; N]])> {
         self.groups[batch.groups.clone()]
             .iter()
-            .map(|group| (group.start, &self.corners[group.clone()]))
+            .map(|group| group.start as usize..group.end as usize)
+            .map(|group| (group.start, &self.corners[group]))
     }
 }
 

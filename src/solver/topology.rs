@@ -73,9 +73,7 @@ pub struct Topology {
     pub tetrahedra: Tetrahedra,
     /// The coarse surface: outward triangles; none for a rope.
     pub triangles: Vec<[u32; 3]>,
-    /// Each particle's share of the body [m³, m² or m by `dimension`].
-    pub measure: Vec<f32>,
-    /// What `measure` counts.
+    /// What the body's mass is spread over.
     pub dimension: Dimension,
     /// Longest side of the bounding box at rest [m].
     pub size: f32,
@@ -158,7 +156,13 @@ impl Topology {
         );
         let at = |i: u32| rest[i as usize].as_dvec3();
         let (corners, flat_tetrahedra) = without_flat(corners, at);
-        let (measure, dimension) = lump(&ends, &corners, &triangles, count, at);
+        let dimension = if !corners.is_empty() {
+            Dimension::Solid
+        } else if !triangles.is_empty() {
+            Dimension::Sheet
+        } else {
+            Dimension::Line
+        };
         let mut used = vec![false; count];
         for &i in ends.iter().flatten().chain(corners.iter().flatten()) {
             used[i as usize] = true;
@@ -180,12 +184,47 @@ impl Topology {
             bands,
             triangles,
             numbering,
-            measure,
             dimension,
             size: (high - low).max_element(),
             left_out,
             rest,
         })
+    }
+
+    /// Each particle's share of the body [m³, m² or m by `dimension`].
+    ///
+    /// Measures are added up, so that a particle's mass is the sum of its shares of the masses of
+    /// its elements. (Adding up inverse masses instead makes a particle lighter the more elements
+    /// it has.)
+    #[must_use]
+    pub fn measure(&self) -> Vec<f32> {
+        let at = |i: u32| self.rest[i as usize].as_dvec3();
+        let mut measure = vec![0.0_f64; self.rest.len()];
+        let mut share = |corners: &[u32], total: f64| {
+            for &corner in corners {
+                measure[corner as usize] += total / corners.len() as f64;
+            }
+        };
+        match self.dimension {
+            Dimension::Solid => {
+                for corners in self.tetrahedra.corners() {
+                    share(corners, volume(corners.map(at)).abs());
+                }
+            }
+            Dimension::Sheet => {
+                for corners in &self.triangles {
+                    let [a, b, c] = corners.map(at);
+                    share(corners, (b - a).cross(c - a).length() / 2.0);
+                }
+            }
+            Dimension::Line => {
+                for corners in self.edges.ends() {
+                    let [a, b] = corners.map(at);
+                    share(corners, a.distance(b));
+                }
+            }
+        }
+        measure.iter().map(|&m| m as f32).collect()
     }
 
     /// The vertex of the rest shape that a particle is.
@@ -376,43 +415,4 @@ fn without_repeats(edges: Vec<[u32; 2]>) -> (Vec<[u32; 2]>, usize) {
         .collect();
     let repeated = before - kept.len();
     (kept, repeated)
-}
-
-/// Shares each element's measure out evenly to its corners.
-///
-/// Measures are added up, so that a particle's mass is the sum of its shares of the masses of
-/// its elements. (Adding up inverse masses instead makes a particle lighter the more elements
-/// it has.)
-fn lump(
-    edges: &[[u32; 2]],
-    tetrahedra: &[[u32; 4]],
-    triangles: &[[u32; 3]],
-    particles: usize,
-    at: impl Fn(u32) -> DVec3,
-) -> (Vec<f32>, Dimension) {
-    let mut measure = vec![0.0_f64; particles];
-    let mut share = |corners: &[u32], total: f64| {
-        for &corner in corners {
-            measure[corner as usize] += total / corners.len() as f64;
-        }
-    };
-    let dimension = if !tetrahedra.is_empty() {
-        for corners in tetrahedra {
-            share(corners, volume(corners.map(&at)).abs());
-        }
-        Dimension::Solid
-    } else if !triangles.is_empty() {
-        for corners in triangles {
-            let [a, b, c] = corners.map(&at);
-            share(corners, (b - a).cross(c - a).length() / 2.0);
-        }
-        Dimension::Sheet
-    } else {
-        for corners in edges {
-            let [a, b] = corners.map(&at);
-            share(corners, a.distance(b));
-        }
-        Dimension::Line
-    };
-    (measure.iter().map(|&m| m as f32).collect(), dimension)
 }

@@ -46,7 +46,6 @@ impl World {
             ..
         } = self;
         let seconds = settings.tick_seconds();
-        let whole = sweeps(colliders, self.time, self.time + seconds);
         swept.fill(colliders.iter(), settings, self.time);
         let means = Means {
             settings,
@@ -55,7 +54,7 @@ impl World {
             instructions: *instructions,
         };
         let step = |body: &mut Body| {
-            if body.asleep && wakes(body, &whole) {
+            if body.asleep && wakes(body, swept.whole()) {
                 body.asleep = false;
                 body.rest.reset();
             }
@@ -80,15 +79,6 @@ impl World {
     pub fn state_hash(&self) -> u64 {
         super::measure::state_hash(self.bodies.iter().map(|body| &body.particles))
     }
-}
-
-/// What colliders do between two times [s].
-#[must_use]
-pub fn sweeps(colliders: &[Collider], from: f64, to: f64) -> Vec<Sweep> {
-    colliders
-        .iter()
-        .map(|collider| collider.sweep(from, to))
-        .collect()
 }
 
 fn wakes(body: &Body, colliders: &[Sweep]) -> bool {

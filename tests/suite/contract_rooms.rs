@@ -12,7 +12,7 @@ const FLOORS: [&[&str]; 9] = [
     &["main"],
     &["command"],
     &["sandbox"],
-    &["study", "output"],
+    &["study", "bench", "output"],
     &["torture"],
     &["scene"],
     &["effect", "simulation"],

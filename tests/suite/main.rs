@@ -1,7 +1,10 @@
 //! The suite: one binary, a module for each thing that is promised.
 
+mod bench;
 mod contract_bits;
+mod contract_order;
 mod contract_rooms;
+mod contract_speed;
 mod mesh_build;
 mod mesh_elements;
 mod mesh_fill;
@@ -17,6 +20,10 @@ mod reference_kernels;
 mod reference_support;
 #[cfg(feature = "window")]
 mod sandbox_panel;
+#[cfg(feature = "window")]
+mod sandbox_solver_view;
+#[cfg(feature = "window")]
+mod sandbox_throughput;
 mod scene_files;
 mod scene_overrides;
 mod scene_runs;

@@ -105,6 +105,40 @@ fn the_same_run_has_the_same_hash() {
 }
 
 #[test]
+fn the_number_of_threads_changes_how_long_it_takes_and_nothing_else() {
+    let folder = folder("threads");
+    let file = folder.join("cloth.ron");
+    // Large enough for threads to share one body: that begins at 2048 particles.
+    let text = "Scene(title: \"Cloth\", look_at: \"It falls.\", bodies: [(\
+                name: \"cloth\", primitive: Cloth(size: (1, 1), cells: (63, 63)), density: 0.3, \
+                pins: [Left(0.0)], effects: (stretch: (compliance: 1e-6)))], \
+                acceptance: (seconds: 0.2, checks: []))";
+    std::fs::write(&file, text).expect("written");
+    let scene = file.to_str().expect("UTF-8");
+    let run = |threads: &str| {
+        let output = pliant(&[
+            "run",
+            scene,
+            "--seconds",
+            "0.2",
+            "--json",
+            "--threads",
+            threads,
+        ]);
+        let object: Value = serde_json::from_str(&stdout(&output)).expect("a JSON object");
+        let particles = object["particles"].as_u64().expect("a count");
+        assert!(particles >= 2048, "{particles} particles");
+        let hash = object["state_hash"].as_str().expect("a hash").to_owned();
+        (hash, object["threads"].as_u64().expect("a count"))
+    };
+    let (one, two) = (run("1"), run("2"));
+    assert_eq!(one.0, two.0);
+    let several = if cfg!(feature = "parallel") { 2 } else { 1 };
+    assert_eq!((one.1, two.1), (1, several));
+    std::fs::remove_dir_all(folder).expect("it was made here");
+}
+
+#[test]
 fn set_reaches_the_world_and_the_effects() {
     let output = pliant(&[
         "run",
@@ -232,6 +266,16 @@ fn bad_usage_is_exit_code_2_and_names_the_word_and_the_choices() {
             &["run", "jelly_cube", "--csv", "no/such/folder/x.csv"],
             &["no/such/folder"],
         ),
+        (
+            &["run", "jelly_cube", "--threads", "2000"],
+            &["2000 threads", "at most 1024"],
+        ),
+        (&["--threads", "2000"], &["2000 threads", "at most 1024"]),
+        (
+            &["run", "jelly_cube", "--threads", "two"],
+            &["two", "--threads"],
+        ),
+        (&["run", "jelly_cube", "--threads=-1"], &["-1", "--threads"]),
         (&["run"], &["SCENE"]),
     ] {
         let output = pliant(arguments);

@@ -17,6 +17,7 @@ use pliant::sandbox::{
         track::{Spread, Track},
     },
     theme,
+    view::SolverView,
 };
 
 const SIZES: [(Vec2, f32); 4] = [
@@ -133,6 +134,9 @@ fn model() -> PanelModel {
         }],
         wireframe: false,
         tetrahedra: false,
+        solver: SolverView::Bands,
+        threads: Some(parameter("threads", "", whole(8.0), 2.0)),
+        projections: Some(212e6),
     }
 }
 
@@ -262,6 +266,51 @@ fn the_left_end_of_a_compliance_is_rigid() {
 }
 
 #[test]
+fn the_ends_of_the_threads_are_one_and_one_on_each_core() {
+    let mut hand = one_hand();
+    let rail = hand.place("world.threads");
+    for (x, count) in [(rail.left() + 2.0, 1.0), (rail.right() - 2.0, 8.0)] {
+        hand.requests.clear();
+        hand.press(pos2(x, rail.center().y));
+        hand.requests.dedup();
+        assert_eq!(hand.requests, [Request::Threads(Some(count))]);
+    }
+}
+
+#[test]
+fn where_there_is_one_thread_to_have_the_panel_says_so() {
+    let one = PanelModel {
+        threads: None,
+        ..model()
+    };
+    let mut hand = Hand::new(one, SIZES[0]);
+    let shapes = hand.draw(Vec::new());
+    let mut texts = Vec::new();
+    collect_texts(&shapes, &mut texts);
+    assert!(hand.places.get("world.threads").is_none());
+    assert!(
+        texts.iter().any(|text| text.contains("One thread")),
+        "{texts:?}"
+    );
+}
+
+#[test]
+fn the_projections_a_second_are_shown_with_their_unit_while_there_are_any() {
+    let shown = |projections| {
+        let panel = PanelModel {
+            projections,
+            ..model()
+        };
+        let mut texts = Vec::new();
+        collect_texts(&Hand::new(panel, SIZES[0]).draw(Vec::new()), &mut texts);
+        texts
+    };
+    let figure = |texts: &[String]| texts.iter().any(|text| text.contains("M/s"));
+    assert!(shown(Some(212.34e6)).iter().any(|text| text == "212 M/s"));
+    assert!(!figure(&shown(None)), "nothing is solved");
+}
+
+#[test]
 fn a_number_can_be_typed_with_its_unit() {
     let mut hand = one_hand();
     let entry = hand.place("stretch.compliance.entry");
@@ -326,6 +375,10 @@ fn every_button_asks_for_what_stands_on_it() {
         ("pin", Request::Pin(true)),
         ("wireframe", Request::Wireframe(true)),
         ("tetrahedra", Request::Tetrahedra(true)),
+        ("solver.off", Request::SolverView(SolverView::Off)),
+        ("solver.bands", Request::SolverView(SolverView::Bands)),
+        ("solver.colours", Request::SolverView(SolverView::Colours)),
+        ("solver.lanes", Request::SolverView(SolverView::Lanes)),
         ("frame", Request::FrameAll),
         ("screenshot", Request::Screenshot),
         ("help", Request::Help),

@@ -15,7 +15,7 @@ fn set(words: &[&str]) -> Result<Run, String> {
     let options = RunOptions {
         seconds: Some(0.2),
         set: set.map_err(|error| error.to_string())?,
-        acceptance: None,
+        ..RunOptions::default()
     };
     let scene = Scene::load("edges_and_volume")
         .expect("a sound scene")

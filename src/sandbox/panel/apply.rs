@@ -19,8 +19,8 @@ use crate::{
         message::{Notices, capitalised},
         view::{LastGrab, ViewCommand, ViewSettings},
     },
-    simulation::{Action, Actions, SimulationClock, action, plain::bodies_in_order},
-    solver::Deformation,
+    simulation::{Action, Actions, SimulationClock, SolverThreads, action, plain::bodies_in_order},
+    solver::{Deformation, Threads},
 };
 
 /// Height left by a squash.
@@ -68,6 +68,7 @@ fn carry_out_one(world: &mut World, request: Request) {
             }
         }
         Request::Setting { name, value } => setting(world, name, value),
+        Request::Threads(count) => threads(world, count.unwrap_or(0.0)),
         Request::Parameter {
             effect,
             parameter,
@@ -83,6 +84,7 @@ fn carry_out_one(world: &mut World, request: Request) {
         Request::Pin(pinned) => pin(world, pinned),
         Request::Wireframe(on) => world.resource_mut::<ViewSettings>().wireframe = on,
         Request::Tetrahedra(on) => world.resource_mut::<ViewSettings>().tetrahedra = on,
+        Request::SolverView(view) => world.resource_mut::<ViewSettings>().solver = view,
         Request::Help => world.resource_mut::<ViewSettings>().help_visible = true,
     }
 }
@@ -140,6 +142,22 @@ fn parameter_of(
                 },
             );
         }
+    }
+}
+
+/// Steps bodies on so many threads from the next tick on. No [`Action`], as it changes nothing
+/// that is computed.
+fn threads(world: &mut World, count: f64) {
+    let threads = if count >= 0.0 && count.fract() == 0.0 {
+        Threads::new(count as usize).map_err(|error| error.to_string())
+    } else {
+        Err(format!(
+            "there cannot be {count} threads: a whole number is wanted, or 0 for one on each core"
+        ))
+    };
+    match threads {
+        Ok(threads) => world.insert_resource(SolverThreads(threads)),
+        Err(error) => world.resource_mut::<Notices>().error(capitalised(&error)),
     }
 }
 

@@ -10,6 +10,7 @@ use super::{
     section::{self, RowButton},
     world,
 };
+use crate::sandbox::{theme, view::SolverView};
 
 /// What one drawing of the panel gives back: what was asked for, and where each widget is.
 #[derive(Debug, Default)]
@@ -24,7 +25,7 @@ impl Panel {
         let mut panel = Self::default();
         scene::show(ui, &mut panel, model);
         ui.add_space(2.0);
-        let foot = 32.0;
+        let foot = 32.0 + theme::ROW + 8.0;
         ScrollArea::vertical()
             .auto_shrink([false, false])
             .max_height(ui.available_height() - foot)
@@ -58,9 +59,10 @@ impl Panel {
         self.places.note(name, response, ui.clip_rect());
     }
 
-    /// The row of what is drawn, always in sight.
+    /// What is drawn, always in sight.
     fn foot(&mut self, ui: &mut Ui, model: &PanelModel) {
         ui.add_space(4.0);
+        self.solver_view(ui, model);
         let buttons = [
             RowButton {
                 selected: model.wireframe,
@@ -87,5 +89,44 @@ impl Panel {
             _ => return,
         };
         self.ask(request);
+    }
+
+    /// The row of what of the solver is drawn.
+    fn solver_view(&mut self, ui: &mut Ui, model: &PanelModel) {
+        let button = |view, name, text, help| RowButton {
+            selected: model.solver == view,
+            ..RowButton::new(name, text, help)
+        };
+        let buttons = [
+            button(
+                SolverView::Off,
+                "solver.off",
+                "Bodies",
+                "Draw the bodies as they look (V)",
+            ),
+            button(
+                SolverView::Bands,
+                "solver.bands",
+                "Bands",
+                "Draw the constraints, coloured by the piece of the body that a thread takes (V)",
+            ),
+            button(
+                SolverView::Colours,
+                "solver.colours",
+                "Colours",
+                "Draw the constraints by colour: those of one share no particle, and are solved \
+                 at the same time (V)",
+            ),
+            button(
+                SolverView::Lanes,
+                "solver.lanes",
+                "Lanes",
+                "Draw the constraints by their place in a block of eight, which one instruction \
+                 solves together (V)",
+            ),
+        ];
+        if let Some(index) = section::button_row(ui, self, &buttons) {
+            self.ask(Request::SolverView(SolverView::ALL[index]));
+        }
     }
 }

@@ -16,13 +16,15 @@ use crate::{
     effect::{EffectInfo, EffectRegistry, ParameterInfo, Scale},
     sandbox::{
         arrival,
+        throughput::Throughput,
         view::{LastGrab, ViewSettings},
     },
     scene::CurrentScene,
     simulation::{
         Asleep, Pins, Profile, Quarantined, SimulationClock, SimulationSettings, SoftBody,
-        Statistics, action, plain::bodies_in_order,
+        SolverThreads, Statistics, action, plain::bodies_in_order,
     },
+    solver::available,
 };
 
 /// Share of a new measurement in the smoothed one.
@@ -74,6 +76,8 @@ pub(super) fn model(world: &mut World) -> PanelModel {
             dropped: clock.dropped(),
         },
         settings: settings(world),
+        threads: threads(world),
+        projections: world.resource::<Throughput>().per_second(),
         bodies: bodies.iter().map(|body| entry(world, *body)).collect(),
         scope,
         effects,
@@ -82,6 +86,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         additions: arrival::additions(),
         wireframe: view.wireframe,
         tetrahedra: view.tetrahedra,
+        solver: view.solver,
     }
 }
 
@@ -209,6 +214,23 @@ fn settings(world: &World) -> Vec<Parameter> {
         })
     };
     ROWS.iter().filter_map(row).collect()
+}
+
+/// The row of the threads, where there are several to have.
+fn threads(world: &World) -> Option<Parameter> {
+    let cores = available();
+    (cfg!(feature = "parallel") && cores > 1).then(|| Parameter {
+        name: "threads",
+        title: "Threads",
+        unit: "",
+        help: "Threads that bodies are stepped on, at most one on each core. They change how \
+               long a tick takes, and no bit of what is computed.",
+        track: Track::new(1.0..=cores as f64, Spread::Integer),
+        value: world.resource::<SolverThreads>().count() as f64,
+        spread: None,
+        original: None,
+        changed: false,
+    })
 }
 
 /// The title of a setting, what it does, and the slider's track.

@@ -5,6 +5,7 @@
 //! and pressed in a test without a window.
 
 use super::track::Track;
+use crate::sandbox::view::SolverView;
 
 /// Everything that the panel shows.
 #[derive(Debug, Clone, Default)]
@@ -21,6 +22,10 @@ pub struct PanelModel {
     pub clock: ClockModel,
     /// The world's settings: substeps, iterations, rate, gravity.
     pub settings: Vec<Parameter>,
+    /// How many threads bodies are stepped on; none where there is only one to have.
+    pub threads: Option<Parameter>,
+    /// Projections of constraints a second, while there are any.
+    pub projections: Option<f64>,
     /// The bodies, in the order of the scene.
     pub bodies: Vec<BodyEntry>,
     /// Whose parameters are shown.
@@ -37,6 +42,8 @@ pub struct PanelModel {
     pub wireframe: bool,
     /// Whether the tetrahedra are drawn.
     pub tetrahedra: bool,
+    /// What of the solver is drawn.
+    pub solver: SolverView,
 }
 
 /// A line of the scene picker.
@@ -208,6 +215,8 @@ pub enum Request {
         /// The value asked for; `None` is the scene's.
         value: Option<f64>,
     },
+    /// How many threads to step bodies on; `None` is one on each core.
+    Threads(Option<f64>),
     /// A parameter of an effect, on all bodies of the scope that carry it.
     Parameter {
         /// The effect's name.
@@ -243,6 +252,8 @@ pub enum Request {
     Wireframe(bool),
     /// Draw the tetrahedra or not.
     Tetrahedra(bool),
+    /// Draw the constraints by how they are solved, or not.
+    SolverView(SolverView),
     /// Move the camera so that every body is in sight.
     FrameAll,
     /// Save a picture.

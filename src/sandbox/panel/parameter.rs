@@ -14,7 +14,7 @@ const TITLE: f32 = 88.0;
 /// Width of the entry with its unit [logical px].
 const ENTRY: f32 = 86.0;
 /// Width of the reset button [logical px].
-const RESET: f32 = 18.0;
+pub(super) const RESET: f32 = 18.0;
 
 /// What the user did with a row.
 #[derive(Debug, Clone, Copy, PartialEq)]

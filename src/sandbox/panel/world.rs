@@ -1,12 +1,21 @@
-//! The section of the world: substeps, iterations, rate and gravity.
+//! The section of the world: substeps, iterations, rate, gravity and threads, and how much the
+//! solver does with them.
 
-use bevy_egui::egui::Ui;
+use bevy_egui::egui::{Align, Layout, RichText, Ui};
 
 use super::{
     Panel,
     model::{PanelModel, Request},
     parameter::{self, Edit},
-    section::section,
+    section::{self, section},
+};
+use crate::sandbox::{hud::millions, theme};
+
+/// Said where there is nothing to choose.
+const ONE_THREAD: &str = if cfg!(feature = "parallel") {
+    "One thread: this machine has one core."
+} else {
+    "One thread: the program was built without the feature `parallel`."
 };
 
 /// Draws the rows of the world's settings, named `world.<name>` among the places.
@@ -24,5 +33,46 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
                 });
             }
         }
+        threads(ui, panel, model);
+        projections(ui, panel, model);
+    });
+}
+
+fn threads(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
+    let Some(threads) = &model.threads else {
+        section::note(ui, ONE_THREAD);
+        return;
+    };
+    if let Some(edit) = parameter::row(ui, panel, "world.threads", threads) {
+        panel.ask(Request::Threads(match edit {
+            Edit::Set(value) => Some(value),
+            Edit::Reset => None,
+        }));
+    }
+}
+
+/// A figure that cannot be moved, in the column of the entries.
+fn projections(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
+    let row = ui.horizontal(|ui| {
+        ui.set_min_height(theme::ROW);
+        ui.label("Projections");
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            ui.add_space(parameter::RESET + theme::GAP);
+            let figure = millions(model.projections);
+            ui.label(RichText::new(figure).small().color(theme::STRONG));
+        });
+    });
+    panel.note("world.projections", &row.response, ui);
+    section::hint(ui, &row.response, |ui| {
+        ui.set_max_width(280.0);
+        ui.label(RichText::new("Projections [million/s]").strong());
+        ui.label(
+            "Constraints that are solved in a second of the solver's time: those of the bodies \
+             that are awake, times substeps, times iterations, by the time of a whole tick.",
+        );
+        ui.weak(
+            "While the panel is open each effect is timed on its own, which costs time: hide the \
+             panel (H) to read in the line above what the solver does undisturbed.",
+        );
     });
 }

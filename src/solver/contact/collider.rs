@@ -93,7 +93,7 @@ impl Sweep {
 /// part of the state: any two are equal.
 #[derive(Debug, Clone, Default)]
 pub struct Swept {
-    /// One substep after the other.
+    /// One substep after the other, and the whole tick last.
     sweeps: Vec<Sweep>,
     colliders: usize,
 }
@@ -114,6 +114,14 @@ impl Swept {
             let substep = colliders.clone().map(|c| c.sweep(start, start + h));
             self.sweeps.extend(substep);
         }
+        let end = time + settings.tick_seconds();
+        self.sweeps.extend(colliders.map(|c| c.sweep(time, end)));
+    }
+
+    /// What they do in the tick.
+    #[must_use]
+    pub fn whole(&self) -> &[Sweep] {
+        &self.sweeps[self.sweeps.len() - self.colliders..]
     }
 
     /// What they do in a substep.

@@ -1,0 +1,168 @@
+//! What is stepped: effects and bodies, from a few hundred particles to a quarter of a million.
+//!
+//! There is no gravity and nothing to touch, so that a tick is projections and the passes over
+//! particles around them, and nothing else. Particles of bodies with edges begin a little off their
+//! places; tetrahedra alone resist no shear and would flow for ever, so these begin at rest. A
+//! projection takes no other way for that: its branches are for degenerate elements only.
+
+use super::BenchError;
+use crate::{
+    mesh::{Diagonals, Primitive},
+    solver::{
+        Body, Compliance, Density, Effects, InvalidValue, Stretch, Substeps, Topology, Volume,
+        World,
+    },
+};
+use glam::{UVec2, UVec3, Vec2, Vec3};
+use std::{collections::BTreeMap, sync::Arc};
+
+/// Substeps a tick.
+pub const SUBSTEPS: u32 = 16;
+
+/// Compliance of the edges [m/N]; volumes are rigid.
+pub const EDGE_COMPLIANCE: f32 = 1e-6;
+
+/// Side of a cell [m].
+const CELL: f32 = 0.05;
+
+/// How far along x the particles of bodies with edges begin off their places [m]: every second one
+/// to the left, the others to the right. All of them swing, and no body moves as a whole.
+const NUDGE: f32 = 0.005 * CELL;
+
+/// Which effects a body carries.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Elastic {
+    /// Edges.
+    Stretch,
+    /// Tetrahedra.
+    Volume,
+    /// Edges and tetrahedra.
+    Both,
+}
+
+/// What a body looks like.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Shape {
+    /// A square cloth with so many particles along a side; cells have both diagonals.
+    Cloth(u32),
+    /// A cube with so many cells along a side, five tetrahedra in each.
+    Box(u32),
+}
+
+/// A row of the table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Case {
+    /// What acts.
+    pub elastic: Elastic,
+    /// The shape of each body.
+    pub shape: Shape,
+    /// How many bodies.
+    pub bodies: usize,
+}
+
+impl Case {
+    /// All of them.
+    #[must_use]
+    pub fn all() -> Vec<Self> {
+        let one = |elastic, shape| Self {
+            elastic,
+            shape,
+            bodies: 1,
+        };
+        let cloths = [21, 64, 200, 512].map(Shape::Cloth);
+        let boxes = [5, 10, 20, 36].map(Shape::Box);
+        let mut all: Vec<Self> = cloths.map(|shape| one(Elastic::Stretch, shape)).into();
+        all.extend(boxes.map(|shape| one(Elastic::Volume, shape)));
+        all.extend(boxes.map(|shape| one(Elastic::Both, shape)));
+        all.extend([10, 100].map(|bodies| Self {
+            bodies,
+            ..one(Elastic::Both, Shape::Box(5))
+        }));
+        all
+    }
+
+    /// What it is called, as in `both_box_5_x10`.
+    #[must_use]
+    pub fn name(&self) -> String {
+        let effect = match self.elastic {
+            Elastic::Stretch => "stretch",
+            Elastic::Volume => "volume",
+            Elastic::Both => "both",
+        };
+        let shape = match self.shape {
+            Shape::Cloth(side) => format!("cloth_{side}"),
+            Shape::Box(cells) => format!("box_{cells}"),
+        };
+        match self.bodies {
+            1 => format!("{effect}_{shape}"),
+            bodies => format!("{effect}_{shape}_x{bodies}"),
+        }
+    }
+
+    /// A world of these bodies, ready to be stepped.
+    pub(super) fn world(&self, topology: &Arc<Topology>) -> World {
+        let mut world = World::default();
+        world.sleep.enabled = false;
+        world.settings.gravity = Vec3::ZERO;
+        world.settings.substeps = valid(Substeps::new(SUBSTEPS));
+        world.bodies = (0..self.bodies).map(|_| self.body(topology)).collect();
+        world
+    }
+
+    fn body(&self, topology: &Arc<Topology>) -> Body {
+        let density = match self.shape {
+            Shape::Cloth(_) => Density::new(0.1),
+            Shape::Box(_) => Density::new(1000.0),
+        };
+        let mut body = Body::new(self.name(), topology.clone(), valid(density));
+        let stretch = Stretch {
+            compliance: valid(Compliance::new(EDGE_COMPLIANCE)),
+            ..Stretch::default()
+        };
+        body.effects = Effects {
+            stretch: (self.elastic != Elastic::Volume).then_some(stretch),
+            volume: (self.elastic != Elastic::Stretch).then(Volume::default),
+            ..Effects::default()
+        };
+        if body.effects.stretch.is_some() {
+            for (place, x) in body.particles.positions.iter_mut().enumerate() {
+                x.x += if place % 2 == 0 { NUDGE } else { -NUDGE };
+            }
+        }
+        body
+    }
+}
+
+impl Shape {
+    /// Its topology, made if it is not among those that were.
+    pub(super) fn topology(
+        self,
+        made: &mut BTreeMap<Self, Arc<Topology>>,
+    ) -> Result<Arc<Topology>, BenchError> {
+        if let Some(topology) = made.get(&self) {
+            return Ok(topology.clone());
+        }
+        let topology = Arc::new(Topology::new(self.primitive().build()?.shape)?);
+        made.insert(self, topology.clone());
+        Ok(topology)
+    }
+
+    fn primitive(self) -> Primitive {
+        match self {
+            Self::Cloth(side) => Primitive::Cloth {
+                size: Vec2::splat((side - 1) as f32 * CELL),
+                cells: UVec2::splat(side - 1),
+                diagonals: Diagonals::Alternating,
+                shear: true,
+            },
+            Self::Box(cells) => Primitive::Box {
+                size: Vec3::splat(cells as f32 * CELL),
+                cells: UVec3::splat(cells),
+            },
+        }
+    }
+}
+
+fn valid<T>(constant: Result<T, InvalidValue>) -> T {
+    constant.expect("the constants above are within their ranges")
+}

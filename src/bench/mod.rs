@@ -1,0 +1,158 @@
+//! What the solver does in a second on this machine, and what the machine would allow.
+//!
+//! Every body of [`cases`] is stepped on one thread and on all of them, in turn with the
+//! measurements of memory and arithmetic in [`roofline`], round by round: whatever else the machine
+//! does in the meantime falls on all figures alike. A [`Report`] holds medians with their spread, as
+//! a table and as JSON; [`plot`] draws it.
+//!
+//! Only the plain [`World`](crate::solver::World) is measured here, without Bevy. A figure is time
+//! by a wall clock, so no two reports are equal.
+
+pub mod cases;
+pub mod measure;
+pub mod plot;
+pub mod report;
+pub mod roofline;
+mod steps;
+
+pub use cases::{Case, Elastic, Shape};
+pub use measure::Spread;
+pub use report::{Report, Row, Stepped};
+pub use roofline::Roofline;
+
+use crate::{
+    mesh::MeshError,
+    solver::{Threads, ThreadsError, TopologyError},
+};
+use measure::Probe;
+use roofline::{Arithmetic, Memory};
+use std::{collections::BTreeMap, time::Duration};
+use steps::Steps;
+
+/// What to measure and for how long.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// Rounds, each of which measures everything once; 9 by default, from 1.
+    pub rounds: usize,
+    /// How long a figure is measured in a round, at least; 0.12 s by default. A body takes at
+    /// least one tick, however long that is.
+    pub slot: Duration,
+    /// The largest array that memory is measured with [byte]; 256 MiB by default.
+    pub largest: usize,
+    /// What all threads are; 0, the default, for one on each core.
+    pub threads: usize,
+    /// Only cases whose name contains this; all by default.
+    pub only: String,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            rounds: 9,
+            slot: Duration::from_millis(120),
+            largest: 256 << 20,
+            threads: 0,
+            only: String::new(),
+        }
+    }
+}
+
+impl Options {
+    /// Ten seconds instead of a minute; the spread is wider then.
+    #[must_use]
+    pub fn quick() -> Self {
+        Self {
+            rounds: 5,
+            slot: Duration::from_millis(20),
+            largest: 64 << 20,
+            ..Self::default()
+        }
+    }
+}
+
+/// Why nothing can be measured.
+#[derive(Debug, thiserror::Error)]
+pub enum BenchError {
+    /// No case has such a name.
+    #[error("no case has “{only}” in its name; there are {}", names.join(", "))]
+    NoCase {
+        /// What was asked for.
+        only: String,
+        /// All names.
+        names: Vec<String>,
+    },
+    /// The threads cannot be had.
+    #[error(transparent)]
+    Threads(#[from] ThreadsError),
+    /// A shape cannot be made.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// A shape cannot be a body.
+    #[error(transparent)]
+    Topology(#[from] TopologyError),
+}
+
+/// Measures; `progress` is told the share that is done, from 0 to 1.
+///
+/// # Errors
+/// [`BenchError`] before anything is measured.
+pub fn run(options: &Options, mut progress: impl FnMut(f64)) -> Result<Report, BenchError> {
+    let crews = crews(options.threads)?;
+    let counts: Vec<usize> = crews.iter().map(Threads::count).collect();
+    let mut topologies = BTreeMap::new();
+    let mut steps = Vec::new();
+    for case in chosen(&options.only)? {
+        let topology = case.shape.topology(&mut topologies)?;
+        steps.push(Steps::new(case, topology, &crews));
+    }
+    let mut memory: Vec<Memory> = roofline::sizes(options.largest)
+        .map(|bytes| Memory::new(bytes, &counts))
+        .collect();
+    let mut arithmetic = Arithmetic::new(&counts);
+
+    let mut probes: Vec<&mut dyn Probe> = Vec::new();
+    probes.extend(steps.iter_mut().map(|probe| probe as &mut dyn Probe));
+    probes.extend(memory.iter_mut().map(|probe| probe as &mut dyn Probe));
+    probes.push(&mut arithmetic);
+    let mut figures = measure::in_turn(&mut probes, options, &mut progress).into_iter();
+
+    let stepped: Vec<_> = figures.by_ref().take(steps.len()).collect();
+    let remembered: Vec<_> = figures.by_ref().take(memory.len()).collect();
+    let calculated: Vec<Spread> = figures.flatten().collect();
+    let roofline = Roofline::new(options.largest, &counts, &remembered, &calculated);
+    let rows = steps
+        .iter()
+        .zip(stepped)
+        .map(|(steps, figures)| Row::new(steps, &figures, &roofline))
+        .collect();
+    Ok(Report {
+        options: options.clone(),
+        threads: counts,
+        instructions: crate::solver::Instructions::default().name(),
+        roofline,
+        rows,
+    })
+}
+
+/// One thread, and all of them if those are more.
+fn crews(threads: usize) -> Result<Vec<Threads>, ThreadsError> {
+    let (one, all) = (Threads::new(1)?, Threads::new(threads)?);
+    Ok(if all.count() > 1 {
+        vec![one, all]
+    } else {
+        vec![one]
+    })
+}
+
+fn chosen(only: &str) -> Result<Vec<Case>, BenchError> {
+    let (chosen, others): (Vec<_>, Vec<_>) = Case::all()
+        .into_iter()
+        .partition(|case| case.name().contains(only));
+    if chosen.is_empty() {
+        return Err(BenchError::NoCase {
+            only: only.to_owned(),
+            names: others.iter().map(Case::name).collect(),
+        });
+    }
+    Ok(chosen)
+}

@@ -1,0 +1,131 @@
+//! A report as SVG: projections a second over the size of the body, under their roofs.
+
+use super::{Elastic, Report, Row, Shape, Stepped};
+use crate::output::{OutputError, plot::COLOURS};
+use plotters::{coord::Shift, prelude::*};
+use std::path::Path;
+
+const SIZE: (u32, u32) = (1100, 860);
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Failure = Box<dyn std::error::Error>;
+
+/// Writes the plot of a report.
+///
+/// # Errors
+/// [`OutputError`] naming the file and what the system said.
+pub fn write(path: &Path, report: &Report) -> Result<(), OutputError> {
+    draw(path, report).map_err(|error| OutputError::new(path, error))
+}
+
+fn draw(path: &Path, report: &Report) -> Result<(), Failure> {
+    let root = SVGBackend::new(path, SIZE).into_drawing_area();
+    root.fill(&WHITE)?;
+    let title = format!("Projections a second, {} instructions", report.instructions);
+    let root = root.titled(&title, ("sans-serif", 22))?;
+    let alone = |row: &Row, elastic| row.case.elastic == elastic && row.case.bodies == 1;
+    let small = |row: &Row| row.case.elastic == Elastic::Both && row.case.shape == Shape::Box(5);
+    let panels: [(&str, &dyn Fn(&Row) -> bool); 4] = [
+        ("stretch, a cloth", &|row| alone(row, Elastic::Stretch)),
+        ("volume, a box", &|row| alone(row, Elastic::Volume)),
+        ("stretch and volume, a box", &|row| {
+            alone(row, Elastic::Both)
+        }),
+        ("stretch and volume, 1 to 100 small boxes", &small),
+    ];
+    for (area, (caption, belongs)) in root.split_evenly((2, 2)).iter().zip(panels) {
+        let rows: Vec<&Row> = report.rows.iter().filter(|row| belongs(row)).collect();
+        if !rows.is_empty() {
+            panel(area, caption, &rows, &report.threads)?;
+        }
+    }
+    root.present()?;
+    Ok(())
+}
+
+/// Measured medians with their spread as lines and bars; roofs as dashes of the same colour.
+fn panel(area: &Area, caption: &str, rows: &[&Row], threads: &[usize]) -> Result<(), Failure> {
+    let sizes = rows.iter().map(|row| row.particles as f64);
+    let smallest = sizes.clone().fold(f64::INFINITY, f64::min);
+    let largest = sizes.fold(0.0, f64::max);
+    let stepped = || rows.iter().flat_map(|row| &row.stepped);
+    let lowest = stepped().map(|stepped| stepped.millions().low);
+    let highest = stepped().map(|stepped| stepped.roof().max(stepped.millions().high));
+    let (lowest, highest) = (
+        lowest.fold(f64::INFINITY, f64::min),
+        highest.fold(0.0, f64::max),
+    );
+    let mut chart = ChartBuilder::on(area)
+        .caption(caption, ("sans-serif", 16))
+        .margin(12)
+        .x_label_area_size(34)
+        .y_label_area_size(64)
+        .build_cartesian_2d(
+            (smallest / 1.5..largest * 1.5).log_scale(),
+            // Above the highest there is room for the legend.
+            (lowest / 1.5..highest * 8.0).log_scale(),
+        )?;
+    chart
+        .configure_mesh()
+        .x_desc("particles")
+        .y_desc("million projections a second")
+        .light_line_style(WHITE)
+        .x_label_formatter(&|x| format!("{x:.0}"))
+        .y_label_formatter(&|y| format!("{y:.0}"))
+        .label_style(("sans-serif", 13))
+        .axis_desc_style(("sans-serif", 14))
+        .draw()?;
+    for (column, (&threads, colour)) in threads.iter().zip(COLOURS).enumerate() {
+        let over = |figure: fn(&Stepped) -> f64| -> Vec<(f64, f64)> {
+            let point = |row: &&Row| (row.particles as f64, figure(&row.stepped[column]));
+            rows.iter().map(point).collect()
+        };
+        let measured = over(|stepped| stepped.millions().median);
+        let (low, high) = (
+            over(|stepped| stepped.millions().low),
+            over(|stepped| stepped.millions().high),
+        );
+        chart.draw_series(
+            low.into_iter()
+                .zip(high)
+                .map(|(low, high)| PathElement::new([low, high], colour.stroke_width(2))),
+        )?;
+        chart.draw_series(
+            measured
+                .iter()
+                .map(|&point| Circle::new(point, 4, colour.filled())),
+        )?;
+        chart
+            .draw_series(LineSeries::new(measured, colour.stroke_width(2)))?
+            .label(named(threads))
+            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
+        chart
+            .draw_series(DashedLineSeries::new(
+                over(Stepped::roof),
+                8,
+                6,
+                colour.stroke_width(1),
+            ))?
+            .label(format!("roof, {}", named(threads)))
+            .legend(move |(x, y)| {
+                EmptyElement::at((x, y))
+                    + PathElement::new([(0, 0), (7, 0)], colour.stroke_width(1))
+                    + PathElement::new([(11, 0), (18, 0)], colour.stroke_width(1))
+            });
+    }
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::UpperRight)
+        .background_style(WHITE.mix(0.85))
+        .border_style(RGBColor(200, 200, 200))
+        .label_font(("sans-serif", 13))
+        .draw()?;
+    Ok(())
+}
+
+fn named(threads: usize) -> String {
+    match threads {
+        1 => "1 thread".to_owned(),
+        _ => format!("{threads} threads"),
+    }
+}

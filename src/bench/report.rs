@@ -1,0 +1,285 @@
+//! What was measured, as a table for people and as JSON for programs.
+
+use super::{
+    Case, Options, Roofline, Spread,
+    cases::{EDGE_COMPLIANCE, SUBSTEPS},
+    roofline::{Bound, Work},
+    steps::Steps,
+};
+use serde_json::{Value, json};
+use std::fmt::{self, Display, Formatter};
+
+/// All figures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// What was asked for.
+    pub options: Options,
+    /// The numbers of threads that were compared: 1, and all if those are more.
+    pub threads: Vec<usize>,
+    /// The instructions that the solver used.
+    pub instructions: &'static str,
+    /// What the machine would allow.
+    pub roofline: Roofline,
+    /// The cases.
+    pub rows: Vec<Row>,
+}
+
+/// The figures of a case.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// What was stepped.
+    pub case: Case,
+    /// Particles of all bodies.
+    pub particles: usize,
+    /// Constraints of all bodies.
+    pub constraints: usize,
+    /// What a substep of one body touches [byte].
+    pub working_set: usize,
+    /// What a projection does.
+    pub work: Work,
+    /// Time of a projection if its particles were loaded one after the other, at the latency of
+    /// the working set, and nothing else took time [ns]. No bound: a good solver is far below.
+    pub loads_in_turn: f64,
+    /// Whether the bodies came through whole.
+    pub sound: bool,
+    /// For each number of threads.
+    pub stepped: Vec<Stepped>,
+}
+
+/// How fast so many threads were.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stepped {
+    /// How many.
+    pub threads: usize,
+    /// Time of a projection [ns], all threads together: the whole tick over its projections.
+    pub nanoseconds: Spread,
+    /// What the machine would allow them.
+    pub bound: Bound,
+}
+
+impl Stepped {
+    /// Million projections a second.
+    #[must_use]
+    pub fn millions(&self) -> Spread {
+        self.nanoseconds.under(1e3)
+    }
+
+    /// Million projections a second under the roof.
+    #[must_use]
+    pub fn roof(&self) -> f64 {
+        1e3 / self.bound.roof()
+    }
+
+    /// How much of what the machine would allow is reached.
+    #[must_use]
+    pub fn share(&self) -> f64 {
+        self.bound.roof() / self.nanoseconds.median
+    }
+}
+
+impl Row {
+    pub(super) fn new(steps: &Steps, figures: &[Spread], roofline: &Roofline) -> Self {
+        let (case, working_set) = (steps.case, steps.working_set());
+        let work = Work::new(steps.constraints(), working_set);
+        let stepped = roofline.limits.iter().zip(figures);
+        Self {
+            case,
+            particles: steps.topology.particles() * case.bodies,
+            constraints: steps.projections() / SUBSTEPS as usize,
+            working_set,
+            work,
+            loads_in_turn: roofline.in_turn(work.loads, working_set),
+            sound: steps.sound(),
+            stepped: stepped
+                .map(|(limits, &nanoseconds)| Stepped {
+                    threads: limits.threads,
+                    nanoseconds,
+                    // As many bodies are under way as there are threads to step them.
+                    bound: limits.bound(&work, working_set * case.bodies.min(limits.threads)),
+                })
+                .collect(),
+        }
+    }
+}
+
+impl Report {
+    /// Whether all bodies came through whole; figures of others mean nothing.
+    #[must_use]
+    pub fn sound(&self) -> bool {
+        self.rows.iter().all(|row| row.sound)
+    }
+
+    /// The object that `pliant bench --json` prints.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "os": std::env::consts::OS,
+            "architecture": std::env::consts::ARCH,
+            "instructions": self.instructions,
+            "threads": self.threads,
+            "rounds": self.options.rounds,
+            "slot_s": self.options.slot.as_secs_f64(),
+            "substeps": SUBSTEPS,
+            "edge_compliance_m_per_n": EDGE_COMPLIANCE,
+            "sound": self.sound(),
+            "cases": self.rows.iter().map(row).collect::<Vec<_>>(),
+            "roofline": roofline(&self.roofline),
+        })
+    }
+}
+
+fn spread(spread: &Spread) -> Value {
+    json!({ "low": spread.low, "median": spread.median, "high": spread.high })
+}
+
+fn row(row: &Row) -> Value {
+    let stepped = |stepped: &Stepped| {
+        json!({
+            "threads": stepped.threads,
+            "million_projections_per_s": spread(&stepped.millions()),
+            "ns_per_projection": spread(&stepped.nanoseconds),
+            "memory_bound_ns": stepped.bound.memory,
+            "arithmetic_bound_ns": stepped.bound.arithmetic,
+            "share_of_bound": stepped.share(),
+        })
+    };
+    json!({
+        "name": row.case.name(),
+        "bodies": row.case.bodies,
+        "particles": row.particles,
+        "constraints": row.constraints,
+        "projections_per_tick": row.constraints * SUBSTEPS as usize,
+        "working_set_bytes": row.working_set,
+        "bytes_per_projection": row.work.bytes,
+        "operations_per_projection": row.work.operations,
+        "loads_in_turn_ns": row.loads_in_turn,
+        "sound": row.sound,
+        "stepped": row.stepped.iter().map(stepped).collect::<Vec<_>>(),
+    })
+}
+
+fn roofline(roofline: &Roofline) -> Value {
+    let by_size = |figures: &[(usize, Spread)], name: &str| -> Vec<Value> {
+        figures
+            .iter()
+            .map(|(bytes, figure)| json!({ "bytes": bytes, name: spread(figure) }))
+            .collect()
+    };
+    json!({
+        "latency": by_size(&roofline.latency, "ns"),
+        "limits": roofline.limits.iter().map(|limits| json!({
+            "threads": limits.threads,
+            "bandwidth": by_size(&limits.bandwidth, "gb_per_s"),
+            "operation_ns": spread(&limits.operation),
+            "root_ns": spread(&limits.root),
+            "quotient_ns": spread(&limits.quotient),
+        })).collect::<Vec<_>>(),
+    })
+}
+
+/// The table.
+impl Display for Report {
+    fn fmt(&self, out: &mut Formatter) -> fmt::Result {
+        writeln!(
+            out,
+            "Million projections a second, with {} instructions: median (lowest–highest) of {} rounds",
+            self.instructions, self.options.rounds
+        )?;
+        writeln!(
+            out,
+            "\n{:<16} {:>9} {:>11} {:>8} {:>7} {:>16} {:>8} {:>8} {:>9} {:>9} {:>6}",
+            "case",
+            "particles",
+            "constraints",
+            "KiB",
+            "threads",
+            "M/s",
+            "ns",
+            "memory",
+            "arithm.",
+            "in turn",
+            "share"
+        )?;
+        for row in &self.rows {
+            self.row(out, row)?;
+        }
+        write!(out, "{LEGEND}")?;
+        self.machine(out)
+    }
+}
+
+const LEGEND: &str = "
+KiB      what a substep of one body touches: 12 bytes an edge, 24 a tetrahedron, 48 a particle
+ns       time of a projection: the whole tick over edges and tetrahedra × substeps
+memory   the least that its bytes take: KiB / constraints / bandwidth at that size [ns]
+arithm.  the least that its operations, or its roots and quotients, take in registers [ns]
+in turn  what its particles would take if each load waited for the last one [ns]; not a bound
+share    the larger of memory and arithm., over ns: 100 % is the roof
+";
+
+impl Report {
+    fn row(&self, out: &mut Formatter, row: &Row) -> fmt::Result {
+        for (place, stepped) in row.stepped.iter().enumerate() {
+            if place == 0 {
+                let (name, size) = (row.case.name(), row.working_set.div_ceil(1024));
+                write!(
+                    out,
+                    "{name:<16} {:>9} {:>11} {size:>8}",
+                    row.particles, row.constraints
+                )?;
+            } else {
+                write!(out, "{:47}", "")?;
+            }
+            let Spread { low, median, high } = stepped.millions();
+            writeln!(
+                out,
+                " {:>7} {:>16} {:>8.2} {:>8.2} {:>9.2} {:>9.2} {:>4.0} %{}",
+                stepped.threads,
+                format!("{median:.0} ({low:.0}–{high:.0})"),
+                stepped.nanoseconds.median,
+                stepped.bound.memory,
+                stepped.bound.arithmetic,
+                row.loads_in_turn,
+                stepped.share() * 100.0,
+                if row.sound { "" } else { "  blew up" },
+            )?;
+        }
+        Ok(())
+    }
+
+    fn machine(&self, out: &mut Formatter) -> fmt::Result {
+        let Roofline { limits, latency } = &self.roofline;
+        writeln!(out, "\nThe machine, best of {} rounds", self.options.rounds)?;
+        write!(out, "{:>10}", "array KiB")?;
+        for limits in limits {
+            write!(out, " {:>18}", on(limits.threads, "GB/s"))?;
+        }
+        writeln!(out, " {:>16}", "ns a random load")?;
+        for (place, (bytes, load)) in latency.iter().enumerate() {
+            write!(out, "{:>10}", bytes / 1024)?;
+            for limits in limits {
+                write!(out, " {:>18.1}", limits.bandwidth[place].1.high)?;
+            }
+            writeln!(out, " {:>16.1}", load.low)?;
+        }
+        for limits in limits {
+            writeln!(
+                out,
+                "{}: {:.4} an addition or multiplication, {:.3} a root, {:.3} a quotient",
+                on(limits.threads, "ns"),
+                limits.operation.low,
+                limits.root.low,
+                limits.quotient.low,
+            )?;
+        }
+        Ok(())
+    }
+}
+
+fn on(threads: usize, unit: &str) -> String {
+    match threads {
+        1 => format!("{unit}, 1 thread"),
+        _ => format!("{unit}, {threads} threads"),
+    }
+}

@@ -1,0 +1,20 @@
+//! The option `--threads`, which the window and the runs share.
+
+use clap::Args;
+use pliant::solver::{Threads, ThreadsError};
+
+/// How many threads to step bodies on.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct ThreadsOption {
+    /// Threads to step bodies on; 0 for one on each core. The figures are the same with any
+    /// number, to the bit
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    threads: usize,
+}
+
+impl ThreadsOption {
+    /// Starts them.
+    pub fn start(self) -> Result<Threads, ThreadsError> {
+        Threads::new(self.threads)
+    }
+}

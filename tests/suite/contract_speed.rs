@@ -1,0 +1,237 @@
+//! Contracts about what makes the solver fast: threads, lanes, memory, allocations. They change
+//! no bit, and cost no more than is said.
+
+#![allow(unsafe_code)]
+
+use crate::{
+    support::{body, elastic_on_ground, settings, stretch, with},
+    support_app::{app_of, ticks},
+};
+use glam::{UVec2, UVec3, Vec2, Vec3};
+use pliant::{
+    mesh::Primitive,
+    scene::{
+        Scene,
+        registry::{BuiltinScene, SCENES},
+    },
+    simulation::{Profile, SolverThreads, state_hash},
+    solver::{
+        Body, Collide, Collider, ColliderShape, Effects, Grab, Instructions, Path, Pose, RestShape,
+        SurfacePoint, Threads, World, memory::solver_bytes,
+    },
+};
+use std::{
+    alloc::{GlobalAlloc, Layout, System},
+    cell::Cell,
+    fs,
+    path::Path as FilePath,
+};
+
+fn solid(cells: u32) -> RestShape {
+    let size = Vec3::splat(0.05 * cells as f32);
+    let cells = UVec3::splat(cells);
+    Primitive::Box { size, cells }.build().expect("sound").shape
+}
+
+fn sheet(side: u32) -> RestShape {
+    Primitive::Cloth {
+        size: Vec2::splat(0.05 * (side - 1) as f32),
+        cells: UVec2::splat(side - 1),
+        diagonals: Default::default(),
+        shear: true,
+    }
+    .build()
+    .expect("sound")
+    .shape
+}
+
+/// Bodies of one band and of many, one of them held, on a ground and against a collider that
+/// moves, with several iterations: whatever threads and lanes have to do with.
+fn crowd() -> World {
+    let mut bodies = Vec::new();
+    let mut block = with(body("block", solid(14), 1000.0), elastic_on_ground());
+    block.translate(Vec3::new(0.0, 0.36, 0.0));
+    let point = SurfacePoint::new(&[(0, 0.5), (7, 0.5)]).expect("sound");
+    block.effects.grab = Some(Grab::on(point, Vec3::new(-0.5, 1.2, 0.1), 343.0, 0.7, 9.81));
+    let cloth = Effects {
+        stretch: stretch(1e-7),
+        collide: Some(Collide::default()),
+        ..Effects::default()
+    };
+    let mut cloth = with(body("cloth", sheet(64), 0.2), cloth);
+    cloth.pins = vec![0, 63];
+    cloth.update_masses();
+    cloth.translate(Vec3::new(5.0, 1.0, 0.0));
+    bodies.extend([block, cloth]);
+    for place in 0..5 {
+        let mut cube = with(body("cube", solid(4), 1000.0), elastic_on_ground());
+        cube.translate(Vec3::new(-3.0 - place as f32, 0.5, 0.0));
+        bodies.push(cube);
+    }
+    let ball = ColliderShape::Sphere { radius: 0.6 };
+    let shake = Path::Oscillate {
+        travel: Vec3::new(0.0, 0.3, 0.4),
+        period: 0.7,
+    };
+    let ball = Collider::moving(ball, Pose::at(Vec3::new(5.0, 0.3, 0.0)), shake).expect("sound");
+    World {
+        settings: settings(9.81, 60.0, 4, 2),
+        bodies,
+        colliders: vec![ball],
+        ..World::default()
+    }
+}
+
+fn run(mut world: World, ticks: u32) -> u64 {
+    (0..ticks).for_each(|_| world.tick());
+    world.state_hash()
+}
+
+/// The same bits on 1, 2, 3 and 8 threads, and twice in a row.
+#[test]
+fn no_number_of_threads_changes_a_bit() {
+    let expected = run(crowd(), 20);
+    for count in [1, 2, 3, 8, 8] {
+        let threads = Threads::new(count).expect("so many can be had");
+        let world = World { threads, ..crowd() };
+        assert_eq!(run(world, 20), expected, "{count} threads");
+    }
+}
+
+/// The same bits with every set of instructions that this machine has, down to none at all.
+#[test]
+fn no_instructions_change_a_bit() {
+    let all = Instructions::all();
+    assert_eq!(all.last().map(|last| last.name()), Some("scalar"));
+    let expected = run(crowd(), 20);
+    for instructions in all {
+        let world = World {
+            instructions,
+            ..crowd()
+        };
+        assert_eq!(run(world, 20), expected, "{}", instructions.name());
+    }
+}
+
+/// Whole ticks at once, substeps by their schedules, and the loop without Bevy: the same bits.
+#[test]
+fn the_schedules_and_the_plan_that_stands_for_them_give_the_same_bits() {
+    let mut plain = crowd();
+    let (mut planned, ..) = app_of(&plain);
+    let (mut scheduled, ..) = app_of(&plain);
+    scheduled.world_mut().resource_mut::<Profile>().by_part = true;
+    for tick in 1..=20 {
+        plain.tick();
+        ticks(&mut planned, 1);
+        ticks(&mut scheduled, 1);
+        let expected = plain.state_hash();
+        assert_eq!(
+            state_hash(planned.world_mut()),
+            expected,
+            "plan, tick {tick}"
+        );
+        assert_eq!(
+            state_hash(scheduled.world_mut()),
+            expected,
+            "schedules, tick {tick}"
+        );
+    }
+}
+
+/// Every built-in scene comes to the same bits on every machine. After a change that is meant to
+/// alter them, `PLIANT_MINT=1 cargo test` writes the file anew, and CHANGELOG.md says why.
+#[test]
+fn every_scene_has_its_golden_hash() {
+    let file = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden_hashes.txt");
+    let mut now = String::new();
+    for BuiltinScene { name, text } in SCENES {
+        let scene = Scene::parse(name, text).expect("sound");
+        let world = scene.build().expect("sound").world;
+        now += &format!("{name} {:016x}\n", run(world, 30));
+    }
+    if std::env::var_os("PLIANT_MINT").is_some() {
+        fs::write(&file, &now).expect("writable");
+    }
+    let golden = fs::read_to_string(&file).expect("it comes with the source");
+    assert_eq!(now, golden, "scene and hash after 30 ticks");
+}
+
+/// At most 48 bytes a particle, 16 an edge and 24 a tetrahedron, times 1.3 for everything else, for
+/// bodies of 333 particles and more.
+#[test]
+fn the_solver_holds_no_more_memory_than_it_says() {
+    let elastic = |shape: RestShape| {
+        let effects = if shape.tetrahedra.is_empty() {
+            Effects {
+                stretch: stretch(1e-6),
+                ..Effects::default()
+            }
+        } else {
+            elastic_on_ground()
+        };
+        let mut body: Body = with(body("body", shape, 1.0), effects);
+        body.begin_tick();
+        body
+    };
+    for shape in [solid(6), solid(20), sheet(21), sheet(64), sheet(200)] {
+        let base = 48 * shape.vertices.len() + 16 * shape.edges.len() + 24 * shape.tetrahedra.len();
+        let bytes = solver_bytes(&[elastic(shape)]);
+        let share = bytes as f64 / base as f64;
+        assert!(share <= 1.3, "{bytes} bytes are {share:.2} times {base}");
+    }
+}
+
+/// Counts what the thread that asks allocates.
+struct Counting;
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+// SAFETY: hands everything on to the system's allocator; counting allocates nothing.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        // SAFETY: the caller's promise.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promise.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Once a scene has settled, a step allocates nothing: neither without Bevy nor, in what is ours,
+/// with it.
+#[test]
+fn a_step_allocates_nothing() {
+    let mut world = crowd();
+    world.sleep.enabled = false;
+    (0..3).for_each(|_| world.tick());
+    let before = ALLOCATIONS.get();
+    (0..5).for_each(|_| world.tick());
+    assert_eq!(ALLOCATIONS.get() - before, 0, "without Bevy");
+
+    // Bevy itself allocates now and then, bodies or not.
+    let in_sixteen_ticks = |world: &World| {
+        let (mut app, ..) = app_of(world);
+        app.insert_resource(SolverThreads(Threads::default()));
+        ticks(&mut app, 16);
+        let before = ALLOCATIONS.get();
+        ticks(&mut app, 16);
+        ALLOCATIONS.get() - before
+    };
+    let empty = World {
+        settings: world.settings,
+        ..World::default()
+    };
+    assert_eq!(
+        in_sixteen_ticks(&world),
+        in_sixteen_ticks(&empty),
+        "with Bevy"
+    );
+}

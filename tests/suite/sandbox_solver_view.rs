@@ -1,0 +1,185 @@
+//! The solver view's pure functions: where a constraint stands, its tint, and the sentence.
+
+use crate::support;
+use bevy::color::{LinearRgba, Oklaba};
+use glam::{UVec2, UVec3, Vec2, Vec3};
+use pliant::{
+    mesh::Primitive,
+    sandbox::{
+        solver_view::{
+            legend::sentence,
+            place::{Place, Summary, Turn, places},
+        },
+        view::SolverView,
+    },
+    solver::{RestShape, Topology, colouring::MOST_COLOURS, lanes::WIDTH, order::Elements},
+};
+use std::collections::BTreeMap;
+
+fn cloth() -> Topology {
+    let shape = Primitive::Cloth {
+        size: Vec2::ONE,
+        cells: UVec2::splat(63),
+        diagonals: Default::default(),
+        shear: true,
+    };
+    Topology::new(shape.build().expect("sound").shape).expect("sound")
+}
+
+fn block() -> Topology {
+    let shape = Primitive::Box {
+        size: Vec3::ONE,
+        cells: UVec3::splat(6),
+    };
+    Topology::new(shape.build().expect("sound").shape).expect("sound")
+}
+
+/// One particle in the middle of more edges than there are colours.
+fn star() -> Topology {
+    let rays = MOST_COLOURS as u32 + 10;
+    let at = |i: u32| Vec3::new((i % 12) as f32, (i / 12) as f32, 0.0);
+    Topology::new(RestShape {
+        vertices: (0..=rays).map(at).collect(),
+        edges: (1..=rays).map(|ray| [0, ray]).collect(),
+        ..RestShape::default()
+    })
+    .expect("sound")
+}
+
+/// What is solved at the same time shares no particle, and no lane is taken twice.
+fn check<const N: usize>(topology: &Topology, elements: &Elements<N>) {
+    let places = places(elements);
+    assert_eq!(places.len(), elements.corners().len());
+    let mut blocks: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
+    let mut touched = BTreeMap::new();
+    for (index, (place, corners)) in places.iter().zip(elements.corners()).enumerate() {
+        let Some(Turn { band, colour }) = place.turn else {
+            continue;
+        };
+        assert_eq!(topology.bands.band_of(corners), Some(band));
+        blocks.entry((band, colour)).or_default().push(place.lane);
+        for corner in corners {
+            let other = touched.insert((band, colour, *corner), index);
+            assert_eq!(other, None, "constraint {index} shares particle {corner}");
+        }
+    }
+    for ((band, colour), lanes) in blocks {
+        for (index, lane) in lanes.into_iter().enumerate() {
+            assert_eq!(lane, index % WIDTH, "in colour {colour} of band {band}");
+        }
+    }
+}
+
+#[test]
+fn a_place_says_what_is_solved_together() {
+    let (cloth, block) = (cloth(), block());
+    assert!(cloth.bands.len() > 1, "it is large enough to be cut");
+    check(&cloth, &cloth.edges.elements);
+    check(&block, &block.edges.elements);
+    check(&block, &block.tetrahedra.elements);
+}
+
+#[test]
+fn what_no_colour_takes_has_no_turn_and_is_white() {
+    let star = star();
+    let places = places(&star.edges.elements);
+    let loose: Vec<&Place> = places.iter().filter(|place| place.turn.is_none()).collect();
+    assert_eq!(loose.len(), 10);
+    for place in loose {
+        for view in [SolverView::Bands, SolverView::Colours] {
+            assert_eq!(place.tint(view, 3), Vec3::ONE);
+        }
+    }
+}
+
+/// Distance of two colours in Oklab; an eye that looks for it tells 0.02 apart.
+fn difference(a: Vec3, b: Vec3) -> f32 {
+    let oklab = |colour: Vec3| {
+        let colour = Oklaba::from(LinearRgba::rgb(colour.x, colour.y, colour.z));
+        Vec3::new(colour.lightness, colour.a, colour.b)
+    };
+    oklab(a).distance(oklab(b))
+}
+
+#[test]
+fn neighbours_are_told_apart() {
+    let place = |band, colour, lane| Place {
+        turn: Some(Turn { band, colour }),
+        lane,
+    };
+    for n in 0..200 {
+        // A band touches the next one; a constraint's neighbours have the colours near its own.
+        for other in n + 1..n + 4 {
+            let bands = [n, other].map(|band| place(band, 0, 0).tint(SolverView::Bands, 0));
+            assert!(difference(bands[0], bands[1]) > 0.1, "bands {n}, {other}");
+            let colours = [n, other].map(|colour| place(0, colour, 0).tint(SolverView::Colours, 0));
+            assert!(
+                difference(colours[0], colours[1]) > 0.1,
+                "colours {n}, {other}"
+            );
+        }
+    }
+    for lane in 0..WIDTH {
+        for other in 0..lane {
+            let lanes = [lane, other].map(|lane| place(0, 0, lane).tint(SolverView::Lanes, 0));
+            assert!(
+                difference(lanes[0], lanes[1]) > 0.1,
+                "lanes {lane}, {other}"
+            );
+        }
+    }
+}
+
+#[test]
+fn each_view_shows_its_own_and_bands_are_counted_on_from_body_to_body() {
+    let place = |band, colour, lane| Place {
+        turn: Some(Turn { band, colour }),
+        lane,
+    };
+    let same = |view, a: Place, b: Place| assert_eq!(a.tint(view, 0), b.tint(view, 0));
+    same(SolverView::Bands, place(2, 0, 0), place(2, 5, 7));
+    same(SolverView::Colours, place(0, 4, 0), place(9, 4, 7));
+    same(SolverView::Lanes, place(0, 0, 6), place(9, 4, 6));
+    let second = place(0, 0, 0).tint(SolverView::Bands, 2);
+    assert_eq!(second, place(2, 0, 0).tint(SolverView::Bands, 0));
+    assert_eq!(
+        place(0, 3, 0).tint(SolverView::Colours, 2),
+        place(0, 3, 0).tint(SolverView::Colours, 0)
+    );
+}
+
+#[test]
+fn the_summary_counts_what_is_solved() {
+    let tetrahedron = Topology::new(support::tetrahedron()).expect("sound");
+    let all = Summary::of(&tetrahedron, true, true);
+    assert_eq!((all.bodies, all.bands, all.loose), (1, 1, 0));
+    // Six edges, of which each shares no particle with one other: three colours of two.
+    assert_eq!((all.edges.constraints, all.edges.colours), (6, 3));
+    assert_eq!(all.edges.share(), Some(6.0 / 24.0));
+    assert_eq!(all.tetrahedra.share(), Some(1.0 / 8.0));
+    let edges = Summary::of(&tetrahedron, true, false);
+    assert_eq!(edges.tetrahedra.share(), None, "volume is off");
+    let both = all.and(edges);
+    assert_eq!((both.bodies, both.bands), (2, 2));
+    assert_eq!(both.edges.constraints, 12);
+    assert_eq!(both.tetrahedra, all.tetrahedra);
+}
+
+#[test]
+fn the_sentence_says_how_many_and_how_full() {
+    let tetrahedron = Topology::new(support::tetrahedron()).expect("sound");
+    let summary = Summary::of(&tetrahedron, true, true);
+    let says = |view, words: &[&str]| {
+        let text = sentence(view, &summary);
+        for word in words {
+            assert!(text.contains(word), "“{word}” is missing: {text}");
+        }
+        assert!(!text.contains("white"), "nothing is loose: {text}");
+    };
+    says(SolverView::Bands, &["1 band in 1 body"]);
+    says(SolverView::Colours, &["edges 3, tetrahedra 1."]);
+    says(SolverView::Lanes, &["edges 25 %, tetrahedra 12 %."]);
+    let star = Summary::of(&star(), true, false);
+    let text = sentence(SolverView::Colours, &star);
+    assert!(text.contains("10 constraints are in no band"), "{text}");
+}

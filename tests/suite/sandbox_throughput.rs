@@ -1,0 +1,124 @@
+//! The figure of projections a second: what it counts, and when there is none.
+
+use crate::support_app::cubes;
+use bevy::{prelude::*, time::TimeUpdateStrategy};
+use pliant::{
+    SoftBodyPlugins,
+    sandbox::throughput::{Throughput, ThroughputPlugin},
+    simulation::{Asleep, Profile, SimulationClock, SoftBody, TickStart, plain},
+    solver::Particles,
+};
+use std::time::Duration;
+
+#[test]
+fn equal_ticks_give_their_own_rate_from_the_first_on() {
+    let mut throughput = Throughput::default();
+    throughput.refresh();
+    assert_eq!(throughput.per_second(), None, "no tick, no figure");
+    for _ in 0..100 {
+        throughput.tick(20_000.0, 1e-4);
+        throughput.refresh();
+        let rate = throughput.per_second().expect("ticks were made");
+        // Each of some hundred operations rounds by 1e-16 at most.
+        assert!((rate / 2e8 - 1.0).abs() < 1e-13, "{rate}");
+    }
+}
+
+#[test]
+fn one_slow_tick_moves_the_figure_a_little_and_many_move_it_there() {
+    let mut throughput = Throughput::default();
+    (0..200).for_each(|_| throughput.tick(20_000.0, 1e-4));
+    throughput.tick(20_000.0, 2e-4);
+    throughput.refresh();
+    let rate = throughput.per_second().expect("ticks were made");
+    assert!((1.8e8..2e8).contains(&rate), "{rate}");
+    (0..200).for_each(|_| throughput.tick(20_000.0, 2e-4));
+    throughput.refresh();
+    let rate = throughput.per_second().expect("ticks were made");
+    // 0.96^200 = 3e-4 is left of what was.
+    assert!((rate / 1e8 - 1.0).abs() < 1e-3, "{rate}");
+}
+
+/// The sandbox's measurement of two cubes, a tick an update.
+fn app() -> (App, Vec<Entity>) {
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, SoftBodyPlugins::new(PostUpdate)))
+        .add_plugins(ThroughputPlugin)
+        .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_nanos(
+            1_000_000_000 / 60 + 1,
+        )));
+    app.finish();
+    app.cleanup();
+    let (bodies, _) = plain::spawn(app.world_mut(), &cubes());
+    // The first update passes no time.
+    app.update();
+    (app, bodies)
+}
+
+/// Makes ticks for half a second, which is longer than the figure stays as it is. Returns the
+/// shortest and the longest real time of a tick [s].
+fn half_a_second(app: &mut App) -> (f64, f64) {
+    let mut range = (f64::INFINITY, 0.0_f64);
+    for _ in 0..30 {
+        app.update();
+        let seconds = app.world().resource::<Profile>().tick().as_secs_f64();
+        range = (range.0.min(seconds), range.1.max(seconds));
+    }
+    range
+}
+
+/// Puts a body to sleep: stopped, as one that moves would wake at once.
+fn lull(app: &mut App, body: Entity) {
+    let mut entity = app.world_mut().entity_mut(body);
+    let start = entity.get::<TickStart>().expect("a body").to_vec();
+    let mut particles = entity.get_mut::<Particles>().expect("a body");
+    particles.positions = start;
+    particles.velocities.fill(Vec4::ZERO);
+    entity.insert(Asleep);
+}
+
+/// The body that sleeps, if one does.
+fn sleeper(app: &mut App) -> Option<Entity> {
+    let mut sleepers = app.world_mut().query_filtered::<Entity, With<Asleep>>();
+    sleepers.iter(app.world()).next()
+}
+
+fn figure(app: &App) -> Option<f64> {
+    app.world().resource::<Throughput>().per_second()
+}
+
+#[test]
+fn the_figure_counts_the_constraints_of_bodies_that_are_awake() {
+    for awake in [2, 1] {
+        let (mut app, bodies) = app();
+        let asleep = (awake == 1).then_some(bodies[1]);
+        if let Some(body) = asleep {
+            lull(&mut app, body);
+        }
+        let (shortest, longest) = half_a_second(&mut app);
+        assert_eq!(asleep, sleeper(&mut app), "nothing else slept or woke");
+        let body = app.world().get::<SoftBody>(bodies[0]).expect("a body");
+        let constraints = body.edges.ends().len() + body.tetrahedra.corners().len();
+        // Four substeps of two iterations.
+        let a_tick = (awake * constraints * 4 * 2) as f64;
+        let rate = figure(&app).expect("bodies are stepped");
+        let between = a_tick / longest..=a_tick / shortest;
+        assert!(between.contains(&rate), "{rate} is not in {between:?}");
+    }
+}
+
+#[test]
+fn there_is_no_figure_while_time_stands_or_all_bodies_sleep() {
+    let (mut app, bodies) = app();
+    half_a_second(&mut app);
+    assert!(figure(&app).is_some());
+    app.world_mut().resource_mut::<SimulationClock>().paused = true;
+    app.update();
+    assert_eq!(figure(&app), None);
+    app.world_mut().resource_mut::<SimulationClock>().paused = false;
+    half_a_second(&mut app);
+    assert!(figure(&app).is_some());
+    bodies.into_iter().for_each(|body| lull(&mut app, body));
+    app.update();
+    assert_eq!(figure(&app), None);
+}
