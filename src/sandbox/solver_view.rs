@@ -179,7 +179,7 @@ fn show(
                     |(_, marks)| marks.summary,
                 ),
         });
-        first_band += body.bands.len();
+        first_band += body.bands.count();
         if !body.is_changed() && there.map(|(_, marks)| marks) == wanted {
             continue;
         }

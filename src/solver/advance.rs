@@ -2,7 +2,7 @@
 //!
 //! Both give the same bits, on any number of threads: see [`phases`](super::phases).
 
-#![allow(unsafe_code)]
+#![allow(unsafe_code, reason = "pieces are handed out by hand")]
 
 use super::{
     Collide, Effects, Ground, Particles, Settings, StickyGround, Substep, Threads, Topology,
@@ -216,7 +216,7 @@ impl Stepper<'_> {
         // SAFETY: pieces of a phase share no particle and no constraint, and a phase begins when
         // all pieces of the one before are done.
         let work = |phase: &Phase, piece: usize| unsafe { context.work(&shared, phase, piece) };
-        if bands.len() > 1 && means.threads.pays(projections) {
+        if bands.count() > 1 && means.threads.pays(projections) {
             let crew = Crew::new();
             means
                 .threads

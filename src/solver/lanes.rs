@@ -8,7 +8,10 @@
 //! the window: [`View::gather`] and [`Window::scatter`] look at all indices of a block with one
 //! comparison before they use them, instead of at each.
 
-#![allow(unsafe_code)]
+#![allow(
+    unsafe_code,
+    reason = "particles are read and written by their address"
+)]
 
 use fearless_simd::{Fallback, Level, f32x4, f32x8, prelude::*};
 use glam::Vec4;

@@ -40,7 +40,7 @@ impl<const N: usize> Elements<N> {
     /// the bands comes first. Returns them with their old numbers.
     #[must_use]
     pub fn new(constraints: &[[u32; N]], bands: &Bands, odd_first: bool) -> (Self, Vec<u32>) {
-        let mut members = vec![Vec::new(); bands.len()];
+        let mut members = vec![Vec::new(); bands.count()];
         let mut loose = Vec::new();
         for (index, corners) in constraints.iter().enumerate() {
             match bands.band_of(corners) {
@@ -56,7 +56,7 @@ impl<const N: usize> Elements<N> {
         let mut painter = Painter::new(bands.particles());
         for half in 0..2 {
             let parity = usize::from(odd_first == (half == 0));
-            for band in (parity..bands.len()).step_by(2) {
+            for band in (parity..bands.count()).step_by(2) {
                 let members = &mut members[band];
                 members.sort_by_key(|&i| constraints[i as usize].iter().min().copied());
                 let colours = painter.paint(constraints, members, &mut loose);
@@ -78,7 +78,7 @@ impl<const N: usize> Elements<N> {
     /// for those added counts on from the old ones.
     #[must_use]
     pub fn edited(&self, removed: &[usize], added: &[[u32; N]], bands: &Bands) -> (Self, Vec<u32>) {
-        let mut arrivals: Vec<Vec<u32>> = vec![Vec::new(); bands.len()];
+        let mut arrivals: Vec<Vec<u32>> = vec![Vec::new(); bands.count()];
         let mut loose = Vec::new();
         for (index, corners) in (self.corners.len() as u32..).zip(added) {
             match bands.band_of(corners) {

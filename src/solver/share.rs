@@ -1,6 +1,10 @@
 //! A body that several threads work on, each on a piece of its own.
 
-#![allow(unsafe_code)]
+#![allow(
+    unsafe_code,
+    clippy::mut_from_ref,
+    reason = "threads get pieces of one borrow that share no element"
+)]
 
 use super::{advance::Stepper, bands::Piece, constraint::grab::Grab, particles::Part};
 use glam::Vec4;
@@ -99,7 +103,6 @@ impl<'a> Shared<'a> {
     ///
     /// # Safety
     /// As long as it lives, nobody else asks for it.
-    #[allow(clippy::mut_from_ref)]
     pub unsafe fn grab(&self) -> &mut Option<Grab> {
         // SAFETY: borrowed by `new`; theirs alone by the caller's promise.
         unsafe { &mut *self.grab }
@@ -109,7 +112,6 @@ impl<'a> Shared<'a> {
 impl Column {
     /// # Safety
     /// As long as the part lives, nobody else asks for one that overlaps it.
-    #[allow(clippy::mut_from_ref)]
     unsafe fn part(&self, range: Range<usize>) -> &mut [f32] {
         if range.start > range.end || range.end > self.len {
             return &mut [];

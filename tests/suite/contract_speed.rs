@@ -1,7 +1,7 @@
 //! Contracts about what makes the solver fast: threads, lanes, memory, allocations. They change
 //! no bit, and cost no more than is said.
 
-#![allow(unsafe_code)]
+#![allow(unsafe_code, reason = "an allocator that counts")]
 
 use crate::{
     support::{body, elastic_on_ground, settings, stretch, with},

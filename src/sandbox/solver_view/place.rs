@@ -109,7 +109,7 @@ impl Summary {
     pub fn of(topology: &Topology, edges: bool, tetrahedra: bool) -> Self {
         let mut all = Self {
             bodies: 1,
-            bands: topology.bands.len(),
+            bands: topology.bands.count(),
             ..Self::default()
         };
         if edges {

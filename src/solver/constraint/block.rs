@@ -4,7 +4,10 @@
 //! an [`Elements`] cannot be changed, and tells for each batch the range of its particles;
 //! [`solve_batch`] refuses particles that do not cover it.
 
-#![allow(unsafe_code)]
+#![allow(
+    unsafe_code,
+    reason = "particles are read and written by their address"
+)]
 
 use super::Multipliers;
 use crate::solver::{
