@@ -55,7 +55,7 @@ impl Wires {
     fn lines(self, body: &SoftBody, drawn: &Drawn) -> Vec<[u32; 2]> {
         match self {
             Self::Triangles => drawn.outline.wires(),
-            Self::Tetrahedra => edges(&body.0.tetrahedra.corners()),
+            Self::Tetrahedra => edges(body.0.tetrahedra.corners()),
         }
     }
 }
