@@ -1,6 +1,8 @@
 //! Steps a body: all substeps of a tick at once, or stage by stage.
 //!
-//! Both give the same bits, on any number of threads: see [`phases`](super::phases).
+//! Both give the same bits, on any number of threads. Work is cut by the body, into
+//! [bands](super::bands): threads take pieces that share no particle, and a particle meets its
+//! tasks in the same order as if each task were done on all of the body before the next begins.
 
 #![allow(unsafe_code, reason = "pieces are handed out by hand")]
 
