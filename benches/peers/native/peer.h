@@ -1,0 +1,45 @@
+// What a peer in C++ offers: the same seven functions, with the peer's name in front.
+// The Rust side is src/native.rs, and the two structs must be the same there.
+#pragma once
+
+#include <cstdint>
+
+// Copies of one body, each moved by its offset. Units are metres, kilograms and seconds.
+struct PeerScene
+{
+    const float *positions;       // 3 for each particle
+    const float *inverse_masses;  // 1 for each particle; 0 is pinned
+    const uint32_t *edges;        // 2 for each edge
+    const uint32_t *tetrahedra;   // 4 for each tetrahedron
+    const uint32_t *triangles;    // 3 for each triangle of the surface
+    const float *offsets;         // 3 for each body
+    uint32_t particle_count;
+    uint32_t edge_count;
+    uint32_t tetrahedron_count;
+    uint32_t triangle_count;
+    uint32_t body_count;
+    uint32_t substeps;            // of a tick
+    uint32_t threads;
+    float edge_compliance;        // [m/N]
+    float edge_softness;          // α/h² over the mean inverse mass
+    float gravity;                // along y [m/s²]
+};
+
+// Constraints that the peer holds after it was built, over all bodies.
+struct PeerCounts
+{
+    uint64_t edges;
+    uint64_t tetrahedra;
+};
+
+#define PEER_DECLARE(name)                                                  \
+    extern "C"                                                              \
+    {                                                                       \
+        const char *name##_version();                                       \
+        void *name##_create(const PeerScene *scene);                        \
+        void name##_destroy(void *world);                                   \
+        void name##_tick(void *world, float seconds);                       \
+        PeerCounts name##_counts(const void *world);                        \
+        void name##_positions(const void *world, float *positions);         \
+        uint32_t name##_particles(const void *world);                       \
+    }

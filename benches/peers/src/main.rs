@@ -1,0 +1,160 @@
+//! Pliant and its peers on the same scenes, in one run.
+//!
+//! [`scenes`] makes the meshes, a [`peer`] builds and ticks them, [`measure`] takes turns and times,
+//! [`sanity`] refuses a run that is no simulation any more, [`table`] writes what was found.
+
+mod machine;
+mod measure;
+#[cfg(any(jolt, bullet))]
+mod native;
+mod peer;
+mod peers;
+mod sanity;
+mod scenes;
+mod table;
+
+use anyhow::{Context, bail};
+use clap::Parser;
+use machine::Machine;
+use measure::Effort;
+use peer::Peer;
+use std::{fs, path::PathBuf, time::Duration};
+use table::{Findings, Participant, Size};
+
+/// Measures Pliant and its peers on the same scenes.
+///
+/// Writes a Markdown table to the standard output, and what it is doing to the standard error.
+#[derive(Parser)]
+#[command(version)]
+struct Arguments {
+    /// Only these peers beside Pliant, for example jolt,rapier
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    only: Vec<String>,
+    /// Only these scenes, for example bunny,cloth64
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    rows: Vec<String>,
+    /// Short rounds, few of them
+    #[arg(long)]
+    quick: bool,
+    /// Rounds [default: 9, or 3 with --quick]
+    #[arg(long)]
+    rounds: Option<u32>,
+    /// Threads of the second column [default: as many as the machine has]
+    #[arg(long)]
+    threads: Option<usize>,
+    /// Also run Newton, with this Python, which has to have it
+    #[arg(long, value_name = "PYTHON", num_args = 0..=1, default_missing_value = "python3")]
+    newton: Option<PathBuf>,
+    /// Also write the table to this file
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Also write everything that was measured to this file, as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+fn main() -> anyhow::Result<()> {
+    let arguments = Arguments::parse();
+    let (mut peers, left_out) = peers::all(arguments.newton.as_deref());
+    for sentence in &left_out {
+        eprintln!("{sentence}");
+    }
+    keep(&mut peers, &arguments.only)?;
+    let rows = rows(&arguments.rows)?;
+    let mut machine = Machine::look();
+    machine.threads = arguments.threads.unwrap_or(machine.threads).max(1);
+    let mut effort = if arguments.quick {
+        Effort {
+            warm_up: 10,
+            rounds: 3,
+            slice: Duration::from_millis(60),
+            budget: Duration::from_secs(4),
+        }
+    } else {
+        Effort {
+            warm_up: 10,
+            rounds: 9,
+            slice: Duration::from_millis(250),
+            budget: Duration::from_secs(20),
+        }
+    };
+    effort.rounds = arguments.rounds.unwrap_or(effort.rounds).max(1);
+
+    let (mut sizes, mut outcomes) = (Vec::new(), Vec::new());
+    for name in rows {
+        let scene = scenes::build(name).with_context(|| format!("scene {name}"))?;
+        eprintln!(
+            "{name}: {} particles, {} edges, {} tetrahedra",
+            scene.particles(),
+            scene.edges(),
+            scene.tetrahedra()
+        );
+        sizes.push(Size {
+            name: scene.name,
+            bodies: scene.offsets.len(),
+            particles: scene.particles(),
+            edges: scene.edges(),
+            tetrahedra: scene.tetrahedra(),
+        });
+        outcomes.extend(measure::measure(&scene, &peers, machine.threads, &effort));
+    }
+    let participants = peers.iter().map(|peer| participant(peer.as_ref())).collect();
+    let findings = Findings {
+        machine,
+        effort,
+        participants,
+        left_out,
+        sizes,
+        outcomes,
+    };
+    let table = findings.markdown()?;
+    print!("{table}");
+    if let Some(file) = &arguments.out {
+        fs::write(file, &table).with_context(|| format!("writing {}", file.display()))?;
+    }
+    if let Some(file) = &arguments.json {
+        let json = serde_json::to_string_pretty(&findings)?;
+        fs::write(file, json).with_context(|| format!("writing {}", file.display()))?;
+    }
+    Ok(())
+}
+
+fn participant(peer: &dyn Peer) -> Participant {
+    Participant {
+        name: peer.name(),
+        version: peer.version(),
+        settings: peer.settings(),
+        parallel: peer.is_parallel(),
+    }
+}
+
+/// Keeps Pliant and those that were named; all if none was.
+fn keep(peers: &mut Vec<Box<dyn Peer>>, names: &[String]) -> anyhow::Result<()> {
+    let is = |peer: &dyn Peer, name: &String| {
+        peer.name().eq_ignore_ascii_case(name)
+            || peer.name().replace(' ', "-").eq_ignore_ascii_case(name)
+    };
+    for name in names {
+        if !peers.iter().any(|peer| is(peer.as_ref(), name)) {
+            let known: Vec<_> = peers.iter().map(|peer| peer.name()).collect();
+            bail!("no peer is called {name}; this build has {}", known.join(", "));
+        }
+    }
+    peers.retain(|peer| {
+        names.is_empty() || peer.name() == "Pliant" || names.iter().any(|name| is(peer.as_ref(), name))
+    });
+    Ok(())
+}
+
+/// The scenes that were named, in their own order; all if none was.
+fn rows(names: &[String]) -> anyhow::Result<Vec<&'static str>> {
+    for name in names {
+        if !scenes::NAMES.contains(&name.as_str()) {
+            bail!("no scene is called {name}; there are {}", scenes::NAMES.join(", "));
+        }
+    }
+    Ok(scenes::NAMES
+        .into_iter()
+        .filter(|scene| names.is_empty() || names.iter().any(|name| name == scene))
+        .collect())
+}

@@ -1,0 +1,53 @@
+//! The peers, one a file, and which of them this build has.
+
+#[cfg(feature = "bullet")]
+mod bullet;
+#[cfg(feature = "jolt")]
+mod jolt;
+mod newton;
+#[cfg(feature = "oxiphysics")]
+mod oxiphysics;
+mod pliant;
+#[cfg(feature = "rapier")]
+mod rapier;
+
+use crate::peer::{Peer, PeerError};
+use std::path::Path;
+
+/// Those that can run, Pliant first, and a sentence for each that cannot.
+#[must_use]
+pub fn all(newton: Option<&Path>) -> (Vec<Box<dyn Peer>>, Vec<String>) {
+    let (mut peers, mut left_out): (Vec<Box<dyn Peer>>, _) =
+        (vec![Box::new(pliant::Pliant)], Vec::new());
+    let mut take = |name: &str, peer: Result<Box<dyn Peer>, PeerError>| match peer {
+        Ok(peer) => peers.push(peer),
+        Err(reason) => left_out.push(format!("{name} is left out: {reason}.")),
+    };
+    take("Rapier", found("Rapier"));
+    #[cfg(feature = "rapier")]
+    take("Rapier FEM", Ok(Box::new(rapier::Rapier::Fem)));
+    for name in ["Jolt", "OxiPhysics", "Bullet"] {
+        take(name, found(name));
+    }
+    if let Some(python) = newton {
+        take("Newton", newton::find(python));
+    }
+    (peers, left_out)
+}
+
+fn found(name: &str) -> Result<Box<dyn Peer>, PeerError> {
+    match name {
+        #[cfg(feature = "rapier")]
+        "Rapier" => Ok(Box::new(rapier::Rapier::Constraints)),
+        #[cfg(feature = "jolt")]
+        "Jolt" => jolt::find(),
+        #[cfg(feature = "oxiphysics")]
+        "OxiPhysics" => Ok(Box::new(oxiphysics::OxiPhysics)),
+        #[cfg(feature = "bullet")]
+        "Bullet" => bullet::find(),
+        _ => Err(PeerError::Missing(format!(
+            "built without the feature `{}`",
+            name.to_lowercase()
+        ))),
+    }
+}

@@ -1,0 +1,184 @@
+//! The scenes: one mesh each, in one or more copies, the same numbers for every peer.
+//!
+//! Everything hangs from one or two pins under gravity, so that no constraint is ever at rest, and
+//! nothing touches anything. Units are metres, kilograms, seconds.
+
+use glam::{DVec3, UVec2, UVec3, Vec2, Vec3};
+use pliant::{
+    mesh::{self, BuildOptions, Diagonals, MeshError, Primitive},
+    solver::RestShape,
+};
+
+/// Ticks a second.
+pub const RATE: f32 = 60.0;
+/// Substeps a tick; each has one sweep over all constraints.
+pub const SUBSTEPS: u32 = 16;
+/// Gravity along y [m/s²].
+pub const GRAVITY: f32 = -9.81;
+/// Mass per m³ of a solid and per m² of a cloth.
+pub const DENSITY: f32 = 1.0;
+/// α/h² of an edge over the inverse mass of a particle of mean mass: at 1 a projection takes two
+/// thirds of the error away, where a rigid edge's takes all. It is above zero for the sake of peers
+/// that solve edges in sorted order, as the meshes have them and as Jolt sorts them: a large cloth
+/// of rigid edges flies apart then, and one with a third of this.
+pub const SOFTNESS: f32 = 1.0;
+
+/// A scene.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    /// What `--rows` takes.
+    pub name: &'static str,
+    /// The mesh of one body.
+    pub shape: RestShape,
+    /// Inverse mass of each particle [1/kg]; 0 is pinned.
+    pub inverse_masses: Vec<f32>,
+    /// The pinned particles.
+    pub pins: Vec<u32>,
+    /// Where the copies of the body stand [m].
+    pub offsets: Vec<Vec3>,
+    /// Of every edge [m/N].
+    pub edge_compliance: f32,
+}
+
+/// The names of all scenes.
+pub const NAMES: [&str; 8] = [
+    "bunny", "bunny10", "bunny100", "block20", "cloth21", "cloth64", "cloth200", "cloth512",
+];
+
+/// Builds the scene of a name.
+///
+/// # Errors
+/// [`MeshError`] of the mesh, or [`MeshError::UnknownAsset`] for a name that is not in [`NAMES`].
+pub fn build(name: &str) -> Result<Scene, MeshError> {
+    match name {
+        "bunny" => Ok(scene("bunny", bunny()?, 1)),
+        "bunny10" => Ok(scene("bunny10", bunny()?, 10)),
+        "bunny100" => Ok(scene("bunny100", bunny()?, 100)),
+        "block20" => Ok(scene("block20", block(20)?, 1)),
+        "cloth21" => Ok(scene("cloth21", cloth(21)?, 1)),
+        "cloth64" => Ok(scene("cloth64", cloth(64)?, 1)),
+        "cloth200" => Ok(scene("cloth200", cloth(200)?, 1)),
+        "cloth512" => Ok(scene("cloth512", cloth(512)?, 1)),
+        unknown => Err(MeshError::UnknownAsset {
+            name: unknown.into(),
+            known: NAMES.join(", "),
+        }),
+    }
+}
+
+/// The Stanford bunny, 1 m long, filled as coarsely as to have some 333 particles.
+fn bunny() -> Result<RestShape, MeshError> {
+    let options = BuildOptions {
+        size: Some(1.0),
+        cells: Some(5),
+        ..BuildOptions::default()
+    };
+    Ok(mesh::build(mesh::asset::load("bunny")?, &options)?.shape)
+}
+
+/// A cube of cells of 5 cm, five tetrahedra each.
+fn block(cells: u32) -> Result<RestShape, MeshError> {
+    let block = Primitive::Box {
+        size: Vec3::splat(cells as f32 * 0.05),
+        cells: UVec3::splat(cells),
+    };
+    Ok(block.build()?.shape)
+}
+
+/// A square cloth of so many particles along a side, 5 cm apart, with both diagonals.
+fn cloth(side: u32) -> Result<RestShape, MeshError> {
+    let cloth = Primitive::Cloth {
+        size: Vec2::splat((side - 1) as f32 * 0.05),
+        cells: UVec2::splat(side - 1),
+        diagonals: Diagonals::default(),
+        shear: true,
+    };
+    Ok(cloth.build()?.shape)
+}
+
+fn scene(name: &'static str, shape: RestShape, copies: usize) -> Scene {
+    let pins = pins(&shape);
+    let masses = masses(&shape);
+    let mean = masses.iter().sum::<f32>() / masses.len() as f32;
+    let mut inverse_masses: Vec<f32> = masses.iter().map(|mass| 1.0 / mass).collect();
+    for &pin in &pins {
+        inverse_masses[pin as usize] = 0.0;
+    }
+    let h = 1.0 / (RATE * SUBSTEPS as f32);
+    let side = (copies as f32).sqrt().ceil() as usize;
+    let place = |copy: usize| Vec3::new((copy % side) as f32, 0.0, (copy / side) as f32) * 3.0;
+    Scene {
+        name,
+        shape,
+        inverse_masses,
+        pins,
+        offsets: (0..copies).map(place).collect(),
+        edge_compliance: SOFTNESS * h * h / mean,
+    }
+}
+
+/// The highest particle to the left and to the right: two corners of a block or a cloth, and the
+/// tip of whatever has one.
+fn pins(shape: &RestShape) -> Vec<u32> {
+    let highest = |lean: f32| {
+        let height = |v: &Vec3| v.y + lean * v.x - 1e-4 * v.z;
+        (0..shape.vertices.len()).max_by(|&a, &b| {
+            height(&shape.vertices[a]).total_cmp(&height(&shape.vertices[b]))
+        })
+    };
+    let mut pins: Vec<u32> = [-1e-3, 1e-3]
+        .into_iter()
+        .filter_map(highest)
+        .map(|pin| pin as u32)
+        .collect();
+    pins.dedup();
+    pins
+}
+
+/// Mass of each particle [kg]: of each element an equal share to each corner.
+fn masses(shape: &RestShape) -> Vec<f32> {
+    let mut masses = vec![0.0_f64; shape.vertices.len()];
+    let at = |i: u32| shape.vertices[i as usize].as_dvec3();
+    let mut share = |corners: &[u32], measure: f64| {
+        for &corner in corners {
+            masses[corner as usize] += measure * f64::from(DENSITY) / corners.len() as f64;
+        }
+    };
+    if shape.tetrahedra.is_empty() {
+        for corners in &shape.triangles {
+            let [a, b, c] = corners.map(at);
+            share(corners, (b - a).cross(c - a).length() / 2.0);
+        }
+    } else {
+        for corners in &shape.tetrahedra {
+            share(corners, volume(corners.map(at)).abs());
+        }
+    }
+    masses.into_iter().map(|mass| mass as f32).collect()
+}
+
+/// Signed volume of a tetrahedron [m³].
+#[must_use]
+pub fn volume([a, b, c, d]: [DVec3; 4]) -> f64 {
+    (b - a).cross(c - a).dot(d - a) / 6.0
+}
+
+impl Scene {
+    /// Particles over all bodies.
+    #[must_use]
+    pub fn particles(&self) -> usize {
+        self.shape.vertices.len() * self.offsets.len()
+    }
+
+    /// Edges over all bodies.
+    #[must_use]
+    pub fn edges(&self) -> u64 {
+        (self.shape.edges.len() * self.offsets.len()) as u64
+    }
+
+    /// Tetrahedra over all bodies.
+    #[must_use]
+    pub fn tetrahedra(&self) -> u64 {
+        (self.shape.tetrahedra.len() * self.offsets.len()) as u64
+    }
+}
