@@ -74,7 +74,9 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> std::io::Result<()> {
     let mut entries: Vec<_> = fs::read_dir(folder)?.collect::<Result<_, _>>()?;
     entries.sort_by_key(fs::DirEntry::path);
     for path in entries.iter().map(fs::DirEntry::path) {
-        let graphics = ["DX12", "MTL", "VK"].iter().any(|name| path.ends_with(name));
+        let graphics = ["DX12", "MTL", "VK"]
+            .iter()
+            .any(|name| path.ends_with(name));
         if path.is_dir() && !graphics {
             collect(&path, files)?;
         } else if path.extension().is_some_and(|extension| extension == "cpp") {
@@ -111,7 +113,9 @@ fn jolt_source() -> Outcome<PathBuf> {
     let manifest = package["manifest_path"]
         .as_str()
         .ok_or("cargo metadata: a package without a path")?;
-    Ok(Path::new(manifest).with_file_name("vendor").join("JoltPhysics"))
+    Ok(Path::new(manifest)
+        .with_file_name("vendor")
+        .join("JoltPhysics"))
 }
 
 fn bullet() -> Outcome<()> {
@@ -127,7 +131,12 @@ fn bullet() -> Outcome<()> {
         .file("native/bullet.cpp")
         .try_compile("pliant_peers_bullet")
         .map_err(|error| format!("our C++ file for it does not compile: {error}"))?;
-    for library in ["BulletSoftBody", "BulletDynamics", "BulletCollision", "LinearMath"] {
+    for library in [
+        "BulletSoftBody",
+        "BulletDynamics",
+        "BulletCollision",
+        "LinearMath",
+    ] {
         println!("cargo::rustc-link-lib={library}");
     }
     Ok(())

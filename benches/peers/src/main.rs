@@ -98,7 +98,10 @@ fn main() -> anyhow::Result<()> {
         });
         outcomes.extend(measure::measure(&scene, &peers, machine.threads, &effort));
     }
-    let participants = peers.iter().map(|peer| participant(peer.as_ref())).collect();
+    let participants = peers
+        .iter()
+        .map(|peer| participant(peer.as_ref()))
+        .collect();
     let findings = Findings {
         machine,
         effort,
@@ -137,11 +140,16 @@ fn keep(peers: &mut Vec<Box<dyn Peer>>, names: &[String]) -> anyhow::Result<()> 
     for name in names {
         if !peers.iter().any(|peer| is(peer.as_ref(), name)) {
             let known: Vec<_> = peers.iter().map(|peer| peer.name()).collect();
-            bail!("no peer is called {name}; this build has {}", known.join(", "));
+            bail!(
+                "no peer is called {name}; this build has {}",
+                known.join(", ")
+            );
         }
     }
     peers.retain(|peer| {
-        names.is_empty() || peer.name() == "Pliant" || names.iter().any(|name| is(peer.as_ref(), name))
+        names.is_empty()
+            || peer.name() == "Pliant"
+            || names.iter().any(|name| is(peer.as_ref(), name))
     });
     Ok(())
 }
@@ -150,7 +158,10 @@ fn keep(peers: &mut Vec<Box<dyn Peer>>, names: &[String]) -> anyhow::Result<()> 
 fn rows(names: &[String]) -> anyhow::Result<Vec<&'static str>> {
     for name in names {
         if !scenes::NAMES.contains(&name.as_str()) {
-            bail!("no scene is called {name}; there are {}", scenes::NAMES.join(", "));
+            bail!(
+                "no scene is called {name}; there are {}",
+                scenes::NAMES.join(", ")
+            );
         }
     }
     Ok(scenes::NAMES

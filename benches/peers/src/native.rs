@@ -159,8 +159,12 @@ impl Run for Native {
     fn report(&mut self) -> Result<Report, PeerError> {
         let world = self.world.as_ptr();
         // SAFETY: the world is alive.
-        let (counts, particles) =
-            unsafe { ((self.functions.counts)(world), (self.functions.particles)(world)) };
+        let (counts, particles) = unsafe {
+            (
+                (self.functions.counts)(world),
+                (self.functions.particles)(world),
+            )
+        };
         let mut positions = vec![0.0_f32; 3 * particles as usize];
         // SAFETY: there is room for three floats of each particle.
         unsafe { (self.functions.positions)(world, positions.as_mut_ptr()) };

@@ -122,9 +122,8 @@ fn scene(name: &'static str, shape: RestShape, copies: usize) -> Scene {
 fn pins(shape: &RestShape) -> Vec<u32> {
     let highest = |lean: f32| {
         let height = |v: &Vec3| v.y + lean * v.x - 1e-4 * v.z;
-        (0..shape.vertices.len()).max_by(|&a, &b| {
-            height(&shape.vertices[a]).total_cmp(&height(&shape.vertices[b]))
-        })
+        (0..shape.vertices.len())
+            .max_by(|&a, &b| height(&shape.vertices[a]).total_cmp(&height(&shape.vertices[b])))
     };
     let mut pins: Vec<u32> = [-1e-3, 1e-3]
         .into_iter()

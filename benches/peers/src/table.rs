@@ -129,7 +129,11 @@ impl Findings {
     }
 
     /// A table with a row for each scene and a column for each peer.
-    fn grid(&self, text: &mut String, cell: &dyn Fn(&Outcome, &Figures) -> String) -> std::fmt::Result {
+    fn grid(
+        &self,
+        text: &mut String,
+        cell: &dyn Fn(&Outcome, &Figures) -> String,
+    ) -> std::fmt::Result {
         write!(text, "| scene |")?;
         for peer in &self.participants {
             write!(text, " {} |", peer.name)?;

@@ -78,8 +78,7 @@ impl Peer for Newton {
             .spawn()
             .map_err(failed)?;
         let pipes = process.stdin.take().zip(process.stdout.take());
-        let (input, output) =
-            pipes.ok_or_else(|| PeerError::Process("it has no pipes".into()))?;
+        let (input, output) = pipes.ok_or_else(|| PeerError::Process("it has no pipes".into()))?;
         let mut running = Running {
             process,
             input,

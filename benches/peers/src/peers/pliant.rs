@@ -43,8 +43,7 @@ impl Peer for Pliant {
         };
         let topology = Topology::new(scene.shape.clone()).map_err(|error| refused(&error))?;
         let topology = Arc::new(topology);
-        let compliance =
-            Compliance::new(scene.edge_compliance).map_err(|error| refused(&error))?;
+        let compliance = Compliance::new(scene.edge_compliance).map_err(|error| refused(&error))?;
         let density = Density::new(DENSITY).map_err(|error| refused(&error))?;
         let mut world = World {
             threads: Threads::new(threads).map_err(|error| refused(&error))?,
