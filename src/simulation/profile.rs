@@ -1,7 +1,24 @@
 //! Where the time of a tick goes.
 
+use crate::solver::advance::{Stage, Watch};
 use bevy::prelude::*;
-use std::time::{Duration, Instant};
+use std::{
+    sync::atomic::{AtomicU64, Ordering},
+    time::{Duration, Instant},
+};
+
+/// Nanoseconds that all threads together spent in each stage.
+#[derive(Debug, Default)]
+pub(super) struct StageWatch([AtomicU64; Stage::ALL.len()]);
+
+impl Watch for StageWatch {
+    fn see(&self, stage: Stage, work: &mut dyn FnMut()) {
+        let started = Instant::now();
+        work();
+        let spent = started.elapsed().as_nanos() as u64;
+        self.0[stage as usize].fetch_add(spent, Ordering::Relaxed);
+    }
+}
 
 /// Real time spent in ticks, and in each effect and stage if `by_part` is on.
 #[derive(Resource, Debug, Clone, Default)]
@@ -25,6 +42,7 @@ impl Profile {
     }
 
     /// Real time of each effect and stage in the last whole tick, in the order in which they ran.
+    /// Where threads worked on several at once, the time is shared out by how long each took them.
     #[must_use]
     pub fn parts(&self) -> &[(&'static str, Duration)] {
         &self.parts
@@ -37,7 +55,10 @@ impl Profile {
         }
         let started = Instant::now();
         work();
-        let spent = started.elapsed();
+        self.add(part, started.elapsed());
+    }
+
+    fn add(&mut self, part: &'static str, spent: Duration) {
         match self
             .running_parts
             .iter_mut()
@@ -45,6 +66,18 @@ impl Profile {
         {
             Some((_, sum)) => *sum += spent,
             None => self.running_parts.push((part, spent)),
+        }
+    }
+
+    /// Shares `spent` out among the stages, by the time that all threads took for each.
+    pub(super) fn share_out(&mut self, spent: Duration, watch: &StageWatch) {
+        let of_stage = |stage: Stage| watch.0[stage as usize].load(Ordering::Relaxed) as f64;
+        let all: f64 = Stage::ALL.into_iter().map(of_stage).sum();
+        for stage in Stage::ALL {
+            let share = of_stage(stage) / all;
+            if share > 0.0 {
+                self.add(stage.name(), spent.mul_f64(share));
+            }
         }
     }
 

@@ -3,14 +3,14 @@
 use super::{
     Asleep, Profile, RestTimer, SimulationClock, SimulationSettings, SoftBody, SolveSchedule,
     SpawnOrder, StepSchedule, SubstepSchedule, SubstepTime, Tick, TickStart, body::Active,
-    quarantine::quarantine,
+    profile::StageWatch, quarantine::quarantine,
 };
 use crate::{
     effect::{self, StretchMultipliers, VolumeMultipliers},
     solver::{
         Collide, Collider, Effects, Grab, Ground, Particles, Settings, SleepSettings, StickyGround,
         Stretch, Substep, Threads, Topology, Volume,
-        advance::{Means, NotFinite, Stage, Stepper},
+        advance::{Means, NotFinite, Stage, Stepper, Watch},
         contact::collider::{Sweep, Swept},
         lanes::Instructions,
     },
@@ -49,6 +49,7 @@ impl CurrentSubstep {
             swept: &self.swept,
             threads,
             instructions: Instructions::default(),
+            watch: None,
         }
     }
 }
@@ -222,7 +223,7 @@ pub(super) fn run_substeps(
         }
         _ => count,
     };
-    let planned = !profile.by_part && effect::is_planned(world);
+    let planned = effect::is_planned(world);
     while next < count {
         if planned {
             let substeps = next..count.min(next + at_once);
@@ -289,9 +290,17 @@ fn advance_all(
             }
         },
     ));
+    let watch = world
+        .resource::<Profile>()
+        .by_part
+        .then(StageWatch::default);
+    let started = Instant::now();
     world.resource_scope(|world, threads: Mut<SolverThreads>| {
         let current = world.resource::<CurrentSubstep>();
-        let means = current.means(&threads);
+        let means = Means {
+            watch: watch.as_ref().map(|watch| watch as &dyn Watch),
+            ..current.means(&threads)
+        };
         let constraints = |job: &Job| job.effects.constraints(&job.topology);
         let all: usize = jobs.iter().map(constraints).sum();
         threads.for_each(jobs, all * substeps.len(), &|job: &mut Job| {
@@ -305,6 +314,10 @@ fn advance_all(
             job.result = stepper.advance(substeps.clone(), &means);
         });
     });
+    if let Some(watch) = &watch {
+        let spent = started.elapsed();
+        world.resource_mut::<Profile>().share_out(spent, watch);
+    }
     let h = world.resource::<UnderWay>().settings.substep_seconds();
     let passed = Duration::from_secs_f64(h * f64::from(substeps.len() as u32));
     world.resource_mut::<Time<SubstepTime>>().advance_by(passed);

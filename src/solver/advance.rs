@@ -8,6 +8,7 @@
 
 use super::{
     Collide, Effects, Ground, Particles, Settings, StickyGround, Substep, Threads, Topology,
+    bands::Piece,
     constraint::{Multipliers, block::solve_batch, stretch, volume},
     contact::{
         collider::{self, Swept},
@@ -21,7 +22,7 @@ use super::{
     share::Shared,
     stages,
 };
-use std::{iter, ops::Range};
+use std::{fmt, iter, ops::Range};
 
 /// What is stepped, wherever its parts are kept.
 #[derive(Debug)]
@@ -49,6 +50,14 @@ pub struct Means<'a> {
     pub threads: &'a Threads,
     /// Instructions to use.
     pub instructions: Instructions,
+    /// Who wants to know how long the stages take; nobody by default, as it is not free.
+    pub watch: Option<&'a dyn Watch>,
+}
+
+/// Sees each piece of work on its way, to time it: the solver has no clock.
+pub trait Watch: fmt::Debug + Sync {
+    /// Does `work`, which is a part of `stage`, on the thread that it is called on.
+    fn see(&self, stage: Stage, work: &mut dyn FnMut());
 }
 
 /// A part of a substep that can be ordered against.
@@ -56,6 +65,8 @@ pub struct Means<'a> {
 pub enum Stage {
     /// Positions are predicted.
     Presolve,
+    /// Sticky ground, at the end of the first stage.
+    StickyGround,
     /// Edges.
     Stretch,
     /// Tetrahedra.
@@ -81,11 +92,24 @@ impl Stage {
         Self::Collide,
     ];
 
+    /// All of them, in the order of a substep.
+    pub const ALL: [Self; 8] = [
+        Self::Presolve,
+        Self::StickyGround,
+        Self::Stretch,
+        Self::Volume,
+        Self::Grab,
+        Self::Ground,
+        Self::Collide,
+        Self::Postsolve,
+    ];
+
     /// The name of the stage or effect.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Presolve => "presolve",
+            Self::StickyGround => "sticky_ground",
             Self::Stretch => "stretch",
             Self::Volume => "volume",
             Self::Grab => "grab",
@@ -113,6 +137,7 @@ impl Stage {
         let one = |present: bool, task, side| [present.then_some((task, side)), None, None];
         match self {
             Self::Presolve => one(true, Task::Begin, Side::Any),
+            Self::StickyGround => one(effects.sticky_ground.is_some(), Task::Stick, Side::Any),
             Self::Stretch if effects.stretch.is_some() => {
                 halves(&topology.edges.elements, Task::Stretch { sweep })
             }
@@ -167,19 +192,26 @@ impl Stepper<'_> {
     pub fn advance(&mut self, substeps: Range<u32>, means: &Means) -> Result<(), NotFinite> {
         let (topology, effects, settings) = (self.topology, *self.effects, means.settings);
         let first = substeps.start;
+        let watched = means.watch.is_some();
         let tasks = substeps.clone().flat_map(|index| {
-            let start = if index == first {
-                Task::Begin
-            } else {
-                Task::Turn { substep: index - 1 }
-            };
             let step = settings.substep(index);
+            // Two stages in one pass cannot be told apart by who watches.
+            let before = index.checked_sub(1).filter(|_| index > first);
+            let turn = before.filter(|_| !watched);
+            let end = before.filter(|_| watched);
+            let end = end.map(|substep| (Task::End { substep }, Side::Any));
+            let start = turn.map_or(Task::Begin, |substep| Task::Turn { substep });
+            let of_stage =
+                move |stage: Stage, iteration| stage.tasks(topology, &effects, &step, iteration);
             let sweeps = (0..step.iterations).flat_map(move |iteration| {
                 Stage::SOLVE
                     .into_iter()
-                    .flat_map(move |stage| stage.tasks(topology, &effects, &step, iteration))
+                    .flat_map(move |stage| of_stage(stage, iteration))
             });
-            iter::once((start, Side::Any)).chain(sweeps)
+            end.into_iter()
+                .chain(iter::once((start, Side::Any)))
+                .chain(of_stage(Stage::StickyGround, 0))
+                .chain(sweeps)
         });
         let sweeps = substeps.len() * settings.iterations.get() as usize;
         let end = substeps
@@ -277,96 +309,105 @@ impl<'a> Context<'a> {
     /// # Safety
     /// Nobody else works on the piece, or on one that shares a particle with it.
     unsafe fn work(&self, shared: &Shared, phase: &Phase, piece: usize) -> Result<(), NotFinite> {
-        let Means {
-            settings,
-            instructions,
-            ..
-        } = *self.means;
+        let watch = self.means.watch;
         let piece = &phase.pieces[piece];
-        let first = piece.particles.start;
         // SAFETY: the caller's promise.
         let mut part = unsafe { shared.part(piece) };
         for &task in phase.tasks() {
-            let part = part.reborrow();
-            match task {
-                Task::Begin => self.begin(part),
-                Task::Turn { substep } => self.turn(part).map_err(|place| NotFinite {
-                    particle: first + place,
-                    substep,
-                })?,
-                Task::End { substep } => {
-                    stages::postsolve(part, self.h, instructions).map_err(|place| NotFinite {
-                        particle: first + place,
-                        substep,
-                    })?;
-                }
-                Task::Stretch { sweep } => {
-                    let elements = &self.topology.edges.elements;
-                    let batch = batch(elements, piece.band, phase.is_whole());
-                    if let (Some(kernel), Some(index)) = (&self.stretch, batch) {
-                        let constraints = elements.batches()[index].constraints();
-                        // SAFETY: a constraint is in one batch, a batch on one piece.
-                        let column = unsafe { shared.stretch(constraints) };
-                        let multipliers = Multipliers::of_sweep(column, sweep);
-                        let particles = (part.positions, &*part.previous, first);
-                        solve_batch(kernel, index, particles, multipliers, instructions);
-                    }
-                }
-                Task::Volume { sweep } => {
-                    let elements = &self.topology.tetrahedra.elements;
-                    let batch = batch(elements, piece.band, phase.is_whole());
-                    if let (Some(kernel), Some(index)) = (&self.volume, batch) {
-                        let constraints = elements.batches()[index].constraints();
-                        // SAFETY: as above.
-                        let column = unsafe { shared.volume(constraints) };
-                        let multipliers = Multipliers::of_sweep(column, sweep);
-                        let particles = (part.positions, &*part.previous, first);
-                        solve_batch(kernel, index, particles, multipliers, instructions);
-                    }
-                }
-                Task::Grab { substep, iteration } => {
-                    // SAFETY: a hand is on the whole body, which is one piece.
-                    if let Some(grab) = unsafe { shared.grab() } {
-                        let place = (substep, settings.substeps.get());
-                        grab.solve(part.positions, part.previous, self.h, place, iteration);
-                    }
-                }
-                Task::Ground => {
-                    if let Some(ground) = &self.ground {
-                        ground::solve(part, ground, self.h, settings.gravity);
-                    }
-                }
-                Task::Collide { substep } => {
-                    if let Some(collide) = &self.collide {
-                        self.collide(part, collide, substep);
-                    }
-                }
-            }
+            let Some(watch) = watch else {
+                // SAFETY: the caller's promise.
+                unsafe { self.task(task, shared, phase, piece, part.reborrow())? };
+                continue;
+            };
+            let mut result = Ok(());
+            watch.see(task.stage(), &mut || {
+                // SAFETY: the caller's promise.
+                result = unsafe { self.task(task, shared, phase, piece, part.reborrow()) };
+            });
+            result?;
         }
         Ok(())
     }
 
-    fn begin(&self, mut part: Part) {
+    /// Does one of them.
+    ///
+    /// # Safety
+    /// As of [`work`](Self::work).
+    unsafe fn task(
+        &self,
+        task: Task,
+        shared: &Shared,
+        phase: &Phase,
+        piece: &Piece,
+        part: Part,
+    ) -> Result<(), NotFinite> {
         let Means {
             settings,
             instructions,
             ..
         } = *self.means;
-        stages::presolve(part.reborrow(), self.h, settings.gravity, instructions);
-        if let Some(sticky) = &self.sticky_ground {
-            ground::stick(part, sticky);
-        }
-    }
-
-    fn turn(&self, mut part: Part) -> Result<(), usize> {
-        let Means {
-            settings,
-            instructions,
-            ..
-        } = *self.means;
-        stages::turn(part.reborrow(), self.h, settings.gravity, instructions)?;
-        if let Some(sticky) = &self.sticky_ground {
-            ground::stick(part, sticky);
+        let first = piece.particles.start;
+        let not_finite = |substep| {
+            move |place: usize| NotFinite {
+                particle: first + place,
+                substep,
+            }
+        };
+        match task {
+            Task::Begin => stages::presolve(part, self.h, settings.gravity, instructions),
+            Task::Stick => {
+                if let Some(sticky) = &self.sticky_ground {
+                    ground::stick(part, sticky);
+                }
+            }
+            Task::Turn { substep } => {
+                stages::turn(part, self.h, settings.gravity, instructions)
+                    .map_err(not_finite(substep))?;
+            }
+            Task::End { substep } => {
+                stages::postsolve(part, self.h, instructions).map_err(not_finite(substep))?;
+            }
+            Task::Stretch { sweep } => {
+                let elements = &self.topology.edges.elements;
+                let batch = batch(elements, piece.band, phase.is_whole());
+                if let (Some(kernel), Some(index)) = (&self.stretch, batch) {
+                    let constraints = elements.batches()[index].constraints();
+                    // SAFETY: a constraint is in one batch, a batch on one piece.
+                    let column = unsafe { shared.stretch(constraints) };
+                    let multipliers = Multipliers::of_sweep(column, sweep);
+                    let particles = (part.positions, &*part.previous, first);
+                    solve_batch(kernel, index, particles, multipliers, instructions);
+                }
+            }
+            Task::Volume { sweep } => {
+                let elements = &self.topology.tetrahedra.elements;
+                let batch = batch(elements, piece.band, phase.is_whole());
+                if let (Some(kernel), Some(index)) = (&self.volume, batch) {
+                    let constraints = elements.batches()[index].constraints();
+                    // SAFETY: as above.
+                    let column = unsafe { shared.volume(constraints) };
+                    let multipliers = Multipliers::of_sweep(column, sweep);
+                    let particles = (part.positions, &*part.previous, first);
+                    solve_batch(kernel, index, particles, multipliers, instructions);
+                }
+            }
+            Task::Grab { substep, iteration } => {
+                // SAFETY: a hand is on the whole body, which is one piece.
+                if let Some(grab) = unsafe { shared.grab() } {
+                    let place = (substep, settings.substeps.get());
+                    grab.solve(part.positions, part.previous, self.h, place, iteration);
+                }
+            }
+            Task::Ground => {
+                if let Some(ground) = &self.ground {
+                    ground::solve(part, ground, self.h, settings.gravity);
+                }
+            }
+            Task::Collide { substep } => {
+                if let Some(collide) = &self.collide {
+                    self.collide(part, collide, substep);
+                }
+            }
         }
         Ok(())
     }

@@ -4,9 +4,8 @@
 //! width is the same on every machine, so that the order of operations on each particle is too:
 //! where registers are narrower, one operation here is two or eight there, with the same bits.
 //!
-//! This is the only file of the solver with `unsafe` in it. What it guards is that no index leaves
-//! the window: [`View::gather`] and [`Window::scatter`] look at all indices of a block with one
-//! comparison before they use them, instead of at each.
+//! [`gather`] and [`scatter`] look at no index: their caller has done so, once for all blocks of a
+//! batch.
 
 #![allow(
     unsafe_code,

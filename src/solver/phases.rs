@@ -10,7 +10,10 @@
 //! A particle meets its tasks in the same order as if each task were done on all of the body
 //! before the next one begins.
 
-use super::bands::{Bands, Piece};
+use super::{
+    advance::Stage,
+    bands::{Bands, Piece},
+};
 use std::iter::Peekable;
 
 /// What is done with a piece.
@@ -18,6 +21,8 @@ use std::iter::Peekable;
 pub(super) enum Task {
     /// First stage.
     Begin,
+    /// What touches sticky ground goes back to where it was.
+    Stick,
     /// Third stage.
     End { substep: u32 },
     /// Third stage of a substep and first stage of the next.
@@ -32,6 +37,22 @@ pub(super) enum Task {
     Ground,
     /// Colliders.
     Collide { substep: u32 },
+}
+
+impl Task {
+    /// What it is a part of; a turn counts as the stage that it begins with.
+    pub fn stage(self) -> Stage {
+        match self {
+            Self::Begin => Stage::Presolve,
+            Self::Stick => Stage::StickyGround,
+            Self::Stretch { .. } => Stage::Stretch,
+            Self::Volume { .. } => Stage::Volume,
+            Self::Grab { .. } => Stage::Grab,
+            Self::Ground => Stage::Ground,
+            Self::Collide { .. } => Stage::Collide,
+            Self::Turn { .. } | Self::End { .. } => Stage::Postsolve,
+        }
+    }
 }
 
 /// Pieces that a task is done on.

@@ -52,6 +52,7 @@ impl World {
             swept,
             threads,
             instructions: *instructions,
+            watch: None,
         };
         let step = |body: &mut Body| {
             if body.asleep && wakes(body, swept.whole()) {

@@ -7,6 +7,7 @@ use crate::{
     support::{body, elastic_on_ground, settings, stretch, with},
     support_app::{app_of, ticks},
 };
+use bevy::prelude::{App, IntoScheduleConfigs};
 use glam::{UVec2, UVec3, Vec2, Vec3};
 use pliant::{
     mesh::Primitive,
@@ -14,7 +15,7 @@ use pliant::{
         Scene,
         registry::{BuiltinScene, SCENES},
     },
-    simulation::{Profile, SolverThreads, state_hash},
+    simulation::{Profile, SolvePhase, SolveSchedule, SolverThreads, state_hash},
     solver::{
         Body, Collide, Collider, ColliderShape, Effects, Grab, Instructions, Path, Pose, RestShape,
         SurfacePoint, Threads, World, memory::solver_bytes,
@@ -25,6 +26,7 @@ use std::{
     cell::Cell,
     fs,
     path::Path as FilePath,
+    time::Duration,
 };
 
 fn solid(cells: u32) -> RestShape {
@@ -119,11 +121,15 @@ fn the_schedules_and_the_plan_that_stands_for_them_give_the_same_bits() {
     let mut plain = crowd();
     let (mut planned, ..) = app_of(&plain);
     let (mut scheduled, ..) = app_of(&plain);
-    scheduled.world_mut().resource_mut::<Profile>().by_part = true;
+    // What stands for the schedules does not know a user's system, even one that does nothing.
+    scheduled.add_systems(SolveSchedule, (|| ()).in_set(SolvePhase::User));
+    let (mut watched, ..) = app_of(&plain);
+    watched.world_mut().resource_mut::<Profile>().by_part = true;
     for tick in 1..=20 {
         plain.tick();
         ticks(&mut planned, 1);
         ticks(&mut scheduled, 1);
+        ticks(&mut watched, 1);
         let expected = plain.state_hash();
         assert_eq!(
             state_hash(planned.world_mut()),
@@ -135,7 +141,26 @@ fn the_schedules_and_the_plan_that_stands_for_them_give_the_same_bits() {
             expected,
             "schedules, tick {tick}"
         );
+        assert_eq!(
+            state_hash(watched.world_mut()),
+            expected,
+            "watched, tick {tick}"
+        );
     }
+    let parts = |app: &App| -> Vec<&str> {
+        let profile = app.world().resource::<Profile>();
+        profile.parts().iter().map(|(name, _)| *name).collect()
+    };
+    assert_eq!(parts(&planned), [""; 0], "nobody asked");
+    let profile = watched.world().resource::<Profile>();
+    let spent: Duration = profile.parts().iter().map(|(_, spent)| *spent).sum();
+    assert!(spent <= profile.tick(), "parts are within the tick");
+    scheduled.world_mut().resource_mut::<Profile>().by_part = true;
+    ticks(&mut scheduled, 1);
+    let [mut planned, mut by_schedules] = [parts(&watched), parts(&scheduled)];
+    planned.sort_unstable();
+    by_schedules.sort_unstable();
+    assert_eq!(planned, by_schedules, "the same parts either way");
 }
 
 /// Every built-in scene comes to the same bits on every machine. After a change that is meant to

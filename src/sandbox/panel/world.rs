@@ -71,8 +71,8 @@ fn projections(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
              that are awake, times substeps, times iterations, by the time of a whole tick.",
         );
         ui.weak(
-            "While the panel is open each effect is timed on its own, which costs time: hide the \
-             panel (H) to read in the line above what the solver does undisturbed.",
+            "While the panel is open the parts of a tick are timed, which costs a little: hide it \
+             (H) to read in the line above what the solver does undisturbed.",
         );
     });
 }
