@@ -301,9 +301,10 @@ fn advance_all(
             watch: watch.as_ref().map(|watch| watch as &dyn Watch),
             ..current.means(&threads)
         };
-        let constraints = |job: &Job| job.effects.constraints(&job.topology);
-        let all: usize = jobs.iter().map(constraints).sum();
-        threads.for_each(jobs, all * substeps.len(), &|job: &mut Job| {
+        let sweeps = substeps.len() * current.settings.iterations.get() as usize;
+        let load = |job: &Job| job.effects.load(&job.topology, sweeps);
+        threads.for_each(jobs, load, &|job: &mut Job, threads: &Threads| {
+            let means = Means { threads, ..means };
             let mut stepper = Stepper {
                 topology: &job.topology,
                 particles: &mut job.particles,

@@ -252,9 +252,7 @@ impl Stepper<'_> {
         let work = |phase: &Phase, piece: usize| unsafe { context.work(&shared, phase, piece) };
         if bands.count() > 1 && means.threads.pays(projections) {
             let crew = Crew::new();
-            means
-                .threads
-                .run(|| crew.work(means.threads, phases, &work))
+            crew.work(means.threads, phases, &work)
         } else {
             for phase in phases {
                 for piece in 0..phase.pieces.len() {

@@ -10,7 +10,7 @@ use std::ops::Range;
 pub const SMALLEST_CUT: usize = 2048;
 
 /// Particles of a band, if nothing else decides.
-const USUAL: usize = 1024;
+const USUAL: usize = 256;
 
 /// How the particles of a body are cut.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! A body without Bevy: topology, particles, and the effects that it carries.
 
 use super::{
-    Density, Mass, Particles, Topology,
+    Density, Load, Mass, Particles, Topology,
     advance::{Means, NotFinite, Stage, Stepper},
     constraint::{grab::Grab, stretch::Stretch, volume::Volume},
     contact::{Collide, Ground, StickyGround},
@@ -36,6 +36,15 @@ impl Effects {
             + self
                 .volume
                 .map_or(0, |_| topology.tetrahedra.corners().len())
+    }
+
+    /// What it is to sweep over these constraints so many times.
+    #[must_use]
+    pub fn load(&self, topology: &Topology, sweeps: usize) -> Load {
+        Load {
+            projections: self.constraints(topology) * sweeps,
+            pieces: topology.bands.count(),
+        }
     }
 }
 

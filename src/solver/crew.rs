@@ -14,8 +14,18 @@ use std::sync::{
 /// A body is cut into at most so many pieces.
 pub const MOST_PIECES: usize = 256;
 
-/// Turns of waiting before a thread lets others have its core: some microseconds.
-const PATIENCE: u32 = 4096;
+/// Turns of waiting before a thread lets others have its core: some ten microseconds.
+const PATIENCE: u32 = 256;
+
+/// Waits a turn: at first busily, for what is about to happen; then others may have the core.
+pub(super) fn pause(turns: &mut u32) {
+    *turns += 1;
+    if *turns < PATIENCE {
+        std::hint::spin_loop();
+    } else {
+        std::thread::yield_now();
+    }
+}
 
 /// What the threads of a crew tell each other.
 #[derive(Debug)]
@@ -49,28 +59,10 @@ impl Crew {
         phases: impl Iterator<Item = Phase<'a>> + Clone + Send + Sync,
         work: &(impl Fn(&Phase, usize) -> Result<(), NotFinite> + Sync),
     ) -> Result<(), NotFinite> {
-        self.gather(threads, 0, threads.count(), &phases, work);
+        let count = threads.count();
+        threads.share(&|number| self.member((number, count), phases.clone(), work));
         let mut error = self.error.lock().unwrap_or_else(PoisonError::into_inner);
         error.take().map_or(Ok(()), Err)
-    }
-
-    /// Members number `first` to `count`.
-    fn gather<'a>(
-        &self,
-        threads: &Threads,
-        first: usize,
-        count: usize,
-        phases: &(impl Iterator<Item = Phase<'a>> + Clone + Send + Sync),
-        work: &(impl Fn(&Phase, usize) -> Result<(), NotFinite> + Sync),
-    ) {
-        let member = || self.member((first, count), phases.clone(), work);
-        if first + 1 == count {
-            member();
-        } else {
-            threads.join(member, || {
-                self.gather(threads, first + 1, count, phases, work);
-            });
-        }
     }
 
     fn member<'a>(
@@ -112,12 +104,7 @@ impl Crew {
             if self.failed.load(Ordering::Acquire) < phase {
                 return false;
             }
-            turns += 1;
-            if turns < PATIENCE {
-                std::hint::spin_loop();
-            } else {
-                std::thread::yield_now();
-            }
+            pause(&mut turns);
         }
         self.failed.load(Ordering::Acquire) > phase
     }

@@ -34,6 +34,8 @@ mod shape;
 mod share;
 pub mod stages;
 mod substep;
+#[cfg(feature = "parallel")]
+mod team;
 mod threads;
 pub mod topology;
 mod world;
@@ -55,6 +57,6 @@ pub use quantity::{
 pub use rest::SleepSettings;
 pub use shape::RestShape;
 pub use substep::{Settings, Substep};
-pub use threads::{MOST_THREADS, Threads, ThreadsError, available};
+pub use threads::{Load, MOST_THREADS, Threads, ThreadsError, available};
 pub use topology::{Topology, TopologyError};
 pub use world::World;

@@ -4,13 +4,25 @@
 //! only take pieces that share no particle. Without the feature `parallel` there is one thread.
 
 #[cfg(feature = "parallel")]
+use super::team::Team;
+#[cfg(feature = "parallel")]
 use std::sync::Arc;
+use std::sync::{Mutex, PoisonError};
 
 /// Threads to step bodies with; one by default.
 #[derive(Debug, Clone, Default)]
 pub struct Threads {
     #[cfg(feature = "parallel")]
-    pool: Option<Arc<rayon::ThreadPool>>,
+    team: Option<Arc<Team>>,
+}
+
+/// What there is to do for a body.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Load {
+    /// Projections of constraints.
+    pub projections: usize,
+    /// Into how many pieces it is cut.
+    pub pieces: usize,
 }
 
 /// The threads that were asked for cannot be had.
@@ -44,20 +56,13 @@ impl Threads {
 
     #[cfg(feature = "parallel")]
     fn start(count: usize) -> Result<Self, ThreadsError> {
-        let pool = match count {
-            1 => None,
-            _ => Some(Arc::new(
-                rayon::ThreadPoolBuilder::new()
-                    .num_threads(count)
-                    .thread_name(|index| format!("solver {index}"))
-                    .build()
-                    .map_err(|error| ThreadsError {
-                        count,
-                        reason: error.to_string(),
-                    })?,
-            )),
-        };
-        Ok(Self { pool })
+        let start = || Team::start(count - 1).map(Arc::new);
+        let team = (count > 1).then(start).transpose();
+        let team = team.map_err(|error| ThreadsError {
+            count,
+            reason: error.to_string(),
+        })?;
+        Ok(Self { team })
     }
 
     #[cfg(not(feature = "parallel"))]
@@ -69,10 +74,7 @@ impl Threads {
     #[must_use]
     pub fn count(&self) -> usize {
         #[cfg(feature = "parallel")]
-        return self
-            .pool
-            .as_ref()
-            .map_or(1, |pool| pool.current_num_threads());
+        return self.team.as_ref().map_or(1, |team| team.helpers() + 1);
         #[cfg(not(feature = "parallel"))]
         return 1;
     }
@@ -83,52 +85,51 @@ impl Threads {
         self.count() > 1 && projections > 20_000
     }
 
-    /// Does `work` on one of the threads, so that what it [joins](Self::join) is shared out.
-    pub fn run<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+    /// Calls `work` on the caller's thread with 0, and on the others, as far as they come in time,
+    /// with 1 and so on. It has to do all there is to do whoever comes.
+    pub fn share(&self, work: &(dyn Fn(usize) + Sync)) {
         #[cfg(feature = "parallel")]
-        if let Some(pool) = &self.pool {
-            return pool.install(work);
+        if let Some(team) = &self.team {
+            return team.share(work);
         }
-        work()
+        work(0);
     }
 
-    /// Does both, at the same time if there is a thread for it; to be called in [`run`](Self::run).
-    pub fn join<A: Send, B: Send>(
-        &self,
-        a: impl FnOnce() -> A + Send,
-        b: impl FnOnce() -> B + Send,
-    ) -> (A, B) {
-        #[cfg(feature = "parallel")]
-        if self.pool.is_some() {
-            return rayon::join(a, b);
-        }
-        (a(), b())
-    }
-
-    /// Does the same with each, at the same time if there are threads for it and so many
-    /// projections of constraints are worth it.
+    /// Does `work` with each of the items, which are such loads: with one that can be cut and is a
+    /// large share of all on all threads, with the others on one thread each.
     pub fn for_each<T: Send>(
         &self,
         items: &mut [T],
-        projections: usize,
-        work: &(impl Fn(&mut T) + Sync),
+        load: impl Fn(&T) -> Load + Sync,
+        work: &(impl Fn(&mut T, &Self) + Sync),
     ) {
-        if items.len() > 1 && self.pays(projections) {
-            self.run(|| self.each(items, work));
-        } else {
-            items.iter_mut().for_each(work);
+        let one = Self::default();
+        let projections = |item: &T| load(item).projections;
+        let all: usize = items.iter().map(projections).sum();
+        if !self.pays(all) {
+            return items.iter_mut().for_each(|item| work(item, &one));
         }
-    }
-
-    fn each<T: Send>(&self, items: &mut [T], work: &(impl Fn(&mut T) + Sync)) {
-        match items {
-            [] => {}
-            [one] => work(one),
-            _ => {
-                let (left, right) = items.split_at_mut(items.len() / 2);
-                self.join(|| self.each(left, work), || self.each(right, work));
+        let is_large = |item: &T| {
+            let Load {
+                projections,
+                pieces,
+            } = load(item);
+            pieces > 1 && projections * 2 * self.count() > all
+        };
+        let large = items.iter_mut().filter(|item| is_large(item));
+        large.for_each(|item| work(item, self));
+        let small = items.iter().filter(|item| !is_large(item));
+        if !self.pays(small.map(projections).sum()) {
+            let small = items.iter_mut().filter(|item| !is_large(item));
+            return small.for_each(|item| work(item, &one));
+        }
+        let rest = Mutex::new(items.iter_mut().filter(|item| !is_large(item)));
+        let next = || rest.lock().unwrap_or_else(PoisonError::into_inner).next();
+        self.share(&|_| {
+            while let Some(item) = next() {
+                work(item, &one);
             }
-        }
+        });
     }
 }
 

@@ -2,7 +2,7 @@
 //! the bit.
 
 use super::{
-    Body, Collider, Settings, Threads,
+    Body, Collider, Load, Settings, Threads,
     advance::Means,
     contact::collider::{Sweep, Swept},
     lanes::Instructions,
@@ -54,23 +54,25 @@ impl World {
             instructions: *instructions,
             watch: None,
         };
-        let step = |body: &mut Body| {
+        let step = |body: &mut Body, threads: &Threads| {
             if body.asleep && wakes(body, swept.whole()) {
                 body.asleep = false;
                 body.rest.reset();
             }
             body.begin_tick();
             if body.is_active() {
-                body.advance(&means);
+                body.advance(&Means { threads, ..means });
             }
             if body.is_active() {
                 body.end_tick(seconds as f32, sleep);
             }
         };
-        let active = bodies.iter().filter(|body| body.is_active());
-        let constraints = active.map(|body| body.effects.constraints(&body.topology));
-        let projections = constraints.sum::<usize>() * settings.substeps.get() as usize;
-        threads.for_each(bodies, projections, &step);
+        let sweeps = settings.substeps.get() as usize * settings.iterations.get() as usize;
+        let load = |body: &Body| match body.is_active() {
+            true => body.effects.load(&body.topology, sweeps),
+            false => Load::default(),
+        };
+        threads.for_each(bodies, load, &step);
         self.time += seconds;
         self.tick += 1;
     }
