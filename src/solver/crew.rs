@@ -8,7 +8,7 @@
 use super::{Threads, advance::NotFinite, phases::Phase};
 use std::sync::{
     Mutex, PoisonError,
-    atomic::{AtomicU32, AtomicUsize, Ordering},
+    atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering},
 };
 
 /// A body is cut into at most so many pieces.
@@ -27,11 +27,35 @@ pub(super) fn pause(turns: &mut u32) {
     }
 }
 
+/// The pieces of a phase are dealt out into as many shares as there are threads, up to this.
+const MOST_SHARES: usize = 64;
+
+/// How far one share of the pieces has been taken: the phase, which counts from 1, in the upper
+/// half, and in the lower how many of its pieces. On a cache line of its own, as the thread
+/// whose share it is mostly takes from it alone.
+#[derive(Debug)]
+#[repr(align(128))]
+struct Share(AtomicU64);
+
+impl Share {
+    /// The next of `count` pieces in this phase, if one is left.
+    fn take(&self, phase: u32, count: usize) -> Option<usize> {
+        let first = u64::from(phase) << 32;
+        let take = |taken: u64| {
+            let taken = taken.max(first);
+            (taken < first + count as u64).then_some(taken + 1)
+        };
+        let before = self
+            .0
+            .fetch_update(Ordering::Relaxed, Ordering::Relaxed, take);
+        before.ok().map(|taken| (taken.max(first) - first) as usize)
+    }
+}
+
 /// What the threads of a crew tell each other.
 #[derive(Debug)]
 pub(super) struct Crew {
-    /// For each piece, the last phase in which somebody took it; phases count from 1.
-    taken: [AtomicU32; MOST_PIECES],
+    shares: [Share; MOST_SHARES],
     /// Pieces done in all phases.
     done: AtomicUsize,
     /// The phase in which a piece failed; later ones are not begun.
@@ -42,7 +66,7 @@ pub(super) struct Crew {
 impl Crew {
     pub fn new() -> Self {
         Self {
-            taken: [const { AtomicU32::new(0) }; MOST_PIECES],
+            shares: [const { Share(AtomicU64::new(0)) }; MOST_SHARES],
             done: AtomicUsize::new(0),
             failed: AtomicU32::new(u32::MAX),
             error: Mutex::new(None),
@@ -72,29 +96,29 @@ impl Crew {
         work: &impl Fn(&Phase, usize) -> Result<(), NotFinite>,
     ) {
         let _guard = Guard(self);
+        let shares = members.min(MOST_SHARES);
         let mut all = 0;
         for (number, phase) in (1..).zip(phases) {
             let pieces = phase.pieces.len();
-            let home = pieces * member / members;
-            for piece in (home..pieces).chain(0..home) {
-                if self.take(piece, number) {
-                    if let Err(error) = work(&phase, piece) {
+            let mut done = 0;
+            // Its own share first, so that particles stay in the cache of a core.
+            for share in (0..shares).map(|next| (member + next) % shares) {
+                let first = pieces * share / shares;
+                let count = pieces * (share + 1) / shares - first;
+                while let Some(place) = self.shares[share].take(number, count) {
+                    if let Err(error) = work(&phase, first + place) {
                         self.fail(number, error);
                     }
-                    self.done.fetch_add(1, Ordering::Release);
+                    done += 1;
                 }
             }
+            // Once a phase, not once a piece: each time the line goes from core to core.
+            self.done.fetch_add(done, Ordering::Release);
             all += pieces;
             if !self.wait(all, number) {
                 return;
             }
         }
-    }
-
-    /// Whether the piece is left for the caller in this phase.
-    fn take(&self, piece: usize, phase: u32) -> bool {
-        let taken = &self.taken[piece];
-        taken.load(Ordering::Relaxed) < phase && taken.fetch_max(phase, Ordering::Relaxed) < phase
     }
 
     /// Waits until so many pieces are done; false if a piece of this phase or before failed.
