@@ -119,7 +119,7 @@ fn outline(topology: &Topology, skin: Option<&BodySkin>) -> Outline {
         .copied()
         .fold(f32::MAX, f32::min);
     let radius = (ROPE.0 * topology.size).min(ROPE.1 * shortest);
-    Outline::rope(topology.edges.ends().to_vec(), radius)
+    Outline::rope(topology.edges.ends().collect::<Vec<_>>(), radius)
 }
 
 /// Brings points and normals to where the body is at this instant.

@@ -165,7 +165,7 @@ fn show(
             .into_iter()
             .flatten()
             .find_map(|&child| Some((child, *marks.get(child).ok()?)));
-        let tetrahedra = volume && !body.tetrahedra.corners().is_empty();
+        let tetrahedra = volume && body.tetrahedra.corners().len() > 0;
         let solved = stretch || tetrahedra;
         let wanted = (settings.solver != SolverView::Off && solved).then(|| Marks {
             view: settings.solver,

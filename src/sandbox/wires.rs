@@ -61,10 +61,9 @@ impl Wires {
 }
 
 /// The edges of tetrahedra, each once.
-fn edges(tetrahedra: &[[u32; 4]]) -> Vec<[u32; 2]> {
+fn edges(tetrahedra: impl Iterator<Item = [u32; 4]>) -> Vec<[u32; 2]> {
     let mut edges: Vec<[u32; 2]> = tetrahedra
-        .iter()
-        .flat_map(|&[a, b, c, d]| [[a, b], [a, c], [a, d], [b, c], [b, d], [c, d]])
+        .flat_map(|[a, b, c, d]| [[a, b], [a, c], [a, d], [b, c], [b, d], [c, d]])
         .map(|[a, b]| [a.min(b), a.max(b)])
         .collect();
     edges.sort_unstable();

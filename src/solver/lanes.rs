@@ -12,6 +12,7 @@
     reason = "particles are read and written by their address"
 )]
 
+use super::order::Corner;
 use fearless_simd::{Fallback, Level, f32x4, f32x8, prelude::*};
 use glam::Vec4;
 
@@ -117,11 +118,11 @@ pub type Columns<L> = [f32x8<L>; 4];
 pub unsafe fn gather<L: Lanes, const N: usize>(
     simd: L,
     origin: *const Vec4,
-    corners: &[[u32; N]; WIDTH],
+    corners: &[[Corner; N]; WIDTH],
 ) -> [Columns<L>; N] {
     let row = |lane: usize, corner: usize| {
         // SAFETY: the caller's promise.
-        let particle = unsafe { &*origin.wrapping_add(corners[lane][corner] as usize) };
+        let particle = unsafe { &*origin.wrapping_byte_add(corners[lane][corner].offset()) };
         f32x4::simd_from(simd, particle.to_array())
     };
     let mut columns = [[f32x8::splat(simd, 0.0); 4]; N];
@@ -145,13 +146,13 @@ pub unsafe fn gather<L: Lanes, const N: usize>(
 pub unsafe fn scatter<L: Lanes, const N: usize>(
     simd: L,
     origin: *mut Vec4,
-    corners: &[[u32; N]; WIDTH],
+    corners: &[[Corner; N]; WIDTH],
     columns: [Columns<L>; N],
     lanes: usize,
 ) {
     let put = |lane: usize, corner: usize, particle: f32x4<L>| {
         if lane < lanes {
-            let place = origin.wrapping_add(corners[lane][corner] as usize);
+            let place = origin.wrapping_byte_add(corners[lane][corner].offset());
             // SAFETY: the caller's promise.
             unsafe { *place = Vec4::from_array(particle.into()) };
         }

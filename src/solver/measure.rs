@@ -85,7 +85,6 @@ pub fn edge_errors(topology: &Topology, positions: &[Vec4]) -> impl Iterator<Ite
     let edges = &topology.edges;
     edges
         .ends()
-        .iter()
         .zip(&edges.rest_length)
         .map(move |(ends, &rest)| {
             let [a, b] = ends.map(|i| positions[i as usize].truncate().as_dvec3());
@@ -95,7 +94,7 @@ pub fn edge_errors(topology: &Topology, positions: &[Vec4]) -> impl Iterator<Ite
 
 /// Signed volume of every tetrahedron [m³], in the order of the topology.
 pub fn tetrahedron_volumes(topology: &Topology, positions: &[Vec4]) -> impl Iterator<Item = f64> {
-    topology.tetrahedra.corners().iter().map(move |corners| {
+    topology.tetrahedra.corners().map(move |corners| {
         super::topology::volume(corners.map(|i| positions[i as usize].truncate().as_dvec3()))
     })
 }
@@ -121,7 +120,6 @@ pub fn inverted(topology: &Topology, positions: &[Vec4]) -> usize {
     topology
         .tetrahedra
         .corners()
-        .iter()
         .zip(&topology.tetrahedra.rest_volume)
         .filter(|&(corners, &rest)| {
             let x = corners.map(|i| positions[i as usize].truncate());

@@ -207,7 +207,7 @@ impl Body {
             self.stretch_multipliers.fill(0.0);
         }
         let topology = Arc::clone(&self.topology);
-        for (index, ends) in topology.edges.ends().iter().enumerate() {
+        for (index, ends) in topology.edges.ends().enumerate() {
             let [a, b] = ends.map(|i| i as usize);
             let rest_length = f64::from(topology.edges.rest_length[index]);
             let d = self.x[b] - self.x[a];
@@ -241,7 +241,7 @@ impl Body {
             self.volume_multipliers.fill(0.0);
         }
         let topology = Arc::clone(&self.topology);
-        for (index, corners) in topology.tetrahedra.corners().iter().enumerate() {
+        for (index, corners) in topology.tetrahedra.corners().enumerate() {
             let corners = corners.map(|i| i as usize);
             let rest_volume = f64::from(topology.tetrahedra.rest_volume[index]);
             let scale = f64::from(topology.tetrahedra.gradient_scale[index]);

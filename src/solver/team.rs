@@ -212,7 +212,7 @@ impl Drop for Recall<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::{panic, time::Duration};
+    use std::time::Duration;
 
     #[test]
     fn work_is_done_whoever_comes_and_the_team_lives_on() {
@@ -273,7 +273,7 @@ mod tests {
                         thread::yield_now();
                     }
                     if member == culprit {
-                        panic::resume_unwind(Box::new("as meant"));
+                        resume_unwind(Box::new("as meant"));
                     }
                 });
             }));

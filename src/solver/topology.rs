@@ -208,7 +208,7 @@ impl Topology {
         match self.dimension {
             Dimension::Solid => {
                 for corners in self.tetrahedra.corners() {
-                    share(corners, volume(corners.map(at)).abs());
+                    share(&corners, volume(corners.map(at)).abs());
                 }
             }
             Dimension::Sheet => {
@@ -220,7 +220,7 @@ impl Topology {
             Dimension::Line => {
                 for corners in self.edges.ends() {
                     let [a, b] = corners.map(at);
-                    share(corners, a.distance(b));
+                    share(&corners, a.distance(b));
                 }
             }
         }
@@ -243,7 +243,7 @@ impl Topology {
 impl Edges {
     /// The two particles of each.
     #[must_use]
-    pub fn ends(&self) -> &[[u32; 2]] {
+    pub fn ends(&self) -> impl ExactSizeIterator<Item = [u32; 2]> + Clone {
         self.elements.corners()
     }
 
@@ -252,8 +252,7 @@ impl Edges {
         Self {
             rest_length: elements
                 .corners()
-                .iter()
-                .map(|&[a, b]| (rest[b as usize] - rest[a as usize]).length())
+                .map(|[a, b]| (rest[b as usize] - rest[a as usize]).length())
                 .collect(),
             elements,
         }
@@ -263,7 +262,7 @@ impl Edges {
 impl Tetrahedra {
     /// The four particles of each.
     #[must_use]
-    pub fn corners(&self) -> &[[u32; 4]] {
+    pub fn corners(&self) -> impl ExactSizeIterator<Item = [u32; 4]> + Clone {
         self.elements.corners()
     }
 
@@ -271,8 +270,7 @@ impl Tetrahedra {
         let (elements, _) = Elements::new(corners, bands, true);
         let rest_volume: Vec<f32> = elements
             .corners()
-            .iter()
-            .map(|&c| volume_and_gradients(c.map(|i| rest[i as usize])).0)
+            .map(|c| volume_and_gradients(c.map(|i| rest[i as usize])).0)
             .collect();
         Self {
             gradient_scale: rest_volume

@@ -51,7 +51,7 @@ fn stretch_equals_the_twin() {
             .iter()
             .map(|x| x.truncate())
             .collect();
-        let ends = body.topology.edges.ends().to_vec();
+        let ends = body.topology.edges.ends().collect::<Vec<_>>();
         let ends = ends.iter().map(|ends| ends.map(|i| i as usize));
         let moving: Vec<bool> = body.particles.positions.iter().map(|x| x.w > 0.0).collect();
         let state = step(world(settings(rate), body));
@@ -85,8 +85,8 @@ fn volume_equals_the_twin() {
         }
         let tetrahedra = body.topology.tetrahedra.clone();
         // Every tenth is in one point, and does not move.
-        for corners in tetrahedra.corners().iter().step_by(10) {
-            for &i in corners {
+        for corners in tetrahedra.corners().step_by(10) {
+            for i in corners {
                 let w = body.particles.positions[i as usize].w;
                 body.particles.positions[i as usize] = Vec3::splat(0.5).extend(w);
                 body.particles.velocities[i as usize] *= 0.0;
@@ -99,7 +99,7 @@ fn volume_equals_the_twin() {
             .map(|x| x.w == 0.0)
             .collect();
         let state = step(world(settings(rate), body));
-        for (index, corners) in tetrahedra.corners().iter().enumerate() {
+        for (index, corners) in tetrahedra.corners().enumerate() {
             let pins = corners.iter().filter(|&&i| pinned[i as usize]).count();
             if index % 10 == 0 && pins > 0 {
                 // Pins and falling corners: whether a gradient is left hangs on the last bits.
@@ -111,7 +111,7 @@ fn volume_equals_the_twin() {
             let gradient = 0.1 * f64::from(tetrahedra.gradient_scale[index]).sqrt();
             let error = f64::from(tetrahedra.rest_volume[index].abs()) + 1.0;
             let tolerance = EPSILON * (64.0 + 16.0 * error / gradient) / gradient;
-            for &i in corners {
+            for i in corners {
                 assert_near(&state, i as usize, tolerance.min(1e-3), rate);
             }
         }

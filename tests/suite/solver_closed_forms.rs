@@ -155,13 +155,7 @@ fn each_link_of_a_hanging_chain_pulls_with_the_weight_below_it() {
     let world = hanging_chain(5, 2e-5, 10);
     let h = world.settings.substep_seconds();
     let body = &world.bodies[0];
-    for (&[upper, _], lambda) in body
-        .topology
-        .edges
-        .ends()
-        .iter()
-        .zip(&body.stretch_multipliers)
-    {
+    for ([upper, _], lambda) in body.topology.edges.ends().zip(&body.stretch_multipliers) {
         let tension = -f64::from(*lambda) / (h * h);
         let below = f64::from(5 - upper);
         assert_relative(

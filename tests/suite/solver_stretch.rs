@@ -194,11 +194,10 @@ fn without_compliance_the_bits_are_those_of_classic_position_based_dynamics() {
     let mut x: Vec<Vec3> = (0..5).map(|i| at(&body, i)).collect();
     for _ in 0..20 {
         // Müller and others 2007: no multiplier, no compliance.
-        for (&[a, b], &rest) in body
+        for ([a, b], &rest) in body
             .topology
             .edges
             .ends()
-            .iter()
             .zip(&body.topology.edges.rest_length)
         {
             let (a, b) = (a as usize, b as usize);

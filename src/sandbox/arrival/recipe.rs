@@ -21,12 +21,13 @@ pub(super) fn body(name: &str, topology: Arc<Topology>) -> Body {
         Dimension::Sheet => 0.3,
         Dimension::Line => 0.1,
     };
-    let edges = &topology.edges.ends();
-    let length = |ends: &[u32; 2]| {
+    let edges = topology.edges.ends();
+    let count = edges.len().max(1);
+    let length = |ends: [u32; 2]| {
         let [a, b] = ends.map(|end| topology.rest[end as usize]);
         a.distance(b)
     };
-    let mean = edges.iter().map(length).sum::<f32>() / edges.len().max(1) as f32;
+    let mean = edges.map(length).sum::<f32>() / count as f32;
     let compliance = match topology.dimension {
         Dimension::Solid => 1.0 / (YOUNG * mean),
         Dimension::Sheet | Dimension::Line => 1e-5,

@@ -12,7 +12,7 @@
 use super::Multipliers;
 use crate::solver::{
     lanes::{Columns, Instructions, Lanes, WIDTH, Work, gather, scatter},
-    order::{Batch, Elements},
+    order::{Batch, Corner, Elements},
 };
 use fearless_simd::{f32x8, prelude::*};
 use glam::Vec4;
@@ -42,7 +42,7 @@ pub(crate) trait Blocks<const N: usize>: Sync {
 #[derive(Debug)]
 pub(crate) struct Block<'a, const N: usize> {
     /// Particles of each.
-    pub corners: &'a [[u32; N]; WIDTH],
+    pub corners: &'a [[Corner; N]; WIDTH],
     /// Number of the first.
     pub first: usize,
     /// How many there are.

@@ -157,9 +157,10 @@ impl Kernel<'_> {
     ) -> ([f32x8<L>; 3], f32x8<L>) {
         let mut d = d.map(<[f32; WIDTH]>::from);
         let mut length = <[f32; WIDTH]>::from(length);
-        for (lane, [a, b]) in block.corners.iter().enumerate() {
+        for (lane, ends) in block.corners.iter().enumerate() {
             if length[lane] == 0.0 {
-                let apart = self.rest[*b as usize] - self.rest[*a as usize];
+                let [a, b] = ends.map(|end| self.rest[end.particle() as usize]);
+                let apart = b - a;
                 let direction = apart.normalize_or_zero();
                 length[lane] = 1.0;
                 for (axis, d) in d.iter_mut().enumerate() {

@@ -202,7 +202,7 @@ impl Kernel<'_> {
         let floor = <[f32; WIDTH]>::from(floor);
         for (lane, corners) in block.corners.iter().enumerate() {
             if weight[lane] < VANISHED * floor[lane] {
-                let rest = corners.map(|i| self.rest[i as usize]);
+                let rest = corners.map(|i| self.rest[i.particle() as usize]);
                 let [_, g1, g2, g3] = volume_and_gradients(rest).1;
                 for (gradient, rest) in gradients.iter_mut().zip([g1, g2, g3]) {
                     for (axis, column) in gradient.iter_mut().enumerate() {
