@@ -1,4 +1,4 @@
-//! What is stepped: effects and bodies, from a few hundred particles to a quarter of a million.
+//! What is stepped: effects and bodies, from a few hundred particles to a million.
 //!
 //! There is no gravity and nothing to touch, so that a tick is projections and the passes over
 //! particles around them, and nothing else. Particles of bodies with edges begin a little off their
@@ -9,8 +9,8 @@ use super::BenchError;
 use crate::{
     mesh::{Diagonals, Primitive},
     solver::{
-        Body, Compliance, Density, Effects, InvalidValue, Stretch, Substeps, Topology, Volume,
-        World,
+        Body, Compliance, Density, Effects, InvalidValue, RestShape, Stretch, Substeps, Topology,
+        Volume, World,
     },
 };
 use glam::{UVec2, UVec3, Vec2, Vec3};
@@ -69,7 +69,7 @@ impl Case {
             shape,
             bodies: 1,
         };
-        let cloths = [21, 64, 200, 512].map(Shape::Cloth);
+        let cloths = [21, 32, 64, 200, 512, 1000].map(Shape::Cloth);
         let boxes = [5, 10, 20, 36].map(Shape::Box);
         let mut all: Vec<Self> = cloths.map(|shape| one(Elastic::Stretch, shape)).into();
         all.extend(boxes.map(|shape| one(Elastic::Volume, shape)));
@@ -142,9 +142,13 @@ impl Shape {
         if let Some(topology) = made.get(&self) {
             return Ok(topology.clone());
         }
-        let topology = Arc::new(Topology::new(self.primitive().build()?.shape)?);
+        let topology = Arc::new(Topology::new(self.rest_shape()?)?);
         made.insert(self, topology.clone());
         Ok(topology)
+    }
+
+    pub(super) fn rest_shape(self) -> Result<RestShape, BenchError> {
+        Ok(self.primitive().build()?.shape)
     }
 
     fn primitive(self) -> Primitive {

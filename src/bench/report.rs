@@ -1,13 +1,16 @@
 //! What was measured, as a table for people and as JSON for programs.
 
 use super::{
-    Case, Options, Roofline, Spread,
+    Case, Elastic, Loading, Options, Roofline, Shape, Spread,
     cases::{EDGE_COMPLIANCE, SUBSTEPS},
     roofline::{Bound, Work},
     steps::Steps,
 };
 use serde_json::{Value, json};
 use std::fmt::{self, Display, Formatter};
+
+/// Particles along a side of the cloth of a thousand.
+const SMALL: u32 = 32;
 
 /// All figures.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,6 +25,8 @@ pub struct Report {
     pub roofline: Roofline,
     /// The cases.
     pub rows: Vec<Row>,
+    /// How long a body of a million tetrahedra takes to get ready, if that was asked for.
+    pub loading: Option<Loading>,
 }
 
 /// The figures of a case.
@@ -109,6 +114,20 @@ impl Report {
         self.rows.iter().all(|row| row.sound)
     }
 
+    /// How many times as long a projection takes on one thread in the largest cloth as in the one
+    /// of a thousand particles, if both were measured.
+    #[must_use]
+    pub fn growth(&self) -> Option<f64> {
+        let cloth = |row: &Row| match row.case.shape {
+            Shape::Cloth(side) if row.case.elastic == Elastic::Stretch => Some(side),
+            _ => None,
+        };
+        let time = |row: &Row| Some(row.stepped.first()?.nanoseconds.median);
+        let small = self.rows.iter().find(|row| cloth(row) == Some(SMALL))?;
+        let large = self.rows.iter().max_by_key(|row| cloth(row))?;
+        (cloth(large)? > SMALL).then_some(time(large)? / time(small)?)
+    }
+
     /// The object that `pliant bench --json` prints.
     #[must_use]
     pub fn json(&self) -> Value {
@@ -123,6 +142,12 @@ impl Report {
             "substeps": SUBSTEPS,
             "edge_compliance_m_per_n": EDGE_COMPLIANCE,
             "sound": self.sound(),
+            "growth": self.growth(),
+            "loading": self.loading.map(|loading| json!({
+                "tetrahedra": loading.tetrahedra,
+                "edges": loading.edges,
+                "seconds": loading.time.as_secs_f64(),
+            })),
             "cases": self.rows.iter().map(row).collect::<Vec<_>>(),
             "roofline": roofline(&self.roofline),
         })
@@ -205,6 +230,23 @@ impl Display for Report {
             self.row(out, row)?;
         }
         write!(out, "{LEGEND}")?;
+        if let Some(growth) = self.growth() {
+            writeln!(
+                out,
+                "\nFrom a thousand particles to the largest cloth, a projection takes {growth:.2} \
+                 times as long on one thread."
+            )?;
+        }
+        if let Some(loading) = &self.loading {
+            writeln!(
+                out,
+                "\nA body of {} tetrahedra and {} edges is numbered, cut into bands and coloured in \
+                 {:.2} s on one thread.",
+                loading.tetrahedra,
+                loading.edges,
+                loading.time.as_secs_f64()
+            )?;
+        }
         self.machine(out)
     }
 }

@@ -7,12 +7,12 @@ use std::{path::PathBuf, process::ExitCode};
 
 /// Measures what the solver does in a second on this machine, and what the machine would allow.
 ///
-/// Takes about a minute. Close what else is running: spread tells how much it disturbed.
+/// Takes a minute or little more. Close what else is running: spread tells how much it disturbed.
 ///
 /// Example: pliant bench --quick --only cloth --svg bench.svg
 #[derive(Debug, Args)]
 pub struct Bench {
-    /// Take about ten seconds instead of a minute
+    /// Take a quarter of a minute, with wider spread; loads no large body
     #[arg(long)]
     quick: bool,
 
@@ -40,6 +40,7 @@ impl Bench {
         }
         let options = Options {
             threads: self.threads,
+            loading: !self.quick && self.only.is_empty(),
             only: self.only,
             ..if self.quick {
                 Options::quick()
