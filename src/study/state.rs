@@ -43,6 +43,15 @@ impl Solver {
         Self::Twin(Box::new(reference::World::of(world)))
     }
 
+    /// The twin of a world, to find where it rests: with multipliers that are
+    /// [kept](reference::World::keeps_multipliers).
+    #[must_use]
+    pub fn relaxed_twin(world: &World) -> Self {
+        let mut twin = reference::World::of(world);
+        twin.keeps_multipliers = true;
+        Self::Twin(Box::new(twin))
+    }
+
     /// A tick of 1/rate seconds.
     pub fn tick(&mut self) {
         match self {
