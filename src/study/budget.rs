@@ -130,8 +130,10 @@ pub fn work(case: &Case, setting: Setting) -> u64 {
 pub fn twin_work(case: &Case) -> u64 {
     let twin = case.problem.twin;
     let each = work(case, Setting::xpbd(twin.substeps, twin.iterations));
-    if case.problem.observe.is_static() {
+    if case.problem.observe.is_static() && twin.keeps_multipliers {
         each * 3 / 4
+    } else if case.problem.observe.is_static() {
+        each * 7 / 4
     } else {
         each * 7
     }

@@ -48,14 +48,20 @@ pub fn converge(case: &Case) -> Result<Converged, StudyError> {
     let Twin {
         substeps,
         iterations,
+        keeps_multipliers,
     } = case.problem.twin;
     let observe = &case.problem.observe;
-    if !observe.is_static() {
-        let mut seen = Vec::new();
+    if !(observe.is_static() && keeps_multipliers) {
+        let (mut seen, mut nearer) = (Vec::new(), None);
         for factor in [1, 2, 4] {
             let setting = Setting::xpbd(substeps * factor, iterations);
             let mut solver = Solver::twin(&setting.applied(&case.world)?);
+            // Rest of a finer step is near that of a coarser one.
+            if let Some(state) = nearer.take() {
+                solver.place(&state);
+            }
             seen.push(observe.run(&mut solver, &case.start, &case.world));
+            nearer = Some(solver.state()).filter(|state| observe.is_static() && state.finite());
         }
         return Ok(limit(&seen, substeps * 4));
     }

@@ -72,6 +72,10 @@ pub struct Twin {
     pub substeps: u32,
     /// Iterations a substep, from 1; 1 by default.
     pub iterations: u32,
+    /// Whether rest is found with multipliers that are kept from substep to substep, as it is by
+    /// default. Where constraints are rigid that can swing ever wider; they are then to begin anew,
+    /// and rest is extrapolated from h, h/2 and h/4 like motion.
+    pub keeps_multipliers: bool,
 }
 
 impl Default for Twin {
@@ -79,6 +83,7 @@ impl Default for Twin {
         Self {
             substeps: 128,
             iterations: 1,
+            keeps_multipliers: true,
         }
     }
 }
@@ -227,6 +232,7 @@ impl Problem {
         let Twin {
             substeps,
             iterations,
+            ..
         } = self.twin;
         if !(1..=2500).contains(&substeps) || !(1..=10_000).contains(&iterations) {
             let message = "the twin takes 1 to 2500 substeps, which are then doubled twice, and 1 to 10 000 iterations";

@@ -112,6 +112,7 @@ fn case_json(result: &CaseResult) -> Value {
         "constraints": result.case.constraints(),
         "answer": result.answer(),
         "order": result.converged.as_ref().and_then(|converged| converged.order),
+        "settled": result.converged.as_ref().map(|converged| converged.settled),
         "uncertainty": result
             .converged
             .as_ref()
@@ -229,12 +230,8 @@ fn row(problem: &ProblemResult, case: &CaseResult, point: &Point) -> [String; CO
     ]
 }
 
-/// The study in a few sentences, one a problem.
+/// The study in a few sentences: where it loses, then a line a problem.
 #[must_use]
 pub fn summary(study: &Study) -> Vec<String> {
-    study
-        .problems
-        .iter()
-        .map(|p| p.problem.name.clone())
-        .collect()
+    words::summary(study)
 }

@@ -351,3 +351,46 @@ impl ProblemResult {
         self.cases.iter().any(|case| case.best().is_some())
     }
 }
+
+impl ProblemResult {
+    /// The finest mesh that errors are known of at more settings than any coarser one; what is
+    /// said of a problem is said of it.
+    #[must_use]
+    pub fn finest_with_errors(&self) -> Option<&CaseResult> {
+        let count = |case: &CaseResult| {
+            let points = case.points.iter();
+            points
+                .filter(|point| point.cost_and_error().is_some())
+                .count()
+        };
+        self.cases
+            .iter()
+            .filter(|case| count(case) > 0)
+            .max_by_key(|case| (count(case), case.case.level))
+    }
+}
+
+impl CaseResult {
+    /// The point of a setting.
+    #[must_use]
+    pub fn point(&self, setting: Setting) -> Option<&Point> {
+        self.points.iter().find(|point| point.setting == setting)
+    }
+
+    /// How far the converged answer itself may be off: 0.01 is 1 %.
+    #[must_use]
+    pub fn doubt(&self) -> Option<f64> {
+        let converged = self.converged.as_ref()?;
+        Some(converged.uncertainty / self.scale?)
+    }
+
+    /// How many machines its times are from.
+    #[must_use]
+    pub fn machines(&self) -> usize {
+        let all = self
+            .points
+            .iter()
+            .filter_map(|point| point.machine.as_ref());
+        all.collect::<std::collections::BTreeSet<_>>().len()
+    }
+}
