@@ -40,7 +40,7 @@ impl Budget {
             substeps: vec![1, 4, 16, 64, 256],
             iterations: vec![1, 4, 16],
             finer: (vec![4, 16, 64], vec![1]),
-            run: 40_000_000,
+            run: 25_000_000,
             twin: 120_000_000,
             tick: 1_000_000,
             rounds: 5,
@@ -89,10 +89,15 @@ impl Budget {
         all
     }
 
-    /// Whether a run at this setting can be afforded.
+    /// Simulated time that a run at this setting may take [s], if it can be afforded: all that is
+    /// observed, or, to come to rest, at least [`LEAST_REST`].
     #[must_use]
-    pub fn affords_run(&self, case: &Case, setting: Setting) -> bool {
-        work(case, setting) <= self.run
+    pub fn run_seconds(&self, case: &Case, setting: Setting) -> Option<f64> {
+        let all = case.problem.observe.seconds();
+        let affordable = all * self.run as f64 / work(case, setting) as f64;
+        let enough =
+            affordable >= all || (case.problem.observe.is_static() && affordable >= LEAST_REST);
+        enough.then_some(affordable.min(all))
     }
 
     /// Whether this setting can be timed.
@@ -113,6 +118,9 @@ impl Budget {
         format!("{self:?}")
     }
 }
+
+/// A body that has less time to come to rest would not [s].
+const LEAST_REST: f64 = 2.0;
 
 /// Work of a run to its end: projections, with what a sweep and a substep take beside them, as
 /// if they were projections too.

@@ -176,6 +176,16 @@ impl Observe {
         }
     }
 
+    /// The same with less time to come to rest, where it is about that.
+    #[must_use]
+    pub fn within(&self, limit: f64) -> Self {
+        let mut shorter = self.clone();
+        if let Self::Rest { seconds, .. } = &mut shorter {
+            *seconds = seconds.min(limit);
+        }
+        shorter
+    }
+
     /// Whether it is about a body at rest.
     #[must_use]
     pub const fn is_static(&self) -> bool {

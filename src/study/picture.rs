@@ -15,7 +15,7 @@ type Failure = Box<dyn std::error::Error>;
 const PANEL: (u32, u32) = (620, 460);
 
 /// Errors below this are drawn at it: no eye needs a millionth of a per cent.
-const LEAST: f64 = 1e-6;
+const LEAST: f64 = 1e-4;
 
 /// Draws a problem; the text of an SVG.
 ///
@@ -64,7 +64,12 @@ fn panel(area: &Area, case: &CaseResult) -> Result<(), Failure> {
         })
     };
     let (fast, slow) = bounds(&mut drawn.iter().map(|point| point.0));
-    let mesh = case.mesh_error.map(height);
+    // Below what is known of the converged answer there is nothing to draw.
+    let known = |error: &f64| {
+        case.doubt()
+            .is_some_and(|doubt| *error > doubt.max(LEAST / 100.0))
+    };
+    let mesh = case.mesh_error.filter(known).map(height);
     let (good, bad) = bounds(&mut drawn.iter().map(|point| point.1).chain(mesh));
     let caption = format!(
         "{}: {} particles, {} constraints",

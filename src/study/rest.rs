@@ -6,7 +6,7 @@
 //! same that it would reach by itself, and so with all the softness of a solver that does too
 //! little.
 
-use super::state::Solver;
+use super::state::{Solver, State};
 
 /// How a search for rest ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,53 +17,60 @@ pub struct Rest {
     pub seconds: f64,
 }
 
-/// A body is at rest when it has moved more slowly than this for [`QUIET`] seconds: sizes a second.
-/// It is not stopped in that time, so a mode of ω that is off by A would reach Aω² · QUIET, and
-/// what is left is below 2e-5/ω² of the size.
-const FAST_SPEED: f64 = 1e-5;
+/// A body is at rest when its mean place over [`WINDOW`] is twice so near to the one before, as a
+/// share of its size (root mean square over particles). A mean, because rounding in f32 makes a
+/// stiff body tremble for ever. Stopped in every second tick of T = 1/60 s, a mode of ω = 3/s that is
+/// off by A would still go 0.075 A in a window, so what is left is some ten times this.
+const FAST_STEP: f64 = 2e-6;
 
 /// The same for the twin, which does not round so early.
-const TWIN_SPEED: f64 = 1e-7;
+const TWIN_STEP: f64 = 2e-8;
 
-/// See [`FAST_SPEED`] [s].
-const QUIET: f64 = 0.5;
+/// See [`FAST_STEP`] [s].
+const WINDOW: f64 = 0.5;
 
 /// Steps until nothing moves, or `seconds` are over. `size` [m] is that of the largest body.
 pub fn find(solver: &mut Solver, size: f64, seconds: f64) -> Rest {
     let tick = solver.settings().tick_seconds();
     let least = match solver {
-        // A particle that hops between two numbers of f32 is at rest.
         Solver::Fast(_) => {
+            // A particle may hop between two numbers of f32.
             let ulp = f64::from(f32::EPSILON) * solver.state().reach();
-            (FAST_SPEED * size).max(ulp / tick)
+            (FAST_STEP * size).max(ulp / 2.0)
         }
-        Solver::Twin(_) => TWIN_SPEED * size,
+        Solver::Twin(_) => TWIN_STEP * size,
     };
-    let quiet_ticks = (QUIET / tick).ceil().max(2.0) as u64;
-    let (mut peak, mut quiet) = (0.0, 0);
+    let window = (WINDOW / tick).ceil().max(2.0) as u64;
     let mut before = solver.state();
-    let ticks = solver.ticks(seconds);
-    for done in 1..=ticks {
+    let (mut peak, mut near) = (0.0, 0);
+    let (mut sum, mut last) = (before.zero(), None::<State>);
+    for done in 1..=solver.ticks(seconds) {
         solver.tick();
         let now = solver.state();
-        let (speed, energy) = now.motion_since(&before, tick);
-        before = now;
-        if !speed.is_finite() {
+        let energy = now.motion_since(&before, tick).1;
+        if !energy.is_finite() {
             break;
         }
-        quiet = if speed <= least { quiet + 1 } else { 0 };
-        if quiet >= quiet_ticks {
-            return Rest {
-                settled: true,
-                seconds: done as f64 * tick,
-            };
-        }
-        if quiet == 0 && energy < peak {
+        if energy < peak {
             solver.stop();
             peak = 0.0;
         } else {
             peak = energy;
         }
+        sum.add(&now);
+        if done % window == 0 {
+            sum.scale(1.0 / window as f64);
+            let step = last.map_or(f64::INFINITY, |last| sum.motion_since(&last, 1.0).0);
+            near = if step <= least { near + 1 } else { 0 };
+            if near == 2 {
+                return Rest {
+                    settled: true,
+                    seconds: done as f64 * tick,
+                };
+            }
+            last = Some(std::mem::replace(&mut sum, before.zero()));
+        }
+        before = now;
     }
     Rest {
         settled: false,

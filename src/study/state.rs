@@ -185,6 +185,30 @@ impl State {
         ((squares / count.max(1) as f64).sqrt(), energy)
     }
 
+    /// The same bodies with every particle at the origin.
+    #[must_use]
+    pub fn zero(&self) -> Self {
+        let mut zero = self.clone();
+        zero.scale(0.0);
+        zero
+    }
+
+    /// Adds the places of another.
+    pub fn add(&mut self, other: &Self) {
+        for (body, other) in self.bodies.iter_mut().zip(&other.bodies) {
+            for (x, other) in body.x.iter_mut().zip(&other.x) {
+                *x += *other;
+            }
+        }
+    }
+
+    /// Scales the places.
+    pub fn scale(&mut self, factor: f64) {
+        for x in self.bodies.iter_mut().flat_map(|body| &mut body.x) {
+            *x *= factor;
+        }
+    }
+
     /// Farthest that a particle is from the origin [m].
     #[must_use]
     pub fn reach(&self) -> f64 {

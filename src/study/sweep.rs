@@ -31,7 +31,7 @@ use std::{
 #[derive(Debug, Clone, Copy)]
 enum Task<'a> {
     Reference(&'a Case),
-    Run(&'a Case, Setting),
+    Run(&'a Case, Setting, f64),
 }
 
 /// Pieces that are there already: of a case its reference (none), its runs, its times.
@@ -109,10 +109,10 @@ fn answers(
             tasks.push((work, Task::Reference(case)));
         }
         for setting in budget.settings(case) {
-            if budget.affords_run(case, setting)
-                && !done.contains(&(case.id(), Some(setting), false))
-            {
-                tasks.push((budget::work(case, setting), Task::Run(case, setting)));
+            let missing = !done.contains(&(case.id(), Some(setting), false));
+            if let Some(seconds) = budget.run_seconds(case, setting).filter(|_| missing) {
+                let work = budget::work(case, setting).min(budget.run);
+                tasks.push((work, Task::Run(case, setting, seconds)));
             }
         }
     }
@@ -160,20 +160,18 @@ fn perform(task: Task, budget: &Budget) -> Result<Record, StudyError> {
                 converged,
             }))
         }
-        Task::Run(case, setting) => Ok(Record::Run(run_one(case, setting)?)),
+        Task::Run(case, setting, seconds) => Ok(Record::Run(run_one(case, setting, seconds)?)),
     }
 }
 
-/// A run at one setting.
+/// A run at one setting, for as long as what is observed takes; to come to rest, `seconds` at most.
 ///
 /// # Errors
 /// [`StudyError::Value`] for settings out of their range.
-pub fn run_one(case: &Case, setting: Setting) -> Result<RunRecord, StudyError> {
+pub fn run_one(case: &Case, setting: Setting, seconds: f64) -> Result<RunRecord, StudyError> {
     let mut solver = Solver::fast(setting.applied(&case.world)?);
-    let observed = case
-        .problem
-        .observe
-        .run(&mut solver, &case.start, &case.world);
+    let observe = case.problem.observe.within(seconds);
+    let observed = observe.run(&mut solver, &case.start, &case.world);
     let residuals = match &solver {
         Solver::Fast(world) => residuals(world),
         Solver::Twin(_) => None,

@@ -93,21 +93,44 @@ fn losses(study: &Study) -> Vec<String> {
             let default = case.point(DEFAULT)?;
             let error = default.error.filter(|&error| error > TARGETS[1])?;
             let ms = best.ms?.median / default.ms?.median;
-            Some((
-                ms,
-                format!(
-                    "{}: the default {} is off by {}; 1 % takes {}, {} times the cost",
-                    problem.problem.title,
-                    DEFAULT_WORDS,
-                    percent(error),
-                    best.setting,
-                    number(ms)
-                ),
-            ))
+            (ms > 1.0).then(|| {
+                (
+                    ms,
+                    format!(
+                        "{}: the default {} is off by {}; 1 % takes {}, {} times the cost",
+                        problem.problem.title,
+                        DEFAULT_WORDS,
+                        percent(error),
+                        best.setting,
+                        number(ms)
+                    ),
+                )
+            })
         })
         .collect();
     slow.sort_by(|a, b| b.0.total_cmp(&a.0));
     sentences.extend(slow.into_iter().take(6).map(|(_, words)| words + "."));
+    let rounded: Vec<String> = study
+        .problems
+        .iter()
+        .filter_map(|problem| {
+            let (best, worst) = floor::turn(problem.finest_with_errors()?)?;
+            Some(format!(
+                "{} ({} at {} substeps, {} at {})",
+                problem.problem.title,
+                percent(best.error?),
+                best.setting.substeps,
+                percent(worst.error?),
+                worst.setting.substeps
+            ))
+        })
+        .collect();
+    if !rounded.is_empty() {
+        sentences.push(format!(
+            "In f32 more substeps make it worse, as ε‖x‖/h grows: {}.",
+            rounded.join("; ")
+        ));
+    }
     let locking: Vec<String> = study
         .problems
         .iter()
