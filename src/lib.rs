@@ -43,6 +43,7 @@
 //! | [`scene`] | scene files, their registry, their acceptance | all above |
 //! | [`output`] | CSV, SVG, JSON | all above |
 //! | [`bench`] | how fast the solver is here, and what the machine would allow | `solver`, `mesh`, `output` |
+//! | [`study`] | what accuracy costs: problems, sweep, Pareto front, report | all above |
 //! | `sandbox` | the window (feature `window`, on by default) | all above |
 //!
 //! # Effects
@@ -79,6 +80,7 @@ pub mod sandbox;
 pub mod scene;
 pub mod simulation;
 pub mod solver;
+pub mod study;
 
 use bevy::{
     app::PluginGroupBuilder,

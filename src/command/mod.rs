@@ -3,6 +3,7 @@
 mod bench;
 mod run;
 mod scenes;
+mod study;
 mod threads;
 mod window;
 
@@ -33,6 +34,7 @@ enum Command {
     Scenes(scenes::Scenes),
     Run(run::RunScene),
     Bench(bench::Bench),
+    Study(study::StudyCommand),
 }
 
 impl CommandLine {
@@ -43,6 +45,7 @@ impl CommandLine {
             Some(Command::Scenes(command)) => command.run(),
             Some(Command::Run(command)) => command.run(),
             Some(Command::Bench(command)) => command.run(),
+            Some(Command::Study(command)) => command.run(),
         }
     }
 }

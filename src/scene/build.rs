@@ -4,8 +4,8 @@ use super::{BodySpec, CameraSpec, ColliderSpec, Look, Pins, Scene, SceneError};
 use crate::{
     mesh::{self, FileMesh, Skin, SoftMesh},
     solver::{
-        Body, Collider, Effects, Pose, Topology, World, contact::pose::rotation_degrees, deform,
-        numbering::Numbering, topology::bounds,
+        Body, Collider, Effects, Particles, Pose, Topology, World, contact::pose::rotation_degrees,
+        deform, measure, numbering::Numbering, topology::bounds,
     },
 };
 use glam::{DVec3, Vec3, Vec4};
@@ -125,6 +125,7 @@ fn check_numbers(spec: &BodySpec) -> Result<(), SceneError> {
         ("position", spec.position),
         ("rotation", spec.rotation),
         ("velocity", spec.velocity),
+        ("spin", spec.spin),
         (
             "spacing",
             spec.copies.map_or(Vec3::ZERO, |copies| copies.spacing),
@@ -204,6 +205,7 @@ fn body(
         .clone_from(&body.particles.positions);
     body.tick_start.clone_from(&body.particles.positions);
     body.set_velocity(spec.velocity);
+    turn_by(&mut body, spec.spin);
     body.effects = Effects {
         stretch: spec.effects.stretch,
         volume: spec.effects.volume,
@@ -213,6 +215,24 @@ fn body(
         collide: spec.effects.collide,
     };
     Ok(body)
+}
+
+/// Adds ω × r to the velocities of what can move, r from the centre of mass.
+fn turn_by(body: &mut Body, spin: Vec3) {
+    if spin == Vec3::ZERO {
+        return;
+    }
+    let middle = measure::centre_of_mass(&body.particles).as_vec3();
+    let Particles {
+        positions,
+        velocities,
+        ..
+    } = &mut body.particles;
+    for (v, x) in velocities.iter_mut().zip(positions) {
+        if x.w > 0.0 {
+            *v += spin.cross(x.truncate() - middle).extend(0.0);
+        }
+    }
 }
 
 fn pins(

@@ -10,7 +10,7 @@ use crate::{
     },
 };
 use glam::{UVec3, Vec3};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::{path::PathBuf, str::FromStr};
 
 /// A scene.
@@ -66,6 +66,9 @@ pub struct BodySpec {
     /// Its velocity at first [m/s].
     #[serde(default)]
     pub velocity: Vec3,
+    /// How fast it turns at first, about its centre of mass [rad/s].
+    #[serde(default)]
+    pub spin: Vec3,
     /// What it does.
     pub effects: SceneEffects,
     /// Particles that do not move.
@@ -223,14 +226,7 @@ impl Scene {
     /// # Errors
     /// [`SceneError::Syntax`] with line, column and what was expected.
     pub fn parse(file: &str, text: &str) -> Result<Self, SceneError> {
-        let options = ron::Options::default()
-            .with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
-        options.from_str(text).map_err(|error| SceneError::Syntax {
-            file: file.to_owned(),
-            line: error.span.start.line,
-            column: error.span.start.col,
-            message: error.code.to_string(),
-        })
+        parse(file, text)
     }
 
     /// The scene as the text of a file.
@@ -242,6 +238,21 @@ impl Scene {
             .with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
         options.to_string_pretty(self, ron::ser::PrettyConfig::new().struct_names(true))
     }
+}
+
+/// Reads the text of a file of any kind in the format of scene files; `file` is what errors call it.
+///
+/// # Errors
+/// [`SceneError::Syntax`] with line, column and what was expected.
+pub fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, SceneError> {
+    let options =
+        ron::Options::default().with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
+    options.from_str(text).map_err(|error| SceneError::Syntax {
+        file: file.to_owned(),
+        line: error.span.start.line,
+        column: error.span.start.col,
+        message: error.code.to_string(),
+    })
 }
 
 impl FromStr for Scene {

@@ -35,5 +35,7 @@ mod spawn;
 pub use acceptance::{Acceptance, Check};
 pub use build::BuiltScene;
 pub use error::SceneError;
-pub use file::{BodySpec, CameraSpec, ColliderSpec, Copies, MeshSpec, Pins, Scene, SceneEffects};
+pub use file::{
+    BodySpec, CameraSpec, ColliderSpec, Copies, MeshSpec, Pins, Scene, SceneEffects, parse,
+};
 pub use spawn::{BodySkin, CurrentScene, Look, SceneEntity, despawn, spawn};

@@ -22,6 +22,10 @@ pub struct World {
     pub colliders: Vec<Collider>,
     /// Time since the start [s].
     pub time: f64,
+    /// Whether each substep begins with the multipliers that the last one ended with, and with what
+    /// they pull, instead of with none; not by default. Where such a world rests, C + αλ/h² = 0 and
+    /// forces balance, however few the sweeps: the equilibrium of the equations, not of the solver.
+    pub keeps_multipliers: bool,
 }
 
 /// A body in f64.
@@ -91,6 +95,7 @@ impl World {
             bodies: world.bodies.iter().map(Body::of).collect(),
             colliders: world.colliders.clone(),
             time: world.time,
+            keeps_multipliers: false,
         }
     }
 
@@ -104,9 +109,13 @@ impl World {
             let share = f64::from(index + 1) / f64::from(substeps);
             for body in &mut self.bodies {
                 body.presolve(h, gravity);
+                if self.keeps_multipliers {
+                    body.pull();
+                }
                 for iteration in 0..self.settings.iterations.get() {
-                    body.solve_stretch(h, iteration == 0);
-                    body.solve_volume(h, iteration == 0);
+                    let anew = iteration == 0 && !self.keeps_multipliers;
+                    body.solve_stretch(h, anew);
+                    body.solve_volume(h, anew);
                     body.solve_grab(h, share, f64::from(substeps), iteration == 0);
                     body.solve_ground(h, gravity);
                     for collider in &self.colliders {
@@ -197,6 +206,26 @@ impl Body {
     fn postsolve(&mut self, h: f64) {
         for i in 0..self.x.len() {
             self.v[i] = (self.x[i] - self.p[i]) / h;
+        }
+    }
+
+    /// Moves every particle by what the multipliers that are there pull: w ∇C λ.
+    fn pull(&mut self) {
+        let topology = Arc::clone(&self.topology);
+        let edges = topology.edges.ends().iter();
+        for (ends, lambda) in edges.zip(&self.stretch_multipliers) {
+            let [a, b] = ends.map(|i| i as usize);
+            let direction = (self.x[b] - self.x[a]).normalize_or_zero();
+            self.x[a] -= direction * (self.w[a] * lambda);
+            self.x[b] += direction * (self.w[b] * lambda);
+        }
+        let tetrahedra = topology.tetrahedra.corners().iter();
+        for (corners, lambda) in tetrahedra.zip(&self.volume_multipliers) {
+            let corners = corners.map(|i| i as usize);
+            let gradients = volume_gradients(corners.map(|i| self.x[i]));
+            for (i, gradient) in corners.into_iter().zip(gradients) {
+                self.x[i] += gradient * (self.w[i] * lambda);
+            }
         }
     }
 

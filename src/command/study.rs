@@ -1,0 +1,124 @@
+//! `pliant study`.
+
+use super::run::progress_bar;
+use clap::Args;
+use pliant::study::{self, Budget, Options, Plan, Study, journal, report};
+use std::{path::PathBuf, process::ExitCode};
+
+/// Measures what accuracy costs: problems with known answers, at many settings, with a report.
+///
+/// Takes up to half an hour, or less than a minute with --quick. What is found is kept as it comes:
+/// stopped with Ctrl-C, it goes on with --resume. Close what else is running.
+///
+/// Example: pliant study --quick --out study && xdg-open study/report.html
+///
+/// On many machines, or cores: pliant study --list | parallel, then
+/// pliant study --merge pliant-study/* --out merged
+#[derive(Debug, Args)]
+pub struct StudyCommand {
+    /// Names of built-in problems, or paths of problem files; all that are built in unless given
+    #[arg(value_name = "PROBLEM")]
+    problems: Vec<String>,
+
+    /// Take less than a minute: fewer settings, and none that take long
+    #[arg(long)]
+    quick: bool,
+
+    /// Folder for points, diagrams and the report
+    #[arg(long, value_name = "DIR", default_value = "pliant-study")]
+    out: PathBuf,
+
+    /// Go on with the points that are in the folder already
+    #[arg(long)]
+    resume: bool,
+
+    /// Print the parts of the study, a command a line, and do nothing
+    #[arg(long, conflicts_with_all = ["resume", "only", "merge"])]
+    list: bool,
+
+    /// Do one part of the study, by its name in the list
+    #[arg(long, value_name = "ID", conflicts_with = "merge")]
+    only: Option<String>,
+
+    /// Put the parts in these folders together instead of measuring anything
+    #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["resume", "problems", "quick"])]
+    merge: Vec<PathBuf>,
+
+    /// Print one JSON object instead of a summary in words
+    #[arg(long)]
+    json: bool,
+}
+
+impl StudyCommand {
+    pub fn run(self) -> anyhow::Result<ExitCode> {
+        let budget = if self.quick {
+            Budget::quick()
+        } else {
+            Budget::full()
+        };
+        if self.list {
+            let plan = Plan::new(&self.problems, &budget)?;
+            for case in &plan.cases {
+                println!("{}", self.part(&case.id()));
+            }
+            return Ok(ExitCode::SUCCESS);
+        }
+        let study = if self.merge.is_empty() {
+            let bar = progress_bar();
+            let options = Options {
+                problems: self.problems.clone(),
+                budget,
+                folder: self.out.clone(),
+                resume: self.resume,
+                only: self.only.clone(),
+            };
+            let study = study::run(&options, |share| {
+                bar.set_position((share * 1000.0) as u64);
+            })?;
+            bar.finish_and_clear();
+            study
+        } else {
+            study::merge(&self.merge, &self.out)?
+        };
+        report::write(&self.out, &study)?;
+        if self.json {
+            println!("{}", serde_json::to_string_pretty(&report::json(&study))?);
+        } else {
+            print!("{}", self.summary(&study));
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    /// The command that does one part alone.
+    fn part(&self, id: &str) -> String {
+        let quick = if self.quick { " --quick" } else { "" };
+        let problems = self.problems.iter().map(|problem| quoted(problem));
+        let problems: String = problems.map(|problem| format!(" {problem}")).collect();
+        let out = self.out.join(id);
+        format!(
+            "pliant study{problems}{quick} --only {} --out {}",
+            quoted(id),
+            quoted(&out.to_string_lossy())
+        )
+    }
+
+    fn summary(&self, study: &Study) -> String {
+        let sentences: Vec<String> = report::summary(study);
+        format!(
+            "{}\n\nThe report is {}; every point is in points.csv, and {} is what --resume and --merge read.\n",
+            sentences.join("\n"),
+            self.out.join("report.html").display(),
+            journal::FILE,
+        )
+    }
+}
+
+/// A word that a shell takes as it is, or in quotes.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./@+:,".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
+}

@@ -1,0 +1,149 @@
+//! The converged answer on a mesh, by the f64 twin.
+//!
+//! Of what moves: at h, h/2 and h/4, and what these tend to (Richardson 1911), with the order that
+//! they show. Of what rests: at h and h/2, with multipliers that are kept from substep to substep,
+//! so that where it rests is where the equations are solved and owes nothing to h or to how many
+//! sweeps there are; what is left between the two is how far the search for rest may be off.
+
+use super::{
+    StudyError,
+    observe::{Observed, distance},
+    problem::{Case, Twin},
+    setting::Setting,
+    state::Solver,
+};
+use serde::{Deserialize, Serialize};
+
+/// The converged answer.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Converged {
+    /// What is observed, as h → 0.
+    #[serde(deserialize_with = "super::nan::numbers")]
+    pub values: Vec<f64>,
+    /// Order of convergence observed; none where nothing changes any more.
+    pub order: Option<f64>,
+    /// How far the finest answer is from this one, in the unit of what is observed. Errors below
+    /// it cannot be told.
+    #[serde(deserialize_with = "super::nan::number")]
+    pub uncertainty: f64,
+    /// Whether every run came to rest, where that was asked for.
+    pub settled: bool,
+    /// Substeps of the finest run.
+    pub substeps: u32,
+}
+
+/// What is between answers that are to count as the same, as a share of what is observed: the
+/// search for rest ends at some 1e-7 of a body's size.
+const SAME: f64 = 1e-7;
+
+/// Orders of convergence that a first-order method may show.
+pub const FIRST_ORDER: std::ops::RangeInclusive<f64> = 0.8..=1.2;
+
+/// Runs the twin. A body at rest is found by the fast solver first, then by the twin from there:
+/// the twin decides, and gets there sooner.
+///
+/// # Errors
+/// [`StudyError::Value`] for settings out of their range.
+pub fn converge(case: &Case) -> Result<Converged, StudyError> {
+    let Twin {
+        substeps,
+        iterations,
+        keeps_multipliers,
+    } = case.problem.twin;
+    let observe = &case.problem.observe;
+    if !(observe.is_static() && keeps_multipliers) {
+        let (mut seen, mut nearer) = (Vec::new(), None);
+        for factor in [1, 2, 4] {
+            let setting = Setting::xpbd(substeps * factor, iterations);
+            let mut solver = Solver::twin(&setting.applied(&case.world)?);
+            // Rest of a finer step is near that of a coarser one.
+            if let Some(state) = nearer.take() {
+                solver.place(&state);
+            }
+            seen.push(observe.run(&mut solver, &case.start, &case.world));
+            nearer = Some(solver.state()).filter(|state| observe.is_static() && state.finite());
+        }
+        return Ok(limit(&seen, substeps * 4));
+    }
+    let mut solver = Solver::fast(Setting::xpbd(ROUGH.0, ROUGH.1).applied(&case.world)?);
+    observe.run(&mut solver, &case.start, &case.world);
+    let mut seen = Vec::new();
+    for factor in [1, 2] {
+        let setting = Setting::xpbd(substeps * factor, iterations);
+        let nearer = solver.state();
+        solver = Solver::relaxed_twin(&setting.applied(&case.world)?);
+        if nearer.finite() {
+            solver.place(&nearer);
+        }
+        seen.push(observe.run(&mut solver, &case.start, &case.world));
+    }
+    Ok(Converged {
+        uncertainty: distance(&seen[0].values, &seen[1].values),
+        values: seen[1].values.clone(),
+        order: None,
+        settled: seen.iter().all(|observed| observed.settled),
+        substeps: substeps * 2,
+    })
+}
+
+/// Substeps and iterations of the search by the fast solver.
+const ROUGH: (u32, u32) = (16, 4);
+
+/// Where answers at h, h/2 and h/4 lead to.
+fn limit(seen: &[Observed], substeps: u32) -> Converged {
+    let values = |place: usize| &seen[place].values[..];
+    let first = distance(values(0), values(1));
+    let second = distance(values(1), values(2));
+    let size = distance(values(2), &vec![0.0; values(2).len()]);
+    let order = (second > SAME * size && first > 0.0).then(|| (first / second).log2());
+    // Above first order, the observed one; below, nothing is known of what is still to come.
+    let share = match order {
+        Some(order) if FIRST_ORDER.contains(&order) => 1.0,
+        Some(order) if order > *FIRST_ORDER.end() => 1.0 / (order.min(4.0).exp2() - 1.0),
+        _ => 0.0,
+    };
+    let extrapolated: Vec<f64> = values(2)
+        .iter()
+        .zip(values(1))
+        .map(|(fine, coarse)| fine + share * (fine - coarse))
+        .collect();
+    Converged {
+        uncertainty: second * if share > 0.0 { share } else { 1.0 },
+        values: extrapolated,
+        order,
+        settled: seen.iter().all(|observed| observed.settled),
+        substeps,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn observed(value: f64) -> Observed {
+        Observed {
+            values: vec![value],
+            settled: true,
+            seconds: 1.0,
+        }
+    }
+
+    #[test]
+    fn an_error_that_falls_with_h_is_extrapolated_away() {
+        let seen = [0.4, 0.2, 0.1].map(|h| observed(3.0 + 0.5 * h));
+        let limit = limit(&seen, 4);
+        // Rounding of numbers near 3.
+        assert!((limit.values[0] - 3.0).abs() < 1e-14);
+        assert!((limit.order.expect("it converges") - 1.0).abs() < 1e-12);
+        assert!((limit.uncertainty - 0.05).abs() < 1e-14);
+    }
+
+    #[test]
+    fn what_does_not_change_has_no_order_and_what_does_not_converge_is_left_as_it_is() {
+        let same = limit(&[1.0, 1.0, 1.0].map(observed), 4);
+        assert_eq!((same.order, same.values[0]), (None, 1.0));
+        let wild = limit(&[1.0, 1.1, 1.3].map(observed), 4);
+        assert_eq!(wild.values[0], 1.3);
+        assert!((wild.uncertainty - 0.2).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,80 @@
+//! Energy and momentum of a [`State`], whichever solver it is from, in f64.
+
+use super::state::{BodyState, State};
+use crate::solver::{Body, World, topology};
+use glam::DVec3;
+
+/// Kinetic, gravitational (zero at the origin) and elastic energy together [J]. Rigid constraints
+/// store none.
+#[must_use]
+pub fn energy(world: &World, state: &State) -> f64 {
+    let gravity = world.settings.gravity.as_dvec3();
+    let bodies = world.bodies.iter().zip(&state.bodies);
+    bodies
+        .map(|(body, now)| {
+            let moving = moving(now);
+            moving
+                .map(|(m, x, v)| m * (0.5 * v.length_squared() - gravity.dot(x)))
+                .sum::<f64>()
+                + elastic(body, &now.x)
+        })
+        .sum()
+}
+
+/// Linear momentum [kg·m/s].
+#[must_use]
+pub fn momentum(state: &State) -> DVec3 {
+    let all = state.bodies.iter().flat_map(moving);
+    all.fold(DVec3::ZERO, |sum, (m, _, v)| sum + v * m)
+}
+
+/// Angular momentum about the centre of mass [kg·m²/s].
+#[must_use]
+pub fn angular_momentum(state: &State) -> DVec3 {
+    let all = || state.bodies.iter().flat_map(moving);
+    let mass: f64 = all().map(|(m, ..)| m).sum();
+    let middle =
+        all().fold(DVec3::ZERO, |sum, (m, x, _)| sum + x * m) / mass.max(f64::MIN_POSITIVE);
+    all().fold(DVec3::ZERO, |sum, (m, x, v)| {
+        sum + (x - middle).cross(v) * m
+    })
+}
+
+/// Volume of all tetrahedra of a body [m³].
+#[must_use]
+pub fn volume(body: &Body, x: &[DVec3]) -> f64 {
+    volumes(body, x).sum()
+}
+
+fn moving(body: &BodyState) -> impl Iterator<Item = (f64, DVec3, DVec3)> {
+    let all = body.m.iter().zip(&body.x).zip(&body.v);
+    all.map(|((&m, &x), &v)| (m, x, v))
+}
+
+fn volumes(body: &Body, x: &[DVec3]) -> impl Iterator<Item = f64> {
+    let tetrahedra = body.topology.tetrahedra.corners().iter();
+    tetrahedra.map(|corners| topology::volume(corners.map(|i| x[i as usize])))
+}
+
+fn elastic(body: &Body, x: &[DVec3]) -> f64 {
+    let stored = |error: f64, compliance: f64| match compliance > 0.0 {
+        true => 0.5 * error * error / compliance,
+        false => 0.0,
+    };
+    let edges = &body.topology.edges;
+    let stretch = body.effects.stretch.map_or(0.0, |stretch| {
+        let ends = edges.ends().iter().zip(&edges.rest_length);
+        ends.map(|(&[a, b], &rest)| {
+            let length = x[a as usize].distance(x[b as usize]);
+            stored(length - f64::from(rest), stretch.compliance_of(rest))
+        })
+        .sum()
+    });
+    let rest_volumes = &body.topology.tetrahedra.rest_volume;
+    let volume = body.effects.volume.map_or(0.0, |volume| {
+        let all = volumes(body, x).zip(rest_volumes);
+        all.map(|(now, &rest)| stored(now - f64::from(rest), volume.compliance_of(rest)))
+            .sum()
+    });
+    stretch + volume
+}

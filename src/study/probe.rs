@@ -1,0 +1,166 @@
+//! What a world that is in the middle of something would cost and how wrong it would be at other
+//! settings. For whoever has a world and little time: the panel of the window, say.
+
+use super::{
+    setting::{Setting, constraints},
+    state::{Solver, State},
+};
+use crate::{
+    bench::Spread,
+    solver::{InvalidValue, World},
+};
+use std::{ops::ControlFlow, time::Instant};
+
+/// Cost and error at one setting.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ProbePoint {
+    /// How it was solved.
+    pub setting: Setting,
+    /// Projections of constraints a tick.
+    pub projections_per_tick: u64,
+    /// Wall-clock time for a simulated second [ms]; wider with every round.
+    pub ms_per_second: Spread,
+    /// Root mean square distance of the particles to the f64 twin over all ticks, over the size of
+    /// their body; 0.01 is 1 %. Not finite if the body blew up.
+    pub error: f64,
+    /// How far the twin itself may be off, in the same measure: its distance to one with half as
+    /// many substeps. An error below this is not to be told from it.
+    pub uncertainty: f64,
+}
+
+/// What a probe tells while it works.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ProbeNews {
+    /// The share of the work that is done, from 0 to 1.
+    Share(f64),
+    /// A point; told again, with the same setting, whenever its time is better known.
+    Point(ProbePoint),
+}
+
+/// Times of each setting, one in turn with the others.
+pub const ROUNDS: usize = 5;
+
+/// The twin takes at most so many projections: some three seconds of one thread.
+const TWIN_PROJECTIONS: u64 = 100_000_000;
+
+/// The most that [`Substeps`](crate::solver::Substeps) holds.
+const MOST_SUBSTEPS: u32 = 10_000;
+
+/// Continues a copy of `world` for `seconds` at each of the settings and as an f64 twin with small
+/// steps, and compares. The world is left as it is, and goes on in its own threads.
+///
+/// Tells every point when it is there; when it is told [`ControlFlow::Break`] in return, it stops
+/// and gives what it has. To be run on a thread of its own: it takes seconds.
+///
+/// # Errors
+/// [`InvalidValue`] for substeps or iterations out of their range; nothing has run then.
+pub fn probe(
+    world: &World,
+    seconds: f64,
+    settings: &[Setting],
+    mut news: impl FnMut(ProbeNews) -> ControlFlow<()>,
+) -> Result<Vec<ProbePoint>, InvalidValue> {
+    let worlds: Vec<World> = settings
+        .iter()
+        .map(|setting| setting.applied(world))
+        .collect::<Result<_, _>>()?;
+    let mut points: Vec<ProbePoint> = Vec::new();
+    let mut times = vec![Vec::new(); worlds.len()];
+    let Some((twin, uncertainty)) = twin_path(world, seconds, &mut news)? else {
+        return Ok(points);
+    };
+    for round in 0..ROUNDS {
+        for (place, start) in worlds.iter().enumerate() {
+            let (path, ms) = timed_path(start.clone(), seconds);
+            times[place].push(ms);
+            let ms_per_second = Spread::of(times[place].clone());
+            match points.get_mut(place) {
+                Some(point) => point.ms_per_second = ms_per_second,
+                None => points.push(ProbePoint {
+                    setting: settings[place],
+                    projections_per_tick: settings[place].projections(world),
+                    ms_per_second,
+                    error: distance(world, &path, &twin),
+                    uncertainty,
+                }),
+            }
+            let done = (round * worlds.len() + place + 1) as f64 / (ROUNDS * worlds.len()) as f64;
+            let told = news(ProbeNews::Point(points[place].clone()));
+            if told.is_break() || news(ProbeNews::Share(0.5 + 0.5 * done)).is_break() {
+                return Ok(points);
+            }
+        }
+    }
+    Ok(points)
+}
+
+/// States of the twin after each tick, and how far it may be off; `None` if it was stopped.
+fn twin_path(
+    world: &World,
+    seconds: f64,
+    news: &mut impl FnMut(ProbeNews) -> ControlFlow<()>,
+) -> Result<Option<(Vec<State>, f64)>, InvalidValue> {
+    let iterations = world.settings.iterations.get();
+    let finest = twin_substeps(world, seconds);
+    let mut paths = Vec::new();
+    for (part, substeps) in [finest.div_ceil(2), finest].into_iter().enumerate() {
+        let start = Setting::xpbd(substeps, iterations).applied(world)?;
+        let mut solver = Solver::twin(&start);
+        let ticks = solver.ticks(seconds);
+        let mut path = Vec::new();
+        for tick in 1..=ticks {
+            solver.tick();
+            path.push(solver.state());
+            let done = (part as f64 + tick as f64 / ticks as f64) * 0.25;
+            if news(ProbeNews::Share(done)).is_break() {
+                return Ok(None);
+            }
+        }
+        paths.push(path);
+    }
+    let uncertainty = distance(world, &paths[0], &paths[1]);
+    Ok(paths.pop().map(|path| (path, uncertainty)))
+}
+
+/// Substeps of the twin: 64 times as many as the world has, or what can be afforded.
+fn twin_substeps(world: &World, seconds: f64) -> u32 {
+    let ticks = (seconds * world.settings.rate.get()).max(1.0);
+    let sweeps = u64::from(world.settings.iterations.get());
+    let each = constraints(world).max(1) as u64 * sweeps * ticks.round() as u64;
+    let affordable = u32::try_from(TWIN_PROJECTIONS / each.max(1)).unwrap_or(u32::MAX);
+    let wanted = world.settings.substeps.get().saturating_mul(64);
+    wanted
+        .min(affordable)
+        .clamp(world.settings.substeps.get(), MOST_SUBSTEPS)
+}
+
+/// States after each tick, and the time of a simulated second [ms].
+fn timed_path(world: World, seconds: f64) -> (Vec<State>, f64) {
+    let mut solver = Solver::fast(world);
+    let mut path = Vec::new();
+    let mut spent = 0.0;
+    let ticks = solver.ticks(seconds);
+    for _ in 0..ticks {
+        let start = Instant::now();
+        solver.tick();
+        spent += start.elapsed().as_secs_f64();
+        path.push(solver.state());
+    }
+    let simulated = ticks as f64 / solver.settings().rate.get();
+    (path, spent * 1e3 / simulated)
+}
+
+/// Root mean square distance of particles over ticks, over the size of their body.
+fn distance(world: &World, path: &[State], twin: &[State]) -> f64 {
+    let (mut sum, mut count) = (0.0, 0);
+    for (here, there) in path.iter().zip(twin) {
+        for ((here, there), body) in here.bodies.iter().zip(&there.bodies).zip(&world.bodies) {
+            let size = f64::from(body.topology.size).max(f64::MIN_POSITIVE);
+            for (x, y) in here.x.iter().zip(&there.x) {
+                sum += (*x - *y).length_squared() / (size * size);
+                count += 1;
+            }
+        }
+    }
+    (sum / f64::from(count.max(1))).sqrt()
+}

@@ -1,0 +1,288 @@
+//! The problem file: a scene, how it is refined, what is observed, what that is held against.
+
+use super::{
+    StudyError,
+    closed_form::Reference,
+    hash,
+    observe::{Observe, Select},
+    record::ProblemText,
+    registry,
+    setting::constraints,
+    state::{Solver, State},
+};
+use crate::{
+    scene::{BodySpec, Scene, parse},
+    solver::World,
+};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// A problem.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Problem {
+    /// What commands call it: the name of its file; not in the file.
+    #[serde(skip)]
+    pub name: String,
+    /// The text of its file; not in the file.
+    #[serde(skip)]
+    pub text: String,
+    /// Hash of that text; not in the file.
+    #[serde(skip)]
+    pub hash: String,
+    /// Its title.
+    pub title: String,
+    /// What it is about, and what its answer means.
+    pub about: String,
+    /// The scene, in the format of scene files. Its acceptance is not judged.
+    pub scene: Scene,
+    /// From coarse to fine; none for the scene as it is.
+    #[serde(default)]
+    pub levels: Vec<Level>,
+    /// What is observed.
+    pub observe: Observe,
+    /// What that is held against.
+    pub reference: Reference,
+    /// What 100 % is, in the unit of what is observed; none for the converged answer itself, the
+    /// size of the body for a path, and what there was at first for what is conserved.
+    #[serde(default)]
+    pub percent_of: Option<f64>,
+    /// How the twin converges.
+    #[serde(default)]
+    pub twin: Twin,
+}
+
+/// A mesh.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Level {
+    /// What it is called, as in `4 cells`.
+    pub name: String,
+    /// The bodies of the scene on this mesh; what depends on the mesh, as a compliance by the
+    /// spring does, changes with it.
+    pub bodies: Vec<BodySpec>,
+}
+
+/// The twin is run with these settings and with twice as many substeps; with four times as many
+/// too if what is observed moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Twin {
+    /// Substeps a tick at first, from 1 to 2500; 128 by default.
+    pub substeps: u32,
+    /// Iterations a substep, from 1; 1 by default.
+    pub iterations: u32,
+    /// Whether rest is found with multipliers that are kept from substep to substep, as it is by
+    /// default. Where constraints are rigid that can swing ever wider; they are then to begin anew,
+    /// and rest is extrapolated from h, h/2 and h/4 like motion.
+    pub keeps_multipliers: bool,
+}
+
+impl Default for Twin {
+    fn default() -> Self {
+        Self {
+            substeps: 128,
+            iterations: 1,
+            keeps_multipliers: true,
+        }
+    }
+}
+
+/// A problem on one mesh, ready to run.
+#[derive(Debug, Clone)]
+pub struct Case {
+    /// The problem.
+    pub problem: Problem,
+    /// Which of its meshes, from 0.
+    pub level: usize,
+    /// What the mesh is called.
+    pub level_name: String,
+    /// How many meshes the problem has.
+    pub levels: usize,
+    /// Its world, in the state that it starts from.
+    pub world: World,
+    /// The same state in f64.
+    pub start: State,
+}
+
+impl Problem {
+    /// A built-in problem by its name, or a file by its path.
+    ///
+    /// # Errors
+    /// [`StudyError`] naming what was asked for, or file, line and column.
+    pub fn load(name: &str) -> Result<Self, StudyError> {
+        if let Some(builtin) = registry::find(name) {
+            return Self::parse(name, &format!("{name}.ron"), builtin.text);
+        }
+        let path = Path::new(name);
+        let text = std::fs::read_to_string(path).map_err(|error| {
+            let looks_like_a_path = name.contains(['/', '\\', '.']);
+            if error.kind() == std::io::ErrorKind::NotFound && !looks_like_a_path {
+                StudyError::Unknown {
+                    name: name.to_owned(),
+                    valid: registry::names(),
+                }
+            } else {
+                StudyError::Unreadable {
+                    path: path.to_owned(),
+                    error,
+                }
+            }
+        })?;
+        let stem = path.file_stem().map(|stem| stem.to_string_lossy());
+        let mut problem = Self::parse(&stem.unwrap_or_default(), name, &text)?;
+        problem.scene.folder = path.parent().map(Into::into).unwrap_or_default();
+        Ok(problem)
+    }
+
+    /// Reads the text of a problem file; `file` is what errors call it.
+    ///
+    /// # Errors
+    /// [`StudyError::Scene`] with line and column, [`StudyError::Problem`] for what makes no sense.
+    pub fn parse(name: &str, file: &str, text: &str) -> Result<Self, StudyError> {
+        let mut problem: Self = parse(file, text)?;
+        name.clone_into(&mut problem.name);
+        text.clone_into(&mut problem.text);
+        problem.hash = hash::of(text);
+        problem.check()?;
+        Ok(problem)
+    }
+
+    /// Its text with what a reader of it needs to know.
+    pub(super) fn to_record(&self) -> ProblemText {
+        ProblemText {
+            name: self.name.clone(),
+            text: self.text.clone(),
+            folder: self.scene.folder.to_string_lossy().into_owned(),
+        }
+    }
+
+    pub(super) fn from_record(record: &ProblemText) -> Result<Self, StudyError> {
+        let mut problem = Self::parse(&record.name, &record.name, &record.text)?;
+        problem.scene.folder = Path::new(&record.folder).to_owned();
+        Ok(problem)
+    }
+
+    /// One case for each mesh.
+    ///
+    /// # Errors
+    /// [`StudyError`] for a scene that cannot be built, or an observation of what it has not.
+    pub fn cases(&self) -> Result<Vec<Case>, StudyError> {
+        let count = self.levels.len().max(1);
+        (0..count).map(|level| self.case(level, count)).collect()
+    }
+
+    fn case(&self, level: usize, levels: usize) -> Result<Case, StudyError> {
+        let mut scene = self.scene.clone();
+        let mut level_name = "as it is".to_owned();
+        if let Some(level) = self.levels.get(level) {
+            scene.bodies.clone_from(&level.bodies);
+            level_name.clone_from(&level.name);
+        }
+        let mut world = scene.build()?.world;
+        world.sleep.enabled = false;
+        let start = Solver::twin(&world).state();
+        let case = Case {
+            problem: self.clone(),
+            level,
+            level_name,
+            levels,
+            world,
+            start,
+        };
+        case.check()?;
+        Ok(case)
+    }
+
+    fn wrong(&self, message: impl Into<String>) -> StudyError {
+        StudyError::Problem {
+            problem: self.name.clone(),
+            message: message.into(),
+        }
+    }
+
+    fn check(&self) -> Result<(), StudyError> {
+        let seconds = self.observe.seconds();
+        if !(seconds > 0.0 && seconds <= 1000.0) {
+            let message =
+                format!("it observes {seconds} s, but that must be above 0 and at most 1000 s");
+            return Err(self.wrong(message));
+        }
+        if let Observe::Path { times } = &self.observe
+            && !times.is_sorted()
+        {
+            return Err(self.wrong("the times of a path must rise"));
+        }
+        if let Observe::Period { periods: 0, .. } = self.observe {
+            return Err(self.wrong("a mean is over at least one period"));
+        }
+        if self
+            .percent_of
+            .is_some_and(|of| !(of > 0.0 && of.is_finite()))
+        {
+            return Err(self.wrong("percent_of must be a number above 0"));
+        }
+        if let Some(value) = self.reference.value()
+            && !value.is_finite()
+        {
+            let message =
+                format!("its closed form gives {value}; look at the parameters of its reference");
+            return Err(self.wrong(message));
+        }
+        let Twin {
+            substeps,
+            iterations,
+            ..
+        } = self.twin;
+        if !(1..=2500).contains(&substeps) || !(1..=10_000).contains(&iterations) {
+            let message = "the twin takes 1 to 2500 substeps, which are then doubled twice, and 1 to 10 000 iterations";
+            return Err(self.wrong(message));
+        }
+        Ok(())
+    }
+}
+
+impl Case {
+    /// What commands call it: the name of the problem, and the number of the mesh from 1.
+    #[must_use]
+    pub fn id(&self) -> String {
+        format!("{}@{}", self.problem.name, self.level + 1)
+    }
+
+    /// Particles of all bodies.
+    #[must_use]
+    pub fn particles(&self) -> usize {
+        self.start.bodies.iter().map(|body| body.x.len()).sum()
+    }
+
+    /// Constraints of all bodies.
+    #[must_use]
+    pub fn constraints(&self) -> usize {
+        constraints(&self.world)
+    }
+
+    fn check(&self) -> Result<(), StudyError> {
+        let bodies = self.start.bodies.len();
+        let (body, select) = match &self.problem.observe {
+            Observe::Rest { quantity, .. } => {
+                let (body, select) = quantity.subject();
+                (body, select.cloned())
+            }
+            Observe::Period { body, particle, .. } => (*body, Some(Select::Particle(*particle))),
+            _ => (0, None),
+        };
+        if body >= bodies {
+            let message = format!("it observes body {body}, but there are {bodies}, from 0");
+            return Err(self.problem.wrong(message));
+        }
+        if select.is_some_and(|select| select.particles(&self.start, &self.world, body).is_empty())
+        {
+            let message = format!(
+                "on the mesh “{}” what it observes of body {body} is no particle",
+                self.level_name
+            );
+            return Err(self.problem.wrong(message));
+        }
+        Ok(())
+    }
+}

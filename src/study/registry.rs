@@ -1,0 +1,58 @@
+//! The built-in problems: in the program itself, so that an installed one needs no folder.
+
+/// A problem that comes with the program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BuiltinProblem {
+    /// What commands call it.
+    pub name: &'static str,
+    /// The text of its file.
+    pub text: &'static str,
+}
+
+macro_rules! problems {
+    ($($name:literal),* $(,)?) => {
+        &[$(BuiltinProblem {
+            name: $name,
+            text: include_str!(concat!("../../assets/study/", $name, ".ron")),
+        }),*]
+    };
+}
+
+/// All of them, in the order of the report.
+pub const PROBLEMS: &[BuiltinProblem] = problems![
+    "hanging_mass",
+    "spring_period",
+    "spring_energy",
+    "pendulum_period",
+    "pendulum_energy",
+    "chain_0",
+    "chain_1e-5",
+    "chain_1e-4",
+    "chain_1e-3",
+    "chain_1e-2",
+    "hanging_bar",
+    "uniaxial_pull",
+    "uniaxial_narrowing",
+    "catenary",
+    "cantilever_4",
+    "cantilever_8",
+    "cantilever_16",
+    "twisted_bar",
+    "bulk_block",
+    "flight_momentum",
+    "flight_spin",
+    "jelly_cube",
+];
+
+/// A problem by its name.
+#[must_use]
+pub fn find(name: &str) -> Option<&'static BuiltinProblem> {
+    PROBLEMS.iter().find(|problem| problem.name == name)
+}
+
+/// All names, for messages.
+#[must_use]
+pub fn names() -> String {
+    let names: Vec<_> = PROBLEMS.iter().map(|problem| problem.name).collect();
+    names.join(", ")
+}

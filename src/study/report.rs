@@ -1,0 +1,237 @@
+//! The folder that a study leaves behind: `points.csv`, a diagram for each problem, `report.md`,
+//! `report.html` that opens by itself, and `study.json`.
+
+use super::{
+    Study, StudyError,
+    document::{self, Block},
+    picture,
+    results::{CaseResult, Point, ProblemResult},
+    words,
+};
+use crate::bench::Spread;
+use serde_json::{Value, json};
+use std::path::Path;
+
+/// Errors for which the cheapest setting is told.
+pub const TARGETS: [f64; 3] = [0.1, 0.01, 0.001];
+
+/// Writes all files of a study into its folder.
+///
+/// # Errors
+/// [`StudyError::Output`] naming the file and what the system said.
+pub fn write(folder: &Path, study: &Study) -> Result<(), StudyError> {
+    let save = |name: &str, text: &str| {
+        let path = folder.join(name);
+        std::fs::write(&path, text).map_err(|error| StudyError::unwritable(&path, error))
+    };
+    let mut blocks = words::beginning(study);
+    for problem in &study.problems {
+        blocks.extend(words::problem(study, problem));
+        if problem.drawable() {
+            let file = format!("{}.svg", problem.problem.name);
+            let svg = picture::draw(problem)
+                .map_err(|error| StudyError::unwritable(&folder.join(&file), error))?;
+            save(&file, &svg)?;
+            blocks.push(Block::Figure {
+                caption: words::caption(problem),
+                file,
+                svg,
+            });
+        }
+        blocks.extend(words::tables(problem));
+    }
+    blocks.extend(words::end(study));
+    save("report.md", &document::markdown(&blocks))?;
+    save(
+        "report.html",
+        &document::html("What accuracy costs", &blocks),
+    )?;
+    let object = serde_json::to_string_pretty(&json(study));
+    let object =
+        object.map_err(|error| StudyError::unwritable(&folder.join("study.json"), error))?;
+    save("study.json", &object)?;
+    write_csv(&folder.join("points.csv"), study)
+}
+
+/// The study as one object.
+#[must_use]
+pub fn json(study: &Study) -> Value {
+    json!({
+        "version": study.header.version,
+        "budget": study.header.budget,
+        "hash": study.header.hash,
+        "machines": study.machines,
+        "problems": study.problems.iter().map(problem_json).collect::<Vec<_>>(),
+    })
+}
+
+fn problem_json(result: &ProblemResult) -> Value {
+    let problem = &result.problem;
+    let cheapest = |error: f64| -> Vec<Value> {
+        let cases = result.cases.iter();
+        cases
+            .filter_map(|case| {
+                let (point, rivals) = case.cheapest(error)?;
+                let mut value = point_json(case, point);
+                let rivals = rivals.iter().map(|rival| rival.setting.to_string());
+                value["undecided_against"] = rivals.collect::<Vec<_>>().into();
+                Some(value)
+            })
+            .collect()
+    };
+    json!({
+        "name": problem.name,
+        "title": problem.title,
+        "unit": problem.observe.unit(),
+        "reference": {
+            "kind": problem.reference.words(),
+            "value": result.reference,
+            "mesh_order": result.mesh_order,
+        },
+        "mesh_error": result.cases.iter().rev().find_map(|case| case.mesh_error),
+        "hash": problem.hash,
+        "levels": result.cases.iter().map(case_json).collect::<Vec<_>>(),
+        "points": result
+            .cases
+            .iter()
+            .flat_map(|case| case.points.iter().map(|point| point_json(case, point)))
+            .collect::<Vec<_>>(),
+        "cheapest": {
+            "10%": cheapest(TARGETS[0]),
+            "1%": cheapest(TARGETS[1]),
+            "0.1%": cheapest(TARGETS[2]),
+        },
+    })
+}
+
+fn case_json(result: &CaseResult) -> Value {
+    json!({
+        "level": result.case.level + 1,
+        "name": result.case.level_name,
+        "particles": result.case.particles(),
+        "constraints": result.case.constraints(),
+        "answer": result.answer(),
+        "order": result.converged.as_ref().and_then(|converged| converged.order),
+        "settled": result.converged.as_ref().map(|converged| converged.settled),
+        "uncertainty": result
+            .converged
+            .as_ref()
+            .zip(result.scale)
+            .map(|(converged, scale)| converged.uncertainty / scale),
+        "mesh_error": result.mesh_error,
+        "hash": result.hash(),
+    })
+}
+
+fn spread_json(spread: Spread) -> Value {
+    json!({ "low": spread.low, "median": spread.median, "high": spread.high })
+}
+
+fn point_json(case: &CaseResult, point: &Point) -> Value {
+    let run = point.run.as_ref();
+    let residuals = run.and_then(|run| run.residuals);
+    json!({
+        "method": point.setting.method.name(),
+        "substeps": point.setting.substeps,
+        "iterations": point.setting.iterations,
+        "level": case.case.level + 1,
+        "projections_per_tick": point.projections_per_tick,
+        "ms_per_second": point.ms.map(|spread| spread.median),
+        "ms_per_second_spread": point.ms.map(spread_json),
+        "threads": point.ms_all.map(|(threads, _)| threads),
+        "ms_per_second_all_threads": point.ms_all.map(|(_, spread)| spread_json(spread)),
+        "error": point.error,
+        "value": point.value(),
+        "predicted": point.predicted,
+        "below_reference": point.below_reference,
+        "settled": point.settled(),
+        "skipped": run.is_none(),
+        "primal_residual": residuals.map(|residuals| residuals.primal),
+        "dual_residual": residuals.and_then(|residuals| residuals.dual),
+        "machine": point.machine,
+        "hash": point.hash,
+    })
+}
+
+/// Names of the columns of `points.csv`, with units; errors and residuals are shares, 0.01 is 1 %.
+pub const COLUMNS: [&str; 22] = [
+    "problem",
+    "level",
+    "method",
+    "substeps",
+    "iterations",
+    "particles",
+    "constraints",
+    "projections_per_tick",
+    "error",
+    "mesh_error",
+    "value",
+    "unit",
+    "predicted",
+    "settled",
+    "ms_per_second",
+    "ms_per_second_low",
+    "ms_per_second_high",
+    "ms_per_second_all_threads",
+    "primal_residual",
+    "dual_residual",
+    "machine",
+    "hash",
+];
+
+fn write_csv(path: &Path, study: &Study) -> Result<(), StudyError> {
+    let unwritable = |error: &dyn std::fmt::Display| StudyError::unwritable(path, error);
+    let mut writer = csv::Writer::from_path(path).map_err(|error| unwritable(&error))?;
+    writer
+        .write_record(COLUMNS)
+        .map_err(|error| unwritable(&error))?;
+    for problem in &study.problems {
+        for case in &problem.cases {
+            for point in &case.points {
+                writer
+                    .write_record(row(problem, case, point))
+                    .map_err(|error| unwritable(&error))?;
+            }
+        }
+    }
+    writer.flush().map_err(|error| unwritable(&error))
+}
+
+fn row(problem: &ProblemResult, case: &CaseResult, point: &Point) -> [String; COLUMNS.len()] {
+    let number = |number: Option<f64>| number.map_or(String::new(), |number| number.to_string());
+    let residuals = point.run.as_ref().and_then(|run| run.residuals);
+    [
+        problem.problem.name.clone(),
+        (case.case.level + 1).to_string(),
+        point.setting.method.name().to_owned(),
+        point.setting.substeps.to_string(),
+        point.setting.iterations.to_string(),
+        case.case.particles().to_string(),
+        case.case.constraints().to_string(),
+        point.projections_per_tick.to_string(),
+        number(point.error),
+        number(case.mesh_error),
+        number(point.value()),
+        problem.problem.observe.unit().to_owned(),
+        number(point.predicted),
+        point
+            .run
+            .as_ref()
+            .map_or("", |_| if point.settled() { "true" } else { "false" })
+            .to_owned(),
+        number(point.ms.map(|spread| spread.median)),
+        number(point.ms.map(|spread| spread.low)),
+        number(point.ms.map(|spread| spread.high)),
+        number(point.ms_all.map(|(_, spread)| spread.median)),
+        number(residuals.map(|residuals| residuals.primal)),
+        number(residuals.and_then(|residuals| residuals.dual)),
+        point.machine.clone().unwrap_or_default(),
+        point.hash.clone(),
+    ]
+}
+
+/// The study in a few sentences: where it loses, then a line a problem.
+#[must_use]
+pub fn summary(study: &Study) -> Vec<String> {
+    words::summary(study)
+}

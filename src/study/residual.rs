@@ -1,0 +1,116 @@
+//! What a substep leaves of the two equations that it solves.
+//!
+//! An implicit step asks for C + αλ/h² = 0 of every constraint, and for M(x − x̃) = Σ∇C λ of every
+//! particle, x̃ being where it would go alone (XPBD, equations 8 and 9). The sweeps of position-based
+//! dynamics keep the second nearly, but for gradients that turn, and let the first be off; in f32
+//! it is rounding that breaks the second, by m ε‖x‖/h².
+
+use crate::solver::{
+    Body, Rate, Substeps, World,
+    constraint::volume::volume_and_gradients,
+    measure::{SquareSum, stretch_residual, volume_residual},
+};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// Residuals of a substep.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Residuals {
+    /// Primal: root mean square of C + αλ/h² over rest lengths and volumes.
+    #[serde(deserialize_with = "super::nan::number")]
+    pub primal: f64,
+    /// Dual: what is left of M(x − x̃)/h² − Σ∇C λ/h², over M(x − x̃)/h²; none where contacts or
+    /// hands act too, and where no constraint does anything.
+    pub dual: Option<f64>,
+}
+
+/// Takes one substep more and looks at it; `None` if the settings leave no room for that.
+#[must_use]
+pub fn residuals(world: &World) -> Option<Residuals> {
+    let mut world = world.clone();
+    let h = world.settings.substep_seconds();
+    world.settings.rate = Rate::new(1.0 / h).ok()?;
+    world.settings.substeps = Substeps::new(1).ok()?;
+    let gravity = world.settings.gravity.as_dvec3();
+    let alone: Vec<Vec<DVec3>> = world
+        .bodies
+        .iter()
+        .map(|body| {
+            let all = body
+                .particles
+                .positions
+                .iter()
+                .zip(&body.particles.velocities);
+            all.map(|(x, v)| {
+                let (x, v) = (x.truncate().as_dvec3(), v.truncate().as_dvec3());
+                x + (v + gravity * h) * h
+            })
+            .collect()
+        })
+        .collect();
+    world.tick();
+    let (mut primal, mut left, mut pulled) = (SquareSum::default(), 0.0, 0.0);
+    for (body, alone) in world.bodies.iter().zip(&alone) {
+        primal.add(primal_of(body, h as f32));
+        let (l, p) = dual_of(body, alone);
+        left += l;
+        pulled += p;
+    }
+    let touched = world.bodies.iter().any(|body| {
+        let effects = &body.effects;
+        effects.ground.is_some()
+            || effects.sticky_ground.is_some()
+            || effects.collide.is_some()
+            || effects.grab.is_some()
+    });
+    let dual = (!touched && pulled > 0.0).then(|| (left / pulled).sqrt());
+    Some(Residuals {
+        primal: primal.rms(),
+        dual,
+    })
+}
+
+fn primal_of(body: &Body, h: f32) -> SquareSum {
+    let (topology, positions) = (&body.topology, &body.particles.positions);
+    let mut all = SquareSum::default();
+    if let Some(stretch) = &body.effects.stretch {
+        let lambda = &body.stretch_multipliers;
+        all.add(stretch_residual(topology, positions, stretch, lambda, h));
+    }
+    if let Some(volume) = &body.effects.volume {
+        let lambda = &body.volume_multipliers;
+        all.add(volume_residual(topology, positions, volume, lambda, h));
+    }
+    all
+}
+
+/// Sums of squares over particles: of what is left, and of M(x − x̃).
+fn dual_of(body: &Body, alone: &[DVec3]) -> (f64, f64) {
+    let positions = &body.particles.positions;
+    let mut forces = vec![DVec3::ZERO; positions.len()];
+    let ends = body.topology.edges.ends().iter();
+    for (&[a, b], &lambda) in ends.zip(&body.stretch_multipliers) {
+        let [a, b] = [a as usize, b as usize];
+        let d = (positions[b] - positions[a]).truncate().as_dvec3();
+        let pull = d.normalize_or_zero() * f64::from(lambda);
+        forces[a] -= pull;
+        forces[b] += pull;
+    }
+    let corners = body.topology.tetrahedra.corners().iter();
+    for (corners, &lambda) in corners.zip(&body.volume_multipliers) {
+        let corners = corners.map(|i| i as usize);
+        let gradients = volume_and_gradients(corners.map(|i| positions[i].truncate())).1;
+        for (i, gradient) in corners.into_iter().zip(gradients) {
+            forces[i] += gradient.as_dvec3() * f64::from(lambda);
+        }
+    }
+    let (mut left, mut pulled) = (0.0, 0.0);
+    for ((x, alone), force) in positions.iter().zip(alone).zip(&forces) {
+        if x.w > 0.0 {
+            let inertia = (x.truncate().as_dvec3() - *alone) / f64::from(x.w);
+            left += (inertia - *force).length_squared();
+            pulled += inertia.length_squared();
+        }
+    }
+    (left, pulled)
+}

@@ -1,0 +1,396 @@
+//! What was found, put together: errors, costs, fronts.
+
+use super::{
+    StudyError,
+    budget::Budget,
+    closed_form::Reference,
+    converge::Converged,
+    hash,
+    observe::distance,
+    pareto,
+    problem::{Case, Problem},
+    record::{Header, Record, ReferenceRecord, RunRecord, TimeRecord},
+    setting::{Method, Setting},
+};
+use crate::bench::Spread;
+
+/// A study that was made, whole or in parts.
+#[derive(Debug, Clone)]
+pub struct Study {
+    /// What it is of.
+    pub header: Header,
+    /// Its problems, in order.
+    pub problems: Vec<ProblemResult>,
+    /// The machines that times are from.
+    pub machines: Vec<String>,
+}
+
+/// What was found of a problem.
+#[derive(Debug, Clone)]
+pub struct ProblemResult {
+    /// The problem.
+    pub problem: Problem,
+    /// What the continuum says, by a closed form or by what the meshes tend to; in its unit.
+    pub reference: Option<f64>,
+    /// Order in which the meshes tend to it, where three of them show one.
+    pub mesh_order: Option<f64>,
+    /// Its meshes, from coarse to fine.
+    pub cases: Vec<CaseResult>,
+}
+
+/// What was found on a mesh.
+#[derive(Debug, Clone)]
+pub struct CaseResult {
+    /// The case.
+    pub case: Case,
+    /// The converged answer, if it could be afforded.
+    pub converged: Option<Converged>,
+    /// What an error of 1 is, in the unit of what is observed.
+    pub scale: Option<f64>,
+    /// Converged answer against the continuum: 0.01 is 1 %.
+    pub mesh_error: Option<f64>,
+    /// All settings, asked and skipped.
+    pub points: Vec<Point>,
+}
+
+/// A setting on a mesh.
+#[derive(Debug, Clone)]
+pub struct Point {
+    /// How it was solved.
+    pub setting: Setting,
+    /// Projections of constraints a tick.
+    pub projections_per_tick: u64,
+    /// Substep [s].
+    pub h: f64,
+    /// The run; none if it was skipped as too costly, or not made yet.
+    pub run: Option<RunRecord>,
+    /// Distance to the converged answer: 0.01 is 1 %.
+    pub error: Option<f64>,
+    /// Whether the error is less than what the converged answer itself may be off.
+    pub below_reference: bool,
+    /// What the discrete method itself should give, where a closed form tells.
+    pub predicted: Option<f64>,
+    /// Time of a simulated second on one thread [ms].
+    pub ms: Option<Spread>,
+    /// The same with all threads, where they are used at all, and how many.
+    pub ms_all: Option<(usize, Spread)>,
+    /// The machine that it was timed on.
+    pub machine: Option<String>,
+    /// Hash of its scene and its settings.
+    pub hash: String,
+}
+
+impl Point {
+    /// Cost in ms per simulated second and error, if it counts: it was timed, and what it says is
+    /// an answer.
+    #[must_use]
+    pub fn cost_and_error(&self) -> Option<(f64, f64)> {
+        let settled = self.run.as_ref().is_some_and(|run| run.observed.settled);
+        let (ms, error) = (self.ms?, self.error?);
+        (settled && error.is_finite()).then_some((ms.median, error))
+    }
+
+    /// The number observed, where it is one.
+    #[must_use]
+    pub fn value(&self) -> Option<f64> {
+        match self.run.as_ref()?.observed.values[..] {
+            [value] => Some(value),
+            _ => None,
+        }
+    }
+
+    /// Whether it came to rest, or what was waited for happened.
+    #[must_use]
+    pub fn settled(&self) -> bool {
+        self.run.as_ref().is_some_and(|run| run.observed.settled)
+    }
+
+    /// Whether its time cannot be told from another's: what lies between their lowest and highest
+    /// overlaps.
+    #[must_use]
+    pub fn undecided_against(&self, other: &Self) -> bool {
+        match (self.ms, other.ms) {
+            (Some(a), Some(b)) => a.low <= b.high && b.low <= a.high,
+            _ => false,
+        }
+    }
+}
+
+impl Study {
+    /// Puts records together. `cases` are those of `problems`, in order.
+    ///
+    /// # Errors
+    /// [`StudyError`] for a problem whose scene cannot be built.
+    pub fn new(
+        header: Header,
+        problems: &[Problem],
+        budget: &Budget,
+        records: &[Record],
+    ) -> Result<Self, StudyError> {
+        let mut machines: Vec<String> = Vec::new();
+        for record in records {
+            if let Record::Time(time) = record
+                && !machines.contains(&time.machine)
+            {
+                machines.push(time.machine.clone());
+            }
+        }
+        let problems = problems
+            .iter()
+            .map(|problem| problem_result(problem, budget, records))
+            .collect::<Result<_, _>>()?;
+        Ok(Self {
+            header,
+            problems,
+            machines,
+        })
+    }
+}
+
+fn problem_result(
+    problem: &Problem,
+    budget: &Budget,
+    records: &[Record],
+) -> Result<ProblemResult, StudyError> {
+    let mut cases: Vec<CaseResult> = problem
+        .cases()?
+        .into_iter()
+        .map(|case| case_result(case, budget, records))
+        .collect();
+    let mut reference = problem.reference.value();
+    let mut mesh_order = None;
+    if problem.reference == Reference::FinestMesh {
+        let answers: Vec<f64> = cases.iter().filter_map(CaseResult::answer).collect();
+        (reference, mesh_order) = tend_to(&answers);
+    }
+    let finest = cases.iter().rposition(|case| case.answer().is_some());
+    for (place, case) in cases.iter_mut().enumerate() {
+        // Against itself the finest mesh would have no error, which says nothing.
+        let itself = problem.reference == Reference::FinestMesh
+            && mesh_order.is_none()
+            && finest == Some(place);
+        if let (Some(reference), Some(answer), Some(scale), false) =
+            (reference, case.answer(), case.scale, itself)
+        {
+            case.mesh_error = Some((answer - reference).abs() / scale);
+        }
+    }
+    Ok(ProblemResult {
+        problem: problem.clone(),
+        reference,
+        mesh_order,
+        cases,
+    })
+}
+
+/// Orders in which meshes may tend to an answer, for it to be extrapolated.
+const MESH_ORDERS: std::ops::RangeInclusive<f64> = 0.5..=4.0;
+
+/// What answers on finer and finer meshes, each with half the cells of the next, tend to, and the
+/// order if there is one; the finest of two or more otherwise.
+fn tend_to(answers: &[f64]) -> (Option<f64>, Option<f64>) {
+    match *answers {
+        [.., a, b, c] => {
+            let order = ((b - a) / (c - b)).log2();
+            if MESH_ORDERS.contains(&order) {
+                (Some(c + (c - b) / (order.exp2() - 1.0)), Some(order))
+            } else {
+                (Some(c), None)
+            }
+        }
+        [_, b] => (Some(b), None),
+        _ => (None, None),
+    }
+}
+
+fn case_result(case: Case, budget: &Budget, records: &[Record]) -> CaseResult {
+    let id = case.id();
+    let mut converged = None;
+    let mut runs: Vec<&RunRecord> = Vec::new();
+    let mut times: Vec<&TimeRecord> = Vec::new();
+    for record in records {
+        match record {
+            Record::Reference(ReferenceRecord {
+                case,
+                converged: found,
+            }) if *case == id => converged.clone_from(found),
+            Record::Run(run) if run.case == id => runs.push(run),
+            Record::Time(time) if time.case == id => times.push(time),
+            _ => {}
+        }
+    }
+    let scale = case
+        .problem
+        .percent_of
+        .or_else(|| case.problem.observe.natural_scale(&case.start, &case.world))
+        .or_else(|| match converged.as_ref()?.values[..] {
+            [value] => Some(value.abs()),
+            _ => None,
+        })
+        .filter(|&scale| scale > 0.0);
+    let points = budget
+        .settings(&case)
+        .into_iter()
+        .map(|setting| {
+            let run = runs.iter().find(|run| run.setting == setting);
+            point(
+                &case,
+                setting,
+                run.copied(),
+                &times,
+                converged.as_ref(),
+                scale,
+            )
+        })
+        .collect();
+    CaseResult {
+        case,
+        converged,
+        scale,
+        mesh_error: None,
+        points,
+    }
+}
+
+fn point(
+    case: &Case,
+    setting: Setting,
+    run: Option<&RunRecord>,
+    times: &[&TimeRecord],
+    converged: Option<&Converged>,
+    scale: Option<f64>,
+) -> Point {
+    let h = 1.0 / (case.world.settings.rate.get() * f64::from(setting.substeps));
+    let off = run
+        .zip(converged)
+        .map(|(run, converged)| distance(&run.observed.values, &converged.values));
+    let timed = |alone: bool| {
+        let mut all = times.iter().filter(|time| time.setting == setting);
+        let time = all.find(|time| (time.threads == 1) == alone)?;
+        Some((time, Spread::of(time.ms_per_second.clone())))
+    };
+    let predicted = match setting.method {
+        Method::Xpbd => case.problem.reference.predicted(h),
+        Method::Pbd => None,
+    };
+    Point {
+        setting,
+        projections_per_tick: setting.projections(&case.world),
+        h,
+        run: run.cloned(),
+        error: off.zip(scale).map(|(off, scale)| off / scale),
+        below_reference: off
+            .zip(converged)
+            .is_some_and(|(off, converged)| off < converged.uncertainty),
+        predicted,
+        ms: timed(true).map(|(_, spread)| spread),
+        ms_all: timed(false).map(|(time, spread)| (time.threads, spread)),
+        machine: timed(true).map(|(time, _)| time.machine.clone()),
+        hash: hash::of(&format!("{} {} {setting}", case.problem.hash, case.id())),
+    }
+}
+
+impl CaseResult {
+    /// The converged number, where it is one and was found.
+    #[must_use]
+    pub fn answer(&self) -> Option<f64> {
+        match self.converged.as_ref()?.values[..] {
+            [value] if value.is_finite() => Some(value),
+            _ => None,
+        }
+    }
+
+    /// Hash of the scene and all settings of its figure.
+    #[must_use]
+    pub fn hash(&self) -> String {
+        let all: Vec<&str> = self.points.iter().map(|point| &point.hash[..]).collect();
+        hash::of(&all.join(" "))
+    }
+
+    /// Points that count, as places with cost and error.
+    fn counting(&self) -> (Vec<usize>, Vec<(f64, f64)>) {
+        let all = self.points.iter().enumerate();
+        all.filter_map(|(place, point)| Some((place, point.cost_and_error()?)))
+            .unzip()
+    }
+
+    /// Points that no other beats in both cost and error, from the cheapest.
+    #[must_use]
+    pub fn front(&self) -> Vec<&Point> {
+        let (places, figures) = self.counting();
+        let front = pareto::front(&figures).into_iter();
+        front.map(|place| &self.points[places[place]]).collect()
+    }
+
+    /// The cheapest point that is at most so wrong, and others whose cost cannot be told from it.
+    #[must_use]
+    pub fn cheapest(&self, error: f64) -> Option<(&Point, Vec<&Point>)> {
+        let (places, figures) = self.counting();
+        let best = &self.points[places[pareto::cheapest(&figures, error)?]];
+        let rivals = places
+            .iter()
+            .zip(&figures)
+            .filter(|(_, figure)| figure.1 <= error)
+            .map(|(&place, _)| &self.points[place])
+            .filter(|point| point.setting != best.setting && best.undecided_against(point))
+            .collect();
+        Some((best, rivals))
+    }
+
+    /// The least error of all points that count.
+    #[must_use]
+    pub fn best(&self) -> Option<&Point> {
+        self.front().last().copied()
+    }
+}
+
+impl ProblemResult {
+    /// Whether there is a point to draw.
+    #[must_use]
+    pub fn drawable(&self) -> bool {
+        self.cases.iter().any(|case| case.best().is_some())
+    }
+}
+
+impl ProblemResult {
+    /// The finest mesh that errors are known of at more settings than any coarser one; what is
+    /// said of a problem is said of it.
+    #[must_use]
+    pub fn finest_with_errors(&self) -> Option<&CaseResult> {
+        let count = |case: &CaseResult| {
+            let points = case.points.iter();
+            points
+                .filter(|point| point.cost_and_error().is_some())
+                .count()
+        };
+        self.cases
+            .iter()
+            .filter(|case| count(case) > 0)
+            .max_by_key(|case| (count(case), case.case.level))
+    }
+}
+
+impl CaseResult {
+    /// The point of a setting.
+    #[must_use]
+    pub fn point(&self, setting: Setting) -> Option<&Point> {
+        self.points.iter().find(|point| point.setting == setting)
+    }
+
+    /// How far the converged answer itself may be off: 0.01 is 1 %.
+    #[must_use]
+    pub fn doubt(&self) -> Option<f64> {
+        let converged = self.converged.as_ref()?;
+        Some(converged.uncertainty / self.scale?)
+    }
+
+    /// How many machines its times are from.
+    #[must_use]
+    pub fn machines(&self) -> usize {
+        let all = self
+            .points
+            .iter()
+            .filter_map(|point| point.machine.as_ref());
+        all.collect::<std::collections::BTreeSet<_>>().len()
+    }
+}

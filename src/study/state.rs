@@ -1,0 +1,218 @@
+//! What the fast solver and its twin have in common: where everything is, in f64.
+
+use crate::solver::{Settings, World, reference};
+use glam::DVec3;
+
+/// A world that can be stepped and looked at, whichever precision it has.
+#[derive(Debug, Clone)]
+pub enum Solver {
+    /// The solver that users have, in f32.
+    Fast(Box<World>),
+    /// The twin, in f64.
+    Twin(Box<reference::World>),
+}
+
+/// Where the particles of a world are, how fast, how heavy.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct State {
+    /// One for each body of the world.
+    pub bodies: Vec<BodyState>,
+}
+
+/// The particles of a body, in the solver's order.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct BodyState {
+    /// Positions [m].
+    pub x: Vec<DVec3>,
+    /// Velocities [m/s].
+    pub v: Vec<DVec3>,
+    /// Masses [kg]; 0 for those that cannot move.
+    pub m: Vec<f64>,
+}
+
+impl Solver {
+    /// The fast solver.
+    #[must_use]
+    pub fn fast(world: World) -> Self {
+        Self::Fast(Box::new(world))
+    }
+
+    /// The twin of a world, in the state that it is in.
+    #[must_use]
+    pub fn twin(world: &World) -> Self {
+        Self::Twin(Box::new(reference::World::of(world)))
+    }
+
+    /// The twin of a world, to find where it rests: with multipliers that are
+    /// [kept](reference::World::keeps_multipliers).
+    #[must_use]
+    pub fn relaxed_twin(world: &World) -> Self {
+        let mut twin = reference::World::of(world);
+        twin.keeps_multipliers = true;
+        Self::Twin(Box::new(twin))
+    }
+
+    /// A tick of 1/rate seconds.
+    pub fn tick(&mut self) {
+        match self {
+            Self::Fast(world) => world.tick(),
+            Self::Twin(world) => world.tick(),
+        }
+    }
+
+    /// Gravity, rate, substeps, iterations.
+    #[must_use]
+    pub fn settings(&self) -> &Settings {
+        match self {
+            Self::Fast(world) => &world.settings,
+            Self::Twin(world) => &world.settings,
+        }
+    }
+
+    /// The same, to be changed between ticks.
+    pub fn settings_mut(&mut self) -> &mut Settings {
+        match self {
+            Self::Fast(world) => &mut world.settings,
+            Self::Twin(world) => &mut world.settings,
+        }
+    }
+
+    /// Ticks that make up so many seconds, at least one.
+    #[must_use]
+    pub fn ticks(&self, seconds: f64) -> u64 {
+        (seconds * self.settings().rate.get()).round().max(1.0) as u64
+    }
+
+    /// Takes all speed away.
+    pub fn stop(&mut self) {
+        match self {
+            Self::Fast(world) => {
+                for body in &mut world.bodies {
+                    body.particles.velocities.fill(glam::Vec4::ZERO);
+                }
+            }
+            Self::Twin(world) => {
+                for body in &mut world.bodies {
+                    body.v.fill(DVec3::ZERO);
+                }
+            }
+        }
+    }
+
+    /// Puts every particle where `state` has it, at rest.
+    pub fn place(&mut self, state: &State) {
+        match self {
+            Self::Fast(world) => {
+                for (body, from) in world.bodies.iter_mut().zip(&state.bodies) {
+                    for (x, from) in body.particles.positions.iter_mut().zip(&from.x) {
+                        *x = from.as_vec3().extend(x.w);
+                    }
+                }
+            }
+            Self::Twin(world) => {
+                for (body, from) in world.bodies.iter_mut().zip(&state.bodies) {
+                    body.x.clone_from(&from.x);
+                }
+            }
+        }
+        self.stop();
+    }
+
+    /// Reads where everything is.
+    #[must_use]
+    pub fn state(&self) -> State {
+        let mass = |w: f64| if w > 0.0 { 1.0 / w } else { 0.0 };
+        let wide = |column: &[glam::Vec4]| -> Vec<DVec3> {
+            let elements = column.iter();
+            elements.map(|x| x.truncate().as_dvec3()).collect()
+        };
+        let bodies = match self {
+            Self::Fast(world) => world
+                .bodies
+                .iter()
+                .map(|body| BodyState {
+                    x: wide(&body.particles.positions),
+                    v: wide(&body.particles.velocities),
+                    m: body
+                        .particles
+                        .positions
+                        .iter()
+                        .map(|x| mass(f64::from(x.w)))
+                        .collect(),
+                })
+                .collect(),
+            Self::Twin(world) => world
+                .bodies
+                .iter()
+                .map(|body| BodyState {
+                    x: body.x.clone(),
+                    v: body.v.clone(),
+                    m: body.w.iter().map(|&w| mass(w)).collect(),
+                })
+                .collect(),
+        };
+        State { bodies }
+    }
+}
+
+impl State {
+    /// Whether every number is finite.
+    #[must_use]
+    pub fn finite(&self) -> bool {
+        let mut all = self
+            .bodies
+            .iter()
+            .flat_map(|body| body.x.iter().chain(&body.v));
+        all.all(|x| x.is_finite())
+    }
+
+    /// Root mean square speed with which particles went from `before` to here in `seconds` [m/s],
+    /// and the kinetic energy of such a motion [J].
+    ///
+    /// Taken from a whole tick: over one substep, the rounding of positions near ε‖x‖/h looks like
+    /// a speed.
+    #[must_use]
+    pub fn motion_since(&self, before: &Self, seconds: f64) -> (f64, f64) {
+        let (mut squares, mut count, mut energy) = (0.0, 0, 0.0);
+        for (now, before) in self.bodies.iter().zip(&before.bodies) {
+            for ((x, from), m) in now.x.iter().zip(&before.x).zip(&now.m) {
+                let square = (*x - *from).length_squared() / (seconds * seconds);
+                squares += square;
+                energy += 0.5 * m * square;
+                count += usize::from(*m > 0.0);
+            }
+        }
+        ((squares / count.max(1) as f64).sqrt(), energy)
+    }
+
+    /// The same bodies with every particle at the origin.
+    #[must_use]
+    pub fn zero(&self) -> Self {
+        let mut zero = self.clone();
+        zero.scale(0.0);
+        zero
+    }
+
+    /// Adds the places of another.
+    pub fn add(&mut self, other: &Self) {
+        for (body, other) in self.bodies.iter_mut().zip(&other.bodies) {
+            for (x, other) in body.x.iter_mut().zip(&other.x) {
+                *x += *other;
+            }
+        }
+    }
+
+    /// Scales the places.
+    pub fn scale(&mut self, factor: f64) {
+        for x in self.bodies.iter_mut().flat_map(|body| &mut body.x) {
+            *x *= factor;
+        }
+    }
+
+    /// Farthest that a particle is from the origin [m].
+    #[must_use]
+    pub fn reach(&self) -> f64 {
+        let all = self.bodies.iter().flat_map(|body| &body.x);
+        all.map(|x| x.abs().max_element()).fold(0.0, f64::max)
+    }
+}

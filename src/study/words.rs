@@ -1,0 +1,485 @@
+//! What was found, in words. Every figure in a sentence is from the data.
+
+use super::{
+    Study,
+    closed_form::Reference,
+    converge::FIRST_ORDER,
+    document::Block,
+    floor, growth,
+    report::TARGETS,
+    results::{CaseResult, Point, ProblemResult},
+    rivalry,
+};
+
+/// A share as per cent, with two digits that say something.
+pub(super) fn percent(share: f64) -> String {
+    format!("{} %", number(share * 100.0))
+}
+
+/// A number with three digits.
+pub(super) fn number(number: f64) -> String {
+    let size = number.abs();
+    if number == 0.0 || !number.is_finite() {
+        format!("{number}")
+    } else if !(1e-3..1e5).contains(&size) {
+        format!("{number:.1e}")
+    } else {
+        let digits = (2 - size.log10().floor() as i32).clamp(0, 6);
+        format!("{number:.*}", digits as usize)
+    }
+}
+
+/// The title, the bad news, and what there is to know before the rest.
+pub(super) fn beginning(study: &Study) -> Vec<Block> {
+    let mut blocks = vec![
+        Block::Heading(1, "What accuracy costs".to_owned()),
+        Block::Text("Where the method loses:".to_owned()),
+        Block::List(losses(study)),
+        Block::Heading(2, "What 1 % costs".to_owned()),
+        overview(study),
+        Block::Text(
+            "Costs are milliseconds of one thread for a simulated second, medians; a setting is \
+             *substeps × iterations* a tick. **Solver error** is the distance to the converged \
+             answer of the same mesh, the f64 twin with small steps; **mesh error** is the distance \
+             of that answer to the continuum. They are never added up."
+                .to_owned(),
+        ),
+    ];
+    if study.machines.len() > 1 {
+        blocks.push(Block::Text(format!(
+            "**Times are from {} machines**, and are not to be compared across problems: {}. Points \
+             of one mesh that are from more than one machine are marked.",
+            study.machines.len(),
+            study.machines.join("; ")
+        )));
+    }
+    blocks.push(Block::Heading(2, "Substeps or iterations".to_owned()));
+    blocks.push(Block::List(rivalry::sentences(study)));
+    blocks
+}
+
+/// What is worse than one would wish, the worst first.
+fn losses(study: &Study) -> Vec<String> {
+    let mut sentences = Vec::new();
+    let unreached: Vec<String> = study
+        .problems
+        .iter()
+        .filter_map(|problem| {
+            let case = problem.finest_with_errors()?;
+            let best = case.best()?;
+            let error = best.error?;
+            (error > TARGETS[1]).then(|| {
+                format!(
+                    "{} ({} at best, {})",
+                    problem.problem.title,
+                    percent(error),
+                    best.setting
+                )
+            })
+        })
+        .collect();
+    if !unreached.is_empty() {
+        sentences.push(format!(
+            "No setting tried comes within 1 % on: {}.",
+            unreached.join("; ")
+        ));
+    }
+    let mut slow: Vec<(f64, String)> = study
+        .problems
+        .iter()
+        .filter_map(|problem| {
+            let case = problem.finest_with_errors()?;
+            let (best, _) = case.cheapest(TARGETS[1])?;
+            let default = case.point(DEFAULT)?;
+            let error = default.error.filter(|&error| error > TARGETS[1])?;
+            let ms = best.ms?.median / default.ms?.median;
+            (ms > 1.0).then(|| {
+                (
+                    ms,
+                    format!(
+                        "{}: the default {} is off by {}; 1 % takes {}, {} times the cost",
+                        problem.problem.title,
+                        DEFAULT_WORDS,
+                        percent(error),
+                        best.setting,
+                        number(ms)
+                    ),
+                )
+            })
+        })
+        .collect();
+    slow.sort_by(|a, b| b.0.total_cmp(&a.0));
+    sentences.extend(slow.into_iter().take(6).map(|(_, words)| words + "."));
+    let rounded: Vec<String> = study
+        .problems
+        .iter()
+        .filter_map(|problem| {
+            let (best, worst) = floor::turn(problem.finest_with_errors()?)?;
+            Some(format!(
+                "{} ({} at {} substeps, {} at {})",
+                problem.problem.title,
+                percent(best.error?),
+                best.setting.substeps,
+                percent(worst.error?),
+                worst.setting.substeps
+            ))
+        })
+        .collect();
+    if !rounded.is_empty() {
+        sentences.push(format!(
+            "In f32 more substeps make it worse, as ε‖x‖/h grows: {}.",
+            rounded.join("; ")
+        ));
+    }
+    let locking: Vec<String> = study
+        .problems
+        .iter()
+        .filter_map(|problem| {
+            let case = problem
+                .cases
+                .iter()
+                .find(|case| case.mesh_error.is_some())?;
+            let error = case.mesh_error.filter(|&error| error > TARGETS[0])?;
+            let name = &case.case.level_name;
+            Some(format!(
+                "{} ({name}: {})",
+                problem.problem.title,
+                percent(error)
+            ))
+        })
+        .collect();
+    if !locking.is_empty() {
+        sentences.push(format!(
+            "The coarsest mesh itself is off by more than 10 %, whatever the solver does: {}.",
+            locking.join("; ")
+        ));
+    }
+    let doubtful: Vec<String> = study
+        .problems
+        .iter()
+        .flat_map(|problem| &problem.cases)
+        .filter(|case| case.doubt().is_some_and(|doubt| doubt > TARGETS[1]))
+        .map(|case| case.case.id())
+        .collect();
+    if !doubtful.is_empty() {
+        sentences.push(format!(
+            "The converged answer itself is not known to 1 % for {}: smaller errors are not to be \
+             trusted there.",
+            doubtful.join(", ")
+        ));
+    }
+    if sentences.is_empty() {
+        sentences.push("Nowhere in what was tried.".to_owned());
+    }
+    sentences
+}
+
+/// The settings nearest to the default of a world among those that every budget tries.
+const DEFAULT: super::Setting = super::Setting::xpbd(16, 1);
+const DEFAULT_WORDS: &str = "16 substeps of one iteration (a world's default is 10)";
+
+/// A row a problem: what 1 % costs.
+fn overview(study: &Study) -> Block {
+    let head = ["problem", "mesh", "10 %", "1 %", "0.1 %", "mesh error"];
+    let mut rows = Vec::new();
+    for problem in &study.problems {
+        if let Some(case) = problem.finest_with_errors() {
+            let mut row = vec![problem.problem.title.clone(), case.case.level_name.clone()];
+            row.extend(TARGETS.map(|target| cheapest_cell(case, target)));
+            row.push(mesh_error_words(case));
+            rows.push(row);
+        }
+    }
+    Block::Table(head.map(str::to_owned).to_vec(), rows)
+}
+
+fn cheapest_cell(case: &CaseResult, error: f64) -> String {
+    match case.cheapest(error) {
+        Some((point, rivals)) => {
+            let doubt = if rivals.is_empty() {
+                ""
+            } else {
+                " *undecided*"
+            };
+            let ms = point.ms.map_or(f64::NAN, |ms| ms.median);
+            format!("{}, {} ms{doubt}", point.setting, number(ms))
+        }
+        None => "not reached".to_owned(),
+    }
+}
+
+fn mesh_error_words(case: &CaseResult) -> String {
+    match (case.mesh_error, case.doubt()) {
+        (Some(error), Some(doubt)) if error < doubt => format!("below {}", percent(doubt)),
+        (Some(error), _) => percent(error),
+        (None, _) => "—".to_owned(),
+    }
+}
+
+/// All sentences about a problem.
+pub(super) fn problem(study: &Study, result: &ProblemResult) -> Vec<Block> {
+    let problem = &result.problem;
+    let mut sentences = vec![reference(result)];
+    if let Some(case) = result.finest_with_errors() {
+        sentences.extend(cheapest(case));
+        sentences.extend(floor::sentence(case));
+        sentences.extend(predictions(case));
+    }
+    sentences.extend(growth::sentence(study, result));
+    sentences.extend(gaps(result));
+    vec![
+        Block::Heading(2, problem.title.clone()),
+        Block::Text(problem.about.clone()),
+        Block::List(sentences),
+    ]
+}
+
+fn reference(result: &ProblemResult) -> String {
+    let unit = result.problem.observe.unit();
+    let unit = if unit == "1" { "" } else { unit };
+    let against = result.problem.reference;
+    let mut words = match (against, result.reference) {
+        (Reference::Twin, _) => {
+            "There is no closed form: errors are against the twin, and of the mesh nothing is known."
+                .to_owned()
+        }
+        (Reference::FinestMesh, Some(value)) => match result.mesh_order {
+            Some(order) => format!(
+                "There is no closed form. The meshes tend to {} {unit}, with order {order:.1}.",
+                number(value)
+            ),
+            None => format!(
+                "There is no closed form, and the meshes do not show an order yet; mesh errors are \
+                 against the finest, {} {unit}.",
+                number(value)
+            ),
+        },
+        (Reference::FinestMesh, None) => {
+            "There is no closed form, and one mesh alone says nothing of a mesh error.".to_owned()
+        }
+        (_, Some(value)) => format!("Reference: {} = {} {unit}.", against.words(), number(value)),
+        (_, None) => String::new(),
+    };
+    for case in &result.cases {
+        let Some(converged) = &case.converged else {
+            continue;
+        };
+        if let Some(order) = converged.order
+            && !FIRST_ORDER.contains(&order)
+        {
+            words += &format!(
+                " On {} the twin shows order {order:.2}, not the first order that is expected, up to \
+                 {} substeps.",
+                case.case.level_name, converged.substeps
+            );
+        }
+        if !converged.settled {
+            words += &format!(
+                " On {} the twin did not come to rest.",
+                case.case.level_name
+            );
+        }
+    }
+    words
+}
+
+fn cheapest(case: &CaseResult) -> Vec<String> {
+    let mesh = &case.case.level_name;
+    TARGETS
+        .iter()
+        .map(|&target| match case.cheapest(target) {
+            Some((point, rivals)) => {
+                let ms = point.ms.map_or(f64::NAN, |ms| ms.median);
+                let mut words = format!(
+                    "For {} solver error ({mesh}): {}, {} ms per simulated second, {} projections a \
+                     tick.",
+                    percent(target),
+                    point.setting,
+                    number(ms),
+                    point.projections_per_tick
+                );
+                if !rivals.is_empty() {
+                    let names: Vec<String> = rivals
+                        .iter()
+                        .take(3)
+                        .map(|rival| rival.setting.to_string())
+                        .collect();
+                    words += &format!(
+                        " Undecided: within the spread of the times, {} may be as cheap.",
+                        names.join(", ")
+                    );
+                }
+                words
+            }
+            None => format!(
+                "{} solver error ({mesh}) is not reached; the best is {}.",
+                percent(target),
+                case.best().map_or("none".to_owned(), |best| format!(
+                    "{} with {}",
+                    percent(best.error.unwrap_or(f64::NAN)),
+                    best.setting
+                ))
+            ),
+        })
+        .collect()
+}
+
+/// How far the solver is from what the discrete method should give.
+fn predictions(case: &CaseResult) -> Option<String> {
+    let off = |point: &Point| Some((point.value()? - point.predicted?).abs());
+    let all: Vec<(f64, &Point)> = case
+        .points
+        .iter()
+        .filter(|point| point.setting.iterations == 1 && point.settled())
+        .filter_map(|point| Some((off(point)?, point)))
+        .collect();
+    let scale = case.scale?;
+    let worst = all.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(format!(
+        "The discrete method's own prediction is met to {} at {} to {} substeps; the worst is at {}.",
+        percent(worst.0 / scale),
+        all.first()?.1.setting.substeps,
+        all.last()?.1.setting.substeps,
+        worst.1.setting.substeps,
+    ))
+}
+
+/// What was not run, and what did not come to rest.
+fn gaps(result: &ProblemResult) -> Option<String> {
+    let all = || result.cases.iter().flat_map(|case| &case.points);
+    let skipped = all().filter(|point| point.run.is_none()).count();
+    let restless = all()
+        .filter(|point| point.run.is_some() && !point.settled())
+        .count();
+    let unknown = result.cases.iter().filter(|case| case.converged.is_none());
+    let unknown: Vec<&str> = unknown.map(|case| &case.case.level_name[..]).collect();
+    let mut words = Vec::new();
+    if skipped > 0 {
+        words.push(format!("{skipped} settings were skipped as too costly"));
+    }
+    if restless > 0 {
+        words.push(format!(
+            "{restless} did not come to rest in the time that they had, and do not count"
+        ));
+    }
+    if !unknown.is_empty() {
+        words.push(format!(
+            "the twin was too costly on {}, so there are only times",
+            unknown.join(", ")
+        ));
+    }
+    let mixed = result.cases.iter().any(|case| case.machines() > 1);
+    if mixed {
+        words.push(
+            "times of one mesh are from several machines, so its front is not to be trusted"
+                .to_owned(),
+        );
+    }
+    (!words.is_empty()).then(|| capital(&words.join("; ")) + ".")
+}
+
+fn capital(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or(String::new(), |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
+}
+
+/// What is under a diagram.
+pub(super) fn caption(result: &ProblemResult) -> String {
+    let hashes: Vec<String> = result.cases.iter().map(CaseResult::hash).collect();
+    format!(
+        "{}: solver error over cost. Filled points are settled; the line is the Pareto front, with \
+         substeps × iterations; the dashed line is the mesh error. Hash of scene and settings: {}.",
+        result.problem.title,
+        hashes.join(", ")
+    )
+}
+
+/// The front of each mesh as a table.
+pub(super) fn tables(result: &ProblemResult) -> Vec<Block> {
+    let head = [
+        "mesh",
+        "setting",
+        "ms per second",
+        "spread",
+        "error",
+        "primal",
+        "dual",
+    ];
+    let mut rows = Vec::new();
+    for case in &result.cases {
+        for point in case.front() {
+            let residuals = point.run.as_ref().and_then(|run| run.residuals);
+            let ms = point.ms.unwrap_or_default();
+            let dual = residuals.and_then(|residuals| residuals.dual);
+            let error = percent(point.error.unwrap_or(f64::NAN));
+            rows.push(vec![
+                case.case.level_name.clone(),
+                point.setting.to_string(),
+                number(ms.median),
+                format!("{}–{}", number(ms.low), number(ms.high)),
+                if point.below_reference {
+                    format!("{error}, below what is known")
+                } else {
+                    error
+                },
+                residuals.map_or("—".to_owned(), |residuals| number(residuals.primal)),
+                dual.map_or("—".to_owned(), number),
+            ]);
+        }
+    }
+    if rows.is_empty() {
+        return Vec::new();
+    }
+    vec![
+        Block::Text(
+            "Nothing that was tried is better in both cost and error than these:".to_owned(),
+        ),
+        Block::Table(head.map(str::to_owned).to_vec(), rows),
+    ]
+}
+
+/// What the figures are from.
+pub(super) fn end(study: &Study) -> Vec<Block> {
+    vec![
+        Block::Heading(2, "How it was measured".to_owned()),
+        Block::List(vec![
+            format!(
+                "Pliant {}, {} budget, study {}.",
+                study.header.version, study.header.budget, study.header.hash
+            ),
+            format!("Machine: {}.", study.machines.join("; ")),
+            "Settings of one mesh are timed in turn, round by round; what is undecided has times that \
+             overlap."
+                .to_owned(),
+            "Rest is found by kinetic damping: speed is taken away whenever the kinetic energy has \
+             passed a peak. Where it ends, a substep maps the body onto itself, with all the \
+             softness of a solver that does too little."
+                .to_owned(),
+            "The converged answer of what moves is that of the f64 twin at h, h/2 and h/4, extrapolated; \
+             of what rests, that of the twin with multipliers kept from substep to substep, where \
+             C + αλ/h² = 0 and forces balance."
+                .to_owned(),
+            "Primal residual: C + αλ/h² over rest lengths and volumes, root mean square. Dual residual: \
+             what M(x − x̃) and Σ∇C λ differ by, over the first."
+                .to_owned(),
+        ]),
+    ]
+}
+
+/// Where it loses, and a line a problem: what 1 % costs.
+pub(super) fn summary(study: &Study) -> Vec<String> {
+    let mut lines = losses(study);
+    lines.push(String::new());
+    for problem in &study.problems {
+        if let Some(case) = problem.finest_with_errors() {
+            lines.push(format!(
+                "{:<18} 1 %: {}",
+                problem.problem.name,
+                cheapest_cell(case, TARGETS[1])
+            ));
+        }
+    }
+    lines
+}
