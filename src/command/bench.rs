@@ -1,6 +1,6 @@
 //! `pliant bench`.
 
-use super::{FAILED, check_folder, run::progress_bar};
+use super::{FAILED, check_folder, run::progress_bar, say, say_line};
 use clap::Args;
 use pliant::bench::{self, Options, plot};
 use std::{path::PathBuf, process::ExitCode};
@@ -55,9 +55,9 @@ impl Bench {
             plot::write(path, &report)?;
         }
         if self.json {
-            println!("{}", serde_json::to_string_pretty(&report.json())?);
+            say_line(serde_json::to_string_pretty(&report.json())?)?;
         } else {
-            print!("{report}");
+            say(&report)?;
         }
         Ok(if report.sound() {
             ExitCode::SUCCESS

@@ -8,7 +8,12 @@ mod threads;
 mod window;
 
 use clap::{Parser, Subcommand};
-use std::{path::Path, process::ExitCode};
+use std::{
+    fmt,
+    io::{self, Write},
+    path::Path,
+    process::ExitCode,
+};
 
 /// Exit code when something that was asked for cannot be done as asked.
 pub const BAD_USAGE: u8 = 2;
@@ -48,6 +53,20 @@ impl CommandLine {
             Some(Command::Study(command)) => command.run(),
         }
     }
+}
+
+/// Prints to the standard output. Whoever reads it may stop before the end, as `head` does: that is
+/// no error.
+fn say(text: impl fmt::Display) -> io::Result<()> {
+    match write!(io::stdout().lock(), "{text}") {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        other => other,
+    }
+}
+
+/// The same with a line's end.
+fn say_line(text: impl fmt::Display) -> io::Result<()> {
+    say(format_args!("{text}\n"))
 }
 
 /// Refuses a file in a folder that does not exist: before anything runs, not after.

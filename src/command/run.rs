@@ -1,6 +1,6 @@
 //! `pliant run`.
 
-use super::{FAILED, check_folder, threads::ThreadsOption};
+use super::{FAILED, check_folder, say, say_line, threads::ThreadsOption};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use pliant::{
@@ -92,9 +92,9 @@ impl RunScene {
         }
         if self.json {
             let summary = json::run(&current.name, &done);
-            println!("{}", serde_json::to_string_pretty(&summary)?);
+            say_line(serde_json::to_string_pretty(&summary)?)?;
         } else {
-            print!("{}", in_words(&current.scene.title, &done));
+            say(in_words(&current.scene.title, &done))?;
         }
         Ok(if done.accepted() {
             ExitCode::SUCCESS

@@ -1,5 +1,6 @@
 //! `pliant scenes`.
 
+use super::say_line;
 use clap::Args;
 use pliant::scene::{Scene, registry::SCENES};
 use serde_json::json;
@@ -29,11 +30,11 @@ impl Scenes {
                     "seconds": scene.acceptance.seconds,
                 }));
             } else {
-                println!("{:<20} {}", builtin.name, scene.look_at);
+                say_line(format_args!("{:<20} {}", builtin.name, scene.look_at))?;
             }
         }
         if self.json {
-            println!("{}", serde_json::to_string_pretty(&rows)?);
+            say_line(serde_json::to_string_pretty(&rows)?)?;
         }
         Ok(ExitCode::SUCCESS)
     }

@@ -1,6 +1,6 @@
 //! `pliant study`.
 
-use super::run::progress_bar;
+use super::{run::progress_bar, say, say_line};
 use clap::Args;
 use pliant::study::{self, Budget, Options, Plan, Study, journal, report};
 use std::{path::PathBuf, process::ExitCode};
@@ -59,7 +59,7 @@ impl StudyCommand {
         if self.list {
             let plan = Plan::new(&self.problems, &budget)?;
             for case in &plan.cases {
-                println!("{}", self.part(&case.id()));
+                say_line(self.part(&case.id()))?;
             }
             return Ok(ExitCode::SUCCESS);
         }
@@ -82,9 +82,9 @@ impl StudyCommand {
         };
         report::write(&self.out, &study)?;
         if self.json {
-            println!("{}", serde_json::to_string_pretty(&report::json(&study))?);
+            say_line(serde_json::to_string_pretty(&report::json(&study))?)?;
         } else {
-            print!("{}", self.summary(&study));
+            say(self.summary(&study))?;
         }
         Ok(ExitCode::SUCCESS)
     }

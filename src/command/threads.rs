@@ -15,6 +15,12 @@ pub struct ThreadsOption {
 impl ThreadsOption {
     /// Starts them.
     pub fn start(self) -> Result<Threads, ThreadsError> {
+        if self.threads > 1 && cfg!(not(feature = "parallel")) {
+            return Err(ThreadsError {
+                count: self.threads,
+                reason: "this program was built without the feature `parallel`".to_owned(),
+            });
+        }
         Threads::new(self.threads)
     }
 }

@@ -4,6 +4,7 @@
 use super::{
     FAILED,
     run::{build, in_words},
+    say, say_line,
     threads::ThreadsOption,
 };
 use anyhow::Context;
@@ -100,22 +101,24 @@ impl Window {
     /// Says why there is no window, and runs the scene without one.
     fn without_window(&self, reason: &str, threads: Threads) -> anyhow::Result<ExitCode> {
         let name = self.scene.as_deref().unwrap_or(SCENES[0].name);
-        println!("No window: {reason}. Running {name} without one; `pliant run` does the same.");
+        say_line(format_args!(
+            "No window: {reason}. Running {name} without one; `pliant run` does the same."
+        ))?;
         let current = Scene::load(name)?;
         let options = RunOptions {
             threads: Some(threads),
             ..current.scene.run_options()
         };
         let done = run(&build(&current.scene)?, &options, |_| ())?;
-        print!("{}", in_words(&current.scene.title, &done));
+        say(in_words(&current.scene.title, &done))?;
         let folder = folder()?;
         let (figures, picture) = (folder.join("run.csv"), folder.join("run.svg"));
         csv::write(&figures, &done.history)?;
         plot::write(&picture, &current.scene.title, &done.history)?;
-        println!(
+        say_line(format_args!(
             "Figures of every tick and a plot of them are in {}",
             folder.display()
-        );
+        ))?;
         Ok(if done.accepted() {
             ExitCode::SUCCESS
         } else {

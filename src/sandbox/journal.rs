@@ -29,7 +29,10 @@ use bevy::{
 use bevy_egui::egui::Rect;
 use serde_json::{Value, json};
 
-use super::{camera::OrbitCamera, load::SceneLoaded, message::Notices, panel::PanelPlaces};
+use super::{
+    accuracy::CardPlaces, camera::OrbitCamera, load::SceneLoaded, message::Notices,
+    panel::PanelPlaces,
+};
 use crate::{
     scene::CurrentScene,
     simulation::{Action, Applied, Statistics},
@@ -130,15 +133,17 @@ fn write_scenes(mut journal: ResMut<Journal>, mut loaded: MessageReader<SceneLoa
 
 fn write_widgets(
     mut journal: ResMut<Journal>,
-    places: Res<PanelPlaces>,
+    (panel, card): (Res<PanelPlaces>, Res<CardPlaces>),
     window: Option<Single<&Window, With<PrimaryWindow>>>,
 ) {
-    let (true, Some(window)) = (places.is_changed(), window) else {
+    let changed = panel.is_changed() || card.is_changed();
+    let (true, Some(window)) = (changed, window) else {
         return;
     };
     let scale = window.scale_factor();
-    let now: BTreeMap<String, Rect> = places
+    let now: BTreeMap<String, Rect> = panel
         .iter()
+        .chain(card.iter())
         .map(|(name, rect)| (name.to_owned(), rect * scale))
         .collect();
     let before = std::mem::take(&mut journal.places);

@@ -53,6 +53,8 @@ pub enum Command {
     Tetrahedra,
     /// Draws the constraints by band, by colour, by lane, or not.
     SolverView,
+    /// Opens or closes the card that says what accuracy costs.
+    Accuracy,
     /// Shows or hides the panel.
     Panel,
     /// Saves a picture of the window.
@@ -188,6 +190,12 @@ pub const BINDINGS: &[Binding] = &[
         "V",
         "how it is solved: bands, colours, lanes",
         Command::SolverView,
+    ),
+    row(
+        &[Types("a")],
+        "A",
+        "what accuracy costs here",
+        Command::Accuracy,
     ),
     row(
         &[Types("h")],

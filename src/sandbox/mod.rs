@@ -6,6 +6,7 @@
 //! touches the simulation but through [`Actions`](crate::simulation::Actions), its clock and
 //! its settings.
 
+pub mod accuracy;
 pub mod arrival;
 pub mod bodies;
 pub mod camera;
@@ -158,6 +159,7 @@ impl PluginGroup for SandboxPlugins {
             .add(theme::ThemePlugin)
             .add(panel::PanelPlugin)
             .add(throughput::ThroughputPlugin)
+            .add(accuracy::AccuracyPlugin)
             .add(hud::HudPlugin)
             .add(message::MessagePlugin)
             .add(keys::KeysPlugin)

@@ -164,8 +164,8 @@ mod tests {
 
     #[test]
     fn neighbouring_tetrahedra_share_their_edges() {
-        assert_eq!(edges(&[[0, 1, 2, 3]]).len(), 6);
+        assert_eq!(edges([[0, 1, 2, 3]].into_iter()).len(), 6);
         // A common face has three edges in common: 6 + 6 - 3.
-        assert_eq!(edges(&[[0, 1, 2, 3], [0, 2, 1, 4]]).len(), 9);
+        assert_eq!(edges([[0, 1, 2, 3], [0, 2, 1, 4]].into_iter()).len(), 9);
     }
 }

@@ -212,14 +212,14 @@ impl Body {
     /// Moves every particle by what the multipliers that are there pull: w ∇C λ.
     fn pull(&mut self) {
         let topology = Arc::clone(&self.topology);
-        let edges = topology.edges.ends().iter();
+        let edges = topology.edges.ends();
         for (ends, lambda) in edges.zip(&self.stretch_multipliers) {
             let [a, b] = ends.map(|i| i as usize);
             let direction = (self.x[b] - self.x[a]).normalize_or_zero();
             self.x[a] -= direction * (self.w[a] * lambda);
             self.x[b] += direction * (self.w[b] * lambda);
         }
-        let tetrahedra = topology.tetrahedra.corners().iter();
+        let tetrahedra = topology.tetrahedra.corners();
         for (corners, lambda) in tetrahedra.zip(&self.volume_multipliers) {
             let corners = corners.map(|i| i as usize);
             let gradients = volume_gradients(corners.map(|i| self.x[i]));

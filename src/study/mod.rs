@@ -20,6 +20,7 @@
 //! settings.
 
 pub mod budget;
+pub mod choose;
 pub mod closed_form;
 pub mod converge;
 mod document;
@@ -49,10 +50,11 @@ mod timing;
 mod words;
 
 pub use budget::Budget;
+pub use choose::{Choice, Goal, choose};
 pub use closed_form::Reference;
 pub use error::StudyError;
 pub use observe::{Observe, Observed};
-pub use probe::{ProbeNews, ProbePoint, ROUNDS, probe};
+pub use probe::{Probe, ProbeNews, ProbePoint, ROUNDS, probe};
 pub use problem::{Case, Problem};
 pub use results::Study;
 pub use setting::{Method, Setting};

@@ -52,7 +52,7 @@ fn moving(body: &BodyState) -> impl Iterator<Item = (f64, DVec3, DVec3)> {
 }
 
 fn volumes(body: &Body, x: &[DVec3]) -> impl Iterator<Item = f64> {
-    let tetrahedra = body.topology.tetrahedra.corners().iter();
+    let tetrahedra = body.topology.tetrahedra.corners();
     tetrahedra.map(|corners| topology::volume(corners.map(|i| x[i as usize])))
 }
 
@@ -63,8 +63,8 @@ fn elastic(body: &Body, x: &[DVec3]) -> f64 {
     };
     let edges = &body.topology.edges;
     let stretch = body.effects.stretch.map_or(0.0, |stretch| {
-        let ends = edges.ends().iter().zip(&edges.rest_length);
-        ends.map(|(&[a, b], &rest)| {
+        let ends = edges.ends().zip(&edges.rest_length);
+        ends.map(|([a, b], &rest)| {
             let length = x[a as usize].distance(x[b as usize]);
             stored(length - f64::from(rest), stretch.compliance_of(rest))
         })

@@ -46,80 +46,117 @@ const TWIN_PROJECTIONS: u64 = 100_000_000;
 /// The most that [`Substeps`](crate::solver::Substeps) holds.
 const MOST_SUBSTEPS: u32 = 10_000;
 
+/// A world with what its f64 twin with small steps makes of it, to hold settings against.
+#[derive(Debug)]
+pub struct Probe<'a> {
+    world: &'a World,
+    seconds: f64,
+    /// States of the twin after each tick.
+    twin: Vec<State>,
+    uncertainty: f64,
+}
+
+impl<'a> Probe<'a> {
+    /// Lets the twin go on for `seconds`. Tells the share that is done, up to a half; `None` if it
+    /// was stopped.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] if the twin's steps are out of their range.
+    pub fn new(
+        world: &'a World,
+        seconds: f64,
+        news: &mut impl FnMut(ProbeNews) -> ControlFlow<()>,
+    ) -> Result<Option<Self>, InvalidValue> {
+        let iterations = world.settings.iterations.get();
+        let finest = twin_substeps(world, seconds);
+        let mut paths = Vec::new();
+        for (part, substeps) in [finest.div_ceil(2), finest].into_iter().enumerate() {
+            let start = Setting::xpbd(substeps, iterations).applied(world)?;
+            let mut solver = Solver::twin(&start);
+            let ticks = solver.ticks(seconds);
+            let mut path = Vec::new();
+            for tick in 1..=ticks {
+                solver.tick();
+                path.push(solver.state());
+                let done = (part as f64 + tick as f64 / ticks as f64) * 0.25;
+                if news(ProbeNews::Share(done)).is_break() {
+                    return Ok(None);
+                }
+            }
+            paths.push(path);
+        }
+        let uncertainty = distance(world, &paths[0], &paths[1]);
+        Ok(paths.pop().map(|twin| Self {
+            world,
+            seconds,
+            twin,
+            uncertainty,
+        }))
+    }
+
+    /// The world.
+    #[must_use]
+    pub fn world(&self) -> &World {
+        self.world
+    }
+
+    /// A setting, timed once.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] for substeps or iterations out of their range.
+    pub fn point(&self, setting: Setting) -> Result<ProbePoint, InvalidValue> {
+        let (path, ms) = timed_path(setting.applied(self.world)?, self.seconds);
+        Ok(ProbePoint {
+            setting,
+            projections_per_tick: setting.projections(self.world),
+            ms_per_second: Spread::of(vec![ms]),
+            error: distance(self.world, &path, &self.twin),
+            uncertainty: self.uncertainty,
+        })
+    }
+}
+
 /// Continues a copy of `world` for `seconds` at each of the settings and as an f64 twin with small
-/// steps, and compares. The world is left as it is, and goes on in its own threads.
+/// steps, and compares. The world is left as it is.
 ///
-/// Tells every point when it is there; when it is told [`ControlFlow::Break`] in return, it stops
-/// and gives what it has. To be run on a thread of its own: it takes seconds.
+/// Tells every point when it is there, and again whenever its time is better known; when it is told
+/// [`ControlFlow::Break`] in return, it stops and gives what it has. To be run on a thread of its
+/// own: it takes seconds.
 ///
 /// # Errors
-/// [`InvalidValue`] for substeps or iterations out of their range; nothing has run then.
+/// [`InvalidValue`] for substeps or iterations out of their range.
 pub fn probe(
     world: &World,
     seconds: f64,
     settings: &[Setting],
     mut news: impl FnMut(ProbeNews) -> ControlFlow<()>,
 ) -> Result<Vec<ProbePoint>, InvalidValue> {
-    let worlds: Vec<World> = settings
-        .iter()
-        .map(|setting| setting.applied(world))
-        .collect::<Result<_, _>>()?;
     let mut points: Vec<ProbePoint> = Vec::new();
-    let mut times = vec![Vec::new(); worlds.len()];
-    let Some((twin, uncertainty)) = twin_path(world, seconds, &mut news)? else {
+    let Some(probe) = Probe::new(world, seconds, &mut news)? else {
         return Ok(points);
     };
+    let all = (ROUNDS * settings.len()) as f64;
+    let mut times = vec![Vec::new(); settings.len()];
     for round in 0..ROUNDS {
-        for (place, start) in worlds.iter().enumerate() {
-            let (path, ms) = timed_path(start.clone(), seconds);
-            times[place].push(ms);
-            let ms_per_second = Spread::of(times[place].clone());
+        for (place, &setting) in settings.iter().enumerate() {
             match points.get_mut(place) {
-                Some(point) => point.ms_per_second = ms_per_second,
-                None => points.push(ProbePoint {
-                    setting: settings[place],
-                    projections_per_tick: settings[place].projections(world),
-                    ms_per_second,
-                    error: distance(world, &path, &twin),
-                    uncertainty,
-                }),
+                None => points.push(probe.point(setting)?),
+                Some(point) => {
+                    let (_, ms) = timed_path(setting.applied(world)?, seconds);
+                    point.ms_per_second = Spread::of(vec![ms]);
+                }
             }
-            let done = (round * worlds.len() + place + 1) as f64 / (ROUNDS * worlds.len()) as f64;
-            let told = news(ProbeNews::Point(points[place].clone()));
+            let point = &mut points[place];
+            times[place].push(point.ms_per_second.median);
+            point.ms_per_second = Spread::of(times[place].clone());
+            let told = news(ProbeNews::Point(point.clone()));
+            let done = (round * settings.len() + place + 1) as f64 / all;
             if told.is_break() || news(ProbeNews::Share(0.5 + 0.5 * done)).is_break() {
                 return Ok(points);
             }
         }
     }
     Ok(points)
-}
-
-/// States of the twin after each tick, and how far it may be off; `None` if it was stopped.
-fn twin_path(
-    world: &World,
-    seconds: f64,
-    news: &mut impl FnMut(ProbeNews) -> ControlFlow<()>,
-) -> Result<Option<(Vec<State>, f64)>, InvalidValue> {
-    let iterations = world.settings.iterations.get();
-    let finest = twin_substeps(world, seconds);
-    let mut paths = Vec::new();
-    for (part, substeps) in [finest.div_ceil(2), finest].into_iter().enumerate() {
-        let start = Setting::xpbd(substeps, iterations).applied(world)?;
-        let mut solver = Solver::twin(&start);
-        let ticks = solver.ticks(seconds);
-        let mut path = Vec::new();
-        for tick in 1..=ticks {
-            solver.tick();
-            path.push(solver.state());
-            let done = (part as f64 + tick as f64 / ticks as f64) * 0.25;
-            if news(ProbeNews::Share(done)).is_break() {
-                return Ok(None);
-            }
-        }
-        paths.push(path);
-    }
-    let uncertainty = distance(world, &paths[0], &paths[1]);
-    Ok(paths.pop().map(|path| (path, uncertainty)))
 }
 
 /// Substeps of the twin: 64 times as many as the world has, or what can be afforded.

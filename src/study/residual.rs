@@ -88,15 +88,15 @@ fn primal_of(body: &Body, h: f32) -> SquareSum {
 fn dual_of(body: &Body, alone: &[DVec3]) -> (f64, f64) {
     let positions = &body.particles.positions;
     let mut forces = vec![DVec3::ZERO; positions.len()];
-    let ends = body.topology.edges.ends().iter();
-    for (&[a, b], &lambda) in ends.zip(&body.stretch_multipliers) {
+    let ends = body.topology.edges.ends();
+    for ([a, b], &lambda) in ends.zip(&body.stretch_multipliers) {
         let [a, b] = [a as usize, b as usize];
         let d = (positions[b] - positions[a]).truncate().as_dvec3();
         let pull = d.normalize_or_zero() * f64::from(lambda);
         forces[a] -= pull;
         forces[b] += pull;
     }
-    let corners = body.topology.tetrahedra.corners().iter();
+    let corners = body.topology.tetrahedra.corners();
     for (corners, &lambda) in corners.zip(&body.volume_multipliers) {
         let corners = corners.map(|i| i as usize);
         let gradients = volume_and_gradients(corners.map(|i| positions[i].truncate())).1;

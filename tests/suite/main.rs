@@ -49,6 +49,7 @@ mod solver_stages;
 mod solver_stretch;
 mod solver_topology;
 mod solver_volume;
+mod study_choose;
 mod study_probe;
 mod support;
 mod support_app;

@@ -56,10 +56,10 @@ fn check<const N: usize>(topology: &Topology, elements: &Elements<N>) {
         let Some(Turn { band, colour }) = place.turn else {
             continue;
         };
-        assert_eq!(topology.bands.band_of(corners), Some(band));
+        assert_eq!(topology.bands.band_of(&corners), Some(band));
         blocks.entry((band, colour)).or_default().push(place.lane);
         for corner in corners {
-            let other = touched.insert((band, colour, *corner), index);
+            let other = touched.insert((band, colour, corner), index);
             assert_eq!(other, None, "constraint {index} shares particle {corner}");
         }
     }

@@ -53,6 +53,7 @@ impl Hand<'_, '_> {
             Command::Wireframe => self.view.wireframe = !self.view.wireframe,
             Command::Tetrahedra => self.view.tetrahedra = !self.view.tetrahedra,
             Command::SolverView => self.view.solver = self.view.solver.next(),
+            Command::Accuracy => self.ask(Request::Accuracy),
             Command::Panel => self.view.panel_visible = !self.view.panel_visible,
             Command::Help => self.view.help_visible = !self.view.help_visible,
             Command::Close => self.view.help_visible = false,

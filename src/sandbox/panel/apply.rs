@@ -15,6 +15,7 @@ use super::{
 use crate::{
     effect::EffectRegistry,
     sandbox::{
+        accuracy::AccuracyCommand,
         arrival::Arrivals,
         message::{Notices, capitalised},
         view::{LastGrab, ViewCommand, ViewSettings},
@@ -53,6 +54,9 @@ fn carry_out_one(world: &mut World, request: Request) {
         }
         Request::FrameAll => command(world, ViewCommand::FrameAll),
         Request::Screenshot => command(world, ViewCommand::Screenshot),
+        Request::Accuracy => {
+            world.write_message(AccuracyCommand::Toggle);
+        }
         Request::Pause(paused) => world.resource_mut::<SimulationClock>().paused = paused,
         Request::Step => {
             let mut clock = world.resource_mut::<SimulationClock>();

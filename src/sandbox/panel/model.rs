@@ -256,6 +256,8 @@ pub enum Request {
     SolverView(SolverView),
     /// Move the camera so that every body is in sight.
     FrameAll,
+    /// Open or close the card that says what accuracy costs.
+    Accuracy,
     /// Save a picture.
     Screenshot,
     /// Show the overlay of keys.

@@ -7,7 +7,7 @@ use super::{
     Panel,
     model::{PanelModel, Request},
     parameter::{self, Edit},
-    section::{self, section},
+    section::{self, RowButton, section},
 };
 use crate::sandbox::{hud::millions, theme};
 
@@ -35,6 +35,7 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         }
         threads(ui, panel, model);
         projections(ui, panel, model);
+        accuracy(ui, panel);
     });
 }
 
@@ -48,6 +49,17 @@ fn threads(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
             Edit::Set(value) => Some(value),
             Edit::Reset => None,
         }));
+    }
+}
+
+fn accuracy(ui: &mut Ui, panel: &mut Panel) {
+    let button = RowButton::new(
+        "world.accuracy",
+        "What accuracy costs here",
+        "Measures the scene as it is now at many settings, while it runs on (A)",
+    );
+    if section::button_row(ui, panel, &[button]).is_some() {
+        panel.ask(Request::Accuracy);
     }
 }
 
