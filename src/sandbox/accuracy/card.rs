@@ -19,6 +19,12 @@ use bevy_egui::egui::{
 /// Width of the card [logical px].
 const WIDTH: f32 = 400.0;
 
+/// An uncertainty of the twin, as a ratio, that makes errors worth little.
+const UNSURE: f64 = 0.05;
+const UNSURE_WORDS: &str = "With half the steps the twin goes elsewhere: these errors mean little. \
+     Contacts and folds can do that, and so does damping, which small steps make too strong: try \
+     with a damping of 0.";
+
 /// Everything that the card shows.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Card {
@@ -83,6 +89,10 @@ fn contents(ui: &mut Ui, card: &Card, answer: &mut Answer) {
         _ => {}
     }
     legend(ui);
+    if card.uncertainty > UNSURE {
+        let text = RichText::new(UNSURE_WORDS).small().color(theme::ALARM);
+        ui.add(Label::new(text).wrap());
+    }
     ui.add(Label::new(RichText::new(line(card, near)).small().color(theme::TEXT)).wrap());
     ui.add_space(4.0);
     goals(ui, card, answer);
@@ -96,7 +106,7 @@ fn head(ui: &mut Ui, card: &Card, answer: &mut Answer) {
     ui.horizontal(|ui| {
         ui.label(RichText::new("What accuracy costs here").color(theme::STRONG));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            let close = ui.add(Button::new("✕").frame(false));
+            let close = ui.add(Button::new("×").frame(false));
             answer.places.note("accuracy.close", &close, ui.clip_rect());
             if close.on_hover_text("Close (A)").clicked() {
                 answer.commands.push(AccuracyCommand::Toggle);
