@@ -219,6 +219,8 @@ fn case_result(case: Case, budget: &Budget, records: &[Record]) -> CaseResult {
             _ => {}
         }
     }
+    // Where one of the twin's runs blew up, the other alone tells nothing.
+    converged = converged.filter(|converged: &Converged| converged.uncertainty.is_finite());
     let scale = case
         .problem
         .percent_of

@@ -364,7 +364,7 @@ fn gaps(result: &ProblemResult) -> Option<String> {
     }
     if !unknown.is_empty() {
         words.push(format!(
-            "the twin was too costly on {}, so there are only times",
+            "the twin was too costly or did not stay finite on {}, so there are only times",
             unknown.join(", ")
         ));
     }

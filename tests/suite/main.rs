@@ -51,6 +51,8 @@ mod solver_topology;
 mod solver_volume;
 mod study_choose;
 mod study_probe;
+mod study_problems;
+mod study_program;
 mod support;
 mod support_app;
 #[cfg(all(feature = "window", target_os = "linux"))]

@@ -1,0 +1,128 @@
+//! The study's problems against their closed forms, in f32 and in the twin.
+
+use pliant::study::{
+    Case, Method, Problem, Setting, Solver, converge::converge, registry::PROBLEMS, sweep::run_one,
+};
+
+fn cases(name: &str) -> Vec<Case> {
+    let problem = Problem::load(name).expect("a built-in problem");
+    problem.cases().expect("it can be built")
+}
+
+fn value(case: &Case, setting: Setting) -> f64 {
+    let seconds = case.problem.observe.seconds();
+    let run = run_one(case, setting, seconds).expect("sound settings");
+    assert!(run.observed.settled, "{} at {setting}", case.id());
+    run.observed.values[0]
+}
+
+fn expected(case: &Case) -> f64 {
+    case.problem.reference.value().expect("a closed form")
+}
+
+fn substep(case: &Case, substeps: u32) -> f64 {
+    1.0 / (case.world.settings.rate.get() * f64::from(substeps))
+}
+
+#[test]
+fn every_problem_can_be_built_and_says_what_it_is_about() {
+    assert!(PROBLEMS.len() >= 12);
+    for builtin in PROBLEMS {
+        for case in cases(builtin.name) {
+            assert!(case.constraints() > 0, "{}", case.id());
+            assert!(!case.problem.about.is_empty() && !case.problem.title.is_empty());
+        }
+    }
+}
+
+#[test]
+fn a_hanging_mass_stretches_its_spring_by_its_closed_form() {
+    let case = &cases("hanging_mass")[0];
+    for (substeps, iterations) in [(1, 1), (1, 8), (2, 1), (4, 1)] {
+        let stretch = value(case, Setting::xpbd(substeps, iterations));
+        // A particle near 1 m rests where what is left of its weight moves it by less than half an
+        // ulp in a substep: 6e-8 m / gh² = 3.5e-4 of its weight at four substeps.
+        let off = (stretch / expected(case) - 1.0).abs();
+        assert!(off < 1e-3, "{stretch} at {substeps}×{iterations}");
+    }
+    let rigid = Setting {
+        method: Method::Pbd,
+        ..Setting::xpbd(1, 1)
+    };
+    assert!(
+        value(case, rigid).abs() < 1e-6,
+        "without compliance nothing gives"
+    );
+}
+
+#[test]
+fn energy_is_lost_and_periods_grow_as_the_discrete_method_has_it() {
+    for name in ["spring_energy", "spring_period"] {
+        let case = &cases(name)[0];
+        for substeps in [1, 2, 4] {
+            let predicted = case.problem.reference.predicted(substep(case, substeps));
+            let predicted = predicted.expect("a prediction");
+            let setting = Setting::xpbd(substeps, 1);
+            let fast = value(case, setting);
+            // Velocities are known to ε‖x‖/h = 3e-5 m/s of 0.3 m/s at four substeps, in a walk whose
+            // steps forget each other; crossings are placed by a straight line, (ω/60)³/16 of a
+            // radian off at either end of ten periods, which is 2e-6 of a second.
+            assert!(
+                (fast - predicted).abs() < 1e-4,
+                "{name}: {fast}, not {predicted}"
+            );
+            let world = setting.applied(&case.world).expect("sound settings");
+            let observe = &case.problem.observe;
+            let twin = observe.run(&mut Solver::twin(&world), &case.start, &case.world);
+            assert!(
+                (twin.values[0] - predicted).abs() < 1e-5,
+                "{name}, the twin"
+            );
+        }
+    }
+}
+
+#[test]
+fn what_moves_converges_with_first_order() {
+    for name in ["spring_energy", "pendulum_period", "pendulum_energy"] {
+        let converged = converge(&cases(name)[0]).expect("sound settings");
+        let order = converged.order.expect("it still changes");
+        assert!((0.8..=1.2).contains(&order), "{name}: order {order}");
+    }
+}
+
+#[test]
+fn chains_rest_where_their_closed_form_has_them_whatever_the_twins_substeps() {
+    for name in ["chain_1e-5", "chain_1e-3"] {
+        let case = &cases(name)[0];
+        let converged = converge(case).expect("sound settings");
+        assert!(converged.settled, "{name}");
+        // Masses and lengths are f32, and rest is found to some 1e-7 of a metre.
+        let off = (converged.values[0] - expected(case)).abs();
+        assert!(off < 1e-6, "{name}: {off} m");
+        let (poor, good) = (
+            value(case, Setting::xpbd(1, 4)),
+            value(case, Setting::xpbd(4, 16)),
+        );
+        assert!(
+            poor > good && good > converged.values[0],
+            "{name}: too little work is softer than asked: {poor}, {good}"
+        );
+    }
+}
+
+#[test]
+fn a_catenarys_mesh_error_falls_with_the_square_of_its_links() {
+    let errors: Vec<f64> = cases("catenary")
+        .iter()
+        .map(|case| {
+            let converged = converge(case).expect("sound settings");
+            (converged.values[0] - expected(case)).abs()
+        })
+        .collect();
+    for pair in errors.windows(2) {
+        // A polygon of n links is 1/n² from its curve.
+        let factor = pair[0] / pair[1];
+        assert!((3.8..4.2).contains(&factor), "{errors:?}");
+    }
+}
