@@ -251,7 +251,7 @@ impl<N: FnMut(ProbeNews) -> ControlFlow<()>> Search<'_, N> {
     ) -> Result<Option<Choice>, InvalidValue> {
         let place = self.tried(setting)?;
         let point = &self.tried[place];
-        Ok(point.error.is_finite().then(|| Choice {
+        Ok(point.error.is_finite().then_some(Choice {
             setting,
             error: point.error,
             projections_per_tick: point.projections_per_tick,
