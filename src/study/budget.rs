@@ -90,7 +90,7 @@ impl Budget {
     }
 
     /// Simulated time that a run at this setting may take [s], if it can be afforded: all that is
-    /// observed, or, to come to rest, at least ten seconds.
+    /// observed, or, to come to rest, at least two seconds.
     #[must_use]
     pub fn run_seconds(&self, case: &Case, setting: Setting) -> Option<f64> {
         let all = case.problem.observe.seconds();
