@@ -63,9 +63,21 @@ pub fn choose(
     goal: Goal,
     mut news: impl FnMut(ProbeNews) -> ControlFlow<()>,
 ) -> Result<Option<Choice>, InvalidValue> {
-    let Some(probe) = Probe::new(world, seconds, &mut news)? else {
-        return Ok(None);
-    };
+    match Probe::new(world, seconds, &mut news)? {
+        Some(probe) => choose_from(&probe, goal, news),
+        None => Ok(None),
+    }
+}
+
+/// The same, where the twin is there already.
+///
+/// # Errors
+/// [`InvalidValue`] if a setting is out of its range.
+pub fn choose_from(
+    probe: &Probe,
+    goal: Goal,
+    news: impl FnMut(ProbeNews) -> ControlFlow<()>,
+) -> Result<Option<Choice>, InvalidValue> {
     let mut search = Search {
         probe,
         tried: Vec::new(),
@@ -77,8 +89,8 @@ pub fn choose(
         Goal::Projections(most) => search.most_exact(most, f64::INFINITY)?,
         Goal::Milliseconds(most) => {
             let here = Setting::xpbd(
-                world.settings.substeps.get(),
-                world.settings.iterations.get(),
+                probe.world().settings.substeps.get(),
+                probe.world().settings.iterations.get(),
             );
             let place = search.tried(here)?;
             let point = &search.tried[place];
@@ -90,7 +102,7 @@ pub fn choose(
 }
 
 struct Search<'a, N> {
-    probe: Probe<'a>,
+    probe: &'a Probe,
     tried: Vec<ProbePoint>,
     news: N,
     stopped: bool,

@@ -50,7 +50,7 @@ mod timing;
 mod words;
 
 pub use budget::Budget;
-pub use choose::{Choice, Goal, choose};
+pub use choose::{Choice, Goal, choose, choose_from};
 pub use closed_form::Reference;
 pub use error::StudyError;
 pub use observe::{Observe, Observed};

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     bench::Spread,
-    solver::{InvalidValue, World},
+    solver::{InvalidValue, World, reference},
 };
 use std::{ops::ControlFlow, time::Instant};
 
@@ -43,32 +43,39 @@ pub const ROUNDS: usize = 5;
 /// The twin takes at most so many projections: some three seconds of one thread.
 const TWIN_PROJECTIONS: u64 = 100_000_000;
 
+/// Sweeps until nothing rigid is violated any more: a dozen times across a body of twenty cells.
+const PROJECTIONS: u32 = 300;
+
 /// The most that [`Substeps`](crate::solver::Substeps) holds.
 const MOST_SUBSTEPS: u32 = 10_000;
 
 /// A world with what its f64 twin with small steps makes of it, to hold settings against.
+///
+/// All begin where the [rigid](reference::World::project) is satisfied: what a solver that does too
+/// little leaves violated, small steps would turn into speed, and no two could be compared.
 #[derive(Debug)]
-pub struct Probe<'a> {
-    world: &'a World,
+pub struct Probe {
+    world: World,
     seconds: f64,
     /// States of the twin after each tick.
     twin: Vec<State>,
     uncertainty: f64,
 }
 
-impl<'a> Probe<'a> {
+impl Probe {
     /// Lets the twin go on for `seconds`. Tells the share that is done, up to a half; `None` if it
     /// was stopped.
     ///
     /// # Errors
     /// [`InvalidValue`] if the twin's steps are out of their range.
     pub fn new(
-        world: &'a World,
+        world: &World,
         seconds: f64,
         news: &mut impl FnMut(ProbeNews) -> ControlFlow<()>,
     ) -> Result<Option<Self>, InvalidValue> {
         let iterations = world.settings.iterations.get();
         let finest = twin_substeps(world, seconds);
+        let world = &projected(world, finest)?;
         let mut paths = Vec::new();
         for (part, substeps) in [finest.div_ceil(2), finest].into_iter().enumerate() {
             let start = Setting::xpbd(substeps, iterations).applied(world)?;
@@ -87,7 +94,7 @@ impl<'a> Probe<'a> {
         }
         let uncertainty = distance(world, &paths[0], &paths[1]);
         Ok(paths.pop().map(|twin| Self {
-            world,
+            world: world.clone(),
             seconds,
             twin,
             uncertainty,
@@ -97,7 +104,7 @@ impl<'a> Probe<'a> {
     /// The world.
     #[must_use]
     pub fn world(&self) -> &World {
-        self.world
+        &self.world
     }
 
     /// A setting, timed once.
@@ -105,12 +112,12 @@ impl<'a> Probe<'a> {
     /// # Errors
     /// [`InvalidValue`] for substeps or iterations out of their range.
     pub fn point(&self, setting: Setting) -> Result<ProbePoint, InvalidValue> {
-        let (path, ms) = timed_path(setting.applied(self.world)?, self.seconds);
+        let (path, ms) = timed_path(setting.applied(&self.world)?, self.seconds);
         Ok(ProbePoint {
             setting,
-            projections_per_tick: setting.projections(self.world),
+            projections_per_tick: setting.projections(&self.world),
             ms_per_second: Spread::of(vec![ms]),
-            error: distance(self.world, &path, &self.twin),
+            error: distance(&self.world, &path, &self.twin),
             uncertainty: self.uncertainty,
         })
     }
@@ -142,7 +149,7 @@ pub fn probe(
             match points.get_mut(place) {
                 None => points.push(probe.point(setting)?),
                 Some(point) => {
-                    let (_, ms) = timed_path(setting.applied(world)?, seconds);
+                    let (_, ms) = timed_path(setting.applied(&probe.world)?, seconds);
                     point.ms_per_second = Spread::of(vec![ms]);
                 }
             }
@@ -157,6 +164,20 @@ pub fn probe(
         }
     }
     Ok(points)
+}
+
+/// A copy of a world in which nothing is violated that is rigid for a twin of so many substeps.
+fn projected(world: &World, substeps: u32) -> Result<World, InvalidValue> {
+    let fine = Setting::xpbd(substeps, world.settings.iterations.get()).applied(world)?;
+    let mut twin = reference::World::of(&fine);
+    twin.project(PROJECTIONS);
+    let mut world = world.clone();
+    for (body, exact) in world.bodies.iter_mut().zip(&twin.bodies) {
+        for (x, exact) in body.particles.positions.iter_mut().zip(&exact.x) {
+            *x = exact.as_vec3().extend(x.w);
+        }
+    }
+    Ok(world)
 }
 
 /// Substeps of the twin: 64 times as many as the world has, or what can be afforded.

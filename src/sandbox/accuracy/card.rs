@@ -21,9 +21,8 @@ const WIDTH: f32 = 400.0;
 
 /// An uncertainty of the twin, as a ratio, that makes errors worth little.
 const UNSURE: f64 = 0.05;
-const UNSURE_WORDS: &str = "With half the steps the twin goes elsewhere: these errors mean little. \
-     Contacts and folds can do that, and so does damping, which small steps make too strong: try \
-     with a damping of 0.";
+const UNSURE_WORDS: &str = "With half as many steps the twin goes elsewhere, as contacts and folds make \
+     it: errors below the grey mean nothing.";
 
 /// Everything that the card shows.
 #[derive(Debug, Clone, Default, PartialEq)]
