@@ -19,10 +19,12 @@ pub mod constraint;
 pub mod contact;
 mod crew;
 pub mod deform;
+pub mod delivered;
 mod fit;
 pub mod lanes;
 pub mod measure;
 pub mod memory;
+pub mod modes;
 pub mod numbering;
 pub mod order;
 pub mod particles;
@@ -48,7 +50,9 @@ pub use constraint::{
 };
 pub use contact::{Collide, Collider, ColliderShape, Ground, Path, Pose, StickyGround};
 pub use deform::{Deformation, deform};
+pub use delivered::Delivered;
 pub use lanes::Instructions;
+pub use modes::Modes;
 pub use particles::Particles;
 pub use quantity::{
     Compliance, Damping, Density, Force, Friction, InvalidValue, Iterations, Length, Mass, Rate,

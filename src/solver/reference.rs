@@ -452,8 +452,8 @@ fn xpbd(
     }
 }
 
-/// ∇V for each corner.
-fn volume_gradients([x0, x1, x2, x3]: [DVec3; 4]) -> [DVec3; 4] {
+/// ∇V for each corner [m²].
+pub(super) fn volume_gradients([x0, x1, x2, x3]: [DVec3; 4]) -> [DVec3; 4] {
     let (a, b, c) = (x1 - x0, x2 - x0, x3 - x0);
     let (g1, g2, g3) = (b.cross(c) / 6.0, c.cross(a) / 6.0, a.cross(b) / 6.0);
     [-(g1 + g2 + g3), g1, g2, g3]

@@ -1,0 +1,54 @@
+//! Eigenvalues of a symmetric tridiagonal matrix, by counting and halving.
+
+/// A symmetric tridiagonal matrix.
+#[derive(Debug, Clone, Default)]
+pub struct Tridiagonal {
+    /// The diagonal.
+    pub diagonal: Vec<f64>,
+    /// Beside it, one less.
+    pub beside: Vec<f64>,
+}
+
+impl Tridiagonal {
+    /// How many eigenvalues lie below `x`: the negative pivots of T − x (Sturm).
+    pub fn below(&self, x: f64) -> usize {
+        let mut pivot = 1.0;
+        let mut count = 0;
+        for (i, &a) in self.diagonal.iter().enumerate() {
+            let b = if i > 0 { self.beside[i - 1] } else { 0.0 };
+            pivot = a - x - b * b / pivot;
+            if pivot == 0.0 {
+                pivot = f64::MIN_POSITIVE;
+            }
+            count += usize::from(pivot < 0.0);
+        }
+        count
+    }
+
+    /// Eigenvalue number `index` from below, from 0, within `tolerance` of itself.
+    pub fn eigenvalue(&self, index: usize, tolerance: f64) -> f64 {
+        let (mut low, mut high) = (0.0, self.bound());
+        while high - low > tolerance * high {
+            let middle = 0.5 * (low + high);
+            if middle <= low || middle >= high {
+                break;
+            }
+            if self.below(middle) > index {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        high
+    }
+
+    /// No eigenvalue is above this (Gershgorin).
+    pub fn bound(&self) -> f64 {
+        let beside = |i: Option<usize>| i.and_then(|i| self.beside.get(i)).copied().unwrap_or(0.0);
+        self.diagonal
+            .iter()
+            .enumerate()
+            .map(|(i, a)| a + beside(i.checked_sub(1)).abs() + beside(Some(i)).abs())
+            .fold(0.0, f64::max)
+    }
+}
