@@ -9,9 +9,10 @@ use pliant::sandbox::{
     keys::{BINDINGS, GESTURES},
     panel::{
         Panel, Places,
+        history::History,
         model::{
-            Addition, BodyEntry, BodyState, ClockModel, Distortion, EffectModel, GrabModel,
-            PanelModel, Parameter, Request, SceneEntry, Scope, StageModel,
+            Addition, BodyEntry, BodyState, ClockModel, DeliveredModel, Distortion, EffectModel,
+            GrabModel, PanelModel, Parameter, Request, SceneEntry, Scope, StageModel,
         },
         show,
         track::{Spread, Track},
@@ -56,6 +57,13 @@ fn stretch() -> EffectModel {
         carriers_shown: 2,
         elements: 1240,
         share: Some(0.4),
+        delivered: Some(DeliveredModel {
+            got: 4e-5,
+            unit: "m/N",
+            factor: Some(4.0),
+            limited: true,
+            substeps: Some(24),
+        }),
         switchable: true,
         parameters: vec![
             parameter(
@@ -77,6 +85,7 @@ fn absent() -> EffectModel {
         carriers_shown: 0,
         elements: 0,
         share: None,
+        delivered: None,
         parameters: Vec::new(),
         ..stretch()
     }
@@ -84,6 +93,8 @@ fn absent() -> EffectModel {
 
 fn model() -> PanelModel {
     let whole = |high| Track::new(1.0..=high, Spread::Integer);
+    let mut history = History::default();
+    (0..50).for_each(|_| history.push([0.1; 9]));
     let body = |key, name: &str, state| BodyEntry {
         key,
         name: name.to_owned(),
@@ -119,7 +130,9 @@ fn model() -> PanelModel {
         ],
         scope: Scope::All,
         effects: vec![stretch(), absent()],
+        history,
         stages: vec![StageModel {
+            name: "presolve",
             title: "Presolve".to_owned(),
             share: 0.1,
         }],

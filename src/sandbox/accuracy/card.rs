@@ -39,6 +39,9 @@ pub struct Card {
     pub uncertainty: f64,
     /// What stands in the two fields.
     pub goals: Goals,
+    /// Times in which the method takes half of the energy of the stiffest and of the softest mode,
+    /// with the substeps of now [s].
+    pub half_lives: Option<(f64, Option<f64>)>,
 }
 
 /// What one drawing of the card gives back.
@@ -93,6 +96,9 @@ fn contents(ui: &mut Ui, card: &Card, answer: &mut Answer) {
         ui.add(Label::new(text).wrap());
     }
     ui.add(Label::new(RichText::new(line(card, near)).small().color(theme::TEXT)).wrap());
+    if let Some(half_lives) = card.half_lives {
+        damping(ui, half_lives);
+    }
     ui.add_space(4.0);
     goals(ui, card, answer);
     if let Some((text, bad)) = &card.said {
@@ -191,6 +197,27 @@ fn words(dot: &Dot) -> String {
     } else {
         format!("{setting}, blew up.")
     }
+}
+
+/// What the method itself takes out of a swing.
+fn damping(ui: &mut Ui, (stiffest, softest): (f64, Option<f64>)) {
+    let seconds = |time: f64| match time {
+        0.0 => "less than a substep".to_owned(),
+        time if time < 0.1 => format!("{} ms", format(time * 1e3, 2)),
+        time => format!("{} s", format(time, 2)),
+    };
+    let mut text = format!(
+        "These substeps alone take half of the energy of the stiffest swing in {}",
+        seconds(stiffest)
+    );
+    if let Some(softest) = softest {
+        text.push_str(&format!(", of the softest in {}", seconds(softest)));
+    }
+    text.push('.');
+    let label = Label::new(RichText::new(text).small().color(theme::WEAK)).wrap();
+    ui.add(label).on_hover_text(
+        "Numerical damping of implicit steps, for a converged solve: more substeps, less of it",
+    );
 }
 
 fn goals(ui: &mut Ui, card: &Card, answer: &mut Answer) {

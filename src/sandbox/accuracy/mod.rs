@@ -22,7 +22,10 @@ use super::{
 use crate::{
     scene::CurrentScene,
     simulation::{SimulationSettings, plain},
-    solver::Threads,
+    solver::{
+        Threads,
+        modes::{Modes, half_life},
+    },
     study::{Choice, Goal},
 };
 use bevy::prelude::*;
@@ -71,6 +74,7 @@ pub struct Accuracy {
     dots: Vec<Dot>,
     /// Below this error the twin itself is not sure, as a ratio.
     uncertainty: f64,
+    modes: Option<Modes>,
     /// What was found last, in words, and whether it is bad news.
     said: Option<(String, bool)>,
 }
@@ -158,6 +162,7 @@ fn listen(
     for news in worker.news() {
         match news {
             News::Share(share) => accuracy.share = share,
+            News::Modes(modes) => accuracy.modes = Some(modes),
             News::Point(point) => {
                 let dot = Dot::new(&point, settings.rate.get());
                 accuracy.uncertainty = point.uncertainty;
@@ -241,6 +246,10 @@ fn card(world: &mut World) -> Result {
         said: accuracy.said.clone(),
         uncertainty: accuracy.uncertainty,
         goals: accuracy.goals,
+        half_lives: accuracy.modes.map(|modes| {
+            let of = |omega| half_life(omega, settings.substep_seconds());
+            (of(modes.stiffest), modes.softest.map(of))
+        }),
     };
     let covered = world.resource::<ViewSettings>().panel_width;
     let context = world

@@ -1,7 +1,7 @@
 //! The thread that measures while the window goes on.
 
 use crate::{
-    solver::World,
+    solver::{Body, World, modes::Modes},
     study::{Choice, Goal, ProbeNews, ProbePoint, Setting, choose, probe},
 };
 use std::{
@@ -35,6 +35,8 @@ pub enum Task {
 pub enum News {
     /// The share of the work that is done, from 0 to 1.
     Share(f32),
+    /// How fast the bodies swing by themselves.
+    Modes(Modes),
     /// A setting was measured, for the first time or better than before.
     Point(ProbePoint),
     /// What was chosen; nothing if no setting held the body together.
@@ -75,6 +77,9 @@ impl Worker {
                         ControlFlow::Continue(())
                     }
                 };
+                if let (Task::Survey, Some(modes)) = (task, modes(&world)) {
+                    let _heard = sender.send(News::Modes(modes));
+                }
                 let last = match task {
                     Task::Survey => probe(&world, SECONDS, &survey(&world), tell).map(|_| None),
                     Task::Reach(goal) => {
@@ -104,6 +109,23 @@ impl Drop for Worker {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
     }
+}
+
+/// The stiffest and the softest mode of all bodies.
+fn modes(world: &World) -> Option<Modes> {
+    let of = |body: &Body| {
+        let effects = &body.effects;
+        let (stretch, volume) = (effects.stretch.as_ref(), effects.volume.as_ref());
+        Modes::of(&body.topology, &body.particles, stretch, volume)
+    };
+    let all = world.bodies.iter().filter_map(of);
+    all.reduce(|a, b| Modes {
+        stiffest: a.stiffest.max(b.stiffest),
+        softest: match (a.softest, b.softest) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            _ => None,
+        },
+    })
 }
 
 /// The setting of the world itself, and powers of two around it.

@@ -81,7 +81,11 @@ fn carry_out_one(world: &mut World, request: Request) {
             value.or(original)
         }),
         Request::Soften { scope, softer } => soften(world, scope, softer),
-        Request::Show(scope) => world.resource_mut::<PanelState>().scope = scope,
+        Request::Show(scope) => {
+            let mut state = world.resource_mut::<PanelState>();
+            state.scope = scope;
+            state.works.clear();
+        }
         Request::Effect { effect, on } => switch(world, scope, effect, on),
         Request::Distort(distortion) => distort(world, scope, distortion),
         Request::AddBody(name) => world.resource_mut::<Arrivals>().build(&name),

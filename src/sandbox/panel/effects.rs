@@ -9,7 +9,7 @@ use bevy_egui::egui::{
 };
 
 use super::{
-    Panel,
+    Panel, delivered, history,
     model::{EffectModel, PanelModel, Request, Scope},
     number,
     parameter::{self, Edit},
@@ -41,9 +41,10 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
             ui.horizontal(|ui| {
                 ui.add_space(26.0 + theme::GAP);
                 ui.label(RichText::new(&stage.title).color(theme::WEAK));
-                share(ui, stage.share, theme::WEAK);
+                share(ui, stage.share, history::colour(stage.name));
             });
         }
+        history::show(ui, panel, &model.history);
         if !absent.is_empty() {
             ui.add_space(4.0);
             section::note(ui, "Not in this scene: no system, no memory");
@@ -73,6 +74,9 @@ fn running_effect(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &E
                     },
                 });
             }
+        }
+        if let Some(delivered) = &effect.delivered {
+            delivered::show(ui, panel, effect.name, delivered);
         }
         ui.add_space(3.0);
     });
@@ -108,7 +112,7 @@ fn heading(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &EffectMo
             ui.label(RichText::new(detail).small().weak());
         }
         if let Some(value) = effect.share.filter(|_| runs) {
-            share(ui, value, theme::ACCENT);
+            share(ui, value, history::colour(effect.name));
         }
         title.clicked()
     })

@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 
 use super::{
-    PanelState,
+    PanelState, delivered, history,
     model::{
         BodyEntry, BodyState, ClockModel, EffectModel, GrabModel, PanelModel, Parameter, Scope,
         StageModel,
@@ -34,13 +34,15 @@ const FRESH: f32 = 0.04;
 pub(super) fn model(world: &mut World) -> PanelModel {
     let bodies = bodies_in_order(world);
     smooth_shares(world);
-    let state = world.resource::<PanelState>();
-    let scope = state.scope;
+    history::gather(world);
+    let scope = world.resource::<PanelState>().scope;
     let shown: Vec<Entity> = bodies
         .iter()
         .copied()
         .filter(|body| in_scope(scope, *body))
         .collect();
+    delivered::gather(world, &shown);
+    let state = world.resource::<PanelState>();
     let registry = world.resource::<EffectRegistry>();
     let statistics = world.resource::<Statistics>();
     let effects = registry
@@ -48,6 +50,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         .map(|info| EffectModel {
             elements: statistics.constraints.get(info.name).copied().unwrap_or(0),
             share: state.shares.get(info.name).copied(),
+            delivered: delivered::model(world, info.name, &shown),
             ..effect(world, info, &bodies, &shown)
         })
         .collect();
@@ -56,6 +59,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         .iter()
         .filter(|(name, _)| registry.get(name).is_none())
         .map(|(name, share)| StageModel {
+            name,
             title: stage_title(name),
             share: *share,
         })
@@ -82,6 +86,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         scope,
         effects,
         stages,
+        history: world.resource::<PanelState>().history.clone(),
         grabbed: grabbed(world),
         additions: arrival::additions(),
         wireframe: view.wireframe,
@@ -153,6 +158,7 @@ fn effect(world: &World, info: &EffectInfo, bodies: &[Entity], shown: &[Entity])
         carriers_shown: carriers.len(),
         elements: 0,
         share: None,
+        delivered: None,
         switchable: info.insert_default.is_some(),
         parameters,
     }

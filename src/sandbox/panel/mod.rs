@@ -6,9 +6,11 @@
 
 mod apply;
 mod bodies;
+mod delivered;
 mod draw;
 mod effects;
 mod gather;
+pub mod history;
 pub mod model;
 mod number;
 mod originals;
@@ -54,6 +56,10 @@ pub struct PanelState {
     pub scope: Scope,
     /// Shares of time by effect and stage, smoothed over about a second so that they can be read.
     shares: BTreeMap<&'static str, f32>,
+    /// What the solver delivered of late, by effect.
+    works: delivered::Works,
+    /// Where the time of the last ticks went.
+    history: history::History,
     /// How often bodies were shuffled; the seed of the next time.
     shuffles: u32,
 }
@@ -99,6 +105,7 @@ impl Plugin for PanelPlugin {
 fn show_held(grab: Res<LastGrab>, mut state: ResMut<PanelState>, bodies: Query<()>) {
     if let Some(grab) = grab.0.filter(|point| point.held && grab.is_changed()) {
         state.scope = Scope::Body(grab.body.to_bits());
+        state.works.clear();
     }
     if let Scope::Body(key) = state.scope
         && Entity::try_from_bits(key).is_none_or(|body| !bodies.contains(body))

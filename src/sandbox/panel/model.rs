@@ -4,7 +4,7 @@
 //! holds no simulation state of its own, and nothing here knows the ECS, so that it can be drawn
 //! and pressed in a test without a window.
 
-use super::track::Track;
+use super::{history::History, track::Track};
 use crate::sandbox::view::SolverView;
 
 /// Everything that the panel shows.
@@ -34,6 +34,8 @@ pub struct PanelModel {
     pub effects: Vec<EffectModel>,
     /// What a tick spends outside the effects: prediction, contacts, statistics.
     pub stages: Vec<StageModel>,
+    /// Where the time of the last ticks went.
+    pub history: History,
     /// The point that is or was held.
     pub grabbed: Option<GrabModel>,
     /// What can be added: built-in primitives and meshes.
@@ -149,11 +151,30 @@ pub struct EffectModel {
     pub switchable: bool,
     /// Its parameters, as the bodies of the scope have them; empty if none carries it.
     pub parameters: Vec<Parameter>,
+    /// The compliance that the solver delivers, where it can be told.
+    pub delivered: Option<DeliveredModel>,
+}
+
+/// The compliance that the solver delivers, beside the one that was asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DeliveredModel {
+    /// What it delivers, in `unit`.
+    pub got: f64,
+    /// The unit of a compliance of the effect.
+    pub unit: &'static str,
+    /// How many times softer than asked; none where rigid was asked for.
+    pub factor: Option<f64>,
+    /// Whether the solver and not the material limits the stiffness.
+    pub limited: bool,
+    /// Substeps a tick that would do, if any number would.
+    pub substeps: Option<u32>,
 }
 
 /// A stage of the tick beside the effects.
 #[derive(Debug, Clone)]
 pub struct StageModel {
+    /// What it is called in a profile.
+    pub name: &'static str,
     /// Its name for people.
     pub title: String,
     /// Its share of the time of a tick, 0 to 1.

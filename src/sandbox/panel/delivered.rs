@@ -1,0 +1,151 @@
+//! Asked and got: the compliance of an effect beside the one that the solver delivers.
+
+use bevy::prelude::*;
+use bevy_egui::egui::{Label, RichText, Ui};
+use std::collections::BTreeMap;
+
+use super::{Panel, PanelState, model::DeliveredModel, number::format};
+use crate::{
+    effect::{Effect, Stretch, StretchMultipliers, Volume, VolumeMultipliers},
+    sandbox::theme,
+    simulation::{Active, SimulationSettings, SoftBody},
+    solver::{Damping, Particles, delivered::Work},
+};
+
+/// What is left of the sums of a frame in the next: they tell of the last second or so.
+const KEPT: f64 = 0.95;
+
+/// Sums over the bodies shown, by effect: of this frame and, the older the less, of those before.
+pub(super) type Works = BTreeMap<&'static str, Work>;
+
+/// Takes in what the solver left after the last substep. Of bodies that sleep nothing is new.
+pub(super) fn gather(world: &mut World, shown: &[Entity]) {
+    let h = world.resource::<SimulationSettings>().substep_seconds();
+    let mut bodies = world.query_filtered::<(
+        &SoftBody,
+        &Particles,
+        Option<(&Stretch, &StretchMultipliers)>,
+        Option<(&Volume, &VolumeMultipliers)>,
+    ), Active>();
+    let mut fresh = Works::new();
+    for (body, particles, stretch, volume) in shown
+        .iter()
+        .filter_map(|body| bodies.get(world, *body).ok())
+    {
+        if let Some((stretch, lambda)) = stretch {
+            let work = Work::of_stretch(body, particles, stretch, lambda, h);
+            fresh.entry(Stretch::NAME).or_default().add(work);
+        }
+        if let Some((volume, lambda)) = volume {
+            let work = Work::of_volume(body, particles, volume, lambda, h);
+            fresh.entry(Volume::NAME).or_default().add(work);
+        }
+    }
+    let works = &mut world.resource_mut::<PanelState>().works;
+    for (name, new) in fresh {
+        let sum = works.entry(name).or_default();
+        *sum = Work {
+            force_squared: sum.force_squared * KEPT,
+            asked: sum.asked * KEPT,
+            got: sum.got * KEPT,
+            strained: sum.strained * KEPT,
+            rounding: sum.rounding * KEPT,
+        };
+        sum.add(new);
+    }
+}
+
+/// What is known of an effect of the bodies shown.
+pub(super) fn model(world: &World, effect: &str, shown: &[Entity]) -> Option<DeliveredModel> {
+    let delivered = world
+        .resource::<PanelState>()
+        .works
+        .get(effect)?
+        .delivered()?;
+    let damping = |body: &Entity| -> Option<Damping> {
+        let body = world.entity(*body);
+        match effect {
+            Stretch::NAME => Some(body.get::<Stretch>()?.damping),
+            _ => Some(body.get::<Volume>()?.damping),
+        }
+    };
+    let damping = shown.iter().find_map(damping)?;
+    Some(DeliveredModel {
+        got: delivered.got,
+        unit: if effect == Stretch::NAME {
+            "m/N"
+        } else {
+            "m⁵/N"
+        },
+        factor: delivered.factor(),
+        limited: delivered.is_limited(),
+        substeps: delivered.substeps(world.resource::<SimulationSettings>(), damping),
+    })
+}
+
+/// Draws what is known, under the parameters of the effect.
+pub(super) fn show(ui: &mut Ui, panel: &mut Panel, effect: &str, delivered: &DeliveredModel) {
+    let colour = if delivered.limited && delivered.factor.is_some() {
+        theme::CHANGED
+    } else {
+        theme::WEAK
+    };
+    let text = RichText::new(words(delivered)).small().color(colour);
+    let response = ui.add(Label::new(text).wrap()).on_hover_text(
+        "From the multipliers and what is left of the strains, over the bodies shown and the last \
+         second; while a body swings or is hit it tells of those waves, and not of its weight",
+    );
+    panel.note(format!("{effect}.delivered"), &response, ui);
+}
+
+fn words(delivered: &DeliveredModel) -> String {
+    let got = format!("{} {}", format(delivered.got, 2), delivered.unit);
+    match (delivered.factor, delivered.substeps) {
+        (None, _) => format!("The solver gives {got} where rigid is asked."),
+        (Some(_), _) if !delivered.limited => format!("The solver gives {got}: as asked."),
+        (Some(factor), Some(substeps)) => format!(
+            "The solver gives {got}, {} times softer than asked; {substeps} substeps would do.",
+            format(factor, 2)
+        ),
+        (Some(factor), None) => format!(
+            "The solver gives {got}, {} times softer than asked; no number of substeps would do: \
+             more iterations may.",
+            format(factor, 2)
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_solver_limits_is_said_with_what_would_help() {
+        let softer = DeliveredModel {
+            got: 4e-4,
+            unit: "m/N",
+            factor: Some(4.0),
+            limited: true,
+            substeps: Some(24),
+        };
+        assert_eq!(
+            words(&softer),
+            "The solver gives 4e-4 m/N, 4 times softer than asked; 24 substeps would do."
+        );
+        let rigid = DeliveredModel {
+            factor: None,
+            substeps: None,
+            ..softer.clone()
+        };
+        assert_eq!(
+            words(&rigid),
+            "The solver gives 4e-4 m/N where rigid is asked."
+        );
+        let exact = DeliveredModel {
+            factor: Some(1.02),
+            limited: false,
+            ..softer
+        };
+        assert_eq!(words(&exact), "The solver gives 4e-4 m/N: as asked.");
+    }
+}

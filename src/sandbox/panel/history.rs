@@ -1,0 +1,159 @@
+//! Where the time of a tick goes, over the last seconds: a column a tick, its parts upon each other.
+
+use bevy::prelude::*;
+use bevy_egui::egui::{
+    Align2, Color32, FontSelection, Rect, RichText, Sense, TextStyle, Ui, pos2, vec2,
+};
+use std::collections::VecDeque;
+
+use super::{Panel, PanelState, number::format};
+use crate::{
+    sandbox::theme,
+    simulation::{Profile, SimulationClock},
+    solver::advance::Stage,
+};
+
+/// Ticks that are shown: five seconds at the usual rate.
+const TICKS: usize = 300;
+/// Height of the plot [logical px].
+const HEIGHT: f32 = 46.0;
+/// Stages and effects, and last what a tick spends outside of them.
+const PARTS: usize = Stage::ALL.len() + 1;
+
+/// Time by part of a tick [ms].
+pub type Column = [f32; PARTS];
+
+/// The last ticks, the oldest first.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct History {
+    columns: VecDeque<Column>,
+    tick: u64,
+}
+
+impl History {
+    /// Takes in a tick, and forgets the oldest.
+    pub fn push(&mut self, column: Column) {
+        if self.columns.len() == TICKS {
+            self.columns.pop_front();
+        }
+        self.columns.push_back(column);
+    }
+
+    /// The most that a tick took [ms]; 0 if there is none.
+    #[must_use]
+    pub fn most(&self) -> f32 {
+        let sums = self.columns.iter().map(|column| column.iter().sum());
+        sums.fold(0.0, f32::max)
+    }
+}
+
+/// The colour of a part, by its name; of Okabe and Ito's, which the colour-blind can tell.
+#[must_use]
+pub fn colour(part: &str) -> Color32 {
+    match part {
+        "stretch" => Color32::from_rgb(86, 180, 233),
+        "volume" => Color32::from_rgb(230, 159, 0),
+        "grab" => Color32::from_rgb(204, 121, 167),
+        "ground" | "sticky_ground" => Color32::from_rgb(0, 158, 115),
+        "collide" => Color32::from_rgb(213, 94, 0),
+        "presolve" => Color32::from_rgb(240, 228, 66),
+        "postsolve" => Color32::from_rgb(0, 114, 178),
+        _ => theme::TICK,
+    }
+}
+
+/// Takes in the last tick, if there was one since the last frame.
+pub(super) fn gather(world: &mut World) {
+    let tick = world.resource::<SimulationClock>().tick();
+    let profile = world.resource::<Profile>();
+    let milliseconds = |time: std::time::Duration| time.as_secs_f32() * 1e3;
+    let mut column = Column::default();
+    for (part, spent) in profile.parts() {
+        let place = Stage::ALL.iter().position(|stage| stage.name() == *part);
+        column[place.unwrap_or(PARTS - 1)] += milliseconds(*spent);
+    }
+    let named: f32 = column.iter().sum();
+    column[PARTS - 1] += (milliseconds(profile.tick()) - named).max(0.0);
+    let history = &mut world.resource_mut::<PanelState>().history;
+    if tick < history.tick {
+        history.columns.clear();
+    } else if tick > history.tick {
+        history.push(column);
+    }
+    history.tick = tick;
+}
+
+/// Draws the plot, and says what is at the pointer.
+pub(super) fn show(ui: &mut Ui, panel: &mut Panel, history: &History) {
+    let most = history.most();
+    if most == 0.0 {
+        return;
+    }
+    let size = vec2(ui.available_width(), HEIGHT);
+    let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
+    panel.note("effects.history", &response, ui);
+    let painter = ui.painter();
+    painter.rect_filled(rect, 3.0, theme::SUNKEN);
+    let width = rect.width() / TICKS as f32;
+    let left = rect.right() - width * history.columns.len() as f32;
+    let names = Stage::ALL.map(Stage::name);
+    let name = |part: usize| names.get(part).copied().unwrap_or("rest");
+    for (place, column) in history.columns.iter().enumerate() {
+        let x = left + width * place as f32;
+        let mut bottom = rect.bottom();
+        for (part, time) in column.iter().enumerate().filter(|(_, time)| **time > 0.0) {
+            let top = bottom - time / most * (HEIGHT - 12.0);
+            let bar = Rect::from_min_max(pos2(x, top), pos2(x + width, bottom));
+            painter.rect_filled(bar, 0.0, colour(name(part)));
+            bottom = top;
+        }
+    }
+    let font = FontSelection::Style(TextStyle::Small).resolve(ui.style());
+    let text = format!("{} ms at most", format(f64::from(most), 2));
+    painter.text(
+        rect.left_top() + vec2(4.0, 1.0),
+        Align2::LEFT_TOP,
+        text,
+        font,
+        theme::WEAK,
+    );
+    let pointed = response.hover_pos().and_then(|at| {
+        let place = ((at.x - left) / width).floor();
+        history.columns.get(if place < 0.0 {
+            usize::MAX
+        } else {
+            place as usize
+        })
+    });
+    let words = pointed.map(|column| {
+        let parts = column.iter().enumerate().filter(|(_, time)| **time > 0.0);
+        let lines = parts.map(|(part, time)| {
+            let time = format(f64::from(*time), 2);
+            format!("{}: {time} ms", name(part).replace('_', " "))
+        });
+        lines.collect::<Vec<_>>().join("\n")
+    });
+    response.on_hover_ui(|ui| {
+        ui.label(RichText::new("Where the time of a tick goes").strong());
+        ui.label(words.unwrap_or_else(|| "A column a tick, five seconds of them".to_owned()));
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_ticks_are_kept_and_the_tallest_is_known() {
+        let mut history = History::default();
+        assert_eq!(history.most(), 0.0);
+        for tick in 0..TICKS + 10 {
+            let mut column = Column::default();
+            column[0] = 0.5;
+            column[1] = if tick == 5 { 9.0 } else { 0.25 };
+            history.push(column);
+        }
+        assert_eq!(history.columns.len(), TICKS);
+        assert_eq!(history.most(), 0.75, "the tall one is forgotten");
+    }
+}
