@@ -64,6 +64,9 @@ pub struct Work {
     pub asked: f64,
     /// ΣeF, twice the energy that was given to it [J].
     pub got: f64,
+    /// Σe²/α, twice the energy that the material would have stored in these strains [J]; ∞ with
+    /// rigid elements.
+    pub strained: f64,
     /// What rounding of positions may make of `got` [J].
     pub rounding: f64,
 }
@@ -123,18 +126,34 @@ impl Work {
             let force = -f64::from(lambda) / (h * h);
             all.force_squared += force * force;
             all.asked += alpha * force * force;
-            all.got += (element.error + tau * element.speed) * force;
+            let strain = element.error + tau * element.speed;
+            all.got += strain * force;
+            all.strained += strain * strain / alpha;
             all.rounding += element.rounding * force.abs();
         }
         all
     }
 
-    /// Adds another.
+    /// Adds another. Of two effects the units of `force_squared` differ; factors of their sum are
+    /// sound, its compliances are not.
     pub fn add(&mut self, other: Self) {
         self.force_squared += other.force_squared;
         self.asked += other.asked;
         self.got += other.got;
+        self.strained += other.strained;
         self.rounding += other.rounding;
+    }
+
+    /// How many times softer than asked all of it behaves, at least and at most; `None` when the
+    /// sums say nothing, or with rigid elements. Of all effects of a body together, these are
+    /// bounds of how much further than it should its load has come down, as long as strains are
+    /// small: the forces are in balance with the load, but not the least; the strains fit
+    /// together, but are not those of the least energy.
+    #[must_use]
+    pub fn factors(&self) -> Option<(f64, f64)> {
+        let least = self.delivered()?.factor()?;
+        let most = self.strained / self.got;
+        most.is_finite().then_some((least, most))
     }
 
     /// The compliances; `None` when the sums say nothing, see the [module](self).
@@ -171,7 +190,9 @@ impl Delivered {
     /// forces F that the load determines. With one sweep a substep it so falls like
     /// h²(1 + τ/h) = h² + τh, `damping` being the τ of the effect: with damping, twice the
     /// substeps only halve it. With more sweeps a substep δ is what the last of them did, and
-    /// falls at least as fast, so that fewer substeps may do.
+    /// falls at least as fast, so that fewer substeps may do. In a body whose forces are not given
+    /// by statics alone they too change with the substeps, and it is a first guess, up to a third
+    /// too few: ask again when it runs with them.
     #[must_use]
     pub fn substeps(&self, settings: &Settings, damping: Damping) -> Option<u32> {
         let excess = self.factor()? - 1.0;

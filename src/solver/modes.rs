@@ -16,14 +16,16 @@
 
 mod lanczos;
 mod rows;
+mod space;
 mod tridiagonal;
 
 use super::{Particles, Stretch, Topology, Volume};
 use rows::Rows;
 
 /// How much stiffer than the stiffest elastic constraint a rigid one is taken to be. The slowest
-/// mode then comes out too slow by about a part in twice this.
-pub const RIGID: f64 = 30.0;
+/// mode strains what is stiff but little: in a cube of 4³ particles it comes out 0.04 % slower than
+/// in one that is practically incompressible.
+pub const RIGID: f64 = 5.0;
 
 /// Angular frequencies of a body's elastic modes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,9 +41,10 @@ impl Modes {
     /// The modes of a body with these effects; `None` if it has no constraint that can move.
     ///
     /// By the method of Lanczos on M^(−½) K M^(−½), to about 1 part in 1000 of ω. The work is
-    /// bounded: a few milliseconds up to some 1000 particles, 50 ms at 5000. It depends neither on
-    /// the state nor on the substeps, so it need only be done again when masses, pins or compliances
-    /// change.
+    /// bounded: a few milliseconds for a solid of 1000 particles, 50 ms for the softest mode of a
+    /// cube of 5000. Long and thin bodies of that size take more steps than are allowed, as do
+    /// those with rigid constraints. It depends neither on the state nor on the substeps, so it need
+    /// only be done again when masses, pins or compliances change.
     #[must_use]
     pub fn of(
         topology: &Topology,

@@ -6,7 +6,7 @@ use crate::support::{
 };
 use glam::Vec3;
 use pliant::solver::{
-    Body, Effects, Modes, RestShape, Stretch, measure,
+    Body, Effects, Modes, RestShape, Substeps,
     modes::{RIGID, half_life},
     reference,
 };
@@ -65,11 +65,11 @@ fn a_mass_on_a_spring_has_one_frequency() {
 
 #[test]
 fn a_chain_that_hangs_from_a_pin_has_the_modes_of_the_textbook() {
-    for links in [2, 5, 32, 300] {
+    for links in [2, 5, 32, 300, 1000] {
         let modes = modes(&pinned(slanted(links, COMPLIANCE), &[0]));
         let n = links as f64;
         let textbook = |k: f64| 2.0 * omega() * ((2.0 * k - 1.0) * PI / (4.0 * n + 2.0)).sin();
-        // Looks until ω² changes by less than 1e-3.
+        // Steps until ω² changes by less than 2e-3 while an eighth more are done.
         let what = format!("of {links} links");
         assert_relative(modes.stiffest, textbook(n), 1e-3, &what);
         assert_relative(modes.softest.expect("found"), textbook(1.0), 1e-3, &what);
@@ -125,7 +125,9 @@ fn the_softest_mode_of_an_incompressible_cube_is_that_of_one_almost_so() {
     assert_eq!(rigid.stiffest, f64::INFINITY);
     let almost = softest(&with_volume(1e-14));
     let rigid = rigid.softest.expect("found");
-    assert_relative(rigid, almost, 0.5 / RIGID, "softest");
+    // What it takes for incompressible strains by their own stiffness: little, as it is `RIGID`
+    // times what resists the strains of a slow mode most, and a slow mode strains that least.
+    assert_relative(rigid, almost, 0.01 / RIGID, "softest");
 }
 
 /// Energy of the edges and of the motion of a body in f64 [J].
@@ -161,7 +163,7 @@ fn measured(body: Body, h: f64, shape: impl Fn(f64) -> f64) -> f64 {
     }
     let compliance = f64::from(COMPLIANCE);
     let mut world = world(settings(0.0, 1.0 / h, 1, 60), body);
-    world.settings.substeps = pliant::solver::Substeps::new(1).expect("sound");
+    world.settings.substeps = Substeps::new(1).expect("sound");
     let mut twin = reference::World::of(&world);
     let start = energy(&twin.bodies[0], compliance);
     let ticks = 200;
@@ -200,4 +202,24 @@ fn small_steps_damp_in_proportion_to_their_length() {
     // ln(1 + ω²h²) = ω²h²: the half-life is ln 2/(ω²h).
     let expected = 2.0_f64.ln() / (50.0_f64.powi(2) * 1e-5);
     assert_relative(half_life(50.0, 1e-5), expected, 1e-6, "half-life");
+}
+
+#[test]
+fn a_cube_of_five_thousand_particles_is_within_the_work_allowed() {
+    let effects = Effects {
+        stretch: stretch(1e-5),
+        volume: volume(1e-7),
+        ..Effects::default()
+    };
+    let coarse = softest(&with(body("cube", cube(0.8, 8), 1000.0), effects));
+    let fine = with(body("cube", cube(0.8, 16), 1000.0), effects);
+    assert!(fine.particles.len() > 4900);
+    let start = std::time::Instant::now();
+    let fine = softest(&fine);
+    eprintln!(
+        "cube {:.1} ms {fine} {coarse}",
+        start.elapsed().as_secs_f64() * 1e3
+    );
+    // Twice as many edges of half the length: the stiffness of a cell, E ~ 1/(αL), is twice that.
+    assert_relative(fine / coarse, 2.0_f64.sqrt(), 0.1, "softest");
 }

@@ -80,22 +80,49 @@ impl Rows {
         self.particles
     }
 
-    /// A vector of modes that strain constraints, and of no others: a sum of all r with random
-    /// weights, always the same.
+    /// A motion made of modes that strain constraints, and of no others: a sum of all r with
+    /// random weights, always the same.
     pub fn strained(&self) -> Vec<DVec3> {
         let mut random = Random::new(1);
-        let mut weight = || f64::from(random.next()) - 0.5;
+        let weights: Vec<f64> = (0..self.len())
+            .map(|_| f64::from(random.next()) - 0.5)
+            .collect();
         let mut sum = vec![DVec3::ZERO; self.particles];
-        for row in &self.edges {
-            row.add_to(&mut sum, weight());
-        }
-        for row in &self.tetrahedra {
-            row.add_to(&mut sum, weight());
-        }
+        self.gather(&weights, &mut sum);
         sum
     }
 
-    /// A times `x`, into `product` [1/s²].
+    /// r·x of all constraints.
+    pub fn strains(&self, x: &[DVec3]) -> Vec<f64> {
+        let mut strains = vec![0.0; self.len()];
+        self.spread(x, &mut strains);
+        strains
+    }
+
+    /// r·x of all constraints, into `strains`.
+    pub fn spread(&self, x: &[DVec3], strains: &mut [f64]) {
+        let (edges, tetrahedra) = strains.split_at_mut(self.edges.len());
+        for (row, strain) in self.edges.iter().zip(edges) {
+            *strain = row.dot(x);
+        }
+        for (row, strain) in self.tetrahedra.iter().zip(tetrahedra) {
+            *strain = row.dot(x);
+        }
+    }
+
+    /// The sum of all r, each times its weight, into `sum`.
+    pub fn gather(&self, weights: &[f64], sum: &mut [DVec3]) {
+        sum.fill(DVec3::ZERO);
+        let (edges, tetrahedra) = weights.split_at(self.edges.len());
+        for (row, &weight) in self.edges.iter().zip(edges) {
+            row.add_to(sum, weight);
+        }
+        for (row, &weight) in self.tetrahedra.iter().zip(tetrahedra) {
+            row.add_to(sum, weight);
+        }
+    }
+
+    /// A times `x`, into `product`: both of the above in one pass.
     pub fn multiply(&self, x: &[DVec3], product: &mut [DVec3]) {
         product.fill(DVec3::ZERO);
         for row in &self.edges {
