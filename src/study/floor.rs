@@ -27,6 +27,18 @@ pub fn turn(case: &CaseResult) -> Option<(&Point, &Point)> {
     (worse && error(worst) > 1e-5).then_some((*best, *worst))
 }
 
+/// With one iteration: the points that never moved, of a problem that is about motion, from the
+/// fewest substeps on. A substep takes them less than half the distance of two numbers of f32.
+#[must_use]
+pub fn frozen(case: &CaseResult) -> Vec<&Point> {
+    let points = case.points.iter();
+    points
+        .filter(|_| case.case.problem.observe.wants_motion())
+        .filter(|point| point.setting.method == Method::Xpbd && point.setting.iterations == 1)
+        .filter(|point| point.error.is_some_and(f64::is_finite) && !point.settled())
+        .collect()
+}
+
 /// The floor of a case, if its points show one: with one iteration, the substeps beyond which
 /// errors rise, what the noise ε‖x‖/h is there, and how far a particle falls in a substep beside the
 /// distance of two numbers of f32.

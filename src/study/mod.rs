@@ -19,6 +19,7 @@
 //! there already: whoever shows one asks what it would cost and how wrong it would be at other
 //! settings.
 
+mod accident;
 pub mod budget;
 pub mod choose;
 pub mod closed_form;
@@ -29,8 +30,10 @@ pub mod floor;
 pub mod growth;
 mod hash;
 pub mod journal;
+mod losses;
 mod nan;
 pub mod observe;
+mod overview;
 pub mod pareto;
 pub mod physics;
 mod picture;

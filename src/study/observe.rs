@@ -192,6 +192,13 @@ impl Observe {
         matches!(self, Self::Rest { .. })
     }
 
+    /// Whether it is about what is conserved: what never moves conserves everything, and that is no
+    /// answer.
+    #[must_use]
+    pub const fn wants_motion(&self) -> bool {
+        matches!(self, Self::EnergyLoss { .. } | Self::Drift { .. })
+    }
+
     /// Runs and observes. `start` is where the world begins, `world` what it is made of: the
     /// solver may have come nearer to rest, or use another compliance.
     pub fn run(&self, solver: &mut Solver, start: &State, world: &World) -> Observed {
@@ -244,7 +251,8 @@ impl Observe {
                 }
                 let kept = physics::energy(world, &solver.state()) / before;
                 let periods = ticks as f64 * tick / period;
-                Observed::one(1.0 - kept.powf(1.0 / periods), true, *seconds)
+                let moved = solver.state().moved(start);
+                Observed::one(1.0 - kept.powf(1.0 / periods), moved, *seconds)
             }
             Self::Drift { of, seconds } => {
                 let mut farthest = 0.0_f64;
@@ -254,7 +262,7 @@ impl Observe {
                     // `max` would forget what is not a number.
                     farthest = if drift <= farthest { farthest } else { drift };
                 }
-                Observed::one(farthest, true, *seconds)
+                Observed::one(farthest, solver.state().moved(start), *seconds)
             }
             Self::Path { times } => {
                 let mut values = Vec::new();

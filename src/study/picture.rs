@@ -71,12 +71,12 @@ fn panel(area: &Area, case: &CaseResult) -> Result<(), Failure> {
     };
     let mesh = case.mesh_error.filter(known).map(height);
     let (good, bad) = bounds(&mut drawn.iter().map(|point| point.1).chain(mesh));
-    let caption = format!(
-        "{}: {} particles, {} constraints",
-        case.case.level_name,
-        case.case.particles(),
-        case.case.constraints()
-    );
+    let constraints = match case.case.constraints() {
+        1 => "1 constraint".to_owned(),
+        count => format!("{count} constraints"),
+    };
+    let (name, particles) = (&case.case.level_name, case.case.particles());
+    let caption = format!("{name}: {particles} particles, {constraints}");
     let mut chart = ChartBuilder::on(area)
         .caption(caption, ("sans-serif", 15))
         .margin(14)

@@ -156,6 +156,13 @@ impl Solver {
 }
 
 impl State {
+    /// Whether any particle is not where it was.
+    #[must_use]
+    pub fn moved(&self, start: &Self) -> bool {
+        let mut bodies = self.bodies.iter().zip(&start.bodies);
+        bodies.any(|(now, then)| now.x != then.x)
+    }
+
     /// Whether every number is finite.
     #[must_use]
     pub fn finite(&self) -> bool {

@@ -1,11 +1,11 @@
 //! What was found, in words. Every figure in a sentence is from the data.
 
 use super::{
-    Study,
+    Study, accident,
     closed_form::Reference,
     converge::FIRST_ORDER,
     document::Block,
-    floor, growth,
+    floor, growth, losses, overview,
     report::TARGETS,
     results::{CaseResult, Point, ProblemResult},
     rivalry,
@@ -34,9 +34,9 @@ pub(super) fn beginning(study: &Study) -> Vec<Block> {
     let mut blocks = vec![
         Block::Heading(1, "What accuracy costs".to_owned()),
         Block::Text("Where the method loses:".to_owned()),
-        Block::List(losses(study)),
+        Block::List(losses::sentences(study)),
         Block::Heading(2, "What 1 % costs".to_owned()),
-        overview(study),
+        overview::table(study),
         Block::Text(
             "Costs are milliseconds of one thread for a simulated second, medians; a setting is \
              *substeps × iterations* a tick. **Solver error** is the distance to the converged \
@@ -58,170 +58,13 @@ pub(super) fn beginning(study: &Study) -> Vec<Block> {
     blocks
 }
 
-/// What is worse than one would wish, the worst first.
-fn losses(study: &Study) -> Vec<String> {
-    let mut sentences = Vec::new();
-    let unreached: Vec<String> = study
-        .problems
-        .iter()
-        .filter_map(|problem| {
-            let case = problem.finest_with_errors()?;
-            let best = case.best()?;
-            let error = best.error?;
-            (error > TARGETS[1]).then(|| {
-                format!(
-                    "{} ({} at best, {})",
-                    problem.problem.title,
-                    percent(error),
-                    best.setting
-                )
-            })
-        })
-        .collect();
-    if !unreached.is_empty() {
-        sentences.push(format!(
-            "No setting tried comes within 1 % on: {}.",
-            unreached.join("; ")
-        ));
-    }
-    let mut slow: Vec<(f64, String)> = study
-        .problems
-        .iter()
-        .filter_map(|problem| {
-            let case = problem.finest_with_errors()?;
-            let (best, _) = case.cheapest(TARGETS[1])?;
-            let default = case.point(DEFAULT)?;
-            let error = default.error.filter(|&error| error > TARGETS[1])?;
-            let ms = best.ms?.median / default.ms?.median;
-            (ms > 1.0).then(|| {
-                (
-                    ms,
-                    format!(
-                        "{}: the default {} is off by {}; 1 % takes {}, {} times the cost",
-                        problem.problem.title,
-                        DEFAULT_WORDS,
-                        percent(error),
-                        best.setting,
-                        number(ms)
-                    ),
-                )
-            })
-        })
-        .collect();
-    slow.sort_by(|a, b| b.0.total_cmp(&a.0));
-    sentences.extend(slow.into_iter().take(6).map(|(_, words)| words + "."));
-    let rounded: Vec<String> = study
-        .problems
-        .iter()
-        .filter_map(|problem| {
-            let (best, worst) = floor::turn(problem.finest_with_errors()?)?;
-            Some(format!(
-                "{} ({} at {} substeps, {} at {})",
-                problem.problem.title,
-                percent(best.error?),
-                best.setting.substeps,
-                percent(worst.error?),
-                worst.setting.substeps
-            ))
-        })
-        .collect();
-    if !rounded.is_empty() {
-        sentences.push(format!(
-            "In f32 more substeps make it worse, as ε‖x‖/h grows: {}.",
-            rounded.join("; ")
-        ));
-    }
-    let locking: Vec<String> = study
-        .problems
-        .iter()
-        .filter_map(|problem| {
-            let case = problem
-                .cases
-                .iter()
-                .find(|case| case.mesh_error.is_some())?;
-            let error = case.mesh_error.filter(|&error| error > TARGETS[0])?;
-            let name = &case.case.level_name;
-            Some(format!(
-                "{} ({name}: {})",
-                problem.problem.title,
-                percent(error)
-            ))
-        })
-        .collect();
-    if !locking.is_empty() {
-        sentences.push(format!(
-            "The coarsest mesh itself is off by more than 10 %, whatever the solver does: {}.",
-            locking.join("; ")
-        ));
-    }
-    let doubtful: Vec<String> = study
-        .problems
-        .iter()
-        .flat_map(|problem| &problem.cases)
-        .filter(|case| case.doubt().is_some_and(|doubt| doubt > TARGETS[1]))
-        .map(|case| case.case.id())
-        .collect();
-    if !doubtful.is_empty() {
-        sentences.push(format!(
-            "The converged answer itself is not known to 1 % for {}: smaller errors are not to be \
-             trusted there.",
-            doubtful.join(", ")
-        ));
-    }
-    if sentences.is_empty() {
-        sentences.push("Nowhere in what was tried.".to_owned());
-    }
-    sentences
-}
-
-/// The settings nearest to the default of a world among those that every budget tries.
-const DEFAULT: super::Setting = super::Setting::xpbd(16, 1);
-const DEFAULT_WORDS: &str = "16 substeps of one iteration (a world's default is 10)";
-
-/// A row a problem: what 1 % costs.
-fn overview(study: &Study) -> Block {
-    let head = ["problem", "mesh", "10 %", "1 %", "0.1 %", "mesh error"];
-    let mut rows = Vec::new();
-    for problem in &study.problems {
-        if let Some(case) = problem.finest_with_errors() {
-            let mut row = vec![problem.problem.title.clone(), case.case.level_name.clone()];
-            row.extend(TARGETS.map(|target| cheapest_cell(case, target)));
-            row.push(mesh_error_words(case));
-            rows.push(row);
-        }
-    }
-    Block::Table(head.map(str::to_owned).to_vec(), rows)
-}
-
-fn cheapest_cell(case: &CaseResult, error: f64) -> String {
-    match case.cheapest(error) {
-        Some((point, rivals)) => {
-            let doubt = if rivals.is_empty() {
-                ""
-            } else {
-                " *undecided*"
-            };
-            let ms = point.ms.map_or(f64::NAN, |ms| ms.median);
-            format!("{}, {} ms{doubt}", point.setting, number(ms))
-        }
-        None => "not reached".to_owned(),
-    }
-}
-
-fn mesh_error_words(case: &CaseResult) -> String {
-    match (case.mesh_error, case.doubt()) {
-        (Some(error), Some(doubt)) if error < doubt => format!("below {}", percent(doubt)),
-        (Some(error), _) => percent(error),
-        (None, _) => "—".to_owned(),
-    }
-}
-
 /// All sentences about a problem.
 pub(super) fn problem(study: &Study, result: &ProblemResult) -> Vec<Block> {
     let problem = &result.problem;
     let mut sentences = vec![reference(result)];
     if let Some(case) = result.finest_with_errors() {
         sentences.extend(cheapest(case));
+        sentences.extend(accident::sentence(case));
         sentences.extend(floor::sentence(case));
         sentences.extend(predictions(case));
     }
@@ -357,7 +200,11 @@ fn gaps(result: &ProblemResult) -> Option<String> {
     if skipped > 0 {
         words.push(format!("{skipped} settings were skipped as too costly"));
     }
-    if restless > 0 {
+    if restless > 0 && result.problem.observe.wants_motion() {
+        words.push(format!(
+            "{restless} never moved, and do not count: in f32 a step that is too short is rounded to none"
+        ));
+    } else if restless > 0 {
         words.push(format!(
             "{restless} did not come to rest in the time that they had, and do not count"
         ));
@@ -470,14 +317,14 @@ pub(super) fn end(study: &Study) -> Vec<Block> {
 
 /// Where it loses, and a line a problem: what 1 % costs.
 pub(super) fn summary(study: &Study) -> Vec<String> {
-    let mut lines = losses(study);
+    let mut lines = losses::sentences(study);
     lines.push(String::new());
     for problem in &study.problems {
         if let Some(case) = problem.finest_with_errors() {
             lines.push(format!(
                 "{:<18} 1 %: {}",
                 problem.problem.name,
-                cheapest_cell(case, TARGETS[1])
+                overview::cheapest(case, TARGETS[1])
             ));
         }
     }

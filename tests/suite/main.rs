@@ -52,6 +52,7 @@ mod solver_stretch;
 mod solver_topology;
 mod solver_volume;
 mod study_choose;
+mod study_exhibits;
 mod study_probe;
 mod study_problems;
 mod study_program;

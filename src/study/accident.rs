@@ -1,0 +1,86 @@
+//! Classic PBD is sometimes right by accident: it knows no compliance, and too few sweeps over
+//! rigid constraints can happen to be as soft as was asked. More sweeps then make it worse, and
+//! another mesh or substep makes it something else.
+
+use super::{
+    results::{CaseResult, Point},
+    setting::Method,
+    words::percent,
+};
+
+/// With more sweeps an error must be so many times as large for the smaller one to be an accident.
+const WORSE: f64 = 1.5;
+
+impl CaseResult {
+    /// The point that shows that this one is right by accident: of those without compliance and with
+    /// as many substeps, or iterations, that take more work, the worst, if it is clearly worse.
+    #[must_use]
+    pub fn accident(&self, point: &Point) -> Option<&Point> {
+        if point.setting.method != Method::Pbd {
+            return None;
+        }
+        let (_, error) = point.cost_and_error()?;
+        let more = self.points.iter().filter(|other| {
+            other.setting.method == Method::Pbd
+                && other.setting.substeps >= point.setting.substeps
+                && other.setting.iterations >= point.setting.iterations
+        });
+        let error_of = |point: &Point| point.error.unwrap_or(f64::NAN);
+        let worst = more
+            .filter(|other| other.cost_and_error().is_some())
+            .max_by(|a, b| error_of(a).total_cmp(&error_of(b)))?;
+        (error_of(worst) > WORSE * error).then_some(worst)
+    }
+
+    /// The cheapest point that is at most so wrong, and not by accident.
+    #[must_use]
+    pub fn cheapest_sound(&self, error: f64) -> Option<&Point> {
+        let figures = self.sound().filter(|(_, figures)| figures.1 <= error);
+        let cheapest = figures.min_by(|a, b| a.1.0.total_cmp(&b.1.0));
+        cheapest.map(|(point, _)| point)
+    }
+
+    /// The least error of all points that are not right by accident.
+    #[must_use]
+    pub fn best_sound(&self) -> Option<&Point> {
+        let best = self.sound().min_by(|a, b| a.1.1.total_cmp(&b.1.1));
+        best.map(|(point, _)| point)
+    }
+
+    /// Points that count and are not right by accident, with cost and error.
+    fn sound(&self) -> impl Iterator<Item = (&Point, (f64, f64))> {
+        let points = self.points.iter();
+        points
+            .filter(|point| self.accident(point).is_none())
+            .filter_map(|point| Some((point, point.cost_and_error()?)))
+    }
+}
+
+/// Which points of a front are there by accident, if any.
+pub(super) fn sentence(case: &CaseResult) -> Option<String> {
+    let all: Vec<(&Point, &Point)> = case
+        .front()
+        .into_iter()
+        .filter_map(|point| Some((point, case.accident(point)?)))
+        .collect();
+    let (_, worst) = all.iter().max_by(|a, b| {
+        a.1.error
+            .unwrap_or(0.0)
+            .total_cmp(&b.1.error.unwrap_or(0.0))
+    })?;
+    let names: Vec<String> = all
+        .iter()
+        .map(|(point, _)| {
+            let error = percent(point.error.unwrap_or(f64::NAN));
+            format!("{} ({error})", point.setting)
+        })
+        .collect();
+    Some(format!(
+        "Right by accident: {} on the front ({}). Without compliance, too few sweeps happen to be as \
+         soft as asked; {} is off by {}.",
+        names.join(", "),
+        case.case.level_name,
+        worst.setting,
+        percent(worst.error.unwrap_or(f64::NAN)),
+    ))
+}

@@ -1,0 +1,263 @@
+//! What the README shows of the study cannot go stale: its diagrams and its table are drawn again
+//! from the points in `assets/readme/study`, and points that they show are computed again.
+
+use pliant::study::{
+    self, Budget, Method, Options, Plan, Setting, Study,
+    budget::{twin_work, work},
+    converge::{Converged, converge},
+    journal::{self, Journal},
+    record::Record,
+    report,
+    results::{CaseResult, Point},
+    sweep::run_one,
+};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+/// What the table has a row for.
+const PROBLEMS: [&str; 10] = [
+    "hanging_mass",
+    "spring_energy",
+    "pendulum_energy",
+    "chain_0",
+    "chain_1e-5",
+    "chain_1e-3",
+    "cantilever_4",
+    "cantilever_8",
+    "twisted_bar",
+    "jelly_cube",
+];
+
+/// What is shown as a diagram.
+const DIAGRAMS: [&str; 3] = ["spring_energy", "chain_1e-3", "cantilever_8"];
+
+/// Work of a run, and of a twin's runs, that are computed again, at most: those of all exhibits
+/// together take some seconds.
+const AGAIN: (u64, u64) = (8_000_000, 30_000_000);
+
+/// Numbers that were written and read again differ in their last digit, and so may the twin's
+/// where a platform's sines do, which turn a scene's bodies.
+const SAME: f64 = 1e-9;
+
+const BEGIN: &str = "<!-- what accuracy costs: begin -->\n";
+const END: &str = "<!-- what accuracy costs: end -->";
+
+fn file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
+}
+
+fn read(path: &Path) -> String {
+    fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// A folder of this test's own, empty.
+fn temporary(name: &str) -> PathBuf {
+    let name = format!("pliant-exhibits-{}-{name}", std::process::id());
+    let folder = std::env::temp_dir().join(name);
+    let _ = fs::remove_dir_all(&folder);
+    folder
+}
+
+fn problems() -> Vec<String> {
+    PROBLEMS.map(str::to_owned).to_vec()
+}
+
+/// Makes the study, and keeps of it what is shown.
+fn mint(points: &Path) {
+    let folder = temporary("mint");
+    let options = Options {
+        problems: problems(),
+        budget: Budget::full(),
+        folder: folder.clone(),
+        resume: false,
+        only: None,
+    };
+    let study = study::run(&options, |_| {}).expect("it can be made");
+    let (header, records, _) = journal::read(&folder).expect("it was written");
+    let mut kept = Journal::create(points, &header, &[]).expect("writable");
+    for record in records.iter().filter(|record| shown(&study, record)) {
+        kept.append(record).expect("writable");
+    }
+    fs::remove_dir_all(folder).expect("it was made here");
+}
+
+/// Whether a record is of something shown: all of a diagram; of what is in the table alone what
+/// its row rests on, and of its other meshes the answers, which mesh errors are against.
+fn shown(study: &Study, record: &Record) -> bool {
+    let case = match record {
+        Record::Reference(reference) => &reference.case,
+        Record::Run(run) => &run.case,
+        Record::Time(time) => &time.case,
+        _ => return true,
+    };
+    let of_case = |result: &&CaseResult| result.case.id() == *case;
+    let problem = study.problems.iter().find(|problem| {
+        let mut cases = problem.cases.iter();
+        cases.any(|result| of_case(&result))
+    });
+    let problem = problem.expect("a record is of a problem");
+    if DIAGRAMS.contains(&&problem.problem.name[..]) {
+        return true;
+    }
+    let told_of = problem.finest_with_errors().filter(of_case);
+    let told = told_of.map(told).unwrap_or_default();
+    match record {
+        Record::Reference(reference) => {
+            // The places of all particles are no mesh's answer.
+            let one = |converged: &Converged| converged.values.len() == 1;
+            told_of.is_some() || reference.converged.as_ref().is_some_and(one)
+        }
+        Record::Run(run) => told.contains(&run.setting),
+        Record::Time(time) => told.contains(&time.setting),
+        _ => true,
+    }
+}
+
+/// Settings that a row of the table rests on: the front, what shows that some of it is there by
+/// accident, what is as cheap, and the best of what is not by accident.
+fn told(case: &CaseResult) -> Vec<Setting> {
+    let front = case.front();
+    let accidents = front.iter().filter_map(|point| case.accident(point));
+    let mut points: Vec<&Point> = accidents.chain(case.best_sound()).collect();
+    for target in report::TARGETS {
+        points.extend(case.cheapest_sound(target));
+        points.extend(
+            case.cheapest(target)
+                .map(|(_, rivals)| rivals)
+                .unwrap_or_default(),
+        );
+    }
+    let all = front.iter().chain(&points);
+    all.map(|point| point.setting).collect()
+}
+
+/// The table as the report has it, and what it is from.
+fn exhibit(report: &str, study: &Study) -> String {
+    let table = report.split("## What 1 % costs\n\n").nth(1);
+    let table = table.and_then(|rest| rest.split("\n\n").next());
+    format!(
+        "{}\n\n*Milliseconds of one thread for a simulated second, at the setting that costs least, \
+         as substeps × iterations a tick of 1/60 s; undecided where the times of another overlap; {}.*\n",
+        table.expect("a report begins with it"),
+        study.machines.join("; "),
+    )
+}
+
+/// After a change that is meant to alter them, `PLIANT_MINT=1 cargo test --release what_the_readme`
+/// takes some minutes to make them anew; nothing else should run meanwhile.
+#[test]
+fn what_the_readme_shows_is_what_the_study_finds() {
+    let minting = std::env::var_os("PLIANT_MINT").is_some();
+    let points = file("assets/readme/study");
+    if minting {
+        mint(&points);
+    }
+    let folder = temporary("now");
+    let study = study::merge(std::slice::from_ref(&points), &folder).expect("its points are there");
+    report::write(&folder, &study).expect("writable");
+    let budget = Budget::full();
+    let plan = Plan::new(&problems(), &budget).expect("built-in problems");
+    assert_eq!(
+        plan.header.hash, study.header.hash,
+        "problems or budget are others now"
+    );
+
+    let readme = read(&file("README.md"));
+    let (before, rest) = readme.split_once(BEGIN).expect("where it begins");
+    let (_, after) = rest.split_once(END).expect("where it ends");
+    let table = exhibit(&read(&folder.join("report.md")), &study);
+    let right = format!("{before}{BEGIN}{table}{END}{after}");
+    if minting {
+        fs::write(file("README.md"), &right).expect("writable");
+    } else {
+        assert_eq!(readme, right);
+    }
+    for name in DIAGRAMS {
+        let drawn = read(&folder.join(format!("{name}.svg")));
+        let path = points.join(format!("{name}.svg"));
+        if minting {
+            fs::write(&path, &drawn).expect("writable");
+        } else {
+            assert!(drawn == read(&path), "{} is stale", path.display());
+        }
+        assert!(readme.contains(&format!("assets/readme/study/{name}.svg")));
+    }
+    fs::remove_dir_all(folder).expect("it was made here");
+
+    let cases = || study.problems.iter().flat_map(|problem| &problem.cases);
+    std::thread::scope(|scope| {
+        scope.spawn(|| cases().for_each(converges_again));
+        for case in cases() {
+            for point in case.front() {
+                comes_out_again(case, point, &budget);
+            }
+        }
+    });
+}
+
+fn same(then: &[f64], now: &[f64]) -> bool {
+    let size = |values: &[f64]| {
+        values
+            .iter()
+            .fold(0.0_f64, |most, value| most.max(value.abs()))
+    };
+    let off = then.iter().zip(now).map(|(a, b)| (a - b).abs());
+    then.len() == now.len() && off.fold(0.0, f64::max) <= SAME * size(then).max(f64::MIN_POSITIVE)
+}
+
+fn converges_again(result: &CaseResult) {
+    if let Some(then) = &result.converged
+        && twin_work(&result.case) <= AGAIN.1
+    {
+        let now = converge(&result.case).expect("sound settings");
+        let id = result.case.id();
+        assert!(same(&then.values, &now.values), "{id}: the twin's answer");
+    }
+}
+
+fn comes_out_again(result: &CaseResult, point: &Point, budget: &Budget) {
+    let (case, setting) = (&result.case, point.setting);
+    let then = point.run.as_ref().expect("a point of the front was run");
+    if work(case, setting) <= AGAIN.0 {
+        let seconds = budget.run_seconds(case, setting).expect("it was run");
+        let now = run_one(case, setting, seconds).expect("sound settings");
+        assert!(
+            same(&then.observed.values, &now.observed.values),
+            "{} at {setting}: {:?}, not {:?}",
+            case.id(),
+            now.observed.values,
+            then.observed.values
+        );
+        assert_eq!(point.projections_per_tick, setting.projections(&case.world));
+    }
+}
+
+/// A rigid chain of 32 links hangs as low as a soft one while 4 × 2 sweeps do not get through it.
+#[test]
+fn what_is_right_by_accident_is_told_from_what_is_right() {
+    let folder = temporary("accident");
+    let points = file("assets/readme/study");
+    let study = study::merge(&[points], &folder).expect("its points are there");
+    fs::remove_dir_all(folder).expect("it was made here");
+    let mut problems = study.problems.iter();
+    let chain = problems.find(|problem| problem.problem.name == "chain_1e-3");
+    let case = &chain.expect("it is shown").cases[0];
+    let lucky = Setting {
+        method: Method::Pbd,
+        ..Setting::xpbd(4, 2)
+    };
+    let lucky = case.point(lucky).expect("it was tried");
+    assert!(lucky.error.is_some_and(|error| error < 0.01));
+    let shown = case.accident(lucky).expect("more sweeps are worse");
+    // Without compliance it hangs 5 cm too high of 1 m.
+    assert!(shown.error.is_some_and(|error| error > 0.04));
+    let sound = case.cheapest_sound(0.01).expect("1 % is reached");
+    assert_eq!(sound.setting.method, Method::Xpbd);
+    let mut sound = case
+        .points
+        .iter()
+        .filter(|point| point.setting.method == Method::Xpbd);
+    assert!(sound.all(|point| case.accident(point).is_none()));
+}
