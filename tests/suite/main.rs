@@ -19,6 +19,8 @@ mod reference_contacts;
 mod reference_kernels;
 mod reference_support;
 #[cfg(feature = "window")]
+mod sandbox_accuracy;
+#[cfg(feature = "window")]
 mod sandbox_panel;
 #[cfg(feature = "window")]
 mod sandbox_solver_view;

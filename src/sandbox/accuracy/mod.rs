@@ -142,9 +142,8 @@ fn start(world: &mut World, task: Task) {
     match begun {
         Ok(worker) => {
             accuracy.worker = Some(worker);
-            if task == Task::Survey {
-                accuracy.dots.clear();
-            }
+            // They went on from another state.
+            accuracy.dots.clear();
         }
         Err(error) => accuracy.said = Some((format!("No thread to measure on: {error}"), true)),
     }
