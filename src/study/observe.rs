@@ -246,23 +246,27 @@ impl Observe {
             Self::EnergyLoss { period, seconds } => {
                 let ticks = solver.ticks(*seconds);
                 let before = physics::energy(world, start);
+                let mut went = 0.0_f64;
                 for _ in 0..ticks {
                     solver.tick();
+                    went = went.max(solver.state().farthest(start));
                 }
                 let kept = physics::energy(world, &solver.state()) / before;
                 let periods = ticks as f64 * tick / period;
-                let moved = solver.state().moved(start);
+                let moved = went > STILL * size(world);
                 Observed::one(1.0 - kept.powf(1.0 / periods), moved, *seconds)
             }
             Self::Drift { of, seconds } => {
-                let mut farthest = 0.0_f64;
+                let (mut farthest, mut went) = (0.0_f64, 0.0_f64);
                 for _ in 0..solver.ticks(*seconds) {
                     solver.tick();
-                    let drift = of.distance(&solver.state(), start, world);
+                    let state = solver.state();
+                    went = went.max(state.farthest(start));
+                    let drift = of.distance(&state, start, world);
                     // `max` would forget what is not a number.
                     farthest = if drift <= farthest { farthest } else { drift };
                 }
-                Observed::one(farthest, solver.state().moved(start), *seconds)
+                Observed::one(farthest, went > STILL * size(world), *seconds)
             }
             Self::Path { times } => {
                 let mut values = Vec::new();
@@ -314,6 +318,9 @@ pub fn distance(a: &[f64], b: &[f64]) -> f64 {
         f64::NAN
     }
 }
+
+/// What goes less far than this, as a share of its size, never moved: some roundings of f32.
+const STILL: f64 = 1e-6;
 
 /// Size of the largest body [m].
 #[must_use]

@@ -156,11 +156,13 @@ impl Solver {
 }
 
 impl State {
-    /// Whether any particle is not where it was.
+    /// Farthest that a particle is from where it was [m].
     #[must_use]
-    pub fn moved(&self, start: &Self) -> bool {
-        let mut bodies = self.bodies.iter().zip(&start.bodies);
-        bodies.any(|(now, then)| now.x != then.x)
+    pub fn farthest(&self, start: &Self) -> f64 {
+        let bodies = self.bodies.iter().zip(&start.bodies);
+        let ways = bodies.flat_map(|(now, then)| now.x.iter().zip(&then.x));
+        ways.map(|(now, then)| now.distance(*then))
+            .fold(0.0, f64::max)
     }
 
     /// Whether every number is finite.

@@ -230,6 +230,7 @@ fn comes_out_again(result: &CaseResult, point: &Point, budget: &Budget) {
             now.observed.values,
             then.observed.values
         );
+        assert_eq!(then.observed.settled, now.observed.settled);
         assert_eq!(point.projections_per_tick, setting.projections(&case.world));
     }
 }
