@@ -21,8 +21,6 @@ const WIDTH: f32 = 400.0;
 
 /// An uncertainty of the twin, as a ratio, that makes errors worth little.
 const UNSURE: f64 = 0.05;
-const UNSURE_WORDS: &str = "With half as many steps the twin goes elsewhere, as contacts and folds make \
-     it: errors below the grey mean nothing.";
 
 /// Everything that the card shows.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -92,7 +90,12 @@ fn contents(ui: &mut Ui, card: &Card, answer: &mut Answer) {
     }
     legend(ui);
     if card.uncertainty > UNSURE {
-        let text = RichText::new(UNSURE_WORDS).small().color(theme::ALARM);
+        let text = format!(
+            "With half as many steps the twin ends {} % elsewhere, as contacts and folds make it: \
+             smaller errors mean nothing.",
+            format(card.uncertainty * 100.0, 2)
+        );
+        let text = RichText::new(text).small().color(theme::ALARM);
         ui.add(Label::new(text).wrap());
     }
     ui.add(Label::new(RichText::new(line(card, near)).small().color(theme::TEXT)).wrap());

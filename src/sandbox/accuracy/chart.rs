@@ -120,7 +120,7 @@ struct Axis {
 }
 
 impl Axis {
-    /// Around all values, at least two decades.
+    /// Around all values, at least a decade.
     fn around(values: impl Iterator<Item = f64>, ends: (f32, f32)) -> Self {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for power in values.map(f64::log10) {
@@ -131,7 +131,7 @@ impl Axis {
             (low, high) = (-2.0, 0.0);
         }
         let (first, mut last) = (low.floor() as i32, high.ceil() as i32);
-        last = last.max(first + 2);
+        last = last.max(first + 1);
         Self {
             decades: (first, last),
             ends,
