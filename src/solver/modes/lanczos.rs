@@ -25,7 +25,7 @@ pub struct Extremes {
 }
 
 /// Constraints and particles that may be visited, each in some 5 ns: about 50 ms.
-const VISITS: usize = 9_000_000;
+const VISITS: usize = 10_000_000;
 
 /// Steps that are done however large the body is: the greatest value is known then.
 const FEWEST_STEPS: usize = 24;
@@ -33,11 +33,15 @@ const FEWEST_STEPS: usize = 24;
 /// Vectors are kept up to this many particles.
 const KEPT: usize = 64;
 
-/// Relative change of a value between two looks at which it is found [of ω²].
-const SETTLED: f64 = 2e-3;
+/// A value is found when what is left of its equation, over itself, is below this; it is then that
+/// near to an eigenvalue, and as a rule nearer by the square.
+const LEFT: f64 = 0.1;
 
-/// Looks in a row that must find it so.
-const LOOKS: u32 = 2;
+/// Relative change between two looks below which a value is found [of ω²].
+const SETTLED: f64 = 3e-3;
+
+/// How exactly values of the small matrix are computed.
+const PRECISION: f64 = 1e-5;
 
 /// Eigenvalues below this share of the largest are zeros that rounding let in.
 const ZERO: f64 = 1e-13;
@@ -73,14 +77,14 @@ fn run<E: Entry>(
         let exhausted = space.grow(&mut multiply) || (keeps && step == rank);
         if exhausted || step == next || step == most {
             look.at(&space.matrix, exhausted);
-            if look.is_done() {
+            if look.done {
                 break;
             }
-            next = step + (step / 16).max(1);
+            next = step + (step / 8).max(4);
         }
     }
     let found = Extremes {
-        smallest: look.is_done().then_some(look.smallest),
+        smallest: look.done.then_some(look.smallest),
         largest: look.largest,
     };
     (found.largest.is_finite() && found.largest > 0.0).then_some(found)
@@ -91,25 +95,18 @@ fn run<E: Entry>(
 struct Look {
     smallest: f64,
     largest: f64,
-    /// Looks in a row that saw the same smallest.
-    same: u32,
-    exhausted: bool,
+    done: bool,
 }
 
 impl Look {
     fn at(&mut self, matrix: &Tridiagonal, exhausted: bool) {
-        let tolerance = 0.01 * SETTLED;
-        self.largest = matrix.eigenvalue(matrix.diagonal.len() - 1, tolerance);
+        self.largest = matrix.eigenvalue(matrix.diagonal.len() - 1, PRECISION);
         let zeros = matrix.below(ZERO * self.largest);
-        let smallest = matrix.eigenvalue(zeros, tolerance);
+        let smallest = matrix.eigenvalue(zeros, PRECISION);
         let settled = (self.smallest - smallest).abs() <= SETTLED * smallest;
-        self.same = if settled { self.same + 1 } else { 0 };
+        // Just below the value, so that it is not divided by zero.
+        let left = || matrix.left(smallest * (1.0 - 10.0 * PRECISION));
+        self.done = exhausted || (settled && left() <= LEFT * smallest);
         self.smallest = smallest;
-        self.exhausted = exhausted;
-    }
-
-    /// The same again and again, or nothing more to come.
-    fn is_done(&self) -> bool {
-        self.exhausted || self.same >= LOOKS
     }
 }

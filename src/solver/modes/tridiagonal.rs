@@ -42,6 +42,42 @@ impl Tridiagonal {
         high
     }
 
+    /// What the vector of the smallest eigenvalue, which `x` is just below, leaves of its equation
+    /// in the whole space: its last entry times what is beside the last row. By inverse iteration.
+    pub fn left(&self, x: f64) -> f64 {
+        let count = self.diagonal.len();
+        // With positive entries beside the diagonal, the signs of that vector alternate.
+        let mut vector: Vec<f64> = (0..count)
+            .map(|i| if i % 2 == 0 { 1.0 } else { -1.0 })
+            .collect();
+        let mut pivots = vec![0.0; count];
+        for _ in 0..3 {
+            for i in 0..count {
+                pivots[i] = self.diagonal[i] - x;
+                if i > 0 {
+                    let share = self.beside[i - 1] / pivots[i - 1];
+                    pivots[i] -= share * self.beside[i - 1];
+                    vector[i] -= share * vector[i - 1];
+                }
+            }
+            for i in (0..count).rev() {
+                let above = match vector.get(i + 1) {
+                    Some(next) => self.beside[i] * next,
+                    None => 0.0,
+                };
+                vector[i] = (vector[i] - above) / pivots[i];
+            }
+            let length = vector.iter().map(|v| v * v).sum::<f64>().sqrt();
+            for v in &mut vector {
+                *v /= length;
+            }
+        }
+        let last = vector.last().copied().unwrap_or(0.0);
+        self.beside
+            .get(count - 1)
+            .map_or(0.0, |beside| (beside * last).abs())
+    }
+
     /// No eigenvalue is above this (Gershgorin).
     pub fn bound(&self) -> f64 {
         let beside = |i: Option<usize>| i.and_then(|i| self.beside.get(i)).copied().unwrap_or(0.0);
