@@ -118,8 +118,9 @@ impl Threads {
         };
         let large = items.iter_mut().filter(|item| is_large(item));
         large.for_each(|item| work(item, self));
-        let small = items.iter().filter(|item| !is_large(item));
-        if !self.pays(small.map(projections).sum()) {
+        let small = || items.iter().filter(|item| !is_large(item));
+        // One that cannot be cut is not worth waking anybody for.
+        if small().count() < 2 || !self.pays(small().map(projections).sum()) {
             let small = items.iter_mut().filter(|item| !is_large(item));
             return small.for_each(|item| work(item, &one));
         }
