@@ -1,7 +1,10 @@
 //! A report as SVG: projections a second over the size of the body, under their roofs.
 
 use super::{Elastic, Report, Row, Shape, Stepped};
-use crate::output::{OutputError, plot::COLOURS};
+use crate::output::{
+    OutputError,
+    plot::{COLOURS, label_series},
+};
 use plotters::{coord::Shift, prelude::*};
 use std::path::Path;
 
@@ -113,13 +116,7 @@ fn panel(area: &Area, caption: &str, rows: &[&Row], threads: &[usize]) -> Result
                     + PathElement::new([(11, 0), (18, 0)], colour.stroke_width(1))
             });
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE.mix(0.85))
-        .border_style(RGBColor(200, 200, 200))
-        .label_font(("sans-serif", 13))
-        .draw()?;
+    label_series(&mut chart)?;
     Ok(())
 }
 

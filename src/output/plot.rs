@@ -2,7 +2,11 @@
 
 use super::OutputError;
 use crate::simulation::Statistics;
-use plotters::{coord::Shift, prelude::*};
+use plotters::{
+    coord::{CoordTranslate, Shift},
+    drawing::DrawingAreaErrorKind,
+    prelude::*,
+};
 use std::path::Path;
 
 const SIZE: (u32, u32) = (960, 900);
@@ -91,14 +95,21 @@ fn chart(
             .label(*name)
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
     }
+    label_series(&mut chart)?;
+    Ok(())
+}
+
+/// The box that says which series is which, in the upper right corner.
+pub(crate) fn label_series<'a, DB: DrawingBackend + 'a, CT: CoordTranslate>(
+    chart: &mut ChartContext<'a, DB, CT>,
+) -> Result<(), DrawingAreaErrorKind<DB::ErrorType>> {
     chart
         .configure_series_labels()
         .position(SeriesLabelPosition::UpperRight)
         .background_style(WHITE.mix(0.85))
         .border_style(RGBColor(200, 200, 200))
         .label_font(("sans-serif", 13))
-        .draw()?;
-    Ok(())
+        .draw()
 }
 
 /// Lowest and highest value, apart from each other even if all are the same.

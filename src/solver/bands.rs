@@ -3,11 +3,13 @@
 //! Every second band can then be worked on at the same time: a constraint belongs to the band of
 //! its first particle, and touches nothing before that band or beyond the next.
 
-use super::crew::MOST_PIECES;
 use std::ops::Range;
 
 /// A body with fewer particles is one band.
 pub const SMALLEST_CUT: usize = 2048;
+
+/// Pieces at most, for either half of the bands.
+const MOST_PIECES: usize = 256;
 
 /// Particles of a band, if nothing else decides.
 const USUAL: usize = 256;

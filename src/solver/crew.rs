@@ -11,9 +11,6 @@ use std::sync::{
     atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering},
 };
 
-/// A body is cut into at most so many pieces.
-pub const MOST_PIECES: usize = 256;
-
 /// Turns of waiting before a thread lets others have its core: some ten microseconds.
 const PATIENCE: u32 = 256;
 

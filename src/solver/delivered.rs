@@ -134,6 +134,15 @@ impl Work {
         all
     }
 
+    /// Leaves this share of it, from 0 to 1: what is older shall count for less.
+    pub fn fade(&mut self, kept: f64) {
+        self.force_squared *= kept;
+        self.asked *= kept;
+        self.got *= kept;
+        self.strained *= kept;
+        self.rounding *= kept;
+    }
+
     /// Adds another. Of two effects the units of `force_squared` differ; factors of their sum are
     /// sound, its compliances are not.
     pub fn add(&mut self, other: Self) {

@@ -5,7 +5,7 @@ use super::{
     setting::Method,
     words::number,
 };
-use crate::output::plot::COLOURS;
+use crate::output::plot::{COLOURS, label_series};
 use plotters::{coord::Shift, prelude::*};
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
@@ -150,13 +150,7 @@ fn panel(area: &Area, case: &CaseResult) -> Result<(), Failure> {
             last = Some(place);
         }
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE.mix(0.85))
-        .border_style(RGBColor(200, 200, 200))
-        .label_font(("sans-serif", 13))
-        .draw()?;
+    label_series(&mut chart)?;
     Ok(())
 }
 

@@ -12,13 +12,15 @@ use crate::{
     solver::{Damping, Particles, delivered::Work},
 };
 
-/// What is left of the sums of a frame in the next: they tell of the last second or so.
+/// What is left of the sums of a tick in the next: they tell of the last second or so.
 const KEPT: f64 = 0.95;
 
-/// Sums over the bodies shown, by effect: of this frame and, the older the less, of those before.
+/// Sums over the bodies shown, by effect: of the last tick and, the older the less, of those before.
 pub(super) type Works = BTreeMap<&'static str, Work>;
 
-/// Takes in what the solver left after the last substep. Of bodies that sleep nothing is new.
+/// Takes in what the solver left after the last substep of a tick, to be called when one has ended:
+/// in the middle of the next, multipliers and positions belong to different times. Of bodies that
+/// sleep nothing is new.
 pub(super) fn gather(world: &mut World, shown: &[Entity]) {
     let h = world.resource::<SimulationSettings>().substep_seconds();
     let mut bodies = world.query_filtered::<(
@@ -44,13 +46,7 @@ pub(super) fn gather(world: &mut World, shown: &[Entity]) {
     let works = &mut world.resource_mut::<PanelState>().works;
     for (name, new) in fresh {
         let sum = works.entry(name).or_default();
-        *sum = Work {
-            force_squared: sum.force_squared * KEPT,
-            asked: sum.asked * KEPT,
-            got: sum.got * KEPT,
-            strained: sum.strained * KEPT,
-            rounding: sum.rounding * KEPT,
-        };
+        sum.fade(KEPT);
         sum.add(new);
     }
 }

@@ -34,14 +34,16 @@ const FRESH: f32 = 0.04;
 pub(super) fn model(world: &mut World) -> PanelModel {
     let bodies = bodies_in_order(world);
     smooth_shares(world);
-    history::gather(world);
+    let ticked = history::gather(world);
     let scope = world.resource::<PanelState>().scope;
     let shown: Vec<Entity> = bodies
         .iter()
         .copied()
         .filter(|body| in_scope(scope, *body))
         .collect();
-    delivered::gather(world, &shown);
+    if ticked {
+        delivered::gather(world, &shown);
+    }
     let state = world.resource::<PanelState>();
     let registry = world.resource::<EffectRegistry>();
     let statistics = world.resource::<Statistics>();

@@ -62,9 +62,10 @@ pub fn colour(part: &str) -> Color32 {
     }
 }
 
-/// Takes in the last tick, if there was one since the last frame.
-pub(super) fn gather(world: &mut World) {
-    let tick = world.resource::<SimulationClock>().tick();
+/// Takes in the last tick. Whether one has ended since the last frame, and no other is under way.
+pub(super) fn gather(world: &mut World) -> bool {
+    let clock = world.resource::<SimulationClock>();
+    let (tick, under_way) = (clock.tick(), clock.mid_tick());
     let profile = world.resource::<Profile>();
     let milliseconds = |time: std::time::Duration| time.as_secs_f32() * 1e3;
     let mut column = Column::default();
@@ -77,10 +78,13 @@ pub(super) fn gather(world: &mut World) {
     let history = &mut world.resource_mut::<PanelState>().history;
     if tick < history.tick {
         history.columns.clear();
-    } else if tick > history.tick {
+    }
+    let ended = tick > history.tick;
+    if ended {
         history.push(column);
     }
     history.tick = tick;
+    ended && !under_way
 }
 
 /// Draws the plot, and says what is at the pointer.
