@@ -10,6 +10,7 @@ use pliant::{
         overrides::Override,
         run::{Run, RunOptions, run},
     },
+    simulation::EnergyLedger,
 };
 use std::{path::PathBuf, process::ExitCode, time::Duration};
 
@@ -46,6 +47,11 @@ pub struct RunScene {
     #[arg(long, value_name = "FILE.png")]
     screenshot: Option<PathBuf>,
 
+    /// Keep the energy ledger: what bodies held, and what it came from and went to. Steps take
+    /// about three times as long
+    #[arg(long)]
+    ledger: bool,
+
     /// Print one JSON object instead of a summary in words
     #[arg(long)]
     json: bool,
@@ -68,6 +74,7 @@ impl RunScene {
             seconds: self.seconds,
             set: self.set,
             threads: Some(threads),
+            ledger: self.ledger,
             ..current.scene.run_options()
         };
         let bar = progress_bar();
@@ -135,6 +142,21 @@ pub fn progress_bar() -> ProgressBar {
     bar
 }
 
+/// The energy ledger for people.
+fn books(ledger: &EnergyLedger) -> String {
+    let other = [("other", ledger.other)];
+    let rows = ledger.solver.rows().into_iter().chain(other);
+    let rows: Vec<_> = rows
+        .map(|(name, energy)| format!("{name} {energy:+.6}"))
+        .collect();
+    format!(
+        "energy changed by {:+.6} J: {} (J; unaccounted for {:+.1e})\n",
+        ledger.change(),
+        rows.join(", "),
+        ledger.gap(),
+    )
+}
+
 /// The summary for people.
 pub fn in_words(title: &str, run: &Run) -> String {
     let last = run.history.last().cloned().unwrap_or_default();
@@ -152,7 +174,7 @@ pub fn in_words(title: &str, run: &Run) -> String {
         "{title}: {:.3} s in {} ticks of {} substeps and {} iterations\n\
          {} bodies ({} asleep), {} particles, constraints: {}\n\
          {:.3} ms a tick (median, {}), energy {:.6} J, volume error {:.3} %, residual {:.2e}\n\
-         state {:016x}, {verdict}\n",
+         {}state {:016x}, {verdict}\n",
         last.time,
         last.tick,
         run.settings.substeps.get(),
@@ -169,6 +191,7 @@ pub fn in_words(title: &str, run: &Run) -> String {
         last.energy(),
         last.volume_error * 100.0,
         last.residual,
+        run.ledger.as_ref().map(books).unwrap_or_default(),
         run.state_hash,
     )
 }

@@ -1,13 +1,13 @@
 //! A run as one JSON object.
 
-use crate::{scene::run::Run, solver::memory::solver_bytes};
+use crate::{scene::run::Run, simulation::EnergyLedger, solver::memory::solver_bytes};
 use serde_json::{Value, json};
 
 /// The summary that `pliant run --json` prints.
 #[must_use]
 pub fn run(scene: &str, run: &Run) -> Value {
     let last = run.history.last().cloned().unwrap_or_default();
-    json!({
+    let mut object = json!({
         "scene": scene,
         "seconds": run.seconds,
         "rate": run.settings.rate.get(),
@@ -35,5 +35,22 @@ pub fn run(scene: &str, run: &Run) -> Value {
         "state_hash": format!("{:016x}", run.state_hash),
         "accepted": run.accepted(),
         "reasons": run.reasons,
-    })
+    });
+    if let Some(ledger) = &run.ledger {
+        object["ledger_j"] = books(ledger);
+    }
+    object
+}
+
+/// What the energy came from and went to [J].
+fn books(ledger: &EnergyLedger) -> Value {
+    let mut rows = json!({
+        "change": ledger.change(),
+        "other": ledger.other,
+        "unaccounted": ledger.gap(),
+    });
+    for (name, energy) in ledger.solver.rows() {
+        rows[name] = energy.into();
+    }
+    rows
 }

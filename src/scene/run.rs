@@ -9,8 +9,8 @@ use crate::{
     SoftBodyPlugins,
     effect::EffectRegistry,
     simulation::{
-        EffectSystems, Measuring, SimulationSettings, SolveSchedule, SolverSystems, SolverThreads,
-        Statistics, SubstepSchedule, plain,
+        EffectSystems, EnergyLedger, Measuring, SimulationSettings, SolveSchedule, SolverSystems,
+        SolverThreads, Statistics, SubstepSchedule, plain,
         statistics::{measure, state_hash},
         tick,
     },
@@ -30,6 +30,8 @@ pub struct RunOptions {
     pub set: Vec<Override>,
     /// Threads to step bodies on; none takes one on each core. They change no bit.
     pub threads: Option<Threads>,
+    /// Whether to keep the energy ledger; default false.
+    pub ledger: bool,
     /// What must hold at the end; none checks only that the state is finite and pins are still.
     pub acceptance: Option<super::Acceptance>,
 }
@@ -45,6 +47,8 @@ pub struct Run {
     pub reasons: Vec<String>,
     /// What the systems in the substep are for, in the order in which they run.
     pub systems: Vec<&'static str>,
+    /// The energy ledger of the run, if it was kept.
+    pub ledger: Option<EnergyLedger>,
     /// Settings that it ran with.
     pub settings: crate::solver::Settings,
     /// Hash of the state at the end.
@@ -110,6 +114,7 @@ pub fn run(
         world.insert_resource(SolverThreads(threads.clone()));
     }
     world.insert_resource(Measuring(true));
+    world.insert_resource(EnergyLedger::kept(options.ledger));
     let settings = **world.resource::<SimulationSettings>();
     let start = plain::capture(world);
     let acceptance = options.acceptance.as_ref();
@@ -137,6 +142,7 @@ pub fn run(
         history,
         tick_ms,
         systems: system_names(world),
+        ledger: world.remove_resource().filter(|_| options.ledger),
         settings,
         state_hash: state_hash(world),
         world: end,

@@ -1,5 +1,5 @@
 //! The simulation in Bevy, without a window: schedules, clock, stepping, sleep, quarantine,
-//! actions, statistics.
+//! actions, statistics, the energy ledger.
 //!
 //! Systems here and in [`effect`](crate::effect) are adapters of a few lines around the plain
 //! functions of [`solver`](crate::solver); what they compute equals
@@ -9,6 +9,7 @@ pub mod action;
 mod begin;
 mod body;
 mod clock;
+mod ledger;
 pub mod plain;
 mod profile;
 mod quarantine;
@@ -22,6 +23,7 @@ pub use body::{
     SoftBody, SpawnOrder, TickStart,
 };
 pub use clock::{SimulationClock, SubstepTime, Tick};
+pub use ledger::{Energies, EnergyLedger};
 pub use profile::Profile;
 pub use schedule::{
     EffectSystems, SoftBodySystems, SolvePhase, SolveSchedule, SolverSystems, StepSchedule,
@@ -78,6 +80,7 @@ impl Plugin for SimulationPlugin {
             .init_resource::<Actions>()
             .init_resource::<Measuring>()
             .init_resource::<Statistics>()
+            .init_resource::<EnergyLedger>()
             .init_resource::<body::NextPlace>()
             .init_resource::<crate::effect::EffectRegistry>()
             .init_resource::<Time<Tick>>()

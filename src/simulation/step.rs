@@ -1,18 +1,19 @@
 //! Stepping: from real time to ticks, from ticks to substeps, from substeps to sweeps.
 
 use super::{
-    Asleep, Profile, RestTimer, SimulationClock, SimulationSettings, SoftBody, SolveSchedule,
-    SpawnOrder, StepSchedule, SubstepSchedule, SubstepTime, Tick, TickStart, body::Active,
-    profile::StageWatch, quarantine::quarantine,
+    Asleep, EnergyLedger, Profile, RestTimer, SimulationClock, SimulationSettings, SoftBody,
+    SolveSchedule, SpawnOrder, StepSchedule, SubstepSchedule, SubstepTime, Tick, TickStart,
+    body::Active, profile::StageWatch, quarantine::quarantine,
 };
 use crate::{
     effect::{self, StretchMultipliers, VolumeMultipliers},
     solver::{
-        Collide, Collider, Effects, Grab, Ground, Particles, Settings, SleepSettings, StickyGround,
-        Stretch, Substep, Threads, Topology, Volume,
+        Collide, Collider, Effects, Grab, Ground, Ledger, Particles, Settings, SleepSettings,
+        StickyGround, Stretch, Substep, Threads, Topology, Volume,
         advance::{Means, NotFinite, Stage, Stepper, Watch},
         contact::collider::{Sweep, Swept},
         lanes::Instructions,
+        ledger,
     },
 };
 use bevy::prelude::*;
@@ -178,6 +179,7 @@ pub(super) struct Job {
     stretch_multipliers: Vec<f32>,
     volume_multipliers: Vec<f32>,
     effects: Effects,
+    ledger: Ledger,
     result: Result<(), NotFinite>,
 }
 
@@ -212,6 +214,9 @@ pub(super) fn run_substeps(
                 .filter_map(|&(_, entity)| world.get::<Collider>(entity));
             current.swept.fill(colliders, &settings, start);
         });
+        if world.resource::<EnergyLedger>().on {
+            EnergyLedger::begin_tick(world, &settings, world.resource::<SimulationClock>().tick());
+        }
     }
     let profile = world.resource::<Profile>();
     let at_once = match deadline {
@@ -231,11 +236,15 @@ pub(super) fn run_substeps(
             advance_all(world, bodies, &mut jobs, substeps);
         } else {
             run_schedule(world, settings.substep(next));
+            world.resource_mut::<EnergyLedger>().book(None);
             next += 1;
         }
         if deadline.is_some_and(|deadline| Instant::now() >= deadline) {
             break;
         }
+    }
+    if next == count && world.resource::<EnergyLedger>().on {
+        EnergyLedger::end_tick(world, &settings);
     }
     let mut clock = world.resource_mut::<SimulationClock>();
     clock.next_substep = (next < count).then_some(next);
@@ -286,10 +295,12 @@ fn advance_all(
                     sticky_ground: sticky_ground.copied(),
                     collide: collide.copied(),
                 },
+                ledger: Ledger::default(),
                 result: Ok(()),
             }
         },
     ));
+    let booked = world.resource::<EnergyLedger>().on;
     let watch = world
         .resource::<Profile>()
         .by_part
@@ -312,7 +323,12 @@ fn advance_all(
                 stretch_multipliers: &mut job.stretch_multipliers,
                 volume_multipliers: &mut job.volume_multipliers,
             };
-            job.result = stepper.advance(substeps.clone(), &means);
+            job.result = if booked {
+                let books = ledger::advance(&mut stepper, substeps.clone(), &means);
+                books.map(|books| job.ledger = books)
+            } else {
+                stepper.advance(substeps.clone(), &means)
+            };
         });
     });
     if let Some(watch) = &watch {
@@ -337,6 +353,10 @@ fn advance_all(
                 // The multiplier is state, not a parameter that somebody changed.
                 *grab.bypass_change_detection() = held;
             }
+        }
+        if booked {
+            let books = job.result.is_ok().then_some(job.ledger);
+            world.resource_mut::<EnergyLedger>().book(books);
         }
         if let Err(error) = job.result {
             quarantine(world, job.entity, error);

@@ -22,6 +22,7 @@ pub mod deform;
 pub mod delivered;
 mod fit;
 pub mod lanes;
+pub mod ledger;
 pub mod measure;
 pub mod memory;
 pub mod modes;
@@ -52,6 +53,7 @@ pub use contact::{Collide, Collider, ColliderShape, Ground, Path, Pose, StickyGr
 pub use deform::{Deformation, deform};
 pub use delivered::Delivered;
 pub use lanes::Instructions;
+pub use ledger::Ledger;
 pub use modes::Modes;
 pub use particles::Particles;
 pub use quantity::{

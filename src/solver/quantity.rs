@@ -151,6 +151,12 @@ quantity!(
     /// Coulomb's coefficient of friction µ, a ratio of forces.
     Friction(f32), "friction", default 0.5, "between 0 and 100", |v| (0.0..=100.0).contains(&v)
 );
+
+impl Friction {
+    /// None at all.
+    pub const NONE: Self = Self(0.0);
+}
+
 quantity!(
     /// Coefficient of restitution e: speed after a bounce over speed before it.
     Restitution(f32), "restitution", default 0.0, "between 0 and 1", |v| (0.0..=1.0).contains(&v)

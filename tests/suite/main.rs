@@ -32,6 +32,7 @@ mod scene_runs;
 mod simulation_actions;
 mod simulation_clock;
 mod simulation_components;
+mod simulation_ledger;
 mod simulation_order;
 mod simulation_plugins;
 mod simulation_quarantine;

@@ -333,3 +333,30 @@ fn without_a_display_the_default_scene_runs_and_leaves_figures_and_a_plot() {
     }
     std::fs::remove_dir_all(folder).expect("it was made here");
 }
+
+#[test]
+fn a_run_with_its_ledger_says_where_the_energy_went() {
+    let output = pliant(&[
+        "run",
+        "jelly_cube",
+        "--seconds",
+        "0.5",
+        "--ledger",
+        "--json",
+    ]);
+    let object: Value = serde_json::from_str(&stdout(&output)).expect("a JSON object");
+    let ledger = object["ledger_j"].as_object().expect("a ledger");
+    let energy = |name: &str| ledger[name].as_f64().expect("joules");
+    let rows = ledger
+        .keys()
+        .filter(|name| !["change", "unaccounted"].contains(&name.as_str()));
+    let sum: f64 = rows.map(|name| energy(name)).sum();
+    let gap = energy("change") - sum - energy("unaccounted");
+    // Sums of eight terms of up to 1e3 J in f64.
+    assert!(gap.abs() < 1e-10, "{gap:e}: {ledger:?}");
+    assert!(energy("integrator") < 0.0, "{ledger:?}");
+    let words = stdout(&pliant(&["run", "bounce", "--seconds", "0.5", "--ledger"]));
+    assert!(words.contains("contact -2.1"), "{words}");
+    let without = pliant(&["run", "jelly_cube", "--seconds", "0.5", "--json"]);
+    assert!(!stdout(&without).contains("ledger_j"));
+}

@@ -9,10 +9,11 @@ use pliant::sandbox::{
     keys::{BINDINGS, GESTURES},
     panel::{
         Panel, Places,
+        energy::EnergyTrack,
         history::History,
         model::{
             Addition, BodyEntry, BodyState, ClockModel, DeliveredModel, Distortion, EffectModel,
-            GrabModel, PanelModel, Parameter, Request, SceneEntry, Scope, StageModel,
+            EnergyModel, GrabModel, PanelModel, Parameter, Request, SceneEntry, Scope, StageModel,
         },
         show,
         track::{Spread, Track},
@@ -150,6 +151,23 @@ fn model() -> PanelModel {
         solver: SolverView::Bands,
         threads: Some(parameter("threads", "", whole(8.0), 2.0)),
         projections: Some(212e6),
+        energy: Some(energy()),
+    }
+}
+
+fn energy() -> EnergyModel {
+    let mut track = EnergyTrack::default();
+    (0..500).for_each(|tick| track.push(vec![("Kinetic", tick as f32), ("Stretch", -1.0)]));
+    EnergyModel {
+        seconds: 8.3,
+        held: vec![("Kinetic", 1.5, -0.5), ("Stretch", 2.0, 2.0)],
+        rows: vec![
+            ("Damping", "What it is.", -1.0),
+            ("Hand", "What it is.", 2.5),
+        ],
+        change: 1.5,
+        gap: 1e-9,
+        track,
     }
 }
 
@@ -392,6 +410,8 @@ fn every_button_asks_for_what_stands_on_it() {
         ("solver.bands", Request::SolverView(SolverView::Bands)),
         ("solver.colours", Request::SolverView(SolverView::Colours)),
         ("solver.lanes", Request::SolverView(SolverView::Lanes)),
+        ("energy.keep", Request::Ledger(false)),
+        ("energy.anew", Request::Ledger(true)),
         ("frame", Request::FrameAll),
         ("screenshot", Request::Screenshot),
         ("help", Request::Help),

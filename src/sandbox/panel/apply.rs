@@ -6,7 +6,7 @@
 use bevy::prelude::*;
 
 use super::{
-    Asked, PanelState,
+    Asked, PanelState, energy,
     gather::{in_scope, track},
     model::{Distortion, Request, Scope},
     originals::{Originals, SceneSettings},
@@ -57,6 +57,7 @@ fn carry_out_one(world: &mut World, request: Request) {
         Request::Accuracy => {
             world.write_message(AccuracyCommand::Toggle);
         }
+        Request::Ledger(on) => energy::keep(world, on),
         Request::Pause(paused) => world.resource_mut::<SimulationClock>().paused = paused,
         Request::Step => {
             let mut clock = world.resource_mut::<SimulationClock>();

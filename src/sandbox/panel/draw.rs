@@ -3,7 +3,7 @@
 use bevy_egui::egui::{Response, ScrollArea, Ui};
 
 use super::{
-    bodies, effects,
+    bodies, effects, energy,
     model::{PanelModel, Request},
     places::Places,
     scene,
@@ -33,6 +33,7 @@ impl Panel {
                 world::show(ui, &mut panel, model);
                 bodies::show(ui, &mut panel, model);
                 effects::show(ui, &mut panel, model);
+                energy::show(ui, &mut panel, model);
                 ui.add_space(8.0);
             });
         panel.foot(ui, model);

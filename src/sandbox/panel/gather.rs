@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 
 use super::{
-    PanelState, delivered, history,
+    PanelState, delivered, energy, history,
     model::{
         BodyEntry, BodyState, ClockModel, EffectModel, GrabModel, PanelModel, Parameter, Scope,
         StageModel,
@@ -43,6 +43,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         .collect();
     if ticked {
         delivered::gather(world, &shown);
+        energy::gather(world);
     }
     let state = world.resource::<PanelState>();
     let registry = world.resource::<EffectRegistry>();
@@ -89,6 +90,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         effects,
         stages,
         history: world.resource::<PanelState>().history.clone(),
+        energy: energy::model(world),
         grabbed: grabbed(world),
         additions: arrival::additions(),
         wireframe: view.wireframe,

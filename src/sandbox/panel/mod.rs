@@ -9,6 +9,7 @@ mod bodies;
 mod delivered;
 mod draw;
 mod effects;
+pub mod energy;
 mod gather;
 pub mod history;
 pub mod model;
@@ -60,6 +61,8 @@ pub struct PanelState {
     works: delivered::Works,
     /// Where the time of the last ticks went.
     history: history::History,
+    /// What bodies held after the last ticks.
+    energies: energy::EnergyTrack,
     /// How often bodies were shuffled; the seed of the next time.
     shuffles: u32,
 }

@@ -4,7 +4,7 @@
 //! holds no simulation state of its own, and nothing here knows the ECS, so that it can be drawn
 //! and pressed in a test without a window.
 
-use super::{history::History, track::Track};
+use super::{energy::EnergyTrack, history::History, track::Track};
 use crate::sandbox::view::SolverView;
 
 /// Everything that the panel shows.
@@ -36,6 +36,8 @@ pub struct PanelModel {
     pub stages: Vec<StageModel>,
     /// Where the time of the last ticks went.
     pub history: History,
+    /// The energy ledger, while it is kept.
+    pub energy: Option<EnergyModel>,
     /// The point that is or was held.
     pub grabbed: Option<GrabModel>,
     /// What can be added: built-in primitives and meshes.
@@ -170,6 +172,23 @@ pub struct DeliveredModel {
     pub substeps: Option<u32>,
 }
 
+/// The energy ledger of the scene.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct EnergyModel {
+    /// Simulated time that it covers [s].
+    pub seconds: f64,
+    /// What bodies hold: what it is called, how much now, and by how much that has changed [J].
+    pub held: Vec<(&'static str, f64, f64)>,
+    /// What it came from and went to: what that is called, what it means, how much [J].
+    pub rows: Vec<(&'static str, &'static str, f64)>,
+    /// By how much all that is held has changed [J].
+    pub change: f64,
+    /// What the rows leave unaccounted for, over the largest term.
+    pub gap: f64,
+    /// Kinetic, potential and elastic energy over the last ticks.
+    pub track: EnergyTrack,
+}
+
 /// A stage of the tick beside the effects.
 #[derive(Debug, Clone)]
 pub struct StageModel {
@@ -279,6 +298,8 @@ pub enum Request {
     FrameAll,
     /// Open or close the card that says what accuracy costs.
     Accuracy,
+    /// Keep the energy ledger from now on (`true`), or no longer.
+    Ledger(bool),
     /// Save a picture.
     Screenshot,
     /// Show the overlay of keys.

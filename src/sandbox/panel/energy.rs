@@ -1,0 +1,337 @@
+//! The section of the energy ledger: what bodies hold, what it came from and went to.
+
+use bevy::prelude::*;
+use bevy_egui::egui::{
+    Align, Align2, Color32, FontSelection, Layout, Rect, RichText, Sense, Shape, Stroke, TextStyle,
+    Ui, pos2, vec2,
+};
+use std::collections::VecDeque;
+
+use super::{
+    Panel, PanelState, history,
+    model::{EnergyModel, PanelModel, Request},
+    number::format,
+    section::{self, RowButton, section},
+};
+use crate::{
+    effect::EffectRegistry,
+    sandbox::theme,
+    simulation::{EnergyLedger, SimulationSettings},
+};
+
+/// Ticks that are shown: five seconds at the usual rate.
+const TICKS: usize = 300;
+/// Height of the plot [logical px].
+const HEIGHT: f32 = 64.0;
+/// Width of a column of figures [logical px].
+const FIGURE: f32 = 62.0;
+
+const KINETIC: &str = "Kinetic";
+const POTENTIAL: &str = "Potential";
+
+/// What bodies held after each of the last ticks [J], of potential energy what was gained: a
+/// column a tick, the oldest first.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct EnergyTrack(VecDeque<Vec<(&'static str, f32)>>);
+
+impl EnergyTrack {
+    /// Takes in a tick, and forgets the oldest.
+    pub fn push(&mut self, column: Vec<(&'static str, f32)>) {
+        if self.0.len() == TICKS {
+            self.0.pop_front();
+        }
+        self.0.push_back(column);
+    }
+
+    fn values(&self) -> impl Iterator<Item = f32> {
+        self.0.iter().flatten().map(|(_, value)| *value)
+    }
+}
+
+/// Switches the ledger on or off.
+pub(super) fn keep(world: &mut World, on: bool) {
+    world.insert_resource(EnergyLedger::kept(on));
+    world.resource_mut::<PanelState>().energies = EnergyTrack::default();
+}
+
+/// Takes in the tick that has just ended.
+pub(super) fn gather(world: &mut World) {
+    let ledger = world.resource::<EnergyLedger>();
+    if !ledger.on || ledger.ticks == 0 {
+        return;
+    }
+    let began = ledger.ticks == 1;
+    let column = held(world, ledger)
+        .into_iter()
+        .map(|(name, now, change)| {
+            let shown = if name == POTENTIAL { change } else { now };
+            (name, shown as f32)
+        })
+        .collect();
+    let track = &mut world.resource_mut::<PanelState>().energies;
+    if began {
+        track.0.clear();
+    }
+    track.push(column);
+}
+
+fn held(world: &World, ledger: &EnergyLedger) -> Vec<(&'static str, f64, f64)> {
+    let EnergyLedger { start, now, .. } = ledger;
+    let elastic = world
+        .resource::<EffectRegistry>()
+        .iter()
+        .filter_map(|effect| {
+            let [before, after] = [start, now].map(|held| held.elastic.get(effect.name));
+            before.or(after)?;
+            let [before, after] = [before, after].map(|energy| energy.copied().unwrap_or_default());
+            Some((effect.title, after, after - before))
+        });
+    [
+        (KINETIC, now.kinetic, now.kinetic - start.kinetic),
+        (POTENTIAL, now.potential, now.potential - start.potential),
+    ]
+    .into_iter()
+    .chain(elastic)
+    .collect()
+}
+
+/// The ledger as the panel shows it; none while it is not kept.
+pub(super) fn model(world: &World) -> Option<EnergyModel> {
+    let ledger = world.resource::<EnergyLedger>();
+    if !ledger.on {
+        return None;
+    }
+    let held = held(world, ledger);
+    let rows: Vec<_> = ledger
+        .solver
+        .rows()
+        .into_iter()
+        .chain([("other", ledger.other)])
+        .map(|(name, energy)| {
+            let (title, help) = words(name);
+            (title, help, energy)
+        })
+        .collect();
+    let largest = held
+        .iter()
+        .flat_map(|(_, now, change)| [now.abs(), change.abs()])
+        .chain(rows.iter().map(|(.., energy)| energy.abs()))
+        .fold(f64::MIN_POSITIVE, f64::max);
+    Some(EnergyModel {
+        seconds: ledger.ticks as f64 * world.resource::<SimulationSettings>().tick_seconds(),
+        held,
+        rows,
+        change: ledger.change(),
+        gap: ledger.gap() / largest,
+        track: world.resource::<PanelState>().energies.clone(),
+    })
+}
+
+/// What a row is called, and what it means.
+fn words(row: &str) -> (&'static str, &'static str) {
+    match row {
+        "damping" => (
+            "Damping",
+            "What dashpots of the damping asked for take at the rates at which edges and volumes \
+             change",
+        ),
+        "friction" => (
+            "Friction",
+            "What sliding on the ground and on colliders takes",
+        ),
+        "contact" => (
+            "Contact",
+            "What impacts take, and what moving colliders give or take",
+        ),
+        "hand" => (
+            "Hand",
+            "What your hand gives to or takes from what it holds",
+        ),
+        "integrator" => (
+            "Integrator",
+            "What implicit Euler takes even when every substep is solved to the end: less with \
+             more substeps",
+        ),
+        "sweeps" => (
+            "Sweeps",
+            "What is left because the sweeps do not solve a substep to the end: stored energy and \
+             damping above are those of the material as asked, and a softer one is simulated. \
+             Less with more substeps or iterations",
+        ),
+        "rounding" => (
+            "Rounding",
+            "What rounding positions and velocities to f32 gives or takes",
+        ),
+        _ => (
+            "Edits and sleep",
+            "What changed between ticks: parameters, bodies that came or went or were pushed out \
+             of shape, bodies that fell asleep",
+        ),
+    }
+}
+
+/// Draws the section.
+pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
+    section(ui, panel, "Energy", |ui, panel| {
+        let on = model.energy.is_some();
+        let buttons = [
+            RowButton {
+                selected: on,
+                ..RowButton::new(
+                    "energy.keep",
+                    "Keep the ledger",
+                    "Book where the energy of every body comes from and goes to; steps take about \
+                     three times as long meanwhile",
+                )
+            },
+            RowButton {
+                enabled: on,
+                ..RowButton::new("energy.anew", "Begin anew", "Count from now on")
+            },
+        ];
+        match section::button_row(ui, panel, &buttons) {
+            Some(0) => panel.ask(Request::Ledger(!on)),
+            Some(_) => panel.ask(Request::Ledger(true)),
+            None => {}
+        }
+        if let Some(energy) = &model.energy {
+            ledger(ui, panel, energy);
+        }
+    });
+}
+
+fn ledger(ui: &mut Ui, panel: &mut Panel, energy: &EnergyModel) {
+    plot(ui, panel, energy);
+    ui.spacing_mut().item_spacing.y = 2.0;
+    line(ui, None, "Held", ["now [J]", "change [J]"], theme::WEAK);
+    for (title, now, change) in &energy.held {
+        let figures = [format(*now, 3), signed(*change)];
+        line(ui, Some(colour(title)), title, figures, theme::TEXT);
+    }
+    let change = ["".to_owned(), signed(energy.change)];
+    line(ui, None, "All of it", change, theme::STRONG);
+    let over = format!("over {} s", format(energy.seconds, 3));
+    line(
+        ui,
+        None,
+        "Given by (−: taken by)",
+        ["".to_owned(), over],
+        theme::WEAK,
+    );
+    for (title, help, given) in &energy.rows {
+        let figures = ["".to_owned(), signed(*given)];
+        let response = line(ui, None, title, figures, theme::TEXT);
+        panel.note(format!("energy.{}", title.to_lowercase()), &response, ui);
+        section::hint(ui, &response, |ui| {
+            ui.set_max_width(280.0);
+            ui.label(RichText::new(*title).strong());
+            ui.label(*help);
+        });
+    }
+    let sum: f64 = energy.rows.iter().map(|(.., given)| given).sum();
+    let figures = ["".to_owned(), signed(sum)];
+    line(ui, None, "All of it", figures, theme::STRONG);
+    let gap = format(energy.gap.abs(), 1);
+    section::note(ui, &format!("Adds up within {gap} of the largest."));
+}
+
+/// A row: a patch of colour, a title, two figures in columns.
+fn line(
+    ui: &mut Ui,
+    patch: Option<Color32>,
+    title: &str,
+    figures: [impl Into<String>; 2],
+    text: Color32,
+) -> bevy_egui::egui::Response {
+    let row = ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = theme::GAP;
+        let (rect, _) = ui.allocate_exact_size(vec2(8.0, 16.0), Sense::hover());
+        if let Some(patch) = patch {
+            let square = Rect::from_center_size(rect.center(), vec2(8.0, 8.0));
+            ui.painter().rect_filled(square, 1.0, patch);
+        }
+        ui.label(RichText::new(title).small().color(text));
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            for figure in figures.map(Into::into).into_iter().rev() {
+                let size = vec2(FIGURE, 16.0);
+                ui.allocate_ui_with_layout(size, Layout::right_to_left(Align::Center), |ui| {
+                    ui.set_min_width(FIGURE);
+                    ui.label(RichText::new(figure).small().color(text));
+                });
+            }
+        });
+    });
+    row.response
+}
+
+fn signed(energy: f64) -> String {
+    let text = format(energy, 3);
+    if energy > 0.0 {
+        format!("+{text}")
+    } else {
+        text.replacen('-', "−", 1)
+    }
+}
+
+fn colour(title: &str) -> Color32 {
+    match title {
+        KINETIC => history::colour("presolve"),
+        POTENTIAL => history::colour("ground"),
+        _ => history::colour(&title.to_lowercase()),
+    }
+}
+
+fn plot(ui: &mut Ui, panel: &mut Panel, energy: &EnergyModel) {
+    let track = &energy.track;
+    let size = vec2(ui.available_width(), HEIGHT);
+    let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
+    panel.note("energy.plot", &response, ui);
+    let painter = ui.painter().with_clip_rect(rect);
+    painter.rect_filled(rect, 3.0, theme::SUNKEN);
+    let (low, high) = track
+        .values()
+        .fold((0.0_f32, 0.0_f32), |(low, high), value| {
+            (low.min(value), high.max(value))
+        });
+    if high == low {
+        return;
+    }
+    let inside = rect.shrink2(vec2(0.0, 5.0));
+    let at = |place: usize, value: f32| {
+        let back = (track.0.len() - 1 - place) as f32 / (TICKS - 1) as f32;
+        let up = (value - low) / (high - low);
+        pos2(
+            rect.right() - back * rect.width(),
+            inside.bottom() - up * inside.height(),
+        )
+    };
+    let zero = at(0, 0.0).y;
+    painter.hline(rect.x_range(), zero, Stroke::new(1.0, theme::LINE));
+    for (title, ..) in &energy.held {
+        let points = track.0.iter().enumerate().filter_map(|(place, column)| {
+            let value = column.iter().find(|(name, _)| name == title)?;
+            Some(at(place, value.1))
+        });
+        painter.add(Shape::line(
+            points.collect(),
+            Stroke::new(1.5, colour(title)),
+        ));
+    }
+    let font = FontSelection::Style(TextStyle::Small).resolve(ui.style());
+    let label = |at, align, value: f32| {
+        let text = format!("{} J", signed(f64::from(value)));
+        painter.text(at, align, text, font.clone(), theme::WEAK);
+    };
+    label(rect.left_top() + vec2(4.0, 1.0), Align2::LEFT_TOP, high);
+    if low < 0.0 {
+        label(
+            rect.left_bottom() + vec2(4.0, -1.0),
+            Align2::LEFT_BOTTOM,
+            low,
+        );
+    }
+    response.on_hover_ui(|ui| {
+        ui.label(RichText::new("What bodies hold").strong());
+        ui.label("A point a tick, five seconds of them; of potential energy what was gained");
+    });
+}

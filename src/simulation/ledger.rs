@@ -1,0 +1,157 @@
+//! The energy ledger of a scene: what its bodies hold, and where it came from and went to.
+
+use super::{SimulationSettings, plain::bodies_in_order};
+use crate::{
+    effect::EffectRegistry,
+    solver::{self, Particles, Settings, measure},
+};
+use bevy::prelude::*;
+use std::collections::BTreeMap;
+
+/// What bodies hold [J].
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Energies {
+    /// Kinetic energy.
+    pub kinetic: f64,
+    /// Potential energy of gravity, zero at height 0.
+    pub potential: f64,
+    /// Elastic energy by effect.
+    pub elastic: BTreeMap<&'static str, f64>,
+}
+
+impl Energies {
+    /// All of it.
+    #[must_use]
+    pub fn sum(&self) -> f64 {
+        self.kinetic + self.potential + self.elastic.values().sum::<f64>()
+    }
+
+    /// Of all bodies, as they are now.
+    #[must_use]
+    pub fn measure(world: &mut World) -> Self {
+        let settings = **world.resource::<SimulationSettings>();
+        Self::under(world, &settings)
+    }
+
+    fn under(world: &mut World, settings: &Settings) -> Self {
+        let h = settings.substep_seconds() as f32;
+        let mut all = Self::default();
+        for entity in bodies_in_order(world) {
+            let entity = world.entity(entity);
+            let Some(particles) = entity.get::<Particles>() else {
+                continue;
+            };
+            all.kinetic += measure::kinetic_energy(particles);
+            all.potential += measure::gravitational_energy(particles, settings.gravity);
+            for effect in world.resource::<EffectRegistry>().iter() {
+                let energy = (effect.figures)(&entity, h).and_then(|figures| figures.energy);
+                if let Some(energy) = energy {
+                    *all.elastic.entry(effect.name).or_default() += energy;
+                }
+            }
+        }
+        all
+    }
+}
+
+/// The ledger since it was switched on, or since the scene began.
+///
+/// It changes no bit of the simulation. Steps take about three times as long meanwhile.
+#[derive(Resource, Debug, Clone, Default, PartialEq)]
+pub struct EnergyLedger {
+    /// Whether it is kept; default false.
+    pub on: bool,
+    /// What bodies held when it began [J].
+    pub start: Energies,
+    /// What they held after the last tick [J].
+    pub now: Energies,
+    /// What the solver did to it since [J].
+    pub solver: solver::Ledger,
+    /// What came from elsewhere [J]: edits, bodies that came or went, falling asleep, quarantine,
+    /// and whole ticks with effects that are not the crate's own.
+    pub other: f64,
+    /// Ticks that it covers.
+    pub ticks: u64,
+    /// The number of the tick that it goes on with.
+    next: u64,
+    tick: Option<Tick>,
+}
+
+/// The tick under way.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Tick {
+    /// What bodies held before it [J].
+    before: f64,
+    solver: solver::Ledger,
+    /// Whether something was done that is not in the solver's ledger.
+    incomplete: bool,
+}
+
+impl EnergyLedger {
+    /// An empty one.
+    #[must_use]
+    pub fn kept(on: bool) -> Self {
+        Self {
+            on,
+            ..Self::default()
+        }
+    }
+
+    /// By how much the energy has changed since it began [J].
+    #[must_use]
+    pub fn change(&self) -> f64 {
+        self.now.sum() - self.start.sum()
+    }
+
+    /// What the rows do not account for [J]; rounding of the sums alone, unless a parameter was
+    /// changed in the middle of a tick that was spread over frames.
+    #[must_use]
+    pub fn gap(&self) -> f64 {
+        self.change() - self.solver.sum() - self.other
+    }
+
+    pub(super) fn begin_tick(world: &mut World, settings: &Settings, number: u64) {
+        let energies = Energies::under(world, settings);
+        let mut ledger = world.resource_mut::<Self>();
+        let before = energies.sum();
+        if ledger.ticks == 0 || number != ledger.next {
+            *ledger = Self {
+                start: energies.clone(),
+                now: energies,
+                ..Self::kept(true)
+            };
+        } else {
+            ledger.other += before - ledger.now.sum();
+        }
+        ledger.next = number + 1;
+        ledger.tick = Some(Tick {
+            before,
+            ..Tick::default()
+        });
+    }
+
+    /// Books what the solver did, or that something was done that it cannot tell.
+    pub(super) fn book(&mut self, ledger: Option<solver::Ledger>) {
+        if let Some(tick) = &mut self.tick {
+            match ledger {
+                Some(ledger) => tick.solver += ledger,
+                None => tick.incomplete = true,
+            }
+        }
+    }
+
+    pub(super) fn end_tick(world: &mut World, settings: &Settings) {
+        let energies = Energies::under(world, settings);
+        let mut ledger = world.resource_mut::<Self>();
+        // None if it was switched on in the middle of a tick.
+        let Some(tick) = ledger.tick.take() else {
+            return;
+        };
+        ledger.solver += tick.solver;
+        if tick.incomplete {
+            ledger.other += energies.sum() - tick.before - tick.solver.sum();
+        }
+        ledger.now = energies;
+        ledger.ticks += 1;
+    }
+}

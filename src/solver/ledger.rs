@@ -1,0 +1,367 @@
+//! The energy ledger: where the energy of a body comes from and goes to, substep by substep.
+//!
+//! In a substep a particle's velocity goes from v₀ to v₁ by shares of which each has a cause:
+//! Δv = hg + Σ Δ(x − p)/h, the sum over all parts of the second stage that moved it. With the mean
+//! v̄ = (v₀ + v₁)/2 the shares of its kinetic energy add up without remainder,
+//!
+//! ½m(v₁² − v₀²) = Σ m Δvₛ·v̄,
+//!
+//! so what contact, friction and hands did is known exactly. What gravity and the elastic effects
+//! did is set against the energies that they store; what is left over is then told apart as
+//!
+//! - **damping**: −(τ/α) ΔC²/h, what a dashpot of the given τ takes at the rate of change ΔC/h;
+//! - **integrator**: −½ Σ m (hg + Δvₑ)·Δv − ½ Σ ΔC²/α, Δvₑ being the share of the elastic effects.
+//!   It is what implicit Euler takes when it is solved to the end: forces of the end of the substep
+//!   work over all of its way;
+//! - **sweeps**: the rest, which solving to the end and shorter substeps make small. It is what the
+//!   sweeps left of the constraints' equations, and the curvature of C within a substep.
+//!
+//! Velocities are rounded when gravity is added and positions when they are predicted; what that
+//! does is **rounding**, apart from all of these.
+//!
+//! Rigid effects (α = 0) store nothing, and what they do goes to the sweeps.
+
+use super::{
+    Friction, Particles, Substep,
+    advance::{Means, NotFinite, Stage, Stepper},
+    measure,
+};
+use glam::DVec3;
+use std::ops::{AddAssign, Range};
+
+/// Energies that came to bodies [J]; negative is what was taken.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Ledger {
+    /// By damping of the effects.
+    pub damping: f64,
+    /// By friction on ground and colliders.
+    pub friction: f64,
+    /// By ground and colliders besides friction: what an impact takes, what a moving collider gives.
+    pub contact: f64,
+    /// By hands that hold bodies.
+    pub hand: f64,
+    /// By the integrator itself.
+    pub integrator: f64,
+    /// By sweeps that did not solve the constraints to the end.
+    pub sweeps: f64,
+    /// By rounding to `f32`.
+    pub rounding: f64,
+}
+
+impl Ledger {
+    /// The rows with their names, in the order in which they are shown.
+    #[must_use]
+    pub const fn rows(&self) -> [(&'static str, f64); 7] {
+        [
+            ("damping", self.damping),
+            ("friction", self.friction),
+            ("contact", self.contact),
+            ("hand", self.hand),
+            ("integrator", self.integrator),
+            ("sweeps", self.sweeps),
+            ("rounding", self.rounding),
+        ]
+    }
+
+    /// All of it [J]: by how much kinetic, potential and elastic energy together have changed.
+    #[must_use]
+    pub fn sum(&self) -> f64 {
+        self.rows().iter().map(|(_, energy)| energy).sum()
+    }
+}
+
+impl AddAssign for Ledger {
+    fn add_assign(&mut self, other: Self) {
+        let Self {
+            damping,
+            friction,
+            contact,
+            hand,
+            integrator,
+            sweeps,
+            rounding,
+        } = other;
+        self.damping += damping;
+        self.friction += friction;
+        self.contact += contact;
+        self.hand += hand;
+        self.integrator += integrator;
+        self.sweeps += sweeps;
+        self.rounding += rounding;
+    }
+}
+
+/// What moves particles in the second stage.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Cause {
+    Elastic,
+    Hand,
+    Contact,
+    Friction,
+}
+
+/// Does some substeps of a tick as [`Stepper::advance`] does, to the same bits, and keeps the books.
+///
+/// It goes stage by stage and looks at every particle after each, which takes about three
+/// times as long.
+///
+/// # Errors
+/// As [`Stepper::advance`]; the ledger of the substeps before is lost.
+pub fn advance(
+    body: &mut Stepper,
+    substeps: Range<u32>,
+    means: &Means,
+) -> Result<Ledger, NotFinite> {
+    let mut ledger = Ledger::default();
+    let mut book = Book {
+        errors: Errors::of(body),
+        ..Book::default()
+    };
+    for index in substeps {
+        ledger += book.substep(body, &means.settings.substep(index), means)?;
+    }
+    Ok(ledger)
+}
+
+/// Room for one body, used again by every substep.
+#[derive(Debug, Default)]
+struct Book {
+    /// C of the constraints at the start of the substep.
+    errors: Errors,
+    /// The state at the start of the substep.
+    start: Particles,
+    /// Ways x − p of the particles before the part that is under way [m].
+    before: Vec<DVec3>,
+    /// Shares of them by cause [m].
+    elastic: Vec<DVec3>,
+    hand: Vec<DVec3>,
+    contact: Vec<DVec3>,
+    friction: Vec<DVec3>,
+    /// The state before a contact, to see what it would do without friction.
+    smooth: Particles,
+}
+
+/// C of the constraints of a body at one time: of the edges [m] and of the volumes [m³].
+#[derive(Debug, Default)]
+struct Errors {
+    stretch: Vec<f64>,
+    volume: Vec<f64>,
+}
+
+impl Errors {
+    fn of(body: &Stepper) -> Self {
+        let (topology, positions) = (body.topology, &body.particles.positions);
+        let volumes = || {
+            measure::tetrahedron_volumes(topology, positions)
+                .zip(&topology.tetrahedra.rest_volume)
+                .map(|(now, &rest)| now - f64::from(rest))
+        };
+        let (stretch, volume) = (body.effects.stretch, body.effects.volume);
+        Self {
+            stretch: stretch.map_or_else(Vec::new, |_| {
+                measure::edge_errors(topology, positions).collect()
+            }),
+            volume: volume.map_or_else(Vec::new, |_| volumes().collect()),
+        }
+    }
+}
+
+/// What the elastic effects of a body stored and lost in a substep [J].
+#[derive(Debug, Clone, Copy, Default)]
+struct Stored {
+    /// ΔE.
+    change: f64,
+    /// −½ Σ ΔC²/α.
+    integrator: f64,
+    /// −Σ (τ/α) ΔC²/h.
+    damping: f64,
+}
+
+impl Stored {
+    fn add(&mut self, before: f64, after: f64, compliance: f64, damping: f32, h: f64) {
+        if compliance > 0.0 {
+            let change = after - before;
+            self.change += 0.5 * change * (after + before) / compliance;
+            self.integrator -= 0.5 * change * change / compliance;
+            self.damping -= f64::from(damping) * change * change / (compliance * h);
+        }
+    }
+
+    fn between(body: &Stepper, before: &Errors, after: &Errors, h: f64) -> Self {
+        let mut all = Self::default();
+        if let Some(stretch) = body.effects.stretch {
+            let rest = &body.topology.edges.rest_length;
+            for ((before, after), &rest) in before.stretch.iter().zip(&after.stretch).zip(rest) {
+                let compliance = stretch.compliance_of(rest);
+                all.add(*before, *after, compliance, stretch.damping.get(), h);
+            }
+        }
+        if let Some(volume) = body.effects.volume {
+            let rest = &body.topology.tetrahedra.rest_volume;
+            for ((before, after), &rest) in before.volume.iter().zip(&after.volume).zip(rest) {
+                let compliance = volume.compliance_of(rest);
+                all.add(*before, *after, compliance, volume.damping.get(), h);
+            }
+        }
+        all
+    }
+}
+
+impl Book {
+    fn substep(
+        &mut self,
+        body: &mut Stepper,
+        step: &Substep,
+        means: &Means,
+    ) -> Result<Ledger, NotFinite> {
+        self.start.clone_from(body.particles);
+        body.stage(Stage::Presolve, step, 0, means)?;
+        self.begin(body.particles);
+        self.contact(body, Stage::StickyGround, step, 0, means)?;
+        for iteration in 0..step.iterations {
+            for stage in Stage::SOLVE {
+                match stage {
+                    Stage::Ground | Stage::Collide => {
+                        self.contact(body, stage, step, iteration, means)?;
+                    }
+                    _ => {
+                        let cause = match stage {
+                            Stage::Grab => Cause::Hand,
+                            _ => Cause::Elastic,
+                        };
+                        body.stage(stage, step, iteration, means)?;
+                        self.credit(body.particles, cause);
+                    }
+                }
+            }
+        }
+        body.stage(Stage::Postsolve, step, 0, means)?;
+        let h = f64::from(step.h);
+        let errors = Errors::of(body);
+        let stored = Stored::between(body, &self.errors, &errors, h);
+        self.errors = errors;
+        Ok(self.close(body.particles, step, stored))
+    }
+
+    fn begin(&mut self, particles: &Particles) {
+        let Self {
+            before,
+            elastic,
+            hand,
+            contact,
+            friction,
+            ..
+        } = self;
+        before.clear();
+        before.extend(ways(particles));
+        for column in [elastic, hand, contact, friction] {
+            column.clear();
+            column.resize(particles.len(), DVec3::ZERO);
+        }
+    }
+
+    /// Puts down to a cause what has moved since the last time.
+    fn credit(&mut self, particles: &Particles, cause: Cause) {
+        let column = match cause {
+            Cause::Elastic => &mut self.elastic,
+            Cause::Hand => &mut self.hand,
+            Cause::Contact => &mut self.contact,
+            Cause::Friction => &mut self.friction,
+        };
+        let known = column.iter_mut().zip(&mut self.before);
+        for ((share, before), way) in known.zip(ways(particles)) {
+            *share += way - *before;
+            *before = way;
+        }
+    }
+
+    /// Does a contact twice, first without friction on a copy: the difference is the friction's.
+    fn contact(
+        &mut self,
+        body: &mut Stepper,
+        stage: Stage,
+        step: &Substep,
+        iteration: u32,
+        means: &Means,
+    ) -> Result<(), NotFinite> {
+        let present = match stage {
+            Stage::StickyGround => body.effects.sticky_ground.is_some(),
+            Stage::Ground => body.effects.ground.is_some(),
+            _ => body.effects.collide.is_some(),
+        };
+        if !present {
+            return Ok(());
+        }
+        let mut effects = *body.effects;
+        if let Some(ground) = &mut effects.ground {
+            ground.friction = Friction::NONE;
+        }
+        if let Some(collide) = &mut effects.collide {
+            collide.friction = Friction::NONE;
+        }
+        let mut smooth = std::mem::take(&mut self.smooth);
+        smooth.clone_from(body.particles);
+        if let (Stage::StickyGround, Some(sticky)) = (stage, effects.sticky_ground) {
+            for x in smooth.positions.iter_mut().filter(|x| x.w > 0.0) {
+                x.y = x.y.max(sticky.height);
+            }
+        } else {
+            let mut without = Stepper {
+                topology: body.topology,
+                particles: &mut smooth,
+                effects: &mut effects,
+                stretch_multipliers: &mut [],
+                volume_multipliers: &mut [],
+            };
+            without.stage(stage, step, iteration, means)?;
+        }
+        self.credit(&smooth, Cause::Contact);
+        self.smooth = smooth;
+        body.stage(stage, step, iteration, means)?;
+        self.credit(body.particles, Cause::Friction);
+        Ok(())
+    }
+
+    /// Adds up a substep when it has ended.
+    fn close(&self, particles: &Particles, step: &Substep, stored: Stored) -> Ledger {
+        let h = f64::from(step.h);
+        let gravity = step.gravity.as_dvec3();
+        let fall = gravity * h;
+        let mut sum = Ledger {
+            damping: stored.damping,
+            ..Ledger::default()
+        };
+        let mut elastic_work = 0.0;
+        for (index, x) in particles.positions.iter().enumerate() {
+            if x.w == 0.0 {
+                continue;
+            }
+            let mass = 1.0 / f64::from(x.w);
+            let start = self.start.velocities[index].truncate().as_dvec3();
+            let end = particles.velocities[index].truncate().as_dvec3();
+            let (mean, change) = (0.5 * (start + end), end - start);
+            let [elastic, hand, contact, friction] =
+                [&self.elastic, &self.hand, &self.contact, &self.friction]
+                    .map(|column| column[index] / h);
+            let rounding = change - fall - elastic - hand - contact - friction;
+            sum.hand += mass * hand.dot(mean);
+            // A bounce moves the previous position, which is height that the particle does not fall.
+            let from = self.start.positions[index] - particles.previous[index];
+            let lent = gravity.dot(from.truncate().as_dvec3());
+            sum.contact += mass * (contact.dot(mean) + lent);
+            sum.friction += mass * friction.dot(mean);
+            sum.rounding += mass * rounding.dot(mean);
+            sum.integrator -= 0.5 * mass * (fall + elastic).dot(change);
+            elastic_work += mass * elastic.dot(end);
+        }
+        sum.integrator += stored.integrator;
+        sum.sweeps = elastic_work + stored.change - stored.integrator - stored.damping;
+        sum
+    }
+}
+
+/// Ways of the particles since the start of the substep [m].
+fn ways(particles: &Particles) -> impl Iterator<Item = DVec3> {
+    let both = particles.positions.iter().zip(&particles.previous);
+    both.map(|(x, p)| x.truncate().as_dvec3() - p.truncate().as_dvec3())
+}

@@ -1,0 +1,263 @@
+//! The energy ledger: its rows add up, each row is what physics says it is, and to keep it changes
+//! no bit.
+
+use crate::{
+    support::{
+        assert_relative, body_of_masses, chain, damping, pinned, point, settings, stretch, with,
+        world,
+    },
+    support_app::{app_of, app_with, cubes, push, set, ticks},
+};
+use bevy::prelude::*;
+use pliant::{
+    scene::{
+        Scene,
+        registry::{BuiltinScene, SCENES},
+        run::headless,
+    },
+    simulation::{
+        Action, EnergyLedger, SolvePhase, SolveSchedule, plain, state_hash, statistics::measure,
+    },
+    solver::{self, Effects, Friction, Ground, Ledger, Restitution, SurfacePoint, World},
+};
+
+fn keep(app: &mut App) {
+    app.insert_resource(EnergyLedger::kept(true));
+}
+
+fn ledger(app: &App) -> &EnergyLedger {
+    app.world().resource::<EnergyLedger>()
+}
+
+/// The ledger of a world after some ticks.
+fn kept(world: &World, count: usize) -> EnergyLedger {
+    let (mut app, ..) = app_of(world);
+    keep(&mut app);
+    ticks(&mut app, count);
+    ledger(&app).clone()
+}
+
+/// The largest of all that is in it [J].
+fn largest(ledger: &EnergyLedger) -> f64 {
+    let held = [&ledger.start, &ledger.now].into_iter().flat_map(|held| {
+        let elastic = held.elastic.values().copied();
+        [held.kinetic, held.potential].into_iter().chain(elastic)
+    });
+    let rows = ledger.solver.rows().map(|(_, energy)| energy);
+    held.chain(rows)
+        .chain([ledger.other])
+        .fold(0.0, |largest, energy| largest.max(energy.abs()))
+}
+
+/// Every built-in scene for a second. The figure is 1e-4 of the largest term; sums are in
+/// f64, of velocities that are taken as they are, so that nothing but f64's rounding is left.
+#[test]
+fn the_rows_add_up_to_the_change_on_every_scene_and_change_no_bit() {
+    for BuiltinScene { name, .. } in SCENES {
+        let scene = Scene::load(name).expect("a built-in scene").scene;
+        let built = scene.build().expect("a sound scene");
+        let [mut plain, mut booked] = [headless(&built), headless(&built)];
+        keep(&mut booked);
+        ticks(&mut plain, 60);
+        ticks(&mut booked, 60);
+        let same = state_hash(plain.world_mut()) == state_hash(booked.world_mut());
+        assert!(same, "{name}: the ledger changed the run");
+        let energy = measure(booked.world_mut()).energy();
+        let ledger = ledger(&booked);
+        assert_eq!(ledger.ticks, 60, "{name}");
+        assert_relative(ledger.now.sum(), energy, 1e-12, "energy");
+        let gap = ledger.gap().abs() / largest(ledger);
+        assert!(
+            gap < 1e-4,
+            "{name}: {gap:e} of the largest term, {ledger:?}"
+        );
+    }
+}
+
+/// Implicit Euler takes ½m(hg)² a substep of whatever falls freely. Positions down to −4.9 m are
+/// rounded by 2.4e-7 m, which over h = 4.2 ms is 5.7e-5 m/s of the 0.041 m/s that a substep adds:
+/// 1.4e-3 of it.
+#[test]
+fn a_free_fall_loses_what_the_integrator_is_known_to_take() {
+    let falling = body_of_masses(point(), &[2.0]);
+    let ledger = kept(&world(settings(9.81, 60.0, 4, 1), falling), 60);
+    let speed = 9.81 / 240.0;
+    let expected = -0.5 * 2.0 * speed * speed * 240.0;
+    assert_relative(ledger.solver.integrator, expected, 1.4e-3, "integrator");
+    let Ledger {
+        damping,
+        friction,
+        contact,
+        hand,
+        sweeps,
+        ..
+    } = ledger.solver;
+    assert_eq!([damping, friction, contact, hand, sweeps], [0.0; 5]);
+}
+
+/// What slides to a stop has lost all of ½mv² to friction: in its plane nothing else works, and
+/// across it nothing moves.
+#[test]
+fn what_slides_to_a_stop_lost_its_energy_to_friction() {
+    let mut sliding = body_of_masses(point(), &[2.0]);
+    sliding.set_velocity(Vec3::X);
+    let ground = Ground {
+        friction: Friction::new(0.3).expect("sound"),
+        ..Ground::default()
+    };
+    let effects = Effects {
+        ground: Some(ground),
+        ..Effects::default()
+    };
+    let ledger = kept(
+        &world(settings(9.81, 60.0, 8, 1), with(sliding, effects)),
+        60,
+    );
+    assert_eq!(ledger.now.kinetic, 0.0);
+    // x up to 0.17 m is rounded by 7e-9 m, which over h = 2.1 ms is 4e-6 m/s of 1 m/s.
+    assert_relative(ledger.solver.friction, -1.0, 1e-5, "friction");
+    assert!(ledger.solver.contact.abs() < 1e-5, "{:?}", ledger.solver);
+}
+
+/// A bounce with e = ½ takes three quarters of the energy of the fall. The fall of 1 m ends up to
+/// vh = 4.4 m/s / 600 s⁻¹ = 7 mm late or early, 0.7 % of its energy.
+#[test]
+fn a_bounce_takes_its_share_at_the_contact() {
+    let mut dropped = body_of_masses(point(), &[1.0]);
+    dropped.translate(Vec3::Y);
+    let ground = Ground {
+        restitution: Restitution::new(0.5).expect("sound"),
+        ..Ground::default()
+    };
+    let effects = Effects {
+        ground: Some(ground),
+        ..Effects::default()
+    };
+    // It lands after 0.45 s, and again after 0.9 s.
+    let ledger = kept(
+        &world(settings(9.81, 60.0, 10, 1), with(dropped, effects)),
+        36,
+    );
+    assert_relative(ledger.solver.contact, -0.75 * 9.81, 7e-3, "contact");
+    assert_eq!(ledger.solver.friction, 0.0);
+}
+
+/// A mass of 1 kg on a spring of 1e-3 m/N, stretched by 0.1 m: 5 J.
+fn spring(tau: f32) -> World {
+    let mut body = pinned(body_of_masses(chain(1, 1.0), &[1.0, 1.0]), &[0]);
+    let elastic = stretch(1e-3).map(|stretch| solver::Stretch {
+        damping: damping(tau),
+        ..stretch
+    });
+    body.effects.stretch = elastic;
+    let lower = &mut body.particles;
+    let particle = lower
+        .positions
+        .iter()
+        .position(|x| x.w > 0.0)
+        .expect("one is free");
+    lower.positions[particle].y -= 0.1;
+    world(settings(0.0, 60.0, 20, 1), body)
+}
+
+/// E₂₄₀ = 5 J (1 + ω²h²)⁻²⁴⁰, and all that is lost is the integrator's, as one sweep over one
+/// edge solves it to the end.
+#[test]
+fn a_spring_loses_its_energy_to_the_integrator_and_a_damped_one_to_its_damping() {
+    let free = kept(&spring(0.0), 12);
+    let h: f64 = 1.0 / 1200.0;
+    let expected = 5.0 * ((1.0 + 1e3 * h * h).powi(-240) - 1.0);
+    // Lengths near 1.1 m are rounded by 6e-8 m, which over h is 7e-5 m/s of 3.2 m/s: 2.2e-4 J of
+    // 5 J, and 3e-4 of what is lost.
+    assert_relative(free.solver.integrator, expected, 3e-4, "integrator");
+    assert_relative(free.change(), expected, 3e-4, "change");
+    assert_eq!(free.solver.damping, 0.0);
+    let damped = kept(&spring(0.01), 120);
+    let Ledger {
+        damping,
+        integrator,
+        sweeps,
+        ..
+    } = damped.solver;
+    assert!(
+        damping < 10.0 * integrator && integrator < 0.0,
+        "{:?}",
+        damped.solver
+    );
+    // What is rounded when the edge moves the mass is booked as the sweeps': 7e-5 m/s at up to
+    // 1 m/s in each of the 200 substeps that it takes to come to rest, 1.4e-2 J if all go one way.
+    assert!(sweeps.abs() < 3e-3 * damping.abs(), "{:?}", damped.solver);
+    assert_relative(damped.change(), -5.0, 1e-3, "change");
+}
+
+#[test]
+fn a_hand_that_lifts_gives_what_the_weight_gains() {
+    let lifted = body_of_masses(point(), &[1.0]);
+    let (mut app, bodies, _) = app_of(&world(settings(9.81, 60.0, 10, 1), lifted));
+    keep(&mut app);
+    let point = SurfacePoint::new(&[(0, 1.0)]).expect("a sound point");
+    let body = bodies[0];
+    push(
+        &mut app,
+        Action::Grab {
+            body,
+            point,
+            target: Vec3::ZERO,
+        },
+    );
+    for step in 1..=60 {
+        let target = Vec3::Y * step as f32 / 60.0;
+        push(&mut app, Action::MoveGrab { body, target });
+        ticks(&mut app, 1);
+    }
+    ticks(&mut app, 120);
+    let ledger = ledger(&app);
+    let gained = ledger.now.potential - ledger.start.potential;
+    assert!(gained > 8.0, "{ledger:?}");
+    assert!(ledger.now.kinetic < 1e-4 * gained, "{ledger:?}");
+    let given = ledger.solver.hand + ledger.solver.integrator + ledger.solver.rounding;
+    assert_relative(given, gained, 1e-4, "hand");
+    assert_eq!(ledger.solver.contact, 0.0);
+}
+
+/// What users change between ticks, and what effects of their own do, is in a row of its own.
+#[test]
+fn edits_and_effects_of_a_users_own_are_told_apart() {
+    let (mut app, bodies, _) = app_of(&spring(0.0));
+    keep(&mut app);
+    ticks(&mut app, 1);
+    let held = ledger(&app).now.elastic["stretch"];
+    push(&mut app, set(bodies[0], "stretch", "compliance", 2e-3));
+    ticks(&mut app, 1);
+    assert_relative(ledger(&app).other, -0.5 * held, 1e-6, "other");
+
+    fn shake(mut bodies: Query<&mut solver::Particles>) {
+        for mut particles in &mut bodies {
+            particles.positions.iter_mut().for_each(|x| x.y += 1e-4);
+        }
+    }
+    let mut app = app_with(|app| {
+        app.add_systems(SolveSchedule, shake.in_set(SolvePhase::User));
+    });
+    plain::spawn(app.world_mut(), &cubes());
+    keep(&mut app);
+    ticks(&mut app, 10);
+    let ledger = ledger(&app);
+    assert_eq!(ledger.solver, Ledger::default());
+    assert_relative(ledger.other, ledger.change(), 1e-9, "other");
+}
+
+#[test]
+fn a_scene_that_begins_anew_begins_a_ledger_and_one_switched_off_keeps_none() {
+    let (mut app, ..) = app_of(&spring(0.0));
+    ticks(&mut app, 5);
+    assert_eq!(*ledger(&app), EnergyLedger::default());
+    keep(&mut app);
+    ticks(&mut app, 5);
+    assert_eq!(ledger(&app).ticks, 5);
+    let mut again = spring(0.0);
+    again.bodies[0].set_velocity(Vec3::Y);
+    plain::spawn(app.world_mut(), &again);
+    ticks(&mut app, 2);
+    assert_eq!(ledger(&app).ticks, 2, "the clock began anew");
+}
