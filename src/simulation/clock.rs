@@ -128,10 +128,8 @@ impl SimulationClock {
         };
         self.waiting += real.as_secs_f64() * speed;
         // One more than the bound may wait, so that a tick that is due a hair late is not lost.
-        let most = match self.held {
-            true => 1.0,
-            false => f64::from(self.most_ticks.max(1)) + 1.0,
-        };
+        let bound = if self.held { 1 } else { self.most_ticks.max(1) };
+        let most = f64::from(bound) + 1.0;
         let due = self.waiting / tick_seconds;
         if due > most {
             let dropped = (due - most).ceil();

@@ -9,26 +9,18 @@ use crate::{
     sandbox::{
         bodies::{BodySystems, place},
         drawn::Drawn,
-        material::linear,
+        material::{GhostMaterial, Veil, linear},
     },
     scene::BodySkin,
     simulation::{SimulationClock, SoftBody},
 };
 use bevy::{
-    asset::embedded_asset,
     camera::{
         primitives::Aabb,
         visibility::{NoAutoAabb, VisibilitySystems},
     },
     light::{NotShadowCaster, NotShadowReceiver},
-    mesh::MeshVertexBufferLayoutRef,
-    pbr::{MaterialPipeline, MaterialPipelineKey},
     prelude::*,
-    reflect::TypePath,
-    render::render_resource::{
-        AsBindGroup, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError,
-    },
-    shader::ShaderRef,
 };
 use std::sync::Arc;
 
@@ -40,16 +32,14 @@ pub struct GhostFormPlugin;
 
 impl Plugin for GhostFormPlugin {
     fn build(&self, app: &mut App) {
-        embedded_asset!(app, "../shaders/ghost.wgsl");
-        app.add_plugins(MaterialPlugin::<GhostMaterial>::default())
-            .add_systems(
-                PostUpdate,
-                (show, follow)
-                    .chain()
-                    .after(BodySystems)
-                    .before(VisibilitySystems::VisibilityPropagate)
-                    .run_if(resource_exists::<Ghost>.or_else(any_with_component::<Form>)),
-            );
+        app.add_systems(
+            PostUpdate,
+            (show, follow)
+                .chain()
+                .after(BodySystems)
+                .before(VisibilitySystems::VisibilityPropagate)
+                .run_if(resource_exists::<Ghost>.or_else(any_with_component::<Form>)),
+        );
     }
 }
 
@@ -136,54 +126,5 @@ fn follow(
         if let Some(mut mesh) = meshes.get_mut(&mesh.0) {
             *bounds = form.drawn.write(&mut mesh);
         }
-    }
-}
-
-/// Uniform of `ghost.wgsl`.
-#[derive(Debug, Clone, Copy, PartialEq, ShaderType)]
-struct Veil {
-    /// Colour, linear sRGB.
-    colour: Vec3,
-    /// How far inside its body it is still seen [m].
-    reach: f32,
-}
-
-/// A surface that one looks through.
-#[derive(Asset, TypePath, AsBindGroup, Debug, Clone)]
-struct GhostMaterial {
-    #[uniform(0)]
-    veil: Veil,
-}
-
-impl Material for GhostMaterial {
-    fn vertex_shader() -> ShaderRef {
-        "embedded://pliant/sandbox/shaders/ghost.wgsl".into()
-    }
-
-    fn fragment_shader() -> ShaderRef {
-        "embedded://pliant/sandbox/shaders/ghost.wgsl".into()
-    }
-
-    fn alpha_mode(&self) -> AlphaMode {
-        AlphaMode::Blend
-    }
-
-    fn enable_prepass() -> bool {
-        false
-    }
-
-    fn enable_shadows() -> bool {
-        false
-    }
-
-    fn specialize(
-        _: &MaterialPipeline,
-        descriptor: &mut RenderPipelineDescriptor,
-        _: &MeshVertexBufferLayoutRef,
-        _: MaterialPipelineKey<Self>,
-    ) -> Result<(), SpecializedMeshPipelineError> {
-        // Cloth has two sides.
-        descriptor.primitive.cull_mode = None;
-        Ok(())
     }
 }
