@@ -162,6 +162,8 @@ pub struct Veil {
     pub colour: Vec3,
     /// How far inside its body it is still seen [m].
     pub reach: f32,
+    /// 1 if the surface encloses a volume: its far side is left out then.
+    pub closed: u32,
 }
 
 /// A surface that one looks through.

@@ -14,7 +14,8 @@ use pliant::sandbox::{
         history::History,
         model::{
             Addition, BodyEntry, BodyState, ClockModel, DeliveredModel, Distortion, EffectModel,
-            EnergyModel, GhostModel, GrabModel, PanelModel, Parameter, Request, SceneEntry, Scope, StageModel,
+            EnergyModel, GhostModel, GrabModel, PanelModel, Parameter, Request, SceneEntry, Scope,
+            StageModel,
         },
         show,
         track::{Spread, Track},

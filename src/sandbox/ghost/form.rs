@@ -78,6 +78,7 @@ fn show(
         let veil = Veil {
             colour: linear(COLOUR),
             reach: topology.size / 2.0,
+            closed: outline.closed.into(),
         };
         commands.spawn((
             ChildOf(body),

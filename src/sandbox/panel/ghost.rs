@@ -98,16 +98,13 @@ fn figures(ui: &mut Ui, now: &Distance) {
         (LARGEST, "Largest", measure(now.largest, now.largest_share)),
     ] {
         ui.horizontal(|ui| {
-            let (rect, _) = ui.allocate_exact_size(vec2(10.0, theme::ROW), Sense::hover());
-            let line = rect.left_center()..=rect.right_center();
-            let stroke = Stroke::new(2.0, colour);
-            ui.painter()
-                .line_segment([*line.start(), *line.end()], stroke);
-            let name = RichText::new(name).color(theme::WEAK);
-            ui.add_sized(
-                [54.0, theme::ROW],
-                Label::new(name).halign(bevy_egui::egui::Align::Min),
-            );
+            let (rect, _) = ui.allocate_exact_size(vec2(64.0, theme::ROW), Sense::hover());
+            let line = [rect.left_center(), rect.left_center() + vec2(10.0, 0.0)];
+            let painter = ui.painter();
+            painter.line_segment(line, Stroke::new(2.0, colour));
+            let font = FontSelection::Default.resolve(ui.style());
+            let at = line[1] + vec2(6.0, 0.0);
+            painter.text(at, Align2::LEFT_CENTER, name, font, theme::WEAK);
             ui.label(RichText::new(value).monospace().color(theme::STRONG));
         });
     }

@@ -9,6 +9,8 @@ struct Veil {
     colour: vec3<f32>,
     // How far inside its body it is still seen [m].
     reach: f32,
+    // 1 if the surface encloses a volume: its far side is left out then.
+    closed: u32,
 }
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(0) var<uniform> veil: Veil;
@@ -45,7 +47,10 @@ fn vertex(in: Vertex) -> Drawn {
 }
 
 @fragment
-fn fragment(in: Drawn) -> @location(0) vec4<f32> {
+fn fragment(in: Drawn, @builtin(front_facing) is_front: bool) -> @location(0) vec4<f32> {
+    if (!is_front && veil.closed == 1u) {
+        discard;
+    }
     let to_eye = normalize(view.world_position - in.world);
     let aslant = 1.0 - abs(dot(normalize(in.normal), to_eye));
     let opacity = mix(CLEAR, DENSE, aslant * aslant * aslant);
