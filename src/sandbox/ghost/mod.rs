@@ -52,6 +52,8 @@ pub struct Ghost {
     sent: Option<Arc<Moment>>,
     /// The comparison before the last, and the last.
     compared: [Option<Comparison>; 2],
+    /// How many ghosts began.
+    count: usize,
     /// Root mean square distance at which they began [m].
     outset: f64,
     trail: Trail,
@@ -77,10 +79,10 @@ impl Ghost {
         &self.trail
     }
 
-    /// How many bodies there were when they began that could have had a ghost.
+    /// How many bodies had a ghost when they began, and how many could have had one.
     #[must_use]
-    pub const fn asked(&self) -> usize {
-        self.asked
+    pub const fn bodies(&self) -> (usize, usize) {
+        (self.count, self.asked)
     }
 
     /// Root mean square distance from the bodies at which they began [m].
@@ -200,6 +202,7 @@ fn attend(world: &mut World) {
         for comparison in comparisons.into_iter().flatten() {
             if ghost.compared().is_none() {
                 ghost.outset = comparison.distance.rms;
+                ghost.count = comparison.gaps.len();
             }
             ghost.trail.push(comparison.distance);
             ghost.compared.swap(0, 1);

@@ -36,7 +36,7 @@ pub(super) fn model(world: &World) -> Option<GhostModel> {
     let compared = ghost.compared();
     Some(GhostModel {
         trail: ghost.trail().clone(),
-        bodies: (compared.map_or(0, |it| it.gaps.len()), ghost.asked()),
+        bodies: ghost.bodies(),
         lost: compared.map_or(0, |it| it.lost),
         substeps: compared.map(|it| it.substeps),
         of: settings.substeps.get(),
@@ -120,15 +120,19 @@ fn words(ghost: &GhostModel) -> String {
          are of the body's size."
     );
     let (there, asked) = ghost.bodies;
-    if there + ghost.lost < asked {
+    if there < asked {
+        let who = match there {
+            1 => format!("the nearest of {asked} bodies has one"),
+            _ => format!("the nearest {there} of {asked} bodies have one"),
+        };
         text.push_str(&format!(
-            " {there} of {asked} bodies have one, the nearest; more would not keep pace. Take hold \
-             of another to give it the ghost."
+            " Only {who}; more would not keep pace. Take hold of another to give it the ghost."
         ));
     }
     if ghost.outset > 0.0 {
         text.push_str(&format!(
-            " It began {} mm off (RMS), where nothing rigid is violated.",
+            " It began {} mm off (RMS), where nothing rigid is violated; what else coarser steps \
+             left strained springs back first.",
             format(ghost.outset * 1e3, 2)
         ));
     }
@@ -194,9 +198,9 @@ mod tests {
         assert_eq!(
             words(&ghost),
             "The twin in f64: 80 substeps of 208 µs a tick, 8 times the body's. Per cent are of \
-             the body's size. 6 of 36 bodies have one, the nearest; more would not keep pace. Take \
-             hold of another to give it the ghost. It began 0.83 mm off (RMS), where nothing \
-             rigid is violated."
+             the body's size. Only the nearest 6 of 36 bodies have one; more would not keep pace. \
+             Take hold of another to give it the ghost. It began 0.83 mm off (RMS), where nothing \
+             rigid is violated; what else coarser steps left strained springs back first."
         );
         assert_eq!(measure(1.234e-3, 2.5e-3), "1.23 mm  ·  0.25 %");
     }

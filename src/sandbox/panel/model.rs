@@ -196,7 +196,7 @@ pub struct EnergyModel {
 pub struct GhostModel {
     /// Distances over the last ticks; none before it has begun.
     pub trail: Trail,
-    /// How many bodies have one, and how many could.
+    /// How many bodies had one when it began, and how many could.
     pub bodies: (usize, usize),
     /// How many were given up because they were no longer finite.
     pub lost: usize,
