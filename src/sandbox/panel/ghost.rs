@@ -169,7 +169,7 @@ fn plot(ui: &mut Ui, panel: &mut Panel, trail: &Trail) {
     response.on_hover_ui(|ui| {
         ui.label(RichText::new("How far the particles are from their ghosts").strong());
         ui.label(pointed.map_or_else(
-            || "Always at the same tick; five seconds of them".to_owned(),
+            || "Always at the same tick; the last 300 of them".to_owned(),
             |tick| {
                 format!(
                     "RMS: {}\nlargest: {}",
@@ -192,7 +192,7 @@ mod tests {
             substeps: Some(80),
             of: 10,
             tick: 1.0 / 60.0,
-            outset: 8.25e-4,
+            outset: 8.3e-4,
             ..GhostModel::default()
         };
         assert_eq!(
