@@ -142,30 +142,41 @@ fn interpolate(
             if still && !particles.is_changed() {
                 return;
             }
-            let Drawn {
-                particles: now,
-                points,
-                ..
-            } = &mut *drawn;
-            now.clear();
             let between = start.0.iter().zip(&particles.positions);
-            now.extend(between.map(|(a, b)| a.lerp(*b, share)));
-            let numbering = &body.numbering;
-            let at = |vertex: u32| now[numbering.particle(vertex) as usize].truncate();
-            match skin {
-                Some(BodySkin(skin)) => skin.deform(at, points),
-                None => {
-                    points.clear();
-                    points.extend(now.iter().map(|x| x.truncate()));
-                }
-            }
-            drawn.refresh();
+            let between = between.map(|(a, b)| a.lerp(*b, share));
+            place(&mut drawn, body, skin, between);
             *shown = Shown {
                 share: Some(share),
                 asleep,
             };
         },
     );
+}
+
+/// Brings a form to where the particles of its body are.
+pub fn place(
+    drawn: &mut Drawn,
+    body: &SoftBody,
+    skin: Option<&BodySkin>,
+    particles: impl Iterator<Item = Vec4>,
+) {
+    let Drawn {
+        particles: now,
+        points,
+        ..
+    } = drawn;
+    now.clear();
+    now.extend(particles);
+    let numbering = &body.numbering;
+    let at = |vertex: u32| now[numbering.particle(vertex) as usize].truncate();
+    match skin {
+        Some(BodySkin(skin)) => skin.deform(at, points),
+        None => {
+            points.clear();
+            points.extend(now.iter().map(|x| x.truncate()));
+        }
+    }
+    drawn.refresh();
 }
 
 /// Copies what was interpolated into the meshes.

@@ -11,6 +11,7 @@ use bevy_egui::{
 };
 
 use super::{
+    ghost::Ghost,
     panel::{count, format},
     theme,
     throughput::Throughput,
@@ -72,10 +73,11 @@ fn refresh(
     statistics: Res<Statistics>,
     throughput: Res<Throughput>,
     clock: Res<SimulationClock>,
+    ghost: Option<Res<Ghost>>,
 ) {
     head_up.frames += 1;
     head_up.seconds += time.delta_secs();
-    head_up.state = state(&clock);
+    head_up.state = state(&clock, ghost.is_some_and(|ghost| ghost.holds()));
     if head_up.seconds >= 1.0 / REFRESH {
         let rate = head_up.frames as f32 / head_up.seconds;
         head_up.figures = figures(rate, &statistics, throughput.per_second());
@@ -146,13 +148,16 @@ fn percent(ratio: f64) -> String {
     }
 }
 
-fn state(clock: &SimulationClock) -> String {
+fn state(clock: &SimulationClock, ghost_holds: bool) -> String {
     let mut parts = Vec::new();
     if clock.paused {
         parts.push("paused".to_owned());
     }
     if clock.speed != 1.0 {
         parts.push(format!("{}× speed", format(clock.speed, 2)));
+    }
+    if ghost_holds {
+        parts.push("waits for the ghost".to_owned());
     }
     match clock.dropped() {
         0 => {}
@@ -282,9 +287,13 @@ mod tests {
     #[test]
     fn what_is_out_of_the_ordinary_is_said() {
         let mut clock = SimulationClock::default();
-        assert_eq!(state(&clock), "");
+        assert_eq!(state(&clock, false), "");
         clock.paused = true;
         clock.speed = 0.1;
-        assert_eq!(state(&clock), "paused  ·  0.1× speed");
+        assert_eq!(state(&clock, false), "paused  ·  0.1× speed");
+        assert_eq!(
+            state(&clock, true),
+            "paused  ·  0.1× speed  ·  waits for the ghost"
+        );
     }
 }

@@ -55,6 +55,8 @@ pub enum Command {
     SolverView,
     /// Opens or closes the card that says what accuracy costs.
     Accuracy,
+    /// Lets there be a ghost, or none.
+    Ghost,
     /// Shows or hides the panel.
     Panel,
     /// Saves a picture of the window.
@@ -196,6 +198,12 @@ pub const BINDINGS: &[Binding] = &[
         "A",
         "what accuracy costs here",
         Command::Accuracy,
+    ),
+    row(
+        &[Types("g")],
+        "G",
+        "ghost: how far a finer twin is",
+        Command::Ghost,
     ),
     row(
         &[Types("h")],

@@ -1,4 +1,5 @@
-//! What things are made of: the skin of soft bodies and colliders, lines, and the palette.
+//! What things are made of: the skin of soft bodies and colliders, lines, ghosts, and the
+//! palette.
 //!
 //! The skin is a material of our own (`shaders/body.wgsl`): jelly needs light that wraps
 //! and shines through, which a standard surface has not, and it costs a software
@@ -154,16 +155,70 @@ impl Material for WireMaterial {
     }
 }
 
-/// The materials of bodies, colliders and lines.
+/// Uniform of `ghost.wgsl`.
+#[derive(Debug, Clone, Copy, PartialEq, ShaderType)]
+pub struct Veil {
+    /// Colour, linear sRGB.
+    pub colour: Vec3,
+    /// How far inside its body it is still seen [m].
+    pub reach: f32,
+    /// 1 if the surface encloses a volume: its far side is left out then.
+    pub closed: u32,
+}
+
+/// A surface that one looks through.
+#[derive(Asset, TypePath, AsBindGroup, Debug, Clone)]
+pub struct GhostMaterial {
+    /// How it looks.
+    #[uniform(0)]
+    pub veil: Veil,
+}
+
+impl Material for GhostMaterial {
+    fn vertex_shader() -> ShaderRef {
+        "embedded://pliant/sandbox/shaders/ghost.wgsl".into()
+    }
+
+    fn fragment_shader() -> ShaderRef {
+        "embedded://pliant/sandbox/shaders/ghost.wgsl".into()
+    }
+
+    fn alpha_mode(&self) -> AlphaMode {
+        AlphaMode::Blend
+    }
+
+    fn enable_prepass() -> bool {
+        false
+    }
+
+    fn enable_shadows() -> bool {
+        false
+    }
+
+    fn specialize(
+        _: &MaterialPipeline,
+        descriptor: &mut RenderPipelineDescriptor,
+        _: &MeshVertexBufferLayoutRef,
+        _: MaterialPipelineKey<Self>,
+    ) -> Result<(), SpecializedMeshPipelineError> {
+        // Cloth has two sides.
+        descriptor.primitive.cull_mode = None;
+        Ok(())
+    }
+}
+
+/// The materials of bodies, colliders, lines and ghosts.
 pub struct SkinPlugin;
 
 impl Plugin for SkinPlugin {
     fn build(&self, app: &mut App) {
         embedded_asset!(app, "shaders/body.wgsl");
         embedded_asset!(app, "shaders/wire.wgsl");
+        embedded_asset!(app, "shaders/ghost.wgsl");
         app.add_plugins((
             MaterialPlugin::<SkinMaterial>::default(),
             MaterialPlugin::<WireMaterial>::default(),
+            MaterialPlugin::<GhostMaterial>::default(),
         ));
     }
 }

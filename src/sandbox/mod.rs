@@ -15,6 +15,7 @@ pub mod display;
 pub mod drag;
 pub mod drawn;
 pub mod drop;
+pub mod ghost;
 pub mod grounding;
 pub mod help;
 pub mod hud;
@@ -160,6 +161,8 @@ impl PluginGroup for SandboxPlugins {
             .add(panel::PanelPlugin)
             .add(throughput::ThroughputPlugin)
             .add(accuracy::AccuracyPlugin)
+            .add(ghost::GhostPlugin)
+            .add(ghost::form::GhostFormPlugin)
             .add(hud::HudPlugin)
             .add(message::MessagePlugin)
             .add(keys::KeysPlugin)

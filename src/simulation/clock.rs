@@ -27,6 +27,9 @@ pub struct SimulationClock {
     /// Real time for ticks in one run of the outer schedule; default none. A tick that takes
     /// longer is spread over several runs, which keeps a window alive whatever a tick costs.
     pub budget: Option<Duration>,
+    /// Whether no tick begins because something that goes along with the simulation has not caught
+    /// up; default false. A tick under way is finished. What would have been due is dropped.
+    pub held: bool,
     /// Time since the scene began [s].
     pub(super) time: f64,
     /// Ticks since the scene began.
@@ -46,6 +49,7 @@ impl Default for SimulationClock {
             speed: 1.0,
             most_ticks: 4,
             budget: None,
+            held: false,
             time: 0.0,
             tick: 0,
             next_substep: None,
@@ -124,7 +128,8 @@ impl SimulationClock {
         };
         self.waiting += real.as_secs_f64() * speed;
         // One more than the bound may wait, so that a tick that is due a hair late is not lost.
-        let most = f64::from(self.most_ticks.max(1)) + 1.0;
+        let bound = if self.held { 1 } else { self.most_ticks.max(1) };
+        let most = f64::from(bound) + 1.0;
         let due = self.waiting / tick_seconds;
         if due > most {
             let dropped = (due - most).ceil();
@@ -137,6 +142,9 @@ impl SimulationClock {
     pub(super) fn take_tick(&mut self) -> bool {
         // Durations are whole nanoseconds: a tick that is due within one of them is due.
         const NANOSECOND: f64 = 1e-9;
+        if self.held {
+            return false;
+        }
         if self.steps_asked > 0 {
             self.steps_asked -= 1;
             return true;

@@ -23,14 +23,7 @@ pub fn body(entity: EntityRef) -> Option<Body> {
         particles: entity.get::<Particles>()?.clone(),
         added_mass: entity.get::<AddedMass>()?.0.clone(),
         pins: entity.get::<Pins>()?.0.clone(),
-        effects: Effects {
-            stretch: entity.get::<Stretch>().copied(),
-            volume: entity.get::<Volume>().copied(),
-            grab: entity.get::<Grab>().copied(),
-            ground: entity.get::<Ground>().copied(),
-            sticky_ground: entity.get::<StickyGround>().copied(),
-            collide: entity.get::<Collide>().copied(),
-        },
+        effects: effects(entity),
         stretch_multipliers: vec![0.0; topology.edges.ends().len()],
         volume_multipliers: vec![0.0; topology.tetrahedra.corners().len()],
         rest: entity.get::<RestTimer>()?.0,
@@ -39,6 +32,34 @@ pub fn body(entity: EntityRef) -> Option<Body> {
         tick_start: entity.get::<TickStart>()?.0.clone(),
         ..Body::new(name, Arc::clone(topology), density)
     })
+}
+
+/// The effects that a body carries.
+#[must_use]
+pub fn effects(entity: EntityRef) -> Effects {
+    Effects {
+        stretch: entity.get::<Stretch>().copied(),
+        volume: entity.get::<Volume>().copied(),
+        grab: entity.get::<Grab>().copied(),
+        ground: entity.get::<Ground>().copied(),
+        sticky_ground: entity.get::<StickyGround>().copied(),
+        collide: entity.get::<Collide>().copied(),
+    }
+}
+
+/// Copies of all colliders, in their order.
+#[must_use]
+pub fn colliders(world: &mut World) -> Vec<Collider> {
+    let mut colliders: Vec<_> = world
+        .query::<(&SpawnOrder, &Collider)>()
+        .iter(world)
+        .map(|(order, collider)| (*order, collider.clone()))
+        .collect();
+    colliders.sort_unstable_by_key(|(order, _)| *order);
+    colliders
+        .into_iter()
+        .map(|(_, collider)| collider)
+        .collect()
 }
 
 /// Entities of all bodies in their order.
@@ -55,12 +76,7 @@ pub fn bodies_in_order(world: &mut World) -> Vec<Entity> {
 /// A copy of everything, to be stepped without Bevy.
 #[must_use]
 pub fn capture(world: &mut World) -> solver::World {
-    let mut colliders: Vec<_> = world
-        .query::<(&SpawnOrder, &Collider)>()
-        .iter(world)
-        .map(|(order, collider)| (*order, collider.clone()))
-        .collect();
-    colliders.sort_unstable_by_key(|(order, _)| *order);
+    let colliders = colliders(world);
     let bodies = bodies_in_order(world)
         .into_iter()
         .filter_map(|entity| body(world.entity(entity)))
@@ -70,10 +86,7 @@ pub fn capture(world: &mut World) -> solver::World {
         settings: **world.resource::<SimulationSettings>(),
         sleep: world.resource::<Sleep>().0,
         bodies,
-        colliders: colliders
-            .into_iter()
-            .map(|(_, collider)| collider)
-            .collect(),
+        colliders,
         time: clock.time,
         tick: clock.tick,
         threads: world.resource::<SolverThreads>().0.clone(),

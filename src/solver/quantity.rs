@@ -177,13 +177,18 @@ quantity!(
 quantity!(
     /// Substeps a tick.
     Substeps(u32), "substeps", default 10, "a whole number between 1 and 10000",
-    |v| (1..=10_000).contains(&v)
+    |v| (1..=Substeps::MOST).contains(&v)
 );
 quantity!(
     /// Sweeps over all constraints a substep.
     Iterations(u32), "iterations", default 1, "a whole number between 1 and 10000",
     |v| (1..=10_000).contains(&v)
 );
+
+impl Substeps {
+    /// The greatest number there is.
+    pub const MOST: u32 = 10_000;
+}
 
 from_float!(
     Compliance,

@@ -5,7 +5,7 @@
 //! order of constraints from the fast bodies, so that both solve the same equations.
 
 use super::{
-    Settings, SurfacePoint, Topology,
+    Effects, Settings, SurfacePoint, Topology,
     contact::{Collider, ColliderShape, Pose},
 };
 use glam::{DMat3, DVec3};
@@ -164,8 +164,7 @@ impl Body {
         let wide = |elements: &[glam::Vec4]| -> Vec<DVec3> {
             elements.iter().map(|x| x.truncate().as_dvec3()).collect()
         };
-        let effects = &body.effects;
-        Self {
+        let mut twin = Self {
             topology: Arc::clone(&body.topology),
             x: wide(&body.particles.positions),
             p: wide(&body.particles.previous),
@@ -176,36 +175,48 @@ impl Body {
                 .iter()
                 .map(|x| f64::from(x.w))
                 .collect(),
-            stretch: effects.stretch.map(|stretch| Elastic {
-                compliance: stretch.compliance.into(),
-                stiffness: stretch.axial_stiffness.into(),
-                damping: stretch.damping.into(),
-            }),
-            volume: effects.volume.map(|volume| Elastic {
-                compliance: volume.compliance.into(),
-                stiffness: volume.bulk_modulus.into(),
-                damping: volume.damping.into(),
-            }),
-            grab: effects.grab.map(|grab| Hold {
-                point: grab.point,
-                target: grab.target.as_dvec3(),
-                from: grab.from.as_dvec3(),
-                compliance: grab.compliance.into(),
-                damping: grab.damping.into(),
-                max_force: grab.max_force.into(),
-                multiplier: 0.0,
-            }),
-            ground: effects.ground.map(|ground| {
-                let height = f64::from(ground.height);
-                (height, ground.friction.into(), ground.restitution.into())
-            }),
-            sticky_ground: effects.sticky_ground.map(|ground| f64::from(ground.height)),
-            collide: effects
-                .collide
-                .map(|collide| (collide.friction.into(), collide.restitution.into())),
+            stretch: None,
+            volume: None,
+            grab: None,
+            ground: None,
+            sticky_ground: None,
+            collide: None,
             stretch_multipliers: vec![0.0; body.topology.edges.ends().len()],
             volume_multipliers: vec![0.0; body.topology.tetrahedra.corners().len()],
-        }
+        };
+        twin.carry(&body.effects);
+        twin
+    }
+
+    /// Carries these effects from now on, and no others.
+    pub fn carry(&mut self, effects: &Effects) {
+        self.stretch = effects.stretch.map(|stretch| Elastic {
+            compliance: stretch.compliance.into(),
+            stiffness: stretch.axial_stiffness.into(),
+            damping: stretch.damping.into(),
+        });
+        self.volume = effects.volume.map(|volume| Elastic {
+            compliance: volume.compliance.into(),
+            stiffness: volume.bulk_modulus.into(),
+            damping: volume.damping.into(),
+        });
+        self.grab = effects.grab.map(|grab| Hold {
+            point: grab.point,
+            target: grab.target.as_dvec3(),
+            from: grab.from.as_dvec3(),
+            compliance: grab.compliance.into(),
+            damping: grab.damping.into(),
+            max_force: grab.max_force.into(),
+            multiplier: 0.0,
+        });
+        self.ground = effects.ground.map(|ground| {
+            let height = f64::from(ground.height);
+            (height, ground.friction.into(), ground.restitution.into())
+        });
+        self.sticky_ground = effects.sticky_ground.map(|ground| f64::from(ground.height));
+        self.collide = effects
+            .collide
+            .map(|collide| (collide.friction.into(), collide.restitution.into()));
     }
 
     fn presolve(&mut self, h: f64, gravity: DVec3) {

@@ -57,7 +57,7 @@ pub use choose::{Choice, Goal, choose, choose_from};
 pub use closed_form::Reference;
 pub use error::StudyError;
 pub use observe::{Observe, Observed};
-pub use probe::{Probe, ProbeNews, ProbePoint, ROUNDS, probe};
+pub use probe::{PROJECTIONS, Probe, ProbeNews, ProbePoint, ROUNDS, probe};
 pub use problem::{Case, Problem};
 pub use results::Study;
 pub use setting::{Method, Setting};

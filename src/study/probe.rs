@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     bench::Spread,
-    solver::{InvalidValue, World, reference},
+    solver::{InvalidValue, Substeps, World, reference},
 };
 use std::{ops::ControlFlow, time::Instant};
 
@@ -44,10 +44,7 @@ pub const ROUNDS: usize = 5;
 const TWIN_PROJECTIONS: u64 = 100_000_000;
 
 /// Sweeps until nothing rigid is violated any more: a dozen times across a body of twenty cells.
-const PROJECTIONS: u32 = 300;
-
-/// The most that [`Substeps`](crate::solver::Substeps) holds.
-const MOST_SUBSTEPS: u32 = 10_000;
+pub const PROJECTIONS: u32 = 300;
 
 /// A world with what its f64 twin with small steps makes of it, to hold settings against.
 ///
@@ -189,7 +186,7 @@ fn twin_substeps(world: &World, seconds: f64) -> u32 {
     let wanted = world.settings.substeps.get().saturating_mul(64);
     wanted
         .min(affordable)
-        .clamp(world.settings.substeps.get(), MOST_SUBSTEPS)
+        .clamp(world.settings.substeps.get(), Substeps::MOST)
 }
 
 /// States after each tick, and the time of a simulated second [ms].

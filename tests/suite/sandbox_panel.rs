@@ -6,6 +6,7 @@ use bevy_egui::egui::{
     ViewportId, ViewportInfo, pos2, vec2,
 };
 use pliant::sandbox::{
+    ghost::distance::{Distance, Trail},
     keys::{BINDINGS, GESTURES},
     panel::{
         Panel, Places,
@@ -13,7 +14,8 @@ use pliant::sandbox::{
         history::History,
         model::{
             Addition, BodyEntry, BodyState, ClockModel, DeliveredModel, Distortion, EffectModel,
-            EnergyModel, GrabModel, PanelModel, Parameter, Request, SceneEntry, Scope, StageModel,
+            EnergyModel, GhostModel, GrabModel, PanelModel, Parameter, Request, SceneEntry, Scope,
+            StageModel,
         },
         show,
         track::{Spread, Track},
@@ -152,6 +154,7 @@ fn model() -> PanelModel {
         threads: Some(parameter("threads", "", whole(8.0), 2.0)),
         projections: Some(212e6),
         energy: Some(energy()),
+        ghost: None,
     }
 }
 
@@ -412,6 +415,7 @@ fn every_button_asks_for_what_stands_on_it() {
         ("solver.lanes", Request::SolverView(SolverView::Lanes)),
         ("energy.keep", Request::Ledger(false)),
         ("energy.anew", Request::Ledger(true)),
+        ("ghost", Request::Ghost),
         ("frame", Request::FrameAll),
         ("screenshot", Request::Screenshot),
         ("help", Request::Help),
@@ -436,6 +440,44 @@ fn every_button_asks_for_what_stands_on_it() {
     }
     // Nothing of the held body is pinned, so there is nothing to free.
     assert_eq!(hand.press_widget("unpin"), []);
+}
+
+#[test]
+fn the_ghost_has_a_section_while_there_is_one() {
+    let mut trail = Trail::default();
+    (0..50).for_each(|_| {
+        trail.push(Distance {
+            rms: 1.25e-3,
+            largest: 4e-3,
+            rms_share: 0.0025,
+            largest_share: 0.008,
+        });
+    });
+    assert!(one_hand().places.get("ghost.plot").is_none());
+    let ghost = GhostModel {
+        trail,
+        bodies: (1, 1),
+        substeps: Some(80),
+        of: 10,
+        tick: 1.0 / 60.0,
+        holds: true,
+        ..GhostModel::default()
+    };
+    let with_ghost = PanelModel {
+        ghost: Some(ghost),
+        ..model()
+    };
+    let mut hand = Hand::new(with_ghost, SIZES[0]);
+    let mut texts = Vec::new();
+    collect_texts(&hand.draw(Vec::new()), &mut texts);
+    for words in ["1.25 mm  ·  0.25 %", "4 mm  ·  0.8 %", "4 mm at most"] {
+        assert!(texts.iter().any(|text| text == words), "{texts:?}");
+    }
+    for words in ["80 substeps of 208 µs", "does not keep pace"] {
+        assert!(texts.iter().any(|text| text.contains(words)), "{texts:?}");
+    }
+    assert!(hand.place("ghost.plot").width() > 200.0);
+    assert_eq!(hand.press_widget("ghost.again"), [Request::GhostAgain]);
 }
 
 #[test]

@@ -77,6 +77,23 @@ fn nothing_moves_while_the_clock_is_paused_and_a_step_is_one_tick() {
 }
 
 #[test]
+fn while_the_clock_is_held_no_tick_begins_and_what_passes_is_dropped() {
+    let mut app = app_at(tick_time());
+    updates(&mut app, 10);
+    clock(&mut app).held = true;
+    clock(&mut app).step_once();
+    updates(&mut app, 100);
+    assert_eq!(clock(&mut app).tick(), 10);
+    // One or two may wait, the others are counted as left out.
+    let dropped = clock(&mut app).dropped();
+    assert!((98..100).contains(&dropped), "{dropped}");
+    clock(&mut app).held = false;
+    updates(&mut app, 10);
+    // Of 120 ticks those that were not left out, and the step that was asked for.
+    assert_eq!(clock(&mut app).tick(), 121 - dropped);
+}
+
+#[test]
 fn speed_changes_how_many_ticks_pass_and_not_how_long_they_are() {
     let mut app = app_at(tick_time());
     clock(&mut app).speed = 0.25;

@@ -17,6 +17,7 @@ use crate::{
     sandbox::{
         accuracy::AccuracyCommand,
         arrival::Arrivals,
+        ghost::GhostCommand,
         message::{Notices, capitalised},
         view::{LastGrab, ViewCommand, ViewSettings},
     },
@@ -58,6 +59,12 @@ fn carry_out_one(world: &mut World, request: Request) {
             world.write_message(AccuracyCommand::Toggle);
         }
         Request::Ledger(on) => energy::keep(world, on),
+        Request::Ghost => {
+            world.write_message(GhostCommand::Toggle);
+        }
+        Request::GhostAgain => {
+            world.write_message(GhostCommand::Again);
+        }
         Request::Pause(paused) => world.resource_mut::<SimulationClock>().paused = paused,
         Request::Step => {
             let mut clock = world.resource_mut::<SimulationClock>();

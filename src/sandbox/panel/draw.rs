@@ -3,7 +3,7 @@
 use bevy_egui::egui::{Response, ScrollArea, Ui};
 
 use super::{
-    bodies, effects, energy,
+    bodies, effects, energy, ghost,
     model::{PanelModel, Request},
     places::Places,
     scene,
@@ -30,6 +30,7 @@ impl Panel {
             .auto_shrink([false, false])
             .max_height(ui.available_height() - foot)
             .show(ui, |ui| {
+                ghost::show(ui, &mut panel, model.ghost.as_ref());
                 world::show(ui, &mut panel, model);
                 bodies::show(ui, &mut panel, model);
                 effects::show(ui, &mut panel, model);
@@ -92,7 +93,7 @@ impl Panel {
         self.ask(request);
     }
 
-    /// The row of what of the solver is drawn.
+    /// The row of what of the solver is drawn, and the ghost.
     fn solver_view(&mut self, ui: &mut Ui, model: &PanelModel) {
         let button = |view, name, text, help| RowButton {
             selected: model.solver == view,
@@ -125,9 +126,21 @@ impl Panel {
                 "Draw the constraints by their place in a block of eight, which one instruction \
                  solves together (V)",
             ),
+            RowButton {
+                selected: model.ghost.is_some(),
+                ..RowButton::new(
+                    "ghost",
+                    "Ghost",
+                    "Draw, over each body, its twin in double precision with smaller substeps, and \
+                     plot how far apart they are (G)",
+                )
+            },
         ];
         if let Some(index) = section::button_row(ui, self, &buttons) {
-            self.ask(Request::SolverView(SolverView::ALL[index]));
+            self.ask(match SolverView::ALL.get(index) {
+                Some(view) => Request::SolverView(*view),
+                None => Request::Ghost,
+            });
         }
     }
 }

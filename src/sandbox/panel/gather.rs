@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 
 use super::{
-    PanelState, delivered, energy, history,
+    PanelState, delivered, energy, ghost, history,
     model::{
         BodyEntry, BodyState, ClockModel, EffectModel, GrabModel, PanelModel, Parameter, Scope,
         StageModel,
@@ -96,6 +96,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         wireframe: view.wireframe,
         tetrahedra: view.tetrahedra,
         solver: view.solver,
+        ghost: ghost::model(world),
     }
 }
 

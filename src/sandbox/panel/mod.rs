@@ -11,6 +11,7 @@ mod draw;
 mod effects;
 pub mod energy;
 mod gather;
+mod ghost;
 pub mod history;
 pub mod model;
 mod number;

@@ -5,7 +5,7 @@
 //! and pressed in a test without a window.
 
 use super::{energy::EnergyTrack, history::History, track::Track};
-use crate::sandbox::view::SolverView;
+use crate::sandbox::{ghost::distance::Trail, view::SolverView};
 
 /// Everything that the panel shows.
 #[derive(Debug, Clone, Default)]
@@ -48,6 +48,8 @@ pub struct PanelModel {
     pub tetrahedra: bool,
     /// What of the solver is drawn.
     pub solver: SolverView,
+    /// The ghost, if there is one.
+    pub ghost: Option<GhostModel>,
 }
 
 /// A line of the scene picker.
@@ -189,6 +191,29 @@ pub struct EnergyModel {
     pub track: EnergyTrack,
 }
 
+/// The ghost, and how far bodies are from it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct GhostModel {
+    /// Distances over the last ticks; none before it has begun.
+    pub trail: Trail,
+    /// How many bodies had one when it began, and how many could.
+    pub bodies: (usize, usize),
+    /// How many were given up because they were no longer finite.
+    pub lost: usize,
+    /// Its substeps a tick; none before it has begun.
+    pub substeps: Option<u32>,
+    /// The bodies' substeps a tick.
+    pub of: u32,
+    /// Length of a tick [s].
+    pub tick: f64,
+    /// Root mean square distance at which it began [m].
+    pub outset: f64,
+    /// Whether the bodies wait for it.
+    pub holds: bool,
+    /// Why there is none although one is wanted.
+    pub trouble: Option<String>,
+}
+
 /// A stage of the tick beside the effects.
 #[derive(Debug, Clone)]
 pub struct StageModel {
@@ -300,6 +325,10 @@ pub enum Request {
     Accuracy,
     /// Keep the energy ledger from now on (`true`), or no longer.
     Ledger(bool),
+    /// Let there be a ghost, or none.
+    Ghost,
+    /// Begin the ghost again from where the bodies are.
+    GhostAgain,
     /// Save a picture.
     Screenshot,
     /// Show the overlay of keys.

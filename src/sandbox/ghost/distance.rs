@@ -1,0 +1,110 @@
+//! How far bodies are from their ghosts, and how far they were over the last seconds.
+
+use std::collections::VecDeque;
+
+/// Ticks that are kept: five seconds at the usual rate.
+pub const TICKS: usize = 300;
+
+/// Distance of the particles of all bodies that have a ghost to those of their ghosts, at one tick.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Distance {
+    /// Root mean square over the particles [m].
+    pub rms: f64,
+    /// The largest [m].
+    pub largest: f64,
+    /// Root mean square, each particle's distance over the size of its body.
+    pub rms_share: f64,
+    /// The largest, over the size of its body.
+    pub largest_share: f64,
+}
+
+/// Adds up a [`Distance`] particle by particle.
+#[derive(Debug, Default)]
+pub struct Sum {
+    all: Distance,
+    count: usize,
+}
+
+impl Sum {
+    /// Adds a particle that is so far from its ghost [m], of a body of such a size [m].
+    pub fn add(&mut self, distance: f64, size: f64) {
+        let share = distance / size.max(f64::MIN_POSITIVE);
+        self.all.rms += distance * distance;
+        self.all.rms_share += share * share;
+        self.all.largest = self.all.largest.max(distance);
+        self.all.largest_share = self.all.largest_share.max(share);
+        self.count += 1;
+    }
+
+    /// What they come to.
+    #[must_use]
+    pub fn distance(&self) -> Distance {
+        let mean = |sum: f64| (sum / self.count.max(1) as f64).sqrt();
+        Distance {
+            rms: mean(self.all.rms),
+            rms_share: mean(self.all.rms_share),
+            ..self.all
+        }
+    }
+}
+
+/// Distances of the last ticks, the oldest first.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Trail(VecDeque<Distance>);
+
+impl Trail {
+    /// Takes in a tick, and forgets the oldest.
+    pub fn push(&mut self, distance: Distance) {
+        if self.0.len() == TICKS {
+            self.0.pop_front();
+        }
+        self.0.push_back(distance);
+    }
+
+    /// The ticks, the oldest first.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = &Distance> {
+        self.0.iter()
+    }
+
+    /// The newest.
+    #[must_use]
+    pub fn now(&self) -> Option<&Distance> {
+        self.0.back()
+    }
+
+    /// The largest distance of all [m]; 0 if there is none.
+    #[must_use]
+    pub fn most(&self) -> f64 {
+        self.0.iter().map(|tick| tick.largest).fold(0.0, f64::max)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_are_summed_over_particles_and_over_sizes() {
+        let mut sum = Sum::default();
+        sum.add(3.0, 1.0);
+        sum.add(4.0, 2.0);
+        let distance = sum.distance();
+        // √((9 + 16)/2) and √((9 + 4)/2).
+        assert!((distance.rms - 12.5_f64.sqrt()).abs() < 1e-15);
+        assert!((distance.rms_share - 6.5_f64.sqrt()).abs() < 1e-15);
+        assert_eq!((distance.largest, distance.largest_share), (4.0, 3.0));
+        assert_eq!(Sum::default().distance(), Distance::default());
+    }
+
+    #[test]
+    fn the_last_ticks_are_kept() {
+        let mut trail = Trail::default();
+        for tick in 0..TICKS + 10 {
+            trail.push(Distance {
+                largest: if tick == 5 { 9.0 } else { 1.0 },
+                ..Distance::default()
+            });
+        }
+        assert_eq!((trail.iter().len(), trail.most()), (TICKS, 1.0));
+    }
+}

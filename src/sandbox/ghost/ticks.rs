@@ -1,0 +1,149 @@
+//! Ghosts from tick to tick: where they begin, and what their thread is told of each.
+
+use super::{
+    Ghost, Worker,
+    twins::{Moment, Seen},
+};
+use crate::{
+    sandbox::panel::{PanelState, Scope},
+    simulation::{
+        Action, Applied, Asleep, CurrentSubstep, Quarantined, SimulationClock, SimulationSettings,
+        SolverThreads, TickStart,
+        plain::{self, bodies_in_order},
+    },
+    solver::{self, Particles, Threads},
+};
+use bevy::{ecs::message::MessageCursor, prelude::*};
+use std::sync::Arc;
+
+/// Real time that there is for a tick [s].
+fn room(world: &World) -> f64 {
+    let speed = world.resource::<SimulationClock>().speed;
+    world.resource::<SimulationSettings>().tick_seconds() / speed.max(1.0)
+}
+
+/// Sends copies of the bodies to a thread: of the one that the panel shows, or of all, from the
+/// nearest to the eye on.
+pub(super) fn begin(world: &mut World, ghost: &mut Ghost) {
+    ghost.bodies = bodies_in_order(world);
+    ghost.chosen = world.resource::<PanelState>().scope;
+    let room = room(world);
+    let eye = world
+        .query_filtered::<&GlobalTransform, With<Camera3d>>()
+        .iter(world)
+        .next()
+        .map_or(Vec3::ZERO, GlobalTransform::translation);
+    let mut copy = plain::capture(world);
+    let mut all: Vec<_> = std::mem::take(&mut copy.bodies)
+        .into_iter()
+        .zip(ghost.bodies.iter().copied())
+        .filter(|(body, entity)| {
+            let shown = match ghost.chosen {
+                Scope::All => true,
+                Scope::Body(key) => entity.to_bits() == key,
+            };
+            shown && body.quarantine.is_none()
+        })
+        .collect();
+    all.sort_by(|(a, _), (b, _)| distance(a, eye).total_cmp(&distance(b, eye)));
+    let (bodies, entities): (_, Vec<_>) = all.into_iter().unzip();
+    copy.bodies = bodies;
+    copy.threads = Threads::default();
+    ghost.asked = entities.len();
+    ghost.began = copy.tick;
+    if entities.is_empty() {
+        ghost.trouble = Some("No body here can have a ghost.".to_owned());
+        return;
+    }
+    match Worker::start(copy, entities, room) {
+        Ok(worker) => ghost.worker = Some(worker),
+        Err(error) => ghost.trouble = Some(format!("No thread for a ghost: {error}")),
+    }
+}
+
+/// Distance of a body's middle to a point [m].
+fn distance(body: &solver::Body, from: Vec3) -> f32 {
+    let places = &body.particles.positions;
+    let sum: Vec3 = places.iter().map(|x| x.truncate()).sum();
+    (sum / places.len().max(1) as f32).distance(from)
+}
+
+/// At the end of a tick: sends what was in force in it and where it took the bodies.
+///
+/// Where somebody moved a body between two ticks (pushed it out of shape, say), no ghost could have
+/// gone along, and all begin again.
+pub(super) fn observe(world: &mut World, mut read: Local<MessageCursor<Applied>>) {
+    if world.resource::<SimulationClock>().mid_tick() {
+        return;
+    }
+    let mut applied = read.read(world.resource::<Messages<Applied>>());
+    let deformed = applied.any(|applied| matches!(applied.action, Action::Deform { .. }));
+    world.resource_scope(|world, mut ghost: Mut<Ghost>| {
+        if ghost.worker.is_none() && ghost.trouble.is_none() {
+            begin(world, &mut ghost);
+            return;
+        }
+        if deformed || moved(world, &ghost) {
+            ghost.again();
+            begin(world, &mut ghost);
+            return;
+        }
+        let moment = Arc::new(moment(world, &ghost));
+        let heard = ghost
+            .worker
+            .as_ref()
+            .is_some_and(|worker| worker.send(Arc::clone(&moment)));
+        if heard {
+            ghost.sent = Some(moment);
+        } else if ghost.worker.take().is_some() {
+            ghost.trouble = Some("The ghost's thread has ended.".to_owned());
+        }
+    });
+}
+
+/// Whether a body began this tick elsewhere than it ended the last.
+fn moved(world: &World, ghost: &Ghost) -> bool {
+    let Some(last) = &ghost.sent else {
+        return false;
+    };
+    last.bodies.iter().any(|seen| {
+        // One that was frozen is out of the game, and moved by nobody.
+        let body = world.get_entity(seen.body).ok();
+        let body = body.filter(|body| !body.contains::<Quarantined>());
+        let start = body.and_then(|body| body.get::<TickStart>());
+        start.is_some_and(|start| {
+            let mut pairs = start.iter().zip(&seen.positions);
+            pairs.any(|(a, b)| a.truncate() != b.truncate())
+        })
+    })
+}
+
+fn moment(world: &mut World, ghost: &Ghost) -> Moment {
+    let colliders = plain::colliders(world);
+    let world = &*world;
+    let gaps = ghost.compared().map(|comparison| &comparison.gaps);
+    let followed: Vec<Entity> = match gaps {
+        Some(gaps) => gaps.iter().map(|(body, _)| *body).collect(),
+        // Which of them have a ghost is not known yet.
+        None => ghost.bodies.clone(),
+    };
+    let seen = |body: Entity| {
+        let entity = world.get_entity(body).ok()?;
+        let sound = !entity.contains::<Quarantined>();
+        sound.then_some(())?;
+        Some(Seen {
+            body,
+            effects: plain::effects(entity),
+            positions: entity.get::<Particles>()?.positions.clone(),
+            asleep: entity.contains::<Asleep>(),
+        })
+    };
+    let threads = world.resource::<SolverThreads>();
+    Moment {
+        tick: world.resource::<SimulationClock>().tick(),
+        settings: *world.resource::<CurrentSubstep>().means(threads).settings,
+        colliders,
+        room: room(world),
+        bodies: followed.into_iter().filter_map(seen).collect(),
+    }
+}
