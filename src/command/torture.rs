@@ -104,9 +104,13 @@ fn list(jobs: &[Job]) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// How many there were, what is marked and why, and the slowest frames.
+/// How many there were, which fail, what is marked and why, and the slowest frames.
 fn in_words(rows: &[Row]) -> String {
     let mut text = format!("\n{}\n", table::summary(rows));
+    let unmarked = rows.iter().filter(|row| row.mark.is_none());
+    for line in unmarked.flat_map(table::failures) {
+        text += &format!("{line}\n");
+    }
     for line in table::marks(rows) {
         text += &format!("{line}\n");
     }

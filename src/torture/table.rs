@@ -154,6 +154,26 @@ pub fn marks(rows: &[Row]) -> Vec<String> {
         .collect()
 }
 
+/// The members of a row that fail, a line each, with the command that runs each again.
+#[must_use]
+pub fn failures(row: &Row) -> Vec<String> {
+    let failed = row.outcomes.iter().filter(|outcome| !outcome.passed());
+    let lines = failed.filter_map(|outcome| {
+        let figure = outcome.worst()?;
+        Some(format!(
+            "pliant torture {} --member {}   # {}: {} {} {}, at most {}",
+            row.case.name,
+            outcome.number,
+            outcome.member,
+            figure.name,
+            number(figure.value),
+            figure.unit,
+            number(figure.limit),
+        ))
+    });
+    lines.collect()
+}
+
 /// Which member had the slowest frames. A figure of the machine too, so nothing is judged by it.
 #[must_use]
 pub fn slowest(rows: &[Row]) -> Option<String> {

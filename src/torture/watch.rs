@@ -4,7 +4,10 @@
 //! It only looks: whoever steps the world, a run without a window or the window itself, shows it
 //! each state.
 
-use super::{Figure, Outside, energy::Energy};
+use super::{
+    Figure, Outside,
+    energy::{Energy, rigid_strain},
+};
 use crate::solver::{Body, Particles, World, measure};
 use glam::{DVec3, Vec4};
 
@@ -13,6 +16,9 @@ pub const ROUNDING: f64 = 1.0 / 16_777_216.0;
 
 /// Energy may exceed what was there by this share of it.
 const MORE_ENERGY: f64 = 0.01;
+
+/// Rigid constraints have closed when the root mean square of C over the rest value is below this.
+const CLOSED: f64 = 1e-3;
 
 /// Momentum may differ by this share of what the particles carry.
 const MOMENTUM: f64 = 1e-5;
@@ -26,6 +32,8 @@ pub struct Moment {
     pub energy: Energy,
     /// Root mean square of the edges' C over their lengths, and of the volumes' over theirs.
     pub strain: f64,
+    /// The same of those that are rigid alone.
+    pub rigid_strain: f64,
 }
 
 /// What has been seen of a world.
@@ -125,6 +133,7 @@ impl Watch {
             time: world.time,
             energy: Energy::of(world),
             strain: strain(world),
+            rigid_strain: rigid_strain(world),
         };
         let worst = self
             .moments
@@ -211,22 +220,25 @@ impl Watch {
         figures
     }
 
-    /// How much more energy there ever was than at the start.
+    /// How much more energy there ever was than when it was first known.
     fn energy(&self) -> Figure {
-        let energies = || self.moments.iter().map(|moment| moment.energy);
-        let start = self
+        let known = self
             .moments
-            .first()
-            .map_or(0.0, |moment| moment.energy.total());
-        let most = energies().map(|e| e.total()).fold(start, f64::max);
-        // Of what moves, not of a height above the origin.
-        let scale = energies()
-            .map(|e| e.kinetic + e.elastic)
-            .fold(0.0, f64::max);
-        let more = most - start - self.floors.energy();
+            .iter()
+            .position(|moment| moment.rigid_strain <= CLOSED);
+        let after = &self.moments[known.unwrap_or(self.moments.len())..];
+        let start = after.first().map_or(0.0, |moment| moment.energy.total());
+        let most = after.iter().map(|moment| moment.energy.mechanical());
+        let more = most.fold(start, f64::max) - start - self.floors.energy();
+        // A share of what moves and is stored, not of a height above the origin.
+        let energies = after.iter().map(|moment| moment.energy);
+        let scale = energies.map(|e| e.kinetic + e.elastic).fold(0.0, f64::max);
         let share = if more > 0.0 { more / scale } else { 0.0 };
-        let not_finite = energies().any(|e| !e.total().is_finite());
-        let share = if not_finite { f64::NAN } else { share };
+        let finite = self
+            .moments
+            .iter()
+            .all(|moment| moment.energy.total().is_finite());
+        let share = if finite { share } else { f64::NAN };
         Figure::new("energy gained", share * 100.0, MORE_ENERGY * 100.0, "%")
     }
 }
