@@ -43,7 +43,10 @@ pub fn strip(outcome: &Outcome) -> Option<String> {
         let middle = (low + high).truncate() / 2.0;
         let at = |x: Vec2| {
             let from_middle = (x - middle) * scale;
-            Vec2::new(left + PICTURE / 2.0 + from_middle.x, PICTURE / 2.0 - from_middle.y)
+            Vec2::new(
+                left + PICTURE / 2.0 + from_middle.x,
+                PICTURE / 2.0 - from_middle.y,
+            )
         };
         for ((body, points), colour) in world.bodies.iter().zip(&eye).zip(COLOURS.iter().cycle()) {
             let RGBColor(r, g, b) = *colour;
@@ -58,7 +61,11 @@ pub fn strip(outcome: &Outcome) -> Option<String> {
             "<text x=\"{}\" y=\"{}\">{name}, {time:.3} s, {} m across</text>",
             left + MARGIN,
             PICTURE + 14.0,
-            super::table::number(f64::from(if extent > f32::MIN_POSITIVE { extent } else { 0.0 })),
+            super::table::number(f64::from(if extent > f32::MIN_POSITIVE {
+                extent
+            } else {
+                0.0
+            })),
         );
     }
     svg += "</svg>\n";
@@ -81,7 +88,14 @@ fn wires(body: &Body, points: &[Vec2], at: impl Fn(Vec2) -> Vec2) -> String {
     for ends in edges.step_by(step) {
         let [a, b] = ends.map(|i| at(points.get(i as usize).copied().unwrap_or_default()));
         if a.is_finite() && b.is_finite() {
-            let _ = write!(path, "M{:.1} {:.1}L{:.1} {:.1}", a.x - 0.5, a.y, b.x + 0.5, b.y);
+            let _ = write!(
+                path,
+                "M{:.1} {:.1}L{:.1} {:.1}",
+                a.x - 0.5,
+                a.y,
+                b.x + 0.5,
+                b.y
+            );
         }
     }
     path
@@ -93,7 +107,10 @@ fn wires(body: &Body, points: &[Vec2], at: impl Fn(Vec2) -> Vec2) -> String {
 /// What the plotting crate says.
 pub fn energies(watch: &Watch) -> Result<String, Failure> {
     let curve = |value: &dyn Fn(&super::Energy) -> f64| -> Vec<(f64, f64)> {
-        let points = watch.moments.iter().map(|moment| (moment.time, value(&moment.energy)));
+        let points = watch
+            .moments
+            .iter()
+            .map(|moment| (moment.time, value(&moment.energy)));
         points.filter(|(_, y)| y.is_finite()).collect()
     };
     let curves = [
@@ -103,7 +120,9 @@ pub fn energies(watch: &Watch) -> Result<String, Failure> {
         ("all", curve(&|energy| energy.total())),
     ];
     let all = curves.iter().flat_map(|(_, points)| points);
-    let (low, high) = all.fold((0.0_f64, 0.0_f64), |(low, high), p| (low.min(p.1), high.max(p.1)));
+    let (low, high) = all.fold((0.0_f64, 0.0_f64), |(low, high), p| {
+        (low.min(p.1), high.max(p.1))
+    });
     let room = if high > low { (high - low) * 0.05 } else { 0.5 };
     let end = watch.moments.last().map_or(1.0, |moment| moment.time);
     let mut svg = String::new();

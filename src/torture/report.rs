@@ -63,7 +63,10 @@ pub fn write(folder: &Path, rows: &[Row]) -> Result<(), TortureError> {
         if let Some(watch) = &film.watch {
             let svg = filmstrip::energies(watch);
             let path = folder.join(format!("{name}_energy.svg"));
-            figure("energy", svg.map_err(|error| OutputError::new(&path, error))?)?;
+            figure(
+                "energy",
+                svg.map_err(|error| OutputError::new(&path, error))?,
+            )?;
         }
     }
     save("report.md", &document::markdown(&blocks))?;
@@ -76,5 +79,9 @@ pub fn write(folder: &Path, rows: &[Row]) -> Result<(), TortureError> {
 fn heading(row: &Row) -> String {
     let marked = row.mark.map_or("", |_| ", marked");
     let count = row.outcomes.len();
-    format!("{}{marked}: {count} members, {}", row.kind.name(), table::verdict(row))
+    format!(
+        "{}{marked}: {count} members, {}",
+        row.kind.name(),
+        table::verdict(row)
+    )
 }

@@ -62,6 +62,8 @@ struct Momentum {
     off: f64,
     /// Largest Σm‖v‖ [kg·m/s].
     carried: f64,
+    /// Largest ‖Σmv‖ [kg·m/s].
+    most: f64,
 }
 
 /// What rounding of positions to f32 lets nobody do better than.
@@ -180,6 +182,7 @@ impl Watch {
                 .sum();
             let fallen = self.momentum.gravity * (self.floors.mass * world.time);
             let off = (total - self.momentum.start - fallen).length();
+            self.momentum.most = self.momentum.most.max(total.length());
             let carried = world
                 .bodies
                 .iter()
@@ -220,6 +223,15 @@ impl Watch {
         figures
     }
 
+    /// Largest speed of the centre of mass of free bodies [m/s].
+    fn flight(&self) -> f64 {
+        if self.floors.mass > 0.0 {
+            self.momentum.most / self.floors.mass
+        } else {
+            0.0
+        }
+    }
+
     /// How much more energy there ever was than when it was first known.
     fn energy(&self) -> Figure {
         let known = self
@@ -229,7 +241,7 @@ impl Watch {
         let after = &self.moments[known.unwrap_or(self.moments.len())..];
         let start = after.first().map_or(0.0, |moment| moment.energy.total());
         let most = after.iter().map(|moment| moment.energy.mechanical());
-        let more = most.fold(start, f64::max) - start - self.floors.energy();
+        let more = most.fold(start, f64::max) - start - self.floors.energy(self.flight());
         // A share of what moves and is stored, not of a height above the origin.
         let energies = after.iter().map(|moment| moment.energy);
         let scale = energies.map(|e| e.kinetic + e.elastic).fold(0.0, f64::max);
@@ -251,10 +263,12 @@ impl Floors {
         ROUNDING * self.reach / self.h
     }
 
-    /// Independent kicks add in their squares: ½m · 3(2 + k)n (u‖x‖/h)² after n substeps.
-    fn energy(&self) -> f64 {
+    /// Independent kicks add in their squares: ½m · 3(2 + k)n (u‖x‖/h)² after n substeps. Those of
+    /// an even flight at a speed v add up to n u‖x‖/h, and so to mv times that.
+    fn energy(&self, flight: f64) -> f64 {
         let kicks = 3.0 * (2.0 + self.moves) * self.substeps.max(1.0);
-        0.5 * self.mass * kicks * self.kick() * self.kick()
+        let apart = 0.5 * self.mass * kicks * self.kick() * self.kick();
+        apart + self.mass * flight * self.substeps * self.kick()
     }
 
     /// A particle that flies evenly is rounded alike in each substep, so that the kicks of the

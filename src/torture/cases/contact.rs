@@ -51,7 +51,7 @@ pub const PLATES: Case = Case {
     seconds: |_| 2.0,
     family: || {
         Axes {
-            materials: &[(1e-4, 0.02), (1e-5, 0.02), (1e-3, 0.02), (1e-4, 0.0)],
+            materials: &[(1e-3, 0.02), (1e-2, 0.02), (1e-4, 0.02), (1e-5, 0.02)],
             steps: &[(10, 1), (4, 1), (16, 1), (32, 1), (10, 4)],
             seeds: &[1],
             mixtures: 16,

@@ -86,8 +86,8 @@ pub const STIFFNESSES: Case = Case {
     family: || {
         let axes = Axes {
             scales: &[1.0],
-            materials: &[(0.0, 0.1)],
-            steps: &[(10, 64), (10, 16), (32, 16)],
+            materials: &[(0.0, 0.05)],
+            steps: &[(10, 512), (10, 256), (20, 256)],
             seeds: &[1],
             mixtures: 0,
             ..Axes::all(&[Shape::Rope(4), Shape::Rope(2), Shape::Rope(8)])
