@@ -85,8 +85,9 @@ pub struct Hold {
 /// See the fast solver's constants of the same names.
 const FLOOR: f64 = 0.01;
 const VANISHED: f64 = 1e-4;
-const LEAVE_OVER: f64 = 0.3;
+const LEAVE_OVER: f64 = 0.4;
 const BEGAN_INSIDE: f64 = 1e-3;
+const AT_LEAST: f64 = 0.25;
 
 impl World {
     /// The same world in f64. Sleep and quarantine are left out: the twin always steps all.
@@ -400,9 +401,10 @@ impl Body {
             }
             let (start, end) = (from.undo(self.p[i]), to.undo(self.x[i]));
             if let Some((normal, mut depth)) = exit(shape, start, end) {
-                let inside = -distance(shape, start);
-                if inside > BEGAN_INSIDE * f64::from(shape.reach()) {
-                    depth -= inside * left_inside(h);
+                let (inside, reach) = (-distance(shape, start), f64::from(shape.reach()));
+                if inside > BEGAN_INSIDE * reach {
+                    let whole = inside + AT_LEAST * reach;
+                    depth -= (whole * left_inside(h) - AT_LEAST * reach).max(0.0);
                     if depth <= 0.0 {
                         continue;
                     }

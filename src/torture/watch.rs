@@ -18,7 +18,7 @@ pub const ROUNDING: f64 = 1.0 / 16_777_216.0;
 const MORE_ENERGY: f64 = 0.01;
 
 /// Rigid constraints have closed when the root mean square of C over the rest value is below this.
-const CLOSED: f64 = 1e-3;
+const CLOSED: f64 = 1e-4;
 
 /// Momentum may differ by this share of what the particles carry.
 const MOMENTUM: f64 = 1e-5;

@@ -141,6 +141,10 @@ impl PartialEq for Swept {
 /// A particle deeper inside than this share of a collider's reach was not left there by rounding.
 const BEGAN_INSIDE: f32 = 1e-3;
 
+/// Share of a collider's reach by which a particle deep inside leaves at least, over the time that
+/// it leaves over.
+const AT_LEAST: f32 = 0.25;
+
 /// Pushes every particle out of a collider.
 ///
 /// The way of a particle is seen from the collider, so that a collider that moves fast, or a
@@ -165,9 +169,10 @@ pub fn solve(particles: Part, collide: &Collide, collider: &Sweep, h: f32, gravi
         let to = collider.to.undo(x.truncate());
         let from = collider.from.undo(p.truncate());
         if let Some(mut exit) = collider.shape.exit(from, to) {
-            let inside = -collider.shape.distance(from);
-            if inside > BEGAN_INSIDE * collider.shape.reach() {
-                exit.depth -= inside * left_inside(h);
+            let (inside, reach) = (-collider.shape.distance(from), collider.shape.reach());
+            if inside > BEGAN_INSIDE * reach {
+                let whole = inside + AT_LEAST * reach;
+                exit.depth -= (whole * left_inside(h) - AT_LEAST * reach).max(0.0);
                 if exit.depth <= 0.0 {
                     continue;
                 }
