@@ -81,6 +81,7 @@ pub mod scene;
 pub mod simulation;
 pub mod solver;
 pub mod study;
+pub mod torture;
 
 use bevy::{
     app::PluginGroupBuilder,

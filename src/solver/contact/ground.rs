@@ -1,6 +1,6 @@
 //! A level ground, in two models: one with Coulomb friction and bounce, one that sticks.
 
-use super::Response;
+use super::{Response, left_inside};
 use crate::solver::{Friction, Restitution, particles::Part, quantity::finite};
 use glam::Vec3;
 use serde::{Deserialize, Deserializer, Serialize, de::Error as _};
@@ -33,7 +33,8 @@ fn finite_height<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f32, D::E
     finite("height", height).map_err(D::Error::custom)
 }
 
-/// Puts every particle that is below ground back onto it.
+/// Puts every particle that is below ground back onto it; one that began the substep below, towards
+/// it.
 pub fn solve(particles: Part, ground: &Ground, h: f32, gravity: Vec3) {
     let response = Response::new(ground.friction.get(), ground.restitution.get(), h, gravity);
     let state = particles
@@ -43,9 +44,17 @@ pub fn solve(particles: Part, ground: &Ground, h: f32, gravity: Vec3) {
         .zip(particles.velocities.iter());
     for ((x, p), v) in state {
         if x.y < ground.height && x.w > 0.0 {
-            let depth = ground.height - x.y;
-            response.apply(x, p, v.truncate(), Vec3::Y, depth, Vec3::ZERO);
-            x.y = ground.height;
+            let below = ground.height - p.y;
+            let surface = if below > 0.0 {
+                ground.height - below * left_inside(h)
+            } else {
+                ground.height
+            };
+            let depth = surface - x.y;
+            if depth > 0.0 {
+                response.apply(x, p, v.truncate(), Vec3::Y, depth, Vec3::ZERO);
+                x.y = surface;
+            }
         }
     }
 }
