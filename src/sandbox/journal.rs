@@ -30,8 +30,8 @@ use bevy_egui::egui::Rect;
 use serde_json::{Value, json};
 
 use super::{
-    accuracy::CardPlaces, camera::OrbitCamera, load::SceneLoaded, message::Notices,
-    panel::PanelPlaces,
+    accuracy::CardPlaces, camera::OrbitCamera, gallery::GalleryPlaces, load::SceneLoaded,
+    message::Notices, panel::PanelPlaces,
 };
 use crate::{
     scene::CurrentScene,
@@ -133,10 +133,10 @@ fn write_scenes(mut journal: ResMut<Journal>, mut loaded: MessageReader<SceneLoa
 
 fn write_widgets(
     mut journal: ResMut<Journal>,
-    (panel, card): (Res<PanelPlaces>, Res<CardPlaces>),
+    (panel, card, gallery): (Res<PanelPlaces>, Res<CardPlaces>, Res<GalleryPlaces>),
     window: Option<Single<&Window, With<PrimaryWindow>>>,
 ) {
-    let changed = panel.is_changed() || card.is_changed();
+    let changed = panel.is_changed() || card.is_changed() || gallery.is_changed();
     let (true, Some(window)) = (changed, window) else {
         return;
     };
@@ -144,6 +144,7 @@ fn write_widgets(
     let now: BTreeMap<String, Rect> = panel
         .iter()
         .chain(card.iter())
+        .chain(gallery.iter())
         .map(|(name, rect)| (name.to_owned(), rect * scale))
         .collect();
     let before = std::mem::take(&mut journal.places);

@@ -55,6 +55,8 @@ pub enum Command {
     SolverView,
     /// Opens or closes the card that says what accuracy costs.
     Accuracy,
+    /// Opens or closes the gallery of hard cases.
+    Gallery,
     /// Lets there be a ghost, or none.
     Ghost,
     /// Shows or hides the panel.
@@ -199,6 +201,7 @@ pub const BINDINGS: &[Binding] = &[
         "what accuracy costs here",
         Command::Accuracy,
     ),
+    row(&[Types("c")], "C", "hard cases", Command::Gallery),
     row(
         &[Types("g")],
         "G",

@@ -15,6 +15,7 @@ pub mod display;
 pub mod drag;
 pub mod drawn;
 pub mod drop;
+pub mod gallery;
 pub mod ghost;
 pub mod grounding;
 pub mod help;
@@ -161,6 +162,7 @@ impl PluginGroup for SandboxPlugins {
             .add(panel::PanelPlugin)
             .add(throughput::ThroughputPlugin)
             .add(accuracy::AccuracyPlugin)
+            .add(gallery::GalleryPlugin)
             .add(ghost::GhostPlugin)
             .add(ghost::form::GhostFormPlugin)
             .add(hud::HudPlugin)

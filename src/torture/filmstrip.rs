@@ -17,55 +17,80 @@ const PICTURE: f32 = 300.0;
 /// Room around a body.
 const MARGIN: f32 = 18.0;
 
+/// A picture of the strip.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame {
+    /// Which moment it is.
+    pub name: &'static str,
+    /// Time since the start [s].
+    pub time: f64,
+    /// What its longer side shows [m].
+    pub extent: f64,
+    /// Edges from end to end, in a square from 0 to 1 along both sides, y upwards.
+    pub lines: Vec<[[f32; 2]; 2]>,
+}
+
 /// Lines drawn of a body at most: more are one grey.
 const MOST_LINES: usize = 4000;
 
-/// The start, the moment of the largest strain after it, and the end, side by side; each fills its
-/// picture, and says how many metres that is.
+/// The start, the moment of the largest strain after it, and the end; the bodies of each fill their
+/// picture. `None` unless positions were kept.
 #[must_use]
-pub fn strip(outcome: &Outcome) -> Option<String> {
+pub fn frames(outcome: &Outcome) -> Option<Vec<Frame>> {
     let (watch, world) = (outcome.watch.as_ref()?, outcome.world.as_ref()?);
-    let height = PICTURE + 24.0;
-    let mut svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {height}\" width=\"{}\" font-family=\"sans-serif\" font-size=\"13\">\n",
-        PICTURE * 3.0,
-        PICTURE * 3.0,
-    );
-    for (place, ((time, positions), name)) in
-        watch.film.iter().zip(["start", "worst", "end"]).enumerate()
-    {
-        let left = PICTURE * place as f32;
+    let frame = |((time, positions), name): (&(f64, Vec<Vec<Vec4>>), &'static str)| {
         let eye: Vec<Vec<Vec2>> = positions.iter().map(|body| seen(body)).collect();
         let all = eye.iter().flatten().filter(|x| x.is_finite());
         let (low, high) = bounds(all.map(|x| x.extend(0.0)));
-        let extent = (high - low).max_element().max(f32::MIN_POSITIVE);
-        let scale = (PICTURE - 2.0 * MARGIN) / extent;
+        let extent = (high - low).max_element();
+        let scale = 1.0 / extent.max(f32::MIN_POSITIVE);
         let middle = (low + high).truncate() / 2.0;
-        let at = |x: Vec2| {
-            let from_middle = (x - middle) * scale;
-            Vec2::new(
-                left + PICTURE / 2.0 + from_middle.x,
-                PICTURE / 2.0 - from_middle.y,
-            )
-        };
-        for ((body, points), colour) in world.bodies.iter().zip(&eye).zip(COLOURS.iter().cycle()) {
-            let RGBColor(r, g, b) = *colour;
-            let path = wires(body, points, at);
-            let _ = writeln!(
-                svg,
-                "<path d=\"{path}\" fill=\"none\" stroke=\"rgb({r},{g},{b})\" stroke-width=\"0.7\" stroke-opacity=\"0.7\"/>"
+        let at = |x: Vec2| ((x - middle) * scale + 0.5).to_array();
+        let lines = world.bodies.iter().zip(&eye);
+        let lines = lines.flat_map(|(body, points)| wires(body, points));
+        Frame {
+            name,
+            time: *time,
+            extent: f64::from(extent),
+            lines: lines.map(|ends| ends.map(at)).collect(),
+        }
+    };
+    let names = ["start", "worst", "end"];
+    Some(watch.film.iter().zip(names).map(frame).collect())
+}
+
+/// The frames side by side; each says how many metres it shows.
+#[must_use]
+pub fn strip(outcome: &Outcome) -> Option<String> {
+    let height = PICTURE + 24.0;
+    let width = PICTURE * 3.0;
+    let mut svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" font-family=\"sans-serif\" font-size=\"13\">\n",
+    );
+    let RGBColor(r, g, b) = COLOURS[0];
+    for (place, frame) in frames(outcome)?.iter().enumerate() {
+        let left = PICTURE * place as f32 + MARGIN;
+        let side = PICTURE - 2.0 * MARGIN;
+        let mut path = String::new();
+        for ends in &frame.lines {
+            let [a, b] = ends.map(|[x, y]| (left + x * side, PICTURE - MARGIN - y * side));
+            // Half a pixel more at either end, so that an edge without length is a dot.
+            let _ = write!(
+                path,
+                "M{:.1} {:.1}L{:.1} {:.1}",
+                a.0 - 0.5,
+                a.1,
+                b.0 + 0.5,
+                b.1
             );
         }
         let _ = writeln!(
             svg,
-            "<text x=\"{}\" y=\"{}\">{name}, {time:.3} s, {} m across</text>",
-            left + MARGIN,
+            "<path d=\"{path}\" fill=\"none\" stroke=\"rgb({r},{g},{b})\" stroke-width=\"0.7\" stroke-opacity=\"0.7\"/>\n<text x=\"{left}\" y=\"{}\">{}, {:.3} s, {} m across</text>",
             PICTURE + 14.0,
-            super::table::number(f64::from(if extent > f32::MIN_POSITIVE {
-                extent
-            } else {
-                0.0
-            })),
+            frame.name,
+            frame.time,
+            super::table::number(frame.extent),
         );
     }
     svg += "</svg>\n";
@@ -80,25 +105,13 @@ fn seen(body: &[Vec4]) -> Vec<Vec2> {
     body.iter().map(place).collect()
 }
 
-/// Edges as a path of lines, and a dot for each particle where lines have no length.
-fn wires(body: &Body, points: &[Vec2], at: impl Fn(Vec2) -> Vec2) -> String {
+/// Edges of a body, of very many some.
+fn wires(body: &Body, points: &[Vec2]) -> impl Iterator<Item = [Vec2; 2]> {
     let edges = body.topology.edges.ends();
     let step = edges.len().div_ceil(MOST_LINES).max(1);
-    let mut path = String::new();
-    for ends in edges.step_by(step) {
-        let [a, b] = ends.map(|i| at(points.get(i as usize).copied().unwrap_or_default()));
-        if a.is_finite() && b.is_finite() {
-            let _ = write!(
-                path,
-                "M{:.1} {:.1}L{:.1} {:.1}",
-                a.x - 0.5,
-                a.y,
-                b.x + 0.5,
-                b.y
-            );
-        }
-    }
-    path
+    let at = |i: u32| points.get(i as usize).copied().unwrap_or(Vec2::NAN);
+    let lines = edges.step_by(step).map(move |ends| ends.map(at));
+    lines.filter(|[a, b]| a.is_finite() && b.is_finite())
 }
 
 /// Energies over time; the text of an SVG.

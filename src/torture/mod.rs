@@ -20,7 +20,7 @@ mod energy;
 mod error;
 mod family;
 mod figure;
-mod filmstrip;
+pub mod filmstrip;
 mod member;
 pub mod report;
 pub mod run;
@@ -39,7 +39,7 @@ pub use shape::{Kind, Shape};
 pub use suite::{Job, Options, Row, jobs};
 pub use watch::{Moment, Watch};
 
-use crate::solver::World;
+use crate::solver::{Deformation, World};
 
 /// A hard case.
 #[derive(Debug, Clone, Copy)]
@@ -55,7 +55,7 @@ pub struct Case {
     /// The bodies that it is tried on.
     pub family: fn() -> Vec<Member>,
     /// What is done before the first tick, to the member's body alone in a world without gravity.
-    pub start: fn(&Member, &mut World) -> Result<(), TortureError>,
+    pub start: Start,
     /// What is done before each tick.
     pub during: fn(&Member, &mut World) -> Result<(), TortureError>,
     /// What must have come of it.
@@ -66,6 +66,15 @@ pub struct Case {
     pub any_body: bool,
     /// Members that do not pass, and why.
     pub marks: &'static [Mark],
+}
+
+/// What is done to a world before its first tick.
+#[derive(Debug, Clone, Copy)]
+pub enum Start {
+    /// Its bodies are deformed.
+    Deform(fn(&Member) -> Deformation),
+    /// Anything else.
+    Make(fn(&Member, &mut World) -> Result<(), TortureError>),
 }
 
 /// What is done to bodies from outside while they are stepped.
@@ -103,6 +112,30 @@ impl Case {
                 .collect::<Vec<_>>()
                 .join(", "),
         })
+    }
+
+    /// Puts a world into the state that a member begins from.
+    ///
+    /// # Errors
+    /// [`TortureError`] for what cannot be built.
+    pub fn begin(&self, member: &Member, world: &mut World) -> Result<(), TortureError> {
+        match self.start {
+            Start::Deform(how) => {
+                cases::deformed(member, world, how(member));
+                Ok(())
+            }
+            Start::Make(make) => make(member, world),
+        }
+    }
+
+    /// How a body that somebody has is put into the state that the case begins from, if it is by a
+    /// deformation.
+    #[must_use]
+    pub fn deformation(&self, body: &Member) -> Option<Deformation> {
+        match self.start {
+            Start::Deform(how) if self.any_body => Some(how(body)),
+            _ => None,
+        }
     }
 
     /// The first mark that applies to a member.

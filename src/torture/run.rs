@@ -1,7 +1,7 @@
 //! Runs one member of a case.
 
-use super::{Case, Figure, Member, TortureError, watch::Watch};
-use crate::solver::{Instructions, Settings, Threads, World};
+use super::{Case, Figure, Kind, Member, Shape, TortureError, watch::Watch};
+use crate::solver::{Body, Instructions, Settings, Threads, World, topology::Dimension};
 use std::time::Instant;
 
 /// A run that a case judges.
@@ -84,8 +84,24 @@ pub fn run_member(
     film: bool,
 ) -> Result<Outcome, TortureError> {
     let mut world = member.world()?;
-    (case.start)(member, &mut world)?;
+    case.begin(member, &mut world)?;
     run_world(case, (number, member), world, crews, film)
+}
+
+/// A body that somebody has, as a member.
+#[must_use]
+pub fn given(body: &Body, settings: Settings) -> Member {
+    let kind = match body.topology.dimension {
+        Dimension::Solid => Kind::Tetrahedra,
+        Dimension::Sheet => Kind::Cloth,
+        Dimension::Line => Kind::Rope,
+    };
+    Member {
+        scale: body.topology.size,
+        substeps: settings.substeps.get(),
+        iterations: settings.iterations.get(),
+        ..Member::of(Shape::Given(kind))
+    }
 }
 
 /// Runs a case on a body that is given, alone, without gravity and without ground: the state that
@@ -93,24 +109,8 @@ pub fn run_member(
 ///
 /// # Errors
 /// [`TortureError`] if threads cannot be had.
-pub fn run_given(
-    case: &Case,
-    mut body: crate::solver::Body,
-    settings: Settings,
-) -> Result<Outcome, TortureError> {
-    use super::{Kind, Shape};
-    use crate::solver::topology::Dimension;
-    let kind = match body.topology.dimension {
-        Dimension::Solid => Kind::Tetrahedra,
-        Dimension::Sheet => Kind::Cloth,
-        Dimension::Line => Kind::Rope,
-    };
-    let member = Member {
-        scale: body.topology.size,
-        substeps: settings.substeps.get(),
-        iterations: settings.iterations.get(),
-        ..Member::of(Shape::Given(kind))
-    };
+pub fn run_given(case: &Case, mut body: Body, settings: Settings) -> Result<Outcome, TortureError> {
+    let member = given(&body, settings);
     let mut world = World {
         settings,
         ..Member::of(Shape::Rope(1)).world()?
@@ -125,7 +125,7 @@ pub fn run_given(
     ) = (None, None, None, None);
     body.asleep = false;
     world.bodies = vec![body];
-    (case.start)(&member, &mut world)?;
+    case.begin(&member, &mut world)?;
     run_world(case, (1, &member), world, &Crews::start()?, true)
 }
 

@@ -21,6 +21,8 @@ mod reference_support;
 #[cfg(feature = "window")]
 mod sandbox_accuracy;
 #[cfg(feature = "window")]
+mod sandbox_gallery;
+#[cfg(feature = "window")]
 mod sandbox_ghost;
 #[cfg(feature = "window")]
 mod sandbox_panel;

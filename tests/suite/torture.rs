@@ -107,7 +107,7 @@ fn beginnings(case: &'static Case) -> Vec<(Member, World)> {
     first
         .map(|member| {
             let mut world = member.world().expect("it can be built");
-            (case.start)(&member, &mut world).expect("it can begin");
+            case.begin(&member, &mut world).expect("it can begin");
             (member, world)
         })
         .collect()

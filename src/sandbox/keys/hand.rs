@@ -54,6 +54,7 @@ impl Hand<'_, '_> {
             Command::Tetrahedra => self.view.tetrahedra = !self.view.tetrahedra,
             Command::SolverView => self.view.solver = self.view.solver.next(),
             Command::Accuracy => self.ask(Request::Accuracy),
+            Command::Gallery => self.ask(Request::Gallery),
             Command::Ghost => self.ask(Request::Ghost),
             Command::Panel => self.view.panel_visible = !self.view.panel_visible,
             Command::Help => self.view.help_visible = !self.view.help_visible,

@@ -17,6 +17,7 @@ use crate::{
     sandbox::{
         accuracy::AccuracyCommand,
         arrival::Arrivals,
+        gallery::GalleryCommand,
         ghost::GhostCommand,
         message::{Notices, capitalised},
         view::{LastGrab, ViewCommand, ViewSettings},
@@ -57,6 +58,9 @@ fn carry_out_one(world: &mut World, request: Request) {
         Request::Screenshot => command(world, ViewCommand::Screenshot),
         Request::Accuracy => {
             world.write_message(AccuracyCommand::Toggle);
+        }
+        Request::Gallery => {
+            world.write_message(GalleryCommand::Toggle);
         }
         Request::Ledger(on) => energy::keep(world, on),
         Request::Ghost => {

@@ -138,6 +138,14 @@ fn buttons(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     if let Some(distortion) = distortion {
         panel.ask(Request::Distort(distortion));
     }
+    let gallery = RowButton::new(
+        "gallery",
+        "Hard cases",
+        "A gallery of what solvers break at: on this body or on their own, judged by figures (C)",
+    );
+    if section::button_row(ui, panel, &[gallery]).is_some() {
+        panel.ask(Request::Gallery);
+    }
     let help = match &model.grabbed {
         Some(grab) => format!("The point of {} that was held last (P)", grab.body),
         None => "Take hold of a body first; its point can then be pinned (P)".to_owned(),

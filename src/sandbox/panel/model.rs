@@ -323,6 +323,8 @@ pub enum Request {
     FrameAll,
     /// Open or close the card that says what accuracy costs.
     Accuracy,
+    /// Open or close the gallery of hard cases.
+    Gallery,
     /// Keep the energy ledger from now on (`true`), or no longer.
     Ledger(bool),
     /// Let there be a ghost, or none.

@@ -62,11 +62,11 @@ pub const NOT_FINITE: Case = Case {
         ];
         family::variants(&members(), &bad)
     },
-    start: |member, world| {
+    start: Start::Make(|member, world| {
         first(member, world);
         add_copy(world, 2.0);
         Ok(())
-    },
+    }),
     during: |member, world| {
         if world.tick != POISONED {
             return Ok(());
@@ -113,10 +113,10 @@ pub const CROWD: Case = Case {
     about: "Bodies are added and taken away while another moves. That one is the same to the bit as if it were alone.",
     seconds: |_| 1.0,
     family: members,
-    start: |member, world| {
+    start: Start::Make(|member, world| {
         first(member, world);
         Ok(())
-    },
+    }),
     during: |_, world| {
         match world.tick {
             5 | 8 | 20 => add_copy(world, world.tick as f32),

@@ -59,7 +59,7 @@ pub const PLATES: Case = Case {
         }
         .members()
     },
-    start: |member, world| {
+    start: Start::Make(|member, world| {
         world.bodies[0].effects.collide = Some(Collide::default());
         let to = |way: f32| {
             let half = Vec3::Y * (way * member.scale);
@@ -73,7 +73,7 @@ pub const PLATES: Case = Case {
             plate(member, Vec3::NEG_Y, 0.5, to(0.25))?,
         ];
         Ok(())
-    },
+    }),
     during: nothing,
     judge: |run| {
         let body = &run.end.bodies[0];
@@ -109,7 +109,7 @@ pub const STRUCK: Case = Case {
             members(&[Shape::Rope(16), Shape::Rope(1)]),
         ])
     },
-    start: |member, world| {
+    start: Start::Make(|member, world| {
         let body = &mut world.bodies[0];
         stand_up(member, body);
         body.effects.collide = Some(Collide::default());
@@ -124,7 +124,7 @@ pub const STRUCK: Case = Case {
         };
         world.colliders = vec![plate(member, Vec3::NEG_X, 3.0, path)?];
         Ok(())
-    },
+    }),
     during: nothing,
     judge: |run| {
         let front = f64::from(run.end.colliders[0].pose_at(run.end.time).translation.x)
@@ -183,7 +183,7 @@ pub const DRAGGED: Case = Case {
         ]);
         family::variants(&members, &["dragged", "teleported"])
     },
-    start: nothing,
+    start: Start::Make(nothing),
     during: |member, world| {
         let (time, tick) = (world.time, world.settings.tick_seconds());
         let body = &mut world.bodies[0];
@@ -227,7 +227,7 @@ pub const OVERLAP: Case = Case {
         };
         family::variants(&members.members(), &["ground", "ball", "box"])
     },
-    start: |member, world| {
+    start: Start::Make(|member, world| {
         let s = member.scale;
         let body = &mut world.bodies[0];
         if member.variant == "ground" {
@@ -245,7 +245,7 @@ pub const OVERLAP: Case = Case {
         let pose = Pose::at(Vec3::new(0.05, -0.4, 0.1) * s);
         world.colliders = vec![Collider::new(shape, pose)?];
         Ok(())
-    },
+    }),
     during: nothing,
     judge: |run| {
         let body = &run.end.bodies[0];

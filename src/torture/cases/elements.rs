@@ -34,7 +34,7 @@ pub const ELEMENT: Case = Case {
             &["flat", "mirrored", "inside_out", "line", "point"],
         )
     },
-    start: |member, world| {
+    start: Start::Make(|member, world| {
         let how = match member.variant {
             "flat" => Deformation::Squash(0.0),
             "mirrored" => Deformation::Mirror,
@@ -44,7 +44,7 @@ pub const ELEMENT: Case = Case {
         };
         deform(&mut world.bodies[0].particles, how);
         Ok(())
-    },
+    }),
     during: nothing,
     judge: |run| {
         let (_, volumes) = strains(&run.end.bodies[0]);
@@ -66,10 +66,10 @@ pub const EDGE: Case = Case {
     about: "Both ends of an edge are in one place. Within 100 sweeps it has its length, within 0.001 %.",
     seconds,
     family: || tiny_to_huge(&[Shape::Rope(1)]).members(),
-    start: |_, world| {
+    start: Start::Make(|_, world| {
         deform(&mut world.bodies[0].particles, Deformation::Scale(0.0));
         Ok(())
-    },
+    }),
     during: nothing,
     judge: |run| Ok(vec![edge_strain(&run.end.bodies[0], 1e-5)]),
     outside: Outside::Nothing,

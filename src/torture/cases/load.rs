@@ -29,7 +29,7 @@ pub const MASSES: Case = Case {
         };
         family::values(&axes.members(), &[1e3, 5e4])
     },
-    start: |member, world| {
+    start: Start::Make(|member, world| {
         let body = &mut world.bodies[0];
         stand_up(member, body);
         let link = 1.0 / body.particles.positions[1].w;
@@ -51,7 +51,7 @@ pub const MASSES: Case = Case {
             }
             sweeps *= 2;
         }
-    },
+    }),
     during: nothing,
     judge: |run| {
         let settings = run.end.settings;
@@ -94,7 +94,7 @@ pub const STIFFNESSES: Case = Case {
         };
         axes.members()
     },
-    start: |member, world| {
+    start: Start::Make(|member, world| {
         let Shape::Rope(links) = member.shape else {
             return Ok(());
         };
@@ -115,7 +115,7 @@ pub const STIFFNESSES: Case = Case {
         world.bodies = vec![body];
         world.settings.set_gravity(member.gravity())?;
         Ok(())
-    },
+    }),
     during: nothing,
     judge: |run| {
         let body = &run.end.bodies[0];
@@ -176,7 +176,7 @@ pub const EXTREMES: Case = Case {
         all.extend(family::variants(&family::of(&kinds.map(loose)), &["loose"]));
         all
     },
-    start: |member, world| {
+    start: Start::Make(|member, world| {
         let body = &mut world.bodies[0];
         if member.variant == "rigid" {
             stand_up(member, body);
@@ -195,7 +195,7 @@ pub const EXTREMES: Case = Case {
         body.effects.volume = body.effects.volume.map(|_| volume);
         world.settings.set_gravity(member.gravity())?;
         Ok(())
-    },
+    }),
     during: nothing,
     judge: |run| match run.member.variant {
         // A cloth or a rope that was pressed together whirls.
@@ -226,13 +226,13 @@ pub const IMPOSSIBLE: Case = Case {
             members(&[Shape::Rope(16), Shape::Rope(2), Shape::Rope(4)]),
         ])
     },
-    start: |member, world| {
+    start: Start::Make(|member, world| {
         let body = &mut world.bodies[0];
         let end = 0.4999 * member.scale;
         pin(body, |x| x.x.abs() >= end);
         place(body, |x| Vec4::new(2.0 * x.x, x.y, x.z, x.w));
         Ok(())
-    },
+    }),
     during: nothing,
     judge: |run| {
         let body = &run.end.bodies[0];

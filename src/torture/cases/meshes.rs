@@ -86,12 +86,12 @@ pub const MESHES: Case = Case {
         all.extend(family::values(&slivers, &[1e-2, 1e-3, 1e-5]));
         all
     },
-    start: |member, world| {
+    start: Start::Make(|member, world| {
         let mut body = member.body_of(flawed(member)?.0)?;
         deform(&mut body.particles, Deformation::Squash(0.5));
         world.bodies = vec![body];
         Ok(())
-    },
+    }),
     during: nothing,
     judge: |run| {
         let body = &run.end.bodies[0];

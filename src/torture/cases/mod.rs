@@ -10,12 +10,12 @@ mod sameness;
 mod time;
 
 use super::{
-    Case, Figure, Kind, Mark, Member, Outside, Run, Shape, TortureError,
+    Case, Figure, Kind, Mark, Member, Outside, Run, Shape, Start, TortureError,
     family::{self, Axes},
     nothing,
     watch::{ROUNDING, strains},
 };
-use crate::solver::{Body, World, measure};
+use crate::solver::{Body, Deformation, World, deform, measure};
 use glam::Vec4;
 
 /// All cases, in the order of the table.
@@ -48,10 +48,21 @@ pub const CASES: &[Case] = &[
     company::CROWD,
 ];
 
-/// Turns what lies along x or in y = 0 upright: x becomes y. Solids stay.
+/// Turns what lies along x or in y = 0 upright: x becomes y. Solids stay, and bodies that somebody
+/// has.
 fn stand_up(member: &Member, body: &mut Body) {
-    if member.shape.kind() != Kind::Tetrahedra {
+    let given = matches!(member.shape, Shape::Given(_));
+    if member.shape.kind() != Kind::Tetrahedra && !given {
         place(body, |x| Vec4::new(-x.y, x.x, x.z, x.w));
+    }
+}
+
+/// Deforms all bodies.
+pub(super) fn deformed(member: &Member, world: &mut World, how: Deformation) {
+    for body in &mut world.bodies {
+        stand_up(member, body);
+        deform(&mut body.particles, how);
+        body.tick_start.clone_from(&body.particles.positions);
     }
 }
 

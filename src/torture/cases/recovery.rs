@@ -1,14 +1,14 @@
 //! Bodies that are put out of shape and must come back.
 
 use super::*;
-use crate::solver::{Deformation, deform};
+use crate::solver::Deformation;
 
 const fn again(
     name: &'static str,
     title: &'static str,
     about: &'static str,
     family: fn() -> Vec<Member>,
-    start: fn(&Member, &mut World) -> Result<(), TortureError>,
+    how: fn(&Member) -> Deformation,
     marks: &'static [Mark],
 ) -> Case {
     Case {
@@ -17,7 +17,7 @@ const fn again(
         about,
         seconds: |_| 2.0,
         family,
-        start,
+        start: Start::Deform(how),
         during: nothing,
         judge: |run| Ok(shape_figures(&run.end.bodies[0], 0.01)),
         outside: Outside::Nothing,
@@ -38,21 +38,12 @@ fn all_kinds() -> Vec<Member> {
     ])
 }
 
-fn deformed(member: &Member, world: &mut World, how: Deformation) -> Result<(), TortureError> {
-    for body in &mut world.bodies {
-        stand_up(member, body);
-        deform(&mut body.particles, how);
-        body.tick_start.clone_from(&body.particles.positions);
-    }
-    Ok(())
-}
-
 pub const SQUASHED: Case = again(
     "squashed",
     "Squashed flat",
     "All heights are made the same. Within 2 s no element is inside out and the body is its rest shape within 1 % of its size; the edges of cloth and rope are within 1 % of their lengths.",
     all_kinds,
-    |member, world| deformed(member, world, Deformation::Squash(0.0)),
+    |_| Deformation::Squash(0.0),
     &[],
 );
 
@@ -61,7 +52,7 @@ pub const POINT: Case = again(
     "Collapsed to a point",
     "All particles are in one place. As squashed.",
     all_kinds,
-    |member, world| deformed(member, world, Deformation::Scale(0.0)),
+    |_| Deformation::Scale(0.0),
     &[],
 );
 
@@ -70,7 +61,7 @@ pub const LINE: Case = again(
     "Collapsed to a line",
     "All particles are on one vertical line. As squashed.",
     all_kinds,
-    |member, world| deformed(member, world, Deformation::Line),
+    |_| Deformation::Line,
     &[],
 );
 
@@ -82,7 +73,7 @@ pub const SHUFFLED: Case = Case {
         "Every particle anywhere",
         "Every particle is put anywhere in the body's box. Within 5 s as squashed, within 2 %.",
         all_kinds,
-        |member, world| deformed(member, world, Deformation::Shuffle(member.seed)),
+        |member| Deformation::Shuffle(member.seed),
         &[],
     )
 };
@@ -95,7 +86,7 @@ pub const MIRRORED: Case = Case {
         "Mirrored",
         "Left and right are swapped, so that every element is inside out. Within 5 s as squashed, within 2 %.",
         solids,
-        |member, world| deformed(member, world, Deformation::Mirror),
+        |_| Deformation::Mirror,
         &[],
     )
 };
@@ -108,7 +99,7 @@ pub const INSIDE_OUT: Case = Case {
         "Turned inside out",
         "Turned upside down through itself to −1.5 times its height, and so its volume. Within 5 s as squashed, within 2 %.",
         solids,
-        |member, world| deformed(member, world, Deformation::Squash(-1.5)),
+        |_| Deformation::Squash(-1.5),
         &[],
     )
 };
@@ -120,7 +111,7 @@ pub const TENFOLD: Case = Case {
         "Stretched tenfold and let go",
         "All distances are ten times what they were. It never has more energy than at first, and within 5 s as squashed.",
         all_kinds,
-        |member, world| deformed(member, world, Deformation::Scale(10.0)),
+        |_| Deformation::Scale(10.0),
         &[],
     )
 };

@@ -177,7 +177,7 @@ pub const SAME: Case = Case {
         }
         all
     },
-    start: start_same,
+    start: Start::Make(start_same),
     during: nothing,
     judge: judge_same,
     outside: Outside::Nothing,
@@ -211,7 +211,7 @@ pub const ORDER: Case = Case {
             &["given", "sorted", "reversed", "shuffled"],
         )
     },
-    start: |member, world| {
+    start: Start::Make(|member, world| {
         let mut shape = member.shape.build(member.scale)?;
         match member.variant {
             "sorted" => shape.edges.sort_unstable(),
@@ -225,7 +225,7 @@ pub const ORDER: Case = Case {
         world.bodies = vec![body];
         world.settings.set_gravity(member.gravity())?;
         Ok(())
-    },
+    }),
     during: nothing,
     judge: |run| Ok(vec![edge_strain(&run.end.bodies[0], 0.02)]),
     outside: Outside::Nothing,
@@ -252,10 +252,10 @@ pub const FAR: Case = Case {
         ]);
         family::values(&members, &[1e3, 1e4])
     },
-    start: |member, world| {
+    start: Start::Make(|member, world| {
         world.bodies[0].translate(Vec3::splat(member.value as f32));
         Ok(())
-    },
+    }),
     during: nothing,
     judge: |run| {
         let h = run.end.settings.substep_seconds();

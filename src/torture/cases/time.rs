@@ -67,11 +67,11 @@ pub const STEPS: Case = Case {
         let members = family::values(&members, &[10.0, 30.0, 60.0, 240.0, 1000.0]);
         family::variants(&members, &["even", "hitch"])
     },
-    start: |member, world| {
+    start: Start::Make(|member, world| {
         world.settings.rate = Rate::new(member.value)?;
         world.settings.set_gravity(member.gravity())?;
         Ok(())
-    },
+    }),
     during: |member, world| {
         world.settings.rate = Rate::new(rate_of(member, world.tick))?;
         Ok(())
@@ -132,11 +132,11 @@ pub const SETTLES: Case = Case {
             members(&[Shape::Rope(16), Shape::Rope(1), Shape::Rope(64)]),
         ])
     },
-    start: |member, world| {
+    start: Start::Make(|member, world| {
         world.sleep.enabled = true;
         world.sleep.speed *= member.scale;
         on_ground(member, world, 0.5)
-    },
+    }),
     during: nothing,
     judge: |run| {
         let body = &run.end.bodies[0];
@@ -184,7 +184,7 @@ pub const HOUR: Case = Case {
         }
         members
     },
-    start: |member, world| {
+    start: Start::Make(|member, world| {
         match member.variant {
             "lying" => on_ground(member, world, 0.0)?,
             "hanging" => {
@@ -212,7 +212,7 @@ pub const HOUR: Case = Case {
         }
         (world.time, world.tick) = (0.0, 0);
         Ok(())
-    },
+    }),
     during: nothing,
     judge: |run| {
         let (start, end) = (&run.start.bodies[0], &run.end.bodies[0]);

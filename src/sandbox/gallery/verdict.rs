@@ -1,0 +1,56 @@
+//! What came of a case.
+
+use crate::torture::{
+    Figure, Outcome, Row,
+    filmstrip::{Frame, frames},
+};
+
+/// What came of a case, on the body on screen or on the worst of its own.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verdict {
+    /// The body whose figures these are.
+    pub member: String,
+    /// How many were run, and how many of them did not pass.
+    pub members: (usize, usize),
+    /// Why it is not expected to pass, if it is not.
+    pub marked: Option<&'static str>,
+    /// All figures, the worst first.
+    pub figures: Vec<Figure>,
+    /// The start, the worst moment and the end.
+    pub film: Vec<Frame>,
+}
+
+impl Verdict {
+    /// Of the body on screen.
+    #[must_use]
+    pub fn of_this(outcome: &Outcome) -> Self {
+        Self::of(outcome, (1, usize::from(!outcome.passed())), None)
+    }
+
+    /// Of a family: the worst member that is not marked, or else the worst of the marked ones.
+    /// `film` is that member, run again to be seen.
+    #[must_use]
+    pub fn of_family(rows: &[Row], film: &Outcome, marked: Option<&'static str>) -> Self {
+        let count = |of: &dyn Fn(&Row) -> usize| rows.iter().map(of).sum();
+        let members = (count(&|row| row.outcomes.len()), count(&Row::failed));
+        Self::of(film, members, marked)
+    }
+
+    fn of(outcome: &Outcome, members: (usize, usize), marked: Option<&'static str>) -> Self {
+        let mut figures = outcome.figures.clone();
+        figures.sort_by(|a, b| b.load().total_cmp(&a.load()));
+        Self {
+            member: outcome.member.to_string(),
+            members,
+            marked,
+            figures,
+            film: frames(outcome).unwrap_or_default(),
+        }
+    }
+
+    /// Whether every figure of it holds.
+    #[must_use]
+    pub fn passed(&self) -> bool {
+        self.figures.iter().all(Figure::holds)
+    }
+}

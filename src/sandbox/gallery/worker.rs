@@ -1,0 +1,109 @@
+//! The thread that runs a case while the window goes on.
+
+use super::Verdict;
+use crate::{
+    solver::{Body, Settings},
+    torture::{
+        Case, Options, TortureError, jobs,
+        run::{Crews, run_given, run_member},
+        suite,
+    },
+};
+use std::{
+    io,
+    sync::{
+        Mutex, PoisonError,
+        mpsc::{self, Receiver, Sender},
+    },
+    thread,
+};
+
+/// What a case is run on.
+#[derive(Debug)]
+pub enum Subject {
+    /// A copy of the body on screen, with the settings of its scene.
+    This(Box<Body>, Settings),
+    /// The case's own family, as a quick run has it.
+    Own,
+}
+
+/// What the thread has to tell.
+#[derive(Debug)]
+pub enum News {
+    /// The share of the members that are done, from 0 to 1.
+    Share(f32),
+    /// It is over: what came of it, or why it could not be run.
+    Ended(Result<Verdict, String>),
+}
+
+/// A thread at work; nobody listens to it when this is dropped.
+#[derive(Debug)]
+pub struct Worker {
+    news: Mutex<Receiver<News>>,
+}
+
+impl Worker {
+    /// Begins to run a case.
+    ///
+    /// # Errors
+    /// When the system refuses to start a thread.
+    pub fn start(case: &'static Case, subject: Subject) -> io::Result<Self> {
+        let (sender, news) = mpsc::channel();
+        thread::Builder::new()
+            .name("hard case".to_owned())
+            .spawn(move || {
+                let outcome = match subject {
+                    Subject::This(body, settings) => {
+                        run_given(case, *body, settings).map(|outcome| Verdict::of_this(&outcome))
+                    }
+                    Subject::Own => own(case, &sender),
+                };
+                let outcome = outcome.map_err(|error| error.to_string());
+                // Whoever asked may be gone.
+                let _heard = sender.send(News::Ended(outcome));
+            })?;
+        Ok(Self {
+            news: Mutex::new(news),
+        })
+    }
+
+    /// What has been found since the last time.
+    pub fn news(&self) -> Vec<News> {
+        let news = self.news.lock().unwrap_or_else(PoisonError::into_inner);
+        news.try_iter().collect()
+    }
+}
+
+/// Runs the quick members of a case, one after the other, and the worst once more to be seen.
+fn own(case: &'static Case, sender: &Sender<News>) -> Result<Verdict, TortureError> {
+    let jobs = jobs(&Options {
+        cases: vec![case.name.to_owned()],
+        member: None,
+        quick: true,
+    })?;
+    let sender = Mutex::new(sender);
+    let progress = |done: usize| {
+        let sender = sender.lock().unwrap_or_else(PoisonError::into_inner);
+        let _heard = sender.send(News::Share(done as f32 / jobs.len().max(1) as f32));
+    };
+    let rows = suite::run(&jobs, 1, &progress)?;
+    let load = |row: &&suite::Row| {
+        let worst = row.worst().and_then(|outcome| outcome.worst());
+        worst.map_or(0.0, crate::torture::Figure::load)
+    };
+    let worst = |marked: bool| {
+        let rows = rows.iter().filter(|row| row.mark.is_some() == marked);
+        rows.max_by(|a, b| load(a).total_cmp(&load(b)))
+    };
+    let row = worst(false).or_else(|| worst(true));
+    let Some((row, outcome)) = row.and_then(|row| Some((row, row.worst()?))) else {
+        return Err(TortureError::NoCase {
+            name: case.name.to_owned(),
+            valid: String::new(),
+        });
+    };
+    let member = (outcome.number, &outcome.member);
+    let film = run_member(case, member, &Crews::start()?, true)?;
+    let mark = row.mark.map(|mark| mark.reason);
+    Ok(Verdict::of_family(&rows, &film, mark))
+}

@@ -1,0 +1,204 @@
+//! The gallery of hard cases, drawn and pressed without a window; and the thread behind it.
+
+use crate::support::{cube, elastic_on_ground, settings, stretch, with};
+use bevy_egui::egui::{
+    Context, Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape, Vec2,
+};
+use pliant::{
+    sandbox::{
+        gallery::{Card, GalleryCommand, Line, News, On, Subject, Verdict, Worker, show},
+        panel::Places,
+        theme,
+    },
+    solver::{Body, deform},
+    torture::{CASES, Case, Figure, run::given},
+};
+use std::{thread, time::Duration};
+
+fn verdict(value: f64) -> Verdict {
+    Verdict {
+        member: "cube3".to_owned(),
+        members: (12, usize::from(value > 1.0)),
+        marked: None,
+        figures: vec![Figure::new(
+            "distance to rest shape",
+            value,
+            1.0,
+            "% of size",
+        )],
+        film: Vec::new(),
+    }
+}
+
+fn card(shown: Option<Verdict>) -> Card {
+    let line = |case: &Case| Line {
+        title: case.title,
+        about: case.about,
+        any_body: case.any_body,
+        verdicts: [None, Some((true, false))],
+        running: None,
+    };
+    Card {
+        this: Some("bunny".to_owned()),
+        lines: CASES.iter().map(line).collect(),
+        shown: shown.map(|verdict| (0, On::Own, verdict)),
+        trouble: None,
+    }
+}
+
+/// What the card asks for when a widget is pressed, if one is named; where its widgets are, and
+/// what it says.
+fn drawn(card: &Card, size: Vec2, press: Option<&str>) -> (Vec<GalleryCommand>, Places, String) {
+    let context = Context::default();
+    theme::apply(&context);
+    let mut places = Places::default();
+    let mut commands = Vec::new();
+    let mut words = String::new();
+    let mut frame = |events: Vec<Event>, places: &mut Places| {
+        let input = RawInput {
+            screen_rect: Some(Rect::from_min_size(Pos2::ZERO, size)),
+            events,
+            ..RawInput::default()
+        };
+        let mut answer = None;
+        let output = context.run_ui(input, |ui| answer = Some(show(ui.ctx(), card, 344.0)));
+        let answer = answer.expect("run_ui draws at least once");
+        *places = answer.places;
+        commands.extend(answer.commands);
+        words.clear();
+        output
+            .shapes
+            .iter()
+            .for_each(|clipped| collect(&clipped.shape, &mut words));
+        output.drop_without_applying_deltas();
+    };
+    (0..3).for_each(|_| frame(Vec::new(), &mut places));
+    if let Some(name) = press {
+        let at = places
+            .get(name)
+            .unwrap_or_else(|| panic!("no widget {name}"));
+        let button = |pressed| Event::PointerButton {
+            pos: at.center(),
+            button: PointerButton::Primary,
+            pressed,
+            modifiers: Modifiers::NONE,
+        };
+        frame(vec![Event::PointerMoved(at.center())], &mut places);
+        frame(vec![button(true)], &mut places);
+        frame(vec![button(false)], &mut places);
+    }
+    (commands, places, words)
+}
+
+fn collect(shape: &Shape, words: &mut String) {
+    match shape {
+        Shape::Vec(shapes) => shapes.iter().for_each(|shape| collect(shape, words)),
+        Shape::Text(text) => {
+            words.push_str(text.galley.text());
+            words.push('\n');
+        }
+        _ => {}
+    }
+}
+
+const LARGE: Vec2 = Vec2::new(1280.0, 800.0);
+
+#[test]
+fn every_button_of_the_gallery_asks_for_what_stands_on_it() {
+    let wanted = [
+        ("gallery.0.this", GalleryCommand::Run(0, On::This)),
+        ("gallery.0.own", GalleryCommand::Run(0, On::Own)),
+        ("gallery.1", GalleryCommand::Look(1)),
+        ("gallery.all", GalleryCommand::RunAll),
+        ("gallery.close", GalleryCommand::Toggle),
+    ];
+    for (name, command) in wanted {
+        assert_eq!(drawn(&card(None), LARGE, Some(name)).0, [command], "{name}");
+    }
+    let mut runs = card(None);
+    runs.lines[0].running = Some(0.5);
+    let (commands, ..) = drawn(&runs, LARGE, Some("gallery.all"));
+    assert_eq!(commands, [GalleryCommand::Stop]);
+    let nothing = Card {
+        this: None,
+        ..card(None)
+    };
+    assert_eq!(drawn(&nothing, LARGE, Some("gallery.0.this")).0, []);
+}
+
+#[test]
+fn the_gallery_is_whole_in_every_window_and_says_what_came_of_a_case() {
+    for size in [(1280.0, 800.0), (900.0, 600.0), (700.0, 500.0)] {
+        let size = Vec2::from(size);
+        let (_, places, _) = drawn(&card(Some(verdict(0.2))), size, None);
+        let whole = places.get("gallery").expect("the card");
+        assert!(
+            Rect::from_min_size(Pos2::ZERO, size).contains_rect(whole),
+            "{size:?}"
+        );
+    }
+    let (.., words) = drawn(&card(Some(verdict(0.2))), LARGE, None);
+    assert!(words.contains("all 12 pass; the worst is cube3"), "{words}");
+    let figure = "distance to rest shape: 0.2, at most 1 % of size";
+    assert!(words.contains(figure), "{words}");
+    let (.., words) = drawn(&card(Some(verdict(3.0))), LARGE, None);
+    assert!(words.contains("1 of 12 do not pass"), "{words}");
+}
+
+fn soft_cube() -> Body {
+    let mut effects = elastic_on_ground();
+    effects.stretch = stretch(1e-6);
+    with(crate::support::body("cube", cube(0.5, 3), 1000.0), effects)
+}
+
+fn ended(case: &'static Case, subject: Subject) -> Verdict {
+    let worker = Worker::start(case, subject).expect("a thread");
+    for _ in 0..6000 {
+        for news in worker.news() {
+            if let News::Ended(outcome) = news {
+                return outcome.expect("it can be run");
+            }
+        }
+        thread::sleep(Duration::from_millis(10));
+    }
+    panic!("{} does not end within a minute", case.name);
+}
+
+#[test]
+fn a_case_is_run_on_a_given_body_and_on_its_own() {
+    let case = Case::named("squashed").expect("a case");
+    let subject = Subject::This(Box::new(soft_cube()), settings(9.81, 60.0, 10, 1));
+    let verdict = ended(case, subject);
+    assert!(verdict.passed(), "{verdict:?}");
+    assert_eq!((verdict.members, verdict.film.len()), ((1, 0), 3));
+    let flat = verdict.film[0].lines.len();
+    assert!(flat > 50, "{flat} edges");
+    let own = ended(Case::named("edge").expect("a case"), Subject::Own);
+    assert!(own.members.0 > 1 && own.members.1 == 0, "{own:?}");
+}
+
+/// What one sees is what is judged: the action on the body on screen puts it where the case puts
+/// the copy.
+#[test]
+fn the_body_on_screen_begins_where_the_judged_one_does() {
+    let settings = settings(0.0, 60.0, 10, 1);
+    let deformed = CASES.iter().filter_map(|case| {
+        let how = case.deformation(&given(&soft_cube(), settings))?;
+        Some((case, how))
+    });
+    let mut count = 0;
+    for (case, how) in deformed {
+        let mut seen = soft_cube();
+        deform(&mut seen.particles, how);
+        let mut judged = pliant::solver::World {
+            bodies: vec![soft_cube()],
+            ..pliant::solver::World::default()
+        };
+        let member = given(&judged.bodies[0], settings);
+        case.begin(&member, &mut judged).expect("it can begin");
+        let judged = &judged.bodies[0].particles;
+        assert_eq!(seen.particles.positions, judged.positions, "{}", case.name);
+        count += 1;
+    }
+    assert!(count >= 5, "{count}");
+}
