@@ -174,22 +174,14 @@ impl Watch {
             let far = coordinates.map(|x| f64::from(x.truncate().abs().max_element()));
             self.floors.reach = far.fold(self.floors.reach, f64::max);
         }
+        let bodies = || world.bodies.iter().map(|body| &body.particles);
+        let total: DVec3 = bodies().map(measure::momentum).sum();
+        self.momentum.most = self.momentum.most.max(total.length());
         if self.free {
-            let total: DVec3 = world
-                .bodies
-                .iter()
-                .map(|b| measure::momentum(&b.particles))
-                .sum();
             let fallen = self.momentum.gravity * (self.floors.mass * world.time);
             let off = (total - self.momentum.start - fallen).length();
-            self.momentum.most = self.momentum.most.max(total.length());
-            let carried = world
-                .bodies
-                .iter()
-                .map(|body| carried(&body.particles))
-                .sum();
             self.momentum.off = self.momentum.off.max(off);
-            self.momentum.carried = self.momentum.carried.max(carried);
+            self.momentum.carried = self.momentum.carried.max(bodies().map(carried).sum());
         }
     }
 
@@ -223,7 +215,7 @@ impl Watch {
         figures
     }
 
-    /// Largest speed of the centre of mass of free bodies [m/s].
+    /// Largest speed of the centre of mass [m/s].
     fn flight(&self) -> f64 {
         if self.floors.mass > 0.0 {
             self.momentum.most / self.floors.mass
