@@ -44,6 +44,8 @@ pub struct Watch {
     /// Positions at the start, when strain was largest after it, and at the end; body by body.
     pub film: [(f64, Vec<Vec<Vec4>>); 3],
     filming: bool,
+    /// Largest strain after the start.
+    worst: f64,
     free: bool,
     outside: Outside,
     momentum: Momentum,
@@ -95,6 +97,7 @@ impl Watch {
             moments: Vec::new(),
             film: Default::default(),
             filming,
+            worst: 0.0,
             free,
             outside,
             momentum: Momentum {
@@ -137,12 +140,6 @@ impl Watch {
             strain: strain(world),
             rigid_strain: rigid_strain(world),
         };
-        let worst = self
-            .moments
-            .iter()
-            .skip(1)
-            .map(|m| m.strain)
-            .fold(0.0, f64::max);
         if self.filming {
             let positions = || {
                 world
@@ -154,7 +151,8 @@ impl Watch {
             let [start, most, end] = &mut self.film;
             if self.moments.is_empty() {
                 *start = (world.time, positions());
-            } else if moment.strain >= worst {
+            } else if moment.strain >= self.worst {
+                self.worst = moment.strain;
                 *most = (world.time, positions());
             }
             *end = (world.time, positions());
