@@ -1,14 +1,18 @@
 //! The energy of a world, and when it is known.
 //!
 //! Edges and volumes of compliance α store ½C²/α. A rigid one stores nothing, or, violated, any
-//! amount: it closes in the next substeps, and what it moves leaves as fast as they are short. So
-//! where rigid constraints are violated at first, energy is held constant from when they have
-//! closed.
+//! amount: it closes in the next substep h, and what it moves leaves with ½C²/(h² Σw‖∇C‖²). So where
+//! rigid constraints are violated at first, energy is known from when they have closed but for a
+//! ten-thousandth, and what that may still give is counted with it.
 
 use crate::solver::{
     Body, World,
+    constraint::volume::volume_and_gradients,
     measure::{self, gravitational_energy, kinetic_energy},
 };
+
+/// Below this share of |V₀|^(4/3) the solver does not let a squared gradient of a volume count.
+const FLOOR: f64 = 0.01;
 
 /// Energies of a world [J].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -19,6 +23,8 @@ pub struct Energy {
     pub potential: f64,
     /// In constraints that are not rigid.
     pub elastic: f64,
+    /// What rigid constraints give when they close in the next substep.
+    pub closing: f64,
 }
 
 impl Energy {
@@ -31,13 +37,14 @@ impl Energy {
             potential: sum.potential
                 + gravitational_energy(&body.particles, world.settings.gravity),
             elastic: sum.elastic + elastic(body),
+            closing: sum.closing + closing(body, world.settings.substep_seconds()),
         })
     }
 
     /// All of it.
     #[must_use]
     pub fn total(&self) -> f64 {
-        self.mechanical() + self.elastic
+        self.mechanical() + self.elastic + self.closing
     }
 
     /// What is not in constraints. A solver that has not converged leaves constraints longer than
@@ -57,16 +64,59 @@ fn elastic(body: &Body) -> f64 {
         + volume.map_or(0.0, |volume| measure::volume_energy(topology, x, volume))
 }
 
+fn closing(body: &Body, h: f64) -> f64 {
+    let (topology, x) = (&body.topology, &body.particles.positions);
+    let of = |error: f64, weight: f64| match weight > 0.0 {
+        true => 0.5 * error * error / (h * h * weight),
+        false => 0.0,
+    };
+    let mut energy = 0.0;
+    if is_rigid_stretch(body) {
+        for (ends, error) in topology.edges.ends().zip(measure::edge_errors(topology, x)) {
+            energy += of(error, ends.map(|i| f64::from(x[i as usize].w)).iter().sum());
+        }
+    }
+    if is_rigid_volume(body) {
+        let tetrahedra = &topology.tetrahedra;
+        let rest = tetrahedra
+            .rest_volume
+            .iter()
+            .zip(&tetrahedra.gradient_scale);
+        for (corners, (&rest, &scale)) in tetrahedra.corners().zip(rest) {
+            let corners = corners.map(|i| x[i as usize]);
+            let (now, gradients) = volume_and_gradients(corners.map(|x| x.truncate()));
+            let terms = corners.iter().zip(gradients);
+            let weight: f64 = terms
+                .map(|(x, g)| f64::from(x.w) * f64::from(g.length_squared()))
+                .sum();
+            let masses: f64 = corners.iter().map(|x| f64::from(x.w)).sum();
+            let floor = FLOOR * f64::from(scale) * masses;
+            energy += of(f64::from(now) - f64::from(rest), weight.max(floor));
+        }
+    }
+    energy
+}
+
+fn is_rigid_stretch(body: &Body) -> bool {
+    let stretch = body.effects.stretch;
+    stretch.is_some_and(|stretch| stretch.compliance_of(1.0) == 0.0)
+}
+
+fn is_rigid_volume(body: &Body) -> bool {
+    let volume = body.effects.volume;
+    volume.is_some_and(|volume| volume.compliance_of(1.0) == 0.0)
+}
+
 /// Root mean square of C over the rest value, of the constraints that are rigid.
 #[must_use]
 pub fn rigid_strain(world: &World) -> f64 {
     let (mut sum, mut count) = (0.0, 0_usize);
     for body in &world.bodies {
         let (edges, volumes) = super::watch::strains(body);
-        let effects = &body.effects;
-        let stretch = effects.stretch.is_some_and(|s| s.compliance_of(1.0) == 0.0);
-        let volume = effects.volume.is_some_and(|v| v.compliance_of(1.0) == 0.0);
-        for (rigid, strains) in [(stretch, edges), (volume, volumes)] {
+        for (rigid, strains) in [
+            (is_rigid_stretch(body), edges),
+            (is_rigid_volume(body), volumes),
+        ] {
             if rigid {
                 count += strains.len();
                 sum += strains.iter().map(|s| s * s).sum::<f64>();

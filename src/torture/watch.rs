@@ -44,6 +44,8 @@ pub struct Watch {
     /// Positions at the start, when strain was largest after it, and at the end; body by body.
     pub film: [(f64, Vec<Vec<Vec4>>); 3],
     filming: bool,
+    /// Largest strain after the start.
+    worst: f64,
     free: bool,
     outside: Outside,
     momentum: Momentum,
@@ -95,6 +97,7 @@ impl Watch {
             moments: Vec::new(),
             film: Default::default(),
             filming,
+            worst: 0.0,
             free,
             outside,
             momentum: Momentum {
@@ -137,12 +140,6 @@ impl Watch {
             strain: strain(world),
             rigid_strain: rigid_strain(world),
         };
-        let worst = self
-            .moments
-            .iter()
-            .skip(1)
-            .map(|m| m.strain)
-            .fold(0.0, f64::max);
         if self.filming {
             let positions = || {
                 world
@@ -154,7 +151,8 @@ impl Watch {
             let [start, most, end] = &mut self.film;
             if self.moments.is_empty() {
                 *start = (world.time, positions());
-            } else if moment.strain >= worst {
+            } else if moment.strain >= self.worst {
+                self.worst = moment.strain;
                 *most = (world.time, positions());
             }
             *end = (world.time, positions());
@@ -174,22 +172,14 @@ impl Watch {
             let far = coordinates.map(|x| f64::from(x.truncate().abs().max_element()));
             self.floors.reach = far.fold(self.floors.reach, f64::max);
         }
+        let bodies = || world.bodies.iter().map(|body| &body.particles);
+        let total: DVec3 = bodies().map(measure::momentum).sum();
+        self.momentum.most = self.momentum.most.max(total.length());
         if self.free {
-            let total: DVec3 = world
-                .bodies
-                .iter()
-                .map(|b| measure::momentum(&b.particles))
-                .sum();
             let fallen = self.momentum.gravity * (self.floors.mass * world.time);
             let off = (total - self.momentum.start - fallen).length();
-            self.momentum.most = self.momentum.most.max(total.length());
-            let carried = world
-                .bodies
-                .iter()
-                .map(|body| carried(&body.particles))
-                .sum();
             self.momentum.off = self.momentum.off.max(off);
-            self.momentum.carried = self.momentum.carried.max(carried);
+            self.momentum.carried = self.momentum.carried.max(bodies().map(carried).sum());
         }
     }
 
@@ -223,7 +213,7 @@ impl Watch {
         figures
     }
 
-    /// Largest speed of the centre of mass of free bodies [m/s].
+    /// Largest speed of the centre of mass [m/s].
     fn flight(&self) -> f64 {
         if self.floors.mass > 0.0 {
             self.momentum.most / self.floors.mass

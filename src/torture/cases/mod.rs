@@ -143,3 +143,47 @@ fn catch_up(world: &mut World, other: &World) {
         world.tick();
     }
 }
+
+fn is_solid(member: &Member) -> bool {
+    member.shape.kind() == Kind::Tetrahedra
+}
+
+/// An undamped solid of many elements.
+fn can_boil(member: &Member) -> bool {
+    use Shape::{Bar, Cube, Sliver, Tetrahedron};
+    is_solid(member)
+        && member.damping == 0.0
+        && !matches!(member.shape, Tetrahedron | Sliver | Bar(_) | Cube(..=3))
+}
+
+/// A solid that is not rigid and undamped.
+fn is_soft(member: &Member) -> bool {
+    is_solid(member) && (member.compliance > 0.0 || member.damping > 0.0)
+}
+
+fn is_cloth(member: &Member) -> bool {
+    member.shape.kind() == Kind::Cloth
+}
+
+/// A cloth that has more than nine cells.
+fn can_fold(member: &Member) -> bool {
+    matches!(member.shape, Shape::Cloth(4..))
+}
+
+/// A large solid whose elements are inside out at random, and undamped, does not come to order.
+const BOILS: Mark = Mark {
+    applies: can_boil,
+    reason: "in a larger solid an element that turns right turns others inside out; rigid and undamped, it boils on",
+};
+
+/// What opens rigidly swings.
+const SWINGS: Mark = Mark {
+    applies: is_soft,
+    reason: "rigid volumes open at once and throw soft edges far, which swing on for longer than the time given, or lie folded; damping makes what is rigid close more slowly",
+};
+
+/// Edges of a cloth can push against each other.
+const FOLDS: Mark = Mark {
+    applies: can_fold,
+    reason: "edges alone push against each other in a fold or along a line and cannot get out of it: nothing says to which side a triangle opens, as bending would",
+};

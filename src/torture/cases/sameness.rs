@@ -182,7 +182,10 @@ pub const SAME: Case = Case {
     judge: judge_same,
     outside: Outside::Nothing,
     any_body: false,
-    marks: &[],
+    marks: &[Mark {
+        applies: |member| member.variant == "renumbered" && member.shape.kind() != Kind::Rope,
+        reason: "256 sweeps have not converged yet, so that the order in which constraints are solved still shows",
+    }],
 };
 
 pub const ORDER: Case = Case {
@@ -230,7 +233,10 @@ pub const ORDER: Case = Case {
     judge: |run| Ok(vec![edge_strain(&run.end.bodies[0], 0.02)]),
     outside: Outside::Nothing,
     any_body: false,
-    marks: &[],
+    marks: &[Mark {
+        applies: |member| member.shape != Shape::Cloth(20),
+        reason: "one sweep a substep lets a hanging cloth of n² particles sag like n², in whatever order; no order explodes",
+    }],
 };
 
 pub const FAR: Case = Case {
@@ -266,5 +272,11 @@ pub const FAR: Case = Case {
     },
     outside: Outside::Nothing,
     any_body: true,
-    marks: &[],
+    marks: &[Mark {
+        applies: |member| {
+            matches!(member.shape, Shape::Ring(_) | Shape::Bunny)
+                || is_cloth(member) && member.iterations > 1
+        },
+        reason: "each constraint and sweep on a particle rounds it once more: 2.2 to 5 ε‖x‖/h on meshes with many edges a particle, or with several sweeps",
+    }],
 };

@@ -148,7 +148,16 @@ pub const SETTLES: Case = Case {
     },
     outside: Outside::Nothing,
     any_body: false,
-    marks: &[],
+    marks: &[
+        Mark {
+            applies: |member| matches!(member.shape, Shape::Ball(_)),
+            reason: "a ball rolls on: there is no rolling friction",
+        },
+        Mark {
+            applies: |member| is_solid(member) && member.compliance >= 1e-3,
+            reason: "soft and incompressible at once, it quivers on at up to 0.16 of its length a second",
+        },
+    ],
 };
 
 /// Simulated time before creep is looked for [s].
@@ -243,7 +252,10 @@ pub const HOUR: Case = Case {
     },
     outside: Outside::Nothing,
     any_body: false,
-    marks: &[],
+    marks: &[Mark {
+        applies: |member| is_solid(member) && member.compliance > 0.0,
+        reason: "a soft solid goes on settling by a few ten-thousandths of its length",
+    }],
 };
 
 /// How fast it spins [rad/s].
