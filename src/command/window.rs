@@ -1,6 +1,8 @@
 //! `pliant` without a command: the window, or, where none can be opened, the default scene
 //! without one.
 
+#[cfg(feature = "window")]
+use super::check_folder;
 use super::{
     FAILED,
     run::{build, in_words},
@@ -11,6 +13,7 @@ use anyhow::Context;
 use clap::Args;
 use pliant::{
     output::{csv, plot},
+    recording::{Snapshot, is_snapshot, open},
     scene::{
         Scene,
         registry::SCENES,
@@ -18,13 +21,16 @@ use pliant::{
     },
     solver::Threads,
 };
-use std::{path::PathBuf, process::ExitCode};
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
 
 /// What the window opens with.
 #[derive(Debug, Args)]
 pub struct Window {
-    /// Name of a built-in scene (see `pliant scenes`), or path of a scene file, to open in the
-    /// window; the one of the last time unless given
+    /// Name of a built-in scene (see `pliant scenes`), or path of a scene file or of a snapshot, to
+    /// open in the window; the one of the last time unless given
     scene: Option<String>,
 
     #[command(flatten)]
@@ -39,6 +45,11 @@ pub struct Window {
     #[cfg(feature = "window")]
     #[arg(long, value_name = "FILE")]
     journal: Option<PathBuf>,
+
+    /// Write down all that is done to the simulation, for `pliant replay FILE`
+    #[cfg(feature = "window")]
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
 
     /// Neither read nor write what is kept between runs (scene, window size, panel)
     #[cfg(feature = "window")]
@@ -65,9 +76,13 @@ impl Window {
         use pliant::sandbox::{SandboxOptions, run};
         let threads = self.threads.start()?;
         self.check_scene()?;
+        if let Some(path) = &self.record {
+            check_folder(path)?;
+        }
         let options = SandboxOptions {
             scene: self.scene.clone(),
             journal: self.journal.clone(),
+            record: self.record.clone(),
             no_settings: self.no_settings,
             size: self.size.map(Into::into),
             threads: Some(threads.clone()),
@@ -91,9 +106,13 @@ impl Window {
 
     /// A scene that cannot be opened is told here, not in a window.
     fn check_scene(&self) -> anyhow::Result<()> {
-        if let Some(name) = &self.scene {
+        if let Some(name) = &self.scene
+            && !is_snapshot(Path::new(name))
+        {
             let current = Scene::load(name).context("the commands are scenes and run")?;
             build(&current.scene)?;
+        } else if let Some(name) = &self.scene {
+            Snapshot::read(Path::new(name))?;
         }
         Ok(())
     }
@@ -104,12 +123,12 @@ impl Window {
         say_line(format_args!(
             "No window: {reason}. Running {name} without one; `pliant run` does the same."
         ))?;
-        let current = Scene::load(name)?;
+        let (current, built) = open(name)?;
         let options = RunOptions {
             threads: Some(threads),
             ..current.scene.run_options()
         };
-        let done = run(&build(&current.scene)?, &options, |_| ())?;
+        let done = run(&built, &options, |_| ())?;
         say(in_words(&current.scene.title, &done))?;
         let folder = folder()?;
         let (figures, picture) = (folder.join("run.csv"), folder.join("run.svg"));

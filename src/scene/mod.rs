@@ -38,4 +38,5 @@ pub use error::SceneError;
 pub use file::{
     BodySpec, CameraSpec, ColliderSpec, Copies, MeshSpec, Pins, Scene, SceneEffects, parse,
 };
-pub use spawn::{BodySkin, CurrentScene, Look, SceneEntity, despawn, spawn};
+pub use crate::simulation::{BodySkin, SceneEntity};
+pub use spawn::{CurrentScene, Look, despawn, spawn};

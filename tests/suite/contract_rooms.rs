@@ -14,7 +14,7 @@ const FLOORS: [&[&str]; 10] = [
     &["sandbox"],
     &["study"],
     &["bench", "output"],
-    &["torture"],
+    &["torture", "recording"],
     &["scene"],
     &["effect", "simulation"],
     &["mesh"],
