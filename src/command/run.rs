@@ -108,7 +108,10 @@ impl RunScene {
         if let Some(recorder) = app.world().get_resource::<Recorder>()
             && let Some(reason) = recorder.failure()
         {
-            anyhow::bail!("{}: the recording failed: {reason}", recorder.path().display());
+            anyhow::bail!(
+                "{}: the recording failed: {reason}",
+                recorder.path().display()
+            );
         }
         if let Some(path) = &self.snapshot {
             Snapshot::take(app.world_mut(), About::from(&current))?.write(path)?;

@@ -1,8 +1,6 @@
 //! `pliant` without a command: the window, or, where none can be opened, the default scene
 //! without one.
 
-#[cfg(feature = "window")]
-use super::check_folder;
 use super::{
     FAILED,
     run::{build, in_words},
@@ -73,11 +71,17 @@ fn size(text: &str) -> Result<(u32, u32), String> {
 impl Window {
     #[cfg(feature = "window")]
     pub fn run(self) -> anyhow::Result<ExitCode> {
-        use pliant::sandbox::{SandboxOptions, run};
+        use super::check_folder;
+        use pliant::{
+            recording::Recorder,
+            sandbox::{SandboxOptions, run},
+        };
         let threads = self.threads.start()?;
         self.check_scene()?;
         if let Some(path) = &self.record {
             check_folder(path)?;
+            // Refused here and not in the window, where the scene would already run.
+            drop(Recorder::create(path)?);
         }
         let options = SandboxOptions {
             scene: self.scene.clone(),

@@ -37,7 +37,9 @@ pub enum SnapshotError {
     #[error("this is no snapshot of Pliant: it does not begin as one")]
     Foreign,
     /// The file is of another version of the format.
-    #[error("this snapshot has version {found} of the format, but this program reads version {known}")]
+    #[error(
+        "this snapshot has version {found} of the format, but this program reads version {known}"
+    )]
     Version {
         /// Its version.
         found: u32,
@@ -53,7 +55,9 @@ pub enum SnapshotError {
         found: u64,
     },
     /// A byte is not what it was.
-    #[error("this snapshot is damaged: its checksum is {found:016x}, but should be {expected:016x}")]
+    #[error(
+        "this snapshot is damaged: its checksum is {found:016x}, but should be {expected:016x}"
+    )]
     Damaged {
         /// As it says of itself.
         expected: u64,
@@ -100,7 +104,9 @@ pub enum RecordingError {
         path: PathBuf,
     },
     /// The file is of another version of the format.
-    #[error("{path}: this recording has version {found} of the format, but this program reads version {known}")]
+    #[error(
+        "{path}: this recording has version {found} of the format, but this program reads version {known}"
+    )]
     Version {
         /// The file.
         path: PathBuf,

@@ -8,10 +8,8 @@ use super::{
 use crate::{
     scene::{self, run::headless},
     simulation::{
-        Action, NewBody, SimulationClock, SolverThreads, SpawnOrder,
-        action::perform,
-        plain::bodies_in_order,
-        state_hash, tick,
+        Action, NewBody, SimulationClock, SolverThreads, SpawnOrder, action::perform,
+        plain::bodies_in_order, state_hash, tick,
     },
     solver::Threads,
 };

@@ -180,7 +180,9 @@ impl Snapshot {
             .map_err(|error| SnapshotError::Encoding(error.to_string()))?;
         if !rest.is_empty() {
             let rest = rest.len();
-            return Err(SnapshotError::Encoding(format!("{rest} bytes are left over")));
+            return Err(SnapshotError::Encoding(format!(
+                "{rest} bytes are left over"
+            )));
         }
         stored.into_snapshot()
     }

@@ -40,7 +40,9 @@ pub fn check_effects(world: &mut World) -> Result<(), SnapshotError> {
             .find(|effect| !EFFECTS.contains(&effect.name) && (effect.present)(&entity));
         if let Some(effect) = foreign {
             return Err(SnapshotError::Effect {
-                body: entity.get::<Name>().map_or_else(String::new, Name::to_string),
+                body: entity
+                    .get::<Name>()
+                    .map_or_else(String::new, Name::to_string),
                 effect: effect.name,
             });
         }
@@ -290,7 +292,9 @@ impl StoredBody {
         ] {
             if column.len() != count {
                 let found = column.len();
-                return Err(wrong(format!("{found} {what}, but its mesh has {count} vertices")));
+                return Err(wrong(format!(
+                    "{found} {what}, but its mesh has {count} vertices"
+                )));
             }
         }
         let masses = self.added_mass.iter().map(|(vertex, _)| *vertex);
@@ -302,7 +306,9 @@ impl StoredBody {
         if let Some(grab) = &self.effects.grab
             && !grab.point.fits(count)
         {
-            return Err(wrong("it is held by a particle that it does not have".to_owned()));
+            return Err(wrong(
+                "it is held by a particle that it does not have".to_owned(),
+            ));
         }
         let quarantine = match &self.quarantine {
             None => None,
@@ -353,12 +359,16 @@ fn skin_of(body: &Body, skin: u32, skins: &[Arc<Skin>]) -> Result<Arc<Skin>, Sna
     let name = &body.name;
     let Some(found) = skins.get(skin as usize) else {
         let count = skins.len();
-        return Err(nonsense(format!("body “{name}”: there is no surface {skin}, of {count}")));
+        return Err(nonsense(format!(
+            "body “{name}”: there is no surface {skin}, of {count}"
+        )));
     };
     let particles = body.topology.particles();
     let corners = found.triangles.as_flattened().iter();
     let hangs = found.anchors.iter().flat_map(|anchor| &anchor.particles);
-    let sound = corners.map(|&i| i as usize).all(|i| i < found.anchors.len())
+    let sound = corners
+        .map(|&i| i as usize)
+        .all(|i| i < found.anchors.len())
         && hangs.map(|&i| i as usize).all(|i| i < particles);
     if sound {
         Ok(Arc::clone(found))
@@ -377,11 +387,15 @@ fn check_places(
 ) -> Result<(), SnapshotError> {
     if given.len() != count {
         let found = given.len();
-        return Err(nonsense(format!("{found} places for {count} of kind {what}")));
+        return Err(nonsense(format!(
+            "{found} places for {count} of kind {what}"
+        )));
     }
     let ascending = given.windows(2).all(|pair| pair[0] < pair[1]);
     if !ascending || given.last().is_some_and(|last| *last > places.last) {
-        return Err(nonsense(format!("the places of kind {what} are out of order")));
+        return Err(nonsense(format!(
+            "the places of kind {what} are out of order"
+        )));
     }
     Ok(())
 }

@@ -16,6 +16,7 @@ pub mod drag;
 pub mod drawn;
 pub mod drop;
 pub mod ghost;
+pub mod frozen;
 pub mod grounding;
 pub mod help;
 pub mod hud;
@@ -30,6 +31,7 @@ pub mod panel;
 pub mod pick;
 pub mod picture;
 pub mod pointer;
+pub mod record;
 pub mod screenshot;
 pub mod settings;
 pub mod solver_view;
@@ -73,6 +75,8 @@ pub struct SandboxOptions {
     pub scene: Option<String>,
     /// File for a line of JSON per event, for scripted tests of the real window.
     pub journal: Option<PathBuf>,
+    /// File for a recording of what is done to the simulation.
+    pub record: Option<PathBuf>,
     /// Neither read nor write what is kept between runs.
     pub no_settings: bool,
     /// Size of the window [px]; the one of the last run if none.
@@ -137,6 +141,9 @@ fn build(options: &SandboxOptions) -> App {
     if let Some(path) = options.journal.clone() {
         app.add_plugins(journal::JournalPlugin { path });
     }
+    if let Some(path) = options.record.clone() {
+        app.add_plugins(record::RecordPlugin { path });
+    }
     app
 }
 
@@ -165,6 +172,7 @@ impl PluginGroup for SandboxPlugins {
             .add(ghost::form::GhostFormPlugin)
             .add(hud::HudPlugin)
             .add(message::MessagePlugin)
+            .add(frozen::FrozenPlugin)
             .add(keys::KeysPlugin)
             .add(help::HelpPlugin)
             .add(arrival::ArrivalPlugin)

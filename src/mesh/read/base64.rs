@@ -27,7 +27,11 @@ pub fn encode(bytes: &[u8]) -> String {
         let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
         for place in 0..4 {
             let letter = LETTERS[(bits >> (18 - 6 * place)) as usize & 63];
-            text.push(if place > group.len() { '=' } else { letter.into() });
+            text.push(if place > group.len() {
+                '='
+            } else {
+                letter.into()
+            });
         }
     }
     text
