@@ -25,6 +25,7 @@ mod reference_support;
 mod sandbox_accuracy;
 #[cfg(feature = "window")]
 mod sandbox_ghost;
+mod sandbox_frozen;
 #[cfg(feature = "window")]
 mod sandbox_panel;
 #[cfg(feature = "window")]

@@ -6,6 +6,7 @@ use crate::{
 };
 use bevy::prelude::*;
 use pliant::{
+    SoftBodyPlugins,
     effect::{Effect, EffectPlugin, Parameter},
     recording::{About, Snapshot, SnapshotError},
     scene::{BuiltScene, Scene, registry::SCENES, run::headless},
@@ -270,7 +271,9 @@ fn a_topology_with_loose_constraints_is_made_again_in_the_same_order() {
 
 #[test]
 fn a_state_is_not_kept_in_the_middle_of_a_tick() {
-    let (mut app, ..) = app_of(&cubes());
+    let mut app = App::new();
+    app.add_plugins(SoftBodyPlugins::new(Update));
+    plain::spawn(app.world_mut(), &cubes());
     {
         let mut clock = app.world_mut().resource_mut::<SimulationClock>();
         clock.budget = Some(Duration::ZERO);
