@@ -45,6 +45,11 @@ pub struct FrozenBody {
 #[derive(Resource, Debug, Default, Deref)]
 pub struct FrozenPlaces(Places);
 
+/// Said when a body turns non-finite right after it was restored. Restarting would be no help: what
+/// was changed in the panel stays over a restart.
+const AGAIN: &str = "It had just been restored, so what made it so is still there: undo the last \
+                     change first, or open the scene again.";
+
 /// When bodies were restored, and whether it was in vain.
 #[derive(Resource, Debug, Default)]
 struct Restored(BTreeMap<Entity, (u64, bool)>);
@@ -155,6 +160,10 @@ pub fn draw(
                             pressed.push(body.key);
                         }
                     }
+                    if bodies.iter().any(|body| body.again) {
+                        let text = RichText::new(AGAIN).color(theme::CHANGED);
+                        ui.add(Label::new(text).wrap());
+                    }
                     if bodies.len() > 1 && all(ui, bodies.len(), places) {
                         pressed = bodies.iter().map(|body| body.key).collect();
                     }
@@ -166,13 +175,9 @@ pub fn draw(
 /// What is wrong with one body; true if it is to be restored.
 fn line(ui: &mut egui::Ui, body: &FrozenBody, places: &mut Places) -> bool {
     let FrozenBody { name, reason, .. } = body;
-    let text = format!("{name} is frozen: {reason}. The others go on.");
+    let again = if body.again { " again" } else { "" };
+    let text = format!("{name} is frozen{again}: {reason}");
     ui.add(Label::new(RichText::new(text).color(theme::STRONG)).wrap());
-    if body.again {
-        let text = "It had just been restored: what made it so is still there. Undo the last \
-                    change first, or begin the scene anew (R).";
-        ui.add(Label::new(RichText::new(text).color(theme::CHANGED)).wrap());
-    }
     let help = "It goes on from where it was when the tick began in which this happened, at rest";
     let button = Button::new("Restore its last good state").min_size(Vec2::new(0.0, theme::ROW));
     let response = ui.add(button).on_hover_text(help);

@@ -142,10 +142,11 @@ fn session(path: &Path) -> u64 {
     ticks(&mut app, 3);
     push(&mut app, grab(first, Vec3::new(0.0, 0.9, 0.0)));
     // A body that is spoilt by what a user can do, and let go on.
-    push(&mut app, set(first, "ground", "height", 1e37));
+    let body = bodies(&mut app)[1];
+    push(&mut app, set(body, "ground", "height", 1e37));
     ticks(&mut app, 5);
-    push(&mut app, set(first, "ground", "height", 0.0));
-    push(&mut app, Action::Restore { body: first });
+    push(&mut app, set(body, "ground", "height", 0.0));
+    push(&mut app, Action::Restore { body });
     ticks(&mut app, 24);
     Recorder::end(app.world_mut());
     let recorder = app.world().resource::<Recorder>();

@@ -274,6 +274,8 @@ fn a_state_is_not_kept_in_the_middle_of_a_tick() {
     let mut app = App::new();
     app.add_plugins(SoftBodyPlugins::new(Update));
     plain::spawn(app.world_mut(), &cubes());
+    // A first tick, so that it is known how long one takes.
+    tick(app.world_mut());
     {
         let mut clock = app.world_mut().resource_mut::<SimulationClock>();
         clock.budget = Some(Duration::ZERO);

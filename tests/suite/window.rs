@@ -432,7 +432,10 @@ fn a_body_spoilt_by_a_typed_number_is_named_until_it_is_restored() {
         .lock()
         .unwrap_or_else(|poisoned| poisoned.into_inner());
     let mut window = Window::open("bounce");
-    std::thread::sleep(Duration::from_secs(2));
+    // The row of the ground's height is to stay in sight.
+    window.press("section.world", |event| {
+        event["name"] == "world.substeps" && event["rect"].is_null()
+    });
     // All plates stand on one ground; it is raised faster than f32 can say.
     let raise = |window: &mut Window, height: &str| {
         let is_set = |event: &Value| event["action"]["parameter"] == "ground.height";
@@ -443,8 +446,9 @@ fn a_body_spoilt_by_a_typed_number_is_named_until_it_is_restored() {
             std::thread::sleep(Duration::from_millis(400));
             xdotool(&["click", "1"]);
             std::thread::sleep(Duration::from_millis(600));
-            xdotool(&["key", "ctrl+a"]);
-            xdotool(&["type", height]);
+            // A click selects what stands there.
+            xdotool(&["type", "--delay", "150", height]);
+            std::thread::sleep(Duration::from_millis(400));
             xdotool(&["key", "Return"]);
             std::thread::sleep(Duration::from_millis(1500));
             if window.count(is_set) > before {

@@ -4,7 +4,7 @@ use bevy_egui::egui::{ComboBox, Label, RichText, Ui};
 
 use super::{
     Panel,
-    model::{BodyState, Distortion, PanelModel, Request, Scope},
+    model::{BodyEntry, BodyState, Distortion, PanelModel, Request, Scope},
     number,
     section::{self, RowButton, section},
 };
@@ -104,14 +104,30 @@ fn state(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         (n, Scope::All) => text.push_str(&format!(" · {n} asleep")),
     }
     section::note(ui, &text);
-    for (body, reason) in stuck {
-        let text = format!("{} is frozen: {reason}", body.name);
+    frozen(ui, panel, &stuck);
+}
+
+/// Frozen bodies that are named; of more it is said how many.
+const MOST_NAMED: usize = 2;
+
+fn frozen(ui: &mut Ui, panel: &mut Panel, stuck: &[(&BodyEntry, &str)]) {
+    let alarm = |ui: &mut Ui, text: String| {
         ui.add(Label::new(RichText::new(text).small().color(theme::ALARM)).wrap());
-        let name = format!("thaw.{}", body.name);
-        let help =
-            "It goes on from where it was when the tick began in which this happened, at rest";
-        let button = RowButton::new(&name, "Restore its last good state", help);
-        if section::button_row(ui, panel, &[button]).is_some() {
+    };
+    for (body, reason) in stuck.iter().take(MOST_NAMED) {
+        alarm(ui, format!("{} is frozen: {reason}", body.name));
+    }
+    if stuck.len() > MOST_NAMED {
+        alarm(ui, format!("and {} more", stuck.len() - MOST_NAMED));
+    }
+    if stuck.is_empty() {
+        return;
+    }
+    let help =
+        "They go on from where they were when the tick began in which this happened, at rest";
+    let button = RowButton::new("thaw", "Restore the last good state", help);
+    if section::button_row(ui, panel, &[button]).is_some() {
+        for (body, _) in stuck {
             panel.ask(Request::Restore(body.key));
         }
     }
