@@ -41,6 +41,7 @@
 //! | [`mesh`] | primitives, files, filling a surface with tetrahedra, embedding it | `solver` |
 //! | [`simulation`], [`effect`] | schedules, clock, sleep, quarantine; components and their systems | `solver`, Bevy |
 //! | [`scene`] | scene files, their registry, their acceptance | all above |
+//! | [`recording`] | snapshots of the whole state, recordings of what was done, replays | all above |
 //! | [`output`] | CSV, SVG, JSON | all above |
 //! | [`bench`] | how fast the solver is here, and what the machine would allow | `solver`, `mesh`, `output` |
 //! | [`study`] | what accuracy costs: problems, sweep, Pareto front, report | all above |
@@ -75,6 +76,7 @@ pub mod effect;
 pub mod mesh;
 pub mod output;
 pub mod prelude;
+pub mod recording;
 #[cfg(feature = "window")]
 pub mod sandbox;
 pub mod scene;

@@ -1,6 +1,7 @@
 //! The commands. Exit codes: 0 when all held, 1 when a check failed, 2 for bad usage.
 
 mod bench;
+mod replay;
 mod run;
 mod scenes;
 mod study;
@@ -39,6 +40,7 @@ pub struct CommandLine {
 enum Command {
     Scenes(scenes::Scenes),
     Run(run::RunScene),
+    Replay(replay::ReplayCommand),
     Bench(bench::Bench),
     Study(study::StudyCommand),
     Torture(torture::TortureCommand),
@@ -51,6 +53,7 @@ impl CommandLine {
             None => self.window.run(),
             Some(Command::Scenes(command)) => command.run(),
             Some(Command::Run(command)) => command.run(),
+            Some(Command::Replay(command)) => command.run(),
             Some(Command::Bench(command)) => command.run(),
             Some(Command::Study(command)) => command.run(),
             Some(Command::Torture(command)) => command.run(),

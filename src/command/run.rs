@@ -5,10 +5,11 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use pliant::{
     output::{csv, json, plot},
+    recording::{About, Recorder, Snapshot},
     scene::{
-        BuiltScene, Scene, SceneError,
+        Acceptance, BuiltScene, CurrentScene, Scene, SceneError,
         overrides::Override,
-        run::{Run, RunOptions, run},
+        run::{Run, RunOptions, headless, prepare, run_in},
     },
     simulation::EnergyLedger,
 };
@@ -17,12 +18,20 @@ use std::{path::PathBuf, process::ExitCode, time::Duration};
 /// Runs a scene without a window and judges it by its acceptance.
 ///
 /// Example: pliant run jelly_cube --set substeps=20 --set stretch.compliance=1e-5 --csv cube.csv
+///
+/// Example: pliant run jelly_cube --seconds 1 --snapshot cube.snap, then pliant run --from cube.snap
 #[derive(Debug, Args)]
 pub struct RunScene {
     /// Name of a built-in scene (see `pliant scenes`), or path of a scene file
-    scene: String,
+    #[arg(required_unless_present = "from")]
+    scene: Option<String>,
 
-    /// Simulated time [s]; the scene's own unless given
+    /// Go on from a snapshot instead, with the same bits as if it had never stopped. It is judged
+    /// only by whether everything is finite and pins are still
+    #[arg(long, value_name = "FILE", conflicts_with = "scene")]
+    from: Option<PathBuf>,
+
+    /// Simulated time [s]; the scene's own unless given, and 5 s from a snapshot
     #[arg(long, value_parser = seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
 
@@ -33,6 +42,14 @@ pub struct RunScene {
 
     #[command(flatten)]
     threads: ThreadsOption,
+
+    /// Write the whole state at the end, for --from or to be opened in the window
+    #[arg(long, value_name = "FILE")]
+    snapshot: Option<PathBuf>,
+
+    /// Write a recording that `pliant replay` compares with, on any number of threads
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
 
     /// Write the figures of every tick as CSV
     #[arg(long, value_name = "FILE")]
@@ -67,21 +84,38 @@ fn seconds(text: &str) -> Result<f64, String> {
 impl RunScene {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         let threads = self.threads.start()?;
-        let current = Scene::load(&self.scene)?;
         self.check_folders()?;
-        let built = build(&current.scene)?;
+        let (current, built, acceptance) = self.open()?;
         let options = RunOptions {
             seconds: self.seconds,
-            set: self.set,
+            set: self.set.clone(),
             threads: Some(threads),
             ledger: self.ledger,
-            ..current.scene.run_options()
+            acceptance,
         };
+        let mut app = headless(&built);
+        prepare(&mut app, &options)?;
+        if let Some(path) = &self.record {
+            Recorder::create(path)?.install(&mut app);
+            Recorder::scene_opened(app.world_mut(), About::from(&current));
+        }
         let bar = progress_bar();
-        let done = run(&built, &options, |share| {
+        let done = run_in(&mut app, &options, |share| {
             bar.set_position((share * 1000.0) as u64)
-        })?;
+        });
         bar.finish_and_clear();
+        Recorder::end(app.world_mut());
+        if let Some(recorder) = app.world().get_resource::<Recorder>()
+            && let Some(reason) = recorder.failure()
+        {
+            anyhow::bail!(
+                "{}: the recording failed: {reason}",
+                recorder.path().display()
+            );
+        }
+        if let Some(path) = &self.snapshot {
+            Snapshot::take(app.world_mut(), About::from(&current))?.write(path)?;
+        }
         if let Some(path) = &self.csv {
             csv::write(path, &done.history)?;
         }
@@ -112,9 +146,21 @@ impl RunScene {
 }
 
 impl RunScene {
+    /// Reads and makes what is to be run, with what it is judged by.
+    fn open(&self) -> anyhow::Result<(CurrentScene, BuiltScene, Option<Acceptance>)> {
+        if let Some(path) = &self.from {
+            let snapshot = Snapshot::read(path)?;
+            return Ok((snapshot.scene(), snapshot.built, None));
+        }
+        let current = Scene::load(self.scene.as_deref().unwrap_or_default())?;
+        let built = build(&current.scene)?;
+        let acceptance = Some(current.scene.acceptance.clone());
+        Ok((current, built, acceptance))
+    }
+
     /// Refuses files in folders that do not exist before anything runs, not after.
     fn check_folders(&self) -> anyhow::Result<()> {
-        let files = [&self.csv, &self.plot];
+        let files = [&self.csv, &self.plot, &self.snapshot, &self.record];
         #[cfg(feature = "window")]
         let files = files.into_iter().chain([&self.screenshot]);
         files

@@ -11,6 +11,7 @@ use anyhow::Context;
 use clap::Args;
 use pliant::{
     output::{csv, plot},
+    recording::{Snapshot, is_snapshot, open},
     scene::{
         Scene,
         registry::SCENES,
@@ -18,13 +19,16 @@ use pliant::{
     },
     solver::Threads,
 };
-use std::{path::PathBuf, process::ExitCode};
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
 
 /// What the window opens with.
 #[derive(Debug, Args)]
 pub struct Window {
-    /// Name of a built-in scene (see `pliant scenes`), or path of a scene file, to open in the
-    /// window; the one of the last time unless given
+    /// Name of a built-in scene (see `pliant scenes`), or path of a scene file or of a snapshot, to
+    /// open in the window; the one of the last time unless given
     scene: Option<String>,
 
     #[command(flatten)]
@@ -39,6 +43,11 @@ pub struct Window {
     #[cfg(feature = "window")]
     #[arg(long, value_name = "FILE")]
     journal: Option<PathBuf>,
+
+    /// Write down all that is done to the simulation, for `pliant replay FILE`
+    #[cfg(feature = "window")]
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
 
     /// Neither read nor write what is kept between runs (scene, window size, panel)
     #[cfg(feature = "window")]
@@ -62,12 +71,22 @@ fn size(text: &str) -> Result<(u32, u32), String> {
 impl Window {
     #[cfg(feature = "window")]
     pub fn run(self) -> anyhow::Result<ExitCode> {
-        use pliant::sandbox::{SandboxOptions, run};
+        use super::check_folder;
+        use pliant::{
+            recording::Recorder,
+            sandbox::{SandboxOptions, run},
+        };
         let threads = self.threads.start()?;
         self.check_scene()?;
+        if let Some(path) = &self.record {
+            check_folder(path)?;
+            // Refused here and not in the window, where the scene would already run.
+            drop(Recorder::create(path)?);
+        }
         let options = SandboxOptions {
             scene: self.scene.clone(),
             journal: self.journal.clone(),
+            record: self.record.clone(),
             no_settings: self.no_settings,
             size: self.size.map(Into::into),
             threads: Some(threads.clone()),
@@ -91,9 +110,13 @@ impl Window {
 
     /// A scene that cannot be opened is told here, not in a window.
     fn check_scene(&self) -> anyhow::Result<()> {
-        if let Some(name) = &self.scene {
+        if let Some(name) = &self.scene
+            && !is_snapshot(Path::new(name))
+        {
             let current = Scene::load(name).context("the commands are scenes and run")?;
             build(&current.scene)?;
+        } else if let Some(name) = &self.scene {
+            Snapshot::read(Path::new(name))?;
         }
         Ok(())
     }
@@ -104,12 +127,12 @@ impl Window {
         say_line(format_args!(
             "No window: {reason}. Running {name} without one; `pliant run` does the same."
         ))?;
-        let current = Scene::load(name)?;
+        let (current, built) = open(name)?;
         let options = RunOptions {
             threads: Some(threads),
             ..current.scene.run_options()
         };
-        let done = run(&build(&current.scene)?, &options, |_| ())?;
+        let done = run(&built, &options, |_| ())?;
         say(in_words(&current.scene.title, &done))?;
         let folder = folder()?;
         let (figures, picture) = (folder.join("run.csv"), folder.join("run.svg"));

@@ -165,7 +165,12 @@ impl EffectInfo {
             set: |body, index, value| {
                 let parameter = E::PARAMETERS.get(index)?;
                 let mut effect = body.get_mut::<E>()?;
-                Some((parameter.set)(&mut effect, value))
+                // A refused value changes nothing, and wakes nobody.
+                let result = (parameter.set)(effect.bypass_change_detection(), value);
+                if result.is_ok() {
+                    effect.set_changed();
+                }
+                Some(result)
             },
             insert_default: E::when_added().is_some().then_some(|body| {
                 if let Some(effect) = E::when_added() {

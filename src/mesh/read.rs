@@ -9,7 +9,7 @@ use std::{fs, io, path::Path};
 
 use super::{FileMesh, MeshError};
 
-mod base64;
+pub(crate) mod base64;
 mod gltf;
 mod gltf_data;
 mod gmsh;

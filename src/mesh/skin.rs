@@ -1,9 +1,10 @@
 //! A fine surface that follows coarse tetrahedra.
 
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 
 /// A fine surface embedded in the tetrahedra of a coarse shape.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Skin {
     /// Indices into `anchors`, counter-clockwise from outside.
     pub triangles: Vec<[u32; 3]>,
@@ -16,7 +17,7 @@ pub struct Skin {
 /// The weights sum to 1 within rounding, so that the point moves rigidly with a rigid tetrahedron.
 /// They are between 0 and 1 in the tetrahedron, and may lie outside where the fine surface lies
 /// outside the coarse shape, but never beyond ±[`Anchor::MAX_WEIGHT`].
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Anchor {
     /// The particles of the tetrahedron.
     pub particles: [u32; 4],

@@ -17,8 +17,7 @@ use bevy::{
 use super::message::Notices;
 use crate::{
     mesh::Skin,
-    scene::{BodySkin, SceneEntity},
-    simulation::{SimulationClock, plain, tick},
+    simulation::{Action, Actions, NewBody, SimulationClock, action, tick},
     solver::Topology,
 };
 use recipe::{body, free_place, surroundings};
@@ -118,11 +117,14 @@ fn enter(world: &mut World, arrival: Arrival) {
     body.effects = surroundings(world, body.effects);
     body.translate(free_place(world, &body));
     let particles = body.particles.positions.len();
-    let entity = plain::spawn_body(world, &body);
-    world.entity_mut(entity).insert(SceneEntity);
-    if let Some(skin) = arrival.skin {
-        world.entity_mut(entity).insert(BodySkin(Arc::new(skin)));
-    }
+    let new = NewBody {
+        body,
+        skin: arrival.skin.map(Arc::new),
+    };
+    let mut actions = world.resource_mut::<Actions>();
+    actions.push(Action::Spawn(Arc::new(new)));
+    // At once, so that the next one finds its place above this one.
+    action::apply(world);
     let mut notices = world.resource_mut::<Notices>();
     let mut text = format!("Added {name}: {} particles", super::panel::count(particles));
     for note in &arrival.notes {

@@ -30,8 +30,8 @@ use bevy_egui::egui::Rect;
 use serde_json::{Value, json};
 
 use super::{
-    accuracy::CardPlaces, camera::OrbitCamera, gallery::GalleryPlaces, load::SceneLoaded,
-    message::Notices, panel::PanelPlaces,
+    accuracy::CardPlaces, camera::OrbitCamera, frozen::FrozenPlaces, gallery::GalleryPlaces,
+    load::SceneLoaded, message::Notices, panel::PanelPlaces,
 };
 use crate::{
     scene::CurrentScene,
@@ -133,10 +133,16 @@ fn write_scenes(mut journal: ResMut<Journal>, mut loaded: MessageReader<SceneLoa
 
 fn write_widgets(
     mut journal: ResMut<Journal>,
-    (panel, card, gallery): (Res<PanelPlaces>, Res<CardPlaces>, Res<GalleryPlaces>),
+    (panel, card, gallery, frozen): (
+        Res<PanelPlaces>,
+        Res<CardPlaces>,
+        Res<GalleryPlaces>,
+        Res<FrozenPlaces>,
+    ),
     window: Option<Single<&Window, With<PrimaryWindow>>>,
 ) {
-    let changed = panel.is_changed() || card.is_changed() || gallery.is_changed();
+    let changed =
+        panel.is_changed() || card.is_changed() || gallery.is_changed() || frozen.is_changed();
     let (true, Some(window)) = (changed, window) else {
         return;
     };
@@ -145,6 +151,7 @@ fn write_widgets(
         .iter()
         .chain(card.iter())
         .chain(gallery.iter())
+        .chain(frozen.iter())
         .map(|(name, rect)| (name.to_owned(), rect * scale))
         .collect();
     let before = std::mem::take(&mut journal.places);
@@ -166,7 +173,7 @@ fn write_actions(
     mut applied: MessageReader<Applied>,
     names: Query<&Name>,
 ) {
-    for Applied { tick, action } in applied.read() {
+    for Applied { tick, action, .. } in applied.read() {
         let action = describe(action, |body| {
             names
                 .get(body)
@@ -218,6 +225,8 @@ fn describe(action: &Action, name: impl Fn(Entity) -> String) -> Value {
         Action::Deform { body, deformation } => {
             json!({"do": "deform", "body": name(*body), "how": format!("{deformation:?}")})
         }
+        Action::Restore { body } => json!({"do": "restore", "body": name(*body)}),
+        Action::Spawn(new) => json!({"do": "spawn", "body": new.body.name}),
         Action::Despawn { body } => json!({"do": "despawn", "body": name(*body)}),
     }
 }

@@ -37,6 +37,8 @@ pub enum Command {
     PreviousScene,
     /// Pins the held point or frees it.
     Pin,
+    /// Takes away the held body, or the one that is shown.
+    Remove,
     /// Makes the held body, or the bodies shown, a quarter softer.
     Softer,
     /// The opposite of softer.
@@ -93,6 +95,8 @@ pub enum KeyName {
     Space,
     /// Escape.
     Escape,
+    /// Delete.
+    Delete,
     /// A function key.
     Function(u8),
     /// Page up.
@@ -109,7 +113,7 @@ pub enum KeyName {
     Right,
 }
 
-use KeyName::{Down, Escape, Function, Left, PageDown, PageUp, Right, Space, Types, Up};
+use KeyName::{Delete, Down, Escape, Function, Left, PageDown, PageUp, Right, Space, Types, Up};
 
 const fn row(
     keys: &'static [KeyName],
@@ -161,6 +165,12 @@ pub const BINDINGS: &[Binding] = &[
         "P",
         "pin the held point, or free it",
         Command::Pin,
+    ),
+    row(
+        &[Delete],
+        "Del",
+        "take away the held body, or the one shown",
+        Command::Remove,
     ),
     repeated(row(&[Up], "Up", "softer, also while held", Command::Softer)),
     repeated(row(
@@ -253,6 +263,7 @@ impl KeyName {
             (Space, Key::Character(typed)) => typed == " ",
             (Space, Key::Space)
             | (Escape, Key::Escape)
+            | (Delete, Key::Delete)
             | (PageUp, Key::PageUp)
             | (PageDown, Key::PageDown)
             | (Up, Key::ArrowUp)

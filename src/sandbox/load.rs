@@ -11,7 +11,8 @@ use super::{
     view::{ViewCommand, ViewSettings},
 };
 use crate::{
-    scene::{self, BuiltScene, CameraSpec, CurrentScene, Scene, SceneError, registry::SCENES},
+    recording::{About, Recorder, SnapshotError, open},
+    scene::{self, BuiltScene, CameraSpec, CurrentScene, registry::SCENES},
     simulation::SimulationClock,
     solver::{Body, topology::bounds},
 };
@@ -41,7 +42,7 @@ pub struct LoadPlugin {
 struct FirstScene(String);
 
 /// A scene that has been read and made.
-type Made = Result<(CurrentScene, BuiltScene), SceneError>;
+type Made = Result<(CurrentScene, BuiltScene), SnapshotError>;
 
 /// The scene that is being made, on another thread; a later one takes its place.
 #[derive(Resource, Debug, Default)]
@@ -124,11 +125,7 @@ impl Opening {
     /// Reads a scene and makes its bodies, which may take seconds.
     fn begin(&mut self, name: &str, camera: Camera) {
         let wanted = name.to_owned();
-        let task = async move {
-            let current = Scene::load(&wanted)?;
-            let built = current.scene.build()?;
-            Ok((current, built))
-        };
+        let task = async move { open(&wanted) };
         self.0 = Some(Pending {
             name: name.to_owned(),
             camera,
@@ -158,9 +155,11 @@ fn finish(world: &mut World) {
     });
     match made {
         Ok((current, built)) => {
-            let hint = current.scene.camera;
+            let (hint, about) = (current.scene.camera, About::from(&current));
             world.insert_resource(current);
+            Recorder::scene_ends(world);
             replace(world, &built);
+            Recorder::scene_opened(world, about);
             look(world, &built, hint, camera);
             world.insert_resource(Beginning(built));
         }
@@ -185,7 +184,9 @@ fn restart(world: &mut World) {
         return;
     };
     world.write_message(SceneLoaded { name, error: None });
+    Recorder::scene_ends(world);
     replace(world, &built);
+    Recorder::scene_restarted(world);
     world.insert_resource(Beginning(built));
 }
 

@@ -10,7 +10,6 @@ use bevy_egui::{
 };
 
 use super::{load::SceneLoaded, screenshot::ScreenshotSaved, theme, view::ViewSettings};
-use crate::simulation::BodyQuarantined;
 
 /// How many notes are shown at once; the oldest go first.
 const MOST: usize = 5;
@@ -121,22 +120,13 @@ impl Plugin for MessagePlugin {
             .init_resource::<ViewSettings>()
             .add_message::<SceneLoaded>()
             .add_message::<ScreenshotSaved>()
-            .add_systems(
-                Update,
-                (age, name_quarantined, report_scenes, report_pictures),
-            )
+            .add_systems(Update, (age, report_scenes, report_pictures))
             .add_systems(EguiPrimaryContextPass, show);
     }
 }
 
 fn age(mut notices: ResMut<Notices>, time: Res<Time<Real>>) {
     notices.bypass_change_detection().age(time.delta_secs());
-}
-
-fn name_quarantined(mut messages: MessageReader<BodyQuarantined>, mut notices: ResMut<Notices>) {
-    for message in messages.read() {
-        notices.error(capitalised(&message.text));
-    }
 }
 
 fn report_scenes(mut scenes: MessageReader<SceneLoaded>, mut notices: ResMut<Notices>) {

@@ -15,6 +15,7 @@ pub mod display;
 pub mod drag;
 pub mod drawn;
 pub mod drop;
+pub mod frozen;
 pub mod gallery;
 pub mod ghost;
 pub mod grounding;
@@ -31,6 +32,7 @@ pub mod panel;
 pub mod pick;
 pub mod picture;
 pub mod pointer;
+pub mod record;
 pub mod screenshot;
 pub mod settings;
 pub mod solver_view;
@@ -74,6 +76,8 @@ pub struct SandboxOptions {
     pub scene: Option<String>,
     /// File for a line of JSON per event, for scripted tests of the real window.
     pub journal: Option<PathBuf>,
+    /// File for a recording of what is done to the simulation.
+    pub record: Option<PathBuf>,
     /// Neither read nor write what is kept between runs.
     pub no_settings: bool,
     /// Size of the window [px]; the one of the last run if none.
@@ -138,6 +142,9 @@ fn build(options: &SandboxOptions) -> App {
     if let Some(path) = options.journal.clone() {
         app.add_plugins(journal::JournalPlugin { path });
     }
+    if let Some(path) = options.record.clone() {
+        app.add_plugins(record::RecordPlugin { path });
+    }
     app
 }
 
@@ -167,6 +174,7 @@ impl PluginGroup for SandboxPlugins {
             .add(ghost::form::GhostFormPlugin)
             .add(hud::HudPlugin)
             .add(message::MessagePlugin)
+            .add(frozen::FrozenPlugin)
             .add(keys::KeysPlugin)
             .add(help::HelpPlugin)
             .add(arrival::ArrivalPlugin)

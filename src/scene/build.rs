@@ -3,6 +3,7 @@
 use super::{BodySpec, CameraSpec, ColliderSpec, Look, Pins, Scene, SceneError};
 use crate::{
     mesh::{self, FileMesh, Skin, SoftMesh},
+    simulation::Places,
     solver::{
         Body, Collider, Effects, Particles, Pose, Topology, World, contact::pose::rotation_degrees,
         deform, measure, numbering::Numbering, topology::bounds,
@@ -20,6 +21,9 @@ pub struct BuiltScene {
     pub skins: Vec<Option<Arc<Skin>>>,
     /// How each body looks.
     pub looks: Vec<Look>,
+    /// What places bodies and colliders have, if the scene goes on from where it was stopped; those
+    /// of one that begins get theirs in their order.
+    pub places: Option<Places>,
     /// Where the camera stands at first; none frames everything.
     pub camera: Option<CameraSpec>,
     /// What was mended or left out of meshes, a sentence each.
@@ -39,6 +43,7 @@ impl Scene {
             },
             skins: Vec::new(),
             looks: Vec::new(),
+            places: None,
             camera: self.camera,
             notes: Vec::new(),
         };

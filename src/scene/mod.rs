@@ -32,10 +32,11 @@ pub mod registry;
 pub mod run;
 mod spawn;
 
+pub use crate::simulation::{BodySkin, SceneEntity};
 pub use acceptance::{Acceptance, Check};
 pub use build::BuiltScene;
 pub use error::SceneError;
 pub use file::{
     BodySpec, CameraSpec, ColliderSpec, Copies, MeshSpec, Pins, Scene, SceneEffects, parse,
 };
-pub use spawn::{BodySkin, CurrentScene, Look, SceneEntity, despawn, spawn};
+pub use spawn::{CurrentScene, Look, despawn, spawn};

@@ -103,9 +103,18 @@ pub fn headless(built: &BuiltScene) -> App {
 pub fn run(
     built: &BuiltScene,
     options: &RunOptions,
-    mut progress: impl FnMut(f64),
+    progress: impl FnMut(f64),
 ) -> Result<Run, OverrideError> {
     let mut app = headless(built);
+    prepare(&mut app, options)?;
+    Ok(run_in(&mut app, options, progress))
+}
+
+/// Makes an app in which a scene is ready run as the options say.
+///
+/// # Errors
+/// [`OverrideError`] if something cannot be set.
+pub fn prepare(app: &mut App, options: &RunOptions) -> Result<(), OverrideError> {
     let world = app.world_mut();
     for change in &options.set {
         change.apply(world)?;
@@ -115,6 +124,12 @@ pub fn run(
     }
     world.insert_resource(Measuring(true));
     world.insert_resource(EnergyLedger::kept(options.ledger));
+    Ok(())
+}
+
+/// Runs the scene in an app that has been prepared, as [`run`] does.
+pub fn run_in(app: &mut App, options: &RunOptions, mut progress: impl FnMut(f64)) -> Run {
+    let world = app.world_mut();
     let settings = **world.resource::<SimulationSettings>();
     let start = plain::capture(world);
     let acceptance = options.acceptance.as_ref();
@@ -137,7 +152,7 @@ pub fn run(
         seconds,
         checks: Vec::new(),
     };
-    Ok(Run {
+    Run {
         reasons: acceptance.unwrap_or(&nothing).judge(&start, &end, &history),
         history,
         tick_ms,
@@ -147,7 +162,7 @@ pub fn run(
         state_hash: state_hash(world),
         world: end,
         seconds,
-    })
+    }
 }
 
 /// Simulated time if neither a scene nor a user says [s].

@@ -1,17 +1,9 @@
 //! From a built scene to entities.
 
 use super::{BuiltScene, Scene};
-use crate::{mesh::Skin, simulation::plain};
+use crate::simulation::{BodySkin, SceneEntity, plain};
 use bevy::prelude::*;
 use std::{path::PathBuf, sync::Arc};
-
-/// Everything that a scene spawned; all of it goes with the scene.
-#[derive(Component, Debug, Clone, Copy, Default)]
-pub struct SceneEntity;
-
-/// The fine surface that follows a body.
-#[derive(Component, Debug, Clone, Deref)]
-pub struct BodySkin(pub Arc<Skin>);
 
 /// How a body looks.
 #[derive(Component, Debug, Clone, Copy, PartialEq, Default)]
@@ -52,10 +44,13 @@ impl Look {
     }
 }
 
-/// Spawns a built scene's bodies and colliders, takes over its settings, and sets the clock to 0.
-/// Returns the bodies in their order.
+/// Spawns a built scene's bodies and colliders, takes over its settings, and sets the clock to its
+/// time. Returns the bodies in their order.
 pub fn spawn(built: &BuiltScene, world: &mut World) -> Vec<Entity> {
-    let (bodies, colliders) = plain::spawn(world, &built.world);
+    let (bodies, colliders) = match &built.places {
+        Some(places) => plain::restore(world, &built.world, places),
+        None => plain::spawn(world, &built.world),
+    };
     for ((&body, skin), look) in bodies.iter().zip(&built.skins).zip(&built.looks) {
         let mut entity = world.entity_mut(body);
         entity.insert((SceneEntity, *look));
@@ -78,4 +73,5 @@ pub fn despawn(world: &mut World) {
     for entity in all {
         world.despawn(entity);
     }
+    plain::begin_places_anew(world);
 }

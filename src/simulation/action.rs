@@ -3,25 +3,39 @@
 //! Hands, panel and keys all act through this list, so that nothing changes in the middle of a
 //! tick and everything can be written down.
 
-use super::{
-    Asleep, Pins, Quarantined, RestTimer, SimulationClock, SimulationSettings, SoftBody, TickStart,
-};
+mod perform;
+mod setting;
+
+pub use perform::perform;
+pub use setting::{SETTINGS, setting};
+
+use super::{SimulationClock, SpawnOrder};
 use crate::{
-    effect::EffectRegistry,
-    solver::{
-        Deformation, Grab, InvalidValue, Iterations, Particles, Rate, Substeps, SurfacePoint,
-        deform,
-    },
+    mesh::Skin,
+    solver::{Body, Deformation, InvalidValue, SurfacePoint},
 };
 use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
-/// One thing that a user does.
+/// A body that comes into a running scene.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Action {
+pub struct NewBody {
+    /// The body where it is put, with all that it carries.
+    pub body: Body,
+    /// The fine surface that follows it, if it has one.
+    pub skin: Option<Arc<Skin>>,
+}
+
+/// One thing that a user does. Bodies are named by their entities, or by whatever else `B` is: in
+/// files by their [`SpawnOrder`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum Action<B = Entity> {
     /// Takes hold of a body at a point and pulls it to a target [m].
     Grab {
         /// The body.
-        body: Entity,
+        body: B,
         /// The point of its surface.
         point: SurfacePoint,
         /// Where it is pulled to [m].
@@ -30,19 +44,19 @@ pub enum Action {
     /// Moves the hand [m].
     MoveGrab {
         /// The body that is held.
-        body: Entity,
+        body: B,
         /// Where it is pulled to [m].
         target: Vec3,
     },
     /// Lets go; the body keeps its speed.
     Release {
         /// The body that is held.
-        body: Entity,
+        body: B,
     },
     /// Sets a parameter of an effect that the body carries, in the parameter's unit.
     SetParameter {
         /// The body.
-        body: Entity,
+        body: B,
         /// Name of the effect.
         effect: String,
         /// Name of the parameter.
@@ -53,14 +67,14 @@ pub enum Action {
     /// Adds an effect with its default parameters, unless the body carries it already.
     AddEffect {
         /// The body.
-        body: Entity,
+        body: B,
         /// Name of the effect.
         effect: String,
     },
     /// Takes an effect away.
     RemoveEffect {
         /// The body.
-        body: Entity,
+        body: B,
         /// Name of the effect.
         effect: String,
     },
@@ -74,29 +88,114 @@ pub enum Action {
     /// Holds a particle where it is.
     Pin {
         /// The body.
-        body: Entity,
+        body: B,
         /// The vertex of its rest shape.
         vertex: u32,
     },
     /// Lets a particle move again.
     Unpin {
         /// The body.
-        body: Entity,
+        body: B,
         /// The vertex of its rest shape.
         vertex: u32,
     },
     /// Puts a body into a hard case.
     Deform {
         /// The body.
-        body: Entity,
+        body: B,
         /// How.
         deformation: Deformation,
     },
+    /// Lets a body that was put in quarantine go on from its last good state: where the tick began
+    /// in which it turned non-finite, at rest.
+    Restore {
+        /// The body.
+        body: B,
+    },
+    /// Puts a new body into the scene. Text has no form of it: it comes with its mesh.
+    #[serde(skip)]
+    Spawn(Arc<NewBody>),
     /// Takes a body away.
     Despawn {
         /// The body.
-        body: Entity,
+        body: B,
     },
+}
+
+impl<B> Action<B> {
+    /// The body that it is done to, if it is done to one that is there.
+    #[must_use]
+    pub fn body(&self) -> Option<&B> {
+        match self {
+            Self::SetSetting { .. } | Self::Spawn(_) => None,
+            Self::Grab { body, .. }
+            | Self::MoveGrab { body, .. }
+            | Self::Release { body }
+            | Self::SetParameter { body, .. }
+            | Self::AddEffect { body, .. }
+            | Self::RemoveEffect { body, .. }
+            | Self::Pin { body, .. }
+            | Self::Unpin { body, .. }
+            | Self::Deform { body, .. }
+            | Self::Restore { body }
+            | Self::Despawn { body } => Some(body),
+        }
+    }
+
+    /// The same with the body called by another name; `None` if it has no such name.
+    pub fn renamed<C>(self, name: impl FnOnce(B) -> Option<C>) -> Option<Action<C>> {
+        Some(match self {
+            Self::Grab {
+                body,
+                point,
+                target,
+            } => Action::Grab {
+                body: name(body)?,
+                point,
+                target,
+            },
+            Self::MoveGrab { body, target } => Action::MoveGrab {
+                body: name(body)?,
+                target,
+            },
+            Self::Release { body } => Action::Release { body: name(body)? },
+            Self::SetParameter {
+                body,
+                effect,
+                parameter,
+                value,
+            } => Action::SetParameter {
+                body: name(body)?,
+                effect,
+                parameter,
+                value,
+            },
+            Self::AddEffect { body, effect } => Action::AddEffect {
+                body: name(body)?,
+                effect,
+            },
+            Self::RemoveEffect { body, effect } => Action::RemoveEffect {
+                body: name(body)?,
+                effect,
+            },
+            Self::SetSetting { name, value } => Action::SetSetting { name, value },
+            Self::Pin { body, vertex } => Action::Pin {
+                body: name(body)?,
+                vertex,
+            },
+            Self::Unpin { body, vertex } => Action::Unpin {
+                body: name(body)?,
+                vertex,
+            },
+            Self::Deform { body, deformation } => Action::Deform {
+                body: name(body)?,
+                deformation,
+            },
+            Self::Restore { body } => Action::Restore { body: name(body)? },
+            Self::Spawn(new) => Action::Spawn(new),
+            Self::Despawn { body } => Action::Despawn { body: name(body)? },
+        })
+    }
 }
 
 /// Why an action was not carried out.
@@ -105,6 +204,9 @@ pub enum ActionError {
     /// The entity is gone, or was never a body.
     #[error("there is no such body any more ({0})")]
     NoBody(Entity),
+    /// There is nothing to restore.
+    #[error("the body is not in quarantine, so there is nothing to restore")]
+    NotInQuarantine,
     /// A value of a parameter out of range.
     #[error("{parameter}: {error}")]
     Parameter {
@@ -158,17 +260,19 @@ impl Actions {
     }
 }
 
-/// An action was carried out before this tick.
-#[derive(Message, Debug, Clone, PartialEq)]
+/// An action was carried out before this tick. A message, and an event that observers hear at once.
+#[derive(Message, Event, Debug, Clone, PartialEq)]
 pub struct Applied {
     /// The tick that was about to begin.
     pub tick: u64,
     /// The action.
     pub action: Action,
+    /// The place of the body that it was done to, which may be gone now.
+    pub place: Option<SpawnOrder>,
 }
 
 /// Carries out what waits, unless a tick is under way.
-pub(super) fn apply(world: &mut World) {
+pub fn apply(world: &mut World) {
     let clock = world.resource::<SimulationClock>();
     if clock.mid_tick() || world.resource::<Actions>().waiting.is_empty() {
         return;
@@ -176,240 +280,19 @@ pub(super) fn apply(world: &mut World) {
     let tick = clock.tick();
     let waiting = std::mem::take(&mut world.resource_mut::<Actions>().waiting);
     for action in waiting {
+        let body = action.body().and_then(|&body| world.get_entity(body).ok());
+        let place = body.and_then(|body| body.get::<SpawnOrder>().copied());
         match perform(world, &action) {
             Ok(()) => {
-                world.write_message(Applied { tick, action });
+                let applied = Applied {
+                    tick,
+                    action,
+                    place,
+                };
+                world.trigger(applied.clone());
+                world.write_message(applied);
             }
             Err(error) => world.resource_mut::<Actions>().errors.push(error),
         }
     }
-}
-
-/// Carries out one action at once.
-///
-/// # Errors
-/// [`ActionError`] if the body, effect, parameter, setting or particle does not exist, or the
-/// value is out of its range; nothing has changed then.
-pub fn perform(world: &mut World, action: &Action) -> Result<(), ActionError> {
-    match action {
-        Action::SetSetting { name, value } => set_setting(world, name, *value),
-        Action::SetParameter {
-            body,
-            effect,
-            parameter,
-            value,
-        } => set_parameter(world, *body, effect, parameter, *value),
-        Action::AddEffect { body, effect } => {
-            let info = find_effect(world, effect)?;
-            let (present, add) = (info.present, info.insert_default);
-            let mut entity = body_mut(world, *body)?;
-            if present(&EntityRef::from(&entity)) {
-                Ok(())
-            } else if let Some(add) = add {
-                add(&mut entity);
-                wake(&mut entity);
-                Ok(())
-            } else {
-                Err(ActionError::Absent(effect.clone()))
-            }
-        }
-        Action::RemoveEffect { body, effect } => {
-            let remove = find_effect(world, effect)?.remove;
-            let mut entity = body_mut(world, *body)?;
-            remove(&mut entity);
-            wake(&mut entity);
-            Ok(())
-        }
-        Action::Grab {
-            body,
-            point,
-            target,
-        } => grab(world, *body, *point, *target),
-        Action::MoveGrab { body, target } => {
-            let mut entity = body_mut(world, *body)?;
-            if let Some(mut grab) = entity.get_mut::<Grab>()
-                && target.is_finite()
-            {
-                grab.target = *target;
-            }
-            Ok(())
-        }
-        Action::Release { body } => {
-            body_mut(world, *body)?.remove::<Grab>();
-            Ok(())
-        }
-        Action::Pin { body, vertex } => change_pins(world, *body, *vertex, true),
-        Action::Unpin { body, vertex } => change_pins(world, *body, *vertex, false),
-        Action::Deform { body, deformation } => {
-            let mut entity = body_mut(world, *body)?;
-            if let Some(mut particles) = entity.get_mut::<Particles>() {
-                deform(&mut particles, *deformation);
-                let positions = particles.positions.clone();
-                entity.insert(TickStart(positions));
-            }
-            entity.remove::<Quarantined>();
-            wake(&mut entity);
-            Ok(())
-        }
-        Action::Despawn { body } => {
-            body_mut(world, *body)?.despawn();
-            Ok(())
-        }
-    }
-}
-
-fn body_mut(world: &mut World, body: Entity) -> Result<EntityWorldMut<'_>, ActionError> {
-    world
-        .get_entity_mut(body)
-        .ok()
-        .filter(|entity| entity.contains::<SoftBody>())
-        .ok_or(ActionError::NoBody(body))
-}
-
-fn wake(entity: &mut EntityWorldMut) {
-    entity.remove::<Asleep>().insert(RestTimer::default());
-}
-
-fn find_effect<'w>(
-    world: &'w World,
-    name: &str,
-) -> Result<&'w crate::effect::EffectInfo, ActionError> {
-    let registry = world.resource::<EffectRegistry>();
-    registry.get(name).ok_or_else(|| ActionError::Unknown {
-        kind: "effect",
-        name: name.to_owned(),
-        valid: registry.names(),
-    })
-}
-
-fn set_parameter(
-    world: &mut World,
-    body: Entity,
-    effect: &str,
-    parameter: &str,
-    value: f64,
-) -> Result<(), ActionError> {
-    let info = find_effect(world, effect)?;
-    let index = info
-        .parameter(parameter)
-        .ok_or_else(|| ActionError::Unknown {
-            kind: "parameter",
-            name: format!("{effect}.{parameter}"),
-            valid: info.parameter_names(),
-        })?;
-    let set = info.set;
-    let mut entity = body_mut(world, body)?;
-    match set(&mut entity, index, value) {
-        Some(Ok(())) => Ok(()),
-        Some(Err(error)) => Err(ActionError::Parameter {
-            parameter: format!("{effect}.{parameter}"),
-            error,
-        }),
-        None => Err(ActionError::Absent(effect.to_owned())),
-    }
-}
-
-fn grab(
-    world: &mut World,
-    body: Entity,
-    point: SurfacePoint,
-    target: Vec3,
-) -> Result<(), ActionError> {
-    let gravity = world.resource::<SimulationSettings>().gravity.length();
-    let mut entity = body_mut(world, body)?;
-    let (Some(particles), Some(topology)) = (entity.get::<Particles>(), entity.get::<SoftBody>())
-    else {
-        return Err(ActionError::NoBody(body));
-    };
-    if !target.is_finite() || !point.fits(particles.len()) {
-        return Err(ActionError::NoParticle {
-            particle: point.nearest(),
-            particles: particles.len(),
-        });
-    }
-    let mass: f32 = particles
-        .positions
-        .iter()
-        .filter(|x| x.w > 0.0)
-        .map(|x| 1.0 / x.w)
-        .sum();
-    let grab = Grab::on(point, target, mass, topology.size, gravity);
-    entity.insert(grab);
-    wake(&mut entity);
-    Ok(())
-}
-
-fn change_pins(
-    world: &mut World,
-    body: Entity,
-    vertex: u32,
-    pinned: bool,
-) -> Result<(), ActionError> {
-    let mut entity = body_mut(world, body)?;
-    let particles = entity.get::<Particles>().map_or(0, Particles::len);
-    if vertex as usize >= particles {
-        return Err(ActionError::NoParticle {
-            particle: vertex,
-            particles,
-        });
-    }
-    if let Some(mut pins) = entity.get_mut::<Pins>() {
-        pins.0.retain(|&pin| pin != vertex);
-        if pinned {
-            pins.0.push(vertex);
-        }
-    }
-    wake(&mut entity);
-    Ok(())
-}
-
-/// Names, units and meanings of the settings that [`Action::SetSetting`] reaches.
-pub const SETTINGS: [(&str, &str, &str); 6] = [
-    ("gravity_x", "m/s²", "gravity to the right"),
-    ("gravity_y", "m/s²", "gravity upwards"),
-    ("gravity_z", "m/s²", "gravity towards the viewer"),
-    ("rate", "1/s", "ticks a second"),
-    ("substeps", "", "substeps a tick"),
-    ("iterations", "", "sweeps over all constraints a substep"),
-];
-
-/// The value of a setting by its name.
-#[must_use]
-pub fn setting(settings: &crate::solver::Settings, name: &str) -> Option<f64> {
-    Some(match name {
-        "gravity_x" => settings.gravity.x.into(),
-        "gravity_y" => settings.gravity.y.into(),
-        "gravity_z" => settings.gravity.z.into(),
-        "rate" => settings.rate.get(),
-        "substeps" => settings.substeps.get().into(),
-        "iterations" => settings.iterations.get().into(),
-        _ => return None,
-    })
-}
-
-fn set_setting(world: &mut World, name: &str, value: f64) -> Result<(), ActionError> {
-    let mut settings = **world.resource::<SimulationSettings>();
-    let mut axis = |axis: usize| {
-        let mut gravity = settings.gravity;
-        gravity[axis] = value as f32;
-        settings.set_gravity(gravity)
-    };
-    let done = match name {
-        "gravity_x" => axis(0),
-        "gravity_y" => axis(1),
-        "gravity_z" => axis(2),
-        "rate" => Rate::new(value).map(|rate| settings.rate = rate),
-        "substeps" => Substeps::try_from(value).map(|count| settings.substeps = count),
-        "iterations" => Iterations::try_from(value).map(|count| settings.iterations = count),
-        _ => {
-            return Err(ActionError::Unknown {
-                kind: "setting",
-                name: name.to_owned(),
-                valid: SETTINGS.map(|(name, ..)| name).join(", "),
-            });
-        }
-    };
-    done.map_err(ActionError::Setting)?;
-    world.insert_resource(SimulationSettings(settings));
-    Ok(())
 }

@@ -1,12 +1,12 @@
 //! The beginning of a tick: masses that changed, sleepers that wake, input that is not finite.
 
 use super::{
-    AddedMass, Asleep, BodyDensity, Pins, Quarantined, RestTimer, SimulationClock,
+    AddedMass, Asleep, BodyDensity, JustRestored, Pins, Quarantined, RestTimer, SimulationClock,
     SimulationSettings, SoftBody, TickStart, body::BodyQuarantined, quarantine,
 };
 use crate::solver::{
     Collide, Collider, Grab, Particles, Quarantine,
-    body::{freeze, set_inverse_masses},
+    body::{INPUT, freeze, set_inverse_masses},
     contact::collider::Sweep,
     rest::{disturbed, written},
 };
@@ -38,7 +38,7 @@ pub(super) fn check_input(
             freeze(&mut particles, start);
             let quarantine = Quarantine {
                 vertex: body.vertex(particle),
-                stage: "input",
+                stage: INPUT,
             };
             messages.write(quarantine::message(entity, name, &quarantine));
             commands.entity(entity).insert(Quarantined(quarantine));
@@ -84,7 +84,7 @@ pub(super) fn wake_touched(
 /// Sleepers wake when what describes them changed.
 pub(crate) fn wake_changed<F: bevy::ecs::query::QueryFilter>(
     mut commands: Commands,
-    mut sleepers: Query<(Entity, &mut RestTimer), (With<Asleep>, F)>,
+    mut sleepers: Query<(Entity, &mut RestTimer), (With<Asleep>, Without<JustRestored>, F)>,
 ) {
     for (entity, mut timer) in &mut sleepers {
         timer.0.reset();
@@ -98,7 +98,7 @@ pub(super) fn wake_all(
     settings: Res<SimulationSettings>,
     changed: Query<(), Changed<Collider>>,
     mut removed: RemovedComponents<Collider>,
-    mut sleepers: Query<(Entity, &mut RestTimer), With<Asleep>>,
+    mut sleepers: Query<(Entity, &mut RestTimer), (With<Asleep>, Without<JustRestored>)>,
 ) {
     let gone = removed.read().count() > 0;
     if settings.is_changed() || !changed.is_empty() || gone {
@@ -106,6 +106,13 @@ pub(super) fn wake_all(
             timer.0.reset();
             commands.entity(entity).remove::<Asleep>();
         }
+    }
+}
+
+/// From now on what is changed about a restored body is a change.
+pub(super) fn forget_restored(mut commands: Commands, restored: Query<Entity, With<JustRestored>>) {
+    for entity in &restored {
+        commands.entity(entity).remove::<JustRestored>();
     }
 }
 

@@ -1,10 +1,14 @@
 //! The components that every soft body has.
 
-use crate::solver::{self, Density, Mass, Particles, Topology, body::set_inverse_masses};
+use crate::{
+    mesh::Skin,
+    solver::{self, Density, Mass, Particles, Topology, body::set_inverse_masses},
+};
 use bevy::{
     ecs::component::{Mutable, StorageType},
     prelude::*,
 };
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// A soft body: the immutable part, shared with its copies.
@@ -48,14 +52,51 @@ pub struct RestTimer(pub(super) solver::rest::RestTimer);
 /// The place of a body among bodies, of a collider among colliders: the order in which they came.
 /// Contacts, figures and hashes go by it, so that nothing depends on how the ECS stores entities
 /// or uses their numbers again.
-#[derive(Component, Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
-pub struct SpawnOrder(u64);
+#[derive(
+    Component, Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize,
+)]
+#[serde(transparent)]
+pub struct SpawnOrder(pub(super) u64);
+
+impl SpawnOrder {
+    /// The place, from 1.
+    #[must_use]
+    pub const fn get(self) -> u64 {
+        self.0
+    }
+}
+
+/// The places of all bodies and colliders, so that in a restored state they are called what they
+/// were, and those that come later are called what they would have been.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Places {
+    /// Of the bodies, in their order.
+    pub bodies: Vec<SpawnOrder>,
+    /// Of the colliders, in their order.
+    pub colliders: Vec<SpawnOrder>,
+    /// The last place that was given away.
+    pub last: SpawnOrder,
+}
+
+/// Everything that a scene spawned; all of it goes with the scene.
+#[derive(Component, Debug, Clone, Copy, Default)]
+pub struct SceneEntity;
+
+/// The fine surface that follows a body.
+#[derive(Component, Debug, Clone, Deref)]
+pub struct BodySkin(pub Arc<Skin>);
+
+/// A body that has been put back with its whole state: that its components are new is no change
+/// that wakes it. Until its first tick begins.
+#[derive(Component, Debug, Clone, Copy)]
+pub struct JustRestored;
 
 /// The body has come to rest, and is not stepped until something disturbs it.
 #[derive(Component, Debug, Clone, Copy, Default)]
 pub struct Asleep;
 
-/// The body turned non-finite, and is frozen at its last finite state.
+/// The body turned non-finite, and is frozen at its last good state: where the tick began in which
+/// it did, at rest.
 #[derive(Component, Debug, Clone, PartialEq, Eq, Deref)]
 pub struct Quarantined(pub solver::Quarantine);
 
@@ -79,7 +120,7 @@ impl Component for solver::Collider {
 
 /// The place that the next body or collider gets.
 #[derive(Resource, Debug, Default)]
-pub(super) struct NextPlace(u64);
+pub(super) struct NextPlace(pub(super) u64);
 
 impl NextPlace {
     fn take(&mut self) -> SpawnOrder {

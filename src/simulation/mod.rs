@@ -17,10 +17,10 @@ mod schedule;
 pub mod statistics;
 pub(crate) mod step;
 
-pub use action::{Action, ActionError, Actions, Applied};
+pub use action::{Action, ActionError, Actions, Applied, NewBody};
 pub use body::{
-    Active, AddedMass, Asleep, BodyDensity, BodyQuarantined, Pins, Quarantined, RestTimer,
-    SoftBody, SpawnOrder, TickStart,
+    Active, AddedMass, Asleep, BodyDensity, BodyQuarantined, BodySkin, JustRestored, Pins, Places,
+    Quarantined, RestTimer, SceneEntity, SoftBody, SpawnOrder, TickStart,
 };
 pub use clock::{SimulationClock, SubstepTime, Tick};
 pub use ledger::{Energies, EnergyLedger};
@@ -109,6 +109,7 @@ impl Plugin for SimulationPlugin {
                     wake_changed::<Or<(Changed<BodyDensity>, Changed<AddedMass>, Changed<Pins>)>>,
                     begin::wake_all,
                     begin::wake_touched,
+                    begin::forget_restored,
                     begin::remember_start,
                 )
                     .chain()

@@ -4,8 +4,9 @@
 //! state has to be continued on the side.
 
 use super::{
-    AddedMass, Asleep, BodyDensity, Pins, Quarantined, RestTimer, SimulationClock,
-    SimulationSettings, SoftBody, SolverThreads, SpawnOrder, TickStart, step::Sleep,
+    AddedMass, Asleep, BodyDensity, JustRestored, Pins, Places, Quarantined, RestTimer,
+    SimulationClock, SimulationSettings, SoftBody, SolverThreads, SpawnOrder, TickStart,
+    body::NextPlace, step::Sleep,
 };
 use crate::solver::{
     self, Body, Collide, Collider, Effects, Grab, Ground, Particles, StickyGround, Stretch, Volume,
@@ -50,15 +51,9 @@ pub fn effects(entity: EntityRef) -> Effects {
 /// Copies of all colliders, in their order.
 #[must_use]
 pub fn colliders(world: &mut World) -> Vec<Collider> {
-    let mut colliders: Vec<_> = world
-        .query::<(&SpawnOrder, &Collider)>()
-        .iter(world)
-        .map(|(order, collider)| (*order, collider.clone()))
-        .collect();
-    colliders.sort_unstable_by_key(|(order, _)| *order);
-    colliders
-        .into_iter()
-        .map(|(_, collider)| collider)
+    let entities = colliders_in_order(world).into_iter();
+    entities
+        .filter_map(|entity| world.get::<Collider>(entity).cloned())
         .collect()
 }
 
@@ -71,6 +66,17 @@ pub fn bodies_in_order(world: &mut World) -> Vec<Entity> {
         .collect();
     bodies.sort_unstable();
     bodies.into_iter().map(|(_, entity)| entity).collect()
+}
+
+/// Entities of all colliders in their order.
+#[must_use]
+pub fn colliders_in_order(world: &mut World) -> Vec<Entity> {
+    let mut colliders: Vec<_> = world
+        .query_filtered::<(&SpawnOrder, Entity), With<Collider>>()
+        .iter(world)
+        .collect();
+    colliders.sort_unstable();
+    colliders.into_iter().map(|(_, entity)| entity).collect()
 }
 
 /// A copy of everything, to be stepped without Bevy.
@@ -114,6 +120,50 @@ pub fn spawn(world: &mut World, plain: &solver::World) -> (Vec<Entity>, Vec<Enti
         .map(|collider| world.spawn(collider.clone()).id())
         .collect();
     (bodies, colliders)
+}
+
+/// The places of all bodies and colliders.
+#[must_use]
+pub fn places(world: &mut World) -> Places {
+    let (bodies, colliders) = (bodies_in_order(world), colliders_in_order(world));
+    let place = |entity: Entity| world.get::<SpawnOrder>(entity).copied();
+    Places {
+        bodies: bodies.into_iter().filter_map(place).collect(),
+        colliders: colliders.into_iter().filter_map(place).collect(),
+        last: SpawnOrder(world.resource::<NextPlace>().0),
+    }
+}
+
+/// The same as [`spawn`], but to the bit: what was captured goes on as if it had never stopped.
+/// Sleepers sleep on, bodies and colliders have the places that they had.
+pub fn restore(
+    world: &mut World,
+    plain: &solver::World,
+    places: &Places,
+) -> (Vec<Entity>, Vec<Entity>) {
+    let (bodies, colliders) = spawn(world, plain);
+    for ((&entity, body), &place) in bodies.iter().zip(&plain.bodies).zip(&places.bodies) {
+        world.entity_mut(entity).insert((
+            place,
+            body.particles.clone(),
+            TickStart(body.tick_start.clone()),
+            JustRestored,
+        ));
+    }
+    for (&entity, &place) in colliders.iter().zip(&places.colliders) {
+        world.entity_mut(entity).insert(place);
+    }
+    world.resource_mut::<NextPlace>().0 = places.last.0;
+    (bodies, colliders)
+}
+
+/// If neither a body nor a collider is left, the next one gets the first place again: a scene that
+/// begins anew does so in every respect.
+pub fn begin_places_anew(world: &mut World) {
+    let any = world.query::<&SpawnOrder>().iter(world).next().is_some();
+    if !any {
+        world.resource_mut::<NextPlace>().0 = 0;
+    }
 }
 
 /// Spawns one body with all that it carries.

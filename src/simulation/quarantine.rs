@@ -4,8 +4,8 @@ use super::{BodyQuarantined, Quarantined, SolverThreads, plain, step::CurrentSub
 use crate::solver::{Particles, Quarantine, advance::NotFinite, body::freeze};
 use bevy::prelude::*;
 
-/// Freezes a body whose substep went wrong at the start of that substep, finds out which stage it
-/// was, and says so.
+/// Freezes a body whose substep went wrong where its tick began, finds out which stage it was, and
+/// says so.
 pub(super) fn quarantine(world: &mut World, entity: Entity, error: NotFinite) {
     let Some(body) = plain::body(world.entity(entity)) else {
         return;
@@ -16,8 +16,7 @@ pub(super) fn quarantine(world: &mut World, entity: Entity, error: NotFinite) {
     let quarantine = body.find_cause(error, &means);
     let mut entity_mut = world.entity_mut(entity);
     if let Some(mut particles) = entity_mut.get_mut::<Particles>() {
-        let previous = particles.previous.clone();
-        freeze(&mut particles, &previous);
+        freeze(&mut particles, &body.tick_start);
     }
     entity_mut.insert(Quarantined(quarantine.clone()));
     let text = message(entity, world.get::<Name>(entity), &quarantine);
@@ -35,8 +34,8 @@ pub(super) fn message(
     BodyQuarantined {
         body,
         text: format!(
-            "body {name} is no longer finite: particle {vertex} after {stage}. It is frozen at \
-             its last finite state; the others go on."
+            "body {name} is no longer finite: particle {vertex} after {stage}. It is frozen where \
+             the tick began; the others go on."
         ),
     }
 }

@@ -9,10 +9,11 @@ use super::{
     rest::RestTimer,
 };
 use glam::{Vec3, Vec4};
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// The effects that a body carries; what is absent costs nothing.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Effects {
     /// Edges resist a change of length.
     pub stretch: Option<Stretch>,
@@ -56,6 +57,12 @@ pub struct Quarantine {
     /// The stage or effect that made it so.
     pub stage: &'static str,
 }
+
+/// The stage of a [`Quarantine`] whose body was given what is not finite.
+pub const INPUT: &str = "input";
+
+/// The stage of a [`Quarantine`] that none of the solver's own made.
+pub const USER: &str = "a user's system";
 
 /// A soft body.
 #[derive(Debug, Clone, PartialEq)]
@@ -165,7 +172,7 @@ impl Body {
             freeze(&mut self.particles, &self.tick_start);
             self.quarantine = Some(Quarantine {
                 vertex: self.topology.vertex(particle),
-                stage: "input",
+                stage: INPUT,
             });
         }
         self.tick_start.clone_from(&self.particles.positions);
@@ -182,13 +189,13 @@ impl Body {
         }
     }
 
-    /// All substeps of a tick. A body that is no longer finite is frozen at its last finite state.
+    /// All substeps of a tick. A body that is no longer finite is frozen where the tick began: what
+    /// the substeps before the bad one made is finite, but as a rule already torn apart.
     pub fn advance(&mut self, means: &Means) {
         let substeps = 0..means.settings.substeps.get();
         if let Err(error) = self.stepper().advance(substeps, means) {
             self.quarantine = Some(self.find_cause(error, means));
-            let previous = self.particles.previous.clone();
-            freeze(&mut self.particles, &previous);
+            freeze(&mut self.particles, &self.tick_start);
         }
     }
 
@@ -247,7 +254,7 @@ impl Body {
         }
         Quarantine {
             vertex: self.topology.vertex(error.particle),
-            stage: "a user's system",
+            stage: USER,
         }
     }
 }

@@ -254,18 +254,30 @@ pub fn shape_error(topology: &Topology, positions: &[Vec4]) -> f64 {
     (sum / count).sqrt() / f64::from(topology.size)
 }
 
-/// FNV-1a over the bits of positions and velocities: equal states have equal hashes.
+/// Hash of the bits of positions and velocities: equal states have equal hashes.
 #[must_use]
 pub fn state_hash<'a>(bodies: impl Iterator<Item = &'a Particles>) -> u64 {
-    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    let mut hash = FNV_START;
     for particles in bodies {
         for element in particles.positions.iter().chain(&particles.velocities) {
             for number in element.to_array() {
-                for byte in number.to_bits().to_le_bytes() {
-                    hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-                }
+                hash = fnv1a_on(hash, &number.to_bits().to_le_bytes());
             }
         }
     }
     hash
+}
+
+/// The FNV-1a hash of some bytes, the same on every machine.
+#[must_use]
+pub fn fnv1a(bytes: &[u8]) -> u64 {
+    fnv1a_on(FNV_START, bytes)
+}
+
+const FNV_START: u64 = 0xcbf2_9ce4_8422_2325;
+
+fn fnv1a_on(hash: u64, bytes: &[u8]) -> u64 {
+    bytes.iter().fold(hash, |hash, byte| {
+        (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)
+    })
 }

@@ -34,6 +34,32 @@ impl Numbering {
         }
     }
 
+    /// The one that gives the particles these vertices; none for all numbers the same. `None` if
+    /// they are not all the vertices from 0, each once.
+    #[must_use]
+    pub fn from_vertices(vertices: Vec<u32>) -> Option<Self> {
+        let mut seen = vec![false; vertices.len()];
+        for &vertex in &vertices {
+            let seen = seen.get_mut(vertex as usize)?;
+            if std::mem::replace(seen, true) {
+                return None;
+            }
+        }
+        Some(Self::of(vertices))
+    }
+
+    /// For each particle its vertex; empty if all numbers are the same.
+    #[must_use]
+    pub fn vertices(&self) -> &[u32] {
+        &self.vertices
+    }
+
+    /// How many particles there are; `None` for any number of them, if all numbers are the same.
+    #[must_use]
+    pub(super) fn len(&self) -> Option<usize> {
+        (!self.vertices.is_empty()).then_some(self.vertices.len())
+    }
+
     fn of(vertices: Vec<u32>) -> Self {
         let mut particles = vec![0; vertices.len()];
         for (particle, &vertex) in vertices.iter().enumerate() {

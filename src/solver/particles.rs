@@ -1,9 +1,10 @@
 //! The state of a body: its particles. Everything else about a body only describes.
 
 use glam::{Vec3, Vec4};
+use serde::{Deserialize, Serialize};
 
 /// Particles as columns of 16-byte elements.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Particles {
     /// Position in xyz [m], inverse mass in w [1/kg]; 0 is pinned.
     pub positions: Vec<Vec4>,

@@ -5,9 +5,10 @@
 
 use super::{Particles, contact::collider::Sweep, topology::bounds};
 use glam::{Vec3, Vec4};
+use serde::{Deserialize, Serialize};
 
 /// When bodies fall asleep.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SleepSettings {
     /// Whether bodies sleep at all; default true.
     pub enabled: bool,
@@ -30,7 +31,7 @@ impl Default for SleepSettings {
 }
 
 /// How long a body has been still.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct RestTimer {
     still_for: f32,
 }

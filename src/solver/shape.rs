@@ -1,9 +1,10 @@
 //! What a body is made of before it becomes a [`Topology`](super::Topology).
 
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 
 /// A body at rest: the input of a topology. Any of the three kinds of element may be absent.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct RestShape {
     /// Rest positions [m].
     pub vertices: Vec<Vec3>,

@@ -14,6 +14,7 @@ use super::{
     order::Elements,
 };
 use glam::{DVec3, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// Edges as columns in the order of their colours.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -47,7 +48,7 @@ pub enum Dimension {
 }
 
 /// Elements of the input that do not act, and why.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LeftOut {
     /// Tetrahedra without volume.
     pub flat_tetrahedra: usize,
@@ -113,6 +114,14 @@ pub enum TopologyError {
         /// How many vertices there are.
         vertices: usize,
     },
+    /// A numbering of another shape.
+    #[error("the numbering has {particles} particles, but there are {vertices} vertices")]
+    Numbering {
+        /// How many it numbers.
+        particles: usize,
+        /// How many there are.
+        vertices: usize,
+    },
     /// An element names a vertex twice.
     #[error("{element} {index} names vertex {vertex} more than once")]
     RepeatedVertex {
@@ -136,6 +145,36 @@ impl Topology {
     /// [`TopologyError`] for an empty shape, a coordinate that is not finite, or an element with
     /// an index out of range or repeated.
     pub fn new(shape: RestShape) -> Result<Self, TopologyError> {
+        Self::with(shape, |count, ends, corners| {
+            if count < SMALLEST_CUT {
+                Numbering::default()
+            } else {
+                Numbering::new(count, ends, corners)
+            }
+        })
+    }
+
+    /// The same with a numbering of the particles that is given. Of [`Self::rest_shape`] and the
+    /// numbering of a topology it makes an equal one, but for what was left out the first time.
+    ///
+    /// # Errors
+    /// As [`Self::new`], and [`TopologyError::Numbering`] if the numbering is of another number of
+    /// vertices.
+    pub fn numbered(shape: RestShape, numbering: Numbering) -> Result<Self, TopologyError> {
+        let vertices = shape.vertices.len();
+        match numbering.len() {
+            Some(particles) if particles != vertices => Err(TopologyError::Numbering {
+                particles,
+                vertices,
+            }),
+            _ => Self::with(shape, |_, _, _| numbering),
+        }
+    }
+
+    fn with(
+        shape: RestShape,
+        number: impl FnOnce(usize, &[[u32; 2]], &[[u32; 4]]) -> Numbering,
+    ) -> Result<Self, TopologyError> {
         check_vertices(&shape.vertices)?;
         let count = shape.vertices.len();
         check_elements("edge", &shape.edges, count)?;
@@ -145,11 +184,7 @@ impl Topology {
         let (mut ends, repeated_edges) = without_repeats(shape.edges);
         let (mut corners, mut triangles) = (shape.tetrahedra, shape.triangles);
         let mut rest = shape.vertices;
-        let numbering = if count < SMALLEST_CUT {
-            Numbering::default()
-        } else {
-            Numbering::new(count, &ends, &corners)
-        };
+        let numbering = number(count, &ends, &corners);
         renumber(
             &numbering,
             &mut rest,
@@ -202,6 +237,33 @@ impl Topology {
             left_out,
             rest,
         })
+    }
+
+    /// What the topology is made of, without what was left out: vertices in their own order, and
+    /// elements in the order in which they are solved.
+    ///
+    /// That order is the one that an element is given a colour in again: those of one lowest
+    /// particle have different colours, and each finds the lower ones taken as it did before.
+    #[must_use]
+    pub fn rest_shape(&self) -> RestShape {
+        let vertex = |particle: u32| self.numbering.vertex(particle);
+        let vertices = 0..self.rest.len() as u32;
+        RestShape {
+            vertices: vertices
+                .map(|vertex| self.rest[self.numbering.particle(vertex) as usize])
+                .collect(),
+            edges: self.edges.ends().map(|ends| ends.map(vertex)).collect(),
+            tetrahedra: self
+                .tetrahedra
+                .corners()
+                .map(|corners| corners.map(vertex))
+                .collect(),
+            triangles: self
+                .triangles
+                .iter()
+                .map(|corners| corners.map(vertex))
+                .collect(),
+        }
     }
 
     /// Each particle's share of the body [m³, m² or m by `dimension`].

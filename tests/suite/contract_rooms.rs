@@ -8,12 +8,13 @@ use std::{
 /// From the top floor to the ground: a room knows those on lower floors, and its neighbours on its
 /// own. Simulation and effects share a floor: a schedule holds systems of effects, and an effect's
 /// systems stand in sets of the schedule.
-const FLOORS: [&[&str]; 9] = [
+const FLOORS: [&[&str]; 10] = [
     &["main"],
     &["command"],
     &["sandbox"],
     &["study", "torture"],
     &["bench", "output"],
+    &["recording"],
     &["scene"],
     &["effect", "simulation"],
     &["mesh"],

@@ -15,11 +15,15 @@ mod mesh_read;
 mod mesh_support;
 mod program;
 mod project;
+mod recording_program;
+mod recording_replay;
+mod recording_snapshot;
 mod reference_contacts;
 mod reference_kernels;
 mod reference_support;
 #[cfg(feature = "window")]
 mod sandbox_accuracy;
+mod sandbox_frozen;
 #[cfg(feature = "window")]
 mod sandbox_gallery;
 #[cfg(feature = "window")]

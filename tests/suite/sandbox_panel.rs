@@ -481,6 +481,30 @@ fn the_ghost_has_a_section_while_there_is_one() {
 }
 
 #[test]
+fn frozen_bodies_are_named_and_one_button_asks_for_all_that_are_shown() {
+    let mut frozen = model();
+    for key in 3..=6 {
+        frozen.bodies.push(BodyEntry {
+            key,
+            name: format!("cube {key}"),
+            particles: 8,
+            state: BodyState::Quarantined("particle 3 was not finite after stretch".to_owned()),
+        });
+    }
+    let mut hand = Hand::new(frozen, SIZES[0]);
+    let mut texts = Vec::new();
+    collect_texts(&hand.draw(Vec::new()), &mut texts);
+    let said = texts.join("\n");
+    assert!(said.contains("cube 3 is frozen: particle 3"), "{said}");
+    assert!(said.contains("and 2 more"), "{said}");
+    let mut asked = hand.press_widget("thaw");
+    // The model stays as it is, so a press that lasts two frames asks twice.
+    asked.truncate(4);
+    let all: Vec<_> = (3..=6).map(Request::Restore).collect();
+    assert_eq!(asked, all);
+}
+
+#[test]
 fn the_pickers_open_and_choose() {
     let mut hand = one_hand();
     assert_eq!(hand.press_widget("scene"), []);

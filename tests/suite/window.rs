@@ -64,6 +64,11 @@ fn xdotool(arguments: &[&str]) -> String {
 impl Window {
     /// Opens a scene and waits until it is drawn.
     fn open(scene: &str) -> Self {
+        Self::open_with(scene, &[])
+    }
+
+    /// The same with more on the command line.
+    fn open_with(scene: &str, arguments: &[&str]) -> Self {
         let folder =
             std::env::temp_dir().join(format!("pliant-window-{}-{scene}", std::process::id()));
         std::fs::create_dir_all(&folder).expect("a folder for temporary files");
@@ -72,6 +77,7 @@ impl Window {
         let program = Command::new(env!("CARGO_BIN_EXE_pliant"))
             .args([scene, "--size", "1280x800", "--no-settings", "--journal"])
             .arg(&journal)
+            .args(arguments)
             .env("XDG_CONFIG_HOME", &folder)
             .env_remove("WAYLAND_DISPLAY")
             .stderr(Stdio::from(errors))
@@ -111,6 +117,8 @@ impl Window {
     /// Takes hold of a body in its middle. At a few frames a second a press may come before the
     /// program has seen where the pointer went; a user presses again then.
     fn grab(&mut self) -> ([f64; 2], [f64; 3]) {
+        let grabs = |event: &Value| event["action"]["do"] == "grab";
+        let before = self.count(grabs);
         for _ in 0..10 {
             let (place, centre) = self.body();
             self.point([place[0] - 2.0, place[1]]);
@@ -118,7 +126,7 @@ impl Window {
             std::thread::sleep(Duration::from_millis(400));
             xdotool(&["mousedown", "1"]);
             for _ in 0..20 {
-                if self.count(|event| event["action"]["do"] == "grab") > 0 {
+                if self.count(grabs) > before {
                     return (place, centre);
                 }
                 std::thread::sleep(Duration::from_millis(100));
@@ -173,6 +181,37 @@ impl Window {
             (event["event"] == "widget" && event["name"] == name)
                 .then(|| numbers(&event["rect"]))?
         })
+    }
+
+    /// Presses a widget of the panel until the journal says `done` once more than before.
+    fn press(&mut self, name: &str, done: impl Fn(&Value) -> bool) {
+        let before = self.count(&done);
+        for _ in 0..10 {
+            let [x, y, width, height] = self.widget(name);
+            self.point([x + width * 0.5, y + height / 2.0]);
+            std::thread::sleep(Duration::from_millis(400));
+            xdotool(&["mousedown", "1"]);
+            std::thread::sleep(Duration::from_millis(400));
+            xdotool(&["mouseup", "1"]);
+            for _ in 0..15 {
+                if self.count(&done) > before {
+                    return;
+                }
+                std::thread::sleep(Duration::from_millis(100));
+            }
+        }
+        panic!("pressing {name} ten times does nothing");
+    }
+
+    /// Presses a key and waits until the journal says `done` once more than before.
+    fn key(&mut self, key: &str, done: impl Fn(&Value) -> bool) {
+        let before = self.count(&done);
+        xdotool(&["key", key]);
+        let start = Instant::now();
+        while self.count(&done) == before {
+            assert!(start.elapsed() < PATIENCE, "key {key} does nothing");
+            std::thread::sleep(Duration::from_millis(100));
+        }
     }
 
     fn count(&self, matches: impl Fn(&Value) -> bool) -> usize {
@@ -321,5 +360,122 @@ fn the_compliance_slider_changes_the_component() {
     let soft = value_at(&mut window, 0.8);
     // The slider is logarithmic over many decades: three fifths of it are more than one.
     assert!(soft > 10.0 * stiff, "{stiff} m/N, then {soft} m/N");
+    window.close();
+}
+
+/// Everything that changes the simulation goes through the list of actions, or is a scene that
+/// comes: what a hand does in the window is done again without one, to the same hash.
+#[test]
+fn what_is_done_in_the_window_replays_without_one_on_any_number_of_threads() {
+    if !can_run() {
+        return;
+    }
+    let _alone = POINTER
+        .lock()
+        .unwrap_or_else(|poisoned| poisoned.into_inner());
+    let file = std::env::temp_dir().join(format!("pliant-window-{}.rec", std::process::id()));
+    let path = file.to_str().expect("UTF-8");
+    let mut window = Window::open_with("jelly_cube", &["--record", path]);
+    let done = |what: &'static str| move |event: &Value| event["action"]["do"] == what;
+    let opened = |event: &Value| event["event"] == "scene";
+    let (place, _) = window.grab();
+    for step in 1..=6 {
+        let up = f64::from(step) * 20.0;
+        window.point([place[0] - up, place[1] - up]);
+    }
+    window.key("p", done("pin"));
+    window.key("Up", done("set"));
+    window.key("Right", done("set"));
+    xdotool(&["mouseup", "1"]);
+    window.wait("release", |event| done("release")(event).then_some(()));
+    window.press("squash", done("deform"));
+    window.press("add", |event| {
+        event["event"] == "widget" && event["name"] == "add.box" && !event["rect"].is_null()
+    });
+    window.press("add.box", done("spawn"));
+    window.press("effect.volume", done("remove effect"));
+    window.press("shuffle", done("deform"));
+    window.key("r", opened);
+    window.press("stretch.compliance", done("set"));
+    window.press("world.iterations", done("set"));
+    window.key("n", opened);
+    window.grab();
+    xdotool(&["mouseup", "1"]);
+    window.key("Delete", done("despawn"));
+    // A second of the scene that is left.
+    std::thread::sleep(Duration::from_secs(1));
+    let actions = window.count(|event| event["event"] == "action");
+    window.close();
+    for threads in ["1", "2", "8"] {
+        let output = Command::new(env!("CARGO_BIN_EXE_pliant"))
+            .args(["replay", path, "--json", "--threads", threads])
+            .output()
+            .expect("the program starts");
+        let replay: Value = serde_json::from_slice(&output.stdout)
+            .unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&output.stderr)));
+        assert_eq!(replay["same"], true, "{replay:#}");
+        assert_eq!(replay["complete"], true, "{replay:#}");
+        assert_eq!(replay["restarts"], 1);
+        assert_eq!(replay["scenes"].as_array().map(Vec::len), Some(2));
+        let told = replay["actions"].as_u64().expect("a count");
+        assert!(told >= actions as u64 && told > 10, "{told} of {actions}");
+    }
+    std::fs::remove_file(&file).expect("it was made here");
+}
+
+#[test]
+fn a_body_spoilt_by_a_typed_number_is_named_until_it_is_restored() {
+    if !can_run() {
+        return;
+    }
+    let _alone = POINTER
+        .lock()
+        .unwrap_or_else(|poisoned| poisoned.into_inner());
+    let mut window = Window::open("bounce");
+    // The row of the ground's height is to stay in sight.
+    window.press("section.world", |event| {
+        event["name"] == "world.substeps" && event["rect"].is_null()
+    });
+    // All plates stand on one ground; it is raised faster than f32 can say.
+    let raise = |window: &mut Window, height: &str| {
+        let is_set = |event: &Value| event["action"]["parameter"] == "ground.height";
+        for _ in 0..10 {
+            let before = window.count(is_set);
+            let [x, y, width, height_of] = window.widget("ground.height.entry");
+            window.point([x + width / 2.0, y + height_of / 2.0]);
+            std::thread::sleep(Duration::from_millis(400));
+            xdotool(&["click", "1"]);
+            std::thread::sleep(Duration::from_millis(600));
+            // A click selects what stands there.
+            xdotool(&["type", "--delay", "150", height]);
+            std::thread::sleep(Duration::from_millis(400));
+            xdotool(&["key", "Return"]);
+            std::thread::sleep(Duration::from_millis(1500));
+            if window.count(is_set) > before {
+                return;
+            }
+        }
+        panic!("ten times a height was typed, and nothing is set");
+    };
+    raise(&mut window, "1e37");
+    let card = |event: &Value| {
+        let is = event["event"] == "widget" && event["name"] == "restore.all";
+        is.then(|| event["rect"].is_null())
+    };
+    let gone = window.wait("the card", card);
+    assert!(!gone);
+    // It stays, where a note would have gone.
+    std::thread::sleep(Duration::from_secs(16));
+    assert!(!window.wait("the card", card));
+    raise(&mut window, "0");
+    window.press("restore.all", |event| event["action"]["do"] == "restore");
+    let start = Instant::now();
+    while !window.wait("the card", card) {
+        assert!(start.elapsed() < PATIENCE, "the card stays");
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    window.wait("finite bodies", |event| {
+        (event["event"] == "tick" && event["finite"] == true).then_some(())
+    });
     window.close();
 }

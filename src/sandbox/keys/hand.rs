@@ -40,6 +40,7 @@ impl Hand<'_, '_> {
             Command::NextScene => self.ask(Request::NextScene),
             Command::PreviousScene => self.ask(Request::PreviousScene),
             Command::Pin => self.pin(),
+            Command::Remove => self.ask(Request::Remove),
             Command::Softer => self.compliance(true),
             Command::Stiffer => self.compliance(false),
             Command::MoreSubsteps => self.substeps(true),

@@ -17,6 +17,7 @@ use crate::{
     sandbox::{
         accuracy::AccuracyCommand,
         arrival::Arrivals,
+        drag::Drag,
         gallery::GalleryCommand,
         ghost::GhostCommand,
         message::{Notices, capitalised},
@@ -101,6 +102,12 @@ fn carry_out_one(world: &mut World, request: Request) {
         Request::Effect { effect, on } => switch(world, scope, effect, on),
         Request::Distort(distortion) => distort(world, scope, distortion),
         Request::AddBody(name) => world.resource_mut::<Arrivals>().build(&name),
+        Request::Restore(key) => {
+            if let Some(body) = Entity::try_from_bits(key) {
+                push(world, Action::Restore { body });
+            }
+        }
+        Request::Remove => remove(world, scope),
         Request::Pin(pinned) => pin(world, pinned),
         Request::Wireframe(on) => world.resource_mut::<ViewSettings>().wireframe = on,
         Request::Tetrahedra(on) => world.resource_mut::<ViewSettings>().tetrahedra = on,
@@ -241,4 +248,23 @@ fn pin(world: &mut World, pinned: bool) {
         };
         push(world, action);
     }
+}
+
+fn remove(world: &mut World, scope: Scope) {
+    let held = world.resource::<LastGrab>().0.map(|grab| grab.body);
+    let shown = match scope {
+        Scope::All => None,
+        Scope::Body(key) => Entity::try_from_bits(key),
+    };
+    let Some(body) = held.or(shown) else {
+        let text =
+            "Take hold of a body first, or choose it in the panel; Delete then takes it away";
+        world.resource_mut::<Notices>().info(text);
+        return;
+    };
+    // The hand lets go before the body is gone.
+    if let Some(mut drag) = world.get_resource_mut::<Drag>() {
+        drag.held = drag.held.filter(|held| held.body != body);
+    }
+    push(world, Action::Despawn { body });
 }

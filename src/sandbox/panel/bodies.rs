@@ -4,7 +4,7 @@ use bevy_egui::egui::{ComboBox, Label, RichText, Ui};
 
 use super::{
     Panel,
-    model::{BodyState, Distortion, PanelModel, Request, Scope},
+    model::{BodyEntry, BodyState, Distortion, PanelModel, Request, Scope},
     number,
     section::{self, RowButton, section},
 };
@@ -14,7 +14,7 @@ use crate::sandbox::theme;
 pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     section(ui, panel, "Bodies", |ui, panel| {
         scope(ui, panel, model);
-        state(ui, model);
+        state(ui, panel, model);
         buttons(ui, panel, model);
     });
 }
@@ -81,7 +81,7 @@ fn add(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, width: f32) {
 }
 
 /// A line on what is in the scope: how large it is, and what it is doing.
-fn state(ui: &mut Ui, model: &PanelModel) {
+fn state(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     let in_scope = model
         .bodies
         .iter()
@@ -93,7 +93,7 @@ fn state(ui: &mut Ui, model: &PanelModel) {
         match &body.state {
             BodyState::Awake => {}
             BodyState::Asleep => asleep += 1,
-            BodyState::Quarantined(reason) => stuck.push((body.name.as_str(), reason.as_str())),
+            BodyState::Quarantined(reason) => stuck.push((body, reason.as_str())),
         }
     }
     let mut text = format!("{} particles", number::count(particles));
@@ -104,9 +104,32 @@ fn state(ui: &mut Ui, model: &PanelModel) {
         (n, Scope::All) => text.push_str(&format!(" · {n} asleep")),
     }
     section::note(ui, &text);
-    for (name, reason) in stuck {
-        let text = format!("{name} is frozen: {reason}");
+    frozen(ui, panel, &stuck);
+}
+
+/// Frozen bodies that are named; of more it is said how many.
+const MOST_NAMED: usize = 2;
+
+fn frozen(ui: &mut Ui, panel: &mut Panel, stuck: &[(&BodyEntry, &str)]) {
+    let alarm = |ui: &mut Ui, text: String| {
         ui.add(Label::new(RichText::new(text).small().color(theme::ALARM)).wrap());
+    };
+    for (body, reason) in stuck.iter().take(MOST_NAMED) {
+        alarm(ui, format!("{} is frozen: {reason}", body.name));
+    }
+    if stuck.len() > MOST_NAMED {
+        alarm(ui, format!("and {} more", stuck.len() - MOST_NAMED));
+    }
+    if stuck.is_empty() {
+        return;
+    }
+    let help =
+        "They go on from where they were when the tick began in which this happened, at rest";
+    let button = RowButton::new("thaw", "Restore the last good state", help);
+    if section::button_row(ui, panel, &[button]).is_some() {
+        for (body, _) in stuck {
+            panel.ask(Request::Restore(body.key));
+        }
     }
 }
 

@@ -15,7 +15,7 @@ use super::{
 use crate::{
     effect::{EffectInfo, EffectRegistry, ParameterInfo, Scale},
     sandbox::{
-        arrival,
+        arrival, frozen,
         throughput::Throughput,
         view::{LastGrab, ViewSettings},
     },
@@ -121,10 +121,7 @@ pub(super) fn track(info: &ParameterInfo) -> Track {
 fn entry(world: &World, body: Entity) -> BodyEntry {
     let entity = world.entity(body);
     let state = match entity.get::<Quarantined>() {
-        Some(quarantine) => BodyState::Quarantined(format!(
-            "particle {} was not finite after {}",
-            quarantine.vertex, quarantine.stage
-        )),
+        Some(quarantine) => BodyState::Quarantined(frozen::reason(quarantine)),
         None if entity.contains::<Asleep>() => BodyState::Asleep,
         None => BodyState::Awake,
     };

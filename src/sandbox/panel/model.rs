@@ -311,6 +311,10 @@ pub enum Request {
     Distort(Distortion),
     /// Add a body by the name of its [`Addition`].
     AddBody(String),
+    /// Let a body in quarantine go on from its last good state, by its key.
+    Restore(u64),
+    /// Take away the body that is or was held last, or else the one that is shown.
+    Remove,
     /// Pin (`true`) or free the point that is or was held.
     Pin(bool),
     /// Draw the wireframe or not.

@@ -6,9 +6,11 @@
 use super::{at, push};
 use crate::solver::{Compliance, Damping, Force};
 use glam::{Vec3, Vec4};
+use serde::{Deserialize, Serialize};
 
 /// A point of a body as a weighted mean of particles.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<(u32, f32)>", into = "Vec<(u32, f32)>")]
 pub struct SurfacePoint {
     particles: [u32; Self::MOST],
     weights: [f32; Self::MOST],
@@ -82,8 +84,35 @@ impl SurfacePoint {
     }
 }
 
+impl From<SurfacePoint> for Vec<(u32, f32)> {
+    fn from(point: SurfacePoint) -> Self {
+        point.terms().collect()
+    }
+}
+
+/// What was written down is taken as it is, to the bit: scaling its weights to a sum of 1 once more
+/// would round them again.
+impl TryFrom<Vec<(u32, f32)>> for SurfacePoint {
+    type Error = &'static str;
+
+    fn try_from(terms: Vec<(u32, f32)>) -> Result<Self, &'static str> {
+        let mut point = Self::new(&terms)
+            .filter(|point| point.count == terms.len())
+            .ok_or("a point is held by 1 to 12 different particles with weights")?;
+        let sum: f32 = terms.iter().map(|(_, weight)| weight).sum();
+        // Twelve roundings of weights that are 4 at most, as those of a skin are.
+        if (sum - 1.0).abs() > 1e-4 {
+            return Err("the weights of a point must sum to 1");
+        }
+        for (slot, (_, weight)) in point.weights.iter_mut().zip(&terms) {
+            *slot = *weight;
+        }
+        Ok(point)
+    }
+}
+
 /// A body is held at a point.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Grab {
     /// The point that is held.
     pub point: SurfacePoint,

@@ -1,9 +1,10 @@
 //! Where a rigid thing is: a rotation and a translation.
 
 use glam::{DMat3, DVec3, Mat3, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// A rotation, then a translation.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
     /// Rotation, orthonormal. A matrix, as glam's quaternions round differently by platform.
     pub rotation: Mat3,

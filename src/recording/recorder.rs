@@ -1,0 +1,194 @@
+//! Writes a recording while it happens.
+
+use super::{
+    About, HASH_EVERY, RecordingError, Snapshot,
+    line::{self, Head, Line},
+};
+use crate::simulation::{
+    Action, Applied, SimulationClock, StepSchedule, StepSystems, state_hash, tick,
+};
+use bevy::prelude::*;
+use std::{
+    fs::File,
+    io::Write,
+    path::{Path, PathBuf},
+};
+
+/// An open recording, as a resource of the app that it is of.
+#[derive(Resource, Debug)]
+pub struct Recorder {
+    file: File,
+    path: PathBuf,
+    /// Whether a scene has begun.
+    begun: bool,
+    /// The tick of the last hash.
+    hashed: Option<u64>,
+    /// Why nothing is written any more.
+    failure: Option<String>,
+}
+
+impl Recorder {
+    /// Begins a file; one that is there is replaced.
+    ///
+    /// # Errors
+    /// [`RecordingError::File`].
+    pub fn create(path: &Path) -> Result<Self, RecordingError> {
+        let failed = |error| RecordingError::File {
+            path: path.to_owned(),
+            error,
+        };
+        let mut recorder = Self {
+            file: File::create(path).map_err(failed)?,
+            path: path.to_owned(),
+            begun: false,
+            hashed: None,
+            failure: None,
+        };
+        recorder.write(&Head::new());
+        match recorder.failure {
+            None => Ok(recorder),
+            Some(reason) => Err(failed(std::io::Error::other(reason))),
+        }
+    }
+
+    /// Records what happens in an app from now on. Nothing is written before
+    /// [`Self::scene_opened`].
+    pub fn install(self, app: &mut App) {
+        app.insert_resource(self)
+            .add_observer(note_action)
+            .add_systems(
+                StepSchedule,
+                note_hash
+                    .after(StepSystems::End)
+                    .run_if(|clock: Res<SimulationClock>| !clock.mid_tick()),
+            );
+    }
+
+    /// The file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Why nothing is written any more, if that is so: a disk that is full, a state that cannot be
+    /// kept.
+    #[must_use]
+    pub fn failure(&self) -> Option<&str> {
+        self.failure.as_deref()
+    }
+
+    /// A scene was put in the place of the one before. Does nothing where nothing is recorded.
+    pub fn scene_opened(world: &mut World, about: About) {
+        if !world.contains_resource::<Self>() {
+            return;
+        }
+        let name = about.name.clone();
+        let line = Snapshot::take(world, about).map(|snapshot| Line::Scene {
+            tick: snapshot.built.world.tick,
+            name,
+            state: line::state(&snapshot),
+        });
+        let mut recorder = world.resource_mut::<Self>();
+        match line {
+            Ok(line) => {
+                recorder.begun = true;
+                recorder.hashed = None;
+                recorder.write(&line);
+            }
+            Err(error) => recorder.failure = Some(error.to_string()),
+        }
+    }
+
+    /// The scene began anew. Does nothing where nothing is recorded.
+    pub fn scene_restarted(world: &mut World) {
+        let tick = world.resource::<SimulationClock>().tick();
+        if let Some(mut recorder) = world.get_resource_mut::<Self>() {
+            recorder.hashed = None;
+            recorder.write(&Line::Restart { tick });
+        }
+    }
+
+    /// The scene that runs is about to go. Does nothing where nothing is recorded.
+    pub fn scene_ends(world: &mut World) {
+        if !world.resource::<SimulationClock>().mid_tick() {
+            Self::hash(world, |tick, hash| Line::Hash { tick, hash });
+        }
+    }
+
+    /// Ends the recording in order; a tick that is under way is ended first. Does nothing where
+    /// nothing is recorded.
+    pub fn end(world: &mut World) {
+        if !world.contains_resource::<Self>() {
+            return;
+        }
+        if world.resource::<SimulationClock>().mid_tick() {
+            tick(world);
+        }
+        world.resource_mut::<Self>().hashed = None;
+        Self::hash(world, |tick, hash| Line::End { tick, hash });
+    }
+
+    /// Writes the hash of the state, unless it has been written.
+    fn hash(world: &mut World, line: impl FnOnce(u64, String) -> Line) {
+        let tick = world.resource::<SimulationClock>().tick();
+        let due = |recorder: &Self| recorder.begun && recorder.hashed != Some(tick);
+        if !world.get_resource::<Self>().is_some_and(due) {
+            return;
+        }
+        let hash = line::hex(state_hash(world));
+        let mut recorder = world.resource_mut::<Self>();
+        recorder.hashed = Some(tick);
+        recorder.write(&line(tick, hash));
+    }
+
+    /// Writes a line at once. The first failure is the last line: a recording with a gap would
+    /// replay to something else.
+    fn write(&mut self, line: &impl serde::Serialize) {
+        if self.failure.is_some() {
+            return;
+        }
+        let written = line::write(line)
+            .map_err(|error| error.to_string())
+            .and_then(|text| {
+                let line = text + "\n";
+                self.file
+                    .write_all(line.as_bytes())
+                    .map_err(|error| error.to_string())
+            });
+        self.failure = written.err();
+    }
+}
+
+/// Writes down what was done.
+fn note_action(applied: On<Applied>, mut recorder: ResMut<Recorder>) {
+    if !recorder.begun {
+        return;
+    }
+    let Applied {
+        tick,
+        action,
+        place,
+    } = &*applied;
+    let tick = *tick;
+    let line = match action {
+        Action::Spawn(new) => Some(Line::Add {
+            tick,
+            body: line::state(&Snapshot::of(new)),
+        }),
+        action => {
+            let renamed = action.clone().renamed(|_| *place);
+            renamed.map(|action| Line::Do { tick, action })
+        }
+    };
+    if let Some(line) = line {
+        recorder.write(&line);
+    }
+}
+
+/// Writes down the hash of the state every so many ticks.
+fn note_hash(world: &mut World) {
+    let tick = world.resource::<SimulationClock>().tick();
+    if tick.is_multiple_of(HASH_EVERY) {
+        Recorder::hash(world, |tick, hash| Line::Hash { tick, hash });
+    }
+}

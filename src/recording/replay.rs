@@ -1,0 +1,277 @@
+//! Does again what a recording says was done, and compares.
+
+use super::{
+    HASH_EVERY, RecordingError, Snapshot,
+    error::LineError,
+    line::{self, Head, Line, VERSION},
+};
+use crate::{
+    scene::{self, run::headless},
+    simulation::{
+        Action, NewBody, SimulationClock, SolverThreads, SpawnOrder, action::perform,
+        plain::bodies_in_order, state_hash, tick,
+    },
+    solver::Threads,
+};
+use bevy::prelude::*;
+use std::{
+    fs::File,
+    io::{BufRead, BufReader, Read},
+    path::Path,
+    sync::Arc,
+};
+
+/// What came of a replay.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Replay {
+    /// Version of the program that made the recording.
+    pub program: String,
+    /// Names of the scenes that were opened, in their order.
+    pub scenes: Vec<String>,
+    /// How often a scene was begun anew.
+    pub restarts: usize,
+    /// Things that were done.
+    pub actions: usize,
+    /// Ticks of all scenes together.
+    pub ticks: u64,
+    /// Hashes that were compared.
+    pub hashes: usize,
+    /// Hash of the state at the end.
+    pub state_hash: u64,
+    /// Whether the recording was ended in order; one that was cut off by a crash was not.
+    pub complete: bool,
+    /// The first hash that is not what it was; the replay ended there.
+    pub difference: Option<Difference>,
+}
+
+/// A hash that is not what it was.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Difference {
+    /// The line of the recording, from 1.
+    pub line: usize,
+    /// The scene.
+    pub scene: String,
+    /// The tick.
+    pub tick: u64,
+    /// The last tick at which the hashes were the same, if there is one since the scene began.
+    pub agreed: Option<u64>,
+    /// The hash then.
+    pub expected: String,
+    /// The hash now.
+    pub found: String,
+}
+
+/// Replays a recording on the given threads; `progress` is told the share of the file that is done,
+/// from 0 to 1, now and then.
+///
+/// # Errors
+/// [`RecordingError`] for a file that cannot be read, is of another kind or version, or has a line
+/// that makes no sense. A last line without an end is what a crash leaves, and is left out.
+pub fn replay(
+    path: &Path,
+    threads: &Threads,
+    mut progress: impl FnMut(f64),
+) -> Result<Replay, RecordingError> {
+    let failed = |error| RecordingError::File {
+        path: path.to_owned(),
+        error,
+    };
+    let file = File::open(path).map_err(failed)?;
+    let size = file.metadata().map_err(failed)?.len().max(1);
+    let mut lines = BufReader::new(file);
+    let (mut bytes, mut number, mut done) = (Vec::new(), 0, 0);
+    let mut player = Player::default();
+    loop {
+        bytes.clear();
+        // The head is short: what goes on and on without the end of a line is of another kind.
+        let most = if number == 0 { LONGEST_HEAD } else { u64::MAX };
+        let read = (&mut lines).take(most).read_until(b'\n', &mut bytes);
+        done += read.map_err(failed)? as u64;
+        if bytes.pop() != Some(b'\n') {
+            break;
+        }
+        number += 1;
+        let at_line = |error| RecordingError::Line {
+            path: path.to_owned(),
+            line: number,
+            error,
+        };
+        let text = std::str::from_utf8(&bytes).map_err(|_| at_line(LineError::NotText));
+        if number == 1 {
+            player.replay.program = head(path, text.unwrap_or_default())?;
+            continue;
+        }
+        let ended = player
+            .play(line::read(text?).map_err(at_line)?, number, threads)
+            .map_err(at_line)?;
+        progress(done as f64 / size as f64);
+        if ended {
+            break;
+        }
+    }
+    if number == 0 {
+        return Err(RecordingError::Foreign {
+            path: path.to_owned(),
+        });
+    }
+    player.finish().ok_or_else(|| RecordingError::Empty {
+        path: path.to_owned(),
+    })
+}
+
+/// Bytes that the first line may have.
+const LONGEST_HEAD: u64 = 4096;
+
+/// The version of the program that wrote a file with this first line.
+fn head(path: &Path, text: &str) -> Result<String, RecordingError> {
+    let head = line::read(text).map_err(|_| RecordingError::Foreign {
+        path: path.to_owned(),
+    })?;
+    match head {
+        Head::Recording { version, program } if version == VERSION => Ok(program),
+        Head::Recording { version, .. } => Err(RecordingError::Version {
+            path: path.to_owned(),
+            found: version,
+            known: VERSION,
+        }),
+    }
+}
+
+/// A replay under way.
+#[derive(Default)]
+struct Player {
+    replay: Replay,
+    open: Option<Open>,
+    agreed: Option<u64>,
+}
+
+/// The scene that is open.
+struct Open {
+    app: App,
+    beginning: Snapshot,
+}
+
+impl Player {
+    /// Does what a line says; true if that was the end.
+    fn play(&mut self, line: Line, number: usize, threads: &Threads) -> Result<bool, LineError> {
+        if self.replay.complete {
+            return Err(LineError::AfterEnd);
+        }
+        match line {
+            Line::Scene { name, state, .. } => {
+                let beginning = line::snapshot(&state)?;
+                let mut app = headless(&beginning.built);
+                app.insert_resource(SolverThreads(threads.clone()));
+                self.replay.scenes.push(name);
+                self.open = Some(Open { app, beginning });
+                self.agreed = None;
+                return Ok(false);
+            }
+            Line::Restart { .. } => {
+                let open = self.open.as_mut().ok_or(LineError::NoScene)?;
+                let world = open.app.world_mut();
+                scene::despawn(world);
+                scene::spawn(&open.beginning.built, world);
+                self.replay.restarts += 1;
+                self.agreed = None;
+                return Ok(false);
+            }
+            _ => {}
+        }
+        let open = self.open.as_mut().ok_or(LineError::NoScene)?;
+        let world = open.app.world_mut();
+        self.replay.ticks += go_to(world, line.tick())?;
+        match line {
+            Line::Do { action, .. } => {
+                act(world, action)?;
+                self.replay.actions += 1;
+            }
+            Line::Add { body, .. } => {
+                perform(world, &Action::Spawn(Arc::new(new_body(&body)?)))?;
+                self.replay.actions += 1;
+            }
+            Line::Hash { tick, hash } => return Ok(self.compare(tick, hash, number)),
+            Line::End { tick, hash } => {
+                let differs = self.compare(tick, hash, number);
+                self.replay.complete = true;
+                return Ok(differs);
+            }
+            Line::Scene { .. } | Line::Restart { .. } => {}
+        }
+        Ok(false)
+    }
+
+    /// True if the hash is not what it was.
+    fn compare(&mut self, tick: u64, expected: String, line: usize) -> bool {
+        let Some(open) = &mut self.open else {
+            return false;
+        };
+        let found = line::hex(state_hash(open.app.world_mut()));
+        self.replay.hashes += 1;
+        if found == expected {
+            self.agreed = Some(tick);
+            return false;
+        }
+        self.replay.difference = Some(Difference {
+            line,
+            scene: self.replay.scenes.last().cloned().unwrap_or_default(),
+            tick,
+            agreed: self.agreed,
+            expected,
+            found,
+        });
+        true
+    }
+
+    /// What came of it, if there was a scene.
+    fn finish(mut self) -> Option<Replay> {
+        let mut open = self.open?;
+        self.replay.state_hash = state_hash(open.app.world_mut());
+        Some(self.replay)
+    }
+}
+
+/// Ticks on to a tick; how many that were.
+fn go_to(world: &mut World, target: u64) -> Result<u64, LineError> {
+    let now = world.resource::<SimulationClock>().tick();
+    let Some(ticks) = target.checked_sub(now) else {
+        return Err(LineError::Backwards { tick: target, now });
+    };
+    if ticks > HASH_EVERY {
+        return Err(LineError::Gap {
+            tick: target,
+            now,
+            every: HASH_EVERY,
+        });
+    }
+    for _ in 0..ticks {
+        tick(world);
+    }
+    Ok(ticks)
+}
+
+/// Does what was done to the body of a place.
+fn act(world: &mut World, action: Action<SpawnOrder>) -> Result<(), LineError> {
+    let place = action.body().copied();
+    let body = place.and_then(|place| {
+        let bodies = bodies_in_order(world);
+        bodies
+            .into_iter()
+            .find(|&body| world.get::<SpawnOrder>(body) == Some(&place))
+    });
+    let action = action
+        .renamed(|_| body)
+        .ok_or_else(|| LineError::NoBody(place.unwrap_or_default().get()))?;
+    Ok(perform(world, &action)?)
+}
+
+/// The body of an `Add` line.
+fn new_body(state: &str) -> Result<NewBody, LineError> {
+    let built = line::snapshot(state)?.built;
+    let count = built.world.bodies.len();
+    let (bodies, skins) = (built.world.bodies, built.skins);
+    match bodies.into_iter().zip(skins).next() {
+        Some((body, skin)) if count == 1 => Ok(NewBody { body, skin }),
+        _ => Err(LineError::NotOneBody(count)),
+    }
+}

@@ -1,0 +1,291 @@
+//! Snapshots, and the files that they are kept in.
+//!
+//! A file begins with eight letters, the version of the format (u32), the number of bytes that follow
+//! (u64) and their checksum (u64, FNV-1a), numbers with their lowest byte first. What follows is
+//! [postcard](https://postcard.jamesmunns.com). Of a mesh it has the rest shape and the numbering of
+//! the particles: everything else is made of them again.
+
+use super::{
+    SnapshotError,
+    stored::{Stored, check_effects},
+};
+use crate::{
+    scene::{Acceptance, BuiltScene, CameraSpec, CurrentScene, Look, Scene},
+    simulation::{
+        BodySkin, NewBody, Places, SimulationClock,
+        plain::{self, bodies_in_order},
+    },
+    solver::{self, measure::fnv1a},
+};
+use bevy::prelude::World;
+use std::{
+    fs::File,
+    io::{self, Read},
+    path::Path,
+    sync::Arc,
+};
+
+/// What a snapshot's scene is called.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct About {
+    /// Name in the registry, or path.
+    pub name: String,
+    /// Title.
+    pub title: String,
+    /// What to look at.
+    pub look_at: String,
+    /// Where the camera stood at first; none frames everything.
+    pub camera: Option<CameraSpec>,
+}
+
+impl From<&CurrentScene> for About {
+    fn from(current: &CurrentScene) -> Self {
+        Self {
+            name: current.name.clone(),
+            title: current.scene.title.clone(),
+            look_at: current.scene.look_at.clone(),
+            camera: current.scene.camera,
+        }
+    }
+}
+
+/// The whole state of a simulation.
+#[derive(Debug, Clone)]
+pub struct Snapshot {
+    /// What the scene is called.
+    pub about: About,
+    /// The state; [`scene::spawn`](crate::scene::spawn) puts it into a world.
+    pub built: BuiltScene,
+}
+
+const MAGIC: &[u8; 8] = b"PLIANTsn";
+const VERSION: u32 = 1;
+const HEAD: usize = 28;
+
+impl Snapshot {
+    /// Takes the state of a world between two ticks. What waits in the list of actions is not yet
+    /// part of it.
+    ///
+    /// # Errors
+    /// [`SnapshotError::MidTick`], and [`SnapshotError::Effect`] if a body carries an effect that is
+    /// not the crate's own.
+    pub fn take(world: &mut World, about: About) -> Result<Self, SnapshotError> {
+        if world.resource::<SimulationClock>().mid_tick() {
+            return Err(SnapshotError::MidTick);
+        }
+        check_effects(world)?;
+        let bodies = bodies_in_order(world);
+        let skins = bodies
+            .iter()
+            .map(|&body| world.get::<BodySkin>(body).map(|skin| Arc::clone(&skin.0)))
+            .collect();
+        let looks = bodies
+            .iter()
+            .map(|&body| world.get::<Look>(body).copied().unwrap_or_default())
+            .collect();
+        let built = BuiltScene {
+            world: plain::capture(world),
+            skins,
+            looks,
+            places: Some(plain::places(world)),
+            camera: about.camera,
+            notes: Vec::new(),
+        };
+        Ok(Self { about, built })
+    }
+
+    /// A body alone.
+    pub(super) fn of(new: &NewBody) -> Self {
+        let world = solver::World {
+            bodies: vec![new.body.clone()],
+            ..solver::World::default()
+        };
+        let places = Places {
+            bodies: vec![Default::default()],
+            ..Places::default()
+        };
+        Self {
+            about: About::default(),
+            built: BuiltScene {
+                world,
+                skins: vec![new.skin.clone()],
+                looks: vec![Look::default()],
+                places: Some(places),
+                camera: None,
+                notes: Vec::new(),
+            },
+        }
+    }
+
+    /// The snapshot as an open scene, without an acceptance.
+    #[must_use]
+    pub fn scene(&self) -> CurrentScene {
+        CurrentScene {
+            name: self.about.name.clone(),
+            path: None,
+            scene: Scene {
+                title: self.about.title.clone(),
+                look_at: self.about.look_at.clone(),
+                world: self.built.world.settings,
+                bodies: Vec::new(),
+                colliders: Vec::new(),
+                camera: self.about.camera,
+                acceptance: Acceptance {
+                    seconds: 5.0,
+                    checks: Vec::new(),
+                },
+                folder: Default::default(),
+            },
+        }
+    }
+
+    /// The bytes of a file.
+    ///
+    /// # Panics
+    /// Never: nothing in a state is without an encoding.
+    #[must_use]
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let content = postcard::to_stdvec(&Stored::of(self)).unwrap_or_default();
+        let mut bytes = Vec::with_capacity(HEAD + content.len());
+        bytes.extend(MAGIC);
+        bytes.extend(VERSION.to_le_bytes());
+        bytes.extend((content.len() as u64).to_le_bytes());
+        bytes.extend(fnv1a(&content).to_le_bytes());
+        bytes.extend(content);
+        bytes
+    }
+
+    /// The snapshot that the bytes of a file stand for.
+    ///
+    /// # Errors
+    /// [`SnapshotError`] for bytes of another kind or version, cut short, damaged, or that make no
+    /// sense.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, SnapshotError> {
+        let head = Head::read(bytes)?;
+        let content = &bytes[HEAD..];
+        if content.len() as u64 != head.length {
+            return Err(SnapshotError::Length {
+                expected: head.length,
+                found: content.len() as u64,
+            });
+        }
+        let found = fnv1a(content);
+        if found != head.checksum {
+            return Err(SnapshotError::Damaged {
+                expected: head.checksum,
+                found,
+            });
+        }
+        let (stored, rest) = postcard::take_from_bytes::<Stored>(content)
+            .map_err(|error| SnapshotError::Encoding(error.to_string()))?;
+        if !rest.is_empty() {
+            let rest = rest.len();
+            return Err(SnapshotError::Encoding(format!(
+                "{rest} bytes are left over"
+            )));
+        }
+        stored.into_snapshot()
+    }
+
+    /// Writes a file; one that is there is replaced.
+    ///
+    /// # Errors
+    /// [`SnapshotError::File`].
+    pub fn write(&self, path: &Path) -> Result<(), SnapshotError> {
+        std::fs::write(path, self.to_bytes()).map_err(|error| file_error(path, error))
+    }
+
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// [`SnapshotError::File`] if it cannot be read, [`SnapshotError::In`] if something is wrong in
+    /// it. A file of another kind is refused by its first bytes.
+    pub fn read(path: &Path) -> Result<Self, SnapshotError> {
+        let mut file = File::open(path).map_err(|error| file_error(path, error))?;
+        let mut bytes = Vec::new();
+        let start = (&mut file).take(HEAD as u64).read_to_end(&mut bytes);
+        start.map_err(|error| file_error(path, error))?;
+        let content = Head::read(&bytes).and_then(|_| {
+            let rest = file.read_to_end(&mut bytes);
+            rest.map_err(|error| file_error(path, error))?;
+            Self::from_bytes(&bytes)
+        });
+        content.map_err(|error| match error {
+            SnapshotError::File { .. } => error,
+            error => SnapshotError::In {
+                path: path.to_owned(),
+                error: Box::new(error),
+            },
+        })
+    }
+}
+
+/// What a file says of itself.
+struct Head {
+    length: u64,
+    checksum: u64,
+}
+
+impl Head {
+    fn read(bytes: &[u8]) -> Result<Self, SnapshotError> {
+        let Some((magic, rest)) = bytes.split_first_chunk::<8>() else {
+            return Err(SnapshotError::Foreign);
+        };
+        if magic != MAGIC {
+            return Err(SnapshotError::Foreign);
+        }
+        let short = || SnapshotError::Length {
+            expected: HEAD as u64,
+            found: bytes.len() as u64,
+        };
+        let (version, rest) = rest.split_first_chunk().ok_or_else(short)?;
+        let found = u32::from_le_bytes(*version);
+        if found != VERSION {
+            return Err(SnapshotError::Version {
+                found,
+                known: VERSION,
+            });
+        }
+        let (length, rest) = rest.split_first_chunk().ok_or_else(short)?;
+        let (checksum, _) = rest.split_first_chunk().ok_or_else(short)?;
+        Ok(Self {
+            length: u64::from_le_bytes(*length),
+            checksum: u64::from_le_bytes(*checksum),
+        })
+    }
+}
+
+fn file_error(path: &Path, error: io::Error) -> SnapshotError {
+    SnapshotError::File {
+        path: path.to_owned(),
+        error,
+    }
+}
+
+/// Whether a file begins as a snapshot does.
+#[must_use]
+pub fn is_snapshot(path: &Path) -> bool {
+    let mut start = [0; MAGIC.len()];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut start));
+    read.is_ok() && start == *MAGIC
+}
+
+/// Opens what a user names: a snapshot by its path, or a scene by its name or path.
+///
+/// # Errors
+/// [`SnapshotError`]; [`SnapshotError::Scene`] for a scene.
+pub fn open(name: &str) -> Result<(CurrentScene, BuiltScene), SnapshotError> {
+    let path = Path::new(name);
+    if is_snapshot(path) {
+        let snapshot = Snapshot::read(path)?;
+        let current = CurrentScene {
+            name: name.to_owned(),
+            path: Some(path.to_owned()),
+            ..snapshot.scene()
+        };
+        return Ok((current, snapshot.built));
+    }
+    let current = Scene::load(name)?;
+    let built = current.scene.build()?;
+    Ok((current, built))
+}

@@ -1,0 +1,413 @@
+//! What the bytes of a snapshot stand for, and the checks that it makes sense.
+//!
+//! Meshes and fine surfaces that bodies share are stored once.
+
+use super::{About, Snapshot, SnapshotError};
+use crate::{
+    effect::{Effect, EffectRegistry},
+    mesh::Skin,
+    scene::{BuiltScene, CameraSpec, Look},
+    simulation::{Places, SpawnOrder, plain::bodies_in_order},
+    solver::{
+        self, Body, Collide, Collider, ColliderShape, Density, Effects, Grab, Ground, Mass,
+        Particles, Path, Pose, Quarantine, RestShape, Settings, SleepSettings, StickyGround,
+        Stretch, Topology, Volume, advance::Stage, body, numbering::Numbering, rest::RestTimer,
+        topology::LeftOut,
+    },
+};
+use bevy::prelude::{Name, World};
+use glam::Vec4;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// Effects that a snapshot has a place for: those of [`Effects`].
+const EFFECTS: [&str; 6] = [
+    Stretch::NAME,
+    Volume::NAME,
+    Grab::NAME,
+    Ground::NAME,
+    StickyGround::NAME,
+    Collide::NAME,
+];
+
+/// Refuses bodies with effects that are not the crate's own.
+pub fn check_effects(world: &mut World) -> Result<(), SnapshotError> {
+    for body in bodies_in_order(world) {
+        let entity = world.entity(body);
+        let registry = world.resource::<EffectRegistry>();
+        let foreign = registry
+            .iter()
+            .find(|effect| !EFFECTS.contains(&effect.name) && (effect.present)(&entity));
+        if let Some(effect) = foreign {
+            return Err(SnapshotError::Effect {
+                body: entity
+                    .get::<Name>()
+                    .map_or_else(String::new, Name::to_string),
+                effect: effect.name,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// A snapshot as it is encoded.
+#[derive(Serialize, Deserialize)]
+pub struct Stored {
+    name: String,
+    title: String,
+    look_at: String,
+    camera: Option<CameraSpec>,
+    settings: Settings,
+    sleep: SleepSettings,
+    time: f64,
+    tick: u64,
+    meshes: Vec<StoredMesh>,
+    skins: Vec<Skin>,
+    bodies: Vec<StoredBody>,
+    colliders: Vec<StoredCollider>,
+    places: Places,
+}
+
+#[derive(Serialize, Deserialize)]
+struct StoredMesh {
+    shape: RestShape,
+    numbering: Vec<u32>,
+    left_out: [u64; 4],
+}
+
+#[derive(Serialize, Deserialize)]
+struct StoredBody {
+    name: String,
+    mesh: u32,
+    skin: Option<u32>,
+    colour: Option<[u8; 3]>,
+    density: Density,
+    added_mass: Vec<(u32, Mass)>,
+    pins: Vec<u32>,
+    effects: Effects,
+    particles: Particles,
+    tick_start: Vec<Vec4>,
+    rest: RestTimer,
+    asleep: bool,
+    quarantine: Option<(u32, String)>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct StoredCollider {
+    shape: ColliderShape,
+    start: Pose,
+    path: Path,
+}
+
+impl Stored {
+    /// What is to be encoded.
+    pub fn of(snapshot: &Snapshot) -> Self {
+        let Snapshot { about, built } = snapshot;
+        let world = &built.world;
+        let mut topologies = Shared::default();
+        let mut skins = Shared::default();
+        let bodies = world
+            .bodies
+            .iter()
+            .zip(&built.skins)
+            .zip(&built.looks)
+            .map(|((body, skin), look)| {
+                let skin = skin.as_ref().map(|skin| skins.place(skin));
+                StoredBody::of(body, topologies.place(&body.topology), skin, *look)
+            })
+            .collect();
+        Self {
+            name: about.name.clone(),
+            title: about.title.clone(),
+            look_at: about.look_at.clone(),
+            camera: about.camera,
+            settings: world.settings,
+            sleep: world.sleep,
+            time: world.time,
+            tick: world.tick,
+            meshes: topologies.0.iter().map(|it| StoredMesh::of(it)).collect(),
+            skins: skins.0.iter().map(|skin| Skin::clone(skin)).collect(),
+            bodies,
+            colliders: world.colliders.iter().map(StoredCollider::of).collect(),
+            places: built.places.clone().unwrap_or_default(),
+        }
+    }
+
+    /// What was encoded, if it makes sense.
+    pub fn into_snapshot(self) -> Result<Snapshot, SnapshotError> {
+        if !(self.time.is_finite() && self.time >= 0.0) {
+            return Err(nonsense(format!("the time is {} s", self.time)));
+        }
+        check_places("body", &self.places.bodies, self.bodies.len(), &self.places)?;
+        let colliders = self.colliders.len();
+        check_places("collider", &self.places.colliders, colliders, &self.places)?;
+        let topologies = self
+            .meshes
+            .into_iter()
+            .enumerate()
+            .map(|(mesh, stored)| stored.topology(mesh).map(Arc::new))
+            .collect::<Result<Vec<_>, _>>()?;
+        let skins: Vec<_> = self.skins.into_iter().map(Arc::new).collect();
+        let mut world = solver::World {
+            settings: self.settings,
+            sleep: self.sleep,
+            time: self.time,
+            tick: self.tick,
+            ..solver::World::default()
+        };
+        let (mut body_skins, mut looks) = (Vec::new(), Vec::new());
+        for stored in self.bodies {
+            looks.push(Look {
+                colour: stored.colour,
+            });
+            let skin = stored.skin;
+            let body = stored.body(&topologies)?;
+            body_skins.push(skin.map(|skin| skin_of(&body, skin, &skins)).transpose()?);
+            world.bodies.push(body);
+        }
+        for (index, stored) in self.colliders.into_iter().enumerate() {
+            let collider = Collider::moving(stored.shape, stored.start, stored.path)
+                .map_err(|error| nonsense(format!("collider {index}: {error}")))?;
+            world.colliders.push(collider);
+        }
+        Ok(Snapshot {
+            about: About {
+                name: self.name,
+                title: self.title,
+                look_at: self.look_at,
+                camera: self.camera,
+            },
+            built: BuiltScene {
+                world,
+                skins: body_skins,
+                looks,
+                places: Some(self.places),
+                camera: self.camera,
+                notes: Vec::new(),
+            },
+        })
+    }
+}
+
+/// Things that several share, each once.
+struct Shared<T>(Vec<Arc<T>>);
+
+impl<T> Default for Shared<T> {
+    fn default() -> Self {
+        Self(Vec::new())
+    }
+}
+
+impl<T> Shared<T> {
+    /// The place of a thing.
+    fn place(&mut self, thing: &Arc<T>) -> u32 {
+        // The last is looked at first: copies of a body follow each other.
+        let known = self.0.iter().rposition(|other| Arc::ptr_eq(other, thing));
+        known.unwrap_or_else(|| {
+            self.0.push(Arc::clone(thing));
+            self.0.len() - 1
+        }) as u32
+    }
+}
+
+impl StoredMesh {
+    fn of(topology: &Topology) -> Self {
+        let LeftOut {
+            flat_tetrahedra,
+            repeated_edges,
+            massless_edges,
+            unused_vertices,
+        } = topology.left_out;
+        Self {
+            shape: topology.rest_shape(),
+            numbering: topology.numbering.vertices().to_vec(),
+            left_out: [
+                flat_tetrahedra,
+                repeated_edges,
+                massless_edges,
+                unused_vertices,
+            ]
+            .map(|count| count as u64),
+        }
+    }
+
+    fn topology(self, mesh: usize) -> Result<Topology, SnapshotError> {
+        let numbering = Numbering::from_vertices(self.numbering)
+            .ok_or_else(|| nonsense(format!("mesh {mesh}: a particle is numbered twice")))?;
+        let mut topology = Topology::numbered(self.shape, numbering)
+            .map_err(|error| SnapshotError::Mesh { mesh, error })?;
+        let [
+            flat_tetrahedra,
+            repeated_edges,
+            massless_edges,
+            unused_vertices,
+        ] = self.left_out.map(|count| count as usize);
+        topology.left_out = LeftOut {
+            flat_tetrahedra,
+            repeated_edges,
+            massless_edges,
+            unused_vertices,
+        };
+        Ok(topology)
+    }
+}
+
+impl StoredBody {
+    fn of(body: &Body, mesh: u32, skin: Option<u32>, look: Look) -> Self {
+        let Body {
+            name,
+            topology: _,
+            particles,
+            density,
+            added_mass,
+            pins,
+            effects,
+            // They are zero where a substep begins.
+            stretch_multipliers: _,
+            volume_multipliers: _,
+            rest,
+            asleep,
+            quarantine,
+            tick_start,
+        } = body;
+        Self {
+            name: name.clone(),
+            mesh,
+            skin,
+            colour: look.colour,
+            density: *density,
+            added_mass: added_mass.clone(),
+            pins: pins.clone(),
+            effects: *effects,
+            particles: particles.clone(),
+            tick_start: tick_start.clone(),
+            rest: *rest,
+            asleep: *asleep,
+            quarantine: quarantine
+                .as_ref()
+                .map(|found| (found.vertex, found.stage.to_owned())),
+        }
+    }
+
+    fn body(self, topologies: &[Arc<Topology>]) -> Result<Body, SnapshotError> {
+        let wrong = |what: String| nonsense(format!("body “{}”: {what}", self.name));
+        let Some(topology) = topologies.get(self.mesh as usize) else {
+            let count = topologies.len();
+            return Err(wrong(format!("there is no mesh {}, of {count}", self.mesh)));
+        };
+        let count = topology.particles();
+        for (what, column) in [
+            ("positions", &self.particles.positions),
+            ("previous positions", &self.particles.previous),
+            ("velocities", &self.particles.velocities),
+            ("positions at the start of the tick", &self.tick_start),
+        ] {
+            if column.len() != count {
+                let found = column.len();
+                return Err(wrong(format!(
+                    "{found} {what}, but its mesh has {count} vertices"
+                )));
+            }
+        }
+        let masses = self.added_mass.iter().map(|(vertex, _)| *vertex);
+        let frozen = self.quarantine.iter().map(|(vertex, _)| *vertex);
+        let mut named = self.pins.iter().copied().chain(masses).chain(frozen);
+        if let Some(vertex) = named.find(|&vertex| vertex as usize >= count) {
+            return Err(wrong(format!("there is no vertex {vertex}, of {count}")));
+        }
+        if let Some(grab) = &self.effects.grab
+            && !grab.point.fits(count)
+        {
+            return Err(wrong(
+                "it is held by a particle that it does not have".to_owned(),
+            ));
+        }
+        let quarantine = match &self.quarantine {
+            None => None,
+            Some((vertex, stage)) => Some(Quarantine {
+                vertex: *vertex,
+                stage: stage_called(stage)
+                    .ok_or_else(|| wrong(format!("there is no stage called “{stage}”")))?,
+            }),
+        };
+        Ok(Body {
+            particles: self.particles,
+            added_mass: self.added_mass,
+            pins: self.pins,
+            effects: self.effects,
+            rest: self.rest,
+            asleep: self.asleep,
+            quarantine,
+            tick_start: self.tick_start,
+            ..Body::new(self.name, Arc::clone(topology), self.density)
+        })
+    }
+}
+
+impl StoredCollider {
+    fn of(collider: &Collider) -> Self {
+        let Collider { shape, start, path } = collider;
+        Self {
+            shape: *shape,
+            start: *start,
+            path: path.clone(),
+        }
+    }
+}
+
+fn nonsense(what: String) -> SnapshotError {
+    SnapshotError::Content(what)
+}
+
+/// The name of a stage as a quarantine has it.
+fn stage_called(name: &str) -> Option<&'static str> {
+    let stages = Stage::ALL.iter().map(|stage| stage.name());
+    let mut all = stages.chain([body::INPUT, body::USER]);
+    all.find(|stage| *stage == name)
+}
+
+/// A surface that hangs on particles that the body has.
+fn skin_of(body: &Body, skin: u32, skins: &[Arc<Skin>]) -> Result<Arc<Skin>, SnapshotError> {
+    let name = &body.name;
+    let Some(found) = skins.get(skin as usize) else {
+        let count = skins.len();
+        return Err(nonsense(format!(
+            "body “{name}”: there is no surface {skin}, of {count}"
+        )));
+    };
+    let particles = body.topology.particles();
+    let corners = found.triangles.as_flattened().iter();
+    let hangs = found.anchors.iter().flat_map(|anchor| &anchor.particles);
+    let sound = corners
+        .map(|&i| i as usize)
+        .all(|i| i < found.anchors.len())
+        && hangs.map(|&i| i as usize).all(|i| i < particles);
+    if sound {
+        Ok(Arc::clone(found))
+    } else {
+        let what = "its surface hangs on what is not there";
+        Err(nonsense(format!("body “{name}”: {what}")))
+    }
+}
+
+/// Places are given in ascending order, one each, up to the last.
+fn check_places(
+    what: &str,
+    given: &[SpawnOrder],
+    count: usize,
+    places: &Places,
+) -> Result<(), SnapshotError> {
+    if given.len() != count {
+        let found = given.len();
+        return Err(nonsense(format!(
+            "{found} places for {count} of kind {what}"
+        )));
+    }
+    let ascending = given.windows(2).all(|pair| pair[0] < pair[1]);
+    if !ascending || given.last().is_some_and(|last| *last > places.last) {
+        return Err(nonsense(format!(
+            "the places of kind {what} are out of order"
+        )));
+    }
+    Ok(())
+}

@@ -1,0 +1,250 @@
+//! How each action is carried out.
+
+use super::{Action, ActionError, SETTINGS};
+use crate::{
+    effect::EffectRegistry,
+    simulation::{
+        Asleep, BodySkin, Pins, Quarantined, RestTimer, SceneEntity, SimulationSettings, SoftBody,
+        TickStart, plain,
+    },
+    solver::{Grab, Iterations, Particles, Rate, Substeps, SurfacePoint, deform},
+};
+use bevy::prelude::*;
+use std::sync::Arc;
+
+/// Carries out one action at once.
+///
+/// # Errors
+/// [`ActionError`] if the body, effect, parameter, setting or particle does not exist, or the
+/// value is out of its range; nothing has changed then.
+pub fn perform(world: &mut World, action: &Action) -> Result<(), ActionError> {
+    match action {
+        Action::SetSetting { name, value } => set_setting(world, name, *value),
+        Action::SetParameter {
+            body,
+            effect,
+            parameter,
+            value,
+        } => set_parameter(world, *body, effect, parameter, *value),
+        Action::AddEffect { body, effect } => {
+            let info = find_effect(world, effect)?;
+            let (present, add) = (info.present, info.insert_default);
+            let mut entity = body_mut(world, *body)?;
+            if present(&EntityRef::from(&entity)) {
+                Ok(())
+            } else if let Some(add) = add {
+                add(&mut entity);
+                wake(&mut entity);
+                Ok(())
+            } else {
+                Err(ActionError::Absent(effect.clone()))
+            }
+        }
+        Action::RemoveEffect { body, effect } => {
+            let remove = find_effect(world, effect)?.remove;
+            let mut entity = body_mut(world, *body)?;
+            remove(&mut entity);
+            wake(&mut entity);
+            Ok(())
+        }
+        Action::Grab {
+            body,
+            point,
+            target,
+        } => grab(world, *body, *point, *target),
+        Action::MoveGrab { body, target } => {
+            let mut entity = body_mut(world, *body)?;
+            if let Some(mut grab) = entity.get_mut::<Grab>()
+                && target.is_finite()
+            {
+                grab.target = *target;
+            }
+            Ok(())
+        }
+        Action::Release { body } => {
+            body_mut(world, *body)?.remove::<Grab>();
+            Ok(())
+        }
+        Action::Pin { body, vertex } => change_pins(world, *body, *vertex, true),
+        Action::Unpin { body, vertex } => change_pins(world, *body, *vertex, false),
+        Action::Deform { body, deformation } => {
+            let mut entity = body_mut(world, *body)?;
+            if let Some(mut particles) = entity.get_mut::<Particles>() {
+                deform(&mut particles, *deformation);
+                let positions = particles.positions.clone();
+                entity.insert(TickStart(positions));
+            }
+            entity.remove::<Quarantined>();
+            wake(&mut entity);
+            Ok(())
+        }
+        Action::Restore { body } => {
+            let mut entity = body_mut(world, *body)?;
+            entity
+                .take::<Quarantined>()
+                .ok_or(ActionError::NotInQuarantine)?;
+            wake(&mut entity);
+            Ok(())
+        }
+        Action::Spawn(new) => {
+            let entity = plain::spawn_body(world, &new.body);
+            let mut entity = world.entity_mut(entity);
+            entity.insert(SceneEntity);
+            if let Some(skin) = &new.skin {
+                entity.insert(BodySkin(Arc::clone(skin)));
+            }
+            Ok(())
+        }
+        Action::Despawn { body } => {
+            body_mut(world, *body)?.despawn();
+            Ok(())
+        }
+    }
+}
+
+fn body_mut(world: &mut World, body: Entity) -> Result<EntityWorldMut<'_>, ActionError> {
+    world
+        .get_entity_mut(body)
+        .ok()
+        .filter(|entity| entity.contains::<SoftBody>())
+        .ok_or(ActionError::NoBody(body))
+}
+
+fn wake(entity: &mut EntityWorldMut) {
+    entity.remove::<Asleep>().insert(RestTimer::default());
+}
+
+/// Wakes a sleeper. A tick would do so when it sees what has changed; until then, what is said of
+/// the state would depend on more than the state.
+fn rouse(entity: &mut EntityWorldMut) {
+    if entity.contains::<Asleep>() {
+        wake(entity);
+    }
+}
+
+fn find_effect<'w>(
+    world: &'w World,
+    name: &str,
+) -> Result<&'w crate::effect::EffectInfo, ActionError> {
+    let registry = world.resource::<EffectRegistry>();
+    registry.get(name).ok_or_else(|| ActionError::Unknown {
+        kind: "effect",
+        name: name.to_owned(),
+        valid: registry.names(),
+    })
+}
+
+fn set_parameter(
+    world: &mut World,
+    body: Entity,
+    effect: &str,
+    parameter: &str,
+    value: f64,
+) -> Result<(), ActionError> {
+    let info = find_effect(world, effect)?;
+    let index = info
+        .parameter(parameter)
+        .ok_or_else(|| ActionError::Unknown {
+            kind: "parameter",
+            name: format!("{effect}.{parameter}"),
+            valid: info.parameter_names(),
+        })?;
+    let set = info.set;
+    let mut entity = body_mut(world, body)?;
+    match set(&mut entity, index, value) {
+        Some(Ok(())) => {
+            rouse(&mut entity);
+            Ok(())
+        }
+        Some(Err(error)) => Err(ActionError::Parameter {
+            parameter: format!("{effect}.{parameter}"),
+            error,
+        }),
+        None => Err(ActionError::Absent(effect.to_owned())),
+    }
+}
+
+fn grab(
+    world: &mut World,
+    body: Entity,
+    point: SurfacePoint,
+    target: Vec3,
+) -> Result<(), ActionError> {
+    let gravity = world.resource::<SimulationSettings>().gravity.length();
+    let mut entity = body_mut(world, body)?;
+    let (Some(particles), Some(topology)) = (entity.get::<Particles>(), entity.get::<SoftBody>())
+    else {
+        return Err(ActionError::NoBody(body));
+    };
+    if !target.is_finite() || !point.fits(particles.len()) {
+        return Err(ActionError::NoParticle {
+            particle: point.nearest(),
+            particles: particles.len(),
+        });
+    }
+    let mass: f32 = particles
+        .positions
+        .iter()
+        .filter(|x| x.w > 0.0)
+        .map(|x| 1.0 / x.w)
+        .sum();
+    let grab = Grab::on(point, target, mass, topology.size, gravity);
+    entity.insert(grab);
+    wake(&mut entity);
+    Ok(())
+}
+
+fn change_pins(
+    world: &mut World,
+    body: Entity,
+    vertex: u32,
+    pinned: bool,
+) -> Result<(), ActionError> {
+    let mut entity = body_mut(world, body)?;
+    let particles = entity.get::<Particles>().map_or(0, Particles::len);
+    if vertex as usize >= particles {
+        return Err(ActionError::NoParticle {
+            particle: vertex,
+            particles,
+        });
+    }
+    if let Some(mut pins) = entity.get_mut::<Pins>() {
+        pins.0.retain(|&pin| pin != vertex);
+        if pinned {
+            pins.0.push(vertex);
+        }
+    }
+    wake(&mut entity);
+    Ok(())
+}
+
+fn set_setting(world: &mut World, name: &str, value: f64) -> Result<(), ActionError> {
+    let mut settings = **world.resource::<SimulationSettings>();
+    let mut axis = |axis: usize| {
+        let mut gravity = settings.gravity;
+        gravity[axis] = value as f32;
+        settings.set_gravity(gravity)
+    };
+    let done = match name {
+        "gravity_x" => axis(0),
+        "gravity_y" => axis(1),
+        "gravity_z" => axis(2),
+        "rate" => Rate::new(value).map(|rate| settings.rate = rate),
+        "substeps" => Substeps::try_from(value).map(|count| settings.substeps = count),
+        "iterations" => Iterations::try_from(value).map(|count| settings.iterations = count),
+        _ => {
+            return Err(ActionError::Unknown {
+                kind: "setting",
+                name: name.to_owned(),
+                valid: SETTINGS.map(|(name, ..)| name).join(", "),
+            });
+        }
+    };
+    done.map_err(ActionError::Setting)?;
+    world.insert_resource(SimulationSettings(settings));
+    let mut sleepers = world.query_filtered::<Entity, With<Asleep>>();
+    for sleeper in sleepers.iter(world).collect::<Vec<_>>() {
+        rouse(&mut world.entity_mut(sleeper));
+    }
+    Ok(())
+}

@@ -1,0 +1,142 @@
+//! The card that names bodies in quarantine, drawn and pressed without a window.
+
+use bevy_egui::egui::{
+    Context, Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape, Vec2, pos2,
+};
+use pliant::{
+    sandbox::{
+        frozen::{FrozenBody, draw, reason},
+        panel::Places,
+        theme,
+    },
+    solver::Quarantine,
+};
+
+fn body(key: u64, again: bool) -> FrozenBody {
+    FrozenBody {
+        key,
+        name: format!("cube {key}"),
+        reason: "particle 3 was not finite after stretch".to_owned(),
+        again,
+    }
+}
+
+/// The card as it is drawn in a window of this size.
+struct Card {
+    context: Context,
+    bodies: Vec<FrozenBody>,
+    size: Vec2,
+    places: Places,
+    pressed: Vec<u64>,
+}
+
+impl Card {
+    fn new(bodies: Vec<FrozenBody>, size: Vec2) -> Self {
+        let context = Context::default();
+        theme::apply(&context);
+        let mut card = Self {
+            context,
+            bodies,
+            size,
+            places: Places::default(),
+            pressed: Vec::new(),
+        };
+        // What egui knows of a widget's place is from the frame before.
+        (0..3).for_each(|_| drop(card.draw(Vec::new())));
+        card
+    }
+
+    /// All texts of a drawing.
+    fn draw(&mut self, events: Vec<Event>) -> String {
+        let input = RawInput {
+            screen_rect: Some(Rect::from_min_size(Pos2::ZERO, self.size)),
+            events,
+            ..RawInput::default()
+        };
+        let mut places = Places::default();
+        let mut pressed = Vec::new();
+        let output = self.context.run_ui(input, |ui| {
+            pressed.extend(draw(ui.ctx(), &self.bodies, 344.0, &mut places));
+        });
+        self.places = places;
+        self.pressed.extend(pressed);
+        let mut texts = String::new();
+        for shape in &output.shapes {
+            collect(&shape.shape, &mut texts);
+        }
+        output.drop_without_applying_deltas();
+        texts
+    }
+
+    fn press(&mut self, name: &str) -> Vec<u64> {
+        let at = self.places.get(name).expect("it is in sight").center();
+        let button = |pressed| Event::PointerButton {
+            pos: at,
+            button: PointerButton::Primary,
+            pressed,
+            modifiers: Modifiers::NONE,
+        };
+        self.draw(vec![Event::PointerMoved(at)]);
+        self.draw(vec![button(true)]);
+        self.draw(vec![button(false)]);
+        std::mem::take(&mut self.pressed)
+    }
+}
+
+fn collect(shape: &Shape, texts: &mut String) {
+    match shape {
+        Shape::Text(text) => texts.push_str(&format!("{}\n", text.galley.text())),
+        Shape::Vec(shapes) => shapes.iter().for_each(|shape| collect(shape, texts)),
+        _ => {}
+    }
+}
+
+#[test]
+fn the_card_says_which_where_and_why_and_its_button_asks_for_that_body() {
+    let mut card = Card::new(vec![body(7, false)], Vec2::new(1280.0, 800.0));
+    let said = card.draw(Vec::new());
+    for words in [
+        "cube 7",
+        "particle 3",
+        "stretch",
+        "Restore its last good state",
+    ] {
+        assert!(said.contains(words), "{said}");
+    }
+    assert!(!said.contains("again"), "{said}");
+    assert_eq!(card.press("restore.cube 7"), [7]);
+    assert_eq!(card.places.get("restore.all"), None, "one is all");
+}
+
+#[test]
+fn a_body_that_was_restored_in_vain_is_told_what_to_do() {
+    let mut card = Card::new(vec![body(1, true)], Vec2::new(1280.0, 800.0));
+    let said = card.draw(Vec::new());
+    assert!(said.contains("undo the last change first"), "{said}");
+}
+
+#[test]
+fn of_many_bodies_each_can_be_restored_and_the_card_stays_in_the_smallest_window() {
+    let bodies: Vec<_> = (1..=36).map(|key| body(key, key % 2 == 0)).collect();
+    let mut card = Card::new(bodies, Vec2::new(900.0, 600.0));
+    assert_eq!(card.press("restore.cube 2"), [2]);
+    let all = card.press("restore.all");
+    assert_eq!(all, (1..=36).collect::<Vec<_>>());
+    let window = Rect::from_min_max(Pos2::ZERO, pos2(900.0 - 344.0, 600.0));
+    for (name, place) in card.places.iter() {
+        assert!(window.contains_rect(place), "{name} at {place:?}");
+    }
+}
+
+#[test]
+fn what_was_given_is_not_blamed_on_a_stage() {
+    let quarantine = |stage| Quarantine { vertex: 4, stage };
+    assert_eq!(
+        reason(&quarantine("input")),
+        "particle 4 was given a value that is not finite"
+    );
+    assert_eq!(
+        reason(&quarantine("volume")),
+        "particle 4 was not finite after volume"
+    );
+}
