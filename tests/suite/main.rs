@@ -23,9 +23,9 @@ mod reference_kernels;
 mod reference_support;
 #[cfg(feature = "window")]
 mod sandbox_accuracy;
+mod sandbox_frozen;
 #[cfg(feature = "window")]
 mod sandbox_ghost;
-mod sandbox_frozen;
 #[cfg(feature = "window")]
 mod sandbox_panel;
 #[cfg(feature = "window")]

@@ -478,6 +478,9 @@ fn the_ghost_has_a_section_while_there_is_one() {
     }
     assert!(hand.place("ghost.plot").width() > 200.0);
     assert_eq!(hand.press_widget("ghost.again"), [Request::GhostAgain]);
+}
+
+#[test]
 fn frozen_bodies_are_named_and_one_button_asks_for_all_that_are_shown() {
     let mut frozen = model();
     for key in 3..=6 {
@@ -490,9 +493,7 @@ fn frozen_bodies_are_named_and_one_button_asks_for_all_that_are_shown() {
     }
     let mut hand = Hand::new(frozen, SIZES[0]);
     let mut texts = Vec::new();
-    for shape in hand.draw(Vec::new()) {
-        collect_texts(&shape, &mut texts);
-    }
+    collect_texts(&hand.draw(Vec::new()), &mut texts);
     let said = texts.join("\n");
     assert!(said.contains("cube 3 is frozen: particle 3"), "{said}");
     assert!(said.contains("and 2 more"), "{said}");

@@ -17,8 +17,8 @@ use crate::{
     sandbox::{
         accuracy::AccuracyCommand,
         arrival::Arrivals,
-        ghost::GhostCommand,
         drag::Drag,
+        ghost::GhostCommand,
         message::{Notices, capitalised},
         view::{LastGrab, ViewCommand, ViewSettings},
     },
