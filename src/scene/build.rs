@@ -75,6 +75,7 @@ impl Scene {
         })?;
         let (topology, skin) = (Arc::new(topology), mesh.skin.map(Arc::new));
         let places = places(spec);
+        check_room(spec, &built.world, topology.particles(), places.len())?;
         for (number, &place) in places.iter().enumerate() {
             let name = if places.len() == 1 {
                 spec.name.clone()
@@ -155,6 +156,33 @@ fn check_numbers(spec: &BodySpec) -> Result<(), SceneError> {
 
 /// Copies of a body at most.
 const MOST_COPIES: u64 = 10_000;
+/// Bodies of a scene at most.
+const MOST_BODIES: usize = 100_000;
+/// Particles of a scene at most: with edges and tetrahedra some 1.5 GB.
+const MOST_PARTICLES: usize = 4_000_000;
+
+/// Refuses bodies that no memory holds, before they are made.
+fn check_room(
+    spec: &BodySpec,
+    world: &World,
+    particles: usize,
+    copies: usize,
+) -> Result<(), SceneError> {
+    let before: usize = world.bodies.iter().map(|body| body.particles.len()).sum();
+    for (what, count, most) in [
+        ("bodies", world.bodies.len() + copies, MOST_BODIES),
+        ("particles", before + particles * copies, MOST_PARTICLES),
+    ] {
+        if count > most {
+            let message = format!(
+                "with it the scene has {count} {what}, but at most {most} can be had; use fewer \
+                 copies or cells"
+            );
+            return Err(wrong(spec, message));
+        }
+    }
+    Ok(())
+}
 
 /// Where each copy is put: `position` is the middle of the grid's lowest layer.
 fn places(spec: &BodySpec) -> Vec<Vec3> {
@@ -211,6 +239,7 @@ fn body(
     body.tick_start.clone_from(&body.particles.positions);
     body.set_velocity(spec.velocity);
     turn_by(&mut body, spec.spin);
+    check_start(spec, &body)?;
     body.effects = Effects {
         stretch: spec.effects.stretch,
         volume: spec.effects.volume,
@@ -220,6 +249,26 @@ fn body(
         collide: spec.effects.collide,
     };
     Ok(body)
+}
+
+/// Refuses a body that numbers, each of them finite, have put beyond all of them.
+fn check_start(spec: &BodySpec, body: &Body) -> Result<(), SceneError> {
+    let Particles {
+        positions,
+        velocities,
+        ..
+    } = &body.particles;
+    let lost = |(x, v): (&Vec4, &Vec4)| !x.is_finite() || !v.is_finite();
+    let Some(particle) = positions.iter().zip(velocities).position(lost) else {
+        return Ok(());
+    };
+    let vertex = body.topology.vertex(particle);
+    let [x, v] = [positions[particle], velocities[particle]].map(Vec4::truncate);
+    let message = format!(
+        "particle {vertex} would begin at {x} m with {v} m/s, but both must be finite; use smaller \
+         numbers for its spacing, start, velocity or spin"
+    );
+    Err(wrong(spec, message))
 }
 
 /// Adds ω × r to the velocities of what can move, r from the centre of mass.
