@@ -27,6 +27,7 @@ mod reference_kernels;
 mod reference_support;
 #[cfg(feature = "window")]
 mod sandbox_accuracy;
+#[cfg(feature = "window")]
 mod sandbox_frozen;
 #[cfg(feature = "window")]
 mod sandbox_gallery;
