@@ -85,9 +85,7 @@ pub struct Hold {
 /// See the fast solver's constants of the same names.
 const FLOOR: f64 = 0.01;
 const VANISHED: f64 = 1e-4;
-const LEAVE_OVER: f64 = 0.4;
-const BEGAN_INSIDE: f64 = 1e-3;
-const AT_LEAST: f64 = 0.25;
+const UP_OVER: f64 = 0.4;
 
 impl World {
     /// The same world in f64. Sleep and quarantine are left out: the twin always steps all.
@@ -385,7 +383,13 @@ impl Body {
             return;
         };
         for i in 0..self.x.len() {
-            let left = (height - self.p[i].y).max(0.0) * left_inside(h);
+            let bounces = restitution > 0.0 && self.v[i].y < -2.0 * h * gravity.length();
+            let below = if bounces {
+                0.0
+            } else {
+                (height - self.p[i].y).max(0.0)
+            };
+            let left = below * (1.0 - (h / UP_OVER).min(1.0));
             let depth = height - left - self.x[i].y;
             if depth > 0.0 && self.w[i] > 0.0 {
                 let surface = (friction, restitution, gravity.length());
@@ -411,15 +415,7 @@ impl Body {
                 continue;
             }
             let (start, end) = (from.undo(self.p[i]), to.undo(self.x[i]));
-            if let Some((normal, mut depth)) = exit(shape, start, end) {
-                let (inside, reach) = (-distance(shape, start), f64::from(shape.reach()));
-                if inside > BEGAN_INSIDE * reach {
-                    let whole = inside + AT_LEAST * reach;
-                    depth -= (whole * left_inside(h) - AT_LEAST * reach).max(0.0);
-                    if depth <= 0.0 {
-                        continue;
-                    }
-                }
+            if let Some((normal, depth)) = exit(shape, start, end) {
                 let touched = end + normal * depth;
                 let carried = to.apply(touched) - from.apply(touched);
                 let surface = (friction, restitution, gravity.length());
@@ -473,11 +469,6 @@ fn xpbd(
     } else {
         0.0
     }
-}
-
-/// Share of a depth that is left after a substep to what began inside.
-fn left_inside(h: f64) -> f64 {
-    1.0 - (h / LEAVE_OVER).min(1.0)
 }
 
 /// ∇V for each corner [m²].

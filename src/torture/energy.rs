@@ -2,8 +2,8 @@
 //!
 //! Edges and volumes of compliance α store ½C²/α. A rigid one stores nothing, or, violated, any
 //! amount: it closes in the next substep h, and what it moves leaves with ½C²/(h² Σw‖∇C‖²). So where
-//! rigid constraints are violated at first, energy is known from when they have closed but for a
-//! ten-thousandth, and what that may still give is counted with it.
+//! rigid constraints are violated at first, energy is [known](Energy::is_known) from when that is
+//! little.
 
 use crate::solver::{
     Body, World,
@@ -39,6 +39,13 @@ impl Energy {
             elastic: sum.elastic + elastic(body),
             closing: sum.closing + closing(body, world.settings.substep_seconds()),
         })
+    }
+
+    /// Whether what rigid constraints may still give is below a thousandth of what moves: a tenth of
+    /// what may be gained, as several that close together give more than each alone.
+    #[must_use]
+    pub fn is_known(&self) -> bool {
+        self.closing <= 1e-3 * (self.kinetic + self.elastic)
     }
 
     /// All of it.
@@ -105,23 +112,4 @@ fn is_rigid_stretch(body: &Body) -> bool {
 fn is_rigid_volume(body: &Body) -> bool {
     let volume = body.effects.volume;
     volume.is_some_and(|volume| volume.compliance_of(1.0) == 0.0)
-}
-
-/// Root mean square of C over the rest value, of the constraints that are rigid.
-#[must_use]
-pub fn rigid_strain(world: &World) -> f64 {
-    let (mut sum, mut count) = (0.0, 0_usize);
-    for body in &world.bodies {
-        let (edges, volumes) = super::watch::strains(body);
-        for (rigid, strains) in [
-            (is_rigid_stretch(body), edges),
-            (is_rigid_volume(body), volumes),
-        ] {
-            if rigid {
-                count += strains.len();
-                sum += strains.iter().map(|s| s * s).sum::<f64>();
-            }
-        }
-    }
-    (sum / count.max(1) as f64).sqrt()
 }

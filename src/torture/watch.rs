@@ -4,10 +4,7 @@
 //! It only looks: whoever steps the world, a run without a window or the window itself, shows it
 //! each state.
 
-use super::{
-    Figure, Outside,
-    energy::{Energy, rigid_strain},
-};
+use super::{Figure, Outside, energy::Energy};
 use crate::solver::{Body, Particles, World, measure};
 use glam::{DVec3, Vec4};
 
@@ -16,9 +13,6 @@ pub const ROUNDING: f64 = 1.0 / 16_777_216.0;
 
 /// Energy may exceed what was there by this share of it.
 const MORE_ENERGY: f64 = 0.01;
-
-/// Rigid constraints have closed when the root mean square of C over the rest value is below this.
-const CLOSED: f64 = 1e-4;
 
 /// Momentum may differ by this share of what the particles carry.
 const MOMENTUM: f64 = 1e-5;
@@ -32,8 +26,6 @@ pub struct Moment {
     pub energy: Energy,
     /// Root mean square of the edges' C over their lengths, and of the volumes' over theirs.
     pub strain: f64,
-    /// The same of those that are rigid alone.
-    pub rigid_strain: f64,
 }
 
 /// What has been seen of a world.
@@ -138,7 +130,6 @@ impl Watch {
             time: world.time,
             energy: Energy::of(world),
             strain: strain(world),
-            rigid_strain: rigid_strain(world),
         };
         if self.filming {
             let positions = || {
@@ -227,7 +218,7 @@ impl Watch {
         let known = self
             .moments
             .iter()
-            .position(|moment| moment.rigid_strain <= CLOSED);
+            .position(|moment| moment.energy.is_known());
         let after = &self.moments[known.unwrap_or(self.moments.len())..];
         let start = after.first().map_or(0.0, |moment| moment.energy.total());
         let most = after.iter().map(|moment| moment.energy.mechanical());

@@ -132,6 +132,9 @@ fn a_body_that_is_left_in_its_hard_case_does_not_pass() {
     for name in shapes {
         let case = Case::named(name).expect("it is there");
         for (member, world) in beginnings(case) {
+            if name == "line" && member.shape.kind() == Kind::Rope {
+                continue; // It is one.
+            }
             let run = Run {
                 member: &member,
                 watch: Watch::new(&world, case.outside, false),

@@ -1,6 +1,6 @@
 //! Rigid colliders, still or moving on a given path, and how a body answers to them.
 
-use super::{ColliderShape, Path, Pose, Response, left_inside};
+use super::{ColliderShape, Path, Pose, Response};
 use crate::solver::{Friction, InvalidValue, Restitution, Settings, particles::Part};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -138,18 +138,10 @@ impl PartialEq for Swept {
     }
 }
 
-/// A particle deeper inside than this share of a collider's reach was not left there by rounding.
-const BEGAN_INSIDE: f32 = 1e-3;
-
-/// Share of a collider's reach by which a particle deep inside leaves at least, over the time that
-/// it leaves over.
-const AT_LEAST: f32 = 0.25;
-
 /// Pushes every particle out of a collider.
 ///
 /// The way of a particle is seen from the collider, so that a collider that moves fast, or a
-/// particle that does, is met where it came in, whichever of the two has moved. One that began the
-/// substep deeper inside than by rounding is pushed only towards the surface.
+/// particle that does, is met where it came in, whichever of the two has moved.
 pub fn solve(particles: Part, collide: &Collide, collider: &Sweep, h: f32, gravity: Vec3) {
     let response = Response::new(
         collide.friction.get(),
@@ -168,15 +160,7 @@ pub fn solve(particles: Part, collide: &Collide, collider: &Sweep, h: f32, gravi
         }
         let to = collider.to.undo(x.truncate());
         let from = collider.from.undo(p.truncate());
-        if let Some(mut exit) = collider.shape.exit(from, to) {
-            let (inside, reach) = (-collider.shape.distance(from), collider.shape.reach());
-            if inside > BEGAN_INSIDE * reach {
-                let whole = inside + AT_LEAST * reach;
-                exit.depth -= (whole * left_inside(h) - AT_LEAST * reach).max(0.0);
-                if exit.depth <= 0.0 {
-                    continue;
-                }
-            }
+        if let Some(exit) = collider.shape.exit(from, to) {
             let touched = to + exit.normal * exit.depth;
             let carried = collider.to.apply(touched) - collider.from.apply(touched);
             let normal = collider.to.rotation * exit.normal;

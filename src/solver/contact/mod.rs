@@ -20,19 +20,6 @@ pub use shape::ColliderShape;
 
 use glam::{Vec3, Vec4};
 
-/// What begins a substep inside of something leaves it over this time τ [s], by a share h/τ of its
-/// depth a substep; out of a collider also by the same share of a quarter of its reach, so that it
-/// comes to an end.
-///
-/// Put onto the surface at once, a body that begins half inside of something would leave it as fast
-/// as a substep is short: a metre in 1/1920 s is 1920 m/s.
-const LEAVE_OVER: f32 = 0.4;
-
-/// Share of the depth that is left in a substep of `h` seconds.
-fn left_inside(h: f32) -> f32 {
-    1.0 - (h / LEAVE_OVER).min(1.0)
-}
-
 /// How a touched surface answers.
 #[derive(Debug, Clone, Copy)]
 struct Response {
@@ -52,6 +39,11 @@ impl Response {
             h,
             slowest_bounce: 2.0 * h * gravity.length(),
         }
+    }
+
+    /// Whether what comes at this speed away from the surface [m/s], negative towards it, bounces.
+    fn bounces(&self, approach: f32) -> bool {
+        self.restitution > 0.0 && approach < -self.slowest_bounce
     }
 
     /// Puts a particle that is `depth` inside a surface back onto it.
@@ -80,7 +72,7 @@ impl Response {
         *position = x.extend(position.w);
 
         let approach = (velocity - carried / self.h).dot(normal);
-        if self.restitution > 0.0 && approach < -self.slowest_bounce {
+        if self.bounces(approach) {
             let leave = (-self.restitution * approach) * self.h + carried.dot(normal);
             let p = previous.truncate();
             let now = (x - p).dot(normal);

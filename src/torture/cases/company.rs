@@ -3,17 +3,20 @@
 use super::*;
 use glam::Vec3;
 
-const KINDS: &[Shape] = &[Shape::Cube(3), Shape::Cloth(10), Shape::Rope(16)];
-
 fn members() -> Vec<Member> {
-    Axes {
+    let members = |shapes| Axes {
         scales: &[1.0, 1e-3, 1e3],
         materials: &[(0.0, 0.0), (1e-5, 0.02)],
+        steps: &[(10, 1), (1, 1), (32, 1), (4, 4)],
         seeds: &[1],
         mixtures: 0,
-        ..Axes::all(KINDS)
-    }
-    .members()
+        ..Axes::all(shapes)
+    };
+    family::of(&[
+        members(&[Shape::Cube(3), Shape::Tetrahedron]),
+        members(&[Shape::Cloth(10)]),
+        members(&[Shape::Rope(16)]),
+    ])
 }
 
 /// The body that is alone or in company: let go at 0.8 of its height.
