@@ -129,7 +129,7 @@ pub enum RecordingError {
         /// The line, from 1.
         line: usize,
         /// What is wrong with it.
-        error: LineError,
+        error: Box<LineError>,
     },
 }
 

@@ -94,7 +94,7 @@ pub fn replay(
         let at_line = |error| RecordingError::Line {
             path: path.to_owned(),
             line: number,
-            error,
+            error: Box::new(error),
         };
         let text = std::str::from_utf8(&bytes).map_err(|_| at_line(LineError::NotText));
         if number == 1 {

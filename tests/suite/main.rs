@@ -23,6 +23,7 @@ mod reference_kernels;
 mod reference_support;
 #[cfg(feature = "window")]
 mod sandbox_accuracy;
+#[cfg(feature = "window")]
 mod sandbox_frozen;
 #[cfg(feature = "window")]
 mod sandbox_ghost;
