@@ -32,7 +32,7 @@ pub mod replay;
 mod snapshot;
 mod stored;
 
-pub use error::{RecordingError, SnapshotError};
+pub use error::{LineError, RecordingError, SnapshotError};
 pub use recorder::Recorder;
 pub use replay::{Difference, Replay, replay};
 pub use snapshot::{About, Snapshot, is_snapshot, open};

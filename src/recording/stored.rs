@@ -2,6 +2,8 @@
 //!
 //! Meshes and fine surfaces that bodies share are stored once.
 
+mod body;
+
 use super::{About, Snapshot, SnapshotError};
 use crate::{
     effect::{Effect, EffectRegistry},
@@ -9,18 +11,17 @@ use crate::{
     scene::{BuiltScene, CameraSpec, Look},
     simulation::{Places, SpawnOrder, plain::bodies_in_order},
     solver::{
-        self, Body, Collide, Collider, ColliderShape, Density, Effects, Grab, Ground, Mass,
-        Particles, Path, Pose, Quarantine, RestShape, Settings, SleepSettings, StickyGround,
-        Stretch, Topology, Volume, advance::Stage, body, numbering::Numbering, rest::RestTimer,
+        self, Collide, Collider, ColliderShape, Grab, Ground, Path, Pose, RestShape, Settings,
+        SleepSettings, StickyGround, Stretch, Topology, Volume, numbering::Numbering,
         topology::LeftOut,
     },
 };
 use bevy::prelude::{Name, World};
-use glam::Vec4;
+use body::StoredBody;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Effects that a snapshot has a place for: those of [`Effects`].
+/// Effects that a snapshot has a place for: those of [`Effects`](solver::Effects).
 const EFFECTS: [&str; 6] = [
     Stretch::NAME,
     Volume::NAME,
@@ -73,23 +74,6 @@ struct StoredMesh {
     shape: RestShape,
     numbering: Vec<u32>,
     left_out: [u64; 4],
-}
-
-#[derive(Serialize, Deserialize)]
-struct StoredBody {
-    name: String,
-    mesh: u32,
-    skin: Option<u32>,
-    colour: Option<[u8; 3]>,
-    density: Density,
-    added_mass: Vec<(u32, Mass)>,
-    pins: Vec<u32>,
-    effects: Effects,
-    particles: Particles,
-    tick_start: Vec<Vec4>,
-    rest: RestTimer,
-    asleep: bool,
-    quarantine: Option<(u32, String)>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -162,7 +146,10 @@ impl Stored {
             });
             let skin = stored.skin;
             let body = stored.body(&topologies)?;
-            body_skins.push(skin.map(|skin| skin_of(&body, skin, &skins)).transpose()?);
+            body_skins.push(
+                skin.map(|skin| body::skin(&body, skin, &skins))
+                    .transpose()?,
+            );
             world.bodies.push(body);
         }
         for (index, stored) in self.colliders.into_iter().enumerate() {
@@ -252,98 +239,6 @@ impl StoredMesh {
     }
 }
 
-impl StoredBody {
-    fn of(body: &Body, mesh: u32, skin: Option<u32>, look: Look) -> Self {
-        let Body {
-            name,
-            topology: _,
-            particles,
-            density,
-            added_mass,
-            pins,
-            effects,
-            // They are zero where a substep begins.
-            stretch_multipliers: _,
-            volume_multipliers: _,
-            rest,
-            asleep,
-            quarantine,
-            tick_start,
-        } = body;
-        Self {
-            name: name.clone(),
-            mesh,
-            skin,
-            colour: look.colour,
-            density: *density,
-            added_mass: added_mass.clone(),
-            pins: pins.clone(),
-            effects: *effects,
-            particles: particles.clone(),
-            tick_start: tick_start.clone(),
-            rest: *rest,
-            asleep: *asleep,
-            quarantine: quarantine
-                .as_ref()
-                .map(|found| (found.vertex, found.stage.to_owned())),
-        }
-    }
-
-    fn body(self, topologies: &[Arc<Topology>]) -> Result<Body, SnapshotError> {
-        let wrong = |what: String| nonsense(format!("body “{}”: {what}", self.name));
-        let Some(topology) = topologies.get(self.mesh as usize) else {
-            let count = topologies.len();
-            return Err(wrong(format!("there is no mesh {}, of {count}", self.mesh)));
-        };
-        let count = topology.particles();
-        for (what, column) in [
-            ("positions", &self.particles.positions),
-            ("previous positions", &self.particles.previous),
-            ("velocities", &self.particles.velocities),
-            ("positions at the start of the tick", &self.tick_start),
-        ] {
-            if column.len() != count {
-                let found = column.len();
-                return Err(wrong(format!(
-                    "{found} {what}, but its mesh has {count} vertices"
-                )));
-            }
-        }
-        let masses = self.added_mass.iter().map(|(vertex, _)| *vertex);
-        let frozen = self.quarantine.iter().map(|(vertex, _)| *vertex);
-        let mut named = self.pins.iter().copied().chain(masses).chain(frozen);
-        if let Some(vertex) = named.find(|&vertex| vertex as usize >= count) {
-            return Err(wrong(format!("there is no vertex {vertex}, of {count}")));
-        }
-        if let Some(grab) = &self.effects.grab
-            && !grab.point.fits(count)
-        {
-            return Err(wrong(
-                "it is held by a particle that it does not have".to_owned(),
-            ));
-        }
-        let quarantine = match &self.quarantine {
-            None => None,
-            Some((vertex, stage)) => Some(Quarantine {
-                vertex: *vertex,
-                stage: stage_called(stage)
-                    .ok_or_else(|| wrong(format!("there is no stage called “{stage}”")))?,
-            }),
-        };
-        Ok(Body {
-            particles: self.particles,
-            added_mass: self.added_mass,
-            pins: self.pins,
-            effects: self.effects,
-            rest: self.rest,
-            asleep: self.asleep,
-            quarantine,
-            tick_start: self.tick_start,
-            ..Body::new(self.name, Arc::clone(topology), self.density)
-        })
-    }
-}
-
 impl StoredCollider {
     fn of(collider: &Collider) -> Self {
         let Collider { shape, start, path } = collider;
@@ -357,37 +252,6 @@ impl StoredCollider {
 
 fn nonsense(what: String) -> SnapshotError {
     SnapshotError::Content(what)
-}
-
-/// The name of a stage as a quarantine has it.
-fn stage_called(name: &str) -> Option<&'static str> {
-    let stages = Stage::ALL.iter().map(|stage| stage.name());
-    let mut all = stages.chain([body::INPUT, body::USER]);
-    all.find(|stage| *stage == name)
-}
-
-/// A surface that hangs on particles that the body has.
-fn skin_of(body: &Body, skin: u32, skins: &[Arc<Skin>]) -> Result<Arc<Skin>, SnapshotError> {
-    let name = &body.name;
-    let Some(found) = skins.get(skin as usize) else {
-        let count = skins.len();
-        return Err(nonsense(format!(
-            "body “{name}”: there is no surface {skin}, of {count}"
-        )));
-    };
-    let particles = body.topology.particles();
-    let corners = found.triangles.as_flattened().iter();
-    let hangs = found.anchors.iter().flat_map(|anchor| &anchor.particles);
-    let sound = corners
-        .map(|&i| i as usize)
-        .all(|i| i < found.anchors.len())
-        && hangs.map(|&i| i as usize).all(|i| i < particles);
-    if sound {
-        Ok(Arc::clone(found))
-    } else {
-        let what = "its surface hangs on what is not there";
-        Err(nonsense(format!("body “{name}”: {what}")))
-    }
 }
 
 /// Places are given in ascending order, one each, up to the last.

@@ -1,0 +1,161 @@
+//! What of a snapshot is a body's own.
+
+use super::{SnapshotError, nonsense};
+use crate::{
+    mesh::Skin,
+    scene::Look,
+    solver::{
+        Body, Density, Effects, Mass, Particles, Quarantine, Topology,
+        advance::Stage,
+        body::{INPUT, USER},
+        rest::RestTimer,
+    },
+};
+use glam::Vec4;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// A body as it is encoded: what is its own. Its mesh and its surface are called by their places.
+#[derive(Serialize, Deserialize)]
+pub struct StoredBody {
+    name: String,
+    mesh: u32,
+    /// Place of its fine surface, if it has one.
+    pub skin: Option<u32>,
+    /// Its colour as sRGB, if it was given one.
+    pub colour: Option<[u8; 3]>,
+    density: Density,
+    added_mass: Vec<(u32, Mass)>,
+    pins: Vec<u32>,
+    effects: Effects,
+    particles: Particles,
+    tick_start: Vec<Vec4>,
+    rest: RestTimer,
+    asleep: bool,
+    quarantine: Option<(u32, String)>,
+}
+
+impl StoredBody {
+    /// What is to be encoded.
+    pub fn of(body: &Body, mesh: u32, skin: Option<u32>, look: Look) -> Self {
+        let Body {
+            name,
+            topology: _,
+            particles,
+            density,
+            added_mass,
+            pins,
+            effects,
+            // They are zero where a substep begins.
+            stretch_multipliers: _,
+            volume_multipliers: _,
+            rest,
+            asleep,
+            quarantine,
+            tick_start,
+        } = body;
+        Self {
+            name: name.clone(),
+            mesh,
+            skin,
+            colour: look.colour,
+            density: *density,
+            added_mass: added_mass.clone(),
+            pins: pins.clone(),
+            effects: *effects,
+            particles: particles.clone(),
+            tick_start: tick_start.clone(),
+            rest: *rest,
+            asleep: *asleep,
+            quarantine: quarantine
+                .as_ref()
+                .map(|found| (found.vertex, found.stage.to_owned())),
+        }
+    }
+
+    /// What was encoded, if it makes sense.
+    pub fn body(self, topologies: &[Arc<Topology>]) -> Result<Body, SnapshotError> {
+        let wrong = |what: String| nonsense(format!("body “{}”: {what}", self.name));
+        let Some(topology) = topologies.get(self.mesh as usize) else {
+            let count = topologies.len();
+            return Err(wrong(format!("there is no mesh {}, of {count}", self.mesh)));
+        };
+        let count = topology.particles();
+        for (what, column) in [
+            ("positions", &self.particles.positions),
+            ("previous positions", &self.particles.previous),
+            ("velocities", &self.particles.velocities),
+            ("positions at the start of the tick", &self.tick_start),
+        ] {
+            if column.len() != count {
+                let found = column.len();
+                return Err(wrong(format!(
+                    "{found} {what}, but its mesh has {count} vertices"
+                )));
+            }
+        }
+        let masses = self.added_mass.iter().map(|(vertex, _)| *vertex);
+        let frozen = self.quarantine.iter().map(|(vertex, _)| *vertex);
+        let mut named = self.pins.iter().copied().chain(masses).chain(frozen);
+        if let Some(vertex) = named.find(|&vertex| vertex as usize >= count) {
+            return Err(wrong(format!("there is no vertex {vertex}, of {count}")));
+        }
+        if let Some(grab) = &self.effects.grab
+            && !grab.point.fits(count)
+        {
+            return Err(wrong(
+                "it is held by a particle that it does not have".to_owned(),
+            ));
+        }
+        let quarantine = match &self.quarantine {
+            None => None,
+            Some((vertex, stage)) => Some(Quarantine {
+                vertex: *vertex,
+                stage: stage_called(stage)
+                    .ok_or_else(|| wrong(format!("there is no stage called “{stage}”")))?,
+            }),
+        };
+        Ok(Body {
+            particles: self.particles,
+            added_mass: self.added_mass,
+            pins: self.pins,
+            effects: self.effects,
+            rest: self.rest,
+            asleep: self.asleep,
+            quarantine,
+            tick_start: self.tick_start,
+            ..Body::new(self.name, Arc::clone(topology), self.density)
+        })
+    }
+}
+
+/// The name of a stage as a quarantine has it.
+fn stage_called(name: &str) -> Option<&'static str> {
+    let stages = Stage::ALL.iter().map(|stage| stage.name());
+    let mut all = stages.chain([INPUT, USER]);
+    all.find(|stage| *stage == name)
+}
+
+/// A surface that hangs on particles that the body has.
+pub fn skin(body: &Body, skin: u32, skins: &[Arc<Skin>]) -> Result<Arc<Skin>, SnapshotError> {
+    let name = &body.name;
+    let Some(found) = skins.get(skin as usize) else {
+        let count = skins.len();
+        return Err(nonsense(format!(
+            "body “{name}”: there is no surface {skin}, of {count}"
+        )));
+    };
+    let particles = body.topology.particles();
+    let corners = found.triangles.as_flattened().iter();
+    let hangs = found.anchors.iter().flat_map(|anchor| &anchor.particles);
+    let sound = corners
+        .map(|&i| i as usize)
+        .all(|i| i < found.anchors.len())
+        && hangs.map(|&i| i as usize).all(|i| i < particles);
+    if sound {
+        Ok(Arc::clone(found))
+    } else {
+        let what = "its surface hangs on what is not there";
+        Err(nonsense(format!("body “{name}”: {what}")))
+    }
+}
