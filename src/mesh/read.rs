@@ -3,7 +3,8 @@
 //! A reader gives back what the file says, in the file's unit, and mends nothing; but whatever it
 //! gives back is finite and has its indices in range. Everything else is an error that names the
 //! file and the line (in glTF, the mesh and the primitive). No count that a file claims is believed
-//! before the data is there, so a short file never takes much memory.
+//! before the data is there, and what a glTF scene shows many times has a limit, so a short file never
+//! takes much memory.
 
 use std::{fs, io, path::Path};
 

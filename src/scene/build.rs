@@ -70,6 +70,7 @@ impl Scene {
         })?;
         let (topology, skin) = (Arc::new(topology), mesh.skin.map(Arc::new));
         let places = places(spec);
+        check_room(spec, &built.world, topology.particles(), places.len())?;
         for (number, &place) in places.iter().enumerate() {
             let name = if places.len() == 1 {
                 spec.name.clone()
@@ -150,6 +151,33 @@ fn check_numbers(spec: &BodySpec) -> Result<(), SceneError> {
 
 /// Copies of a body at most.
 const MOST_COPIES: u64 = 10_000;
+/// Bodies of a scene at most.
+const MOST_BODIES: usize = 100_000;
+/// Particles of a scene at most: with edges and tetrahedra some 1.5 GB.
+const MOST_PARTICLES: usize = 4_000_000;
+
+/// Refuses bodies that no memory holds, before they are made.
+fn check_room(
+    spec: &BodySpec,
+    world: &World,
+    particles: usize,
+    copies: usize,
+) -> Result<(), SceneError> {
+    let before: usize = world.bodies.iter().map(|body| body.particles.len()).sum();
+    for (what, count, most) in [
+        ("bodies", world.bodies.len() + copies, MOST_BODIES),
+        ("particles", before + particles * copies, MOST_PARTICLES),
+    ] {
+        if count > most {
+            let message = format!(
+                "with it the scene has {count} {what}, but at most {most} can be had; use fewer \
+                 copies or cells"
+            );
+            return Err(wrong(spec, message));
+        }
+    }
+    Ok(())
+}
 
 /// Where each copy is put: `position` is the middle of the grid's lowest layer.
 fn places(spec: &BodySpec) -> Vec<Vec3> {

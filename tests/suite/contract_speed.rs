@@ -1,9 +1,8 @@
 //! Contracts about what makes the solver fast: threads, lanes, memory, allocations. They change
 //! no bit, and cost no more than is said.
 
-#![allow(unsafe_code, reason = "an allocator that counts")]
-
 use crate::{
+    allocation,
     support::{body, elastic_on_ground, settings, stretch, with},
     support_app::{app_of, ticks},
 };
@@ -21,13 +20,7 @@ use pliant::{
         SurfacePoint, Threads, World, memory::solver_bytes,
     },
 };
-use std::{
-    alloc::{GlobalAlloc, Layout, System},
-    cell::Cell,
-    fs,
-    path::Path as FilePath,
-    time::Duration,
-};
+use std::{fs, path::Path as FilePath, time::Duration};
 
 fn solid(cells: u32) -> RestShape {
     let size = Vec3::splat(0.05 * cells as f32);
@@ -206,30 +199,6 @@ fn the_solver_holds_no_more_memory_than_it_says() {
     }
 }
 
-/// Counts what the thread that asks allocates.
-struct Counting;
-
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-// SAFETY: hands everything on to the system's allocator; counting allocates nothing.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.with(|count| count.set(count.get() + 1));
-        // SAFETY: the caller's promise.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promise.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
 /// Once a scene has settled, a step allocates nothing: neither without Bevy nor, in what is ours,
 /// with it.
 #[test]
@@ -237,18 +206,18 @@ fn a_step_allocates_nothing() {
     let mut world = crowd();
     world.sleep.enabled = false;
     (0..3).for_each(|_| world.tick());
-    let before = ALLOCATIONS.get();
+    let before = allocation::count();
     (0..5).for_each(|_| world.tick());
-    assert_eq!(ALLOCATIONS.get() - before, 0, "without Bevy");
+    assert_eq!(allocation::count() - before, 0, "without Bevy");
 
     // Bevy itself allocates now and then, bodies or not.
     let in_sixteen_ticks = |world: &World| {
         let (mut app, ..) = app_of(world);
         app.insert_resource(SolverThreads(Threads::default()));
         ticks(&mut app, 16);
-        let before = ALLOCATIONS.get();
+        let before = allocation::count();
         ticks(&mut app, 16);
-        ALLOCATIONS.get() - before
+        allocation::count() - before
     };
     let empty = World {
         settings: world.settings,

@@ -1,10 +1,12 @@
 //! The suite: one binary, a module for each thing that is promised.
 
+mod allocation;
 mod bench;
 mod contract_bits;
 mod contract_order;
 mod contract_rooms;
 mod contract_speed;
+mod fuzz_support;
 mod mesh_build;
 mod mesh_elements;
 mod mesh_fill;
@@ -14,7 +16,9 @@ mod mesh_primitives;
 mod mesh_read;
 mod mesh_support;
 mod program;
+mod program_fuzz;
 mod project;
+mod random_worlds;
 mod reference_contacts;
 mod reference_kernels;
 mod reference_support;
@@ -29,6 +33,7 @@ mod sandbox_solver_view;
 #[cfg(feature = "window")]
 mod sandbox_throughput;
 mod scene_files;
+mod scene_fuzz;
 mod scene_overrides;
 mod scene_runs;
 mod simulation_actions;
@@ -46,6 +51,7 @@ mod solver_collider;
 mod solver_delivered;
 mod solver_gradients;
 mod solver_ground;
+mod solver_hour;
 mod solver_measure;
 mod solver_modes;
 mod solver_order;

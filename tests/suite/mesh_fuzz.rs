@@ -1,11 +1,14 @@
-//! Broken files: whatever the bytes, a mesh or an error, never a panic.
+//! Broken mesh files of every format: whatever the bytes, a mesh or an error that names the file,
+//! never a panic, and memory in proportion to the file.
 
+use crate::fuzz_support::{Edit, broken, edits, fuzz, in_proportion};
+use pliant::mesh::{
+    BuildOptions, FileMesh, MeshError, SoftMesh, SurfaceMesh, Treatment, build, read,
+};
+use proptest::prelude::*;
 use std::io;
 
-use pliant::mesh::{BuildOptions, FileMesh, Treatment, build, read};
-use proptest::prelude::*;
-
-const VALID: [(&str, &str); 6] = [
+const TEXTS: [(&str, &str); 6] = [
     (
         "a.obj",
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf -4/1 -1//2 3/1/1\nf 2 3 4\n",
@@ -30,40 +33,85 @@ const VALID: [(&str, &str); 6] = [
 ];
 const ELE: &str = "1 4 0\n0 0 1 2 3\n";
 
-/// What files are made of, and what breaks them.
-const WORDS: [&str; 14] = [
-    "-1",
-    "0",
-    "1",
-    "4294967295",
-    "4294967296",
-    "18446744073709551615",
-    "1e308",
-    "-1e-310",
-    "nan",
-    "\\\n",
-    "#",
-    "\n",
-    "\"",
-    "é",
-];
+/// Three positions, then the indices 0, 1 and 2.
+fn buffer() -> Vec<u8> {
+    [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+        .into_iter()
+        .flat_map(f32::to_le_bytes)
+        .chain([0, 1, 2])
+        .collect()
+}
+
+/// A GLB container around a JSON and the buffer.
+fn glb(json: &str) -> Vec<u8> {
+    let mut json = json.as_bytes().to_vec();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let mut binary = buffer();
+    binary.resize(binary.len().next_multiple_of(4), 0);
+    let word = |number: usize| u32::try_from(number).expect("small").to_le_bytes();
+    let chunk = |kind: &[u8], data: &[u8]| [&word(data.len()), kind, data].concat();
+    let chunks = [chunk(b"JSON", &json), chunk(b"BIN\0", &binary)].concat();
+    [b"glTF", &word(2)[..], &word(12 + chunks.len()), &chunks].concat()
+}
+
+/// A whole file of each format. A TetGen pair is read by either name, so that both get broken.
+fn files() -> Vec<(&'static str, Vec<u8>)> {
+    let texts = TEXTS.map(|(name, text)| (name, text.as_bytes().to_vec()));
+    let json = TEXTS[5].1.replace("\"uri\":\"b.bin\",", "");
+    let others = [("a.ele", ELE.into()), ("a.glb", glb(&json))];
+    texts.into_iter().chain(others).collect()
+}
 
 fn beside(name: &str) -> io::Result<Vec<u8>> {
     match name {
         "a.ele" => Ok(ELE.into()),
-        // Three positions, then the indices 0, 1 and 2.
-        "b.bin" => Ok([0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]
-            .into_iter()
-            .flat_map(f32::to_le_bytes)
-            .chain([0, 1, 2])
-            .collect()),
+        "a.node" => Ok(TEXTS[4].1.into()),
+        "b.bin" => Ok(buffer()),
         _ => Err(io::ErrorKind::NotFound.into()),
     }
 }
 
+/// Bytes that reading may hold at most: so many, and so many for each byte of the file. A value of
+/// two bytes in a JSON, `0,`, is one of 32 bytes in memory; lists grow twofold, old and new being
+/// there at once; and those with accessors and meshes are looked at in a copy.
+const READING: (u64, u64) = (64 << 10, 128);
+
+/// The same for building from it, filled with 3 cells, 5 with what surrounds them: 216 corners, 125
+/// centres and 1500 tetrahedra of the lattice, each in several tables.
+const BUILDING: (u64, u64) = (1 << 20, 2048);
+
+fn read_in_proportion(name: &str, bytes: &[u8]) -> Result<FileMesh, MeshError> {
+    let mesh = in_proportion(bytes.len(), READING, || read::bytes(name, bytes, &beside));
+    if let Err(error) = &mesh {
+        let message = error.to_string();
+        let names_it = ["a.", "b."].iter().any(|file| message.contains(file));
+        assert!(names_it, "no file is named: {message}");
+        assert!(message.len() < 1000 + 2 * bytes.len(), "{message}");
+        if let MeshError::Text { line, .. } = error {
+            let lines = 1 + bytes.iter().filter(|byte| **byte == b'\n').count();
+            let other = ELE.lines().count().max(TEXTS[4].1.lines().count()) + 1;
+            assert!((1..=lines.max(other)).contains(line), "{message}");
+        }
+    }
+    mesh
+}
+
+fn build_in_proportion(
+    length: usize,
+    mesh: FileMesh,
+    treatment: Treatment,
+) -> Result<SoftMesh, MeshError> {
+    let options = BuildOptions {
+        size: Some(1.0),
+        cells: Some(3),
+        treatment,
+    };
+    in_proportion(length, BUILDING, || build(mesh, &options))
+}
+
 /// Reads and, if that works, builds; the result of reading must be sound.
 fn survives(name: &str, bytes: &[u8]) {
-    let Ok(mesh) = read::bytes(name, bytes, &beside) else {
+    let Ok(mesh) = read_in_proportion(name, bytes) else {
         return;
     };
     let (vertices, indices): (_, Vec<u32>) = match &mesh {
@@ -76,12 +124,7 @@ fn survives(name: &str, bytes: &[u8]) {
     assert!(vertices.iter().all(|p| p.is_finite()));
     assert!(indices.iter().all(|i| (*i as usize) < vertices.len()));
     for treatment in [Treatment::Fill, Treatment::Shell] {
-        let options = BuildOptions {
-            size: Some(1.0),
-            cells: Some(3),
-            treatment,
-        };
-        if let Ok(body) = build(mesh.clone(), &options) {
+        if let Ok(body) = build_in_proportion(bytes.len(), mesh.clone(), treatment) {
             assert!(body.shape.vertices.iter().all(|p| p.is_finite()));
         }
     }
@@ -89,46 +132,89 @@ fn survives(name: &str, bytes: &[u8]) {
 
 #[test]
 fn the_files_that_are_broken_here_are_whole_at_first() {
-    for (name, text) in VALID {
-        read::bytes(name, text.as_bytes(), &beside).expect(name);
+    for (name, file) in files() {
+        read::bytes(name, &file, &beside).expect(name);
     }
 }
 
 #[test]
 fn every_file_survives_being_cut_anywhere() {
-    for (name, text) in VALID {
-        for end in 0..text.len() {
-            survives(name, &text.as_bytes()[..end]);
+    for (name, file) in files() {
+        for end in 0..file.len() {
+            survives(name, &file[..end]);
         }
     }
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig { cases: 512, failure_persistence: None, ..ProptestConfig::default() })]
+#[test]
+fn a_broken_mesh_file_is_a_mesh_or_an_error_that_names_it() {
+    let files = files();
+    let values = (0..files.len(), edits());
+    fuzz("mesh files", 4000, &values, |(which, edits)| {
+        let (name, file) = &files[which];
+        survives(name, &broken(file, &edits));
+    });
+}
 
-    #[test]
-    fn a_file_with_bytes_or_words_changed_never_panics(
-        which in 0..VALID.len(),
-        bytes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..4),
-        words in prop::collection::vec((any::<prop::sample::Index>(), 0..WORDS.len()), 0..4),
-        end in any::<prop::sample::Index>(),
-        cut in prop::bool::weighted(0.2),
-    ) {
-        let (name, text) = VALID[which];
-        let mut words_of: Vec<&str> = text.split_inclusive([' ', '\n', ',', ':']).collect();
-        for (place, word) in words {
-            let place = place.index(words_of.len());
-            words_of.insert(place + 1, " ");
-            words_of[place] = WORDS[word];
-        }
-        let mut file = words_of.concat().into_bytes();
-        for (place, byte) in bytes {
-            let place = place.index(file.len());
-            file[place] = byte;
-        }
-        if cut {
-            file.truncate(end.index(file.len()));
-        }
-        survives(name, &file);
+/// The binary parts of a GLB container: lengths, kinds, positions, indices.
+#[test]
+fn a_broken_container_is_a_mesh_or_an_error_that_names_it() {
+    let (name, file) = files().pop().expect("the last is a GLB");
+    let values = prop::collection::vec(any::<(prop::sample::Index, u32)>(), 1..3);
+    fuzz("containers", 500, &values, |edits| {
+        let edits = edits.into_iter().map(|(at, to)| Edit::Binary(at, to));
+        survives(name, &broken(&file, &edits.collect::<Vec<_>>()));
+    });
+}
+
+/// A glTF scene may show one mesh many times, and one primitive's data may be another's: a file of
+/// m nodes and n vertices stands for m · n vertices.
+#[test]
+fn a_mesh_that_is_shown_too_often_is_refused_before_it_fills_memory() {
+    let vertices = 3999;
+    let nodes = 8000;
+    let list = |item: &dyn Fn(usize) -> String| {
+        let items: Vec<String> = (0..nodes).map(item).collect();
+        items.join(",")
+    };
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"scenes":[{{"nodes":[{}]}}],"nodes":[{}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],"accessors":[{{"bufferView":0,"componentType":5126,"count":{vertices},"type":"VEC3","min":[0,0,0],"max":[1,1,0]}}],"bufferViews":[{{"buffer":0,"byteLength":{length}}}],"buffers":[{{"uri":"b.bin","byteLength":{length}}}]}}"#,
+        list(&|node| node.to_string()),
+        list(&|_| "{\"mesh\":0}".into()),
+        length = 12 * vertices,
+    );
+    let read = || {
+        read::bytes("many.gltf", json.as_bytes(), &|_| {
+            Ok(vec![0; 12 * vertices])
+        })
+    };
+    let error = in_proportion(json.len() + 12 * vertices, (300 << 20, 128), read)
+        .expect_err("32 million vertices");
+    let message = error.to_string();
+    for part in ["many.gltf", "mesh 0, primitive 0", "vertices"] {
+        assert!(message.contains(part), "“{part}” is not in “{message}”");
+    }
+}
+
+/// Vertices that no element uses, and elements that are all the same, cost no more than others.
+#[test]
+fn what_is_there_very_often_is_built_in_proportion() {
+    let mut mesh = SurfaceMesh::default();
+    let FileMesh::Surface(one) =
+        read::bytes("a.obj", TEXTS[0].1.as_bytes(), &beside).expect("whole")
+    else {
+        panic!("an OBJ file is a surface");
+    };
+    for _ in 0..5000 {
+        let first = u32::try_from(mesh.vertices.len()).expect("few");
+        mesh.vertices.extend(&one.vertices);
+        let triangles = one.triangles.iter();
+        mesh.triangles
+            .extend(triangles.map(|t| t.map(|i| first + i)));
+    }
+    let length = mesh.vertices.len() * 24 + mesh.triangles.len() * 12;
+    for treatment in [Treatment::Fill, Treatment::Shell] {
+        // Whether it can be built does not matter.
+        let _ = build_in_proportion(length, FileMesh::Surface(mesh.clone()), treatment);
     }
 }

@@ -129,6 +129,10 @@ fn refuse_extensions(file: &str, document: &Document) -> Result<(), MeshError> {
     }
 }
 
+/// Vertices and triangles that a scene may show beyond those that its buffers hold once. Nodes may
+/// share a mesh, and primitives their data, so that a short file could stand for any number.
+const MOST_REPEATED: usize = 4_000_000;
+
 struct Reader<'a> {
     file: &'a str,
     data: Data<'a>,
@@ -197,7 +201,6 @@ impl Reader<'_> {
             .get(&Semantic::Positions)
             .ok_or("has no POSITION; expected the positions of its vertices")?;
         let positions = self.data.positions(&accessor)?;
-        let base = self.surface.vertices.len();
         let indices = match primitive.indices() {
             Some(accessor) => self.data.indices(&accessor)?,
             None => (0..positions.len() as u32).collect(),
@@ -205,6 +208,15 @@ impl Reader<'_> {
         if let Some(wrong) = indices.iter().find(|i| **i as usize >= positions.len()) {
             let count = positions.len();
             return Err(format!("has the index {wrong}, but only {count} vertices"));
+        }
+        let base = self.surface.vertices.len();
+        let shown = base + positions.len() + self.surface.triangles.len() + indices.len();
+        let most = MOST_REPEATED + self.data.bytes();
+        if shown > most {
+            return Err(format!(
+                "brings the scene to {shown} vertices and indices of triangles, but at most {most} \
+                 are read of a file of this size; show its meshes less often"
+            ));
         }
         for (number, position) in positions.into_iter().enumerate() {
             let placed = transform.transform_point3(position);

@@ -76,6 +76,11 @@ impl<'a> Data<'a> {
         Ok(Self { buffers })
     }
 
+    /// How many bytes all buffers have.
+    pub fn bytes(&self) -> usize {
+        self.buffers.iter().map(|bytes| bytes.len()).sum()
+    }
+
     /// Positions of vertices.
     pub fn positions(&self, accessor: &Accessor) -> Result<Vec<DVec3>, String> {
         if (accessor.data_type(), accessor.dimensions()) != (DataType::F32, Dimensions::Vec3) {

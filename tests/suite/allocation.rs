@@ -1,0 +1,67 @@
+//! The allocator of the suite: it counts what each thread allocates, and how much it holds.
+
+#![allow(unsafe_code, reason = "an allocator that counts")]
+
+use std::{
+    alloc::{GlobalAlloc, Layout, System},
+    cell::Cell,
+};
+
+struct Counting;
+
+thread_local! {
+    static COUNT: Cell<u64> = const { Cell::new(0) };
+    static HELD: Cell<i64> = const { Cell::new(0) };
+    static MOST: Cell<i64> = const { Cell::new(0) };
+}
+
+/// How often this thread has allocated.
+pub fn count() -> u64 {
+    COUNT.get()
+}
+
+/// Bytes that this thread has allocated and not given back. What it gives back for another thread
+/// counts against it.
+pub fn held() -> i64 {
+    HELD.get()
+}
+
+/// What an action returns, and the most bytes that its thread held at once beyond what it held
+/// before.
+pub fn peak<T>(action: impl FnOnce() -> T) -> (T, u64) {
+    let (before, outer) = (HELD.get(), MOST.get());
+    MOST.set(before);
+    let result = action();
+    let most = MOST.get() - before;
+    MOST.set(outer.max(MOST.get()));
+    (result, u64::try_from(most).unwrap_or_default())
+}
+
+fn change(bytes: i64) {
+    let held = HELD.get() + bytes;
+    HELD.set(held);
+    MOST.set(MOST.get().max(held));
+}
+
+fn size(layout: Layout) -> i64 {
+    i64::try_from(layout.size()).unwrap_or(i64::MAX)
+}
+
+// SAFETY: hands everything on to the system's allocator; counting allocates nothing.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        COUNT.set(COUNT.get() + 1);
+        change(size(layout));
+        // SAFETY: the caller's promise.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        change(-size(layout));
+        // SAFETY: the caller's promise.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;

@@ -1,0 +1,535 @@
+//! Worlds at random, within the valid ranges of everything: whatever the parameters, what is said
+//! of every world holds. See [`fuzz_support`](crate::fuzz_support) for how to try more of them.
+
+use crate::{
+    fuzz_support::fuzz,
+    support::{settings, topology},
+};
+use glam::{DVec3, UVec2, UVec3, Vec2, Vec3, Vec3Swizzles, Vec4};
+use pliant::{
+    mesh::Primitive,
+    solver::{
+        Body, Collide, Collider, ColliderShape, Compliance, Damping, Deformation, Density, Effects,
+        Friction, Ground, Instructions, Path, Pose, RestShape, Restitution, Settings, StickyGround,
+        Stretch, Threads, Volume, World, deform::deform, measure,
+    },
+};
+use proptest::prelude::*;
+use std::ops::Range;
+
+/// A shape of few cells.
+#[derive(Debug, Clone, Copy)]
+enum Kind {
+    Box,
+    Sphere,
+    Cloth { shear: bool },
+    Rope,
+}
+
+/// A body, its sizes in units of its own scale.
+#[derive(Debug, Clone)]
+struct Soft {
+    kind: Kind,
+    cells: u32,
+    /// Its size [m].
+    scale: f32,
+    density: f32,
+    stretch: Option<(f32, f32)>,
+    volume: Option<(f32, f32)>,
+    /// Height of a ground below it, friction, restitution.
+    ground: Option<(f32, f32, f32)>,
+    sticky: bool,
+    collide: bool,
+    pins: Vec<u32>,
+    deformation: Option<Deformation>,
+    position: Vec3,
+    velocity: Vec3,
+    spin: Vec3,
+}
+
+/// A world.
+#[derive(Debug, Clone)]
+struct Wild {
+    bodies: Vec<Soft>,
+    /// Shape from 0 to 2, place and how it moves, in units of the first body's scale.
+    colliders: Vec<(u8, Vec3, u8)>,
+    gravity: Vec3,
+    rate: f64,
+    substeps: u32,
+    iterations: u32,
+}
+
+impl Soft {
+    fn shape(&self) -> RestShape {
+        let (cells, scale) = (self.cells, self.scale);
+        let primitive = match self.kind {
+            Kind::Box => Primitive::Box {
+                size: Vec3::new(1.0, 0.7, 0.8) * scale,
+                cells: UVec3::splat(cells),
+            },
+            Kind::Sphere => Primitive::Sphere {
+                radius: scale / 2.0,
+                cells: 4,
+            },
+            Kind::Cloth { shear } => Primitive::Cloth {
+                size: Vec2::splat(scale),
+                cells: UVec2::splat(2 * cells),
+                diagonals: Default::default(),
+                shear,
+            },
+            Kind::Rope => Primitive::Rope {
+                length: scale,
+                segments: 4 * cells,
+            },
+        };
+        primitive.build().expect("a sound shape").shape
+    }
+
+    fn body(&self) -> Body {
+        let density = Density::new(self.density).expect("in range");
+        let mut body = Body::new("wild", topology(self.shape()), density);
+        let compliant = |(compliance, damping): (f32, f32)| {
+            let compliance = Compliance::new(compliance).expect("in range");
+            (compliance, Damping::new(damping).expect("in range"))
+        };
+        body.effects = Effects {
+            stretch: self
+                .stretch
+                .map(compliant)
+                .map(|(compliance, damping)| Stretch {
+                    compliance,
+                    damping,
+                    ..Stretch::default()
+                }),
+            volume: self
+                .volume
+                .map(compliant)
+                .map(|(compliance, damping)| Volume {
+                    compliance,
+                    damping,
+                    ..Volume::default()
+                }),
+            ground: self.ground.map(|(below, friction, restitution)| Ground {
+                height: (self.position.y - 1.0 - below) * self.scale,
+                friction: Friction::new(friction).expect("in range"),
+                restitution: Restitution::new(restitution).expect("in range"),
+            }),
+            sticky_ground: self.sticky.then_some(StickyGround {
+                height: (self.position.y - 1.2) * self.scale,
+            }),
+            collide: self.collide.then(Collide::default),
+            grab: None,
+        };
+        let count = u32::try_from(body.particles.len()).expect("few");
+        body.pins = self.pins.iter().map(|pin| pin % count).collect();
+        body.pins.sort_unstable();
+        body.pins.dedup();
+        body.update_masses();
+        body.translate(self.position * self.scale);
+        if let Some(deformation) = self.deformation {
+            deform(&mut body.particles, deformation);
+            body.tick_start.clone_from(&body.particles.positions);
+        }
+        let middle = measure::centre_of_mass(&body.particles).as_vec3();
+        let particles = &mut body.particles;
+        for (v, x) in particles.velocities.iter_mut().zip(&particles.positions) {
+            if x.w > 0.0 {
+                let turn = self.spin.cross(x.truncate() - middle);
+                *v = (self.velocity * self.scale + turn).extend(0.0);
+            }
+        }
+        body
+    }
+}
+
+impl Wild {
+    fn world(&self) -> World {
+        let scale = self.bodies.first().map_or(1.0, |body| body.scale);
+        let colliders = self.colliders.iter().map(|&(shape, place, path)| {
+            let radius = 0.4 * scale;
+            let shape = match shape {
+                0 => ColliderShape::Sphere { radius },
+                1 => ColliderShape::Box {
+                    size: Vec3::new(1.0, 0.3, 0.8) * scale,
+                },
+                _ => ColliderShape::Capsule {
+                    radius,
+                    length: scale,
+                },
+            };
+            let path = match path {
+                0 => Path::Oscillate {
+                    travel: place.yzx() * scale,
+                    period: 0.3,
+                },
+                1 => Path::Line {
+                    velocity: place.zxy() * scale,
+                },
+                2 => Path::Spin {
+                    axis: place,
+                    rate: 2.0,
+                },
+                _ => Path::Still,
+            };
+            Collider::moving(shape, Pose::at(place * scale), path).expect("sound")
+        });
+        let mut world = World {
+            settings: settings(0.0, self.rate, self.substeps, self.iterations),
+            bodies: self.bodies.iter().map(Soft::body).collect(),
+            colliders: colliders.collect(),
+            ..World::default()
+        };
+        world.settings.set_gravity(self.gravity).expect("finite");
+        world
+    }
+}
+
+/// A number whose logarithm is anywhere in a range of powers of ten.
+fn power(powers: Range<f32>) -> impl Strategy<Value = f32> {
+    powers.prop_map(|power| libm::powf(10.0, power))
+}
+
+/// A vector with coordinates up to `most` in size.
+fn vector(most: f32) -> impl Strategy<Value = Vec3> {
+    let one = move || -most..most;
+    (one(), one(), one()).prop_map(|(x, y, z)| Vec3::new(x, y, z))
+}
+
+/// How far the parameters of a world may go.
+#[derive(Debug, Clone, Copy)]
+struct Reach {
+    /// Powers of ten of compliances and of their scale-free part, of densities and of sizes.
+    compliance: (f32, f32),
+    density: (f32, f32),
+    scale: (f32, f32),
+    /// Longest damping [s].
+    damping: f32,
+    /// Whether bodies begin deformed, are pinned, meet grounds and colliders.
+    held: bool,
+}
+
+/// Everything that a scene file may ask for.
+const ALL: Reach = Reach {
+    compliance: (-12.0, 12.0),
+    density: (-9.0, 9.0),
+    scale: (-6.0, 6.0),
+    damping: 1000.0,
+    held: true,
+};
+
+/// What the sliders of the panel reach, of free bodies in their rest shape.
+const FREE: Reach = Reach {
+    compliance: (-8.0, -1.0),
+    density: (1.0, 4.0),
+    scale: (-1.0, 0.5),
+    damping: 0.03,
+    held: false,
+};
+
+fn soft(reach: Reach) -> impl Strategy<Value = Soft> {
+    let elastic = move || {
+        let compliance = prop_oneof![
+            1 => Just(0.0_f32),
+            2 => power(reach.compliance.0..reach.compliance.1),
+        ];
+        (
+            compliance,
+            prop_oneof![2 => Just(0.0_f32), 1 => 0.0..reach.damping],
+        )
+    };
+    let kind = prop_oneof![
+        2 => Just(Kind::Box),
+        1 => Just(Kind::Sphere),
+        2 => any::<bool>().prop_map(|shear| Kind::Cloth { shear }),
+        1 => Just(Kind::Rope),
+    ];
+    let made = (
+        kind,
+        1..4_u32,
+        power(reach.scale.0..reach.scale.1),
+        power(reach.density.0..reach.density.1),
+        prop::option::weighted(0.9, elastic()),
+        prop::option::weighted(0.7, elastic()),
+    );
+    let deformation = prop_oneof![
+        (0.0..3.0_f32).prop_map(Deformation::Squash),
+        any::<u32>().prop_map(Deformation::Shuffle),
+        Just(Deformation::Mirror),
+        (0.0..10.0_f32).prop_map(Deformation::Scale),
+    ];
+    let chance = if reach.held { 0.4 } else { 0.0 };
+    let friction = prop_oneof![0.0..2.0_f32, Just(100.0)];
+    let held = (
+        prop::option::weighted(chance, (0.0..1.0_f32, friction, 0.0..=1.0_f32)),
+        prop::bool::weighted(chance / 4.0),
+        prop::bool::weighted(chance),
+        prop::option::weighted(chance, prop::collection::vec(any::<u32>(), 1..4)),
+        prop::option::weighted(chance / 2.0, deformation),
+    );
+    let moved = (vector(3.0), vector(5.0), vector(6.0));
+    (made, held, moved).prop_map(
+        |(
+            (kind, cells, scale, density, stretch, volume),
+            (ground, sticky, collide, pins, deformation),
+            (position, velocity, spin),
+        )| Soft {
+            kind,
+            cells,
+            scale,
+            density,
+            stretch,
+            volume,
+            ground,
+            sticky,
+            collide,
+            pins: pins.unwrap_or_default(),
+            deformation,
+            position,
+            velocity,
+            spin,
+        },
+    )
+}
+
+fn wild(reach: Reach) -> impl Strategy<Value = Wild> {
+    let colliders = if reach.held { 0..3_usize } else { 0..1 };
+    let rate = if reach.held { -1.0..6.0_f32 } else { 1.5..2.4 };
+    let gravity = prop_oneof![
+        1 => Just(Vec3::ZERO),
+        2 => Just(Vec3::new(0.0, -9.81, 0.0)),
+        1 => vector(20.0),
+    ];
+    (
+        prop::collection::vec(soft(reach), 1..4),
+        prop::collection::vec((0..3_u8, vector(3.0), 0..5_u8), colliders),
+        gravity,
+        power(rate),
+        1..9_u32,
+        1..5_u32,
+    )
+        .prop_map(
+            |(bodies, colliders, gravity, rate, substeps, iterations)| Wild {
+                bodies,
+                colliders,
+                gravity,
+                rate: f64::from(rate),
+                substeps,
+                iterations,
+            },
+        )
+}
+
+fn pinned(world: &World) -> Vec<Vec<(usize, Vec4)>> {
+    let of = |body: &Body| {
+        let positions = body.particles.positions.iter().copied().enumerate();
+        positions.filter(|(_, x)| x.w == 0.0).collect()
+    };
+    world.bodies.iter().map(of).collect()
+}
+
+/// Ticks that a world is watched for.
+const TICKS: usize = 20;
+
+/// Whatever a scene may ask for, of everything at once: after every tick each body is finite, or is
+/// frozen where it last was and named; what is pinned is where it was, to the bit; and the run has
+/// the same bits again, on any number of threads, with any instructions.
+#[test]
+fn any_world_stays_finite_or_is_named_keeps_its_pins_and_repeats() {
+    let threads = [1, 2, 8].map(|count| Threads::new(count).expect("they can be had"));
+    let scalar = Instructions::all().pop().expect("there is one at least");
+    fuzz("any world", 400, &wild(ALL), |wild| {
+        let start = wild.world();
+        let pins = pinned(&start);
+        let mut world = start.clone();
+        for tick in 1..=TICKS {
+            world.tick();
+            for (body, pins) in world.bodies.iter().zip(&pins) {
+                let mut state = body
+                    .particles
+                    .positions
+                    .iter()
+                    .chain(&body.particles.velocities);
+                assert!(state.all(|v| v.is_finite()), "not finite after tick {tick}");
+                for &(particle, place) in pins {
+                    let now = body.particles.positions[particle];
+                    assert_eq!(now, place, "pin {particle} after tick {tick}");
+                }
+                if let Some(quarantine) = &body.quarantine {
+                    assert!((quarantine.vertex as usize) < body.particles.len());
+                    assert!(
+                        !quarantine.stage.is_empty()
+                            && body.particles.velocities.iter().all(|v| *v == Vec4::ZERO)
+                    );
+                }
+            }
+        }
+        let expected = world.state_hash();
+        for threads in &threads {
+            let mut again = World {
+                threads: threads.clone(),
+                ..start.clone()
+            };
+            (0..TICKS).for_each(|_| again.tick());
+            assert_eq!(again.state_hash(), expected, "{} threads", threads.count());
+        }
+        let mut again = World {
+            instructions: scalar,
+            ..start
+        };
+        (0..TICKS).for_each(|_| again.tick());
+        assert_eq!(again.state_hash(), expected, "scalar");
+    });
+}
+
+/// Half an ulp of 1 in f32: a coordinate x is rounded by at most this times |x|.
+const ROUNDING: f64 = 1.0 / 16_777_216.0;
+
+/// What rounding of positions may add to the mean velocity of a body in n substeps [m/s]. A velocity
+/// is a difference of positions over h, so that the rounding of a coordinate x kicks it by up to
+/// u|x|/h. The prediction rounds a particle in even flight alike in every substep: n times √3 of
+/// that, one for each coordinate. Each of the k projections of a particle in a substep rounds it in
+/// no direction: of N particles in n substeps they add up like √(3kn/N), and four times that is not
+/// exceeded by chance.
+fn drift(world: &World, body: &Body, substeps: f64, reach: f64) -> f64 {
+    let kick = ROUNDING * reach / world.settings.substep_seconds();
+    let particles = body.particles.len() as f64;
+    let topology = &body.topology;
+    let corners = body
+        .effects
+        .stretch
+        .map_or(0, |_| 2 * topology.edges.ends().len())
+        + body
+            .effects
+            .volume
+            .map_or(0, |_| 4 * topology.tetrahedra.corners().len());
+    let moves = corners as f64 / particles * f64::from(world.settings.iterations.get());
+    kick * (3.0_f64.sqrt() * substeps + 4.0 * (3.0 * moves * substeps / particles).sqrt())
+}
+
+/// A free body, whatever it is made of: its momentum is what it was and what gravity gives it, and
+/// its energy is no more than it was, but for what rounding adds.
+#[test]
+fn a_free_body_keeps_its_momentum_and_gains_no_energy() {
+    fuzz("free bodies", 400, &wild(FREE), |wild| {
+        for soft in &wild.bodies {
+            let mut world = Wild {
+                bodies: vec![soft.clone()],
+                ..wild.clone()
+            }
+            .world();
+            world.sleep.enabled = false;
+            let gravity = world.settings.gravity;
+            let figures = |world: &World| {
+                let particles = &world.bodies[0].particles;
+                let energy = measure::kinetic_energy(particles)
+                    + measure::gravitational_energy(particles, gravity);
+                (measure::momentum(particles), energy)
+            };
+            let mass: f64 = world.bodies[0]
+                .particles
+                .positions
+                .iter()
+                .map(|x| 1.0 / f64::from(x.w))
+                .sum();
+            let (momentum, energy) = figures(&world);
+            let (mut reach, mut fastest) = (0.0_f64, 0.0_f64);
+            for tick in 1..=TICKS {
+                world.tick();
+                let body = &world.bodies[0];
+                assert_eq!(body.quarantine, None, "tick {tick}");
+                let far = body
+                    .particles
+                    .positions
+                    .iter()
+                    .map(|x| f64::from(x.truncate().abs().max_element()));
+                reach = far.fold(reach, f64::max);
+                let (now, more) = figures(&world);
+                let substeps = tick as f64 * f64::from(wild.substeps);
+                let drift = drift(&world, body, substeps, reach);
+                let fallen: DVec3 = gravity.as_dvec3() * world.time;
+                let off = ((now - momentum) / mass - fallen).length();
+                // The masses themselves are rounded, and so are gravity's own steps: 2u of what is.
+                let speed = measure::rms_speed(&body.particles);
+                fastest = fastest.max(speed);
+                let allowed = drift + 4.0 * ROUNDING * (fastest + fallen.length()) * substeps;
+                assert!(
+                    off <= allowed,
+                    "momentum is off by {off:e} m/s after {tick} ticks, allowed {allowed:e}, of {fastest} m/s"
+                );
+                let scale = 0.5 * mass * fastest * fastest;
+                let floor = mass * (fastest * drift + drift * drift);
+                let gained = more - energy;
+                assert!(
+                    gained <= 0.01 * scale + floor,
+                    "energy rose by {gained:e} J in {tick} ticks, allowed 1 % of {scale:e} J and {floor:e} J for rounding"
+                );
+            }
+        }
+    });
+}
+
+/// A world is made of what it is said to be made of: otherwise nothing above would be tested.
+#[test]
+fn random_worlds_hold_everything() {
+    let seen = std::cell::RefCell::new([0_usize; 7]);
+    fuzz("what there is", 200, &wild(ALL), |wild| {
+        let world = wild.world();
+        let mut seen = seen.borrow_mut();
+        seen[0] += world.colliders.len();
+        for body in &world.bodies {
+            let effects = &body.effects;
+            seen[1] += usize::from(!body.pins.is_empty());
+            seen[2] += usize::from(effects.stretch.is_some());
+            seen[3] += usize::from(
+                effects.volume.is_some() && body.topology.tetrahedra.corners().len() > 0,
+            );
+            seen[4] += usize::from(effects.ground.is_some());
+            seen[5] += usize::from(effects.collide.is_some());
+            seen[6] += usize::from(effects.sticky_ground.is_some());
+        }
+    });
+    let seen = seen.into_inner();
+    assert!(seen.iter().all(|count| *count > 0), "{seen:?}");
+}
+
+/// Settings that a world may have, at both ends of their ranges, step a body or leave it as it is.
+#[test]
+fn the_ends_of_every_setting_can_be_stepped() {
+    for rate in [0.1, 1e6] {
+        for (substeps, iterations) in [(1, 1), (10_000, 1), (1, 10_000)] {
+            let soft = Soft {
+                kind: Kind::Box,
+                cells: 1,
+                scale: 1.0,
+                density: 1000.0,
+                stretch: Some((0.0, 0.0)),
+                volume: Some((0.0, 0.0)),
+                ground: Some((0.0, 0.5, 0.0)),
+                sticky: false,
+                collide: false,
+                pins: vec![0],
+                deformation: None,
+                position: Vec3::Y,
+                velocity: Vec3::ZERO,
+                spin: Vec3::ZERO,
+            };
+            let wild = Wild {
+                bodies: vec![soft],
+                colliders: vec![],
+                gravity: Vec3::NEG_Y,
+                rate,
+                substeps,
+                iterations,
+            };
+            let mut world = wild.world();
+            let settings: Settings = world.settings;
+            world.tick();
+            let finite = world.bodies[0]
+                .particles
+                .positions
+                .iter()
+                .all(|x| x.is_finite());
+            assert!(finite, "{settings:?}");
+        }
+    }
+}

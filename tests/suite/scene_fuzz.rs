@@ -1,0 +1,396 @@
+//! Broken scene files and problem files of the study: a scene or an error that says where, memory
+//! in proportion to what the file asks for, and what can be built can be stepped.
+
+use crate::{
+    allocation,
+    fuzz_support::{broken, edits, fuzz, in_proportion},
+    support_app::app,
+};
+use pliant::{
+    mesh::Primitive,
+    scene::{BodySpec, Scene, SceneError, overrides::Override, registry::SCENES},
+    simulation::{SimulationSettings, action::SETTINGS, plain, tick},
+    solver::{Settings, World},
+    study::{Problem, StudyError, registry::PROBLEMS},
+};
+use proptest::prelude::*;
+use std::{fs, path::PathBuf};
+
+/// Every kind of thing that a scene can hold, small.
+const EVERYTHING: &str = r##"Scene(
+    title: "everything",
+    look_at: "l",
+    world: (gravity: (0, -9.81, 0), rate: 60, substeps: 3, iterations: 2),
+    bodies: [
+        (name: "box", primitive: Box(size: (0.4, 0.4, 0.4), cells: (2, 2, 2)), density: 1000,
+         position: (0, 0.5, 0), rotation: (10, 20, 30), velocity: (1, 0, 0), spin: (0, 1, 0),
+         effects: (stretch: (compliance: 1e-4, damping: 0.01), volume: (compliance: 0),
+                   ground: (height: 0, friction: 0.5, restitution: 0.3), collide: (friction: 0.5)),
+         pins: [Top(0.1), Left(0), Within(low: (-9, -9, -9), high: (9, 9, 9)), Particle(3)],
+         added_mass: [(0, 0.5), (7, 1e-3)], colour: "#e07040"),
+        (name: "ball", primitive: Sphere(radius: 0.2, cells: 4), start: [Squash(0), Mirror],
+         effects: (stretch: (), volume: (bulk_modulus: 1e5), sticky_ground: (height: 0.05))),
+        (name: "ring", primitive: Torus(major: 0.3, minor: 0.1, cells: 2), start: [Shuffle(7)],
+         effects: (volume: ()), copies: (count: (2, 1, 2), spacing: (1, 1, 1))),
+        (name: "drum", primitive: Cylinder(radius: 0.2, height: 0.3, cells: 2), start: [Scale(1.5)],
+         effects: (stretch: (compliance: 1e-3))),
+        (name: "cloth", primitive: Cloth(size: (1, 1), cells: (3, 4), diagonals: OneWay, shear: true),
+         density: 0.3, effects: (stretch: (), collide: ())),
+        (name: "rope", primitive: Rope(length: 1, segments: 5), density: 0.1,
+         effects: (stretch: (axial_stiffness: 1000)), pins: [Particle(0)]),
+        (name: "mesh", mesh: (file: "tetrahedron.obj", size: 0.5, cells: 3, treatment: Fill),
+         effects: (stretch: (), volume: (), ground: ())),
+        (name: "shell", mesh: (file: "tetrahedron.obj", treatment: Shell), effects: (stretch: ())),
+    ],
+    colliders: [
+        (shape: Sphere(radius: 0.2), position: (0, 0.1, 0), path: Oscillate(travel: (1, 0, 0), period: 4)),
+        (shape: Box(size: (0.5, 0.1, 0.5)), rotation: (0, 45, 0), path: Line(velocity: (0, 1, 0))),
+        (shape: Capsule(radius: 0.1, length: 0.5), path: Spin(axis: (0, 1, 0), rate: 0.25)),
+        (shape: Sphere(radius: 0.1), path: Stops(stops: [(0, (0, 0, 0)), (1, (0, 1, 0))], repeat: true)),
+    ],
+    camera: (eye: (2, 2, 3), target: (0, 0, 0)),
+    acceptance: (seconds: 3, checks: [NoInverted, Volume(0.05), SpeedBelow(1), Above(-1), Asleep,
+        Middle(place: (0, 0, 0), within: 9), Height(0, 1), EdgeStrain(0.1), AwayFrom((0, 0, 0), 0.1),
+        EnergyBounded(0.01), ShapeLost(0.1), Of("box", [Shape(0.05), ReachesBelow(1)])]),
+)"##;
+
+const TETRAHEDRON: &str =
+    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+
+/// A folder with the mesh file that [`EVERYTHING`] names.
+fn folder() -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("pliant-fuzz-{}", std::process::id()));
+    fs::create_dir_all(&folder).expect("a folder for temporary files");
+    fs::write(folder.join("tetrahedron.obj"), TETRAHEDRON).expect("written");
+    folder
+}
+
+/// Bytes that reading a scene may hold at most: so many, and so many for each byte of the file. An
+/// item of two bytes, `0,`, is a check, a pin or a stop of up to 64 bytes in memory, and lists grow
+/// twofold, old and new being there at once.
+const READING: (u64, u64) = (64 << 10, 128);
+
+/// Elements of a body that are built here. More, up to what a body may have, are other tests' task;
+/// beyond that they are to be refused at once.
+const SMALL: f64 = 3000.0;
+
+/// Bytes that building may hold for each element: shapes, tables of their making, orders and
+/// state, some of them twice.
+const ELEMENT: u64 = 2000;
+
+/// About how many elements a file asks for, all copies counted: cells by the sizes of primitives.
+fn asked_for(spec: &BodySpec) -> f64 {
+    let number = f64::from;
+    let one = match (&spec.primitive, &spec.mesh) {
+        (Some(Primitive::Box { cells, .. }), _) => {
+            5.0 * cells.to_array().map(number).iter().product::<f64>()
+        }
+        (Some(Primitive::Sphere { cells, .. }), _) => 6.0 * number(*cells).powi(3),
+        (
+            &Some(Primitive::Torus {
+                major,
+                minor,
+                cells,
+            }),
+            _,
+        ) => 60.0 * f64::from(major / minor) * number(cells).powi(3),
+        (
+            &Some(Primitive::Cylinder {
+                radius,
+                height,
+                cells,
+            }),
+            _,
+        ) => 12.0 * (1.0 + f64::from(height / radius)) * number(cells).powi(3),
+        (Some(Primitive::Cloth { cells, .. }), _) => 5.0 * number(cells.x) * number(cells.y),
+        (Some(Primitive::Rope { segments, .. }), _) => number(*segments),
+        // A lattice of cubes, with one more on each side; 40 where the file does not say.
+        (None, Some(mesh)) => 12.0 * (number(mesh.cells.unwrap_or(40)) + 2.0).powi(3),
+        (None, None) => 0.0,
+    };
+    let copies = spec.copies.map_or(1.0, |copies| {
+        copies.count.to_array().map(number).iter().product()
+    });
+    one.abs() * copies
+}
+
+/// Elements that a scene asks for, if it can be built in a moment or is to be refused in one.
+fn moment(scene: &Scene) -> Option<u64> {
+    let built_in = |spec: &BodySpec| {
+        let mesh = spec.mesh.as_ref();
+        mesh.is_some_and(|mesh| !mesh.file.contains('.'))
+    };
+    let asked: Vec<f64> = scene.bodies.iter().map(asked_for).collect();
+    let sum: f64 = asked.iter().sum();
+    let moment = sum <= SMALL || asked.first().is_some_and(|first| *first > 1e8);
+    (moment && !scene.bodies.iter().any(built_in)).then_some(sum.min(SMALL) as u64)
+}
+
+/// Reads a scene and fails unless a refusal says where.
+fn read(text: &str) -> Option<Scene> {
+    match in_proportion(text.len(), READING, || Scene::parse("a.ron", text)) {
+        Ok(scene) => Some(scene),
+        Err(error) => {
+            says_where(&error, text);
+            None
+        }
+    }
+}
+
+fn says_where(error: &SceneError, text: &str) {
+    let message = error.to_string();
+    assert!(message.len() < 2000 + 4 * text.len(), "{message}");
+    let named = match error {
+        SceneError::Syntax { line, column, .. } => {
+            let lines: Vec<&str> = text.split('\n').collect();
+            let columns = lines
+                .get(line - 1)
+                .map_or(0, |line| line.chars().count() + 2);
+            message.starts_with("a.ron:") && *line >= 1 && (1..=columns).contains(column)
+        }
+        SceneError::Mesh { body, .. }
+        | SceneError::Topology { body, .. }
+        | SceneError::Body { body, .. } => text.contains("name") && message.contains(body.as_str()),
+        SceneError::Collider { index, .. } => message.contains(&format!("collider {index}")),
+        SceneError::Acceptance(_) => true,
+        SceneError::Unknown { .. } | SceneError::Unreadable { .. } => false,
+    };
+    assert!(named, "{error:?} does not say where");
+}
+
+/// Steps a world a few times, if that does not take long, and fails unless every body is finite,
+/// or frozen and named.
+fn steps(world: &mut World) {
+    let constraints: usize = world
+        .bodies
+        .iter()
+        .map(|body| body.particles.len() + body.effects.constraints(&body.topology))
+        .sum();
+    let Settings {
+        substeps,
+        iterations,
+        ..
+    } = world.settings;
+    let sweeps = f64::from(substeps.get()) * f64::from(iterations.get());
+    if sweeps * constraints as f64 > 1e6 {
+        return;
+    }
+    for _ in 0..3 {
+        world.tick();
+    }
+    for body in &world.bodies {
+        let state = body
+            .particles
+            .positions
+            .iter()
+            .chain(&body.particles.velocities);
+        let finite = state.clone().all(|v| v.is_finite());
+        assert!(finite, "{} is not finite: {:?}", body.name, body.quarantine);
+        if let Some(quarantine) = &body.quarantine {
+            assert!((quarantine.vertex as usize) < body.particles.len());
+            assert!(!quarantine.stage.is_empty());
+        }
+    }
+}
+
+/// Builds a scene and steps it.
+fn survives(scene: &Scene, text: &str) {
+    let Some(elements) = moment(scene) else {
+        return;
+    };
+    let (built, most) = allocation::peak(|| scene.build());
+    let allowed = (1 << 20) + ELEMENT * elements + READING.1 * text.len() as u64;
+    assert!(most <= allowed, "{most} bytes held, {allowed} allowed");
+    match built {
+        Err(error) => says_where(&error, text),
+        Ok(built) => {
+            let mut world = built.world;
+            let start = world.clone();
+            steps(&mut world);
+            // Whether it holds does not matter.
+            let _ = scene.acceptance.judge(&start, &world, &[]);
+        }
+    }
+}
+
+fn texts() -> Vec<&'static str> {
+    let built_in = SCENES.iter().map(|scene| scene.text);
+    built_in.chain([EVERYTHING; 20]).collect()
+}
+
+#[test]
+fn the_scene_that_is_broken_here_is_whole_at_first() {
+    let mut scene: Scene = EVERYTHING.parse().expect("whole");
+    scene.folder = folder();
+    let elements = moment(&scene).expect("small");
+    assert!(elements > 1000, "{elements} elements");
+    let mut world = scene.build().expect("whole").world;
+    let before = world.state_hash();
+    steps(&mut world);
+    assert_ne!(world.state_hash(), before, "it has been stepped");
+    assert!(world.bodies.iter().all(|body| body.quarantine.is_none()));
+}
+
+#[test]
+fn every_scene_survives_being_cut_anywhere() {
+    for end in 0..EVERYTHING.len() {
+        if EVERYTHING.is_char_boundary(end) {
+            assert!(read(&EVERYTHING[..end]).is_none(), "cut after {end} bytes");
+        }
+    }
+}
+
+#[test]
+fn a_broken_scene_file_is_a_scene_or_an_error_that_says_where() {
+    let (folder, texts) = (folder(), texts());
+    let values = (0..texts.len(), edits());
+    fuzz("scene files", 3000, &values, |(which, edits)| {
+        let file = broken(texts[which].as_bytes(), &edits);
+        // The system's own reading refuses what is not UTF-8.
+        let text = String::from_utf8_lossy(&file);
+        if let Some(mut scene) = read(&text) {
+            scene.folder.clone_from(&folder);
+            survives(&scene, &text);
+        }
+    });
+}
+
+#[test]
+fn a_broken_problem_file_is_a_problem_or_an_error_that_says_where() {
+    let values = (0..PROBLEMS.len(), edits());
+    fuzz("problem files", 2000, &values, |(which, edits)| {
+        let file = broken(PROBLEMS[which].text.as_bytes(), &edits);
+        let text = String::from_utf8_lossy(&file);
+        let base = (READING.0, 2 * READING.1);
+        let says = |error: StudyError| match error {
+            StudyError::Scene(error) => says_where(&error, &text),
+            StudyError::Problem { problem, message } => {
+                assert_eq!(problem, "a");
+                assert!(!message.is_empty() && message.len() < 2000 + 4 * text.len());
+            }
+            other => panic!("{other:?} does not say where"),
+        };
+        let parse = || Problem::parse("a", "a.ron", &text);
+        let problem = match in_proportion(text.len(), base, parse) {
+            Ok(problem) => problem,
+            Err(error) => return says(error),
+        };
+        let levels = problem.levels.iter().map(|level| Scene {
+            bodies: level.bodies.clone(),
+            ..problem.scene.clone()
+        });
+        if levels
+            .chain([problem.scene.clone()])
+            .all(|scene| moment(&scene).is_some())
+            && let Err(error) = problem.cases()
+        {
+            says(error);
+        }
+    });
+}
+
+/// Anything that `--set` takes, on a scene with everything: it is set or refused, and what was set
+/// can be stepped.
+#[test]
+fn any_override_is_set_or_refused_and_what_is_set_can_be_stepped() {
+    let mut scene: Scene = EVERYTHING.parse().expect("whole");
+    scene.folder = folder();
+    let built = scene.build().expect("whole");
+    let names = [
+        "stretch.compliance",
+        "stretch.axial_stiffness",
+        "stretch.damping",
+        "volume.compliance",
+        "volume.bulk_modulus",
+        "volume.damping",
+        "ground.height",
+        "ground.friction",
+        "ground.restitution",
+        "sticky_ground.height",
+        "collide.friction",
+        "collide.restitution",
+        "grab.stiffness",
+        "stretch",
+        "stretch.",
+        ".",
+        "",
+        "=",
+        "x.y.z",
+        "ünits",
+    ];
+    let names: Vec<&str> = SETTINGS
+        .iter()
+        .map(|(name, ..)| *name)
+        .chain(names)
+        .collect();
+    let value = prop_oneof![
+        any::<f64>().prop_map(|value| value.to_string()),
+        (-45..39_i32, any::<bool>()).prop_map(|(power, negative)| {
+            format!("{}1e{power}", if negative { "-" } else { "" })
+        }),
+        (0..40_u32).prop_map(|value| value.to_string()),
+        prop::sample::select(vec![
+            "", " ", "NaN", "-inf", "0x10", "1,5", "20 %", "1e", "=1", "٣"
+        ])
+        .prop_map(str::to_owned),
+    ];
+    let one = (
+        prop::sample::select(names),
+        value,
+        prop::sample::select(vec!["=", "", " = ", "=="]),
+    );
+    let values = prop::collection::vec(one, 1..5);
+    fuzz("overrides", 300, &values, |words| {
+        let mut app = app();
+        plain::spawn(app.world_mut(), &built.world);
+        let world = app.world_mut();
+        for (name, value, sign) in words {
+            let word = format!("{name}{sign}{value}");
+            let set = word.parse::<Override>().and_then(|set| set.apply(world));
+            if let Err(error) = set {
+                let message = error.to_string();
+                assert!(message.len() < 1000, "{message}");
+                let (left, right) = word.split_once('=').unwrap_or((&word, ""));
+                let named = [left, right]
+                    .iter()
+                    .any(|part| message.contains(part.trim()));
+                assert!(named, "“{word}” is not named: {message}");
+            }
+        }
+        let settings = **world.resource::<SimulationSettings>();
+        if settings.substeps.get() * settings.iterations.get() <= 100 {
+            (0..3).for_each(|_| tick(world));
+        }
+        let state = plain::capture(world);
+        for body in &state.bodies {
+            let finite = body.particles.positions.iter().all(|x| x.is_finite());
+            assert!(finite, "{} is not finite: {:?}", body.name, body.quarantine);
+        }
+    });
+}
+
+/// A few words may ask for more than any memory holds; they are refused before it is taken.
+#[test]
+fn what_is_too_large_is_refused_before_memory_is_taken() {
+    let most = u32::MAX;
+    for (bodies, says) in [
+        (format!("(name: \"b\", primitive: Box(size: (1, 1, 1), cells: ({most}, {most}, {most})), effects: ())"), "tetrahedra"),
+        (format!("(name: \"b\", primitive: Sphere(radius: 1, cells: {most}), effects: ())"), "tetrahedra"),
+        (format!("(name: \"b\", primitive: Torus(major: 1e7, minor: 1e-7, cells: {most}), effects: ())"), "tetrahedra"),
+        (format!("(name: \"b\", primitive: Cylinder(radius: 1e-7, height: 1e7, cells: {most}), effects: ())"), "tetrahedra"),
+        (format!("(name: \"b\", primitive: Cloth(size: (1, 1), cells: ({most}, {most})), effects: ())"), "particles"),
+        (format!("(name: \"b\", primitive: Rope(length: 1, segments: {most}), effects: ())"), "particles"),
+        (format!("(name: \"b\", primitive: Rope(length: 1), copies: (count: ({most}, {most}, {most}), spacing: (0, 0, 0)), effects: ())"), "copies"),
+        ("(name: \"b\", primitive: Rope(length: 1, segments: 2000), copies: (count: (100, 1, 100), spacing: (1, 1, 1)), effects: ())".into(), "particles"),
+        (vec!["(name: \"b\", primitive: Rope(length: 1, segments: 2), copies: (count: (100, 1, 100), spacing: (1, 1, 1)), effects: ())"; 300].join(","), "bodies"),
+    ] {
+        let text = format!("Scene(title: \"t\", look_at: \"l\", bodies: [{bodies}], acceptance: (seconds: 1))");
+        let scene: Scene = text.parse().expect("it can be read");
+        let build = || match scene.build() {
+            Ok(_) => panic!("{bodies} was built"),
+            Err(error) => error.to_string(),
+        };
+        let message = in_proportion(text.len(), (256 << 20, READING.1), build);
+        assert!(message.contains("body “b”") && message.contains(says), "{message}");
+    }
+}
