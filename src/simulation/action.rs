@@ -392,7 +392,9 @@ fn set_setting(world: &mut World, name: &str, value: f64) -> Result<(), ActionEr
     let mut axis = |axis: usize| {
         let mut gravity = settings.gravity;
         gravity[axis] = value as f32;
-        settings.set_gravity(gravity)
+        // The message is to name the value that was given, not the f32 nearest to it.
+        let done = settings.set_gravity(gravity);
+        done.map_err(|error| InvalidValue { value, ..error })
     };
     let done = match name {
         "gravity_x" => axis(0),

@@ -18,7 +18,7 @@ use crate::{
 };
 use bevy::prelude::*;
 use std::{
-    mem::take,
+    mem::{replace, take},
     ops::Range,
     sync::Arc,
     time::{Duration, Instant},
@@ -129,23 +129,18 @@ fn slice(world: &mut World, deadline: Option<Instant>) {
         .spend(started.elapsed(), ended);
 }
 
-/// Makes `Res<Time>` the clock of the schedule that is about to run.
-fn enter_clock<T: Default + Clone + Copy + Send + Sync + 'static>(
-    world: &mut World,
-) -> Option<Time> {
+/// Makes `Res<Time>` the clock of the schedule that is about to run, and gives back the one around
+/// it.
+///
+/// No resource is ever taken out of the world: Bevy remembers each removal until the end of a frame,
+/// and a world that is only ticked has no frames.
+fn enter_clock<T: Default + Clone + Copy + Send + Sync + 'static>(world: &mut World) -> Time {
     let inner = world.resource::<Time<T>>().as_generic();
-    let outer = world.get_resource::<Time>().copied();
-    world.insert_resource(inner);
-    outer
+    replace(&mut *world.get_resource_or_init::<Time>(), inner)
 }
 
-fn leave_clock(world: &mut World, outer: Option<Time>) {
-    match outer {
-        Some(outer) => world.insert_resource(outer),
-        None => {
-            world.remove_resource::<Time>();
-        }
-    }
+fn leave_clock(world: &mut World, outer: Time) {
+    world.insert_resource(outer);
 }
 
 /// Run condition: no tick is under way, so one begins or has just ended.
@@ -207,13 +202,14 @@ pub(super) fn run_substeps(
                 .map(|(entity, order, _)| (*order, entity)),
         );
         sorted.sort_unstable();
-        world.resource_scope(|world, mut current: Mut<CurrentSubstep>| {
-            current.settings = settings;
-            let colliders = sorted
-                .iter()
-                .filter_map(|&(_, entity)| world.get::<Collider>(entity));
-            current.swept.fill(colliders, &settings, start);
-        });
+        let mut current = world.resource_mut::<CurrentSubstep>();
+        current.settings = settings;
+        let mut swept = take(&mut current.swept);
+        let colliders = sorted
+            .iter()
+            .filter_map(|&(_, entity)| world.get::<Collider>(entity));
+        swept.fill(colliders, &settings, start);
+        world.resource_mut::<CurrentSubstep>().swept = swept;
         if world.resource::<EnergyLedger>().on {
             EnergyLedger::begin_tick(world, &settings, world.resource::<SimulationClock>().tick());
         }
@@ -306,30 +302,29 @@ fn advance_all(
         .by_part
         .then(StageWatch::default);
     let started = Instant::now();
-    world.resource_scope(|world, threads: Mut<SolverThreads>| {
-        let current = world.resource::<CurrentSubstep>();
-        let means = Means {
-            watch: watch.as_ref().map(|watch| watch as &dyn Watch),
-            ..current.means(&threads)
+    let threads = world.resource::<SolverThreads>();
+    let current = world.resource::<CurrentSubstep>();
+    let means = Means {
+        watch: watch.as_ref().map(|watch| watch as &dyn Watch),
+        ..current.means(threads)
+    };
+    let sweeps = substeps.len() * current.settings.iterations.get() as usize;
+    let load = |job: &Job| job.effects.load(&job.topology, sweeps);
+    threads.for_each(jobs, load, &|job: &mut Job, threads: &Threads| {
+        let means = Means { threads, ..means };
+        let mut stepper = Stepper {
+            topology: &job.topology,
+            particles: &mut job.particles,
+            effects: &mut job.effects,
+            stretch_multipliers: &mut job.stretch_multipliers,
+            volume_multipliers: &mut job.volume_multipliers,
         };
-        let sweeps = substeps.len() * current.settings.iterations.get() as usize;
-        let load = |job: &Job| job.effects.load(&job.topology, sweeps);
-        threads.for_each(jobs, load, &|job: &mut Job, threads: &Threads| {
-            let means = Means { threads, ..means };
-            let mut stepper = Stepper {
-                topology: &job.topology,
-                particles: &mut job.particles,
-                effects: &mut job.effects,
-                stretch_multipliers: &mut job.stretch_multipliers,
-                volume_multipliers: &mut job.volume_multipliers,
-            };
-            job.result = if booked {
-                let books = ledger::advance(&mut stepper, substeps.clone(), &means);
-                books.map(|books| job.ledger = books)
-            } else {
-                stepper.advance(substeps.clone(), &means)
-            };
-        });
+        job.result = if booked {
+            let books = ledger::advance(&mut stepper, substeps.clone(), &means);
+            books.map(|books| job.ledger = books)
+        } else {
+            stepper.advance(substeps.clone(), &means)
+        };
     });
     if let Some(watch) = &watch {
         let spent = started.elapsed();

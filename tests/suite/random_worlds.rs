@@ -257,7 +257,7 @@ fn soft(reach: Reach) -> impl Strategy<Value = Soft> {
         Just(Deformation::Mirror),
         (0.0..10.0_f32).prop_map(Deformation::Scale),
     ];
-    let chance = if reach.held { 0.4 } else { 0.0 };
+    let chance = 0.4;
     let friction = prop_oneof![0.0..2.0_f32, Just(100.0)];
     let held = (
         prop::option::weighted(chance, (0.0..1.0_f32, friction, 0.0..=1.0_f32)),
@@ -268,7 +268,7 @@ fn soft(reach: Reach) -> impl Strategy<Value = Soft> {
     );
     let moved = (vector(3.0), vector(5.0), vector(6.0));
     (made, held, moved).prop_map(
-        |(
+        move |(
             (kind, cells, scale, density, stretch, volume),
             (ground, sticky, collide, pins, deformation),
             (position, velocity, spin),
@@ -279,11 +279,11 @@ fn soft(reach: Reach) -> impl Strategy<Value = Soft> {
             density,
             stretch,
             volume,
-            ground,
-            sticky,
+            ground: ground.filter(|_| reach.held),
+            sticky: sticky && reach.held,
             collide,
-            pins: pins.unwrap_or_default(),
-            deformation,
+            pins: pins.filter(|_| reach.held).unwrap_or_default(),
+            deformation: deformation.filter(|_| reach.held),
             position,
             velocity,
             spin,

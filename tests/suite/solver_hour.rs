@@ -31,7 +31,10 @@ fn farthest(from: &[Vec4], to: &[Vec4]) -> f64 {
 fn what_rests_does_not_creep_in_an_hour_and_memory_does_not_grow() {
     let mut standing = with(body("standing", cube(0.4, 1), 1000.0), elastic_on_ground());
     standing.translate(Vec3::new(0.1, 0.3, 0.0));
-    let hanging = pinned(body("hanging", cube(0.4, 1), 1000.0), &[0, 1]);
+    let hanging = cube(0.4, 1);
+    let top = (0..).zip(&hanging.vertices).filter(|(_, x)| x.y > 0.0);
+    let top: Vec<u32> = top.map(|(particle, _)| particle).collect();
+    let hanging = pinned(body("hanging", hanging, 1000.0), &top);
     let rope = Effects {
         stretch: stretch(1e-4),
         ..Effects::default()
