@@ -24,9 +24,15 @@ fn farthest(from: &[Vec4], to: &[Vec4]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// A cube on the ground and one that hangs, neither of which may sleep: from a minute on, when they
-/// have come to rest, to the end of the hour no particle goes farther than 1e-6 m, and memory stays
-/// what it was, to the byte.
+/// How far rounding may leave what rests from where it was [m]. All stands within 0.4 m of the
+/// origin, so that a coordinate is rounded by up to 0.4 u = 2.4e-8 m; in a substep the particles of a
+/// cube are rounded ten times, by the prediction, 4.5 edges, 2.5 tetrahedra and the ground on
+/// average; and there are three coordinates. Were it creep, 864 000 substeps would add up.
+const RESTS: f64 = 10.0 * 2.4e-8 * 1.732;
+
+/// A cube on the ground, one that hangs by its top, and a rope, none of which may sleep: from a
+/// minute on, when they have come to rest, to the end of the hour no particle goes farther than
+/// rounding moves it, and memory stays what it was, to the byte.
 #[test]
 fn what_rests_does_not_creep_in_an_hour_and_memory_does_not_grow() {
     let mut standing = with(body("standing", cube(0.4, 1), 1000.0), elastic_on_ground());
@@ -49,16 +55,22 @@ fn what_rests_does_not_creep_in_an_hour_and_memory_does_not_grow() {
     assert_eq!(allocation::held(), held, "bytes");
     for (before, after) in start.bodies.iter().zip(&world.bodies) {
         let way = farthest(&before.particles.positions, &after.particles.positions);
-        let speed = measure::rms_speed(&after.particles);
-        println!("{}: {way:e} m in an hour, {speed:e} m/s", after.name);
-        assert!(way < 1e-6, "{} crept {way:e} m", after.name);
+        assert!(way <= RESTS, "{} crept {way:e} m", after.name);
     }
+}
+
+/// Ticks up to a time [s].
+fn run_until(world: &mut World, time: f64) {
+    let left = time - world.time;
+    run(world, left);
 }
 
 /// Two particles on a rigid edge, turning. Postsolve takes the chord of the way for the velocity and
 /// the projection pulls along the edge as it stands at the end of the way, so that a substep leaves
 /// 1 − (hω)² of the speed, whatever the masses: of the turn's angular momentum 2πhω is lost. That
-/// is dω/dt = −hω³, hence ω(t) = ω₀ / √(1 + 2hω₀²t).
+/// is dω/dt = −hω³, hence ω(t) = ω₀ / √(1 + 2hω₀²t), up to terms of (hω₀)² = 1.1 %. Rounding kicks a
+/// particle by u r/h = 1.8e-6 m/s in each of 216 000 substeps, 8e-4 m/s if their signs are random:
+/// 1.8 % of the 0.046 m/s that are left after the hour.
 #[test]
 fn a_spinning_pair_slows_within_an_hour_as_the_method_says() {
     let (radius, omega, substeps) = (0.5, 6.283_185_3, 2);
@@ -69,12 +81,8 @@ fn a_spinning_pair_slows_within_an_hour_as_the_method_says() {
     };
     let mut pair = with(pair, effects);
     pair.translate(Vec3::new(0.0, radius, 0.0));
-    for (x, v) in pair
-        .particles
-        .positions
-        .iter()
-        .zip(&mut pair.particles.velocities)
-    {
+    let particles = &mut pair.particles;
+    for (x, v) in particles.positions.iter().zip(&mut particles.velocities) {
         *v = (Vec3::Z * omega).cross(x.truncate()).extend(0.0);
     }
     let mut world = world(settings(0.0, 30.0, substeps, 1), pair);
@@ -88,22 +96,11 @@ fn a_spinning_pair_slows_within_an_hour_as_the_method_says() {
         let whole = measure::angular_momentum(&world.bodies[0].particles);
         (whole - middle.cross(momentum)).length() / inertia
     };
-    let mut checked = 0;
-    for second in 1..=HOUR as u32 {
-        run(&mut world, 1.0);
-        if [1, 60, 600, 3600].contains(&second) {
-            let time = f64::from(second);
-            let expected = omega_0 / (1.0 + 2.0 * h * omega_0 * omega_0 * time).sqrt();
-            let found = spin(&world);
-            println!(
-                "after {time} s: {found} rad/s, expected {expected}, off by {}",
-                found / expected - 1.0
-            );
-            assert_relative(found, expected, 0.05, "spin");
-            checked += 1;
-        }
+    for time in [1.0, 60.0, 600.0, HOUR] {
+        run_until(&mut world, time);
+        let expected = omega_0 / (1.0 + 2.0 * h * omega_0 * omega_0 * time).sqrt();
+        assert_relative(spin(&world), expected, 0.03, "spin");
     }
-    assert_eq!(checked, 4);
 }
 
 /// The same through Bevy: an hour of six ticks a second, in which nothing is kept that was not there
@@ -119,7 +116,6 @@ fn an_app_holds_no_more_after_an_hour() {
     let held = allocation::held();
     ticks(&mut app, minutes(55));
     let grown = allocation::held() - held;
-    println!("{grown} bytes more");
     assert!(grown <= 0, "{grown} bytes more in 55 minutes");
     (0..minutes(60)).for_each(|_| plain.tick());
     assert_eq!(state_hash(app.world_mut()), plain.state_hash());
