@@ -14,6 +14,7 @@ use pliant::{
     simulation::state_hash,
     solver::{Effects, World, measure},
 };
+use std::f32::consts::TAU;
 
 /// [s]
 const HOUR: f64 = 3600.0;
@@ -73,7 +74,7 @@ fn run_until(world: &mut World, time: f64) {
 /// 1.8 % of the 0.046 m/s that are left after the hour.
 #[test]
 fn a_spinning_pair_slows_within_an_hour_as_the_method_says() {
-    let (radius, omega, substeps) = (0.5, 6.283_185_3, 2);
+    let (radius, omega, substeps) = (0.5, TAU, 2);
     let pair = body_of_masses(chain(1, 2.0 * radius), &[1.0, 1.0]);
     let effects = Effects {
         stretch: stretch(0.0),
