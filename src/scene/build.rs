@@ -234,6 +234,7 @@ fn body(
     body.tick_start.clone_from(&body.particles.positions);
     body.set_velocity(spec.velocity);
     turn_by(&mut body, spec.spin);
+    check_start(spec, &body)?;
     body.effects = Effects {
         stretch: spec.effects.stretch,
         volume: spec.effects.volume,
@@ -243,6 +244,26 @@ fn body(
         collide: spec.effects.collide,
     };
     Ok(body)
+}
+
+/// Refuses a body that numbers, each of them finite, have put beyond all of them.
+fn check_start(spec: &BodySpec, body: &Body) -> Result<(), SceneError> {
+    let Particles {
+        positions,
+        velocities,
+        ..
+    } = &body.particles;
+    let lost = |(x, v): (&Vec4, &Vec4)| !x.is_finite() || !v.is_finite();
+    let Some(particle) = positions.iter().zip(velocities).position(lost) else {
+        return Ok(());
+    };
+    let vertex = body.topology.vertex(particle);
+    let [x, v] = [positions[particle], velocities[particle]].map(Vec4::truncate);
+    let message = format!(
+        "particle {vertex} would begin at {x} m with {v} m/s, but both must be finite; use smaller \
+         numbers for its spacing, start, velocity or spin"
+    );
+    Err(wrong(spec, message))
 }
 
 /// Adds ω × r to the velocities of what can move, r from the centre of mass.

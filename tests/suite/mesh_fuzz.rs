@@ -150,7 +150,7 @@ fn every_file_survives_being_cut_anywhere() {
 fn a_broken_mesh_file_is_a_mesh_or_an_error_that_names_it() {
     let files = files();
     let values = (0..files.len(), edits());
-    fuzz("mesh files", 4000, &values, |(which, edits)| {
+    fuzz("mesh files", 20_000, &values, |(which, edits)| {
         let (name, file) = &files[which];
         survives(name, &broken(file, &edits));
     });

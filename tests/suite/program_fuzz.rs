@@ -86,7 +86,7 @@ fn a_broken_command_line_is_a_command_or_an_error_that_names_a_word() {
         1 => (prop::sample::select(VALUES), 1..2000_usize).prop_map(|(word, n)| word.repeat(n)),
     ];
     let values = prop::collection::vec(word, 0..8);
-    fuzz("command lines", 1500, &values, |words| {
+    fuzz("command lines", 5000, &values, |words| {
         let length: usize = words.iter().map(String::len).sum();
         let line = ["pliant"]
             .into_iter()

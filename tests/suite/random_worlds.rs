@@ -479,7 +479,7 @@ fn may_flutter(wild: &Wild, soft: &Soft) -> bool {
 /// known to flutter.
 #[test]
 fn a_free_body_keeps_its_momentum_and_gains_no_energy() {
-    fuzz("free bodies", 500, &wild(FREE), |wild| {
+    fuzz("free bodies", 1500, &wild(FREE), |wild| {
         for soft in &wild.bodies {
             let Worst { momentum, energy } = alone(&wild, soft);
             assert!(

@@ -245,7 +245,7 @@ fn every_scene_survives_being_cut_anywhere() {
 fn a_broken_scene_file_is_a_scene_or_an_error_that_says_where() {
     let (folder, texts) = (folder(), texts());
     let values = (0..texts.len(), edits());
-    fuzz("scene files", 3000, &values, |(which, edits)| {
+    fuzz("scene files", 8000, &values, |(which, edits)| {
         let file = broken(texts[which].as_bytes(), &edits);
         // The system's own reading refuses what is not UTF-8.
         let text = String::from_utf8_lossy(&file);
@@ -259,7 +259,7 @@ fn a_broken_scene_file_is_a_scene_or_an_error_that_says_where() {
 #[test]
 fn a_broken_problem_file_is_a_problem_or_an_error_that_says_where() {
     let values = (0..PROBLEMS.len(), edits());
-    fuzz("problem files", 2000, &values, |(which, edits)| {
+    fuzz("problem files", 6000, &values, |(which, edits)| {
         let file = broken(PROBLEMS[which].text.as_bytes(), &edits);
         let text = String::from_utf8_lossy(&file);
         let base = (READING.0, 2 * READING.1);
@@ -368,6 +368,31 @@ fn any_override_is_set_or_refused_and_what_is_set_can_be_stepped() {
             assert!(finite, "{} is not finite: {:?}", body.name, body.quarantine);
         }
     });
+}
+
+/// Found by seed 7 of the scene files: numbers that are finite each, and not together.
+#[test]
+fn a_body_that_would_begin_beyond_all_numbers_is_refused() {
+    for with in [
+        "start: [Scale(3e38)]",
+        "start: [Squash(3e38)]",
+        "spin: (0, 0, 3e38)",
+        "copies: (count: (9, 1, 1), spacing: (3e38, 0, 0))",
+    ] {
+        let text = format!(
+            "Scene(title: \"t\", look_at: \"l\", bodies: [(name: \"b\", primitive: \
+             Box(size: (100, 100, 100), cells: (1, 1, 1)), effects: (), {with})], \
+             acceptance: (seconds: 1))"
+        );
+        let scene: Scene = text.parse().expect("it can be read");
+        let message = match scene.build() {
+            Ok(_) => panic!("{with} was built"),
+            Err(error) => error.to_string(),
+        };
+        for part in ["body “b”", "particle ", "finite", "smaller"] {
+            assert!(message.contains(part), "“{part}” is not in “{message}”");
+        }
+    }
 }
 
 /// A few words may ask for more than any memory holds; they are refused before it is taken.
