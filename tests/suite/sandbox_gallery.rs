@@ -18,7 +18,9 @@ use std::{thread, time::Duration};
 fn verdict(value: f64) -> Verdict {
     Verdict {
         member: "cube3".to_owned(),
-        members: (12, usize::from(value > 1.0)),
+        members: 12,
+        failed: usize::from(value > 1.0),
+        marked_failed: 0,
         marked: None,
         figures: vec![Figure::new(
             "distance to rest shape",
@@ -141,6 +143,12 @@ fn the_gallery_is_whole_in_every_window_and_says_what_came_of_a_case() {
     assert!(words.contains("all 12 pass; the worst is cube3"), "{words}");
     let figure = "distance to rest shape: 0.2, at most 1 % of size";
     assert!(words.contains(figure), "{words}");
+    let marked = Verdict {
+        marked_failed: 2,
+        ..verdict(0.2)
+    };
+    let (.., words) = drawn(&card(Some(marked)), LARGE, None);
+    assert!(words.contains("10 of 12 pass, 2 are marked"), "{words}");
     let (.., words) = drawn(&card(Some(verdict(3.0))), LARGE, None);
     assert!(words.contains("1 of 12 do not pass"), "{words}");
 }
@@ -170,11 +178,11 @@ fn a_case_is_run_on_a_given_body_and_on_its_own() {
     let subject = Subject::This(Box::new(soft_cube()), settings(9.81, 60.0, 10, 1));
     let verdict = ended(case, subject);
     assert!(verdict.passed(), "{verdict:?}");
-    assert_eq!((verdict.members, verdict.film.len()), ((1, 0), 3));
+    assert_eq!((verdict.members, verdict.film.len()), (1, 3));
     let flat = verdict.film[0].lines.len();
     assert!(flat > 50, "{flat} edges");
     let own = ended(Case::named("edge").expect("a case"), Subject::Own);
-    assert!(own.members.0 > 1 && own.members.1 == 0, "{own:?}");
+    assert!(own.members > 1 && own.failed == 0, "{own:?}");
 }
 
 /// What one sees is what is judged: the action on the body on screen puts it where the case puts

@@ -217,16 +217,23 @@ fn words(on: On, verdict: &Verdict) -> String {
     } else {
         "does not pass"
     };
-    match (on, verdict.members) {
-        (On::This, _) => format!("this body {outcome}."),
-        (On::Own, (members, 0)) => {
-            format!("all {members} pass; the worst is {}.", verdict.member)
-        }
-        (On::Own, (members, failed)) => {
-            format!(
-                "{failed} of {members} do not pass; {} {outcome}.",
-                verdict.member
-            )
+    let Verdict {
+        member,
+        members,
+        failed,
+        marked_failed,
+        ..
+    } = verdict;
+    let passed = members - failed - marked_failed;
+    match (on, failed, marked_failed) {
+        (On::This, ..) => format!("this body {outcome}."),
+        (On::Own, 0, 0) => format!("all {members} pass; the worst is {member}."),
+        (On::Own, 0, marked) => format!(
+            "{passed} of {members} pass, {marked} are marked as known not to; the worst of the \
+             others is {member}."
+        ),
+        (On::Own, failed, _) => {
+            format!("{failed} of {members} do not pass; {member} {outcome}.")
         }
     }
 }

@@ -10,8 +10,12 @@ use crate::torture::{
 pub struct Verdict {
     /// The body whose figures these are.
     pub member: String,
-    /// How many were run, and how many of them did not pass.
-    pub members: (usize, usize),
+    /// How many were run.
+    pub members: usize,
+    /// How many of them did not pass, though nothing is said of them.
+    pub failed: usize,
+    /// How many did not pass and are marked.
+    pub marked_failed: usize,
     /// Why it is not expected to pass, if it is not.
     pub marked: Option<&'static str>,
     /// All figures, the worst first.
@@ -24,7 +28,10 @@ impl Verdict {
     /// Of the body on screen.
     #[must_use]
     pub fn of_this(outcome: &Outcome) -> Self {
-        Self::of(outcome, (1, usize::from(!outcome.passed())), None)
+        Self {
+            failed: usize::from(!outcome.passed()),
+            ..Self::of(outcome, 1, None)
+        }
     }
 
     /// Of a family: the worst member that is not marked, or else the worst of the marked ones.
@@ -32,16 +39,27 @@ impl Verdict {
     #[must_use]
     pub fn of_family(rows: &[Row], film: &Outcome, marked: Option<&'static str>) -> Self {
         let count = |of: &dyn Fn(&Row) -> usize| rows.iter().map(of).sum();
-        let members = (count(&|row| row.outcomes.len()), count(&Row::failed));
-        Self::of(film, members, marked)
+        let failed = |marked: bool| {
+            count(&|row| match row.mark.is_some() == marked {
+                true => row.failed(),
+                false => 0,
+            })
+        };
+        Self {
+            failed: failed(false),
+            marked_failed: failed(true),
+            ..Self::of(film, count(&|row| row.outcomes.len()), marked)
+        }
     }
 
-    fn of(outcome: &Outcome, members: (usize, usize), marked: Option<&'static str>) -> Self {
+    fn of(outcome: &Outcome, members: usize, marked: Option<&'static str>) -> Self {
         let mut figures = outcome.figures.clone();
         figures.sort_by(|a, b| b.load().total_cmp(&a.load()));
         Self {
             member: outcome.member.to_string(),
             members,
+            failed: 0,
+            marked_failed: 0,
             marked,
             figures,
             film: frames(outcome).unwrap_or_default(),
