@@ -33,7 +33,7 @@ mod snapshot;
 mod stored;
 
 pub use error::{LineError, RecordingError, SnapshotError};
-pub use recorder::Recorder;
+pub use recorder::{Recorder, record};
 pub use replay::{Difference, Replay, replay};
 pub use snapshot::{About, Snapshot, is_snapshot, open};
 

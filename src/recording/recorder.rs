@@ -4,6 +4,7 @@ use super::{
     About, HASH_EVERY, RecordingError, Snapshot,
     line::{self, Head, Line},
 };
+use crate::scene::{BuiltScene, run::headless};
 use crate::simulation::{
     Action, Applied, SimulationClock, StepSchedule, StepSystems, state_hash, tick,
 };
@@ -157,6 +158,35 @@ impl Recorder {
             });
         self.failure = written.err();
     }
+}
+
+/// Runs a scene without a window and records it. Returns the hash of the state at its end.
+///
+/// # Errors
+/// [`RecordingError::File`] where the file cannot be written.
+pub fn record(
+    built: &BuiltScene,
+    about: About,
+    seconds: f64,
+    path: &Path,
+) -> Result<u64, RecordingError> {
+    let mut app = headless(built);
+    Recorder::create(path)?.install(&mut app);
+    let world = app.world_mut();
+    Recorder::scene_opened(world, about);
+    let ticks = seconds * built.world.settings.rate.get();
+    (0..ticks.round() as u64).for_each(|_| tick(world));
+    Recorder::end(world);
+    let failure = world.resource::<Recorder>().failure.clone();
+    failure.map_or_else(
+        || Ok(state_hash(world)),
+        |reason| {
+            Err(RecordingError::File {
+                path: path.to_owned(),
+                error: std::io::Error::other(reason),
+            })
+        },
+    )
 }
 
 /// Writes down what was done.

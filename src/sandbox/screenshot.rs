@@ -38,7 +38,7 @@ fn obey(
         return;
     }
     let name = scene.map_or_else(|| "pliant".to_owned(), |scene| scene.name.clone());
-    let path = free_path(&name, |path| path.exists());
+    let path = free_path(&name, "png", |path| path.exists());
     commands.spawn(Screenshot::primary_window()).observe(
         move |captured: On<ScreenshotCaptured>, mut saved: MessageWriter<ScreenshotSaved>| {
             let error = save(&captured.image, &path).err();
@@ -50,8 +50,8 @@ fn obey(
     );
 }
 
-/// The first of name-001.png, name-002.png, … that is not taken.
-fn free_path(name: &str, taken: impl Fn(&Path) -> bool) -> PathBuf {
+/// The first of name-001.png, name-002.png, … (for `png`) that is not taken.
+pub(super) fn free_path(name: &str, extension: &str, taken: impl Fn(&Path) -> bool) -> PathBuf {
     let plain: String = name
         .chars()
         .map(|c| {
@@ -63,7 +63,7 @@ fn free_path(name: &str, taken: impl Fn(&Path) -> bool) -> PathBuf {
         })
         .collect();
     (1..)
-        .map(|n| PathBuf::from(format!("{plain}-{n:03}.png")))
+        .map(|n| PathBuf::from(format!("{plain}-{n:03}.{extension}")))
         .find(|path| !taken(path))
         .unwrap_or_default()
 }
@@ -91,12 +91,15 @@ mod tests {
     #[test]
     fn a_screenshot_never_overwrites_another() {
         let taken = ["bunny-001.png", "bunny-002.png"].map(PathBuf::from);
-        let path = free_path("bunny", |path| taken.iter().any(|t| t == path));
+        let path = free_path("bunny", "png", |path| taken.iter().any(|t| t == path));
         assert_eq!(path, Path::new("bunny-003.png"));
     }
 
     #[test]
     fn a_scene_from_a_path_gives_a_name_without_folders() {
-        assert_eq!(free_path("a/b: c", |_| false), Path::new("a-b--c-001.png"));
+        assert_eq!(
+            free_path("a/b: c", "png", |_| false),
+            Path::new("a-b--c-001.png")
+        );
     }
 }

@@ -109,7 +109,20 @@ pub fn given(body: &Body, settings: Settings) -> Member {
 ///
 /// # Errors
 /// [`TortureError`] if threads cannot be had.
-pub fn run_given(case: &Case, mut body: Body, settings: Settings) -> Result<Outcome, TortureError> {
+pub fn run_given(case: &Case, body: Body, settings: Settings) -> Result<Outcome, TortureError> {
+    let (member, world) = prepared(case, body, settings)?;
+    run_world(case, (1, &member), world, &Crews::start()?, true)
+}
+
+/// A body that is given as the member that a case is run on, and the world that it begins in.
+///
+/// # Errors
+/// As [`run_given`].
+pub fn prepared(
+    case: &Case,
+    mut body: Body,
+    settings: Settings,
+) -> Result<(Member, World), TortureError> {
     let member = given(&body, settings);
     let mut world = World {
         settings,
@@ -126,7 +139,7 @@ pub fn run_given(case: &Case, mut body: Body, settings: Settings) -> Result<Outc
     body.asleep = false;
     world.bodies = vec![body];
     case.begin(&member, &mut world)?;
-    run_world(case, (1, &member), world, &Crews::start()?, true)
+    Ok((member, world))
 }
 
 fn run_world(

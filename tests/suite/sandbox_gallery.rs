@@ -1,19 +1,23 @@
 //! The gallery of hard cases, drawn and pressed without a window; and the thread behind it.
 
-use crate::support::{cube, elastic_on_ground, settings, stretch, with};
+use crate::{
+    recording_program::Folder,
+    support::{cube, elastic_on_ground, settings, stretch, with},
+};
 use bevy_egui::egui::{
     Context, Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape, Vec2,
 };
 use pliant::{
+    recording::replay,
     sandbox::{
-        gallery::{Card, GalleryCommand, Line, News, On, Subject, Verdict, Worker, show},
+        gallery::{Card, GalleryCommand, Line, News, On, Subject, Verdict, Worker, save, show},
         panel::Places,
         theme,
     },
-    solver::{Body, deform},
+    solver::{Body, Threads, deform},
     torture::{CASES, Case, Figure, run::given},
 };
-use std::{thread, time::Duration};
+use std::{path::PathBuf, thread, time::Duration};
 
 fn verdict(value: f64) -> Verdict {
     Verdict {
@@ -183,6 +187,21 @@ fn a_case_is_run_on_a_given_body_and_on_its_own() {
     assert!(flat > 50, "{flat} edges");
     let own = ended(Case::named("edge").expect("a case"), Subject::Own);
     assert!(own.members > 1 && own.failed == 0, "{own:?}");
+}
+
+/// What the gallery saves is what it judged, and runs again to the same hash.
+#[test]
+fn a_run_on_a_given_body_is_saved_as_a_recording_that_replays() {
+    let case = Case::named("mirrored").expect("a case");
+    let folder = Folder::new("gallery");
+    let path = PathBuf::from(folder.file("mirrored.rec"));
+    save(case, soft_cube(), settings(9.81, 60.0, 10, 1), &path).expect("it can be saved");
+    let replay = replay(&path, &Threads::default(), |_| ()).expect("it can be replayed");
+    assert!(replay.difference.is_none(), "{replay:?}");
+    assert_eq!(replay.ticks, 300, "five seconds");
+    let nowhere = PathBuf::from(folder.file("no such folder/a.rec"));
+    let error = save(case, soft_cube(), settings(9.81, 60.0, 10, 1), &nowhere);
+    assert!(error.is_err_and(|reason| reason.contains("no such folder")));
 }
 
 /// What one sees is what is judged: the action on the body on screen puts it where the case puts

@@ -61,7 +61,7 @@ pub struct Answer {
 pub fn show(context: &Context, card: &Card, covered: f32) -> Answer {
     let screen = context.content_rect();
     let width = WIDTH.min(screen.width() - covered - 20.0);
-    let list = LIST.min(screen.height() - 330.0).max(80.0);
+    let list = LIST.min(screen.height() - 360.0).max(80.0);
     let mut answer = Answer::default();
     let area = Area::new(Id::new("hard cases"))
         .order(Order::Middle)
@@ -84,7 +84,7 @@ pub fn show(context: &Context, card: &Card, covered: f32) -> Answer {
                                 case(ui, card, (number, line), &mut answer);
                             }
                         });
-                    foot(ui, card);
+                    foot(ui, card, &mut answer);
                 });
         });
     answer.places.note("gallery", &area.response, screen);
@@ -182,7 +182,7 @@ fn verdict_colour(passed: bool, marked: bool) -> Color32 {
     }
 }
 
-fn foot(ui: &mut Ui, card: &Card) {
+fn foot(ui: &mut Ui, card: &Card, answer: &mut Answer) {
     if let Some(trouble) = &card.trouble {
         let text = RichText::new(trouble).small().color(theme::ALARM);
         ui.add(Label::new(text).wrap());
@@ -209,6 +209,15 @@ fn foot(ui: &mut Ui, card: &Card) {
         ui.add(Label::new(RichText::new(text).small().color(theme::CHANGED)).wrap());
     }
     strip(ui, &verdict.film);
+    if *on == On::This {
+        let button = ui
+            .button("Save this run")
+            .on_hover_text("As a recording that pliant replay runs again, here or anywhere");
+        answer.places.note("gallery.save", &button, ui.clip_rect());
+        if button.clicked() {
+            answer.commands.push(GalleryCommand::Save(*number));
+        }
+    }
 }
 
 fn words(on: On, verdict: &Verdict) -> String {

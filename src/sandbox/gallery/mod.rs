@@ -12,14 +12,17 @@ mod worker;
 
 pub use card::{Card, Line, show};
 pub use verdict::Verdict;
-pub use worker::{News, Subject, Worker};
+pub use worker::{News, Subject, Worker, save};
 
 use super::{
+    message::Notices,
     panel::{PanelState, Places, Scope},
+    screenshot::free_path,
     view::ViewSettings,
 };
 use crate::{
     simulation::{Action, Actions, SimulationSettings, SoftBody, plain},
+    solver::{Body, Settings},
     torture::{CASES, Case, run::given},
 };
 use bevy::prelude::*;
@@ -39,6 +42,8 @@ pub enum GalleryCommand {
     Stop,
     /// Show the figures and the pictures of a case, by its number in the table.
     Look(usize),
+    /// Record a case as it was run last on a body on screen, in a file of its own.
+    Save(usize),
 }
 
 /// What a case is run on.
@@ -59,6 +64,8 @@ pub struct Gallery {
     /// What is to run after that.
     waiting: Vec<usize>,
     verdicts: BTreeMap<(usize, On), Verdict>,
+    /// The bodies that cases were run on last, as they were before.
+    subjects: BTreeMap<usize, (Body, Settings)>,
     /// Which of them is shown whole.
     looked_at: Option<(usize, On)>,
     /// Why something could not be run.
@@ -103,6 +110,21 @@ fn carry_out(world: &mut World) {
                 gallery.waiting.clear();
                 gallery.running = None;
             }
+            GalleryCommand::Save(number) => {
+                let subject = gallery.subjects.get(&number).cloned();
+                if let (Some((body, settings)), Some(case)) = (subject, CASES.get(number)) {
+                    let name = format!("{}-{}", case.name, body.name);
+                    let path = free_path(&name, "rec", |path| path.exists());
+                    let done = save(case, body, settings, &path);
+                    let mut notices = world.resource_mut::<Notices>();
+                    let path = path.display();
+                    match done {
+                        Ok(()) => notices
+                            .info(format!("Saved {path}; pliant replay {path} runs it again")),
+                        Err(reason) => notices.error(format!("{path} was not saved: {reason}")),
+                    }
+                }
+            }
             GalleryCommand::Look(case) => {
                 let seen = gallery.looked_at.map(|(case, _)| case);
                 let known = [On::This, On::Own].map(|on| (case, on));
@@ -139,6 +161,8 @@ fn start(world: &mut World, number: usize, on: On) {
                 };
                 world.resource_mut::<Actions>().push(action);
             }
+            let subjects = &mut world.resource_mut::<Gallery>().subjects;
+            subjects.insert(number, (body.clone(), settings));
             Subject::This(Box::new(body), settings)
         }
     };

@@ -2,15 +2,18 @@
 
 use super::Verdict;
 use crate::{
+    recording::{About, record},
+    scene::{BuiltScene, Look},
     solver::{Body, Settings},
     torture::{
         Case, Options, TortureError, jobs,
-        run::{Crews, run_given, run_member},
+        run::{Crews, prepared, run_given, run_member},
         suite,
     },
 };
 use std::{
     io,
+    path::Path,
     sync::{
         Mutex, PoisonError,
         mpsc::{self, Receiver, Sender},
@@ -34,6 +37,37 @@ pub enum News {
     Share(f32),
     /// It is over: what came of it, or why it could not be run.
     Ended(Result<Verdict, String>),
+}
+
+/// Runs a case on a body and records it, so that `pliant replay` runs it again anywhere.
+///
+/// # Errors
+/// Why it cannot be built or written, in words.
+pub fn save(
+    case: &'static Case,
+    body: Body,
+    settings: Settings,
+    path: &Path,
+) -> Result<(), String> {
+    let name = body.name.clone();
+    let prepared = prepared(case, body, settings).map_err(|error| error.to_string())?;
+    let (member, world) = prepared;
+    let built = BuiltScene {
+        skins: vec![None; world.bodies.len()],
+        looks: vec![Look::default(); world.bodies.len()],
+        world,
+        places: None,
+        camera: None,
+        notes: Vec::new(),
+    };
+    let about = About {
+        name: format!("{}, {name}", case.name),
+        title: format!("{}: {name}", case.title),
+        look_at: case.about.to_owned(),
+        camera: None,
+    };
+    let done = record(&built, about, (case.seconds)(&member), path);
+    done.map(|_| ()).map_err(|error| error.to_string())
 }
 
 /// A thread at work; nobody listens to it when this is dropped.

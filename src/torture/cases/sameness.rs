@@ -271,7 +271,7 @@ pub const FAR: Case = Case {
         Ok(vec![Figure::new("jitter", speed, 2.0, "ε‖x‖/h")])
     },
     outside: Outside::Nothing,
-    any_body: true,
+    any_body: false,
     marks: &[Mark {
         applies: |member| {
             matches!(member.shape, Shape::Ring(_) | Shape::Bunny)
