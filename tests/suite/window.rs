@@ -457,7 +457,7 @@ fn a_body_spoilt_by_a_typed_number_is_named_until_it_is_restored() {
         }
         panic!("ten times a height was typed, and nothing is set");
     };
-    raise(&mut window, "1e37");
+    raise(&mut window, "3e38");
     let card = |event: &Value| {
         let is = event["event"] == "widget" && event["name"] == "restore.all";
         is.then(|| event["rect"].is_null())
