@@ -12,6 +12,8 @@ use serde::{Deserialize, Serialize};
 pub enum Deformation {
     /// Heights above the lowest point scaled by a factor (0 is flat, 1 changes nothing).
     Squash(f32),
+    /// Onto the vertical line through the middle, heights as they were.
+    Line,
     /// Every particle anywhere in the bounding box, by a seed.
     Shuffle(u32),
     /// Left and right swapped, so that every tetrahedron is inside out.
@@ -44,6 +46,7 @@ pub fn deform(particles: &mut Particles, deformation: Deformation) {
                 let share = Vec3::new(random.next(), random.next(), random.next());
                 low + (high - low) * share
             }
+            Deformation::Line => Vec3::new(middle.x, place.y, middle.z),
             Deformation::Mirror => Vec3::new(2.0 * middle.x - place.x, place.y, place.z),
         };
         if x.w > 0.0 {

@@ -85,6 +85,7 @@ pub struct Hold {
 /// See the fast solver's constants of the same names.
 const FLOOR: f64 = 0.01;
 const VANISHED: f64 = 1e-4;
+const UP_OVER: f64 = 0.4;
 
 impl World {
     /// The same world in f64. Sleep and quarantine are left out: the twin always steps all.
@@ -382,7 +383,14 @@ impl Body {
             return;
         };
         for i in 0..self.x.len() {
-            let depth = height - self.x[i].y;
+            let bounces = restitution > 0.0 && self.v[i].y < -2.0 * h * gravity.length();
+            let below = if bounces {
+                0.0
+            } else {
+                (height - self.p[i].y).max(0.0)
+            };
+            let left = below * (1.0 - (h / UP_OVER).min(1.0));
+            let depth = height - left - self.x[i].y;
             if depth > 0.0 && self.w[i] > 0.0 {
                 let surface = (friction, restitution, gravity.length());
                 self.respond(i, h, surface, DVec3::Y, depth, DVec3::ZERO);

@@ -53,6 +53,9 @@ pub struct LeftOut {
     pub flat_tetrahedra: usize,
     /// Edges given twice.
     pub repeated_edges: usize,
+    /// Edges of a solid to a vertex of no tetrahedron that acts. It has no mass, and would hold the
+    /// body as a pin does.
+    pub massless_edges: usize,
     /// Vertices that no element uses; they have no mass and never move.
     pub unused_vertices: usize,
 }
@@ -163,6 +166,15 @@ impl Topology {
         } else {
             Dimension::Line
         };
+        let before = ends.len();
+        if dimension == Dimension::Solid {
+            let mut has_mass = vec![false; count];
+            for &i in corners.iter().flatten() {
+                has_mass[i as usize] = true;
+            }
+            ends.retain(|edge| edge.iter().all(|&i| has_mass[i as usize]));
+        }
+        let massless_edges = before - ends.len();
         let mut used = vec![false; count];
         for &i in ends.iter().flatten().chain(corners.iter().flatten()) {
             used[i as usize] = true;
@@ -173,6 +185,7 @@ impl Topology {
         let left_out = LeftOut {
             flat_tetrahedra,
             repeated_edges,
+            massless_edges,
             unused_vertices: used.iter().filter(|&&used| !used).count(),
         };
 

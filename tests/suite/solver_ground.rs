@@ -220,3 +220,22 @@ fn a_tilted_box_holds_and_lets_slide_as_a_slope_does() {
     let way = f64::from(position(&sliding, 0).length());
     assert_relative(way, expected, 1e-2, "way");
 }
+
+/// A body that begins below the ground is not thrown up: the speed that it comes up with is that of
+/// 0.4 s for its depth, not that of a substep.
+#[test]
+fn a_particle_that_begins_below_the_ground_comes_up_gently() {
+    for iterations in [1, 3] {
+        let mut body = body_of_masses(point(), &[1.0]);
+        body.effects.ground = Some(ground(0.0, 0.0));
+        body.translate(Vec3::new(0.0, -0.5, 0.0));
+        let mut world = world(settings(0.0, 60.0, 10, iterations), body);
+        support::run(&mut world, 0.1);
+        assert!(position(&world, 0).y > -0.5, "it comes up");
+        let speed = world.bodies[0].particles.velocities[0].y;
+        // 0.5 m / 0.4 s, and what f32 rounds of 0.5 m in 1/600 s: 2e-5 m/s.
+        assert!((speed - 1.25).abs() < 1e-4, "at {speed} m/s");
+        support::run(&mut world, 0.9);
+        assert!(position(&world, 0).y >= 0.0, "and is out");
+    }
+}

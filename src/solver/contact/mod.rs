@@ -41,6 +41,11 @@ impl Response {
         }
     }
 
+    /// Whether what comes at this speed away from the surface [m/s], negative towards it, bounces.
+    fn bounces(&self, approach: f32) -> bool {
+        self.restitution > 0.0 && approach < -self.slowest_bounce
+    }
+
     /// Puts a particle that is `depth` inside a surface back onto it.
     ///
     /// `carried` is how far the surface itself went this substep [m], `velocity` the particle's
@@ -67,7 +72,7 @@ impl Response {
         *position = x.extend(position.w);
 
         let approach = (velocity - carried / self.h).dot(normal);
-        if self.restitution > 0.0 && approach < -self.slowest_bounce {
+        if self.bounces(approach) {
             let leave = (-self.restitution * approach) * self.h + carried.dot(normal);
             let p = previous.truncate();
             let now = (x - p).dot(normal);
