@@ -44,6 +44,7 @@
 //! | [`output`] | CSV, SVG, JSON | all above |
 //! | [`bench`] | how fast the solver is here, and what the machine would allow | `solver`, `mesh`, `output` |
 //! | [`study`] | what accuracy costs: problems, sweep, Pareto front, report | all above |
+//! | [`torture`] | hard cases: each over a family of bodies, with figures and limits | all above but `study` |
 //! | `sandbox` | the window (feature `window`, on by default) | all above |
 //!
 //! # Effects
@@ -81,6 +82,7 @@ pub mod scene;
 pub mod simulation;
 pub mod solver;
 pub mod study;
+pub mod torture;
 
 use bevy::{
     app::PluginGroupBuilder,

@@ -5,6 +5,7 @@ mod run;
 mod scenes;
 mod study;
 mod threads;
+mod torture;
 mod window;
 
 use clap::{Parser, Subcommand};
@@ -40,6 +41,7 @@ enum Command {
     Run(run::RunScene),
     Bench(bench::Bench),
     Study(study::StudyCommand),
+    Torture(torture::TortureCommand),
 }
 
 impl CommandLine {
@@ -51,6 +53,7 @@ impl CommandLine {
             Some(Command::Run(command)) => command.run(),
             Some(Command::Bench(command)) => command.run(),
             Some(Command::Study(command)) => command.run(),
+            Some(Command::Torture(command)) => command.run(),
         }
     }
 }

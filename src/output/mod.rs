@@ -1,6 +1,8 @@
-//! What a run leaves behind: figures as CSV, a plot of them as SVG, a summary as JSON.
+//! What a run leaves behind: figures as CSV, a plot of them as SVG, a summary as JSON; and documents
+//! of words, tables and figures.
 
 pub mod csv;
+pub mod document;
 pub mod json;
 pub mod plot;
 

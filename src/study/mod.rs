@@ -24,7 +24,6 @@ pub mod budget;
 pub mod choose;
 pub mod closed_form;
 pub mod converge;
-mod document;
 mod error;
 pub mod floor;
 pub mod growth;

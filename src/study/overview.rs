@@ -2,11 +2,11 @@
 
 use super::{
     Study,
-    document::Block,
     report::TARGETS,
     results::{CaseResult, Point},
     words::{number, percent},
 };
+use crate::output::document::Block;
 
 /// A row a problem: what 1 % costs.
 pub(super) fn table(study: &Study) -> Block {

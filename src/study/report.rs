@@ -2,13 +2,14 @@
 //! `report.html` that opens by itself, and `study.json`.
 
 use super::{
-    Study, StudyError,
-    document::{self, Block},
-    picture,
+    Study, StudyError, picture,
     results::{CaseResult, Point, ProblemResult},
     words,
 };
-use crate::bench::Spread;
+use crate::{
+    bench::Spread,
+    output::document::{self, Block},
+};
 use serde_json::{Value, json};
 use std::path::Path;
 

@@ -4,12 +4,12 @@ use super::{
     Study, accident,
     closed_form::Reference,
     converge::FIRST_ORDER,
-    document::Block,
     floor, growth, losses, overview,
     report::TARGETS,
     results::{CaseResult, Point, ProblemResult},
     rivalry,
 };
+use crate::output::document::Block;
 
 /// A share as per cent, with two digits that say something.
 pub(super) fn percent(share: f64) -> String {

@@ -8,13 +8,12 @@ use std::{
 /// From the top floor to the ground: a room knows those on lower floors, and its neighbours on its
 /// own. Simulation and effects share a floor: a schedule holds systems of effects, and an effect's
 /// systems stand in sets of the schedule.
-const FLOORS: [&[&str]; 10] = [
+const FLOORS: [&[&str]; 9] = [
     &["main"],
     &["command"],
     &["sandbox"],
-    &["study"],
+    &["study", "torture"],
     &["bench", "output"],
-    &["torture"],
     &["scene"],
     &["effect", "simulation"],
     &["mesh"],

@@ -63,5 +63,7 @@ mod study_problems;
 mod study_program;
 mod support;
 mod support_app;
+mod torture;
+mod torture_program;
 #[cfg(all(feature = "window", target_os = "linux"))]
 mod window;

@@ -1,0 +1,135 @@
+//! What happens to one body, and must not to another.
+
+use super::*;
+use glam::Vec3;
+
+fn members() -> Vec<Member> {
+    let members = |shapes| Axes {
+        scales: &[1.0, 1e-3, 1e3],
+        materials: &[(0.0, 0.0), (1e-5, 0.02)],
+        steps: &[(10, 1), (1, 1), (32, 1), (4, 4)],
+        seeds: &[1],
+        mixtures: 0,
+        ..Axes::all(shapes)
+    };
+    family::of(&[
+        members(&[Shape::Cube(3), Shape::Tetrahedron]),
+        members(&[Shape::Cloth(10)]),
+        members(&[Shape::Rope(16)]),
+    ])
+}
+
+/// The body that is alone or in company: let go at 0.8 of its height.
+fn first(member: &Member, world: &mut World) {
+    let body = &mut world.bodies[0];
+    stand_up(member, body);
+    place(body, |x| Vec4::new(x.x, 0.8 * x.y, x.z, x.w));
+}
+
+/// How many of its numbers differ from those of the same body alone.
+fn disturbed(run: &Run) -> Result<Figure, TortureError> {
+    let mut alone = run.member.world()?;
+    first(run.member, &mut alone);
+    catch_up(&mut alone, &run.end);
+    let differ = different_bits(&alone.bodies[0], &run.end.bodies[0]);
+    Ok(Figure::none(
+        "particles of another disturbed",
+        differ,
+        "particles",
+    ))
+}
+
+/// Adds a copy of the first body, some lengths away.
+fn add_copy(world: &mut World, lengths: f32) {
+    let mut copy = world.bodies[0].clone();
+    copy.translate(Vec3::X * (lengths * copy.topology.size));
+    world.bodies.push(copy);
+}
+
+/// When it is made not finite.
+const POISONED: u64 = 10;
+
+pub const NOT_FINITE: Case = Case {
+    name: "not_finite",
+    title: "Not a number, infinite",
+    about: "A position, a velocity or a mass of one body turns into NaN or ∞. It is frozen and the particle is named; another body is the same to the bit as if it were alone.",
+    seconds: |_| 0.5,
+    family: || {
+        let bad = [
+            "nan_position",
+            "infinite_position",
+            "nan_velocity",
+            "infinite_velocity",
+            "nan_mass",
+            "infinite_mass",
+        ];
+        family::variants(&members(), &bad)
+    },
+    start: |member, world| {
+        first(member, world);
+        add_copy(world, 2.0);
+        Ok(())
+    },
+    during: |member, world| {
+        if world.tick != POISONED {
+            return Ok(());
+        }
+        let particles = &mut world.bodies[1].particles;
+        let number = if member.variant.starts_with("nan") {
+            f32::NAN
+        } else {
+            f32::INFINITY
+        };
+        let last = particles.len() - 1;
+        match member.variant.split_once('_') {
+            Some((_, "position")) => particles.positions[last].y = number,
+            Some((_, "velocity")) => particles.velocities[last].y = number,
+            _ => particles.positions[last].w = number,
+        }
+        Ok(())
+    },
+    judge: |run| {
+        let body = &run.end.bodies[1];
+        let last = body.topology.vertex(body.particles.len() - 1);
+        let named = body
+            .quarantine
+            .as_ref()
+            .is_some_and(|quarantine| quarantine.vertex == last);
+        let finite = body.particles.first_not_finite().is_none();
+        Ok(vec![
+            Figure::none(
+                "bodies not caught",
+                usize::from(!(named && finite)),
+                "bodies",
+            ),
+            disturbed(run)?,
+        ])
+    },
+    outside: Outside::Poison,
+    any_body: false,
+    marks: &[],
+};
+
+pub const CROWD: Case = Case {
+    name: "crowd",
+    title: "Bodies come and go",
+    about: "Bodies are added and taken away while another moves. That one is the same to the bit as if it were alone.",
+    seconds: |_| 1.0,
+    family: members,
+    start: |member, world| {
+        first(member, world);
+        Ok(())
+    },
+    during: |_, world| {
+        match world.tick {
+            5 | 8 | 20 => add_copy(world, world.tick as f32),
+            12 | 30 => drop(world.bodies.remove(1)),
+            _ => {}
+        }
+        Ok(())
+    },
+    judge: |run| Ok(vec![disturbed(run)?]),
+    outside: Outside::Work,
+    any_body: false,
+    marks: &[],
+};

@@ -1,0 +1,293 @@
+//! Plates, blows, hands, and bodies that begin inside of something.
+
+use super::*;
+use crate::solver::{Collide, Collider, ColliderShape, Grab, Ground, Path, Pose, SurfacePoint};
+use glam::Vec3;
+
+/// How deep the deepest particle is inside of a collider [m], at the end.
+fn deepest(world: &World) -> f64 {
+    let inside = world.colliders.iter().flat_map(|collider| {
+        let pose = collider.pose_at(world.time);
+        let positions = world.bodies[0].particles.positions.iter();
+        positions.map(move |x| -collider.shape.distance(pose.undo(x.truncate())))
+    });
+    f64::from(inside.fold(0.0, f32::max))
+}
+
+fn not_inside(run: &Run, limit: f64) -> Figure {
+    let depth = deepest(&run.end) / f64::from(run.member.scale);
+    Figure::new(
+        "depth inside a collider",
+        depth * 100.0,
+        limit * 100.0,
+        "% of size",
+    )
+}
+
+/// A flat box across an axis, its face `far` from the middle on the side that looks to it.
+fn plate(member: &Member, along: Vec3, far: f32, path: Path) -> Result<Collider, TortureError> {
+    let s = member.scale;
+    let size = (Vec3::splat(6.0) - along.abs() * 5.0) * s;
+    let place = along * ((far + 0.5) * s);
+    Ok(Collider::moving(
+        ColliderShape::Box { size },
+        Pose::at(place),
+        path,
+    )?)
+}
+
+const BLOBS: &[Shape] = &[
+    Shape::Cube(3),
+    Shape::Cube(1),
+    Shape::Cube(5),
+    Shape::Ball(4),
+    Shape::Ball(6),
+];
+
+pub const PLATES: Case = Case {
+    name: "plates",
+    title: "Squeezed between plates",
+    about: "Two plates press a soft incompressible body to half its height in 1 s and stay for 1 s. Nothing is inside of them, and its volume is within 5 %.",
+    seconds: |_| 2.0,
+    family: || {
+        Axes {
+            materials: &[(1e-3, 0.02), (1e-2, 0.02), (1e-4, 0.02), (1e-5, 0.02)],
+            steps: &[(10, 1), (4, 1), (16, 1), (32, 1), (10, 4)],
+            seeds: &[1],
+            mixtures: 16,
+            ..Axes::all(BLOBS)
+        }
+        .members()
+    },
+    start: |member, world| {
+        world.bodies[0].effects.collide = Some(Collide::default());
+        let to = |way: f32| {
+            let half = Vec3::Y * (way * member.scale);
+            Path::Stops {
+                stops: vec![(0.0, Vec3::ZERO), (1.0, half)],
+                repeat: false,
+            }
+        };
+        world.colliders = vec![
+            plate(member, Vec3::Y, 0.5, to(-0.25))?,
+            plate(member, Vec3::NEG_Y, 0.5, to(0.25))?,
+        ];
+        Ok(())
+    },
+    during: nothing,
+    judge: |run| {
+        let body = &run.end.bodies[0];
+        let error = measure::volume_error(&body.topology, &body.particles.positions).abs();
+        Ok(vec![
+            not_inside(run, 1e-5),
+            Figure::new("error of volume", error * 100.0, 5.0, "%"),
+        ])
+    },
+    outside: Outside::Work,
+    any_body: false,
+    marks: &[Mark {
+        applies: |member| member.compliance <= 1e-4 || member.substeps < 10,
+        reason: "one sweep of volumes does not make up for what the sweep of stiffer edges takes: the error falls with the substeps, to 6 % at 32",
+    }],
+};
+
+/// Speed of what strikes, in lengths a second.
+const BLOW: f32 = 300.0;
+
+pub const STRUCK: Case = Case {
+    name: "struck",
+    title: "Struck at 300 m/s",
+    about: "A plate hits a body of 1 m at 300 m/s, one of another length as many lengths a second. All of it is in front of the plate, and within 1 s it is itself again within 1 %.",
+    seconds: |_| 1.05,
+    family: || {
+        let members = |shapes| Axes {
+            materials: &[(0.0, 0.0), (1e-6, 0.02), (1e-5, 0.02), (1e-4, 0.02)],
+            seeds: &[1],
+            mixtures: 12,
+            ..Axes::all(shapes)
+        };
+        family::of(&[
+            members(BLOBS),
+            members(&[Shape::Cloth(10), Shape::Cloth(3), Shape::Cloth(20)]),
+            members(&[Shape::Rope(16), Shape::Rope(1)]),
+        ])
+    },
+    start: |member, world| {
+        let body = &mut world.bodies[0];
+        stand_up(member, body);
+        body.effects.collide = Some(Collide::default());
+        let way = 6.0;
+        let stops = vec![
+            (0.0, Vec3::ZERO),
+            (way / BLOW, Vec3::X * (way * member.scale)),
+        ];
+        let path = Path::Stops {
+            stops,
+            repeat: false,
+        };
+        world.colliders = vec![plate(member, Vec3::NEG_X, 3.0, path)?];
+        Ok(())
+    },
+    during: nothing,
+    judge: |run| {
+        let front = f64::from(run.end.colliders[0].pose_at(run.end.time).translation.x)
+            + 0.5 * f64::from(run.member.scale);
+        let positions = run.end.bodies[0].particles.positions.iter();
+        let behind = positions
+            .filter(|x| f64::from(x.x) < front - 1e-5 * front.abs())
+            .count();
+        let mut figures = vec![Figure::none(
+            "particles behind the plate",
+            behind,
+            "particles",
+        )];
+        figures.extend(shape_figures(&run.end.bodies[0], 0.01));
+        Ok(figures)
+    },
+    outside: Outside::Work,
+    any_body: false,
+    marks: &[
+        BOILS,
+        Mark {
+            applies: |member| is_solid(member) && member.compliance >= 1e-4,
+            ..SWINGS
+        },
+    ],
+};
+
+/// How long a hand pulls [s].
+const HELD: f64 = 1.0;
+
+/// Where a hand is, in lengths: to and fro at 50 lengths a second, or ten lengths away at once, and
+/// back, six times a second.
+fn hand(member: &Member, time: f64) -> Vec3 {
+    let time = time as f32;
+    if member.variant == "teleported" {
+        let away = (time * 12.0) as u32 % 2;
+        return Vec3::new(10.0 * away as f32, 0.0, 0.0);
+    }
+    let period = 0.2;
+    let share = (time / period).fract();
+    let there = if share < 0.5 { share } else { 1.0 - share };
+    Vec3::new(50.0 * period * there, 5.0 * there, 0.0)
+}
+
+pub const DRAGGED: Case = Case {
+    name: "dragged",
+    title: "Dragged at 50 m/s, teleported",
+    about: "A hand drags a body of 1 m to and fro at 50 m/s for 1 s, or is now here and now 10 m away. 1 s after it let go the body is itself again within 1 %.",
+    seconds: |_| 2.0,
+    family: || {
+        let members = |shapes| Axes {
+            scales: &[1.0, 0.1, 10.0],
+            materials: &[(0.0, 0.0), (1e-6, 0.02), (1e-5, 0.02), (1e-4, 0.02)],
+            seeds: &[1],
+            mixtures: 8,
+            ..Axes::all(shapes)
+        };
+        let members = family::of(&[
+            members(BLOBS),
+            members(&[Shape::Cloth(10), Shape::Cloth(3), Shape::Cloth(20)]),
+            members(&[Shape::Rope(16), Shape::Rope(1)]),
+        ]);
+        family::variants(&members, &["dragged", "teleported"])
+    },
+    start: nothing,
+    during: |member, world| {
+        let (time, tick) = (world.time, world.settings.tick_seconds());
+        let body = &mut world.bodies[0];
+        if time > HELD {
+            body.effects.grab = None;
+            return Ok(());
+        }
+        let target = |body: &Body| {
+            let first = body.topology.rest[0];
+            first + hand(member, time + tick) * member.scale
+        };
+        let goal = target(body);
+        if body.effects.grab.is_none() && time == 0.0 {
+            let masses = body.particles.positions.iter().map(|x| 1.0 / x.w);
+            let gravity = 9.81 * member.scale;
+            body.effects.grab = SurfacePoint::new(&[(0, 1.0)])
+                .map(|point| Grab::on(point, goal, masses.sum(), member.scale, gravity));
+        }
+        if let Some(grab) = &mut body.effects.grab {
+            grab.target = goal;
+        }
+        Ok(())
+    },
+    judge: |run| Ok(shape_figures(&run.end.bodies[0], 0.01)),
+    outside: Outside::Work,
+    any_body: false,
+    marks: &[
+        Mark {
+            applies: |member| is_solid(member) && member.compliance > 0.0,
+            ..SWINGS
+        },
+        Mark {
+            applies: |member| member.shape.kind() != Kind::Tetrahedra,
+            reason: "a cloth or a rope flies and whirls on when it is let go, or is in a tangle of edges that push against each other",
+        },
+    ],
+};
+
+pub const OVERLAP: Case = Case {
+    name: "overlap",
+    title: "Begins inside of something",
+    about: "A body begins with its lower half below the ground, or with a ball or a box in it. Within 1 s nothing of it is inside, and it leaves slower than 2 m/s if it is 1 m long, in proportion if not.",
+    seconds: |_| 1.0,
+    family: || {
+        let members = Axes {
+            materials: &[(0.0, 0.0), (1e-6, 0.02), (1e-5, 0.02), (1e-4, 0.02)],
+            seeds: &[1],
+            mixtures: 8,
+            ..Axes::all(BLOBS)
+        };
+        family::variants(&members.members(), &["ground", "ball", "box"])
+    },
+    start: |member, world| {
+        let s = member.scale;
+        let body = &mut world.bodies[0];
+        if member.variant == "ground" {
+            body.effects.ground = Some(Ground::default());
+            return Ok(());
+        }
+        body.effects.collide = Some(Collide::default());
+        let shape = if member.variant == "ball" {
+            ColliderShape::Sphere { radius: 0.3 * s }
+        } else {
+            ColliderShape::Box {
+                size: Vec3::splat(0.5 * s),
+            }
+        };
+        let pose = Pose::at(Vec3::new(0.05, -0.4, 0.1) * s);
+        world.colliders = vec![Collider::new(shape, pose)?];
+        Ok(())
+    },
+    during: nothing,
+    judge: |run| {
+        let body = &run.end.bodies[0];
+        let scale = f64::from(run.member.scale);
+        let lowest = body
+            .particles
+            .positions
+            .iter()
+            .map(|x| x.y)
+            .fold(f32::INFINITY, f32::min);
+        let inside = match run.member.variant {
+            "ground" => f64::from(-lowest).max(0.0) / scale,
+            _ => deepest(&run.end) / scale,
+        };
+        let speed = measure::rms_speed(&body.particles) / scale;
+        Ok(vec![
+            Figure::new("depth inside", inside * 100.0, 0.01, "% of size"),
+            Figure::new("speed, over its length", speed, 2.0, "1/s"),
+        ])
+    },
+    outside: Outside::Work,
+    any_body: false,
+    marks: &[Mark {
+        applies: |member| can_boil(member) && member.variant == "ball",
+        ..BOILS
+    }],
+};

@@ -1,0 +1,276 @@
+//! Heavy on light, stiff on soft, everything rigid, hardly anything rigid, what cannot be.
+
+use super::*;
+use crate::solver::{Compliance, Iterations, Mass, Stiffness, Stretch, Volume};
+use glam::Vec3;
+
+/// The most sweeps a substep that are tried.
+const MOST_SWEEPS: u32 = 8192;
+
+/// Largest strain of an edge.
+fn most_strain(world: &World) -> f64 {
+    let (edges, _) = strains(&world.bodies[0]);
+    edges.iter().fold(0.0, |most, s| most.max(s.abs()))
+}
+
+pub const MASSES: Case = Case {
+    name: "masses",
+    title: "Heavy on light",
+    about: "A rigid rope carries a weight 1000 and 50 000 times as heavy as one of its particles. Its edges stretch by 1 % at most; the figures tell what that costs.",
+    seconds: |_| 1.0,
+    family: || {
+        let axes = Axes {
+            scales: &[1.0, 0.1, 10.0],
+            materials: &[(0.0, 0.0)],
+            steps: &[(16, 1), (4, 1), (32, 1)],
+            seeds: &[1],
+            mixtures: 0,
+            ..Axes::all(&[Shape::Rope(4), Shape::Rope(1), Shape::Rope(16)])
+        };
+        family::values(&axes.members(), &[1e3, 5e4])
+    },
+    start: |member, world| {
+        let body = &mut world.bodies[0];
+        stand_up(member, body);
+        let link = 1.0 / body.particles.positions[1].w;
+        body.added_mass = vec![(0, Mass::new(link * member.value as f32)?)];
+        pin_top(body);
+        world.settings.set_gravity(member.gravity())?;
+        // As few sweeps as do.
+        let mut sweeps = 1;
+        loop {
+            world.settings.iterations = Iterations::new(sweeps)?;
+            let mut trial = world.clone();
+            let mut most: f64 = 0.0;
+            while trial.time < 1.0 && most <= 0.01 {
+                trial.tick();
+                most = most.max(most_strain(&trial));
+            }
+            if most <= 0.01 || sweeps >= MOST_SWEEPS {
+                return Ok(());
+            }
+            sweeps *= 2;
+        }
+    },
+    during: nothing,
+    judge: |run| {
+        let settings = run.end.settings;
+        let edges = run.end.bodies[0].topology.edges.ends().len() as f64;
+        let sweeps = f64::from(settings.substeps.get()) * f64::from(settings.iterations.get());
+        Ok(vec![
+            Figure::new(
+                "stretch of an edge",
+                most_strain(&run.end) * 100.0,
+                1.0,
+                "%",
+            ),
+            Figure::new("cost", sweeps * edges, f64::INFINITY, "projections a tick"),
+        ])
+    },
+    outside: Outside::Nothing,
+    any_body: false,
+    marks: &[Mark {
+        applies: |member| member.value > 1e4,
+        reason: "what a sweep moves the heavy end by is 50 000 times smaller than the error, and below what f32 can add to its position",
+    }],
+};
+
+/// Links of 1 m and of 0.1 mm by turns, of one axial stiffness [N]: the short ones are 10⁴ times as
+/// stiff.
+const SHORT: f32 = 1e-4;
+const AXIAL: f32 = 2e3;
+const WEIGHT: f32 = 2.0;
+
+pub const STIFFNESSES: Case = Case {
+    name: "stiffnesses",
+    title: "Stiff on soft",
+    about: "A chain whose links are by turns 10⁴ times as stiff as the others carries 2 kg. Each soft link stretches by what it carries, within 2 %.",
+    seconds: |_| 6.0,
+    family: || {
+        let axes = Axes {
+            scales: &[1.0],
+            materials: &[(0.0, 0.05)],
+            steps: &[(10, 512), (10, 256), (20, 256)],
+            seeds: &[1],
+            mixtures: 0,
+            ..Axes::all(&[Shape::Rope(4), Shape::Rope(2), Shape::Rope(8)])
+        };
+        axes.members()
+    },
+    start: |member, world| {
+        let Shape::Rope(links) = member.shape else {
+            return Ok(());
+        };
+        let mut shape = member.shape.build(1.0)?;
+        let mut height = 0.0;
+        shape.vertices.clear();
+        shape.vertices.push(Vec3::ZERO);
+        for link in 0..links {
+            height -= if link % 2 == 0 { 1.0 } else { SHORT };
+            shape.vertices.push(Vec3::new(0.0, height, 0.0));
+        }
+        let mut body = member.body_of(shape)?;
+        body.added_mass = vec![(links, Mass::new(WEIGHT)?)];
+        if let Some(stretch) = &mut body.effects.stretch {
+            stretch.axial_stiffness = Stiffness::new(AXIAL)?;
+        }
+        pin_top(&mut body);
+        world.bodies = vec![body];
+        world.settings.set_gravity(member.gravity())?;
+        Ok(())
+    },
+    during: nothing,
+    judge: |run| {
+        let body = &run.end.bodies[0];
+        let gravity = f64::from(-run.end.settings.gravity.y);
+        let errors = measure::edge_errors(&body.topology, &body.particles.positions);
+        let soft = body
+            .topology
+            .edges
+            .ends()
+            .zip(errors)
+            .zip(&body.topology.edges.rest_length);
+        let off = soft
+            .filter(|(_, rest)| **rest > 0.5)
+            .map(|(([a, b], error), &rest)| {
+                let lower = a.max(b) as usize;
+                let carried = body.particles.positions[lower..].iter();
+                let carried: f64 = carried.map(|x| 1.0 / f64::from(x.w)).sum();
+                let expected = carried * gravity * f64::from(rest) / f64::from(AXIAL);
+                (error / expected - 1.0).abs()
+            });
+        let most = off.fold(0.0, f64::max);
+        Ok(vec![Figure::new(
+            "error of a soft link's stretch",
+            most * 100.0,
+            2.0,
+            "%",
+        )])
+    },
+    outside: Outside::Nothing,
+    any_body: false,
+    marks: &[Mark {
+        applies: |member| member.shape == Shape::Rope(8) || member.substeps > 10,
+        reason: "the sweeps have not converged: a longer chain, and shorter substeps, need more of them",
+    }],
+};
+
+/// Compliance of what hardly holds together [m/N, m⁵/N].
+const LOOSE: f32 = 1e6;
+
+pub const EXTREMES: Case = Case {
+    name: "extremes",
+    title: "All rigid, all loose",
+    about: "With compliance 0 everywhere, a body let go at 0.9 of its height stays finite, and a solid is itself again within 1 s. With 10⁶ m/N and m⁵/N it falls freely, as far as the steps say within 0.01 % and what f32 rounds.",
+    seconds: |_| 1.0,
+    family: || {
+        let rigid = |shapes| Axes {
+            materials: &[(0.0, 0.0)],
+            mixtures: 8,
+            ..Axes::all(shapes)
+        };
+        let loose = |shapes| Axes {
+            scales: &[1.0],
+            materials: &[(0.0, 0.0)],
+            steps: &[(1, 1), (2, 1), (4, 1)],
+            seeds: &[1],
+            mixtures: 0,
+            ..Axes::all(shapes)
+        };
+        let kinds = [family::SOLIDS, family::CLOTHS, family::ROPES];
+        let mut all = family::variants(&family::of(&kinds.map(rigid)), &["rigid"]);
+        all.extend(family::variants(&family::of(&kinds.map(loose)), &["loose"]));
+        all
+    },
+    start: |member, world| {
+        let body = &mut world.bodies[0];
+        if member.variant == "rigid" {
+            stand_up(member, body);
+            place(body, |x| Vec4::new(x.x, 0.9 * x.y, x.z, x.w));
+            return Ok(());
+        }
+        let compliance = Compliance::new(LOOSE)?;
+        body.effects.stretch = Some(Stretch {
+            compliance,
+            ..Stretch::default()
+        });
+        let volume = Volume {
+            compliance,
+            ..Volume::default()
+        };
+        body.effects.volume = body.effects.volume.map(|_| volume);
+        world.settings.set_gravity(member.gravity())?;
+        Ok(())
+    },
+    during: nothing,
+    judge: |run| match run.member.variant {
+        // A cloth or a rope that was pressed together whirls.
+        "rigid" if run.member.shape.kind() != Kind::Tetrahedra => Ok(Vec::new()),
+        "rigid" => Ok(shape_figures(&run.end.bodies[0], 0.01)),
+        _ => Ok(vec![time::fall(run, |_| 60.0)]),
+    },
+    outside: Outside::Nothing,
+    any_body: false,
+    marks: &[Mark {
+        applies: |member| {
+            member.variant == "rigid" && (is_solid(member) || member.shape == Shape::Cloth(1))
+        },
+        reason: "edges and volumes that close together give more than each alone would: up to 2.8 % more energy than was there a moment before",
+    }],
+};
+
+pub const IMPOSSIBLE: Case = Case {
+    name: "impossible",
+    title: "What cannot be",
+    about: "A rigid body is pinned at both ends, twice as far apart as it is long. Within 10 s it is still, below 1 mm/s, and a rope's edges share the stretch evenly, within 10 % of it.",
+    seconds: |_| 10.0,
+    family: || {
+        let members = |shapes| Axes {
+            materials: &[(0.0, 0.0), (0.0, 0.02)],
+            seeds: &[1],
+            mixtures: 8,
+            ..Axes::all(shapes)
+        };
+        family::of(&[
+            members(&[Shape::Cube(3), Shape::Cube(1), Shape::Bar(8)]),
+            members(&[Shape::Cloth(10), Shape::Cloth(3), Shape::Cloth(20)]),
+            members(&[Shape::Rope(16), Shape::Rope(2), Shape::Rope(4)]),
+        ])
+    },
+    start: |member, world| {
+        let body = &mut world.bodies[0];
+        let end = 0.4999 * member.scale;
+        pin(body, |x| x.x.abs() >= end);
+        place(body, |x| Vec4::new(2.0 * x.x, x.y, x.z, x.w));
+        Ok(())
+    },
+    during: nothing,
+    judge: |run| {
+        let body = &run.end.bodies[0];
+        let speed = measure::rms_speed(&body.particles) / f64::from(run.member.scale);
+        let mut figures = vec![Figure::new(
+            "speed, over its length",
+            speed * 1e3,
+            1.0,
+            "10⁻³/s",
+        )];
+        if run.member.shape.kind() == Kind::Rope {
+            let (edges, _) = strains(body);
+            let mean = edges.iter().sum::<f64>() / edges.len() as f64;
+            let spread = edges.iter().map(|s| (s - mean).abs()).fold(0.0, f64::max);
+            figures.push(Figure::new(
+                "unevenness of stretch",
+                spread / mean * 100.0,
+                10.0,
+                "%",
+            ));
+        }
+        Ok(figures)
+    },
+    outside: Outside::Nothing,
+    any_body: false,
+    marks: &[Mark {
+        applies: |member| member.shape.kind() == Kind::Rope,
+        reason: "Gauss–Seidel satisfies the edge that it solves last and leaves the error in the others; smoothing by Jacobi sweeps is not there yet",
+    }],
+};

@@ -1,0 +1,178 @@
+//! The table of cases, and what several of them do alike.
+
+mod company;
+mod contact;
+mod elements;
+mod load;
+mod meshes;
+mod recovery;
+mod sameness;
+mod time;
+
+use super::{
+    Case, Figure, Kind, Mark, Member, Outside, Run, Shape, TortureError,
+    family::{self, Axes},
+    nothing,
+    watch::{ROUNDING, strains},
+};
+use crate::solver::{Body, World, measure};
+use glam::Vec4;
+
+/// All cases, in the order of the table.
+pub const CASES: &[Case] = &[
+    recovery::SQUASHED,
+    recovery::POINT,
+    recovery::LINE,
+    recovery::SHUFFLED,
+    recovery::MIRRORED,
+    recovery::INSIDE_OUT,
+    recovery::TENFOLD,
+    elements::ELEMENT,
+    elements::EDGE,
+    sameness::SAME,
+    sameness::ORDER,
+    sameness::FAR,
+    meshes::MESHES,
+    load::MASSES,
+    load::STIFFNESSES,
+    load::EXTREMES,
+    load::IMPOSSIBLE,
+    time::STEPS,
+    time::SETTLES,
+    time::HOUR,
+    contact::PLATES,
+    contact::STRUCK,
+    contact::DRAGGED,
+    contact::OVERLAP,
+    company::NOT_FINITE,
+    company::CROWD,
+];
+
+/// Turns what lies along x or in y = 0 upright: x becomes y. Solids stay.
+fn stand_up(member: &Member, body: &mut Body) {
+    if member.shape.kind() != Kind::Tetrahedra {
+        place(body, |x| Vec4::new(-x.y, x.x, x.z, x.w));
+    }
+}
+
+/// Puts all particles somewhere else, at rest.
+fn place(body: &mut Body, to: impl Fn(Vec4) -> Vec4) {
+    for x in &mut body.particles.positions {
+        *x = to(*x);
+    }
+    body.particles
+        .previous
+        .clone_from(&body.particles.positions);
+    body.tick_start.clone_from(&body.particles.positions);
+}
+
+/// Pins the vertices of which `which` is true, by where they are.
+fn pin(body: &mut Body, which: impl Fn(Vec4) -> bool) {
+    let positions = body.particles.positions.iter().enumerate();
+    let chosen = positions
+        .filter(|(_, x)| which(**x))
+        .map(|(i, _)| body.topology.vertex(i));
+    body.pins = chosen.collect();
+    body.update_masses();
+}
+
+/// Pins the highest of its particles.
+fn pin_top(body: &mut Body) {
+    let heights = body.particles.positions.iter().map(|x| x.y);
+    let top = heights.fold(f32::NEG_INFINITY, f32::max) - 1e-4 * body.topology.size;
+    pin(body, |x| x.y >= top);
+}
+
+/// Whether a body is itself again: no element inside out and its rest shape within `limit`, a share
+/// of its size; of a cloth or a rope, which fold as they like, edges within `limit` of their length.
+fn shape_figures(body: &Body, limit: f64) -> Vec<Figure> {
+    let (topology, x) = (&body.topology, &body.particles.positions);
+    if topology.tetrahedra.corners().len() == 0 {
+        return vec![edge_strain(body, limit)];
+    }
+    let inverted = measure::inverted(topology, x);
+    let shape = measure::shape_error(topology, x);
+    vec![
+        Figure::none("elements inside out", inverted, "elements"),
+        Figure::new(
+            "distance to rest shape",
+            shape * 100.0,
+            limit * 100.0,
+            "% of size",
+        ),
+    ]
+}
+
+/// Root mean square strain of its edges.
+fn edge_strain(body: &Body, limit: f64) -> Figure {
+    let (edges, _) = strains(body);
+    let sum: f64 = edges.iter().map(|s| s * s).sum();
+    let rms = (sum / edges.len().max(1) as f64).sqrt();
+    Figure::new("strain of edges", rms * 100.0, limit * 100.0, "%")
+}
+
+/// How many of the numbers of two states differ in a bit.
+fn different_bits(a: &Body, b: &Body) -> usize {
+    let (a, b) = (&a.particles, &b.particles);
+    let columns = [(&a.positions, &b.positions), (&a.velocities, &b.velocities)];
+    let differ = |(a, b): (&Vec4, &Vec4)| {
+        let bits = |v: &Vec4| v.to_array().map(f32::to_bits);
+        bits(a) != bits(b)
+    };
+    let counts = columns.iter().map(|(a, b)| {
+        let pairs = a.iter().zip(b.iter()).filter(|pair| differ(*pair)).count();
+        pairs + a.len().abs_diff(b.len())
+    });
+    counts.sum()
+}
+
+/// Ticks a world as often as another was.
+fn catch_up(world: &mut World, other: &World) {
+    while world.tick < other.tick {
+        world.tick();
+    }
+}
+
+fn is_solid(member: &Member) -> bool {
+    member.shape.kind() == Kind::Tetrahedra
+}
+
+/// An undamped solid of many elements.
+fn can_boil(member: &Member) -> bool {
+    use Shape::{Bar, Cube, Sliver, Tetrahedron};
+    is_solid(member)
+        && member.damping == 0.0
+        && !matches!(member.shape, Tetrahedron | Sliver | Bar(_) | Cube(..=3))
+}
+
+/// A solid that is not rigid and undamped.
+fn is_soft(member: &Member) -> bool {
+    is_solid(member) && (member.compliance > 0.0 || member.damping > 0.0)
+}
+
+fn is_cloth(member: &Member) -> bool {
+    member.shape.kind() == Kind::Cloth
+}
+
+/// A cloth that has more than nine cells.
+fn can_fold(member: &Member) -> bool {
+    matches!(member.shape, Shape::Cloth(4..))
+}
+
+/// A large solid whose elements are inside out at random, and undamped, does not come to order.
+const BOILS: Mark = Mark {
+    applies: can_boil,
+    reason: "in a larger solid an element that turns right turns others inside out; rigid and undamped, it boils on",
+};
+
+/// What opens rigidly swings.
+const SWINGS: Mark = Mark {
+    applies: is_soft,
+    reason: "rigid volumes open at once and throw soft edges far, which swing on for longer than the time given, or lie folded; damping makes what is rigid close more slowly",
+};
+
+/// Edges of a cloth can push against each other.
+const FOLDS: Mark = Mark {
+    applies: can_fold,
+    reason: "edges alone push against each other in a fold or along a line and cannot get out of it: nothing says to which side a triangle opens, as bending would",
+};

@@ -1,0 +1,262 @@
+//! Long steps, short steps, steps of unequal length; coming to rest; and a long time.
+
+use super::*;
+use crate::solver::{Deformation, Ground, Rate, Substeps, deform};
+
+/// How far the centre of mass of a falling body is from where symplectic Euler puts it, over its
+/// way; `rate` is that of each tick.
+///
+/// A position is rounded by up to u‖x‖ in each of n substeps, which postsolve reads off as a
+/// velocity that stays: after n of them up to u‖x‖n²/2.
+pub fn fall(run: &Run, rate: impl Fn(u64) -> f64) -> Figure {
+    let (start, end) = (&run.start.bodies[0], &run.end.bodies[0]);
+    let gravity = f64::from(run.end.settings.gravity.y);
+    let substeps = run.end.settings.substeps.get();
+    let (mut v, mut y, mut n) = (0.0, 0.0, 0.0);
+    for tick in 0..run.end.tick {
+        let h = 1.0 / (rate(tick) * f64::from(substeps));
+        for _ in 0..substeps {
+            v += gravity * h;
+            y += v * h;
+            n += 1.0;
+        }
+    }
+    let centre = |body: &Body| measure::centre_of_mass(&body.particles);
+    let fallen = (centre(end) - centre(start)).y;
+    let reach = f64::from(run.member.scale) + y.abs();
+    let rounding = ROUNDING * reach * n * n / 2.0;
+    let off = (fallen - y).abs();
+    Figure::new(
+        "error of the fall",
+        off / y.abs() * 100.0,
+        (1e-4 + rounding / y.abs()) * 100.0,
+        "%",
+    )
+}
+
+/// The tick that takes ten times as long.
+const HITCH: u64 = 20;
+
+fn rate_of(member: &Member, tick: u64) -> f64 {
+    if member.variant == "hitch" && tick == HITCH {
+        member.value / 10.0
+    } else {
+        member.value
+    }
+}
+
+pub const STEPS: Case = Case {
+    name: "steps",
+    title: "Long steps, short steps, a hitch",
+    about: "A body falls with ticks of 1/10 to 1/1000 s, or with one that takes ten times as long as the others: as far as its steps say, within 0.01 % and what f32 rounds, and in shape within 1 %. Steps of zero, less than zero or no number are refused.",
+    seconds: |_| 1.0,
+    family: || {
+        let members = |shapes| Axes {
+            scales: &[1.0, 0.01, 100.0],
+            materials: &[(0.0, 0.0), (1e-5, 0.02)],
+            steps: &[(1, 1), (4, 1), (1, 4)],
+            seeds: &[1],
+            mixtures: 4,
+            ..Axes::all(shapes)
+        };
+        let members = family::of(&[
+            members(&[Shape::Cube(3), Shape::Cube(1), Shape::Ball(4)]),
+            members(&[Shape::Cloth(10), Shape::Cloth(20)]),
+            members(&[Shape::Rope(16), Shape::Rope(1)]),
+        ]);
+        let members = family::values(&members, &[10.0, 30.0, 60.0, 240.0, 1000.0]);
+        family::variants(&members, &["even", "hitch"])
+    },
+    start: |member, world| {
+        world.settings.rate = Rate::new(member.value)?;
+        world.settings.set_gravity(member.gravity())?;
+        Ok(())
+    },
+    during: |member, world| {
+        world.settings.rate = Rate::new(rate_of(member, world.tick))?;
+        Ok(())
+    },
+    judge: |run| {
+        let bad = [0.0, -60.0, f64::NAN, f64::INFINITY];
+        let taken = bad.iter().filter(|&&rate| Rate::new(rate).is_ok()).count();
+        let taken = taken + usize::from(Substeps::new(0).is_ok());
+        let mut figures = vec![
+            Figure::none("bad steps taken", taken, "values"),
+            fall(run, |tick| rate_of(run.member, tick)),
+        ];
+        figures.extend(shape_figures(&run.end.bodies[0], 0.01));
+        Ok(figures)
+    },
+    outside: Outside::Nothing,
+    any_body: false,
+    marks: &[],
+};
+
+fn on_ground(member: &Member, world: &mut World, above: f32) -> Result<(), TortureError> {
+    let body = &mut world.bodies[0];
+    let low = body
+        .particles
+        .positions
+        .iter()
+        .map(|x| x.y)
+        .fold(f32::INFINITY, f32::min);
+    let up = above * member.scale - low;
+    place(body, |x| Vec4::new(x.x, x.y + up, x.z, x.w));
+    body.effects.ground = Some(Ground::default());
+    world.settings.set_gravity(member.gravity())?;
+    Ok(())
+}
+
+pub const SETTLES: Case = Case {
+    name: "settles",
+    title: "Comes to rest",
+    about: "Dropped from half its length onto the ground, a body is slower than a thousandth of its length in a second within 10 s, and asleep.",
+    seconds: |_| 10.0,
+    family: || {
+        let members = |shapes| Axes {
+            scales: &[1.0, 0.1, 10.0],
+            mixtures: 12,
+            seeds: &[1],
+            ..Axes::all(shapes)
+        };
+        family::of(&[
+            members(&[
+                Shape::Cube(3),
+                Shape::Cube(1),
+                Shape::Ball(4),
+                Shape::Ring(4),
+                Shape::Bar(8),
+                Shape::Cube(5),
+            ]),
+            members(&[Shape::Cloth(10), Shape::Cloth(3), Shape::Cloth(20)]),
+            members(&[Shape::Rope(16), Shape::Rope(1), Shape::Rope(64)]),
+        ])
+    },
+    start: |member, world| {
+        world.sleep.enabled = true;
+        world.sleep.speed *= member.scale;
+        on_ground(member, world, 0.5)
+    },
+    during: nothing,
+    judge: |run| {
+        let body = &run.end.bodies[0];
+        let speed = measure::rms_speed(&body.particles) / f64::from(run.member.scale);
+        Ok(vec![
+            Figure::new("speed, over its length", speed * 1e3, 1.0, "10⁻³/s"),
+            Figure::none("bodies awake", usize::from(!body.asleep), "bodies"),
+        ])
+    },
+    outside: Outside::Nothing,
+    any_body: false,
+    marks: &[
+        Mark {
+            applies: |member| matches!(member.shape, Shape::Ball(_)),
+            reason: "a ball rolls on: there is no rolling friction",
+        },
+        Mark {
+            applies: |member| is_solid(member) && member.compliance >= 1e-3,
+            reason: "soft and incompressible at once, it quivers on at up to 0.16 of its length a second",
+        },
+    ],
+};
+
+/// Simulated time before creep is looked for [s].
+const TO_REST: f64 = 20.0;
+
+pub const HOUR: Case = Case {
+    name: "hour",
+    title: "A long time",
+    about: "A body that hangs or lies still creeps by less than a millionth of its length in an hour (in a minute with --quick). Of one that spins, the figures tell how much of its angular momentum a turn costs.",
+    seconds: |member| member.value,
+    family: || {
+        let mut members = Vec::new();
+        for shape in [Shape::Cube(2), Shape::Cloth(4), Shape::Rope(8)] {
+            for (compliance, damping) in [(0.0, 0.0), (1e-4, 0.02)] {
+                for variant in ["hanging", "lying", "spinning"] {
+                    let member = Member {
+                        compliance,
+                        damping,
+                        variant,
+                        ..Member::of(shape)
+                    };
+                    members.push(Member {
+                        value: 60.0,
+                        ..member
+                    });
+                    members.push(Member {
+                        value: 3600.0,
+                        quick: false,
+                        ..member
+                    });
+                }
+            }
+        }
+        members
+    },
+    start: |member, world| {
+        match member.variant {
+            "lying" => on_ground(member, world, 0.0)?,
+            "hanging" => {
+                let body = &mut world.bodies[0];
+                stand_up(member, body);
+                pin_top(body);
+                world.settings.set_gravity(member.gravity())?;
+            }
+            _ => {
+                let body = &mut world.bodies[0];
+                deform(&mut body.particles, Deformation::Scale(1.0));
+                let state = body
+                    .particles
+                    .velocities
+                    .iter_mut()
+                    .zip(&body.particles.positions);
+                for (v, x) in state {
+                    *v = Vec4::new(-x.z, 0.0, x.x, 0.0) * SPIN;
+                }
+                return Ok(());
+            }
+        }
+        while world.time < TO_REST {
+            world.tick();
+        }
+        (world.time, world.tick) = (0.0, 0);
+        Ok(())
+    },
+    during: nothing,
+    judge: |run| {
+        let (start, end) = (&run.start.bodies[0], &run.end.bodies[0]);
+        if run.member.variant == "spinning" {
+            let spin = |body: &Body| measure::angular_momentum(&body.particles).length();
+            let turns = f64::from(SPIN) / std::f64::consts::TAU * run.end.time;
+            let lost = (1.0 - spin(end) / spin(start)) / turns;
+            return Ok(vec![Figure::new(
+                "spin lost",
+                lost * 100.0,
+                f64::INFINITY,
+                "% a turn",
+            )]);
+        }
+        let places = start
+            .particles
+            .positions
+            .iter()
+            .zip(&end.particles.positions);
+        let ways = places.map(|(a, b)| f64::from((*b - *a).truncate().length()));
+        let creep = ways.fold(0.0, f64::max) / f64::from(run.member.scale);
+        Ok(vec![Figure::new(
+            "creep, over its length",
+            creep * 1e6,
+            1.0,
+            "10⁻⁶",
+        )])
+    },
+    outside: Outside::Nothing,
+    any_body: false,
+    marks: &[Mark {
+        applies: |member| is_solid(member) && member.compliance > 0.0,
+        reason: "a soft solid goes on settling by a few ten-thousandths of its length",
+    }],
+};
+
+/// How fast it spins [rad/s].
+const SPIN: f32 = 6.0;

@@ -1,0 +1,87 @@
+//! The folder that a run leaves behind: `report.md`, `report.html` that opens by itself,
+//! `torture.json`, and for each row a filmstrip and the energies of its worst member.
+
+use super::{
+    Row, TortureError, filmstrip,
+    run::{Crews, run_member},
+    table,
+};
+use crate::output::{
+    OutputError,
+    document::{self, Block},
+};
+use std::path::Path;
+
+/// Runs the worst member of each row once more, with pictures, and writes all files.
+///
+/// # Errors
+/// [`TortureError::Output`] naming the file and what the system said.
+pub fn write(folder: &Path, rows: &[Row]) -> Result<(), TortureError> {
+    std::fs::create_dir_all(folder).map_err(|error| OutputError::new(folder, error))?;
+    let save = |name: &str, text: &str| -> Result<(), OutputError> {
+        let path = folder.join(name);
+        std::fs::write(&path, text).map_err(|error| OutputError::new(&path, error))
+    };
+    let mut blocks = vec![
+        Block::Heading(1, "Hard cases".to_owned()),
+        Block::Text(table::summary(rows)),
+        Block::Table(
+            table::HEAD.map(str::to_owned).to_vec(),
+            rows.iter().map(|row| table::cells(row).to_vec()).collect(),
+        ),
+        Block::List(table::marks(rows)),
+        Block::List(table::slowest(rows).into_iter().collect()),
+    ];
+    let crews = Crews::start()?;
+    let mut last = "";
+    for row in rows {
+        if row.case.name != last {
+            blocks.push(Block::Heading(2, row.case.title.to_owned()));
+            blocks.push(Block::Text(row.case.about.to_owned()));
+            last = row.case.name;
+        }
+        blocks.push(Block::Heading(3, heading(row)));
+        let failures = table::failures(row);
+        if !failures.is_empty() {
+            let commands = failures.iter().map(|line| format!("`{line}`"));
+            blocks.push(Block::List(commands.collect()));
+        }
+        let Some(worst) = row.worst() else { continue };
+        let film = run_member(row.case, (worst.number, &worst.member), &crews, true)?;
+        let caption = format!("The worst member, {} {}", worst.number, worst.member);
+        let name = format!("{}_{}_{}", row.case.name, row.kind.name(), worst.number);
+        let mut figure = |what: &str, svg: String| -> Result<(), TortureError> {
+            let file = format!("{name}_{what}.svg");
+            save(&file, &svg)?;
+            let caption = format!("{caption}: {what}.");
+            blocks.push(Block::Figure { file, caption, svg });
+            Ok(())
+        };
+        if let Some(svg) = filmstrip::strip(&film) {
+            figure("film", svg)?;
+        }
+        if let Some(watch) = &film.watch {
+            let svg = filmstrip::energies(watch);
+            let path = folder.join(format!("{name}_energy.svg"));
+            figure(
+                "energy",
+                svg.map_err(|error| OutputError::new(&path, error))?,
+            )?;
+        }
+    }
+    save("report.md", &document::markdown(&blocks))?;
+    save("report.html", &document::html("Hard cases", &blocks))?;
+    let text = serde_json::to_string_pretty(&table::json(rows));
+    let text = text.map_err(|error| OutputError::new(&folder.join("torture.json"), error))?;
+    Ok(save("torture.json", &text)?)
+}
+
+fn heading(row: &Row) -> String {
+    let marked = row.mark.map_or("", |_| ", marked");
+    let count = row.outcomes.len();
+    format!(
+        "{}{marked}: {count} members, {}",
+        row.kind.name(),
+        table::verdict(row)
+    )
+}

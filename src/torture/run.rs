@@ -1,0 +1,220 @@
+//! Runs one member of a case.
+
+use super::{Case, Figure, Member, TortureError, watch::Watch};
+use crate::solver::{Instructions, Settings, Threads, World};
+use std::time::Instant;
+
+/// A run that a case judges.
+#[derive(Debug)]
+pub struct Run<'a> {
+    /// Whose it is.
+    pub member: &'a Member,
+    /// The world as it was at first.
+    pub start: World,
+    /// The world at the end.
+    pub end: World,
+    /// What was seen between.
+    pub watch: Watch,
+}
+
+/// What came out for one member.
+#[derive(Debug, Clone)]
+pub struct Outcome {
+    /// Its number in the family, from 1.
+    pub number: usize,
+    /// The member.
+    pub member: Member,
+    /// All its figures.
+    pub figures: Vec<Figure>,
+    /// The slowest frames over the median, see [`slowest`].
+    pub slowest: f64,
+    /// What was seen; only where it was asked for.
+    pub watch: Option<Watch>,
+    /// The bodies at the end; only where it was asked for.
+    pub world: Option<World>,
+}
+
+impl Outcome {
+    /// Whether every figure holds.
+    #[must_use]
+    pub fn passed(&self) -> bool {
+        self.figures.iter().all(Figure::holds)
+    }
+
+    /// The figure that is nearest to its limit, or furthest beyond.
+    #[must_use]
+    pub fn worst(&self) -> Option<&Figure> {
+        let figures = self.figures.iter();
+        figures.reduce(|a, b| if b.load() > a.load() { b } else { a })
+    }
+}
+
+/// Threads with which each member is run once more.
+#[derive(Debug, Clone)]
+pub struct Crews(Vec<Threads>);
+
+impl Crews {
+    /// One thread, two and eight; just one where the program knows no more.
+    ///
+    /// # Errors
+    /// [`TortureError::Threads`] if the system refuses to start them.
+    pub fn start() -> Result<Self, TortureError> {
+        let counts: &[usize] = if cfg!(feature = "parallel") {
+            &[1, 2, 8]
+        } else {
+            &[1]
+        };
+        let crews = counts.iter().map(|&count| Threads::new(count));
+        Ok(Self(crews.collect::<Result<_, _>>()?))
+    }
+}
+
+/// Ticks after which states of repeated runs are compared.
+const COMPARED: usize = 15;
+
+/// Runs a member of a case as it begins, `crews` times more for its first ticks. `film` keeps what
+/// was seen.
+///
+/// # Errors
+/// [`TortureError`] for a member that cannot be built.
+pub fn run_member(
+    case: &Case,
+    (number, member): (usize, &Member),
+    crews: &Crews,
+    film: bool,
+) -> Result<Outcome, TortureError> {
+    let mut world = member.world()?;
+    (case.start)(member, &mut world)?;
+    run_world(case, (number, member), world, crews, film)
+}
+
+/// Runs a case on a body that is given, alone, without gravity and without ground: the state that
+/// it is in is what it is put into the hard case from.
+///
+/// # Errors
+/// [`TortureError`] if threads cannot be had.
+pub fn run_given(
+    case: &Case,
+    mut body: crate::solver::Body,
+    settings: Settings,
+) -> Result<Outcome, TortureError> {
+    use super::{Kind, Shape};
+    use crate::solver::topology::Dimension;
+    let kind = match body.topology.dimension {
+        Dimension::Solid => Kind::Tetrahedra,
+        Dimension::Sheet => Kind::Cloth,
+        Dimension::Line => Kind::Rope,
+    };
+    let member = Member {
+        scale: body.topology.size,
+        substeps: settings.substeps.get(),
+        iterations: settings.iterations.get(),
+        ..Member::of(Shape::Given(kind))
+    };
+    let mut world = World {
+        settings,
+        ..Member::of(Shape::Rope(1)).world()?
+    };
+    world.settings.set_gravity(glam::Vec3::ZERO)?;
+    let effects = &mut body.effects;
+    (
+        effects.grab,
+        effects.ground,
+        effects.sticky_ground,
+        effects.collide,
+    ) = (None, None, None, None);
+    body.asleep = false;
+    world.bodies = vec![body];
+    (case.start)(&member, &mut world)?;
+    run_world(case, (1, &member), world, &Crews::start()?, true)
+}
+
+fn run_world(
+    case: &Case,
+    (number, member): (usize, &Member),
+    mut world: World,
+    crews: &Crews,
+    film: bool,
+) -> Result<Outcome, TortureError> {
+    let start = world.clone();
+    let mut watch = Watch::new(&world, case.outside, film);
+    let mut times = Vec::new();
+    let (mut early, mut ticks) = (None, 0);
+    let end = (case.seconds)(member) * (1.0 - 1e-9);
+    while world.time < end {
+        (case.during)(member, &mut world)?;
+        let clock = Instant::now();
+        world.tick();
+        let seconds = clock.elapsed().as_secs_f64();
+        ticks += 1;
+        // A tick in which all sleep is no measure of the others.
+        if world.bodies.iter().any(|body| !body.asleep) {
+            times.push(seconds);
+        }
+        watch.see(&world);
+        if ticks == COMPARED {
+            early = Some(world.state_hash());
+        }
+    }
+    let ticks = ticks.min(COMPARED);
+    let expected = early.unwrap_or_else(|| world.state_hash());
+    let run = Run {
+        member,
+        start,
+        end: world,
+        watch,
+    };
+    let mut figures = run.watch.figures();
+    figures.push(Figure::none(
+        "runs with other bits",
+        different(case, &run, crews, ticks, expected)?,
+        "runs",
+    ));
+    figures.extend((case.judge)(&run)?);
+    Ok(Outcome {
+        number,
+        member: *member,
+        figures,
+        slowest: slowest(&times),
+        watch: film.then_some(run.watch),
+        world: film.then_some(run.end),
+    })
+}
+
+/// How many of the repeated runs, with other threads and other instructions, have another state.
+fn different(
+    case: &Case,
+    run: &Run,
+    crews: &Crews,
+    ticks: usize,
+    expected: u64,
+) -> Result<usize, TortureError> {
+    let best = run.start.instructions;
+    let threads = crews.0.iter().map(|threads| (threads, best));
+    let lanes = Instructions::all().into_iter().skip(1);
+    let one = Threads::default();
+    let mut count = 0;
+    for (threads, instructions) in threads.chain(lanes.map(|set| (&one, set))) {
+        let mut again = run.start.clone();
+        (again.threads, again.instructions) = (threads.clone(), instructions);
+        for _ in 0..ticks {
+            (case.during)(run.member, &mut again)?;
+            again.tick();
+        }
+        count += usize::from(again.state_hash() != expected);
+    }
+    Ok(count)
+}
+
+/// The slowest frames over the median: the largest, over stretches of eight ticks in a row, of the
+/// fastest tick of a stretch. What disturbs a single tick from outside is no slow frame; what is in
+/// the state of a body, such as subnormal numbers, lasts.
+#[must_use]
+pub fn slowest(times: &[f64]) -> f64 {
+    let mut sorted = times.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let median = sorted.get(sorted.len() / 2).copied().unwrap_or_default();
+    let fastest = |stretch: &[f64]| stretch.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = times.windows(8).map(fastest).fold(0.0, f64::max);
+    if median > 0.0 { most / median } else { 0.0 }
+}

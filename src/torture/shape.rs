@@ -1,0 +1,186 @@
+//! The bodies that hard cases are tried on. All are 1 m long at scale 1.
+
+use super::TortureError;
+use crate::{
+    mesh::{BuildOptions, Primitive, SoftMesh, asset, build},
+    solver::RestShape,
+};
+use glam::{UVec2, UVec3, Vec2, Vec3};
+use std::fmt;
+
+/// What holds a body together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// Edges and volumes of tetrahedra.
+    Tetrahedra,
+    /// Edges of triangles.
+    Cloth,
+    /// Edges of a chain.
+    Rope,
+}
+
+impl Kind {
+    /// All.
+    pub const ALL: [Self; 3] = [Self::Tetrahedra, Self::Cloth, Self::Rope];
+
+    /// What tables call it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Tetrahedra => "tetrahedra",
+            Self::Cloth => "cloth",
+            Self::Rope => "rope",
+        }
+    }
+
+    /// To which power of its length its mass grows.
+    #[must_use]
+    pub const fn dimensions(self) -> i32 {
+        match self {
+            Self::Tetrahedra => 3,
+            Self::Cloth => 2,
+            Self::Rope => 1,
+        }
+    }
+
+    /// Mass per measure [kg/m³, kg/m², kg/m].
+    #[must_use]
+    pub const fn density(self) -> f32 {
+        match self {
+            Self::Tetrahedra => 1000.0,
+            Self::Cloth => 0.2,
+            Self::Rope => 0.1,
+        }
+    }
+}
+
+/// A shape; the number is that of cells along its longest side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shape {
+    /// A single tetrahedron, a corner of a cube.
+    Tetrahedron,
+    /// A single tetrahedron, a hundred times as wide as high.
+    Sliver,
+    /// A cube.
+    Cube(u32),
+    /// A ball.
+    Ball(u32),
+    /// A ring; the number is that of cells across its tube.
+    Ring(u32),
+    /// A bar as many times as long as thick.
+    Bar(u32),
+    /// The coarse Stanford bunny.
+    Bunny,
+    /// A square cloth.
+    Cloth(u32),
+    /// A rope.
+    Rope(u32),
+    /// A body that somebody gave.
+    Given(Kind),
+}
+
+impl Shape {
+    /// What it is held together by.
+    #[must_use]
+    pub const fn kind(self) -> Kind {
+        match self {
+            Self::Cloth(_) => Kind::Cloth,
+            Self::Rope(_) => Kind::Rope,
+            Self::Given(kind) => kind,
+            _ => Kind::Tetrahedra,
+        }
+    }
+
+    /// Whether a quick run leaves it out: more than some thousand constraints.
+    #[must_use]
+    pub const fn is_large(self) -> bool {
+        match self {
+            Self::Cube(cells) => cells > 5,
+            Self::Ball(cells) => cells > 6,
+            Self::Cloth(cells) => cells > 40,
+            Self::Bunny => true,
+            _ => false,
+        }
+    }
+
+    /// The shape, `scale` metres long.
+    ///
+    /// # Errors
+    /// [`TortureError`] if the mesh refuses its size.
+    pub fn build(self, scale: f32) -> Result<RestShape, TortureError> {
+        let primitive = match self {
+            Self::Tetrahedron => return Ok(tetrahedron(scale, 1.0)),
+            Self::Sliver => return Ok(tetrahedron(scale, 0.01)),
+            Self::Bunny => return Ok(bunny(scale)?.shape),
+            Self::Given(_) => return Ok(RestShape::default()),
+            Self::Cube(cells) => Primitive::Box {
+                size: Vec3::splat(scale),
+                cells: UVec3::splat(cells),
+            },
+            Self::Ball(cells) => Primitive::Sphere {
+                radius: scale / 2.0,
+                cells,
+            },
+            Self::Ring(cells) => Primitive::Torus {
+                major: 0.35 * scale,
+                minor: 0.15 * scale,
+                cells,
+            },
+            Self::Bar(cells) => Primitive::Box {
+                size: Vec3::new(scale, scale / cells as f32, scale / cells as f32),
+                cells: UVec3::new(cells, 1, 1),
+            },
+            Self::Cloth(cells) => Primitive::Cloth {
+                size: Vec2::splat(scale),
+                cells: UVec2::splat(cells),
+                diagonals: Default::default(),
+                shear: false,
+            },
+            Self::Rope(segments) => Primitive::Rope {
+                length: scale,
+                segments,
+            },
+        };
+        Ok(primitive.build()?.shape)
+    }
+}
+
+impl fmt::Display for Shape {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Tetrahedron => write!(f, "tetrahedron"),
+            Self::Sliver => write!(f, "sliver"),
+            Self::Cube(cells) => write!(f, "cube{cells}"),
+            Self::Ball(cells) => write!(f, "ball{cells}"),
+            Self::Ring(cells) => write!(f, "ring{cells}"),
+            Self::Bar(cells) => write!(f, "bar{cells}"),
+            Self::Bunny => write!(f, "bunny"),
+            Self::Cloth(cells) => write!(f, "cloth{cells}"),
+            Self::Rope(segments) => write!(f, "rope{segments}"),
+            Self::Given(_) => write!(f, "given"),
+        }
+    }
+}
+
+fn bunny(scale: f32) -> Result<SoftMesh, TortureError> {
+    let options = BuildOptions {
+        size: Some(scale),
+        ..BuildOptions::default()
+    };
+    Ok(build(asset::load("bunny_coarse")?, &options)?)
+}
+
+/// Corners at 0 and along x, y, z, the last at `height` times the side.
+fn tetrahedron(side: f32, height: f32) -> RestShape {
+    RestShape {
+        vertices: vec![
+            Vec3::ZERO,
+            Vec3::X * side,
+            Vec3::Y * side,
+            Vec3::Z * (side * height),
+        ],
+        edges: vec![[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]],
+        tetrahedra: vec![[0, 1, 2, 3]],
+        triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+    }
+}

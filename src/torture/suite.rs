@@ -1,0 +1,203 @@
+//! Runs many members of many cases, whole members at the same time, and sums up what came out.
+
+use super::{
+    CASES, Case, Kind, Mark, Member, Outcome, TortureError,
+    run::{Crews, run_member},
+};
+use crate::solver::Threads;
+use std::sync::{
+    Mutex, PoisonError,
+    atomic::{AtomicBool, AtomicUsize, Ordering},
+};
+
+/// What is to be run.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// Names of cases; none for all.
+    pub cases: Vec<String>,
+    /// Only one member of the one case, by number or name.
+    pub member: Option<String>,
+    /// Only what takes little time.
+    pub quick: bool,
+}
+
+/// A member of a case.
+#[derive(Debug, Clone, Copy)]
+pub struct Job {
+    /// The case.
+    pub case: &'static Case,
+    /// Number of the member in its family, from 1: the same whether quick or not.
+    pub number: usize,
+    /// The member.
+    pub member: Member,
+}
+
+/// The members that came out alike: of one case and one kind of body, marked or not.
+#[derive(Debug, Clone)]
+pub struct Row {
+    /// The case.
+    pub case: &'static Case,
+    /// What the bodies are held together by.
+    pub kind: Kind,
+    /// Why they are not expected to pass.
+    pub mark: Option<&'static Mark>,
+    /// What came out for each.
+    pub outcomes: Vec<Outcome>,
+}
+
+impl Row {
+    /// Whether every member passed.
+    #[must_use]
+    pub fn passed(&self) -> bool {
+        self.outcomes.iter().all(Outcome::passed)
+    }
+
+    /// How many did not.
+    #[must_use]
+    pub fn failed(&self) -> usize {
+        self.outcomes
+            .iter()
+            .filter(|outcome| !outcome.passed())
+            .count()
+    }
+
+    /// The member with the figure furthest beyond its limit, or nearest to it; the first of several.
+    #[must_use]
+    pub fn worst(&self) -> Option<&Outcome> {
+        let load = |outcome: &Outcome| outcome.worst().map_or(0.0, super::Figure::load);
+        let outcomes = self.outcomes.iter();
+        outcomes.reduce(|a, b| if load(b) > load(a) { b } else { a })
+    }
+}
+
+/// The members that are asked for, case by case.
+///
+/// # Errors
+/// [`TortureError`] for a case or a member that there is not.
+pub fn jobs(options: &Options) -> Result<Vec<Job>, TortureError> {
+    let cases: Vec<&'static Case> = if options.cases.is_empty() {
+        CASES.iter().collect()
+    } else {
+        let found = options.cases.iter().map(|name| Case::named(name));
+        found.collect::<Result<_, _>>()?
+    };
+    let of = |case: &'static Case| {
+        let members = (1..).zip((case.family)());
+        members.map(move |(number, member)| Job {
+            case,
+            number,
+            member,
+        })
+    };
+    let Some(wanted) = &options.member else {
+        let all = cases.into_iter().flat_map(of);
+        return Ok(all
+            .filter(|job| !options.quick || job.member.quick)
+            .collect());
+    };
+    let [case] = cases[..] else {
+        return Err(TortureError::WhichCase);
+    };
+    let mut jobs = of(case);
+    let is_wanted =
+        |job: &Job| job.number.to_string() == *wanted || job.member.to_string() == *wanted;
+    let job = jobs.find(is_wanted).ok_or_else(|| TortureError::NoMember {
+        case: case.name,
+        member: wanted.clone(),
+        count: of(case).count(),
+    })?;
+    Ok(vec![job])
+}
+
+/// How many members to run at the same time: 0 is one on each core.
+///
+/// # Errors
+/// [`TortureError::Threads`] for more than make sense.
+pub fn threads(count: usize) -> Result<usize, TortureError> {
+    Ok(Threads::new(count)?.count())
+}
+
+/// Runs jobs, `threads` members at the same time; `progress` is told how many are done. The order of the rows does not depend on
+/// which is done first.
+///
+/// # Errors
+/// [`TortureError`] if a member cannot be built or threads cannot be had.
+pub fn run(
+    jobs: &[Job],
+    threads: usize,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<Vec<Row>, TortureError> {
+    let (next, done, stop) = (
+        AtomicUsize::new(0),
+        AtomicUsize::new(0),
+        AtomicBool::new(false),
+    );
+    let outcomes: Vec<Mutex<Option<Result<Outcome, TortureError>>>> =
+        jobs.iter().map(|_| Mutex::new(None)).collect();
+    let work = |crews: &Crews| {
+        loop {
+            let place = next.fetch_add(1, Ordering::Relaxed);
+            let Some(job) = jobs.get(place) else { return };
+            if stop.load(Ordering::Relaxed) {
+                return;
+            }
+            let outcome = run_member(job.case, (job.number, &job.member), crews, false);
+            stop.fetch_or(outcome.is_err(), Ordering::Relaxed);
+            *outcomes[place]
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner) = Some(outcome);
+            progress(done.fetch_add(1, Ordering::Relaxed) + 1);
+        }
+    };
+    let crews: Vec<Crews> = (0..threads.clamp(1, jobs.len().max(1)))
+        .map(|_| Crews::start())
+        .collect::<Result<_, _>>()?;
+    std::thread::scope(|scope| {
+        for crews in &crews[1..] {
+            scope.spawn(|| work(crews));
+        }
+        work(&crews[0]);
+    });
+    let mut rows: Vec<Row> = Vec::new();
+    for (job, outcome) in jobs.iter().zip(outcomes) {
+        let outcome = outcome.into_inner().unwrap_or_else(PoisonError::into_inner);
+        // One that was not begun stands behind one that could not be built.
+        if let Some(outcome) = outcome {
+            add(&mut rows, job, outcome?);
+        }
+    }
+    rows.sort_by_key(place);
+    Ok(rows)
+}
+
+fn add(rows: &mut Vec<Row>, job: &Job, outcome: Outcome) {
+    let kind = job.member.shape.kind();
+    let mark = job.case.mark_of(&job.member);
+    let same_mark = |other: Option<&Mark>| other.map(|m| m.reason) == mark.map(|m| m.reason);
+    let known = rows
+        .iter_mut()
+        .find(|row| row.case.name == job.case.name && row.kind == kind && same_mark(row.mark));
+    match known {
+        Some(row) => row.outcomes.push(outcome),
+        None => rows.push(Row {
+            case: job.case,
+            kind,
+            mark,
+            outcomes: vec![outcome],
+        }),
+    }
+}
+
+/// By case in the order of the table, then kind, then what is not marked first.
+fn place(row: &Row) -> (usize, Kind, usize) {
+    let case = CASES.iter().position(|case| case.name == row.case.name);
+    let mark = row.mark.and_then(|mark| {
+        let mut marks = row.case.marks.iter();
+        marks.position(|other| other.reason == mark.reason)
+    });
+    (
+        case.unwrap_or(CASES.len()),
+        row.kind,
+        mark.map_or(0, |mark| mark + 1),
+    )
+}

@@ -1,0 +1,190 @@
+//! The table of what came out: a row for each case, kind of body and mark.
+
+use super::{Figure, Row};
+use serde_json::{Value, json};
+
+/// What is above the columns.
+pub const HEAD: [&str; 8] = [
+    "case",
+    "body",
+    "members",
+    "worst member",
+    "figure",
+    "limit",
+    "unit",
+    "verdict",
+];
+
+/// A row in words.
+#[must_use]
+pub fn cells(row: &Row) -> [String; 8] {
+    let worst = row.worst();
+    let figure = worst.and_then(|outcome| outcome.worst());
+    let name = worst.map_or(String::new(), |outcome| {
+        format!("{} {}", outcome.number, outcome.member)
+    });
+    let told = |of: &dyn Fn(&Figure) -> String| figure.map_or(String::new(), of);
+    [
+        row.case.name.to_owned(),
+        row.kind.name().to_owned(),
+        row.outcomes.len().to_string(),
+        name,
+        told(&|figure| number(figure.value)),
+        told(&|figure| number(figure.limit)),
+        told(&|figure| format!("{}, {}", figure.unit, figure.name)),
+        verdict(row),
+    ]
+}
+
+/// `passes`, or how many do not; what is marked says so.
+#[must_use]
+pub fn verdict(row: &Row) -> String {
+    let outcome = match row.failed() {
+        0 => "passes".to_owned(),
+        failed => format!("{failed} fail"),
+    };
+    match row.mark {
+        Some(_) => format!("marked, {outcome}"),
+        None => outcome,
+    }
+}
+
+/// Three digits, and an exponent where a person would want one.
+#[must_use]
+pub fn number(x: f64) -> String {
+    let size = x.abs();
+    if !x.is_finite() || x == 0.0 {
+        format!("{x}")
+    } else if (1e-3..1e5).contains(&size) {
+        let digits = (2 - size.log10().floor() as i32).clamp(0, 5) as usize;
+        let text = format!("{x:.digits$}");
+        match text.contains('.') {
+            true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+            false => text,
+        }
+    } else {
+        format!("{x:.2e}")
+    }
+}
+
+/// The rows for a terminal, columns below each other.
+#[must_use]
+pub fn text(rows: &[Row]) -> String {
+    let head = HEAD.map(str::to_owned);
+    let all: Vec<[String; 8]> = std::iter::once(head)
+        .chain(rows.iter().map(cells))
+        .collect();
+    let width = |column: usize| all.iter().map(|cells| cells[column].chars().count()).max();
+    let widths: Vec<usize> = (0..HEAD.len())
+        .map(|column| width(column).unwrap_or(0))
+        .collect();
+    let line = |cells: &[String; 8]| {
+        let cells = cells.iter().zip(&widths);
+        let cells: Vec<String> = cells
+            .map(|(cell, &width)| format!("{cell:width$}"))
+            .collect();
+        format!("{}\n", cells.join("  ").trim_end())
+    };
+    all.iter().map(line).collect()
+}
+
+/// The rows as an array of objects. A limit that is infinite is null.
+#[must_use]
+pub fn json(rows: &[Row]) -> Value {
+    let object = |row: &Row| {
+        let worst = row.worst();
+        let figure = worst.and_then(|outcome| outcome.worst());
+        json!({
+            "case": row.case.name,
+            "body": row.kind.name(),
+            "members": row.outcomes.len(),
+            "failed": row.failed(),
+            "worst": worst.map(|outcome| outcome.member.to_string()),
+            "number": worst.map(|outcome| outcome.number),
+            "measure": figure.map(|figure| figure.name),
+            "figure": figure.map(|figure| figure.value),
+            "limit": figure.map(|figure| figure.limit),
+            "unit": figure.map(|figure| figure.unit),
+            "passed": row.passed(),
+            "marked": row.mark.map(|mark| mark.reason),
+        })
+    };
+    rows.iter().map(object).collect()
+}
+
+/// How many members of how many cases, and how many fail.
+#[must_use]
+pub fn summary(rows: &[Row]) -> String {
+    let members = |which: &dyn Fn(&Row) -> usize| rows.iter().map(which).sum::<usize>();
+    let failed = |marked: bool| {
+        members(&|row| {
+            if row.mark.is_some() == marked {
+                row.failed()
+            } else {
+                0
+            }
+        })
+    };
+    let mut cases: Vec<&str> = rows.iter().map(|row| row.case.name).collect();
+    cases.dedup();
+    format!(
+        "{} members of {} cases: {} fail, and {} of {} that are marked.",
+        members(&|row| row.outcomes.len()),
+        cases.len(),
+        failed(false),
+        failed(true),
+        members(&|row| row.mark.map_or(0, |_| row.outcomes.len())),
+    )
+}
+
+/// Why what is marked is marked, a line each.
+#[must_use]
+pub fn marks(rows: &[Row]) -> Vec<String> {
+    let marked = rows.iter().filter_map(|row| Some((row, row.mark?)));
+    marked
+        .map(|(row, mark)| {
+            let (failed, all) = (row.failed(), row.outcomes.len());
+            format!(
+                "{}, {}: {failed} of {all} fail: {}",
+                row.case.name,
+                row.kind.name(),
+                mark.reason
+            )
+        })
+        .collect()
+}
+
+/// The members of a row that fail, a line each, with the command that runs each again.
+#[must_use]
+pub fn failures(row: &Row) -> Vec<String> {
+    let failed = row.outcomes.iter().filter(|outcome| !outcome.passed());
+    let lines = failed.filter_map(|outcome| {
+        let figure = outcome.worst()?;
+        Some(format!(
+            "pliant torture {} --member {}   # {}: {} {} {}, at most {}",
+            row.case.name,
+            outcome.number,
+            outcome.member,
+            figure.name,
+            number(figure.value),
+            figure.unit,
+            number(figure.limit),
+        ))
+    });
+    lines.collect()
+}
+
+/// Which member had the slowest frames. A figure of the machine too, so nothing is judged by it.
+#[must_use]
+pub fn slowest(rows: &[Row]) -> Option<String> {
+    let all = rows
+        .iter()
+        .flat_map(|row| row.outcomes.iter().map(move |outcome| (row, outcome)));
+    let (row, slowest) = all.max_by(|a, b| a.1.slowest.total_cmp(&b.1.slowest))?;
+    Some(format!(
+        "Slowest frames: {} × the median of their run ({}, member {}); eight in a row, by the fastest of them.",
+        number(slowest.slowest),
+        row.case.name,
+        slowest.number,
+    ))
+}

@@ -1,0 +1,254 @@
+//! The hard cases: that they pass, that the README tells what came out, and that a solver that broke
+//! something would be found out.
+
+use glam::Vec4;
+use pliant::{
+    output::document::{self, Block},
+    solver::{Deformation, World, deform},
+    torture::{
+        CASES, Case, Figure, Kind, Member, Options, Outside, Row, Run, Shape, Watch, jobs, run,
+        suite, table,
+    },
+};
+use std::{fs, path::Path};
+
+const BEGIN: &str = "<!-- hard cases: begin -->\n";
+const END: &str = "<!-- hard cases: end -->";
+
+fn quick() -> Options {
+    Options {
+        cases: Vec::new(),
+        member: None,
+        quick: true,
+    }
+}
+
+fn rows(options: &Options, threads: usize) -> Vec<Row> {
+    let jobs = jobs(options).expect("cases that there are");
+    suite::run(&jobs, threads, &|_| ()).expect("members that can be built")
+}
+
+fn of(case: &str) -> Options {
+    Options {
+        cases: vec![case.to_owned()],
+        ..quick()
+    }
+}
+
+/// The table as the README has it, and what is marked.
+fn exhibit(rows: &[Row]) -> String {
+    let cells = rows.iter().map(|row| table::cells(row).to_vec());
+    document::markdown(&[
+        Block::Text(table::summary(rows)),
+        Block::Table(table::HEAD.map(str::to_owned).to_vec(), cells.collect()),
+        Block::List(table::marks(rows)),
+    ])
+}
+
+/// Every member of the quick set that is not marked passes, and the README's table is what came
+/// out, to the digit: figures are the same on every machine. After a change that is meant to alter
+/// them, `PLIANT_MINT=1 cargo test --release the_quick_set` writes the table anew.
+#[test]
+fn the_quick_set_passes_and_the_readme_tells_what_came_out() {
+    let rows = rows(&quick(), suite::threads(0).expect("threads"));
+    let unmarked = rows.iter().filter(|row| row.mark.is_none());
+    let failures: Vec<String> = unmarked.flat_map(table::failures).collect();
+    assert!(failures.is_empty(), "\n{}\n", failures.join("\n"));
+
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md");
+    let readme = fs::read_to_string(&path).expect("there is a README");
+    let (before, rest) = readme.split_once(BEGIN).expect("where it begins");
+    let (_, after) = rest.split_once(END).expect("where it ends");
+    let right = format!("{before}{BEGIN}{}{END}{after}", exhibit(&rows));
+    if std::env::var_os("PLIANT_MINT").is_some() {
+        fs::write(path, right).expect("writable");
+    } else {
+        assert!(readme == right, "the README's table of hard cases is stale");
+    }
+}
+
+/// A mark says that some members do not pass. One that all pass would hide that they do.
+#[test]
+fn every_mark_is_on_members_that_there_are() {
+    for case in CASES {
+        for mark in case.marks {
+            let members = (case.family)();
+            let marked = members
+                .iter()
+                .filter(|member| (mark.applies)(member))
+                .count();
+            assert!(marked > 0, "{}: {}", case.name, mark.reason);
+            assert!(marked < members.len(), "{}: all is marked", case.name);
+        }
+    }
+}
+
+#[test]
+fn names_of_cases_and_of_their_members_are_all_different() {
+    for (index, case) in CASES.iter().enumerate() {
+        assert!(CASES[..index].iter().all(|other| other.name != case.name));
+        let mut names: Vec<String> = (case.family)().iter().map(Member::to_string).collect();
+        let count = names.len();
+        names.sort();
+        names.dedup();
+        assert_eq!(names.len(), count, "{}: two members of one name", case.name);
+    }
+}
+
+/// The first quick member of each kind of body, as a case begins it.
+fn beginnings(case: &'static Case) -> Vec<(Member, World)> {
+    let members = (case.family)();
+    let first = Kind::ALL.into_iter().filter_map(|kind| {
+        members
+            .iter()
+            .find(|m| m.quick && m.shape.kind() == kind)
+            .copied()
+    });
+    first
+        .map(|member| {
+            let mut world = member.world().expect("it can be built");
+            (case.start)(&member, &mut world).expect("it can begin");
+            (member, world)
+        })
+        .collect()
+}
+
+/// Had the solver done nothing, each case about shapes would say so.
+#[test]
+fn a_body_that_is_left_in_its_hard_case_does_not_pass() {
+    let shapes = [
+        "squashed",
+        "point",
+        "line",
+        "shuffled",
+        "mirrored",
+        "inside_out",
+        "tenfold",
+        "element",
+        "edge",
+        "meshes",
+        "overlap",
+    ];
+    for name in shapes {
+        let case = Case::named(name).expect("it is there");
+        for (member, world) in beginnings(case) {
+            if name == "line" && member.shape.kind() == Kind::Rope {
+                continue; // It is one.
+            }
+            let run = Run {
+                member: &member,
+                watch: Watch::new(&world, case.outside, false),
+                start: world.clone(),
+                end: world,
+            };
+            let figures = (case.judge)(&run).expect("it can be judged");
+            assert!(
+                !figures.iter().all(Figure::holds),
+                "{name} {member}: {figures:?}"
+            );
+        }
+    }
+}
+
+/// What a watch finds when something is done to a world between two ticks.
+fn found(spoil: impl Fn(&mut World)) -> Vec<&'static str> {
+    let mut world = Member::of(Shape::Cube(2)).world().expect("it can be built");
+    let body = &mut world.bodies[0];
+    body.pins = vec![0];
+    body.update_masses();
+    body.set_velocity(glam::Vec3::X);
+    watch_it(world, spoil)
+}
+
+fn found_of_a_free_one(spoil: impl Fn(&mut World)) -> Vec<&'static str> {
+    let mut world = Member::of(Shape::Cube(2)).world().expect("it can be built");
+    world.bodies[0].set_velocity(glam::Vec3::X);
+    watch_it(world, spoil)
+}
+
+fn watch_it(mut world: World, spoil: impl Fn(&mut World)) -> Vec<&'static str> {
+    let mut watch = Watch::new(&world, Outside::Nothing, false);
+    for _ in 0..10 {
+        world.tick();
+        watch.see(&world);
+    }
+    spoil(&mut world);
+    world.tick();
+    watch.see(&world);
+    let figures = watch.figures();
+    figures
+        .iter()
+        .filter(|figure| !figure.holds())
+        .map(|figure| figure.name)
+        .collect()
+}
+
+#[test]
+fn what_must_always_hold_is_watched() {
+    assert_eq!(found(|_| ()), Vec::<&str>::new());
+    assert_eq!(found_of_a_free_one(|_| ()), Vec::<&str>::new());
+    let faster = |world: &mut World| {
+        for v in &mut world.bodies[0].particles.velocities {
+            *v *= 1.1;
+        }
+    };
+    assert_eq!(
+        found_of_a_free_one(faster),
+        ["energy gained", "momentum gained"]
+    );
+    let pushed = |world: &mut World| world.bodies[0].translate(glam::Vec3::Y * 1e-6);
+    assert_eq!(found(pushed), ["way of the pins"]);
+    let spoilt = |world: &mut World| world.bodies[0].particles.positions[3].x = f32::NAN;
+    assert!(found(spoilt).contains(&"bodies not finite"));
+}
+
+#[test]
+fn a_figure_that_is_no_number_never_holds() {
+    assert!(!Figure::new("x", f64::NAN, 1.0, "m").holds());
+    assert_eq!(Figure::new("x", f64::NAN, 1.0, "m").load(), f64::INFINITY);
+    assert!(Figure::none("x", 0, "m").holds() && !Figure::none("x", 1, "m").holds());
+}
+
+/// Whole members run at the same time; what comes out is the same with any number at once.
+#[test]
+fn rows_are_the_same_with_any_number_of_members_at_once() {
+    let figures = |threads| -> Vec<_> {
+        let rows = rows(&of("edge"), threads);
+        let outcomes = rows.iter().flat_map(|row| row.outcomes.clone());
+        outcomes
+            .map(|outcome| (outcome.number, outcome.figures))
+            .collect()
+    };
+    assert_eq!(figures(1), figures(3));
+}
+
+/// "Squash *this*".
+#[test]
+fn a_case_runs_on_a_body_that_somebody_has() {
+    let case = Case::named("squashed").expect("it is there");
+    let world = Member::of(Shape::Cube(2)).world().expect("it can be built");
+    let outcome = run::run_given(case, world.bodies[0].clone(), world.settings);
+    let outcome = outcome.expect("it can be run");
+    assert!(outcome.passed(), "{:?}", outcome.figures);
+    let film = outcome.watch.expect("it was filmed").film;
+    assert_ne!(film[0].1, film[2].1, "it moved");
+}
+
+#[test]
+fn a_line_has_no_width_and_keeps_its_height() {
+    let mut world = Member::of(Shape::Cube(2)).world().expect("it can be built");
+    let particles = &mut world.bodies[0].particles;
+    let before = particles.positions.clone();
+    deform(particles, Deformation::Line);
+    let on_line = |(x, was): (&Vec4, &Vec4)| x.x == 0.0 && x.z == 0.0 && x.y == was.y;
+    assert!(particles.positions.iter().zip(&before).all(on_line));
+}
+
+#[test]
+fn slow_frames_are_those_that_last() {
+    let mut times = vec![1.0; 100];
+    times[50] = 100.0;
+    assert_eq!(run::slowest(&times), 1.0, "one tick is the machine's");
+    times[50..60].fill(6.0);
+    assert_eq!(run::slowest(&times), 6.0);
+}

@@ -1,0 +1,101 @@
+//! `pliant torture` as a user of a shell sees it.
+
+use serde_json::Value;
+use std::{
+    fs,
+    process::{Command, Output},
+};
+
+fn torture(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_pliant"))
+        .arg("torture")
+        .args(arguments)
+        .output()
+        .expect("the program starts")
+}
+
+fn words(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).expect("UTF-8")
+}
+
+#[test]
+fn json_is_an_array_of_objects_with_all_that_the_table_has() {
+    let output = torture(&["edge", "element", "--quick", "--json"]);
+    assert!(output.status.success(), "{}", words(&output.stderr));
+    let rows: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let rows = rows.as_array().expect("an array");
+    assert_eq!(rows.len(), 2);
+    for row in rows {
+        for text in ["case", "body", "worst", "measure", "unit"] {
+            assert!(row[text].is_string(), "{text}: {row}");
+        }
+        for number in ["members", "failed", "number", "figure", "limit"] {
+            assert!(row[number].is_number(), "{number}: {row}");
+        }
+        assert_eq!(row["passed"], true);
+        assert_eq!(row["marked"], Value::Null);
+    }
+}
+
+#[test]
+fn a_member_is_run_again_by_its_number_or_its_name() {
+    let list = words(&torture(&["edge", "--list"]).stdout);
+    let line = list.lines().nth(3).expect("a third member");
+    let (number, name) = line.trim().split_once(' ').expect("a number and a name");
+    let by_number = torture(&["edge", "--member", number]);
+    let by_name = torture(&["edge", "--member", name.trim()]);
+    assert!(by_number.status.success());
+    let of = |output: &Output| -> Vec<String> {
+        let text = words(&output.stdout);
+        text.lines()
+            .filter(|line| !line.starts_with("Slowest"))
+            .map(str::to_owned)
+            .collect()
+    };
+    assert_eq!(of(&by_number), of(&by_name));
+    assert!(words(&by_number.stdout).contains("strain of edges"));
+}
+
+#[test]
+fn bad_usage_is_told_from_a_failed_case() {
+    for (arguments, said) in [
+        (&["no_such_case"][..], "squashed"),
+        (&["--member", "3"], "exactly one case"),
+        (&["edge", "--member", "1000000"], "numbered from 1"),
+        (&["edge", "--threads", "99999"], "at most"),
+    ] {
+        let output = torture(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        let error = words(&output.stderr);
+        assert!(error.contains(said), "{arguments:?}: {error}");
+    }
+}
+
+#[test]
+fn a_report_stands_alone_and_has_pictures() {
+    let folder = std::env::temp_dir().join(format!("pliant-torture-{}", std::process::id()));
+    let path = folder.to_str().expect("UTF-8");
+    assert!(
+        torture(&["edge", "element", "--quick", "--report", path])
+            .status
+            .success()
+    );
+    let html = fs::read_to_string(folder.join("report.html")).expect("a page");
+    assert_eq!(
+        html.matches("<svg").count(),
+        4,
+        "a film and energies for each row"
+    );
+    assert!(!html.contains("src="), "nothing beside it is needed");
+    let markdown = fs::read_to_string(folder.join("report.md")).expect("a page");
+    for line in markdown.lines().filter(|line| line.starts_with("![")) {
+        let file = line
+            .rsplit_once('(')
+            .expect("a link")
+            .1
+            .trim_end_matches(')');
+        let svg = fs::read_to_string(folder.join(file)).expect("a picture");
+        assert!(svg.contains("</svg>"));
+    }
+    fs::remove_dir_all(folder).expect("it was made here");
+}
