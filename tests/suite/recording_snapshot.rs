@@ -1,7 +1,7 @@
 //! A snapshot is the whole state: what goes on from one goes on as if it had never stopped.
 
 use crate::{
-    support::{bits, cube},
+    support::bits,
     support_app::{app_of, app_with, cubes, push, set, ticks},
 };
 use bevy::prelude::*;
@@ -15,7 +15,7 @@ use pliant::{
         plain::{self, bodies_in_order},
         state_hash, tick,
     },
-    solver::{Deformation, Particles, SurfacePoint, Topology, measure::fnv1a},
+    solver::{Deformation, Particles, RestShape, SurfacePoint, Topology, measure::fnv1a},
 };
 use proptest::prelude::*;
 use std::{sync::Arc, time::Duration};
