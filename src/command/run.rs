@@ -5,7 +5,7 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use pliant::{
     output::{csv, json, plot},
-    recording::{About, Recorder, Snapshot},
+    recording::{About, Recorder, Snapshot, is_snapshot},
     scene::{
         Acceptance, BuiltScene, CurrentScene, Scene, SceneError,
         overrides::Override,
@@ -13,7 +13,11 @@ use pliant::{
     },
     simulation::EnergyLedger,
 };
-use std::{path::PathBuf, process::ExitCode, time::Duration};
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+    time::Duration,
+};
 
 /// Runs a scene without a window and judges it by its acceptance.
 ///
@@ -22,7 +26,7 @@ use std::{path::PathBuf, process::ExitCode, time::Duration};
 /// Example: pliant run jelly_cube --seconds 1 --snapshot cube.snap, then pliant run --from cube.snap
 #[derive(Debug, Args)]
 pub struct RunScene {
-    /// Name of a built-in scene (see `pliant scenes`), or path of a scene file
+    /// Name of a built-in scene (see `pliant scenes`), or path of a scene file or of a snapshot
     #[arg(required_unless_present = "from")]
     scene: Option<String>,
 
@@ -148,7 +152,12 @@ impl RunScene {
 impl RunScene {
     /// Reads and makes what is to be run, with what it is judged by.
     fn open(&self) -> anyhow::Result<(CurrentScene, BuiltScene, Option<Acceptance>)> {
-        if let Some(path) = &self.from {
+        let named = self.scene.as_deref().map(Path::new);
+        let from = self
+            .from
+            .as_deref()
+            .or(named.filter(|path| is_snapshot(path)));
+        if let Some(path) = from {
             let snapshot = Snapshot::read(path)?;
             return Ok((snapshot.scene(), snapshot.built, None));
         }

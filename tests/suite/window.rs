@@ -187,13 +187,8 @@ impl Window {
     fn press(&mut self, name: &str, done: impl Fn(&Value) -> bool) {
         let before = self.count(&done);
         for _ in 0..10 {
-            let [x, y, width, height] = self.widget(name);
-            self.point([x + width * 0.5, y + height / 2.0]);
-            std::thread::sleep(Duration::from_millis(400));
-            xdotool(&["mousedown", "1"]);
-            std::thread::sleep(Duration::from_millis(400));
-            xdotool(&["mouseup", "1"]);
-            for _ in 0..15 {
+            self.press_once(name);
+            for _ in 0..30 {
                 if self.count(&done) > before {
                     return;
                 }
@@ -201,6 +196,41 @@ impl Window {
             }
         }
         panic!("pressing {name} ten times does nothing");
+    }
+
+    fn press_once(&mut self, name: &str) {
+        let [x, y, width, height] = self.widget(name);
+        self.point([x + width * 0.5, y + height / 2.0]);
+        std::thread::sleep(Duration::from_millis(400));
+        xdotool(&["mousedown", "1"]);
+        std::thread::sleep(Duration::from_millis(400));
+        xdotool(&["mouseup", "1"]);
+    }
+
+    /// Chooses an entry of a menu, which may close again while the program is slow.
+    fn choose(&mut self, menu: &str, entry: &str, done: impl Fn(&Value) -> bool) {
+        let before = self.count(&done);
+        for _ in 0..10 {
+            if !self.in_sight(entry) {
+                self.press_once(menu);
+                std::thread::sleep(Duration::from_millis(1500));
+            }
+            if self.in_sight(entry) {
+                self.press_once(entry);
+                std::thread::sleep(Duration::from_millis(1500));
+            }
+            if self.count(&done) > before {
+                return;
+            }
+        }
+        panic!("choosing {entry} ten times does nothing");
+    }
+
+    /// Whether a widget is shown now.
+    fn in_sight(&self, name: &str) -> bool {
+        let events = self.events();
+        let last = events.iter().rev().find(|event| event["name"] == name);
+        last.is_some_and(|event| !event["rect"].is_null())
     }
 
     /// Presses a key and waits until the journal says `done` once more than before.
@@ -389,10 +419,7 @@ fn what_is_done_in_the_window_replays_without_one_on_any_number_of_threads() {
     xdotool(&["mouseup", "1"]);
     window.wait("release", |event| done("release")(event).then_some(()));
     window.press("squash", done("deform"));
-    window.press("add", |event| {
-        event["event"] == "widget" && event["name"] == "add.box" && !event["rect"].is_null()
-    });
-    window.press("add.box", done("spawn"));
+    window.choose("add", "add.box", done("spawn"));
     window.press("effect.volume", done("remove effect"));
     window.press("shuffle", done("deform"));
     window.key("r", opened);
