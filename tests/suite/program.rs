@@ -360,3 +360,40 @@ fn a_run_with_its_ledger_says_where_the_energy_went() {
     let without = pliant(&["run", "jelly_cube", "--seconds", "0.5", "--json"]);
     assert!(!stdout(&without).contains("ledger_j"));
 }
+
+/// A mesh file that goes while it is read is either read or missed, and the file is named then.
+#[test]
+fn a_mesh_file_that_is_deleted_while_it_loads_is_named_or_read() {
+    let folder = folder("vanishing");
+    let scene = folder.join("scene.ron");
+    let text = r#"(title: "t", look_at: "l", world: (), bodies: [(
+        name: "dragon", mesh: (file: "mesh.obj", size: 0.9, cells: 6), effects: (stretch: ()),
+    )], acceptance: (seconds: 0.05, checks: []))"#;
+    std::fs::write(&scene, text).expect("written");
+    let scene = scene.to_str().expect("UTF-8");
+    let (mut read, mut missed) = (0, 0);
+    for milliseconds in [0, 1, 2, 5, 10, 20, 50, 100] {
+        std::fs::copy("assets/meshes/dragon.obj", folder.join("mesh.obj")).expect("copied");
+        let program = Command::new(env!("CARGO_BIN_EXE_pliant"))
+            .args(["run", scene, "--seconds", "0.05"])
+            .stdout(std::process::Stdio::piped())
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        std::thread::sleep(std::time::Duration::from_millis(milliseconds));
+        std::fs::remove_file(folder.join("mesh.obj")).expect("removed");
+        let output = program.wait_with_output().expect("it ends");
+        let words = stderr(&output);
+        assert!(!words.contains("panicked"), "{words}");
+        match output.status.code() {
+            Some(0) => read += 1,
+            Some(2) => {
+                assert!(words.contains("mesh.obj"), "{words}");
+                missed += 1;
+            }
+            code => panic!("{code:?}: {words}"),
+        }
+    }
+    assert_eq!(read + missed, 8);
+    std::fs::remove_dir_all(&folder).expect("it was made here");
+}

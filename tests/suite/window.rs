@@ -506,3 +506,80 @@ fn a_body_spoilt_by_a_typed_number_is_named_until_it_is_restored() {
     });
     window.close();
 }
+
+/// Everything at once and too fast: a body is thrown about from corner to corner while its
+/// compliance and the substeps go from end to end, effects come and go, the window is made small and
+/// large, and is taken from the screen.
+#[test]
+fn a_hurried_hand_breaks_nothing() {
+    if !can_run() {
+        return;
+    }
+    let _alone = POINTER
+        .lock()
+        .unwrap_or_else(|poisoned| poisoned.into_inner());
+    let mut window = Window::open("jelly_cube");
+    let id = window.id.to_string();
+    let corners = [[40.0, 100.0], [880.0, 700.0], [880.0, 100.0], [40.0, 700.0]];
+    let rush = |keys: &[&str]| {
+        for place in corners.iter().cycle().take(12) {
+            let [x, y] = place.map(|number: f64| number.to_string());
+            xdotool(&["mousemove", "--window", &id, &x, &y]);
+            let all: Vec<&str> = [&["key", "--delay", "1"][..], keys].concat();
+            xdotool(&all);
+        }
+    };
+    window.grab();
+    rush(&["Up", "Up", "Up", "Up", "Up", "Up"]);
+    rush(&["Right", "Right", "Right", "Right"]);
+    rush(&["Down", "Down", "Down", "Down", "Down", "Down"]);
+    rush(&["Left", "Left", "Left", "Left"]);
+    rush(&["p", "s", "space", "space", "w", "v"]);
+    xdotool(&["mouseup", "1"]);
+    let wide = |window: &mut Window, name: &str| {
+        let [x, y, width, height] = window.widget(name);
+        window.point([x + 1.0, y + height / 2.0]);
+        xdotool(&["mousedown", "1"]);
+        for share in [1.0, 0.0, 1.5, -0.5, 0.5] {
+            window.point([x + width * share, y + height / 2.0]);
+        }
+        xdotool(&["mouseup", "1"]);
+    };
+    for name in ["stretch.compliance", "world.substeps", "world.gravity_y"] {
+        wide(&mut window, name);
+    }
+    for effect in [
+        "effect.stretch",
+        "effect.volume",
+        "effect.stretch",
+        "effect.volume",
+    ] {
+        window.press_once(effect);
+    }
+    for [width, height] in [["500", "400"], ["1280", "300"], ["1280", "800"]] {
+        xdotool(&["windowsize", &id, width, height]);
+        rush(&["r"]);
+    }
+    xdotool(&["windowunmap", &id]);
+    std::thread::sleep(Duration::from_millis(500));
+    xdotool(&["windowmap", &id]);
+    xdotool(&["windowfocus", &id]);
+    let ticks = window.count(|event| event["event"] == "tick");
+    let start = Instant::now();
+    while window.count(|event| event["event"] == "tick") < ticks + 5 {
+        assert!(start.elapsed() < PATIENCE, "time stands still");
+        assert!(
+            window
+                .program
+                .try_wait()
+                .expect("it can be asked")
+                .is_none(),
+            "it ended"
+        );
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    window.wait("figures", |event| {
+        (event["event"] == "tick").then(|| assert_eq!(event["finite"], true, "{event}"))
+    });
+    window.close();
+}
