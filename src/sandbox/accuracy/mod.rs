@@ -79,6 +79,14 @@ pub struct Accuracy {
     said: Option<(String, bool)>,
 }
 
+impl Accuracy {
+    /// Whether its card is open.
+    #[must_use]
+    pub const fn is_open(&self) -> bool {
+        self.open
+    }
+}
+
 /// Where the card's widgets are; for the journal.
 #[derive(Resource, Debug, Default, Deref)]
 pub struct CardPlaces(pub Places);

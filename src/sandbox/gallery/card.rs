@@ -17,6 +17,12 @@ use bevy_egui::egui::{
 const WIDTH: f32 = 400.0;
 /// Height of the list [logical px], where the window has room for it.
 const LIST: f32 = 290.0;
+/// Where it begins, below the head-up line [logical px].
+const TOP: f32 = 84.0;
+/// Room left for a notice at the foot of the window [logical px].
+const NOTICE: f32 = 60.0;
+/// Height of a window that has room for pictures [logical px].
+const PICTURES: f32 = 600.0;
 /// Width of a button of a line [logical px].
 const BUTTON: f32 = 44.0;
 
@@ -57,15 +63,17 @@ pub struct Answer {
     pub places: Places,
 }
 
-/// Draws the card at the left edge, in what the panel's `covered` width leaves.
+/// Draws the card at the left edge, below the head-up line, in what the panel's `covered` width leaves.
 pub fn show(context: &Context, card: &Card, covered: f32) -> Answer {
     let screen = context.content_rect();
     let width = WIDTH.min(screen.width() - covered - 20.0);
-    let list = LIST.min(screen.height() - 360.0).max(80.0);
+    let pictures = screen.height() >= PICTURES;
+    let rest = if pictures { 350.0 } else { 210.0 };
+    let list = LIST.min(screen.height() - TOP - rest - NOTICE).max(60.0);
     let mut answer = Answer::default();
     let area = Area::new(Id::new("hard cases"))
         .order(Order::Middle)
-        .anchor(Align2::LEFT_BOTTOM, vec2(10.0, -10.0))
+        .anchor(Align2::LEFT_TOP, vec2(10.0, TOP))
         .constrain(false)
         .show(context, |ui| {
             Pane::new()
@@ -84,7 +92,7 @@ pub fn show(context: &Context, card: &Card, covered: f32) -> Answer {
                                 case(ui, card, (number, line), &mut answer);
                             }
                         });
-                    foot(ui, card, &mut answer);
+                    foot(ui, card, pictures, &mut answer);
                 });
         });
     answer.places.note("gallery", &area.response, screen);
@@ -182,7 +190,7 @@ fn verdict_colour(passed: bool, marked: bool) -> Color32 {
     }
 }
 
-fn foot(ui: &mut Ui, card: &Card, answer: &mut Answer) {
+fn foot(ui: &mut Ui, card: &Card, pictures: bool, answer: &mut Answer) {
     if let Some(trouble) = &card.trouble {
         let text = RichText::new(trouble).small().color(theme::ALARM);
         ui.add(Label::new(text).wrap());
@@ -208,7 +216,9 @@ fn foot(ui: &mut Ui, card: &Card, answer: &mut Answer) {
         let text = format!("Marked: {reason}");
         ui.add(Label::new(RichText::new(text).small().color(theme::CHANGED)).wrap());
     }
-    strip(ui, &verdict.film);
+    if pictures {
+        strip(ui, &verdict.film);
+    }
     if *on == On::This {
         let button = ui
             .button("Save this run")

@@ -72,6 +72,14 @@ pub struct Gallery {
     trouble: Option<String>,
 }
 
+impl Gallery {
+    /// Whether its card is open.
+    #[must_use]
+    pub const fn is_open(&self) -> bool {
+        self.open
+    }
+}
+
 /// Where the card's widgets are; for the journal.
 #[derive(Resource, Debug, Default, Deref)]
 pub struct GalleryPlaces(pub Places);

@@ -15,10 +15,10 @@ use super::{
 use crate::{
     effect::EffectRegistry,
     sandbox::{
-        accuracy::AccuracyCommand,
+        accuracy::{Accuracy, AccuracyCommand},
         arrival::Arrivals,
         drag::Drag,
-        gallery::GalleryCommand,
+        gallery::{Gallery, GalleryCommand},
         ghost::GhostCommand,
         message::{Notices, capitalised},
         view::{LastGrab, ViewCommand, ViewSettings},
@@ -59,9 +59,16 @@ fn carry_out_one(world: &mut World, request: Request) {
         Request::Screenshot => command(world, ViewCommand::Screenshot),
         Request::Accuracy => {
             world.write_message(AccuracyCommand::Toggle);
+            // The two cards stand in the same place.
+            if world.get_resource().is_some_and(Gallery::is_open) {
+                world.write_message(GalleryCommand::Toggle);
+            }
         }
         Request::Gallery => {
             world.write_message(GalleryCommand::Toggle);
+            if world.get_resource().is_some_and(Accuracy::is_open) {
+                world.write_message(AccuracyCommand::Toggle);
+            }
         }
         Request::Ledger(on) => energy::keep(world, on),
         Request::Ghost => {
