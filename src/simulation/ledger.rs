@@ -1,6 +1,6 @@
 //! The energy ledger of a scene: what its bodies hold, and where it came from and went to.
 
-use super::{SimulationSettings, plain::bodies_in_order};
+use super::plain::bodies_in_order;
 use crate::{
     effect::EffectRegistry,
     solver::{self, Particles, Settings, measure},
@@ -26,13 +26,7 @@ impl Energies {
         self.kinetic + self.potential + self.elastic.values().sum::<f64>()
     }
 
-    /// Of all bodies, as they are now.
-    #[must_use]
-    pub fn measure(world: &mut World) -> Self {
-        let settings = **world.resource::<SimulationSettings>();
-        Self::under(world, &settings)
-    }
-
+    /// Of all bodies, as they are now, under the gravity of these settings.
     fn under(world: &mut World, settings: &Settings) -> Self {
         let h = settings.substep_seconds() as f32;
         let mut all = Self::default();
