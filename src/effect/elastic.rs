@@ -1,39 +1,28 @@
-//! What the effects that hold a body together have in common: a multiplier for each constraint,
-//! and a sweep.
+//! What the effects that hold a body together have in common: a sweep over their constraints, room
+//! for multipliers, figures.
 
-use super::Effect;
+use super::{Effect, Figures};
 use crate::{
     simulation::{
-        Active, CurrentSubstep, EffectSystems, Measuring, Profile, SimulationSettings, SoftBody,
-        SolvePhase, SolveSchedule, SolverThreads, StepSchedule, StepSystems,
+        Active, CurrentSubstep, EffectSystems, Measuring, Multipliers, Profile, SimulationSettings,
+        SoftBody, SolvePhase, SolveSchedule, SolverThreads, StepSchedule, StepSystems,
     },
     solver::{
-        Effects, Particles, Topology,
+        Particles,
         advance::{Stage, Stepper},
+        elastic::Elastic,
+        measure,
     },
 };
-use bevy::{ecs::component::Mutable, prelude::*};
-use std::ops::DerefMut;
-
-/// An effect of constraints between the particles of a body.
-pub(super) trait Elastic: Effect + Copy {
-    /// λ of every constraint.
-    type Multipliers: Component<Mutability = Mutable> + DerefMut<Target = Vec<f32>>;
-    /// The solver's name for a sweep of it.
-    const SWEEP: Stage;
-
-    /// How many constraints a body has.
-    fn count(topology: &Topology) -> usize;
-
-    /// The effect alone.
-    fn alone(self) -> Effects;
-}
+use bevy::prelude::*;
 
 /// Adds the systems of an elastic effect.
-pub(super) fn add_systems<E: Elastic>(schedules: &mut Schedules) {
+pub(super) fn add_systems<const N: usize, const M: usize, E: Effect + Elastic<N, M>>(
+    schedules: &mut Schedules,
+) {
     schedules.add_systems(
         StepSchedule,
-        make_room::<E>
+        make_room::<N, M, E>
             .in_set(EffectSystems(E::NAME))
             .in_set(StepSystems::Ready)
             // It touches nothing but its own column.
@@ -41,51 +30,76 @@ pub(super) fn add_systems<E: Elastic>(schedules: &mut Schedules) {
     );
     schedules.add_systems(
         SolveSchedule,
-        solve::<E>
+        solve::<N, M, E>
             .in_set(EffectSystems(E::NAME))
             .in_set(SolvePhase::Elastic),
     );
 }
 
-/// One multiplier for each constraint, if any will be read: by the next iteration, or by those
+/// Takes the room of its multipliers away from a body that no longer carries it.
+pub(super) fn removed<const N: usize, const M: usize, E: Effect + Elastic<N, M>>(
+    body: &mut EntityWorldMut,
+) {
+    let Some(topology) = body.get::<SoftBody>().map(|body| body.0.clone()) else {
+        return;
+    };
+    if let Some(mut multipliers) = body.get_mut::<Multipliers>() {
+        multipliers.0.make_room(E::KIND, &topology, false);
+    }
+}
+
+/// Figures of the effect on a body, after a substep of `h` seconds.
+pub(super) fn figures<const N: usize, const M: usize, E: Elastic<N, M>>(
+    effect: &E,
+    body: &EntityRef,
+    h: f32,
+) -> Figures {
+    let (Some(topology), Some(particles)) = (body.get::<SoftBody>(), body.get::<Particles>())
+    else {
+        return Figures::default();
+    };
+    let positions = &particles.positions;
+    let multipliers = body
+        .get::<Multipliers>()
+        .map_or(&[][..], |all| all.0.of(E::KIND));
+    Figures {
+        elements: E::KIND.elements(topology),
+        energy: Some(measure::elastic_energy(effect, topology, positions)),
+        residual: measure::residual(effect, topology, positions, multipliers, h),
+    }
+}
+
+/// One multiplier for each equation, if any will be read: by the next iteration, or by those
 /// who measure.
-fn make_room<E: Elastic>(
+fn make_room<const N: usize, const M: usize, E: Effect + Elastic<N, M>>(
     settings: Res<SimulationSettings>,
     measuring: Res<Measuring>,
-    mut bodies: Query<(&SoftBody, &mut E::Multipliers), With<E>>,
+    mut bodies: Query<(&SoftBody, &mut Multipliers), With<E>>,
 ) {
     let read = settings.iterations.get() > 1 || measuring.0;
     for (body, mut multipliers) in &mut bodies {
-        let count = if read { E::count(body) } else { 0 };
-        if multipliers.len() != count {
-            **multipliers = vec![0.0; count];
-        }
+        multipliers.0.make_room(E::KIND, body, read);
     }
 }
 
 /// One sweep over the constraints of every body.
-fn solve<E: Elastic>(
+fn solve<const N: usize, const M: usize, E: Effect + Elastic<N, M>>(
     current: Res<CurrentSubstep>,
     threads: Res<SolverThreads>,
     mut profile: ResMut<Profile>,
-    mut bodies: Query<(&SoftBody, &mut Particles, &E, &mut E::Multipliers), Active>,
+    mut bodies: Query<(&SoftBody, &mut Particles, &E, &mut Multipliers), Active>,
 ) {
     let means = current.means(&threads);
-    let mut none = [];
     profile.time(E::NAME, || {
         for (body, mut particles, effect, mut multipliers) in &mut bodies {
-            let (stretch_multipliers, volume_multipliers) = match E::SWEEP {
-                Stage::Stretch => (&mut multipliers[..], &mut none[..]),
-                _ => (&mut none[..], &mut multipliers[..]),
-            };
             let mut stepper = Stepper {
                 topology: body,
                 particles: &mut particles,
-                effects: &mut effect.alone(),
-                stretch_multipliers,
-                volume_multipliers,
+                effects: &mut (*effect).into(),
+                lambdas: &mut multipliers.0,
             };
-            let sweep = stepper.stage(E::SWEEP, &current.step, current.iteration, &means);
+            let stage = Stage::Elastic(E::KIND);
+            let sweep = stepper.stage(stage, &current.step, current.iteration, &means);
             debug_assert!(
                 sweep.is_ok(),
                 "only the third stage looks for what is not finite"
@@ -93,3 +107,29 @@ fn solve<E: Elastic>(
         }
     });
 }
+
+/// The part of [`Effect`] that is the same for all elastic effects of so many particles and
+/// equations an element.
+macro_rules! elastic {
+    ($corners:literal, $rows:literal) => {
+        type State = ();
+        const IN_PLAN: bool = true;
+
+        fn add_systems(schedules: &mut bevy::prelude::Schedules) {
+            super::elastic::add_systems::<$corners, $rows, Self>(schedules);
+        }
+
+        fn when_added() -> Option<Self> {
+            Some(Self::default())
+        }
+
+        fn when_removed(body: &mut bevy::prelude::EntityWorldMut) {
+            super::elastic::removed::<$corners, $rows, Self>(body);
+        }
+
+        fn figures(&self, body: &bevy::prelude::EntityRef, h: f32) -> super::Figures {
+            super::elastic::figures(self, body, h)
+        }
+    };
+}
+pub(super) use elastic;

@@ -63,6 +63,7 @@
 //! app.add_plugins((MinimalPlugins, SoftBodyPlugins::default(), EffectPlugin::<Wind>::default()));
 //! ```
 
+mod bend;
 mod collide;
 mod elastic;
 mod grab;
@@ -74,10 +75,8 @@ mod volume;
 pub use registry::{
     Effect, EffectInfo, EffectPlugin, EffectRegistry, Figures, Parameter, ParameterInfo, Scale,
 };
-pub use stretch::StretchMultipliers;
-pub use volume::VolumeMultipliers;
 
-pub use crate::solver::{Collide, Grab, Ground, StickyGround, Stretch, Volume};
+pub use crate::solver::{Bend, Collide, Grab, Ground, StickyGround, Stretch, Volume};
 
 pub(crate) use registry::{body_added, body_removed, follow_bodies, is_planned};
 
@@ -91,6 +90,7 @@ impl PluginGroup for EffectPlugins {
     fn build(self) -> PluginGroupBuilder {
         PluginGroupBuilder::start::<Self>()
             .add(EffectPlugin::<Stretch>::default())
+            .add(EffectPlugin::<Bend>::default())
             .add(EffectPlugin::<Volume>::default())
             .add(EffectPlugin::<Grab>::default())
             .add(EffectPlugin::<Ground>::default())
@@ -136,13 +136,16 @@ mod reflection {
     //! Reflection of the solver's checked numbers: opaque, so that reflection too can only
     //! exchange a valid value for a valid value.
 
-    use crate::solver::quantity::{Compliance, Damping, Friction, Restitution, Stiffness};
+    use crate::solver::quantity::{
+        Compliance, Damping, FlexuralRigidity, Friction, Restitution, Stiffness,
+    };
     use bevy::reflect::{
         ReflectDeserialize, ReflectSerialize, impl_reflect_opaque, std_traits::ReflectDefault,
     };
 
     impl_reflect_opaque!((in pliant::solver) Compliance(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Damping(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+    impl_reflect_opaque!((in pliant::solver) FlexuralRigidity(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Friction(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Restitution(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Stiffness(Clone, Debug, Default, PartialEq, Serialize, Deserialize));

@@ -104,6 +104,9 @@ pub trait Effect: Component<Mutability = Mutable> + Sized {
         None
     }
 
+    /// What is to be done with a body that carries it no longer; nothing by default.
+    fn when_removed(_body: &mut EntityWorldMut) {}
+
     /// Figures of the effect on a body that carries it, after a substep of `h` seconds.
     fn figures(&self, _body: &EntityRef, _h: f32) -> Figures {
         Figures::default()
@@ -286,6 +289,10 @@ impl<E: Effect> Plugin for EffectPlugin<E> {
                 registry.stale = true;
                 let mut entity = commands.entity(removed.entity);
                 entity.try_remove::<E::State>();
+                entity.queue_handled(
+                    |mut body: EntityWorldMut| E::when_removed(&mut body),
+                    bevy::ecs::error::ignore,
+                );
                 if sleepers.contains(removed.entity) {
                     entity
                         .try_remove::<Asleep>()

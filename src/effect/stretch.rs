@@ -1,17 +1,7 @@
 //! Stretch: edges resist a change of length.
 
-use super::{
-    Effect, Figures, Parameter, Scale, component,
-    elastic::{self, Elastic},
-    parameter,
-};
-use crate::{
-    simulation::SoftBody,
-    solver::{
-        Compliance, Damping, Effects, Particles, Stiffness, Stretch, Topology, advance::Stage,
-        measure,
-    },
-};
+use super::{Effect, Parameter, Scale, component, elastic::elastic, parameter};
+use crate::solver::{Compliance, Damping, Stiffness, Stretch};
 use bevy::{
     prelude::*,
     reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
@@ -27,10 +17,6 @@ impl_reflect!(
         damping: Damping,
     }
 );
-
-/// λ of every edge after the last substep of a tick [N·s²]; λ/h² is a force.
-#[derive(Component, Debug, Clone, Default, Deref, DerefMut)]
-pub struct StretchMultipliers(pub Vec<f32>);
 
 impl Effect for Stretch {
     const NAME: &'static str = "stretch";
@@ -54,44 +40,5 @@ impl Effect for Stretch {
         ),
     ];
 
-    type State = StretchMultipliers;
-    const IN_PLAN: bool = true;
-
-    fn add_systems(schedules: &mut Schedules) {
-        elastic::add_systems::<Self>(schedules);
-    }
-
-    fn when_added() -> Option<Self> {
-        Some(Self::default())
-    }
-
-    fn figures(&self, body: &EntityRef, h: f32) -> Figures {
-        let (Some(topology), Some(particles)) = (body.get::<SoftBody>(), body.get::<Particles>())
-        else {
-            return Figures::default();
-        };
-        let positions = &particles.positions;
-        let multipliers = body.get::<StretchMultipliers>().map_or(&[][..], |m| &m.0);
-        Figures {
-            elements: topology.edges.ends().len(),
-            energy: Some(measure::stretch_energy(topology, positions, self)),
-            residual: measure::stretch_residual(topology, positions, self, multipliers, h),
-        }
-    }
-}
-
-impl Elastic for Stretch {
-    type Multipliers = StretchMultipliers;
-    const SWEEP: Stage = Stage::Stretch;
-
-    fn count(topology: &Topology) -> usize {
-        topology.edges.ends().len()
-    }
-
-    fn alone(self) -> Effects {
-        Effects {
-            stretch: Some(self),
-            ..Effects::default()
-        }
-    }
+    elastic!(2, 1);
 }

@@ -1,17 +1,7 @@
 //! Volume: tetrahedra resist a change of volume.
 
-use super::{
-    Effect, Figures, Parameter, Scale, component,
-    elastic::{self, Elastic},
-    parameter,
-};
-use crate::{
-    simulation::SoftBody,
-    solver::{
-        Compliance, Damping, Effects, Particles, Stiffness, Topology, Volume, advance::Stage,
-        measure,
-    },
-};
+use super::{Effect, Parameter, Scale, component, elastic::elastic, parameter};
+use crate::solver::{Compliance, Damping, Stiffness, Volume};
 use bevy::{
     prelude::*,
     reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
@@ -27,10 +17,6 @@ impl_reflect!(
         damping: Damping,
     }
 );
-
-/// λ of every tetrahedron after the last substep of a tick [Pa·s²]; λ/h² is a pressure.
-#[derive(Component, Debug, Clone, Default, Deref, DerefMut)]
-pub struct VolumeMultipliers(pub Vec<f32>);
 
 impl Effect for Volume {
     const NAME: &'static str = "volume";
@@ -54,44 +40,5 @@ impl Effect for Volume {
         ),
     ];
 
-    type State = VolumeMultipliers;
-    const IN_PLAN: bool = true;
-
-    fn add_systems(schedules: &mut Schedules) {
-        elastic::add_systems::<Self>(schedules);
-    }
-
-    fn when_added() -> Option<Self> {
-        Some(Self::default())
-    }
-
-    fn figures(&self, body: &EntityRef, h: f32) -> Figures {
-        let (Some(topology), Some(particles)) = (body.get::<SoftBody>(), body.get::<Particles>())
-        else {
-            return Figures::default();
-        };
-        let positions = &particles.positions;
-        let multipliers = body.get::<VolumeMultipliers>().map_or(&[][..], |m| &m.0);
-        Figures {
-            elements: topology.tetrahedra.corners().len(),
-            energy: Some(measure::volume_energy(topology, positions, self)),
-            residual: measure::volume_residual(topology, positions, self, multipliers, h),
-        }
-    }
-}
-
-impl Elastic for Volume {
-    type Multipliers = VolumeMultipliers;
-    const SWEEP: Stage = Stage::Volume;
-
-    fn count(topology: &Topology) -> usize {
-        topology.tetrahedra.corners().len()
-    }
-
-    fn alone(self) -> Effects {
-        Effects {
-            volume: Some(self),
-            ..Effects::default()
-        }
-    }
+    elastic!(4, 1);
 }

@@ -242,6 +242,7 @@ fn body(
     check_start(spec, &body)?;
     body.effects = Effects {
         stretch: spec.effects.stretch,
+        bend: spec.effects.bend,
         volume: spec.effects.volume,
         grab: None,
         ground: spec.effects.ground,

@@ -5,8 +5,8 @@ use super::{Acceptance, SceneError, registry, spawn::CurrentScene};
 use crate::{
     mesh::{BuildOptions, Primitive, Treatment},
     solver::{
-        Collide, ColliderShape, Deformation, Density, Ground, Mass, Path, Settings, StickyGround,
-        Stretch, Volume,
+        Bend, Collide, ColliderShape, Deformation, Density, Ground, Mass, Path, Settings,
+        StickyGround, Stretch, Volume,
     },
 };
 use glam::{UVec3, Vec3};
@@ -119,6 +119,8 @@ impl MeshSpec {
 pub struct SceneEffects {
     /// Edges resist a change of length.
     pub stretch: Option<Stretch>,
+    /// Hinges of the surface resist a change of their angle.
+    pub bend: Option<Bend>,
     /// Tetrahedra resist a change of volume.
     pub volume: Option<Volume>,
     /// A ground with friction and bounce.

@@ -2,7 +2,7 @@
 
 use crate::{
     mesh::Skin,
-    solver::{self, Density, Mass, Particles, Topology, body::set_inverse_masses},
+    solver::{self, Density, Lambdas, Mass, Particles, Topology, body::set_inverse_masses},
 };
 use bevy::{
     ecs::component::{Mutable, StorageType},
@@ -20,6 +20,7 @@ use std::sync::Arc;
     AddedMass,
     TickStart,
     RestTimer,
+    Multipliers,
     SpawnOrder
 )]
 pub struct SoftBody(pub Arc<Topology>);
@@ -48,6 +49,10 @@ pub struct TickStart(pub(crate) Vec<Vec4>);
 /// How long the body has been still.
 #[derive(Component, Debug, Clone, Copy, Default)]
 pub struct RestTimer(pub(super) solver::rest::RestTimer);
+
+/// λ of the constraints of its elastic effects after the last substep of a tick; λ/h² is a force.
+#[derive(Component, Debug, Clone, PartialEq, Default, Deref)]
+pub struct Multipliers(pub Lambdas);
 
 /// The place of a body among bodies, of a collider among colliders: the order in which they came.
 /// Contacts, figures and hashes go by it, so that nothing depends on how the ECS stores entities

@@ -8,6 +8,7 @@
 pub mod action;
 mod begin;
 mod body;
+mod carried;
 mod clock;
 mod ledger;
 pub mod plain;
@@ -19,8 +20,8 @@ pub(crate) mod step;
 
 pub use action::{Action, ActionError, Actions, Applied, NewBody};
 pub use body::{
-    Active, AddedMass, Asleep, BodyDensity, BodyQuarantined, BodySkin, JustRestored, Pins, Places,
-    Quarantined, RestTimer, SceneEntity, SoftBody, SpawnOrder, TickStart,
+    Active, AddedMass, Asleep, BodyDensity, BodyQuarantined, BodySkin, JustRestored, Multipliers,
+    Pins, Places, Quarantined, RestTimer, SceneEntity, SoftBody, SpawnOrder, TickStart,
 };
 pub use clock::{SimulationClock, SubstepTime, Tick};
 pub use ledger::{Energies, EnergyLedger};

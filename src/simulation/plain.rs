@@ -3,14 +3,14 @@
 //! The plain world is what the ECS run is compared with, bit for bit, and what is cloned when a
 //! state has to be continued on the side.
 
+pub use super::carried::effects;
+
 use super::{
     AddedMass, Asleep, BodyDensity, JustRestored, Pins, Places, Quarantined, RestTimer,
     SimulationClock, SimulationSettings, SoftBody, SolverThreads, SpawnOrder, TickStart,
-    body::NextPlace, step::Sleep,
+    body::NextPlace, carried::insert_effects, step::Sleep,
 };
-use crate::solver::{
-    self, Body, Collide, Collider, Effects, Grab, Ground, Particles, StickyGround, Stretch, Volume,
-};
+use crate::solver::{self, Body, Collider, Particles};
 use bevy::prelude::*;
 use std::sync::Arc;
 
@@ -25,27 +25,12 @@ pub fn body(entity: EntityRef) -> Option<Body> {
         added_mass: entity.get::<AddedMass>()?.0.clone(),
         pins: entity.get::<Pins>()?.0.clone(),
         effects: effects(entity),
-        stretch_multipliers: vec![0.0; topology.edges.ends().len()],
-        volume_multipliers: vec![0.0; topology.tetrahedra.corners().len()],
         rest: entity.get::<RestTimer>()?.0,
         asleep: entity.contains::<Asleep>(),
         quarantine: entity.get::<Quarantined>().map(|q| q.0.clone()),
         tick_start: entity.get::<TickStart>()?.0.clone(),
         ..Body::new(name, Arc::clone(topology), density)
     })
-}
-
-/// The effects that a body carries.
-#[must_use]
-pub fn effects(entity: EntityRef) -> Effects {
-    Effects {
-        stretch: entity.get::<Stretch>().copied(),
-        volume: entity.get::<Volume>().copied(),
-        grab: entity.get::<Grab>().copied(),
-        ground: entity.get::<Ground>().copied(),
-        sticky_ground: entity.get::<StickyGround>().copied(),
-        collide: entity.get::<Collide>().copied(),
-    }
 }
 
 /// Copies of all colliders, in their order.
@@ -177,20 +162,7 @@ pub fn spawn_body(world: &mut World, body: &Body) -> Entity {
         RestTimer(body.rest),
         SoftBody(Arc::clone(&body.topology)),
     ));
-    let Effects {
-        stretch,
-        volume,
-        grab,
-        ground,
-        sticky_ground,
-        collide,
-    } = body.effects;
-    insert(&mut entity, stretch);
-    insert(&mut entity, volume);
-    insert(&mut entity, grab);
-    insert(&mut entity, ground);
-    insert(&mut entity, sticky_ground);
-    insert(&mut entity, collide);
+    insert_effects(&mut entity, &body.effects);
     insert(&mut entity, body.asleep.then_some(Asleep));
     insert(&mut entity, body.quarantine.clone().map(Quarantined));
     entity.id()

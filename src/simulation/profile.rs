@@ -16,7 +16,7 @@ impl Watch for StageWatch {
         let started = Instant::now();
         work();
         let spent = started.elapsed().as_nanos() as u64;
-        self.0[stage as usize].fetch_add(spent, Ordering::Relaxed);
+        self.0[stage.place()].fetch_add(spent, Ordering::Relaxed);
     }
 }
 
@@ -71,7 +71,7 @@ impl Profile {
 
     /// Shares `spent` out among the stages, by the time that all threads took for each.
     pub(super) fn share_out(&mut self, spent: Duration, watch: &StageWatch) {
-        let of_stage = |stage: Stage| watch.0[stage as usize].load(Ordering::Relaxed) as f64;
+        let of_stage = |stage: Stage| watch.0[stage.place()].load(Ordering::Relaxed) as f64;
         let all: f64 = Stage::ALL.into_iter().map(of_stage).sum();
         for stage in Stage::ALL {
             let share = of_stage(stage) / all;

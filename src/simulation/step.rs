@@ -1,15 +1,15 @@
 //! Stepping: from real time to ticks, from ticks to substeps, from substeps to sweeps.
 
 use super::{
-    Asleep, EnergyLedger, Profile, RestTimer, SimulationClock, SimulationSettings, SoftBody,
-    SolveSchedule, SpawnOrder, StepSchedule, SubstepSchedule, SubstepTime, Tick, TickStart,
-    body::Active, profile::StageWatch, quarantine::quarantine,
+    Asleep, EnergyLedger, Multipliers, Profile, RestTimer, SimulationClock, SimulationSettings,
+    SoftBody, SolveSchedule, SpawnOrder, StepSchedule, SubstepSchedule, SubstepTime, Tick,
+    TickStart, body::Active, carried::Carried, profile::StageWatch, quarantine::quarantine,
 };
 use crate::{
-    effect::{self, StretchMultipliers, VolumeMultipliers},
+    effect,
     solver::{
-        Collide, Collider, Effects, Grab, Ground, Ledger, Particles, Settings, SleepSettings,
-        StickyGround, Stretch, Substep, Threads, Topology, Volume,
+        Collider, Effects, Grab, Lambdas, Ledger, Particles, Settings, SleepSettings, Substep,
+        Threads, Topology,
         advance::{Means, NotFinite, Stage, Stepper, Watch},
         contact::collider::{Sweep, Swept},
         lanes::Instructions,
@@ -153,16 +153,8 @@ type Stepped = (
     Entity,
     &'static SoftBody,
     &'static mut Particles,
-    (
-        Option<&'static mut StretchMultipliers>,
-        Option<&'static mut VolumeMultipliers>,
-    ),
-    Option<&'static Stretch>,
-    Option<&'static Volume>,
-    Option<&'static mut Grab>,
-    Option<&'static Ground>,
-    Option<&'static StickyGround>,
-    Option<&'static Collide>,
+    &'static mut Multipliers,
+    Carried,
 );
 
 /// The same, taken out of the ECS for as long as threads work on it.
@@ -171,8 +163,7 @@ pub(super) struct Job {
     entity: Entity,
     topology: Arc<Topology>,
     particles: Particles,
-    stretch_multipliers: Vec<f32>,
-    volume_multipliers: Vec<f32>,
+    lambdas: Lambdas,
     effects: Effects,
     ledger: Ledger,
     result: Result<(), NotFinite>,
@@ -260,40 +251,14 @@ fn advance_all(
     jobs.clear();
     let stepped = bodies.iter_mut(world);
     jobs.extend(stepped.map(
-        |(
+        |(entity, body, mut particles, mut multipliers, carried)| Job {
             entity,
-            body,
-            mut particles,
-            multipliers,
-            stretch,
-            volume,
-            grab,
-            ground,
-            sticky_ground,
-            collide,
-        )| {
-            let (mut stretch_multipliers, mut volume_multipliers) = multipliers;
-            Job {
-                entity,
-                topology: Arc::clone(&body.0),
-                particles: take(&mut *particles),
-                stretch_multipliers: stretch_multipliers
-                    .as_mut()
-                    .map_or_else(Vec::new, |column| take(&mut column.0)),
-                volume_multipliers: volume_multipliers
-                    .as_mut()
-                    .map_or_else(Vec::new, |column| take(&mut column.0)),
-                effects: Effects {
-                    stretch: stretch.copied(),
-                    volume: volume.copied(),
-                    grab: grab.as_deref().copied(),
-                    ground: ground.copied(),
-                    sticky_ground: sticky_ground.copied(),
-                    collide: collide.copied(),
-                },
-                ledger: Ledger::default(),
-                result: Ok(()),
-            }
+            topology: Arc::clone(&body.0),
+            particles: take(&mut *particles),
+            lambdas: take(&mut multipliers.0),
+            effects: carried.effects(),
+            ledger: Ledger::default(),
+            result: Ok(()),
         },
     ));
     let booked = world.resource::<EnergyLedger>().on;
@@ -316,8 +281,7 @@ fn advance_all(
             topology: &job.topology,
             particles: &mut job.particles,
             effects: &mut job.effects,
-            stretch_multipliers: &mut job.stretch_multipliers,
-            volume_multipliers: &mut job.volume_multipliers,
+            lambdas: &mut job.lambdas,
         };
         job.result = if booked {
             let books = ledger::advance(&mut stepper, substeps.clone(), &means);
@@ -334,20 +298,15 @@ fn advance_all(
     let passed = Duration::from_secs_f64(h * f64::from(substeps.len() as u32));
     world.resource_mut::<Time<SubstepTime>>().advance_by(passed);
     for job in jobs.drain(..) {
-        if let Ok((_, _, mut particles, (stretch, volume), _, _, grab, ..)) =
-            bodies.get_mut(world, job.entity)
-        {
+        if let Ok((_, _, mut particles, mut multipliers, _)) = bodies.get_mut(world, job.entity) {
             *particles = job.particles;
-            if let Some(mut column) = stretch {
-                column.0 = job.stretch_multipliers;
-            }
-            if let Some(mut column) = volume {
-                column.0 = job.volume_multipliers;
-            }
-            if let (Some(mut grab), Some(held)) = (grab, job.effects.grab) {
-                // The multiplier is state, not a parameter that somebody changed.
-                *grab.bypass_change_detection() = held;
-            }
+            multipliers.0 = job.lambdas;
+        }
+        if let Some(held) = job.effects.grab
+            && let Some(mut grab) = world.get_mut::<Grab>(job.entity)
+        {
+            // The multiplier is state, not a parameter that somebody changed.
+            *grab.bypass_change_detection() = held;
         }
         if booked {
             let books = job.result.is_ok().then_some(job.ledger);
@@ -385,8 +344,7 @@ fn stage_of_all(
             topology: body,
             particles: &mut particles,
             effects: &mut Effects::default(),
-            stretch_multipliers: &mut [],
-            volume_multipliers: &mut [],
+            lambdas: &mut Lambdas::default(),
         };
         if let Err(error) = stepper.stage(stage, &current.step, current.iteration, &means) {
             failed(entity, error);

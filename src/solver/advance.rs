@@ -7,16 +7,16 @@
 #![allow(unsafe_code, reason = "pieces are handed out by hand")]
 
 use super::{
-    Collide, Effects, Ground, Particles, Settings, StickyGround, Substep, Threads, Topology,
+    Collide, Effects, ElasticKind, Ground, Lambdas, Particles, Settings, StickyGround, Substep,
+    Threads, Topology,
     bands::Piece,
-    constraint::{Multipliers, block::solve_batch, stretch, volume},
     contact::{
         collider::{self, Swept},
         ground,
     },
     crew::Crew,
+    elastic::{Kernels, Work},
     lanes::Instructions,
-    order::Elements,
     particles::Part,
     phases::{Phase, Phases, Side, Task},
     share::Shared,
@@ -33,10 +33,8 @@ pub struct Stepper<'a> {
     pub particles: &'a mut Particles,
     /// What acts; the hold of a hand changes.
     pub effects: &'a mut Effects,
-    /// λ of the edges; as many as there are if they are to be kept.
-    pub stretch_multipliers: &'a mut [f32],
-    /// λ of the tetrahedra; as many as there are if they are to be kept.
-    pub volume_multipliers: &'a mut [f32],
+    /// λ of the constraints of elastic effects; as many as there are if they are to be kept.
+    pub lambdas: &'a mut Lambdas,
 }
 
 /// What all bodies are stepped with.
@@ -67,10 +65,8 @@ pub enum Stage {
     Presolve,
     /// Sticky ground, at the end of the first stage.
     StickyGround,
-    /// Edges.
-    Stretch,
-    /// Tetrahedra.
-    Volume,
+    /// The constraints of an elastic effect.
+    Elastic(ElasticKind),
     /// The hold of a hand.
     Grab,
     /// The ground.
@@ -81,28 +77,47 @@ pub enum Stage {
     Postsolve,
 }
 
+/// What takes part in the second stage after the elastic effects.
+const AFTER: [Stage; 3] = [Stage::Grab, Stage::Ground, Stage::Collide];
+
 impl Stage {
     /// What takes part in the second stage, in its order: what holds the body together, then
     /// hands, then contacts.
-    pub const SOLVE: [Self; 5] = [
-        Self::Stretch,
-        Self::Volume,
-        Self::Grab,
-        Self::Ground,
-        Self::Collide,
-    ];
+    pub const SOLVE: [Self; ElasticKind::COUNT + AFTER.len()] = {
+        let mut all = [Self::Presolve; ElasticKind::COUNT + AFTER.len()];
+        let mut place = 0;
+        while place < all.len() {
+            all[place] = if place < ElasticKind::COUNT {
+                Self::Elastic(ElasticKind::ALL[place])
+            } else {
+                AFTER[place - ElasticKind::COUNT]
+            };
+            place += 1;
+        }
+        all
+    };
 
     /// All of them, in the order of a substep.
-    pub const ALL: [Self; 8] = [
-        Self::Presolve,
-        Self::StickyGround,
-        Self::Stretch,
-        Self::Volume,
-        Self::Grab,
-        Self::Ground,
-        Self::Collide,
-        Self::Postsolve,
-    ];
+    pub const ALL: [Self; Self::SOLVE.len() + 3] = {
+        let mut all = [Self::Presolve; Self::SOLVE.len() + 3];
+        all[1] = Self::StickyGround;
+        let mut place = 0;
+        while place < Self::SOLVE.len() {
+            all[place + 2] = Self::SOLVE[place];
+            place += 1;
+        }
+        all[place + 2] = Self::Postsolve;
+        all
+    };
+
+    /// Its place in [`Stage::ALL`].
+    #[must_use]
+    pub fn place(self) -> usize {
+        Self::ALL
+            .iter()
+            .position(|stage| *stage == self)
+            .unwrap_or(0)
+    }
 
     /// The name of the stage or effect.
     #[must_use]
@@ -110,8 +125,7 @@ impl Stage {
         match self {
             Self::Presolve => "presolve",
             Self::StickyGround => "sticky_ground",
-            Self::Stretch => "stretch",
-            Self::Volume => "volume",
+            Self::Elastic(kind) => kind.name(),
             Self::Grab => "grab",
             Self::Ground => "ground",
             Self::Collide => "collide",
@@ -124,6 +138,18 @@ impl Stage {
 type Tasks = iter::Flatten<std::array::IntoIter<Option<(Task, Side)>, 3>>;
 
 impl Stage {
+    /// Whether it does anything to a body that carries these effects.
+    fn acts(self, effects: &Effects) -> bool {
+        match self {
+            Self::Presolve | Self::Postsolve => true,
+            Self::StickyGround => effects.sticky_ground.is_some(),
+            Self::Elastic(kind) => effects.has(kind),
+            Self::Grab => effects.grab.is_some(),
+            Self::Ground => effects.ground.is_some(),
+            Self::Collide => effects.collide.is_some(),
+        }
+    }
+
     /// What it does to a body that carries these effects.
     fn tasks(
         self,
@@ -134,44 +160,20 @@ impl Stage {
     ) -> Tasks {
         let sweep = (iteration, step.iterations, step.is_last());
         let substep = step.index;
-        let one = |present: bool, task, side| [present.then_some((task, side)), None, None];
+        let one = |task, side| [Some((task, side)), None, None];
         match self {
-            Self::Presolve => one(true, Task::Begin, Side::Any),
-            Self::StickyGround => one(effects.sticky_ground.is_some(), Task::Stick, Side::Any),
-            Self::Stretch if effects.stretch.is_some() => {
-                halves(&topology.edges.elements, Task::Stretch { sweep })
-            }
-            Self::Volume if effects.volume.is_some() => {
-                halves(&topology.tetrahedra.elements, Task::Volume { sweep })
-            }
-            Self::Stretch | Self::Volume => [None; 3],
-            Self::Grab => one(
-                effects.grab.is_some(),
-                Task::Grab { substep, iteration },
-                Side::Whole,
-            ),
-            Self::Ground => one(effects.ground.is_some(), Task::Ground, Side::Any),
-            Self::Collide => one(
-                effects.collide.is_some(),
-                Task::Collide { substep },
-                Side::Any,
-            ),
-            Self::Postsolve => one(true, Task::End { substep }, Side::Any),
+            _ if !self.acts(effects) => [None; 3],
+            Self::Presolve => one(Task::Begin, Side::Any),
+            Self::StickyGround => one(Task::Stick, Side::Any),
+            Self::Elastic(kind) => kind.halves(topology, Task::Elastic { kind, sweep }),
+            Self::Grab => one(Task::Grab { substep, iteration }, Side::Whole),
+            Self::Ground => one(Task::Ground, Side::Any),
+            Self::Collide => one(Task::Collide { substep }, Side::Any),
+            Self::Postsolve => one(Task::End { substep }, Side::Any),
         }
         .into_iter()
         .flatten()
     }
-}
-
-/// A sweep: the constraints of one side, those of the other, and the loose ones.
-fn halves<const N: usize>(elements: &Elements<N>, task: Task) -> [Option<(Task, Side)>; 3] {
-    let odd = elements.odd_first();
-    let half = |odd: bool| {
-        let side = if odd { Side::Odd } else { Side::Even };
-        (!elements.half(odd).is_empty()).then_some((task, side))
-    };
-    let loose = elements.loose().map(|_| (task, Side::Whole));
-    [half(odd), half(!odd), loose]
 }
 
 /// A body turned non-finite.
@@ -191,6 +193,11 @@ impl Stepper<'_> {
     /// `previous` holding finite positions.
     pub fn advance(&mut self, substeps: Range<u32>, means: &Means) -> Result<(), NotFinite> {
         let (topology, effects, settings) = (self.topology, *self.effects, means.settings);
+        // What is absent is not asked for again in every sweep.
+        let mut stages = Stage::SOLVE
+            .into_iter()
+            .filter(|stage| stage.acts(&effects));
+        let present = [const { None::<Stage> }; Stage::SOLVE.len()].map(|_| stages.next());
         let first = substeps.start;
         let watched = means.watch.is_some();
         let tasks = substeps.clone().flat_map(|index| {
@@ -204,9 +211,8 @@ impl Stepper<'_> {
             let of_stage =
                 move |stage: Stage, iteration| stage.tasks(topology, &effects, &step, iteration);
             let sweeps = (0..step.iterations).flat_map(move |iteration| {
-                Stage::SOLVE
-                    .into_iter()
-                    .flat_map(move |stage| of_stage(stage, iteration))
+                let stages = present.into_iter().flatten();
+                stages.flat_map(move |stage| of_stage(stage, iteration))
             });
             end.into_iter()
                 .chain(iter::once((start, Side::Any)))
@@ -232,7 +238,7 @@ impl Stepper<'_> {
         means: &Means,
     ) -> Result<(), NotFinite> {
         let tasks = stage.tasks(self.topology, self.effects, step, iteration);
-        let sweeps = usize::from(matches!(stage, Stage::Stretch | Stage::Volume));
+        let sweeps = usize::from(matches!(stage, Stage::Elastic(_)));
         self.run(tasks, sweeps, means)
     }
 
@@ -266,11 +272,9 @@ impl Stepper<'_> {
 
 /// What the tasks on all pieces have in common.
 struct Context<'a> {
-    topology: &'a Topology,
     means: &'a Means<'a>,
     h: f32,
-    stretch: Option<stretch::Kernel<'a>>,
-    volume: Option<volume::Kernel<'a>>,
+    kernels: Kernels<'a>,
     ground: Option<Ground>,
     sticky_ground: Option<StickyGround>,
     collide: Option<Collide>,
@@ -283,19 +287,9 @@ impl<'a> Context<'a> {
         } = body;
         let h = means.settings.substep_seconds() as f32;
         Self {
-            topology,
             means,
             h,
-            stretch: effects.stretch.map(|stretch| stretch::Kernel {
-                edges: &topology.edges,
-                rest: &topology.rest,
-                coefficients: stretch.coefficients(h),
-            }),
-            volume: effects.volume.map(|volume| volume::Kernel {
-                tetrahedra: &topology.tetrahedra,
-                rest: &topology.rest,
-                coefficients: volume.coefficients(h),
-            }),
+            kernels: Kernels::new(effects, topology, h),
             ground: effects.ground,
             sticky_ground: effects.sticky_ground,
             collide: effects.collide,
@@ -365,29 +359,17 @@ impl<'a> Context<'a> {
             Task::End { substep } => {
                 stages::postsolve(part, self.h, instructions).map_err(not_finite(substep))?;
             }
-            Task::Stretch { sweep } => {
-                let elements = &self.topology.edges.elements;
-                let batch = batch(elements, piece.band, phase.is_whole());
-                if let (Some(kernel), Some(index)) = (&self.stretch, batch) {
-                    let constraints = elements.batches()[index].constraints();
-                    // SAFETY: a constraint is in one batch, a batch on one piece.
-                    let column = unsafe { shared.stretch(constraints) };
-                    let multipliers = Multipliers::of_sweep(column, sweep);
-                    let particles = (part.positions, &*part.previous, first);
-                    solve_batch(kernel, index, particles, multipliers, instructions);
-                }
-            }
-            Task::Volume { sweep } => {
-                let elements = &self.topology.tetrahedra.elements;
-                let batch = batch(elements, piece.band, phase.is_whole());
-                if let (Some(kernel), Some(index)) = (&self.volume, batch) {
-                    let constraints = elements.batches()[index].constraints();
-                    // SAFETY: as above.
-                    let column = unsafe { shared.volume(constraints) };
-                    let multipliers = Multipliers::of_sweep(column, sweep);
-                    let particles = (part.positions, &*part.previous, first);
-                    solve_batch(kernel, index, particles, multipliers, instructions);
-                }
+            Task::Elastic { kind, sweep } => {
+                let work = Work {
+                    piece,
+                    whole: phase.is_whole(),
+                    part,
+                    shared,
+                    sweep,
+                    instructions,
+                };
+                // SAFETY: the caller's promise.
+                unsafe { self.kernels.solve(kind, work) };
             }
             Task::Grab { substep, iteration } => {
                 // SAFETY: a hand is on the whole body, which is one piece.
@@ -415,18 +397,5 @@ impl<'a> Context<'a> {
             let gravity = self.means.settings.gravity;
             collider::solve(part.reborrow(), collide, swept, self.h, gravity);
         }
-    }
-}
-
-/// Number of the batch that is solved on a piece: that of its band, or the loose one on the whole.
-fn batch<const N: usize>(
-    elements: &Elements<N>,
-    band: Option<usize>,
-    whole: bool,
-) -> Option<usize> {
-    if whole {
-        elements.loose()
-    } else {
-        band.map(|band| elements.batch_of(band))
     }
 }

@@ -1,9 +1,9 @@
 //! A body without Bevy: topology, particles, and the effects that it carries.
 
 use super::{
-    Density, Load, Mass, Particles, Topology,
+    Density, ElasticKind, Lambdas, Load, Mass, Particles, Topology,
     advance::{Means, NotFinite, Stage, Stepper},
-    constraint::{grab::Grab, stretch::Stretch, volume::Volume},
+    constraint::{bend::Bend, grab::Grab, stretch::Stretch, volume::Volume},
     contact::{Collide, Ground, StickyGround},
     particles::first_not_finite,
     rest::RestTimer,
@@ -17,6 +17,8 @@ use std::sync::Arc;
 pub struct Effects {
     /// Edges resist a change of length.
     pub stretch: Option<Stretch>,
+    /// Hinges resist a change of their angle.
+    pub bend: Option<Bend>,
     /// Tetrahedra resist a change of volume.
     pub volume: Option<Volume>,
     /// A hand holds the body.
@@ -33,10 +35,8 @@ impl Effects {
     /// How many constraints a body with these effects has.
     #[must_use]
     pub fn constraints(&self, topology: &Topology) -> usize {
-        self.stretch.map_or(0, |_| topology.edges.ends().len())
-            + self
-                .volume
-                .map_or(0, |_| topology.tetrahedra.corners().len())
+        let carried = ElasticKind::ALL.into_iter().filter(|&kind| self.has(kind));
+        carried.map(|kind| kind.elements(topology)).sum()
     }
 
     /// What it is to sweep over these constraints so many times.
@@ -81,10 +81,8 @@ pub struct Body {
     pub pins: Vec<u32>,
     /// What the body does.
     pub effects: Effects,
-    /// λ of the edges; empty without stretch.
-    pub stretch_multipliers: Vec<f32>,
-    /// λ of the tetrahedra; empty without volume.
-    pub volume_multipliers: Vec<f32>,
+    /// λ of the constraints of elastic effects.
+    pub lambdas: Lambdas,
     /// How long it has been still.
     pub rest: RestTimer,
     /// Whether it sleeps.
@@ -109,8 +107,7 @@ impl Body {
             added_mass: Vec::new(),
             pins: Vec::new(),
             effects: Effects::default(),
-            stretch_multipliers: Vec::new(),
-            volume_multipliers: Vec::new(),
+            lambdas: Lambdas::default(),
             rest: RestTimer::default(),
             asleep: false,
             quarantine: None,
@@ -158,16 +155,10 @@ impl Body {
 
     /// Starts a tick: makes room for multipliers, looks at the input, and remembers positions.
     pub fn begin_tick(&mut self) {
-        let edges = self
-            .effects
-            .stretch
-            .map_or(0, |_| self.topology.edges.ends().len());
-        let tetrahedra = self
-            .effects
-            .volume
-            .map_or(0, |_| self.topology.tetrahedra.corners().len());
-        self.stretch_multipliers.resize(edges, 0.0);
-        self.volume_multipliers.resize(tetrahedra, 0.0);
+        for kind in ElasticKind::ALL {
+            let kept = self.effects.has(kind);
+            self.lambdas.make_room(kind, &self.topology, kept);
+        }
         if let Some(particle) = self.particles.first_not_finite() {
             freeze(&mut self.particles, &self.tick_start);
             self.quarantine = Some(Quarantine {
@@ -184,8 +175,7 @@ impl Body {
             topology: &self.topology,
             particles: &mut self.particles,
             effects: &mut self.effects,
-            stretch_multipliers: &mut self.stretch_multipliers,
-            volume_multipliers: &mut self.volume_multipliers,
+            lambdas: &mut self.lambdas,
         }
     }
 

@@ -40,10 +40,7 @@
 //! calm, or add up [`Work`] over many ticks. A force too small to move a particle by half of the
 //! last digit of its position is not seen by anybody, and so not here either.
 
-mod elements;
-
-use super::{Damping, Particles, Settings, Stretch, Topology, Volume};
-use elements::{Element, edges, tetrahedra};
+use super::{Damping, Particles, Settings, Topology, elastic::Elastic};
 
 /// A body is as stiff as asked, for users, up to this factor.
 pub const CLOSE: f64 = 1.1;
@@ -53,6 +50,9 @@ pub const MOST_SUBSTEPS: u32 = 1000;
 
 /// Strains below this many roundings of their positions are taken for noise.
 const ROUNDINGS: f64 = 4.0;
+
+/// Half of the last digit of an f32, relative to it.
+const HALF_ULP: f64 = 0.5 * f32::EPSILON as f64;
 
 /// Sums over the elements of an effect. Those of several ticks or of several bodies may be added
 /// up: the result is their mean, weighted by load.
@@ -75,61 +75,42 @@ pub struct Work {
 /// by the load on each element.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Delivered {
-    /// Asked for [m/N of an edge, m⁵/N of a tetrahedron]; 0 is rigid.
+    /// Asked for, in the [unit](super::ElasticKind::unit) of the effect; 0 is rigid.
     pub asked: f64,
     /// Got, in the same unit.
     pub got: f64,
 }
 
 impl Work {
-    /// Of the edges after a substep of `h` seconds that left these multipliers; nothing if nobody
+    /// Of an effect after a substep of `h` seconds that left these multipliers; nothing if nobody
     /// kept them.
     #[must_use]
-    pub fn of_stretch(
+    pub fn of<const N: usize, const M: usize>(
+        effect: &impl Elastic<N, M>,
         topology: &Topology,
         particles: &Particles,
-        stretch: &Stretch,
-        multipliers: &[f32],
-        h: f64,
-    ) -> Self {
-        let tau = f64::from(stretch.damping.get());
-        let alpha = topology.edges.rest_length.iter();
-        let alpha = alpha.map(|&rest| stretch.compliance_of(rest));
-        Self::sum(edges(topology, particles), alpha, tau, multipliers, h)
-    }
-
-    /// Of the tetrahedra after a substep of `h` seconds that left these multipliers; nothing if
-    /// nobody kept them.
-    #[must_use]
-    pub fn of_volume(
-        topology: &Topology,
-        particles: &Particles,
-        volume: &Volume,
-        multipliers: &[f32],
-        h: f64,
-    ) -> Self {
-        let tau = f64::from(volume.damping.get());
-        let alpha = topology.tetrahedra.rest_volume.iter();
-        let alpha = alpha.map(|&rest| volume.compliance_of(rest));
-        Self::sum(tetrahedra(topology, particles), alpha, tau, multipliers, h)
-    }
-
-    fn sum(
-        elements: impl Iterator<Item = Element>,
-        compliances: impl Iterator<Item = f64>,
-        tau: f64,
         multipliers: &[f32],
         h: f64,
     ) -> Self {
         let mut all = Self::default();
-        for ((element, alpha), &lambda) in elements.zip(compliances).zip(multipliers) {
+        let tau = f64::from(effect.damping().get());
+        let rows = effect.rows_of(topology, &particles.positions);
+        let rows = rows.flat_map(|(corners, rows)| rows.map(|row| (corners, row)));
+        for ((corners, row), &lambda) in rows.zip(multipliers) {
             let force = -f64::from(lambda) / (h * h);
+            let (mut speed, mut rounding) = (0.0, HALF_ULP * row.scale.abs());
+            for (gradient, i) in row.gradients.iter().zip(corners) {
+                let x = particles.positions[i as usize].truncate().as_dvec3();
+                let v = particles.velocities[i as usize].truncate().as_dvec3();
+                speed += gradient.dot(v);
+                rounding += gradient.length() * HALF_ULP * x.abs().max_element();
+            }
+            let strain = row.error + tau * speed;
             all.force_squared += force * force;
-            all.asked += alpha * force * force;
-            let strain = element.error + tau * element.speed;
+            all.asked += row.compliance * force * force;
             all.got += strain * force;
-            all.strained += strain * strain / alpha;
-            all.rounding += element.rounding * force.abs();
+            all.strained += strain * strain / row.compliance;
+            all.rounding += rounding * force.abs();
         }
         all
     }

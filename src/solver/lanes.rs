@@ -166,6 +166,34 @@ pub unsafe fn scatter<L: Lanes, const N: usize>(
     }
 }
 
+/// The angle of the point (x, y) [rad], from −π to π, within 3e-7; 0 for the origin.
+///
+/// By halves of a quadrant and a polynomial (Moshier's `atanf` of the Cephes library), as the
+/// platform's own function may differ in its last bit from machine to machine.
+#[inline(always)]
+pub fn arc_tangent<L: Lanes>(simd: L, y: f32x8<L>, x: f32x8<L>) -> f32x8<L> {
+    use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+    const TANGENT_OF_EIGHTH: f32 = 0.414_213_56;
+    let zero = f32x8::splat(simd, 0.0);
+    let (up, along) = (y.abs(), x.abs());
+    let (small, large) = (up.min(along), up.max(along));
+    // (s − l)/(s + l) is the tangent of what is left over an eighth of a turn.
+    let upper = small.simd_gt(large * TANGENT_OF_EIGHTH);
+    let numerator = upper.select(small - large, small);
+    let divisor = upper.select(small + large, large);
+    let divisor = divisor.simd_gt(0.0).select(divisor, 1.0.simd_into(simd));
+    let ratio = numerator / divisor;
+    let z = ratio * ratio;
+    let series = (((z * 8.053_744_5e-2 - 1.387_768_6e-1) * z + 1.997_771_1e-1) * z - 3.333_295e-1)
+        * z
+        * ratio
+        + ratio;
+    let angle = upper.select(series + FRAC_PI_4, series);
+    let angle = up.simd_gt(along).select(FRAC_PI_2 - angle, angle);
+    let angle = x.simd_lt(zero).select(PI - angle, angle);
+    y.simd_lt(zero).select(-angle, angle)
+}
+
 /// What is to be done with lanes.
 pub trait Work {
     /// Does it; to be marked `#[inline(always)]`, so that it is compiled for `L`.

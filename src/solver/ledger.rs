@@ -22,9 +22,9 @@
 //! Rigid effects (α = 0) store nothing, and what they do goes to the sweeps.
 
 use super::{
-    Friction, Particles, Substep,
+    Friction, Lambdas, Particles, Substep,
     advance::{Means, NotFinite, Stage, Stepper},
-    measure,
+    elastic::{Elastic, Visit},
 };
 use glam::DVec3;
 use std::ops::{AddAssign, Range};
@@ -141,28 +141,25 @@ struct Book {
     smooth: Particles,
 }
 
-/// C of the constraints of a body at one time: of the edges [m] and of the volumes [m³].
+/// C of the constraints of all elastic effects of a body at one time, with their α and τ [s].
 #[derive(Debug, Default)]
-struct Errors {
-    stretch: Vec<f64>,
-    volume: Vec<f64>,
-}
+struct Errors(Vec<(f64, f64, f64)>);
 
 impl Errors {
     fn of(body: &Stepper) -> Self {
-        let (topology, positions) = (body.topology, &body.particles.positions);
-        let volumes = || {
-            measure::tetrahedron_volumes(topology, positions)
-                .zip(&topology.tetrahedra.rest_volume)
-                .map(|(now, &rest)| now - f64::from(rest))
-        };
-        let (stretch, volume) = (body.effects.stretch, body.effects.volume);
-        Self {
-            stretch: stretch.map_or_else(Vec::new, |_| {
-                measure::edge_errors(topology, positions).collect()
-            }),
-            volume: volume.map_or_else(Vec::new, |_| volumes().collect()),
+        struct Collect<'a>(Vec<(f64, f64, f64)>, &'a Stepper<'a>);
+        impl Visit for Collect<'_> {
+            fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
+                let tau = f64::from(effect.damping().get());
+                let rows = effect.rows_of(self.1.topology, &self.1.particles.positions);
+                let rows = rows.flat_map(|(_, rows)| rows);
+                self.0
+                    .extend(rows.map(|row| (row.error, row.compliance, tau)));
+            }
         }
+        let mut collect = Collect(Vec::new(), body);
+        body.effects.visit(&mut collect);
+        Self(collect.0)
     }
 }
 
@@ -178,30 +175,20 @@ struct Stored {
 }
 
 impl Stored {
-    fn add(&mut self, before: f64, after: f64, compliance: f64, damping: f32, h: f64) {
+    fn add(&mut self, before: f64, after: f64, compliance: f64, tau: f64, h: f64) {
         if compliance > 0.0 {
             let change = after - before;
             self.change += 0.5 * change * (after + before) / compliance;
             self.integrator -= 0.5 * change * change / compliance;
-            self.damping -= f64::from(damping) * change * change / (compliance * h);
+            self.damping -= tau * change * change / (compliance * h);
         }
     }
 
-    fn between(body: &Stepper, before: &Errors, after: &Errors, h: f64) -> Self {
+    fn between(before: &Errors, after: &Errors, h: f64) -> Self {
         let mut all = Self::default();
-        if let Some(stretch) = body.effects.stretch {
-            let rest = &body.topology.edges.rest_length;
-            for ((before, after), &rest) in before.stretch.iter().zip(&after.stretch).zip(rest) {
-                let compliance = stretch.compliance_of(rest);
-                all.add(*before, *after, compliance, stretch.damping.get(), h);
-            }
-        }
-        if let Some(volume) = body.effects.volume {
-            let rest = &body.topology.tetrahedra.rest_volume;
-            for ((before, after), &rest) in before.volume.iter().zip(&after.volume).zip(rest) {
-                let compliance = volume.compliance_of(rest);
-                all.add(*before, *after, compliance, volume.damping.get(), h);
-            }
+        for (before, after) in before.0.iter().zip(&after.0) {
+            let &(after, compliance, tau) = after;
+            all.add(before.0, after, compliance, tau, h);
         }
         all
     }
@@ -238,7 +225,7 @@ impl Book {
         body.stage(Stage::Postsolve, step, 0, means)?;
         let h = f64::from(step.h);
         let errors = Errors::of(body);
-        let stored = Stored::between(body, &self.errors, &errors, h);
+        let stored = Stored::between(&self.errors, &errors, h);
         self.errors = errors;
         Ok(self.close(body.particles, step, stored))
     }
@@ -310,8 +297,7 @@ impl Book {
                 topology: body.topology,
                 particles: &mut smooth,
                 effects: &mut effects,
-                stretch_multipliers: &mut [],
-                volume_multipliers: &mut [],
+                lambdas: &mut Lambdas::default(),
             };
             without.stage(stage, step, iteration, means)?;
         }

@@ -2,11 +2,9 @@
 //! of particles and constraints, so that they too are the same everywhere.
 
 use super::{
-    Particles, Topology,
-    constraint::{
-        stretch::Stretch,
-        volume::{Volume, volume_and_gradients},
-    },
+    Effects, Lambdas, Particles, Topology,
+    constraint::volume::volume_and_gradients,
+    elastic::{Elastic, Visit},
 };
 use glam::{DVec3, Vec3, Vec4};
 
@@ -128,24 +126,39 @@ pub fn inverted(topology: &Topology, positions: &[Vec4]) -> usize {
         .count()
 }
 
-/// Elastic energy ½C²/α of the edges [J]; rigid ones store none.
+/// Elastic energy ½C²/α of the constraints of an effect [J]; rigid ones store none.
 #[must_use]
-pub fn stretch_energy(topology: &Topology, positions: &[Vec4], stretch: &Stretch) -> f64 {
-    edge_errors(topology, positions)
-        .zip(&topology.edges.rest_length)
-        .map(|(error, &rest)| stored(error, stretch.compliance_of(rest)))
+pub fn elastic_energy<const N: usize, const M: usize>(
+    effect: &impl Elastic<N, M>,
+    topology: &Topology,
+    positions: &[Vec4],
+) -> f64 {
+    let rows = effect.rows_of(topology, positions);
+    rows.flat_map(|(_, rows)| rows)
+        .map(|row| stored(row.error, row.compliance))
         .sum()
 }
 
-/// Elastic energy ½C²/α of the tetrahedra's volumes [J]; rigid ones store none.
+/// Energy of all elastic effects of a body together [J], its particles being `at` places in m.
 #[must_use]
-pub fn volume_energy(topology: &Topology, positions: &[Vec4], volume: &Volume) -> f64 {
-    tetrahedron_volumes(topology, positions)
-        .zip(&topology.tetrahedra.rest_volume)
-        .map(|(now, &rest)| stored(now - f64::from(rest), volume.compliance_of(rest)))
-        .sum()
+pub fn elastic_energies(effects: &Effects, topology: &Topology, at: impl Fn(u32) -> DVec3) -> f64 {
+    struct Sum<'a, F>(f64, &'a Topology, F);
+    impl<F: Fn(u32) -> DVec3> Visit for Sum<'_, F> {
+        fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
+            // What it stores does not depend on masses.
+            let elements = effect.all_rows(self.1, |i| ((self.2)(i), 1.0));
+            let rows = elements.flat_map(|(_, rows)| rows);
+            self.0 += rows
+                .map(|row| stored(row.error, row.compliance))
+                .sum::<f64>();
+        }
+    }
+    let mut sum = Sum(0.0, topology, at);
+    effects.visit(&mut sum);
+    sum.0
 }
 
+/// ½C²/α [J]; 0 where α is.
 fn stored(error: f64, compliance: f64) -> f64 {
     if compliance > 0.0 {
         0.5 * error * error / compliance
@@ -177,57 +190,62 @@ impl SquareSum {
     }
 }
 
-/// What is left of the edges' equations C + αλ/h² = 0, over the rest length of each.
+/// What is left of an effect's equations C + αλ/h² = 0, over the scale of each (the rest length of
+/// an edge, the rest volume of a tetrahedron).
 #[must_use]
-pub fn stretch_residual(
+pub fn residual<const N: usize, const M: usize>(
+    effect: &impl Elastic<N, M>,
     topology: &Topology,
     positions: &[Vec4],
-    stretch: &Stretch,
     multipliers: &[f32],
     h: f32,
 ) -> SquareSum {
-    let terms = edge_errors(topology, positions)
-        .zip(&topology.edges.rest_length)
+    let per_step = 1.0 / (f64::from(h) * f64::from(h));
+    let rows = effect.rows_of(topology, positions);
+    rows.flat_map(|(_, rows)| rows)
         .zip(multipliers)
-        .map(|((error, &rest), &lambda)| {
-            let force = f64::from(lambda) / (f64::from(h) * f64::from(h));
-            (error + stretch.compliance_of(rest) * force, f64::from(rest))
-        });
-    relative(terms)
-}
-
-/// What is left of the volumes' equations C + αλ/h² = 0, over the rest volume of each.
-#[must_use]
-pub fn volume_residual(
-    topology: &Topology,
-    positions: &[Vec4],
-    volume: &Volume,
-    multipliers: &[f32],
-    h: f32,
-) -> SquareSum {
-    let terms = tetrahedron_volumes(topology, positions)
-        .zip(&topology.tetrahedra.rest_volume)
-        .zip(multipliers)
-        .map(|((now, &rest), &lambda)| {
-            let pressure = f64::from(lambda) / (f64::from(h) * f64::from(h));
-            let rest_volume = f64::from(rest);
-            (
-                now - rest_volume + volume.compliance_of(rest) * pressure,
-                rest_volume,
-            )
-        });
-    relative(terms)
-}
-
-fn relative(terms: impl Iterator<Item = (f64, f64)>) -> SquareSum {
-    terms
-        .filter(|&(_, rest)| rest != 0.0)
-        .fold(SquareSum::default(), |mut all, (error, rest)| {
-            let share = error / rest;
+        .filter(|(row, _)| row.scale != 0.0)
+        .fold(SquareSum::default(), |mut all, (row, &lambda)| {
+            let force = f64::from(lambda) * per_step;
+            let share = (row.error + row.compliance * force) / row.scale;
             all.sum += share * share;
             all.count += 1;
             all
         })
+}
+
+/// What is left of the equations of all elastic effects of a body, as [`residual`] of each.
+#[must_use]
+pub fn residuals(
+    effects: &Effects,
+    topology: &Topology,
+    positions: &[Vec4],
+    lambdas: &Lambdas,
+    h: f32,
+) -> SquareSum {
+    struct Sum<'a> {
+        all: SquareSum,
+        topology: &'a Topology,
+        positions: &'a [Vec4],
+        lambdas: &'a Lambdas,
+        h: f32,
+    }
+    impl Visit for Sum<'_> {
+        fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
+            let lambda = self.lambdas.of(E::KIND);
+            let own = residual(effect, self.topology, self.positions, lambda, self.h);
+            self.all.add(own);
+        }
+    }
+    let mut sum = Sum {
+        all: SquareSum::default(),
+        topology,
+        positions,
+        lambdas,
+        h,
+    };
+    effects.visit(&mut sum);
+    sum.all
 }
 
 /// Root mean square distance of the particles to the rest shape after the best rigid fit, over

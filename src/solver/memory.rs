@@ -14,11 +14,10 @@ pub fn solver_bytes(bodies: &[Body]) -> usize {
         .map(|body| {
             let new = seen.insert(Arc::as_ptr(&body.topology));
             let shared = if new { topology(&body.topology) } else { 0 };
-            let multipliers = body.stretch_multipliers.len() + body.volume_multipliers.len();
             shared
                 + state(&body.particles)
                 + body.tick_start.len() * size_of::<Vec4>()
-                + multipliers * size_of::<f32>()
+                + body.lambdas.count() * size_of::<f32>()
         })
         .sum()
 }
@@ -37,4 +36,5 @@ fn topology(topology: &Topology) -> usize {
         + topology.tetrahedra.corners().len() * tetrahedron
         + topology.edges.elements.bytes()
         + topology.tetrahedra.elements.bytes()
+        + topology.lazy_bytes()
 }

@@ -20,6 +20,7 @@ pub mod contact;
 mod crew;
 pub mod deform;
 pub mod delivered;
+pub mod elastic;
 mod fit;
 pub mod lanes;
 pub mod ledger;
@@ -45,6 +46,7 @@ mod world;
 
 pub use body::{Body, Effects, Quarantine};
 pub use constraint::{
+    bend::Bend,
     grab::{Grab, SurfacePoint},
     stretch::Stretch,
     volume::Volume,
@@ -52,13 +54,14 @@ pub use constraint::{
 pub use contact::{Collide, Collider, ColliderShape, Ground, Path, Pose, StickyGround};
 pub use deform::{Deformation, deform};
 pub use delivered::Delivered;
+pub use elastic::{ElasticKind, Lambdas};
 pub use lanes::Instructions;
 pub use ledger::Ledger;
 pub use modes::Modes;
 pub use particles::Particles;
 pub use quantity::{
-    Compliance, Damping, Density, Force, Friction, InvalidValue, Iterations, Length, Mass, Rate,
-    Restitution, Stiffness, Substeps,
+    Compliance, Damping, Density, FlexuralRigidity, Force, Friction, InvalidValue, Iterations,
+    Length, Mass, Rate, Restitution, Stiffness, Substeps,
 };
 pub use rest::SleepSettings;
 pub use shape::RestShape;

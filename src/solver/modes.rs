@@ -19,7 +19,7 @@ mod rows;
 mod space;
 mod tridiagonal;
 
-use super::{Particles, Stretch, Topology, Volume};
+use super::{Effects, Particles, Topology};
 use rows::Rows;
 
 /// How much stiffer than the stiffest elastic constraint a rigid one is taken to be. The slowest
@@ -46,13 +46,8 @@ impl Modes {
     /// those with rigid constraints. It depends neither on the state nor on the substeps, so it need
     /// only be done again when masses, pins or compliances change.
     #[must_use]
-    pub fn of(
-        topology: &Topology,
-        particles: &Particles,
-        stretch: Option<&Stretch>,
-        volume: Option<&Volume>,
-    ) -> Option<Self> {
-        let rows = Rows::new(topology, particles, stretch, volume);
+    pub fn of(topology: &Topology, particles: &Particles, effects: &Effects) -> Option<Self> {
+        let rows = Rows::new(topology, particles, effects);
         let found = if rows.elastic {
             Some(lanczos::extremes(&rows)?)
         } else {

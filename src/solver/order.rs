@@ -3,7 +3,8 @@
 //! Constraints are stored in this order: first the batches of one half, then those of the other,
 //! then what is loose. Batches of a half share no particle, so that threads can take them in any
 //! order; a batch is solved colour by colour; and constraints of a colour share no particle, so
-//! that lanes can take them together. Loose constraints are solved one at a time.
+//! that lanes can take them together. Loose constraints, which reach too far for two bands, are
+//! coloured too, but are solved on one thread.
 
 use super::{
     bands::Bands,
@@ -96,7 +97,7 @@ impl<const N: usize> Elements<N> {
                 all.first_half = all.batches.len();
             }
         }
-        all.close_loose(loose, &mut stored);
+        all.close_loose(constraints, &loose, &mut painter, &mut stored);
         all.corners = stored
             .iter()
             .map(|&i| constraints[i as usize].map(Corner::of))
@@ -153,13 +154,15 @@ impl<const N: usize> Elements<N> {
             }
             all.close_batch(batch.band, colours, &mut stored);
         }
-        if let Some(index) = self.loose() {
-            let Range { start, end } = self.batches[index].constraints;
-            let mut before = stays(&(start as u32..end as u32));
-            before.append(&mut loose);
-            loose = before;
+        let groups = match self.loose() {
+            Some(index) => &self.groups[self.batches[index].groups.clone()],
+            None => &[],
+        };
+        let mut groups: Vec<Vec<u32>> = groups.iter().map(stays).collect();
+        groups.extend(loose.into_iter().map(|index| vec![index]));
+        if !groups.is_empty() {
+            all.close_batch(None, groups, &mut stored);
         }
-        all.close_loose(loose, &mut stored);
         all.corners = stored
             .iter()
             .map(|&index| corners_of(index).map(Corner::of))
@@ -184,11 +187,20 @@ impl<const N: usize> Elements<N> {
         });
     }
 
-    /// Stores loose constraints, each in a group of its own.
-    fn close_loose(&mut self, loose: Vec<u32>, stored: &mut Vec<u32>) {
+    /// Stores loose constraints, colour by colour as well: one thread solves them, in lanes. What no
+    /// colour takes is in a group of its own.
+    fn close_loose(
+        &mut self,
+        constraints: &[[u32; N]],
+        loose: &[u32],
+        painter: &mut Painter,
+        stored: &mut Vec<u32>,
+    ) {
         if !loose.is_empty() {
-            let alone = loose.into_iter().map(|index| vec![index]).collect();
-            self.close_batch(None, alone, stored);
+            let mut alone = Vec::new();
+            let mut groups = painter.paint(constraints, loose, &mut alone);
+            groups.extend(alone.into_iter().map(|index| vec![index]));
+            self.close_batch(None, groups, stored);
         }
     }
 

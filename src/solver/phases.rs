@@ -11,6 +11,7 @@
 //! before the next one begins.
 
 use super::{
+    ElasticKind,
     advance::Stage,
     bands::{Bands, Piece},
 };
@@ -27,10 +28,12 @@ pub(super) enum Task {
     End { substep: u32 },
     /// Third stage of a substep and first stage of the next.
     Turn { substep: u32 },
-    /// Edges: sweep number so-and-so of so many, and whether λ is to be kept.
-    Stretch { sweep: (u32, u32, bool) },
-    /// Tetrahedra: the same.
-    Volume { sweep: (u32, u32, bool) },
+    /// The constraints of an elastic effect: sweep number so-and-so of so many, and whether λ is to
+    /// be kept.
+    Elastic {
+        kind: ElasticKind,
+        sweep: (u32, u32, bool),
+    },
     /// The hold of a hand.
     Grab { substep: u32, iteration: u32 },
     /// The ground.
@@ -45,8 +48,7 @@ impl Task {
         match self {
             Self::Begin => Stage::Presolve,
             Self::Stick => Stage::StickyGround,
-            Self::Stretch { .. } => Stage::Stretch,
-            Self::Volume { .. } => Stage::Volume,
+            Self::Elastic { kind, .. } => Stage::Elastic(kind),
             Self::Grab { .. } => Stage::Grab,
             Self::Ground => Stage::Ground,
             Self::Collide { .. } => Stage::Collide,

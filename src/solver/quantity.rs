@@ -134,6 +134,11 @@ quantity!(
     "at least 1e-6 (N or Pa), or inf for rigid", |v| v >= 1e-6
 );
 quantity!(
+    /// Flexural rigidity B of a sheet in N·m.
+    FlexuralRigidity(f32), "bending stiffness", default 1e-3,
+    "at least 1e-12 N·m, or inf for rigid", |v| v >= 1e-12
+);
+quantity!(
     /// Damping as a time τ = αβ in s, see [`constraint`](super::constraint).
     Damping(f32), "damping", default 0.0, "between 0 and 1000 s", |v| (0.0..=1000.0).contains(&v)
 );
@@ -193,6 +198,7 @@ impl Substeps {
 from_float!(
     Compliance,
     Stiffness,
+    FlexuralRigidity,
     Damping,
     Density,
     Mass,

@@ -5,8 +5,10 @@
 //! order of constraints from the fast bodies, so that both solve the same equations.
 
 use super::{
-    Effects, Settings, SurfacePoint, Topology,
+    Effects, ElasticKind, Settings, SurfacePoint, Topology,
+    constraint::block::DEPENDENT,
     contact::{Collider, ColliderShape, Pose},
+    elastic::{Elastic, Point, Row, Visit},
 };
 use glam::{DMat3, DVec3};
 use std::sync::Arc;
@@ -41,10 +43,8 @@ pub struct Body {
     pub v: Vec<DVec3>,
     /// Inverse masses w [1/kg], 0 for pins.
     pub w: Vec<f64>,
-    /// Edges, if they resist.
-    pub stretch: Option<Elastic>,
-    /// Volumes, if they resist.
-    pub volume: Option<Elastic>,
+    /// The elastic effects; others of these are not looked at.
+    pub effects: Effects,
     /// A hold, if there is one.
     pub grab: Option<Hold>,
     /// Ground, if there is one: height [m], µ, e.
@@ -53,21 +53,8 @@ pub struct Body {
     pub sticky_ground: Option<f64>,
     /// Friction µ and restitution e against colliders, if the body meets them.
     pub collide: Option<(f64, f64)>,
-    /// λ of the edges.
-    pub stretch_multipliers: Vec<f64>,
-    /// λ of the tetrahedra.
-    pub volume_multipliers: Vec<f64>,
-}
-
-/// An elastic effect: compliance α, a stiffness that does not depend on the mesh, damping τ [s].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Elastic {
-    /// α of each element [m/N or m⁵/N].
-    pub compliance: f64,
-    /// EA [N] or K [Pa]; a rest value (L₀ or V₀) over it is added to α.
-    pub stiffness: f64,
-    /// τ [s].
-    pub damping: f64,
+    /// λ of the constraints of each elastic effect; empty before the first sweep.
+    pub lambdas: [Vec<f64>; ElasticKind::COUNT],
 }
 
 /// A grab.
@@ -82,9 +69,7 @@ pub struct Hold {
     multiplier: f64,
 }
 
-/// See the fast solver's constants of the same names.
-const FLOOR: f64 = 0.01;
-const VANISHED: f64 = 1e-4;
+/// See the fast solver's constant of the same name.
 const UP_OVER: f64 = 0.4;
 
 impl World {
@@ -109,8 +94,7 @@ impl World {
         for body in &mut self.bodies {
             body.p.clone_from(&body.x);
             for _ in 0..sweeps {
-                body.solve_stretch(h, true);
-                body.solve_volume(h, true);
+                body.solve_elastic(h, true);
                 // What is below the ground by as little as this is thrown out of it as fast.
                 for (x, w) in body.x.iter_mut().zip(&body.w) {
                     if let Some((height, ..)) = body.ground
@@ -139,8 +123,7 @@ impl World {
                 }
                 for iteration in 0..self.settings.iterations.get() {
                     let anew = iteration == 0 && !self.keeps_multipliers;
-                    body.solve_stretch(h, anew);
-                    body.solve_volume(h, anew);
+                    body.solve_elastic(h, anew);
                     body.solve_grab(h, share, f64::from(substeps), iteration == 0);
                     body.solve_ground(h, gravity);
                     for collider in &self.colliders {
@@ -176,14 +159,12 @@ impl Body {
                 .iter()
                 .map(|x| f64::from(x.w))
                 .collect(),
-            stretch: None,
-            volume: None,
+            effects: Effects::default(),
             grab: None,
             ground: None,
             sticky_ground: None,
             collide: None,
-            stretch_multipliers: vec![0.0; body.topology.edges.ends().len()],
-            volume_multipliers: vec![0.0; body.topology.tetrahedra.corners().len()],
+            lambdas: Default::default(),
         };
         twin.carry(&body.effects);
         twin
@@ -191,16 +172,7 @@ impl Body {
 
     /// Carries these effects from now on, and no others.
     pub fn carry(&mut self, effects: &Effects) {
-        self.stretch = effects.stretch.map(|stretch| Elastic {
-            compliance: stretch.compliance.into(),
-            stiffness: stretch.axial_stiffness.into(),
-            damping: stretch.damping.into(),
-        });
-        self.volume = effects.volume.map(|volume| Elastic {
-            compliance: volume.compliance.into(),
-            stiffness: volume.bulk_modulus.into(),
-            damping: volume.damping.into(),
-        });
+        self.effects = *effects;
         self.grab = effects.grab.map(|grab| Hold {
             point: grab.point,
             target: grab.target.as_dvec3(),
@@ -247,95 +219,81 @@ impl Body {
 
     /// Moves every particle by what the multipliers that are there pull: w ∇C λ.
     fn pull(&mut self) {
-        let topology = Arc::clone(&self.topology);
-        let edges = topology.edges.ends();
-        for (ends, lambda) in edges.zip(&self.stretch_multipliers) {
-            let [a, b] = ends.map(|i| i as usize);
-            let direction = (self.x[b] - self.x[a]).normalize_or_zero();
-            self.x[a] -= direction * (self.w[a] * lambda);
-            self.x[b] += direction * (self.w[b] * lambda);
-        }
-        let tetrahedra = topology.tetrahedra.corners();
-        for (corners, lambda) in tetrahedra.zip(&self.volume_multipliers) {
-            let corners = corners.map(|i| i as usize);
-            let gradients = volume_gradients(corners.map(|i| self.x[i]));
-            for (i, gradient) in corners.into_iter().zip(gradients) {
-                self.x[i] += gradient * (self.w[i] * lambda);
+        struct Pull<'a>(&'a mut Body);
+        impl Visit for Pull<'_> {
+            fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
+                self.0.pull_by(effect);
             }
         }
+        let effects = self.effects;
+        effects.visit(&mut Pull(self));
     }
 
-    /// One sweep over the edges; λ starts at 0 with the first sweep of a substep.
-    pub fn solve_stretch(&mut self, h: f64, first: bool) {
-        let Some(elastic) = self.stretch else { return };
-        if first {
-            self.stretch_multipliers.fill(0.0);
-        }
+    fn pull_by<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
         let topology = Arc::clone(&self.topology);
-        for (index, ends) in topology.edges.ends().enumerate() {
-            let [a, b] = ends.map(|i| i as usize);
-            let rest_length = f64::from(topology.edges.rest_length[index]);
-            let d = self.x[b] - self.x[a];
-            let direction = if d.length() > 0.0 {
-                d / d.length()
-            } else {
-                (topology.rest[b] - topology.rest[a])
-                    .as_dvec3()
-                    .normalize_or_zero()
-            };
-            let lambda = &mut self.stretch_multipliers[index];
-            let change = xpbd(
-                d.length() - rest_length,
-                self.w[a] + self.w[b],
-                direction.dot(d - (self.p[b] - self.p[a])),
-                elastic,
-                rest_length,
-                *lambda,
-                h,
-            );
-            *lambda += change;
-            self.x[a] -= direction * (self.w[a] * change);
-            self.x[b] += direction * (self.w[b] * change);
+        let lambdas = std::mem::take(&mut self.lambdas[E::KIND as usize]);
+        let elements = E::elements(&topology).corners().enumerate();
+        for ((index, corners), lambda) in elements.zip(lambdas.chunks_exact(M)) {
+            let rows = effect.rows(&topology, index, self.points(corners));
+            self.push(corners, &rows, lambda);
         }
+        self.lambdas[E::KIND as usize] = lambdas;
     }
 
-    /// One sweep over the tetrahedra's volumes.
-    pub fn solve_volume(&mut self, h: f64, first: bool) {
-        let Some(elastic) = self.volume else { return };
-        if first {
-            self.volume_multipliers.fill(0.0);
-        }
-        let topology = Arc::clone(&self.topology);
-        for (index, corners) in topology.tetrahedra.corners().enumerate() {
-            let corners = corners.map(|i| i as usize);
-            let rest_volume = f64::from(topology.tetrahedra.rest_volume[index]);
-            let scale = f64::from(topology.tetrahedra.gradient_scale[index]);
-            let w = corners.map(|i| self.w[i]);
-            let weigh = |gradients: &[DVec3; 4]| -> f64 {
-                (0..4).map(|k| w[k] * gradients[k].length_squared()).sum()
-            };
-            let mut gradients = volume_gradients(corners.map(|i| self.x[i]));
-            let mut weight = weigh(&gradients);
-            let floor = FLOOR * scale * w.iter().sum::<f64>();
-            if weight < VANISHED * floor {
-                gradients = volume_gradients(corners.map(|i| topology.rest[i].as_dvec3()));
-                weight = weigh(&gradients);
+    /// One sweep over the constraints of all elastic effects; λ starts at 0 with the first sweep of
+    /// a substep.
+    pub fn solve_elastic(&mut self, h: f64, first: bool) {
+        struct Sweep<'a>(&'a mut Body, f64, bool);
+        impl Visit for Sweep<'_> {
+            fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
+                self.0.solve(effect, self.1, self.2);
             }
-            let lambda = &mut self.volume_multipliers[index];
-            let change = xpbd(
-                super::topology::volume(corners.map(|i| self.x[i])) - rest_volume,
-                weight.max(floor),
-                (0..4)
-                    .map(|k| gradients[k].dot(self.x[corners[k]] - self.p[corners[k]]))
-                    .sum(),
-                elastic,
-                rest_volume.abs(),
-                *lambda,
-                h,
-            );
-            *lambda += change;
-            for k in 0..4 {
-                self.x[corners[k]] += gradients[k] * (w[k] * change);
+        }
+        let effects = self.effects;
+        effects.visit(&mut Sweep(self, h, first));
+    }
+
+    /// One sweep over the constraints of one effect.
+    pub fn solve<const N: usize, const M: usize, E: Elastic<N, M>>(
+        &mut self,
+        effect: &E,
+        h: f64,
+        first: bool,
+    ) {
+        let topology = Arc::clone(&self.topology);
+        let mut lambdas = std::mem::take(&mut self.lambdas[E::KIND as usize]);
+        if first {
+            lambdas.clear();
+        }
+        lambdas.resize(E::KIND.multipliers(&topology), 0.0);
+        let gamma = f64::from(effect.damping().get()) / h;
+        let elements = E::elements(&topology).corners().enumerate();
+        for ((index, corners), lambda) in elements.zip(lambdas.chunks_exact_mut(M)) {
+            let points = self.points(corners);
+            let rows = effect.rows(&topology, index, points);
+            let way = corners.map(|i| self.x[i as usize] - self.p[i as usize]);
+            let change = xpbd(&rows, points.map(|point| point.w), way, lambda, gamma, h);
+            for (lambda, change) in lambda.iter_mut().zip(change) {
+                *lambda += change;
+            }
+            self.push(corners, &rows, &change);
+        }
+        self.lambdas[E::KIND as usize] = lambdas;
+    }
+
+    fn points<const N: usize>(&self, corners: [u32; N]) -> [Point; N] {
+        corners.map(|i| i as usize).map(|i| Point {
+            x: self.x[i],
+            w: self.w[i],
+            rest: self.topology.rest[i].as_dvec3(),
+        })
+    }
+
+    /// Moves the particles of an element by w ∇C λ.
+    fn push<const N: usize>(&mut self, corners: [u32; N], rows: &[Row<N>], lambdas: &[f64]) {
+        for (row, lambda) in rows.iter().zip(lambdas) {
+            for (i, gradient) in corners.into_iter().zip(row.gradients) {
+                self.x[i as usize] += gradient * (self.w[i as usize] * lambda);
             }
         }
     }
@@ -360,13 +318,17 @@ impl Body {
             .sum();
         if weight > 0.0 && d.length() > 0.0 {
             let direction = d / d.length();
-            let spring = Elastic {
+            // The held point as one particle of the inverse mass `weight`.
+            let spring = Row {
+                error: d.length(),
+                gradients: [direction],
                 compliance: hold.compliance,
-                stiffness: f64::INFINITY,
-                damping: hold.damping,
+                scale: 1.0,
+                least: 0.0,
             };
-            let moved = direction.dot(held - place(&self.p) - travel / substeps);
-            let change = xpbd(d.length(), weight, moved, spring, 0.0, hold.multiplier, h);
+            let way = held - place(&self.p) - travel / substeps;
+            let gamma = hold.damping / h;
+            let [change] = xpbd(&[spring], [weight], [way], &[hold.multiplier], gamma, h);
             let limit = hold.max_force * h * h;
             let next = (hold.multiplier + change).clamp(-limit, limit);
             for (i, b) in hold.point.terms() {
@@ -451,31 +413,65 @@ impl Body {
     }
 }
 
-/// Δλ of XPBD's equation 26 with γ = τ/h; `rest` is what the stiffness is divided into.
-fn xpbd(
-    error: f64,
-    weight: f64,
-    moved: f64,
-    elastic: Elastic,
-    rest: f64,
-    lambda: f64,
+/// Δλ of XPBD's equation 26 with γ = τ/h, for all equations of an element together; `way` is x − p.
+fn xpbd<const N: usize, const M: usize>(
+    rows: &[Row<N>; M],
+    w: [f64; N],
+    way: [DVec3; N],
+    lambda: &[f64],
+    gamma: f64,
     h: f64,
-) -> f64 {
-    let alpha = (elastic.compliance + rest / elastic.stiffness) / (h * h);
-    let gamma = elastic.damping / h;
-    let denominator = (1.0 + gamma) * weight + alpha;
-    if denominator > 0.0 && weight > 0.0 {
-        -(error + alpha * lambda + gamma * moved) / denominator
-    } else {
-        0.0
+) -> [f64; M] {
+    let alpha = |i: usize| rows[i].compliance / (h * h);
+    let weight = |i: usize, j: usize| -> f64 {
+        let both = rows[i].gradients.iter().zip(rows[j].gradients);
+        both.zip(w).map(|((a, b), w)| w * a.dot(b)).sum()
+    };
+    let mut matrix = [[0.0; M]; M];
+    let mut right = [0.0; M];
+    for i in 0..M {
+        let moved: f64 = rows[i]
+            .gradients
+            .iter()
+            .zip(way)
+            .map(|(g, d)| g.dot(d))
+            .sum();
+        right[i] = -(rows[i].error + alpha(i) * lambda[i] + gamma * moved);
+        for j in 0..M {
+            matrix[i][j] = (1.0 + gamma) * weight(i, j);
+        }
+        matrix[i][i] = (1.0 + gamma) * weight(i, i).max(rows[i].least) + alpha(i);
     }
+    eliminate(matrix, right, |i| weight(i, i) > 0.0)
 }
 
-/// ∇V for each corner [m²].
-pub(super) fn volume_gradients([x0, x1, x2, x3]: [DVec3; 4]) -> [DVec3; 4] {
-    let (a, b, c) = (x1 - x0, x2 - x0, x3 - x0);
-    let (g1, g2, g3) = (b.cross(c) / 6.0, c.cross(a) / 6.0, a.cross(b) / 6.0);
-    [-(g1 + g2 + g3), g1, g2, g3]
+/// Solves a symmetric system by elimination. Leaves out the equations that are not `free` to be
+/// solved, and those that say what the ones before them have said.
+fn eliminate<const M: usize>(
+    mut matrix: [[f64; M]; M],
+    mut right: [f64; M],
+    free: impl Fn(usize) -> bool,
+) -> [f64; M] {
+    let mut inverse = [0.0; M];
+    for i in 0..M {
+        let whole = matrix[i][i];
+        for j in 0..i {
+            let factor = matrix[i][j] * inverse[j];
+            right[i] -= factor * right[j];
+            for k in j + 1..M {
+                matrix[i][k] -= factor * matrix[j][k];
+            }
+        }
+        if free(i) && matrix[i][i] > whole * f64::from(DEPENDENT) {
+            inverse[i] = 1.0 / matrix[i][i];
+        }
+    }
+    let mut solution = [0.0; M];
+    for i in (0..M).rev() {
+        let known: f64 = (i + 1..M).map(|j| matrix[i][j] * solution[j]).sum();
+        solution[i] = (right[i] - known) * inverse[i];
+    }
+    solution
 }
 
 /// A pose in f64.

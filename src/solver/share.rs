@@ -6,7 +6,7 @@
     reason = "threads get pieces of one borrow that share no element"
 )]
 
-use super::{advance::Stepper, bands::Piece, constraint::grab::Grab, particles::Part};
+use super::{ElasticKind, advance::Stepper, bands::Piece, constraint::grab::Grab, particles::Part};
 use glam::Vec4;
 use std::{marker::PhantomData, ops::Range, slice};
 
@@ -16,13 +16,12 @@ pub(super) struct Shared<'a> {
     previous: *mut Vec4,
     velocities: *mut Vec4,
     particles: usize,
-    stretch: Column,
-    volume: Column,
+    lambdas: [Column; ElasticKind::COUNT],
     grab: *mut Option<Grab>,
     lives: PhantomData<&'a mut ()>,
 }
 
-/// Multipliers of one kind of constraint.
+/// Multipliers of one effect.
 struct Column {
     start: *mut f32,
     len: usize,
@@ -40,7 +39,7 @@ impl<'a> Shared<'a> {
             particles.previous.len() == count && particles.velocities.len() == count,
             "particles have columns of different lengths"
         );
-        let column = |multipliers: &mut [f32]| Column {
+        let column = |multipliers: &mut Vec<f32>| Column {
             start: multipliers.as_mut_ptr(),
             len: multipliers.len(),
         };
@@ -49,8 +48,7 @@ impl<'a> Shared<'a> {
             previous: particles.previous.as_mut_ptr(),
             velocities: particles.velocities.as_mut_ptr(),
             particles: count,
-            stretch: column(body.stretch_multipliers),
-            volume: column(body.volume_multipliers),
+            lambdas: body.lambdas.columns().each_mut().map(column),
             grab: &raw mut body.effects.grab,
             lives: PhantomData,
         }
@@ -81,22 +79,13 @@ impl<'a> Shared<'a> {
         }
     }
 
-    /// Multipliers of some edges; empty if they are not kept.
+    /// Some multipliers of an effect; empty if they are not kept.
     ///
     /// # Safety
-    /// As long as they live, nobody else asks for the same edges.
-    pub unsafe fn stretch(&self, edges: Range<usize>) -> &mut [f32] {
+    /// As long as they live, nobody else asks for the same ones.
+    pub unsafe fn lambdas(&self, kind: ElasticKind, range: Range<usize>) -> &mut [f32] {
         // SAFETY: the caller's promise.
-        unsafe { self.stretch.part(edges) }
-    }
-
-    /// Multipliers of some tetrahedra; empty if they are not kept.
-    ///
-    /// # Safety
-    /// As long as they live, nobody else asks for the same tetrahedra.
-    pub unsafe fn volume(&self, tetrahedra: Range<usize>) -> &mut [f32] {
-        // SAFETY: the caller's promise.
-        unsafe { self.volume.part(tetrahedra) }
+        unsafe { self.lambdas[kind as usize].part(range) }
     }
 
     /// The hold of a hand.

@@ -6,6 +6,10 @@
 //! cloth explode). Rest values are rounded as the solver rounds the values that it compares with
 //! them, so that a body in its rest shape does not move by a bit.
 
+pub mod hinges;
+
+pub use hinges::Hinges;
+
 use super::{
     RestShape,
     bands::{Bands, SMALLEST_CUT},
@@ -15,6 +19,7 @@ use super::{
 };
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
+use std::sync::OnceLock;
 
 /// Edges as columns in the order of their colours.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -83,6 +88,25 @@ pub struct Topology {
     pub size: f32,
     /// What was left out of the input.
     pub left_out: LeftOut,
+    /// Hinges of the surface, for bending; not there until somebody asks for them.
+    hinges: Lazy<Hinges>,
+}
+
+/// A part that follows from the others, made when somebody first asks for it; it makes no
+/// difference between topologies.
+#[derive(Debug, Clone)]
+struct Lazy<T>(OnceLock<T>);
+
+impl<T> Default for Lazy<T> {
+    fn default() -> Self {
+        Self(OnceLock::new())
+    }
+}
+
+impl<T> PartialEq for Lazy<T> {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 /// Why a rest shape cannot be a body.
@@ -236,6 +260,7 @@ impl Topology {
             size: (high - low).max_element(),
             left_out,
             rest,
+            hinges: Lazy::default(),
         })
     }
 

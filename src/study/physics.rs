@@ -1,7 +1,7 @@
 //! Energy and momentum of a [`State`], whichever solver it is from, in f64.
 
 use super::state::{BodyState, State};
-use crate::solver::{Body, World, topology};
+use crate::solver::{Body, World, measure::elastic_energies, topology};
 use glam::DVec3;
 
 /// Kinetic, gravitational (zero at the origin) and elastic energy together [J]. Rigid constraints
@@ -57,24 +57,5 @@ fn volumes(body: &Body, x: &[DVec3]) -> impl Iterator<Item = f64> {
 }
 
 fn elastic(body: &Body, x: &[DVec3]) -> f64 {
-    let stored = |error: f64, compliance: f64| match compliance > 0.0 {
-        true => 0.5 * error * error / compliance,
-        false => 0.0,
-    };
-    let edges = &body.topology.edges;
-    let stretch = body.effects.stretch.map_or(0.0, |stretch| {
-        let ends = edges.ends().zip(&edges.rest_length);
-        ends.map(|([a, b], &rest)| {
-            let length = x[a as usize].distance(x[b as usize]);
-            stored(length - f64::from(rest), stretch.compliance_of(rest))
-        })
-        .sum()
-    });
-    let rest_volumes = &body.topology.tetrahedra.rest_volume;
-    let volume = body.effects.volume.map_or(0.0, |volume| {
-        let all = volumes(body, x).zip(rest_volumes);
-        all.map(|(now, &rest)| stored(now - f64::from(rest), volume.compliance_of(rest)))
-            .sum()
-    });
-    stretch + volume
+    elastic_energies(&body.effects, &body.topology, |i| x[i as usize])
 }

@@ -7,8 +7,8 @@
 
 use crate::solver::{
     Body, Rate, Substeps, World,
-    constraint::volume::volume_and_gradients,
-    measure::{SquareSum, stretch_residual, volume_residual},
+    elastic::{Elastic, Visit},
+    measure::{self, SquareSum},
 };
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -71,39 +71,34 @@ pub fn residuals(world: &World) -> Option<Residuals> {
 }
 
 fn primal_of(body: &Body, h: f32) -> SquareSum {
-    let (topology, positions) = (&body.topology, &body.particles.positions);
-    let mut all = SquareSum::default();
-    if let Some(stretch) = &body.effects.stretch {
-        let lambda = &body.stretch_multipliers;
-        all.add(stretch_residual(topology, positions, stretch, lambda, h));
+    let positions = &body.particles.positions;
+    measure::residuals(&body.effects, &body.topology, positions, &body.lambdas, h)
+}
+
+/// Adds up ∇C λ over the constraints of all effects.
+struct Pull<'a>(&'a Body, Vec<DVec3>);
+
+impl Visit for Pull<'_> {
+    fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
+        let Self(body, forces) = self;
+        let elements = effect.rows_of(&body.topology, &body.particles.positions);
+        let lambdas = body.lambdas.of(E::KIND).chunks_exact(M);
+        for ((corners, rows), lambdas) in elements.zip(lambdas) {
+            for (row, &lambda) in rows.iter().zip(lambdas) {
+                for (i, gradient) in corners.into_iter().zip(row.gradients) {
+                    forces[i as usize] += gradient * f64::from(lambda);
+                }
+            }
+        }
     }
-    if let Some(volume) = &body.effects.volume {
-        let lambda = &body.volume_multipliers;
-        all.add(volume_residual(topology, positions, volume, lambda, h));
-    }
-    all
 }
 
 /// Sums of squares over particles: of what is left, and of M(x − x̃).
 fn dual_of(body: &Body, alone: &[DVec3]) -> (f64, f64) {
     let positions = &body.particles.positions;
-    let mut forces = vec![DVec3::ZERO; positions.len()];
-    let ends = body.topology.edges.ends();
-    for ([a, b], &lambda) in ends.zip(&body.stretch_multipliers) {
-        let [a, b] = [a as usize, b as usize];
-        let d = (positions[b] - positions[a]).truncate().as_dvec3();
-        let pull = d.normalize_or_zero() * f64::from(lambda);
-        forces[a] -= pull;
-        forces[b] += pull;
-    }
-    let corners = body.topology.tetrahedra.corners();
-    for (corners, &lambda) in corners.zip(&body.volume_multipliers) {
-        let corners = corners.map(|i| i as usize);
-        let gradients = volume_and_gradients(corners.map(|i| positions[i].truncate())).1;
-        for (i, gradient) in corners.into_iter().zip(gradients) {
-            forces[i] += gradient.as_dvec3() * f64::from(lambda);
-        }
-    }
+    let mut pull = Pull(body, vec![DVec3::ZERO; positions.len()]);
+    body.effects.visit(&mut pull);
+    let forces = pull.1;
     let (mut left, mut pulled) = (0.0, 0.0);
     for ((x, alone), force) in positions.iter().zip(alone).zip(&forces) {
         if x.w > 0.0 {

@@ -7,12 +7,9 @@
 
 use crate::solver::{
     Body, World,
-    constraint::volume::volume_and_gradients,
+    elastic::{Elastic, Visit},
     measure::{self, gravitational_energy, kinetic_energy},
 };
-
-/// Below this share of |V₀|^(4/3) the solver does not let a squared gradient of a volume count.
-const FLOOR: f64 = 0.01;
 
 /// Energies of a world [J].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -64,52 +61,44 @@ impl Energy {
 }
 
 fn elastic(body: &Body) -> f64 {
-    let (topology, x) = (&body.topology, &body.particles.positions);
-    let stretch = body.effects.stretch.as_ref();
-    let volume = body.effects.volume.as_ref();
-    stretch.map_or(0.0, |stretch| measure::stretch_energy(topology, x, stretch))
-        + volume.map_or(0.0, |volume| measure::volume_energy(topology, x, volume))
+    let positions = &body.particles.positions;
+    let at = |i: u32| positions[i as usize].truncate().as_dvec3();
+    measure::elastic_energies(&body.effects, &body.topology, at)
+}
+
+/// Adds up what rigid constraints give.
+struct Closing<'a> {
+    body: &'a Body,
+    h: f64,
+    energy: f64,
+}
+
+impl Visit for Closing<'_> {
+    fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
+        if !effect.is_rigid() {
+            return;
+        }
+        let positions = &self.body.particles.positions;
+        let rows = effect.rows_of(&self.body.topology, positions);
+        for (corners, row) in rows.flat_map(|(corners, rows)| rows.map(|row| (corners, row))) {
+            let terms = corners.iter().zip(row.gradients);
+            let weight: f64 = terms
+                .map(|(&i, g)| f64::from(positions[i as usize].w) * g.length_squared())
+                .sum();
+            let weight = weight.max(row.least);
+            if weight > 0.0 {
+                self.energy += 0.5 * row.error * row.error / (self.h * self.h * weight);
+            }
+        }
+    }
 }
 
 fn closing(body: &Body, h: f64) -> f64 {
-    let (topology, x) = (&body.topology, &body.particles.positions);
-    let of = |error: f64, weight: f64| match weight > 0.0 {
-        true => 0.5 * error * error / (h * h * weight),
-        false => 0.0,
+    let mut closing = Closing {
+        body,
+        h,
+        energy: 0.0,
     };
-    let mut energy = 0.0;
-    if is_rigid_stretch(body) {
-        for (ends, error) in topology.edges.ends().zip(measure::edge_errors(topology, x)) {
-            energy += of(error, ends.map(|i| f64::from(x[i as usize].w)).iter().sum());
-        }
-    }
-    if is_rigid_volume(body) {
-        let tetrahedra = &topology.tetrahedra;
-        let rest = tetrahedra
-            .rest_volume
-            .iter()
-            .zip(&tetrahedra.gradient_scale);
-        for (corners, (&rest, &scale)) in tetrahedra.corners().zip(rest) {
-            let corners = corners.map(|i| x[i as usize]);
-            let (now, gradients) = volume_and_gradients(corners.map(|x| x.truncate()));
-            let terms = corners.iter().zip(gradients);
-            let weight: f64 = terms
-                .map(|(x, g)| f64::from(x.w) * f64::from(g.length_squared()))
-                .sum();
-            let masses: f64 = corners.iter().map(|x| f64::from(x.w)).sum();
-            let floor = FLOOR * f64::from(scale) * masses;
-            energy += of(f64::from(now) - f64::from(rest), weight.max(floor));
-        }
-    }
-    energy
-}
-
-fn is_rigid_stretch(body: &Body) -> bool {
-    let stretch = body.effects.stretch;
-    stretch.is_some_and(|stretch| stretch.compliance_of(1.0) == 0.0)
-}
-
-fn is_rigid_volume(body: &Body) -> bool {
-    let volume = body.effects.volume;
-    volume.is_some_and(|volume| volume.compliance_of(1.0) == 0.0)
+    body.effects.visit(&mut closing);
+    closing.energy
 }

@@ -5,7 +5,7 @@
 //! each state.
 
 use super::{Figure, Outside, energy::Energy};
-use crate::solver::{Body, Particles, World, measure};
+use crate::solver::{Body, ElasticKind, Particles, World, measure};
 use glam::{DVec3, Vec4};
 
 /// Half an ulp of 1 in f32: a position x is rounded by at most this times ‖x‖.
@@ -289,15 +289,11 @@ fn carried(particles: &Particles) -> f64 {
 
 /// Corners of all constraints: how often a sweep moves a particle, added up.
 fn corners(body: &Body) -> usize {
-    let edges = body
-        .effects
-        .stretch
-        .map_or(0, |_| 2 * body.topology.edges.ends().len());
-    let tetrahedra = body
-        .effects
-        .volume
-        .map_or(0, |_| 4 * body.topology.tetrahedra.corners().len());
-    edges + tetrahedra
+    let carried = ElasticKind::ALL.into_iter();
+    carried
+        .filter(|&kind| body.effects.has(kind))
+        .map(|kind| kind.corners() * kind.elements(&body.topology))
+        .sum()
 }
 
 /// Root mean square of C over the rest value, of edges and volumes.

@@ -53,6 +53,7 @@ mod simulation_quarantine;
 mod simulation_refusals;
 mod simulation_schedules;
 mod simulation_sleep;
+mod solver_bend;
 mod solver_closed_forms;
 mod solver_collider;
 mod solver_delivered;

@@ -93,6 +93,7 @@ impl Soft {
             (compliance, Damping::new(damping).expect("in range"))
         };
         body.effects = Effects {
+            bend: None,
             stretch: self
                 .stretch
                 .map(compliant)

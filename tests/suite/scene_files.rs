@@ -103,7 +103,7 @@ fn a_word_that_is_not_known_is_named_with_its_place_and_the_valid_ones() {
     );
     says(
         &complaint("stretch:", "strech:"),
-        &["my.ron:9:", "`strech`", "`stretch`, `volume`, `ground`"],
+        &["my.ron:9:", "`strech`", "`stretch`, `bend`, `volume`"],
     );
     says(
         &complaint("NoInverted", "Upright"),

@@ -5,7 +5,7 @@ use crate::support::{
     with, world,
 };
 use glam::Vec3;
-use pliant::solver::{Effects, Stretch, World, measure, reference};
+use pliant::solver::{Effects, ElasticKind, Stretch, World, measure, reference};
 use std::f64::consts::TAU;
 
 const MASS: f64 = 2.0;
@@ -111,7 +111,7 @@ fn a_spring_loses_energy_as_the_discrete_method_does() {
         let energy = |world: &World| {
             let body = &world.bodies[0];
             measure::kinetic_energy(&body.particles)
-                + measure::stretch_energy(&body.topology, &body.particles.positions, &effect)
+                + measure::elastic_energy(&effect, &body.topology, &body.particles.positions)
         };
         let start = energy(&fast);
         let n = 40;
@@ -155,7 +155,12 @@ fn each_link_of_a_hanging_chain_pulls_with_the_weight_below_it() {
     let world = hanging_chain(5, 2e-5, 10);
     let h = world.settings.substep_seconds();
     let body = &world.bodies[0];
-    for ([upper, _], lambda) in body.topology.edges.ends().zip(&body.stretch_multipliers) {
+    for ([upper, _], lambda) in body
+        .topology
+        .edges
+        .ends()
+        .zip(body.lambdas.of(ElasticKind::Stretch))
+    {
         let tension = -f64::from(*lambda) / (h * h);
         let below = f64::from(5 - upper);
         assert_relative(

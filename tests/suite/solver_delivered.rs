@@ -7,7 +7,7 @@ use crate::support::{
 };
 use glam::Vec4;
 use pliant::solver::{
-    Delivered, Effects, Stretch, World,
+    Delivered, Effects, ElasticKind, Lambdas, Stretch, World,
     delivered::{CLOSE, Work},
 };
 
@@ -45,22 +45,22 @@ fn hanging(compliance: f32, tau: f32, substeps: u32, iterations: u32) -> World {
 
 fn stretch_work(world: &World) -> Work {
     let body = &world.bodies[0];
-    Work::of_stretch(
+    Work::of(
+        &body.effects.stretch.expect("given"),
         &body.topology,
         &body.particles,
-        &body.effects.stretch.expect("given"),
-        &body.stretch_multipliers,
+        body.lambdas.of(ElasticKind::Stretch),
         world.settings.substep_seconds(),
     )
 }
 
 fn volume_work(world: &World) -> Work {
     let body = &world.bodies[0];
-    Work::of_volume(
+    Work::of(
+        &body.effects.volume.expect("given"),
         &body.topology,
         &body.particles,
-        &body.effects.volume.expect("given"),
-        &body.volume_multipliers,
+        body.lambdas.of(ElasticKind::Volume),
         world.settings.substep_seconds(),
     )
 }
@@ -137,7 +137,12 @@ fn with_one_sweep_forces_are_the_tensions_however_soft_the_chain_behaves() {
         let world = hanging(COMPLIANCE, 0.0, substeps, 1);
         let h = world.settings.substep_seconds();
         let body = &world.bodies[0];
-        for ([upper, _], lambda) in body.topology.edges.ends().zip(&body.stretch_multipliers) {
+        for ([upper, _], lambda) in body
+            .topology
+            .edges
+            .ends()
+            .zip(body.lambdas.of(ElasticKind::Stretch))
+        {
             let force = -f64::from(*lambda) / (h * h);
             let tolerance = 1e-4 + 10.0 * may_rest(&world);
             assert_relative(force, tension(upper as usize), tolerance, "tension");
@@ -291,7 +296,7 @@ fn without_load_or_without_multipliers_nothing_is_said() {
         );
     }
     let mut world = hanging(COMPLIANCE, 0.0, 10, 1);
-    world.bodies[0].stretch_multipliers.clear();
+    world.bodies[0].lambdas = Lambdas::default();
     assert_eq!(stretch_work(&world), Work::default());
     assert_eq!(Work::default().delivered(), None);
 }

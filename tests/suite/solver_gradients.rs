@@ -1,12 +1,10 @@
 //! Gradients of edges and grabs against central differences, through what a projection does.
 
-use crate::support::{body_of_masses, chain, random_vector};
+use crate::support::{body_of_masses, chain, random_vector, sweep};
 use glam::{DVec3, Vec3};
 use pliant::solver::{
     Body, Compliance, Damping, Force, Grab, RestShape, Stretch, SurfacePoint,
-    constraint::{Multipliers, stretch},
-    deform::Random,
-    reference,
+    constraint::Multipliers, deform::Random, reference,
 };
 
 fn centrally(f: impl Fn(DVec3) -> f64, x: DVec3) -> DVec3 {
@@ -39,21 +37,8 @@ fn edges_push_along_the_central_differences_of_their_length() {
         let (mut body, ends) = random_edge(&mut random);
         let expected = expected_pushes(ends);
         let mut twin = reference::Body::of(&body);
-        twin.stretch = Some(reference::Elastic {
-            compliance: 0.0,
-            stiffness: f64::INFINITY,
-            damping: 0.0,
-        });
-        twin.solve_stretch(0.01, true);
-        let topology = &body.topology;
-        stretch::solve(
-            &mut body.particles.positions,
-            &body.particles.previous,
-            &topology.edges,
-            &topology.rest,
-            Stretch::default().coefficients(0.01),
-            Multipliers::Unused,
-        );
+        twin.solve(&Stretch::default(), 0.01, true);
+        sweep(&mut body, &Stretch::default(), 0.01, Multipliers::Unused);
         let mut pushes = [Vec3::ZERO; 2];
         for i in 0..2 {
             let w = f64::from(body.particles.positions[i].w);

@@ -6,7 +6,8 @@ use crate::support::{
 };
 use glam::{DVec3, Vec3};
 use pliant::solver::{
-    Body, Deformation, Effects, contact::pose::rotation, deform, measure, measure::SquareSum,
+    Body, Deformation, Effects, ElasticKind, contact::pose::rotation, deform, measure,
+    measure::SquareSum,
 };
 
 fn shape_error(body: &Body) -> f64 {
@@ -92,7 +93,7 @@ fn a_stretched_edge_stores_half_its_square_over_its_compliance_and_a_rigid_one_n
     body.particles.positions[1].y = -1.5;
     let energy = |compliance: f32| {
         let effect = stretch(compliance).expect("given");
-        measure::stretch_energy(&body.topology, &body.particles.positions, &effect)
+        measure::elastic_energy(&effect, &body.topology, &body.particles.positions)
     };
     assert_relative(energy(0.25), 0.5 * 0.25 / 0.25, 1e-6, "energy");
     assert_eq!(energy(0.0), 0.0);
@@ -110,11 +111,11 @@ fn what_is_left_of_the_equations_falls_with_iterations() {
         let mut world = world(settings(9.81, 60.0, 2, iterations), rope);
         support::run(&mut world, 1.0);
         let body = &world.bodies[0];
-        let sum = measure::stretch_residual(
+        let sum = measure::residual(
+            &body.effects.stretch.expect("given"),
             &body.topology,
             &body.particles.positions,
-            &body.effects.stretch.expect("given"),
-            &body.stretch_multipliers,
+            body.lambdas.of(ElasticKind::Stretch),
             world.settings.substep_seconds() as f32,
         );
         sum.rms()

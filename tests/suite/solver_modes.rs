@@ -16,16 +16,7 @@ const COMPLIANCE: f32 = 5e-4;
 const MASS: f32 = 2.0;
 
 fn modes(body: &Body) -> Modes {
-    let Effects {
-        stretch, volume, ..
-    } = &body.effects;
-    Modes::of(
-        &body.topology,
-        &body.particles,
-        stretch.as_ref(),
-        volume.as_ref(),
-    )
-    .expect("it can strain")
+    Modes::of(&body.topology, &body.particles, &body.effects).expect("it can strain")
 }
 
 fn softest(body: &Body) -> f64 {
@@ -108,7 +99,10 @@ fn what_is_rigid_has_no_frequency_and_no_energy_after_a_substep() {
     assert_eq!(modes.softest, None);
     assert_eq!(half_life(modes.stiffest, 1e-3), 0.0);
     let free = body("cube", cube(0.5, 1), 1000.0);
-    assert_eq!(Modes::of(&free.topology, &free.particles, None, None), None);
+    assert_eq!(
+        Modes::of(&free.topology, &free.particles, &Effects::default()),
+        None
+    );
 }
 
 #[test]

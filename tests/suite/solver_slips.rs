@@ -1,40 +1,18 @@
 //! Slips that texts about this method are known for. Each test names one, and the figure that it
 //! would give; each was seen to fail with the slip made.
 
-use crate::support::{assert_relative, body, body_of_masses, chain, stretch, tetrahedron, volume};
+use crate::support::{
+    assert_relative, body, body_of_masses, chain, stretch, sweep, tetrahedron, volume,
+};
 use glam::Vec3;
 use pliant::solver::{
     Body, RestShape, Stretch, Volume,
-    constraint::{Multipliers, stretch as edges, volume as volumes},
+    constraint::{Multipliers, volume::volume_and_gradients},
     measure,
 };
 
 /// h of all tests here [s]: α̃ = α/h² then is 16 α.
 const H: f32 = 0.25;
-
-fn sweep_edges(body: &mut Body, effect: &Stretch, multipliers: Multipliers) {
-    let topology = &body.topology;
-    edges::solve(
-        &mut body.particles.positions,
-        &body.particles.previous,
-        &topology.edges,
-        &topology.rest,
-        effect.coefficients(H),
-        multipliers,
-    );
-}
-
-fn sweep_volumes(body: &mut Body, effect: &Volume) {
-    let topology = &body.topology;
-    volumes::solve(
-        &mut body.particles.positions,
-        &body.particles.previous,
-        &topology.tetrahedra,
-        &topology.rest,
-        effect.coefficients(H),
-        Multipliers::Unused,
-    );
-}
 
 fn volume_of(body: &Body) -> f64 {
     measure::tetrahedron_volumes(&body.topology, &body.particles.positions).sum()
@@ -46,7 +24,7 @@ fn swollen(density: f32) -> (Body, f64) {
     body.particles.positions[1].x = 1.0 + 2.0_f32.powi(-10);
     let positions = &body.particles.positions;
     let corners = std::array::from_fn(|i| positions[i].truncate());
-    let (_, gradients) = volumes::volume_and_gradients(corners);
+    let (_, gradients) = volume_and_gradients(corners);
     let weight = (0..4)
         .map(|i| f64::from(positions[i].w * gradients[i].length_squared()))
         .sum();
@@ -63,7 +41,7 @@ fn an_edge_that_is_too_long_pulls_both_ends_inwards() {
     // grows to 1.5.
     let mut body = body_of_masses(chain(1, 1.0), &[1.0, 1.0]);
     body.particles.positions[1].y = -1.25;
-    sweep_edges(&mut body, &Stretch::default(), Multipliers::Unused);
+    sweep(&mut body, &Stretch::default(), H, Multipliers::Unused);
     let ends = [0, 1].map(|i| body.particles.positions[i].truncate());
     assert_eq!(ends, [Vec3::NEG_Y * 0.125, Vec3::NEG_Y * 1.125]);
 }
@@ -82,7 +60,7 @@ fn multipliers_and_positions_are_added_to_and_not_replaced() {
     let mut lambda = vec![0.0];
     for iteration in 0..3 {
         let multipliers = Multipliers::of_sweep(&mut lambda, (iteration, 3, false));
-        sweep_edges(&mut body, &effect, multipliers);
+        sweep(&mut body, &effect, H, multipliers);
     }
     // α̃ = 2 /kg and Σw = 2 /kg: Δλ = −0.5/4, half of the error is left.
     assert_relative(f64::from(lambda[0]), -0.125, 1e-5, "λ");
@@ -109,7 +87,7 @@ fn every_corner_has_a_gradient_of_its_own() {
         .iter()
         .map(|x| x.truncate())
         .collect();
-    sweep_volumes(&mut body, &Volume::default());
+    sweep(&mut body, &Volume::default(), H, Multipliers::Unused);
     let moved = |i: usize| (body.particles.positions[i].truncate() - before[i]).normalize();
     let expected = [Vec3::ONE.normalize(), Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z];
     for (i, expected) in expected.into_iter().enumerate() {
@@ -130,7 +108,7 @@ fn the_compliance_of_a_volume_is_that_of_cubic_metres_not_of_six_times_as_many()
     let (mut body, weight) = swollen(24.0);
     let effect = volume((weight / 16.0) as f32).expect("given");
     let before = swelling(&body);
-    sweep_volumes(&mut body, &effect);
+    sweep(&mut body, &effect, H, Multipliers::Unused);
     assert_relative(swelling(&body) / before, 0.5, 2e-3, "share that is left");
 }
 
@@ -140,7 +118,7 @@ fn a_rigid_volume_takes_its_whole_step() {
     // 5/6; C = 6(V − V₀) with gradients that lack the six makes it six times too long: −5.
     let (mut body, _) = swollen(1000.0);
     let before = swelling(&body);
-    sweep_volumes(&mut body, &Volume::default());
+    sweep(&mut body, &Volume::default(), H, Multipliers::Unused);
     // The square of 2⁻¹⁰, and volumes known to 2⁻²³ of themselves.
     assert!((swelling(&body) / before).abs() < 2e-3);
 }
@@ -173,7 +151,7 @@ fn the_sign_of_the_volume_counts() {
     let mut body = body("tetrahedron", tetrahedron(), 1000.0);
     body.particles.positions[1].x = -1.0;
     let before = volume_of(&body);
-    sweep_volumes(&mut body, &Volume::default());
+    sweep(&mut body, &Volume::default(), H, Multipliers::Unused);
     assert!(
         volume_of(&body) > before + 0.01,
         "{before} became {}",

@@ -2,26 +2,12 @@
 
 use crate::support::{
     self, G, assert_relative, bits, body_of_masses, chain, damping, pinned, position, settings,
-    stretch, with, world,
+    stretch, sweep, with, world,
 };
 use glam::{Vec3, Vec4};
 use pliant::solver::{
-    Body, Effects, RestShape, Stiffness, Stretch, World,
-    constraint::{Multipliers, stretch as kernel},
+    Body, Effects, ElasticKind, RestShape, Stiffness, Stretch, World, constraint::Multipliers,
 };
-
-/// One sweep over the body's edges.
-fn sweep(body: &mut Body, effect: &Stretch, h: f32, multipliers: Multipliers) {
-    let topology = &body.topology;
-    kernel::solve(
-        &mut body.particles.positions,
-        &body.particles.previous,
-        &topology.edges,
-        &topology.rest,
-        effect.coefficients(h),
-        multipliers,
-    );
-}
 
 fn at(body: &Body, i: usize) -> Vec3 {
     body.particles.positions[i].truncate()
@@ -73,7 +59,7 @@ fn a_hanging_kilogram_reads_nine_point_eight_one_newtons() {
         let mut world = hanging(0.1, 1.0, effect, 60.0, 10);
         support::run(&mut world, 5.0);
         let h = world.settings.substep_seconds();
-        let force = f64::from(world.bodies[0].stretch_multipliers[0]) / (h * h);
+        let force = f64::from(world.bodies[0].lambdas.of(ElasticKind::Stretch)[0]) / (h * h);
         assert_relative(-force, G, 1e-3, &format!("force at {compliance} m/N"));
     }
 }

@@ -7,10 +7,7 @@ use crate::support::{
 use glam::{DVec3, Vec3};
 use pliant::solver::{
     Body, Stiffness, Volume,
-    constraint::{
-        Multipliers,
-        volume::{self as kernel, volume_and_gradients},
-    },
+    constraint::{Multipliers, volume::volume_and_gradients},
     deform::Random,
     measure, reference,
     topology::volume as exact_volume,
@@ -18,15 +15,7 @@ use pliant::solver::{
 
 /// One sweep over the body's tetrahedra.
 fn sweep(body: &mut Body, effect: &Volume, h: f32) {
-    let topology = &body.topology;
-    kernel::solve(
-        &mut body.particles.positions,
-        &body.particles.previous,
-        &topology.tetrahedra,
-        &topology.rest,
-        effect.coefficients(h),
-        Multipliers::Unused,
-    );
+    support::sweep(body, effect, h, Multipliers::Unused);
 }
 
 fn now(body: &Body) -> f64 {
@@ -97,7 +86,7 @@ fn the_twin_moves_corners_along_the_central_differences() {
         let square: f64 = gradients.iter().map(|g| g.length_squared()).sum();
         let rest = f64::from(start.topology.tetrahedra.rest_volume[0]);
         let step = -(exact_volume(before) - rest) / square;
-        twin.solve_volume(0.01, true);
+        twin.solve_elastic(0.01, true);
         for i in 0..4 {
             let expected = gradients[i] * step;
             // Masses are f32: those of 24 kg/m³ × 1/24 m³ are 1 kg but for one rounding.

@@ -5,7 +5,10 @@ use pliant::{
     mesh::Primitive,
     solver::{
         Body, Compliance, Damping, Density, Effects, Ground, Iterations, Mass, Rate, RestShape,
-        Settings, Stretch, Substeps, Topology, Volume, World, deform::Random,
+        Settings, Stretch, Substeps, Topology, Volume, World,
+        constraint::Multipliers,
+        deform::Random,
+        elastic::{self, Elastic},
     },
 };
 use std::sync::Arc;
@@ -195,4 +198,18 @@ pub fn assert_relative(value: f64, expected: f64, tolerance: f64, what: &str) {
         error <= tolerance,
         "{what} is {value}, expected {expected} within {tolerance} of it, but is off by {error}"
     );
+}
+
+/// One sweep over all constraints of an effect of a body, with substeps of `h` seconds.
+pub fn sweep<const N: usize, const M: usize>(
+    body: &mut Body,
+    effect: &impl Elastic<N, M>,
+    h: f32,
+    multipliers: Multipliers,
+) {
+    let particles = (
+        &mut body.particles.positions[..],
+        &body.particles.previous[..],
+    );
+    elastic::sweep(effect, &body.topology, h, particles, multipliers);
 }

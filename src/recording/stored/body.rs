@@ -47,8 +47,7 @@ impl StoredBody {
             pins,
             effects,
             // They are zero where a substep begins.
-            stretch_multipliers: _,
-            volume_multipliers: _,
+            lambdas: _,
             rest,
             asleep,
             quarantine,

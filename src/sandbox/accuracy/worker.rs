@@ -113,11 +113,7 @@ impl Drop for Worker {
 
 /// The stiffest and the softest mode of all bodies.
 fn modes(world: &World) -> Option<Modes> {
-    let of = |body: &Body| {
-        let effects = &body.effects;
-        let (stretch, volume) = (effects.stretch.as_ref(), effects.volume.as_ref());
-        Modes::of(&body.topology, &body.particles, stretch, volume)
-    };
+    let of = |body: &Body| Modes::of(&body.topology, &body.particles, &body.effects);
     let all = world.bodies.iter().filter_map(of);
     all.reduce(|a, b| Modes {
         stiffest: a.stiffest.max(b.stiffest),

@@ -6,10 +6,13 @@ use std::collections::BTreeMap;
 
 use super::{Panel, PanelState, model::DeliveredModel, number::format};
 use crate::{
-    effect::{Effect, Stretch, StretchMultipliers, Volume, VolumeMultipliers},
     sandbox::theme,
-    simulation::{Active, SimulationSettings, SoftBody},
-    solver::{Damping, Particles, delivered::Work},
+    simulation::{Active, Multipliers, SimulationSettings, SoftBody, plain::effects},
+    solver::{
+        ElasticKind, Particles,
+        delivered::Work,
+        elastic::{Elastic, Visit},
+    },
 };
 
 /// What is left of the sums of a tick in the next: they tell of the last second or so.
@@ -18,29 +21,39 @@ const KEPT: f64 = 0.95;
 /// Sums over the bodies shown, by effect: of the last tick and, the older the less, of those before.
 pub(super) type Works = BTreeMap<&'static str, Work>;
 
+/// Adds up the works of all elastic effects of a body.
+struct Gather<'a> {
+    body: &'a SoftBody,
+    particles: &'a Particles,
+    multipliers: &'a Multipliers,
+    h: f64,
+    fresh: &'a mut Works,
+}
+
+impl Visit for Gather<'_> {
+    fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
+        let lambdas = self.multipliers.of(E::KIND);
+        let work = Work::of(effect, self.body, self.particles, lambdas, self.h);
+        self.fresh.entry(E::KIND.name()).or_default().add(work);
+    }
+}
+
 /// Takes in what the solver left after the last substep of a tick, to be called when one has ended:
 /// in the middle of the next, multipliers and positions belong to different times. Of bodies that
 /// sleep nothing is new.
 pub(super) fn gather(world: &mut World, shown: &[Entity]) {
     let h = world.resource::<SimulationSettings>().substep_seconds();
-    let mut bodies = world.query_filtered::<(
-        &SoftBody,
-        &Particles,
-        Option<(&Stretch, &StretchMultipliers)>,
-        Option<(&Volume, &VolumeMultipliers)>,
-    ), Active>();
+    let mut bodies = world.query_filtered::<(&SoftBody, &Particles, &Multipliers), Active>();
     let mut fresh = Works::new();
-    for (body, particles, stretch, volume) in shown
-        .iter()
-        .filter_map(|body| bodies.get(world, *body).ok())
-    {
-        if let Some((stretch, lambda)) = stretch {
-            let work = Work::of_stretch(body, particles, stretch, lambda, h);
-            fresh.entry(Stretch::NAME).or_default().add(work);
-        }
-        if let Some((volume, lambda)) = volume {
-            let work = Work::of_volume(body, particles, volume, lambda, h);
-            fresh.entry(Volume::NAME).or_default().add(work);
+    for &entity in shown {
+        if let Ok((body, particles, multipliers)) = bodies.get(world, entity) {
+            effects(world.entity(entity)).visit(&mut Gather {
+                body,
+                particles,
+                multipliers,
+                h,
+                fresh: &mut fresh,
+            });
         }
     }
     let works = &mut world.resource_mut::<PanelState>().works;
@@ -58,21 +71,14 @@ pub(super) fn model(world: &World, effect: &str, shown: &[Entity]) -> Option<Del
         .works
         .get(effect)?
         .delivered()?;
-    let damping = |body: &Entity| -> Option<Damping> {
-        let body = world.entity(*body);
-        match effect {
-            Stretch::NAME => Some(body.get::<Stretch>()?.damping),
-            _ => Some(body.get::<Volume>()?.damping),
-        }
-    };
+    let kind = ElasticKind::ALL
+        .into_iter()
+        .find(|kind| kind.name() == effect)?;
+    let damping = |body: &Entity| effects(world.entity(*body)).damping(kind);
     let damping = shown.iter().find_map(damping)?;
     Some(DeliveredModel {
         got: delivered.got,
-        unit: if effect == Stretch::NAME {
-            "m/N"
-        } else {
-            "m⁵/N"
-        },
+        unit: kind.unit(),
         factor: delivered.factor(),
         limited: delivered.is_limited(),
         substeps: delivered.substeps(world.resource::<SimulationSettings>(), damping),

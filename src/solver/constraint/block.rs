@@ -17,8 +17,8 @@ use crate::solver::{
 use fearless_simd::{f32x8, prelude::*};
 use glam::Vec4;
 
-/// Constraints on `N` particles each, to be projected eight at a time.
-pub(crate) trait Blocks<const N: usize>: Sync {
+/// Constraints on `N` particles each, of `M` equations each, to be projected eight at a time.
+pub trait Blocks<const N: usize, const M: usize>: Sync {
     /// Which particles each is on, and their order.
     fn elements(&self) -> &Elements<N>;
 
@@ -34,13 +34,13 @@ pub(crate) trait Blocks<const N: usize>: Sync {
         block: &Block<N>,
         x: &mut [Columns<L>; N],
         previous: Option<[Columns<L>; N]>,
-        lambda: Option<f32x8<L>>,
-    ) -> f32x8<L>;
+        lambda: Option<[f32x8<L>; M]>,
+    ) -> [f32x8<L>; M];
 }
 
 /// Up to eight constraints that share no particle. Lanes without one repeat the last.
 #[derive(Debug)]
-pub(crate) struct Block<'a, const N: usize> {
+pub struct Block<'a, const N: usize> {
     /// Particles of each.
     pub corners: &'a [[Corner; N]; WIDTH],
     /// Number of the first.
@@ -58,14 +58,15 @@ impl<const N: usize> Block<'_, N> {
 }
 
 /// One sweep in the given order, on one thread.
-pub(crate) fn solve_all<const N: usize, B: Blocks<N>>(
+pub(crate) fn solve_all<const N: usize, const M: usize, B: Blocks<N, M>>(
     blocks: &B,
     positions: &mut [Vec4],
     previous: &[Vec4],
     mut multipliers: Multipliers,
 ) {
     for (index, batch) in blocks.elements().batches().iter().enumerate() {
-        let multipliers = multipliers.part(batch.constraints());
+        let constraints = batch.constraints();
+        let multipliers = multipliers.part(constraints.start * M..constraints.end * M);
         solve_batch(
             blocks,
             index,
@@ -81,7 +82,7 @@ pub(crate) fn solve_all<const N: usize, B: Blocks<N>>(
 ///
 /// # Panics
 /// If the constraints reach beyond these particles.
-pub(crate) fn solve_batch<const N: usize, B: Blocks<N>>(
+pub(crate) fn solve_batch<const N: usize, const M: usize, B: Blocks<N, M>>(
     blocks: &B,
     index: usize,
     (positions, previous, base): (&mut [Vec4], &[Vec4], usize),
@@ -103,10 +104,10 @@ pub(crate) fn solve_batch<const N: usize, B: Blocks<N>>(
         previous: previous.as_ptr().wrapping_sub(base),
     };
     match (multipliers.kept(), blocks.damped()) {
-        (None, false) => instructions.run(Lean::<_, N, false>(sweep)),
-        (None, true) => instructions.run(Lean::<_, N, true>(sweep)),
-        (Some(kept), false) => instructions.run(Kept::<_, N, false>(sweep, kept)),
-        (Some(kept), true) => instructions.run(Kept::<_, N, true>(sweep, kept)),
+        (None, false) => instructions.run(Lean::<_, N, M, false>(sweep)),
+        (None, true) => instructions.run(Lean::<_, N, M, true>(sweep)),
+        (Some(kept), false) => instructions.run(Kept::<_, N, M, false>(sweep, kept)),
+        (Some(kept), true) => instructions.run(Kept::<_, N, M, true>(sweep, kept)),
     }
 }
 
@@ -122,36 +123,48 @@ struct Sweep<'a, B> {
 }
 
 /// A sweep that nobody will ask for multipliers.
-struct Lean<'a, B, const N: usize, const DAMPED: bool>(Sweep<'a, B>);
+struct Lean<'a, B, const N: usize, const M: usize, const DAMPED: bool>(Sweep<'a, B>);
 
 /// A sweep that keeps multipliers.
-struct Kept<'a, 'm, B, const N: usize, const DAMPED: bool>(Sweep<'a, B>, &'m mut [f32]);
+struct Kept<'a, 'm, B, const N: usize, const M: usize, const DAMPED: bool>(
+    Sweep<'a, B>,
+    &'m mut [f32],
+);
 
-impl<const N: usize, B: Blocks<N>, const DAMPED: bool> Work for Lean<'_, B, N, DAMPED> {
+impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> Work
+    for Lean<'_, B, N, M, DAMPED>
+{
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
-        self.0.each(
+        self.0.each::<N, M>(
             #[inline(always)]
             |sweep, block| {
-                sweep.project::<L, N, DAMPED>(simd, block, None);
+                sweep.project::<L, N, M, DAMPED>(simd, block, None);
             },
         );
     }
 }
 
-impl<const N: usize, B: Blocks<N>, const DAMPED: bool> Work for Kept<'_, '_, B, N, DAMPED> {
+impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> Work
+    for Kept<'_, '_, B, N, M, DAMPED>
+{
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
         let Self(sweep, multipliers) = self;
         let offset = sweep.batch.constraints().start;
-        sweep.each(
+        sweep.each::<N, M>(
             #[inline(always)]
             |sweep, block| {
-                let part = block.first - offset..block.first - offset + block.lanes;
-                let lambda = load(simd, &multipliers[part.clone()]);
-                let change = sweep.project::<L, N, DAMPED>(simd, block, Some(lambda));
-                let next = <[f32; WIDTH]>::from(lambda + change);
-                multipliers[part].copy_from_slice(&next[..block.lanes]);
+                let start = (block.first - offset) * M;
+                let part = &mut multipliers[start..start + block.lanes * M];
+                let lambda = load_rows::<L, M>(simd, part);
+                let change = sweep.project::<L, N, M, DAMPED>(simd, block, Some(lambda));
+                for row in 0..M {
+                    let next = <[f32; WIDTH]>::from(lambda[row] + change[row]);
+                    for (place, next) in part.iter_mut().skip(row).step_by(M).zip(next) {
+                        *place = next;
+                    }
+                }
             },
         );
     }
@@ -160,9 +173,9 @@ impl<const N: usize, B: Blocks<N>, const DAMPED: bool> Work for Kept<'_, '_, B, 
 impl<'a, B> Sweep<'a, B> {
     /// Block by block.
     #[inline(always)]
-    fn each<const N: usize>(&self, mut solve: impl FnMut(&Self, &Block<N>))
+    fn each<const N: usize, const M: usize>(&self, mut solve: impl FnMut(&Self, &Block<N>))
     where
-        B: Blocks<N>,
+        B: Blocks<N, M>,
     {
         for (first, group) in self.blocks.elements().groups(self.batch) {
             let (full, rest) = group.as_chunks::<WIDTH>();
@@ -195,14 +208,14 @@ impl<'a, B> Sweep<'a, B> {
 
     /// Projects the constraints of a block of the batch.
     #[inline(always)]
-    fn project<L: Lanes, const N: usize, const DAMPED: bool>(
+    fn project<L: Lanes, const N: usize, const M: usize, const DAMPED: bool>(
         &self,
         simd: L,
         block: &Block<N>,
-        lambda: Option<f32x8<L>>,
-    ) -> f32x8<L>
+        lambda: Option<[f32x8<L>; M]>,
+    ) -> [f32x8<L>; M]
     where
-        B: Blocks<N>,
+        B: Blocks<N, M>,
     {
         // SAFETY: the block is one of the batch, whose particles can be read there.
         let mut x = unsafe { gather(simd, self.origin, block.corners) };
@@ -231,6 +244,116 @@ fn load<L: Lanes>(simd: L, numbers: &[f32]) -> f32x8<L> {
         }
     }
 }
+
+/// Row by row the multipliers of up to eight constraints, which lie constraint by constraint.
+#[inline(always)]
+fn load_rows<L: Lanes, const M: usize>(simd: L, multipliers: &[f32]) -> [f32x8<L>; M] {
+    if M == 1 {
+        return [load(simd, multipliers); M];
+    }
+    let mut rows = [[0.0; WIDTH]; M];
+    for (lane, constraint) in multipliers.chunks_exact(M).enumerate() {
+        for (row, &lambda) in rows.iter_mut().zip(constraint) {
+            row[lane] = lambda;
+        }
+    }
+    rows.map(|row| row.simd_into(simd))
+}
+
+/// Equations of eight elements.
+pub(crate) struct LaneRow<L: Lanes, const N: usize> {
+    /// C.
+    pub error: f32x8<L>,
+    /// ∇C for each particle.
+    pub gradients: [[f32x8<L>; 3]; N],
+    /// α/h².
+    pub alpha: f32x8<L>,
+    /// The least Σ w‖∇C‖² that is divided by.
+    pub least: f32x8<L>,
+}
+
+/// Solves the `M` equations of each element together: (∇C W ∇Cᵀ(1 + γ) + α̃) Δλ = −(C + α̃λ +
+/// γ∇C·(x − p)), moves the particles, and returns Δλ.
+///
+/// By elimination without exchange. An equation that says what those before it have said already,
+/// to within rounding, is left out.
+#[inline(always)]
+pub(crate) fn solve_rows<L: Lanes, const N: usize, const M: usize>(
+    simd: L,
+    rows: &[LaneRow<L, N>; M],
+    x: &mut [Columns<L>; N],
+    previous: Option<[Columns<L>; N]>,
+    lambda: Option<[f32x8<L>; M]>,
+    gamma: f32,
+) -> [f32x8<L>; M] {
+    let zero = f32x8::splat(simd, 0.0);
+    let one = f32x8::splat(simd, 1.0);
+    let mut matrix = [[zero; M]; M];
+    let mut right = [zero; M];
+    for i in 0..M {
+        let row = &rows[i];
+        let mut error = row.error;
+        if let Some(lambda) = &lambda {
+            error += row.alpha * lambda[i];
+        }
+        if let Some(p) = &previous {
+            let mut sum = zero;
+            for corner in 0..N {
+                let moved = difference(&x[corner], &p[corner]);
+                sum += dot(&row.gradients[corner], &moved);
+            }
+            error += sum * gamma;
+        }
+        right[i] = -error;
+        for j in 0..=i {
+            let mut weight = zero;
+            for corner in 0..N {
+                let both = dot(&row.gradients[corner], &rows[j].gradients[corner]);
+                weight += x[corner][3] * both;
+            }
+            if i == j {
+                weight = weight.max(row.least);
+                matrix[i][i] = weight * (1.0 + gamma) + row.alpha;
+            } else {
+                weight = weight * (1.0 + gamma);
+                matrix[i][j] = weight;
+                matrix[j][i] = weight;
+            }
+        }
+    }
+    let mut change = [zero; M];
+    let mut inverse = [zero; M];
+    for i in 0..M {
+        let whole = matrix[i][i];
+        for j in 0..i {
+            let factor = matrix[i][j] * inverse[j];
+            right[i] = right[i] - factor * right[j];
+            for k in j + 1..M {
+                matrix[i][k] = matrix[i][k] - factor * matrix[j][k];
+            }
+        }
+        let sound = matrix[i][i].simd_gt(whole * DEPENDENT);
+        let pivot = sound.select(matrix[i][i], one);
+        inverse[i] = sound.select(one / pivot, zero);
+    }
+    for i in (0..M).rev() {
+        let mut sum = right[i];
+        for j in i + 1..M {
+            sum = sum - matrix[i][j] * change[j];
+        }
+        change[i] = sum * inverse[i];
+    }
+    for corner in 0..N {
+        let w = x[corner][3];
+        for (row, &change) in rows.iter().zip(&change) {
+            add_scaled(&mut x[corner], &row.gradients[corner], w * change);
+        }
+    }
+    change
+}
+
+/// An equation of which less than this share is left once those before it hold says nothing new.
+pub(crate) const DEPENDENT: f32 = 1e-6;
 
 /// a − b, without weights.
 #[inline(always)]

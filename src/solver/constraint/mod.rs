@@ -17,6 +17,7 @@
 //! and residuals. With one iteration a substep it is zero where it would be read, so it is
 //! neither read nor, unless somebody asks, written: see [`Multipliers`].
 
+pub mod bend;
 pub(crate) mod block;
 pub mod grab;
 pub mod stretch;

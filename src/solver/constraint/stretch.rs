@@ -3,18 +3,16 @@
 //! λ/h² is the force that the edge pulls with, in N (negative when it pulls). Compliance is in
 //! m/N: an edge under a force F settles at C = αF.
 
-use super::{
-    Multipliers,
-    block::{Block, Blocks, add_scaled, difference, dot, solve_all},
-};
+use super::block::{Block, Blocks, add_scaled, difference, dot};
 use crate::solver::{
-    Compliance, Damping, Stiffness,
+    Compliance, Damping, Stiffness, Topology,
+    elastic::{Elastic, ElasticKind, Point, Row},
     lanes::{Columns, Lanes, WIDTH},
     order::Elements,
     topology::Edges,
 };
 use fearless_simd::{f32x8, prelude::*};
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 /// Edges resist a change of length.
@@ -61,36 +59,63 @@ impl Stretch {
     }
 }
 
-/// One sweep over all edges, on one thread.
+impl Elastic<2, 1> for Stretch {
+    const KIND: ElasticKind = ElasticKind::Stretch;
+    const UNIT: &'static str = "m/N";
+    type Kernel<'a> = Kernel<'a>;
+
+    fn elements(topology: &Topology) -> &Elements<2> {
+        &topology.edges.elements
+    }
+
+    fn kernel<'a>(&self, topology: &'a Topology, h: f32) -> Kernel<'a> {
+        Kernel {
+            edges: &topology.edges,
+            rest: &topology.rest,
+            coefficients: self.coefficients(h),
+        }
+    }
+
+    fn rows(&self, topology: &Topology, index: usize, [a, b]: [Point; 2]) -> [Row<2>; 1] {
+        let rest_length = topology.edges.rest_length[index];
+        let d = b.x - a.x;
+        let length = d.length();
+        let direction = if length > 0.0 {
+            d / length
+        } else {
+            (b.rest - a.rest).normalize_or_zero()
+        };
+        [Row {
+            error: length - f64::from(rest_length),
+            gradients: [-direction, direction],
+            compliance: self.compliance_of(rest_length),
+            scale: f64::from(rest_length),
+            least: 0.0,
+        }]
+    }
+
+    fn damping(&self) -> Damping {
+        self.damping
+    }
+
+    fn is_rigid(&self) -> bool {
+        self.compliance_of(1.0) == 0.0
+    }
+}
+
+/// Edges with what their projection needs.
 ///
 /// An edge of length zero has no direction; it is pushed apart along the direction that it has
 /// in the rest shape, so that a body squeezed to a point opens, always in the same way. If it
 /// has no length at rest either, it is left alone.
-pub fn solve(
-    positions: &mut [Vec4],
-    previous: &[Vec4],
-    edges: &Edges,
-    rest: &[Vec3],
-    coefficients: Coefficients,
-    multipliers: Multipliers,
-) {
-    let kernel = Kernel {
-        edges,
-        rest,
-        coefficients,
-    };
-    solve_all(&kernel, positions, previous, multipliers);
-}
-
-/// Edges with what their projection needs.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Kernel<'a> {
-    pub edges: &'a Edges,
-    pub rest: &'a [Vec3],
-    pub coefficients: Coefficients,
+pub struct Kernel<'a> {
+    edges: &'a Edges,
+    rest: &'a [Vec3],
+    coefficients: Coefficients,
 }
 
-impl Blocks<2> for Kernel<'_> {
+impl Blocks<2, 1> for Kernel<'_> {
     fn elements(&self) -> &Elements<2> {
         &self.edges.elements
     }
@@ -106,8 +131,8 @@ impl Blocks<2> for Kernel<'_> {
         block: &Block<2>,
         [a, b]: &mut [Columns<L>; 2],
         previous: Option<[Columns<L>; 2]>,
-        lambda: Option<f32x8<L>>,
-    ) -> f32x8<L> {
+        lambda: Option<[f32x8<L>; 1]>,
+    ) -> [f32x8<L>; 1] {
         let Coefficients {
             alpha,
             alpha_per_length,
@@ -131,7 +156,7 @@ impl Blocks<2> for Kernel<'_> {
                 .simd_gt(0.0)
                 .select(denominator, 1.0.simd_into(simd));
         }
-        if let Some(lambda) = lambda {
+        if let Some([lambda]) = lambda {
             error -= alpha * lambda;
         }
         if let Some([pa, pb]) = previous {
@@ -141,7 +166,7 @@ impl Blocks<2> for Kernel<'_> {
         let scale = error / denominator;
         add_scaled(a, &d, -(a[3] * scale));
         add_scaled(b, &d, b[3] * scale);
-        scale * length
+        [scale * length]
     }
 }
 

@@ -5,18 +5,16 @@
 //! matters: a mirrored element has V = −V₀ and is driven through flat back to V₀, which its
 //! absolute value would never do.
 
-use super::{
-    Multipliers,
-    block::{Block, Blocks, add_scaled, cross, difference, dot, solve_all},
-};
+use super::block::{Block, Blocks, add_scaled, cross, difference, dot};
 use crate::solver::{
-    Compliance, Damping, Stiffness,
+    Compliance, Damping, Stiffness, Topology,
+    elastic::{Elastic, ElasticKind, Point, Row},
     lanes::{Columns, Lanes, WIDTH},
     order::Elements,
-    topology::Tetrahedra,
+    topology::{self, Tetrahedra},
 };
 use fearless_simd::{f32x8, prelude::*};
-use glam::{Vec3, Vec4};
+use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// Tetrahedra resist a change of volume.
@@ -81,38 +79,76 @@ pub fn volume_and_gradients([x0, x1, x2, x3]: [Vec3; 4]) -> (f32, [Vec3; 4]) {
     (a.dot(bc) * SIXTH, [-(g1 + g2 + g3), g1, g2, g3])
 }
 
-/// One sweep over all tetrahedra, on one thread.
+/// ∇V for each corner [m²].
+pub(crate) fn gradients([x0, x1, x2, x3]: [DVec3; 4]) -> [DVec3; 4] {
+    let (a, b, c) = (x1 - x0, x2 - x0, x3 - x0);
+    let (g1, g2, g3) = (b.cross(c) / 6.0, c.cross(a) / 6.0, a.cross(b) / 6.0);
+    [-(g1 + g2 + g3), g1, g2, g3]
+}
+
+impl Elastic<4, 1> for Volume {
+    const KIND: ElasticKind = ElasticKind::Volume;
+    const UNIT: &'static str = "m⁵/N";
+    type Kernel<'a> = Kernel<'a>;
+
+    fn elements(topology: &Topology) -> &Elements<4> {
+        &topology.tetrahedra.elements
+    }
+
+    fn kernel<'a>(&self, topology: &'a Topology, h: f32) -> Kernel<'a> {
+        Kernel {
+            tetrahedra: &topology.tetrahedra,
+            rest: &topology.rest,
+            coefficients: self.coefficients(h),
+        }
+    }
+
+    fn rows(&self, topology: &Topology, index: usize, points: [Point; 4]) -> [Row<4>; 1] {
+        let rest_volume = topology.tetrahedra.rest_volume[index];
+        let scale = f64::from(topology.tetrahedra.gradient_scale[index]);
+        let weight = |gradients: &[DVec3; 4]| -> f64 {
+            let terms = gradients.iter().zip(&points);
+            terms.map(|(g, point)| point.w * g.length_squared()).sum()
+        };
+        let x = points.map(|point| point.x);
+        let least = f64::from(FLOOR) * scale * points.iter().map(|point| point.w).sum::<f64>();
+        let mut along = gradients(x);
+        if weight(&along) < f64::from(VANISHED) * least {
+            along = gradients(points.map(|point| point.rest));
+        }
+        [Row {
+            error: topology::volume(x) - f64::from(rest_volume),
+            gradients: along,
+            compliance: self.compliance_of(rest_volume),
+            scale: f64::from(rest_volume),
+            least,
+        }]
+    }
+
+    fn damping(&self) -> Damping {
+        self.damping
+    }
+
+    fn is_rigid(&self) -> bool {
+        self.compliance_of(1.0) == 0.0
+    }
+}
+
+/// Tetrahedra with what their projection needs.
 ///
 /// The step is C/‖∇C‖ long, so an element that has collapsed towards a line, whose gradient
 /// vanishes, would be thrown far away. Two guards, both relative to the element's own size:
 /// the denominator is kept above what a gradient of a tenth of |V₀|^(2/3) gives, which leaves
 /// healthy elements as they are to the bit; and where no direction is left, the gradient of the
 /// rest shape is used.
-pub fn solve(
-    positions: &mut [Vec4],
-    previous: &[Vec4],
-    tetrahedra: &Tetrahedra,
-    rest: &[Vec3],
-    coefficients: Coefficients,
-    multipliers: Multipliers,
-) {
-    let kernel = Kernel {
-        tetrahedra,
-        rest,
-        coefficients,
-    };
-    solve_all(&kernel, positions, previous, multipliers);
-}
-
-/// Tetrahedra with what their projection needs.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Kernel<'a> {
-    pub tetrahedra: &'a Tetrahedra,
-    pub rest: &'a [Vec3],
-    pub coefficients: Coefficients,
+pub struct Kernel<'a> {
+    tetrahedra: &'a Tetrahedra,
+    rest: &'a [Vec3],
+    coefficients: Coefficients,
 }
 
-impl Blocks<4> for Kernel<'_> {
+impl Blocks<4, 1> for Kernel<'_> {
     fn elements(&self) -> &Elements<4> {
         &self.tetrahedra.elements
     }
@@ -128,8 +164,8 @@ impl Blocks<4> for Kernel<'_> {
         block: &Block<4>,
         x: &mut [Columns<L>; 4],
         previous: Option<[Columns<L>; 4]>,
-        lambda: Option<f32x8<L>>,
-    ) -> f32x8<L> {
+        lambda: Option<[f32x8<L>; 1]>,
+    ) -> [f32x8<L>; 1] {
         const SIXTH: f32 = 1.0 / 6.0;
         let Coefficients {
             alpha,
@@ -162,7 +198,7 @@ impl Blocks<4> for Kernel<'_> {
             error = moves.select(error, 0.0.simd_into(simd));
             denominator = moves.select(denominator, 1.0.simd_into(simd));
         }
-        if let Some(lambda) = lambda {
+        if let Some([lambda]) = lambda {
             error -= alpha * lambda;
         }
         if let Some(p) = previous {
@@ -182,7 +218,7 @@ impl Blocks<4> for Kernel<'_> {
         add_scaled(x1, &gradients[0], x1[3] * step);
         add_scaled(x2, &gradients[1], x2[3] * step);
         add_scaled(x3, &gradients[2], x3[3] * step);
-        change
+        [change]
     }
 }
 

@@ -3,7 +3,9 @@
 
 use super::RIGID;
 use crate::solver::{
-    Particles, Stretch, Topology, Volume, deform::Random, reference::volume_gradients,
+    Effects, Particles, Topology,
+    deform::Random,
+    elastic::{self, Elastic, Visit},
 };
 use glam::DVec3;
 
@@ -17,8 +19,9 @@ struct Row<const N: usize> {
 /// All constraints of a body that can move anything.
 #[derive(Debug)]
 pub struct Rows {
-    edges: Vec<Row<2>>,
-    tetrahedra: Vec<Row<4>>,
+    pairs: Vec<Row<2>>,
+    /// Of three or four particles; of three, the last counts for nothing.
+    fours: Vec<Row<4>>,
     particles: usize,
     /// How many particles can move.
     pub movable: usize,
@@ -30,41 +33,23 @@ pub struct Rows {
 
 impl Rows {
     /// Of the effects that a body carries.
-    pub fn new(
-        topology: &Topology,
-        particles: &Particles,
-        stretch: Option<&Stretch>,
-        volume: Option<&Volume>,
-    ) -> Self {
-        let rest = |i: u32| topology.rest[i as usize].as_dvec3();
-        let root = |i: u32| f64::from(particles.positions[i as usize].w).sqrt();
-        let edges = stretch.map_or_else(Vec::new, |stretch| {
-            let edges = &topology.edges;
-            let lengths = edges.rest_length.iter();
-            let alphas = lengths.map(|&length| stretch.compliance_of(length));
-            let row = |ends: [u32; 2]| {
-                let [a, b] = ends.map(rest);
-                let along = (b - a).normalize_or_zero();
-                Row::new(ends, [-along, along], root)
-            };
-            movable(edges.ends().map(row), alphas)
-        });
-        let tetrahedra = volume.map_or_else(Vec::new, |volume| {
-            let tetrahedra = &topology.tetrahedra;
-            let volumes = tetrahedra.rest_volume.iter();
-            let alphas = volumes.map(|&size| volume.compliance_of(size));
-            let row =
-                |corners: [u32; 4]| Row::new(corners, volume_gradients(corners.map(rest)), root);
-            movable(tetrahedra.corners().map(row), alphas)
-        });
-        let stiffest = stiffest(&edges).max(stiffest(&tetrahedra));
+    pub fn new(topology: &Topology, particles: &Particles, effects: &Effects) -> Self {
+        let mut collect = Collect {
+            topology,
+            particles,
+            pairs: Vec::new(),
+            fours: Vec::new(),
+        };
+        effects.visit(&mut collect);
+        let Collect { pairs, fours, .. } = collect;
+        let stiffest = stiffest(&pairs).max(stiffest(&fours));
         let is_rigid = |&alpha: &f64| alpha == 0.0;
         Self {
-            rigid: edges.iter().map(|(_, alpha)| alpha).any(is_rigid)
-                || tetrahedra.iter().map(|(_, alpha)| alpha).any(is_rigid),
+            rigid: pairs.iter().map(|(_, alpha)| alpha).any(is_rigid)
+                || fours.iter().map(|(_, alpha)| alpha).any(is_rigid),
             elastic: stiffest > 0.0,
-            edges: divided(edges, stiffest),
-            tetrahedra: divided(tetrahedra, stiffest),
+            pairs: divided(pairs, stiffest),
+            fours: divided(fours, stiffest),
             particles: particles.len(),
             movable: particles.positions.iter().filter(|x| x.w > 0.0).count(),
         }
@@ -72,7 +57,7 @@ impl Rows {
 
     /// How many there are.
     pub fn len(&self) -> usize {
-        self.edges.len() + self.tetrahedra.len()
+        self.pairs.len() + self.fours.len()
     }
 
     /// Particles of the body.
@@ -101,11 +86,11 @@ impl Rows {
 
     /// r·x of all constraints, into `strains`.
     pub fn spread(&self, x: &[DVec3], strains: &mut [f64]) {
-        let (edges, tetrahedra) = strains.split_at_mut(self.edges.len());
-        for (row, strain) in self.edges.iter().zip(edges) {
+        let (pairs, fours) = strains.split_at_mut(self.pairs.len());
+        for (row, strain) in self.pairs.iter().zip(pairs) {
             *strain = row.dot(x);
         }
-        for (row, strain) in self.tetrahedra.iter().zip(tetrahedra) {
+        for (row, strain) in self.fours.iter().zip(fours) {
             *strain = row.dot(x);
         }
     }
@@ -113,11 +98,11 @@ impl Rows {
     /// The sum of all r, each times its weight, into `sum`.
     pub fn gather(&self, weights: &[f64], sum: &mut [DVec3]) {
         sum.fill(DVec3::ZERO);
-        let (edges, tetrahedra) = weights.split_at(self.edges.len());
-        for (row, &weight) in self.edges.iter().zip(edges) {
+        let (pairs, fours) = weights.split_at(self.pairs.len());
+        for (row, &weight) in self.pairs.iter().zip(pairs) {
             row.add_to(sum, weight);
         }
-        for (row, &weight) in self.tetrahedra.iter().zip(tetrahedra) {
+        for (row, &weight) in self.fours.iter().zip(fours) {
             row.add_to(sum, weight);
         }
     }
@@ -125,25 +110,60 @@ impl Rows {
     /// A times `x`, into `product`: both of the above in one pass.
     pub fn multiply(&self, x: &[DVec3], product: &mut [DVec3]) {
         product.fill(DVec3::ZERO);
-        for row in &self.edges {
+        for row in &self.pairs {
             row.add_to(product, row.dot(x));
         }
-        for row in &self.tetrahedra {
+        for row in &self.fours {
             row.add_to(product, row.dot(x));
         }
     }
 }
 
-impl<const N: usize> Row<N> {
-    /// Of a constraint with these gradients, before its compliance; `root` is √w of a particle.
-    fn new(particles: [u32; N], gradients: [DVec3; N], root: impl Fn(u32) -> f64) -> Self {
-        let mut parts = gradients;
-        for (part, i) in parts.iter_mut().zip(particles) {
-            *part *= root(i);
-        }
-        Self { particles, parts }
-    }
+/// Gathers the rows that move something, with their compliances.
+struct Collect<'a> {
+    topology: &'a Topology,
+    particles: &'a Particles,
+    pairs: Vec<(Row<2>, f64)>,
+    fours: Vec<(Row<4>, f64)>,
+}
 
+impl Visit for Collect<'_> {
+    fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
+        let weight = |i: u32| f64::from(self.particles.positions[i as usize].w);
+        let at = |i: u32| (self.topology.rest[i as usize].as_dvec3(), weight(i));
+        for (corners, rows) in effect.all_rows(self.topology, at) {
+            for row in rows {
+                if N == 2 {
+                    add(&mut self.pairs, &corners, &row, weight);
+                } else {
+                    add(&mut self.fours, &corners, &row, weight);
+                }
+            }
+        }
+    }
+}
+
+/// Keeps a row with its compliance if it moves anything, with room for `K` particles.
+fn add<const K: usize, const N: usize>(
+    rows: &mut Vec<(Row<K>, f64)>,
+    corners: &[u32; N],
+    row: &elastic::Row<N>,
+    weight: impl Fn(u32) -> f64,
+) {
+    let mut kept = Row {
+        particles: [corners[0]; K],
+        parts: [DVec3::ZERO; K],
+    };
+    for (k, (&i, &gradient)) in corners.iter().zip(&row.gradients).enumerate() {
+        kept.particles[k] = i;
+        kept.parts[k] = gradient * weight(i).sqrt();
+    }
+    if kept.square() > 0.0 {
+        rows.push((kept, row.compliance));
+    }
+}
+
+impl<const N: usize> Row<N> {
     /// r·r.
     fn square(&self) -> f64 {
         self.parts.iter().map(|part| part.length_squared()).sum()
@@ -161,16 +181,6 @@ impl<const N: usize> Row<N> {
             sum[i as usize] += part * factor;
         }
     }
-}
-
-/// Rows that move something, with their compliances.
-fn movable<const N: usize>(
-    rows: impl Iterator<Item = Row<N>>,
-    compliances: impl Iterator<Item = f64>,
-) -> Vec<(Row<N>, f64)> {
-    rows.zip(compliances)
-        .filter(|(row, _)| row.square() > 0.0)
-        .collect()
 }
 
 /// The largest r·r of elastic rows [1/s²]; 0 without any.

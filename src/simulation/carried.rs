@@ -1,0 +1,50 @@
+//! The effects that an entity carries, as the solver has them.
+
+use crate::solver::{Bend, Collide, Effects, Grab, Ground, StickyGround, Stretch, Volume};
+use bevy::{ecs::query::QueryData, prelude::*};
+
+/// Takes the components of all effects of the crate together.
+macro_rules! carried {
+    ($($effect:ident: $component:ty,)*) => {
+        /// The effects of the crate that an entity carries.
+        #[derive(QueryData)]
+        pub(super) struct Carried {
+            $($effect: Option<&'static $component>,)*
+        }
+
+        impl CarriedItem<'_, '_> {
+            /// Copies of them.
+            pub fn effects(&self) -> Effects {
+                Effects {
+                    $($effect: self.$effect.copied(),)*
+                }
+            }
+        }
+
+        /// The effects of the crate that an entity carries.
+        #[must_use]
+        pub fn effects(entity: EntityRef) -> Effects {
+            Effects {
+                $($effect: entity.get::<$component>().copied(),)*
+            }
+        }
+
+        /// Gives an entity these effects.
+        pub(super) fn insert_effects(entity: &mut EntityWorldMut, effects: &Effects) {
+            let Effects { $($effect,)* } = *effects;
+            $(if let Some(effect) = $effect {
+                entity.insert(effect);
+            })*
+        }
+    };
+}
+
+carried! {
+    stretch: Stretch,
+    bend: Bend,
+    volume: Volume,
+    grab: Grab,
+    ground: Ground,
+    sticky_ground: StickyGround,
+    collide: Collide,
+}

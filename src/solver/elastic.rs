@@ -1,0 +1,358 @@
+//! What all elastic effects have in common: constraints between two to four particles each, of one
+//! or several equations, with a compliance.
+//!
+//! An effect tells its equations twice: in `f64` as [rows](Elastic::rows), which the twin solves and
+//! everything that measures goes by; and as a [kernel](Elastic::kernel) for eight elements at once.
+//! Tests hold one against the other.
+//!
+//! # Adding one
+//! A file in [`constraint`](super::constraint) with its parameters and an implementation of
+//! [`Elastic`], and a line in the list of [`elastic_effects`] here.
+
+use super::{
+    Damping, Effects, Topology,
+    bands::Piece,
+    constraint::{
+        Multipliers,
+        bend::Bend,
+        block::{Blocks, solve_all, solve_batch},
+        stretch::Stretch,
+        volume::Volume,
+    },
+    lanes::Instructions,
+    order::Elements,
+    particles::Part,
+    phases::{Side, Task},
+    share::Shared,
+};
+use glam::{DVec3, Vec4};
+
+/// A particle as a constraint in `f64` sees it.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Point {
+    /// Its position [m].
+    pub x: DVec3,
+    /// Its inverse mass [1/kg].
+    pub w: f64,
+    /// Its place in the rest shape [m].
+    pub rest: DVec3,
+}
+
+/// One equation C + α̃λ + γ∇C·(x − p) = 0 of an element.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Row<const N: usize> {
+    /// C.
+    pub error: f64,
+    /// ∇C for each particle.
+    pub gradients: [DVec3; N],
+    /// α; 0 is rigid.
+    pub compliance: f64,
+    /// What C is told in shares of: a rest length, a rest volume; never 0 for a sound element.
+    pub scale: f64,
+    /// The least Σ w‖∇C‖² that is divided by.
+    pub least: f64,
+}
+
+/// An effect of constraints on `N` particles each, of `M` equations each.
+pub trait Elastic<const N: usize, const M: usize>: Copy + Into<Effects> {
+    /// Which one it is.
+    const KIND: ElasticKind;
+    /// The unit of its compliance.
+    const UNIT: &'static str;
+
+    /// Its constraints as lanes solve them.
+    type Kernel<'a>: Blocks<N, M>;
+
+    /// Which particles they are on, and their order.
+    fn elements(topology: &Topology) -> &Elements<N>;
+
+    /// The constraints with coefficients for substeps of `h` seconds.
+    fn kernel<'a>(&self, topology: &'a Topology, h: f32) -> Self::Kernel<'a>;
+
+    /// The equations of element number `index`, whose particles are `points`.
+    fn rows(&self, topology: &Topology, index: usize, points: [Point; N]) -> [Row<N>; M];
+
+    /// τ [s].
+    fn damping(&self) -> Damping;
+
+    /// Whether all its constraints are rigid.
+    fn is_rigid(&self) -> bool;
+
+    /// All its equations with the places of their elements.
+    fn all_rows(
+        &self,
+        topology: &Topology,
+        at: impl Fn(u32) -> (DVec3, f64),
+    ) -> impl Iterator<Item = ([u32; N], [Row<N>; M])> {
+        let elements = Self::elements(topology).corners().enumerate();
+        elements.map(move |(index, corners)| {
+            let points = corners.map(|i| {
+                let (x, w) = at(i);
+                let rest = topology.rest[i as usize].as_dvec3();
+                Point { x, w, rest }
+            });
+            (corners, self.rows(topology, index, points))
+        })
+    }
+
+    /// The same for particles of the fast solver.
+    fn rows_of(
+        &self,
+        topology: &Topology,
+        positions: &[Vec4],
+    ) -> impl Iterator<Item = ([u32; N], [Row<N>; M])> {
+        self.all_rows(topology, |i| {
+            let x = positions[i as usize];
+            (x.truncate().as_dvec3(), f64::from(x.w))
+        })
+    }
+}
+
+/// Something to be done with each elastic effect of a body, whatever its type.
+pub trait Visit {
+    /// Does it.
+    fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E);
+}
+
+/// One sweep over all constraints of an effect, on one thread, with substeps of `h` seconds.
+pub fn sweep<const N: usize, const M: usize, E: Elastic<N, M>>(
+    effect: &E,
+    topology: &Topology,
+    h: f32,
+    (positions, previous): (&mut [Vec4], &[Vec4]),
+    multipliers: Multipliers,
+) {
+    solve_all(
+        &effect.kernel(topology, h),
+        positions,
+        previous,
+        multipliers,
+    );
+}
+
+/// Multipliers λ of the constraints of a body, a column for each effect that it carries: empty
+/// where nobody keeps them. λ/h² is a force.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Lambdas([Vec<f32>; ElasticKind::COUNT]);
+
+impl Lambdas {
+    /// Of one effect, element by element.
+    #[must_use]
+    pub fn of(&self, kind: ElasticKind) -> &[f32] {
+        &self.0[kind as usize]
+    }
+
+    /// Makes room for one effect, or takes it away where nobody will read it.
+    pub fn make_room(&mut self, kind: ElasticKind, topology: &Topology, kept: bool) {
+        let column = &mut self.0[kind as usize];
+        let count = if kept { kind.multipliers(topology) } else { 0 };
+        if column.len() != count {
+            *column = vec![0.0; count];
+        }
+    }
+
+    /// All columns, in the order of [`ElasticKind::ALL`].
+    pub(super) fn columns(&mut self) -> &mut [Vec<f32>; ElasticKind::COUNT] {
+        &mut self.0
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.0.iter().map(Vec::len).sum()
+    }
+}
+
+/// Makes the list of elastic effects: name, field of [`Effects`], type, particles and equations of
+/// an element.
+macro_rules! elastic_effects {
+    ($($kind:ident, $field:ident: $effect:ty, $corners:literal, $rows:literal;)*) => {
+        /// The elastic effects, in the order in which they act within a sweep.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+        pub enum ElasticKind {
+            $(#[doc = concat!("[`", stringify!($effect), "`].")] $kind,)*
+        }
+
+        impl ElasticKind {
+            /// All of them.
+            pub const ALL: [Self; [$(Self::$kind),*].len()] = [$(Self::$kind),*];
+            /// How many there are.
+            pub const COUNT: usize = Self::ALL.len();
+
+            /// Its name in files and commands.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$kind => stringify!($field),)*
+                }
+            }
+
+            /// The unit of its compliance.
+            #[must_use]
+            pub const fn unit(self) -> &'static str {
+                match self {
+                    $(Self::$kind => <$effect as Elastic<$corners, $rows>>::UNIT,)*
+                }
+            }
+
+            /// How many particles each of its elements has.
+            #[must_use]
+            pub const fn corners(self) -> usize {
+                match self {
+                    $(Self::$kind => $corners,)*
+                }
+            }
+
+            /// How many elements it has on a body.
+            #[must_use]
+            pub fn elements(self, topology: &Topology) -> usize {
+                match self {
+                    $(Self::$kind => <$effect as Elastic<$corners, $rows>>::elements(topology).corners().len(),)*
+                }
+            }
+
+            /// How many multipliers it has on a body.
+            #[must_use]
+            pub fn multipliers(self, topology: &Topology) -> usize {
+                let rows = match self {
+                    $(Self::$kind => $rows,)*
+                };
+                rows * self.elements(topology)
+            }
+
+            /// A sweep: the constraints of one side, those of the other, and the loose ones.
+            pub(super) fn halves(self, topology: &Topology, task: Task) -> [Option<(Task, Side)>; 3] {
+                match self {
+                    $(Self::$kind => halves(<$effect as Elastic<$corners, $rows>>::elements(topology), task),)*
+                }
+            }
+        }
+
+        impl Effects {
+            /// Whether the effect is carried.
+            #[must_use]
+            pub fn has(&self, kind: ElasticKind) -> bool {
+                match kind {
+                    $(ElasticKind::$kind => self.$field.is_some(),)*
+                }
+            }
+
+            /// τ of an effect; `None` if it is not carried.
+            #[must_use]
+            pub fn damping(&self, kind: ElasticKind) -> Option<Damping> {
+                match kind {
+                    $(ElasticKind::$kind => self.$field.map(|effect| effect.damping()),)*
+                }
+            }
+
+            /// Shows all elastic effects to a visitor, in their order.
+            pub fn visit(&self, visitor: &mut impl Visit) {
+                $(if let Some(effect) = &self.$field {
+                    visitor.visit(effect);
+                })*
+            }
+        }
+
+        /// The kernels of the elastic effects that a body carries.
+        #[derive(Default)]
+        pub(super) struct Kernels<'a> {
+            $($field: Option<<$effect as Elastic<$corners, $rows>>::Kernel<'a>>,)*
+        }
+
+        impl<'a> Kernels<'a> {
+            /// For substeps of `h` seconds.
+            pub fn new(effects: &Effects, topology: &'a Topology, h: f32) -> Self {
+                Self {
+                    $($field: effects.$field.map(|effect| effect.kernel(topology, h)),)*
+                }
+            }
+
+            /// Does the constraints of an effect on one piece.
+            ///
+            /// # Safety
+            /// Nobody else works on the piece, or on one that shares a particle with it.
+            #[allow(unsafe_code, reason = "multipliers are handed out by hand")]
+            pub unsafe fn solve(&self, kind: ElasticKind, work: Work) {
+                match kind {
+                    // SAFETY: the caller's promise.
+                    $(ElasticKind::$kind => if let Some(kernel) = &self.$field {
+                        unsafe { work.solve(kind, kernel) }
+                    },)*
+                }
+            }
+        }
+
+        $(impl From<$effect> for Effects {
+            fn from(effect: $effect) -> Self {
+                Self {
+                    $field: Some(effect),
+                    ..Self::default()
+                }
+            }
+        })*
+    };
+}
+
+elastic_effects! {
+    Stretch, stretch: Stretch, 2, 1;
+    Bend, bend: Bend, 4, 1;
+    Volume, volume: Volume, 4, 1;
+}
+
+/// A sweep: the constraints of one side, those of the other, and the loose ones.
+fn halves<const N: usize>(elements: &Elements<N>, task: Task) -> [Option<(Task, Side)>; 3] {
+    let odd = elements.odd_first();
+    let half = |odd: bool| {
+        let side = if odd { Side::Odd } else { Side::Even };
+        (!elements.half(odd).is_empty()).then_some((task, side))
+    };
+    let loose = elements.loose().map(|_| (task, Side::Whole));
+    [half(odd), half(!odd), loose]
+}
+
+/// A piece of a body on which constraints are to be solved.
+pub(super) struct Work<'a> {
+    /// The piece.
+    pub piece: &'a Piece,
+    /// Whether it is the whole body, and loose constraints are to be solved.
+    pub whole: bool,
+    /// Its particles.
+    pub part: Part<'a>,
+    /// The body.
+    pub shared: &'a Shared<'a>,
+    /// Which sweep of how many, and whether λ is to be kept.
+    pub sweep: (u32, u32, bool),
+    /// Instructions to use.
+    pub instructions: Instructions,
+}
+
+impl Work<'_> {
+    /// # Safety
+    /// As of [`Kernels::solve`].
+    #[allow(unsafe_code, reason = "multipliers are handed out by hand")]
+    unsafe fn solve<const N: usize, const M: usize>(
+        self,
+        kind: ElasticKind,
+        kernel: &impl Blocks<N, M>,
+    ) {
+        let elements = kernel.elements();
+        let batch = if self.whole {
+            elements.loose()
+        } else {
+            self.piece.band.map(|band| elements.batch_of(band))
+        };
+        if let Some(index) = batch {
+            let constraints = elements.batches()[index].constraints();
+            let column = constraints.start * M..constraints.end * M;
+            // SAFETY: a constraint is in one batch, a batch on one piece.
+            let column = unsafe { self.shared.lambdas(kind, column) };
+            let multipliers = Multipliers::of_sweep(column, self.sweep);
+            let particles = (
+                self.part.positions,
+                &*self.part.previous,
+                self.piece.particles.start,
+            );
+            solve_batch(kernel, index, particles, multipliers, self.instructions);
+        }
+    }
+}

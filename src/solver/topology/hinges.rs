@@ -1,0 +1,139 @@
+//! Hinges: pairs of triangles of a surface with a common edge, for bending.
+
+use super::{Bands, Topology};
+use crate::solver::order::Elements;
+use glam::{DVec3, Vec3};
+
+/// Hinges as columns in the order of their colours.
+///
+/// ```text
+///        1
+///      / | \        the common edge goes from 0 to 1, the first triangle is 0 1 2,
+///    3   |   2      the second 1 0 3
+///      \ | /
+///        0
+/// ```
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Hinges {
+    /// The four particles of each, and the order in which they are solved.
+    pub elements: Elements<4>,
+    /// Angle θ₀ between the normals at rest [rad], from −π to π; positive where the surface bulges
+    /// to the side of its normals.
+    pub rest_angle: Vec<f32>,
+    /// (A₀ + A₁)/e² of each, with the areas of the triangles and the length of the edge at rest.
+    pub flexibility: Vec<f32>,
+    /// The least squares of a normal [m⁴] and of an edge's length [m²] that kernels divide by.
+    pub floors: [Vec<f32>; 2],
+}
+
+/// Below this share of its square at rest, a normal or an edge is too short to divide by.
+const FLOOR: f64 = 1e-4;
+
+/// A triangle is flat below this share of the square of its longest edge: its normal is then within
+/// the rounding of its coordinates.
+const FLAT: f64 = 1e-6;
+
+impl Hinges {
+    /// All hinges of a surface. An edge of more than two triangles has one hinge for each triangle
+    /// after the first; triangles without area have none.
+    #[must_use]
+    pub fn of(triangles: &[[u32; 3]], rest: &[Vec3], bands: &Bands) -> Self {
+        let corners = pairs(triangles, rest);
+        let (elements, _) = Elements::new(&corners, bands, true);
+        let mut hinges = Self {
+            elements,
+            ..Self::default()
+        };
+        for corners in hinges.elements.corners() {
+            let x = corners.map(|i| rest[i as usize].as_dvec3());
+            let [n1, n2] = normals(x);
+            let edge = x[0].distance_squared(x[1]);
+            hinges.rest_angle.push(angle(x) as f32);
+            let area = 0.5 * (n1.length() + n2.length());
+            hinges.flexibility.push((area / edge) as f32);
+            let normal = n1.length_squared().min(n2.length_squared());
+            hinges.floors[0].push((FLOOR * normal) as f32);
+            hinges.floors[1].push((FLOOR * edge) as f32);
+        }
+        hinges
+    }
+
+    /// Bytes of memory.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.elements.bytes() + 4 * size_of_val(&self.rest_angle[..])
+    }
+
+    /// The four particles of each.
+    #[must_use]
+    pub fn corners(&self) -> impl ExactSizeIterator<Item = [u32; 4]> + Clone {
+        self.elements.corners()
+    }
+}
+
+impl Topology {
+    /// Bytes of what has been asked for so far.
+    pub(in crate::solver) fn lazy_bytes(&self) -> usize {
+        self.hinges.0.get().map_or(0, Hinges::bytes)
+    }
+
+    /// The hinges of its surface, found when they are first asked for.
+    #[must_use]
+    pub fn hinges(&self) -> &Hinges {
+        self.hinges
+            .0
+            .get_or_init(|| Hinges::of(&self.triangles, &self.rest, &self.bands))
+    }
+}
+
+/// The corners of all hinges, in the order in which their second triangles come.
+fn pairs(triangles: &[[u32; 3]], rest: &[Vec3]) -> Vec<[u32; 4]> {
+    let at = |i: u32| rest[i as usize].as_dvec3();
+    let sound = |[a, b, c]: [u32; 3]| {
+        let (u, v, w) = (at(b) - at(a), at(c) - at(a), at(c) - at(b));
+        let longest = u
+            .length_squared()
+            .max(v.length_squared())
+            .max(w.length_squared());
+        u.cross(v).length() > FLAT * longest
+    };
+    // Every side of a triangle: its ends in ascending order, the triangle's number, its sides as
+    // they go around, and the corner across.
+    let mut sides: Vec<([u32; 2], usize, [u32; 3])> = triangles
+        .iter()
+        .enumerate()
+        .filter(|(_, triangle)| sound(**triangle))
+        .flat_map(|(number, &[a, b, c])| {
+            [[a, b, c], [b, c, a], [c, a, b]]
+                .map(|[a, b, c]| ([a.min(b), a.max(b)], number, [a, b, c]))
+        })
+        .collect();
+    sides.sort_unstable();
+    let mut hinges: Vec<(usize, [u32; 4])> = sides
+        .chunk_by(|one, other| one.0 == other.0)
+        .flat_map(|around| {
+            let (_, _, [a, b, first]) = around[0];
+            around[1..]
+                .iter()
+                .map(move |&(_, number, [.., across])| (number, [a, b, first, across]))
+        })
+        .filter(|(_, [.., first, across])| first != across)
+        .collect();
+    hinges.sort_unstable();
+    hinges.into_iter().map(|(_, corners)| corners).collect()
+}
+
+/// Normals of the two triangles of a hinge, as long as twice their areas [m²].
+#[must_use]
+pub fn normals([x0, x1, x2, x3]: [DVec3; 4]) -> [DVec3; 2] {
+    let edge = x1 - x0;
+    [edge.cross(x2 - x0), (x3 - x0).cross(edge)]
+}
+
+/// Angle between the normals of a hinge [rad], from −π to π.
+#[must_use]
+pub fn angle(x: [DVec3; 4]) -> f64 {
+    let [n1, n2] = normals(x);
+    let edge = (x[1] - x[0]).normalize_or_zero();
+    libm::atan2(n1.cross(n2).dot(edge), n1.dot(n2))
+}
