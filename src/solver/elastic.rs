@@ -114,22 +114,6 @@ pub trait Visit {
     fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E);
 }
 
-/// One sweep over all constraints of an effect, on one thread, with substeps of `h` seconds.
-pub fn sweep<const N: usize, const M: usize, E: Elastic<N, M>>(
-    effect: &E,
-    topology: &Topology,
-    h: f32,
-    (positions, previous): (&mut [Vec4], &[Vec4]),
-    multipliers: Multipliers,
-) {
-    solve_all(
-        &effect.kernel(topology, h),
-        positions,
-        previous,
-        multipliers,
-    );
-}
-
 /// Multipliers λ of the constraints of a body, a column for each effect that it carries: empty
 /// where nobody keeps them. λ/h² is a force.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -279,6 +263,23 @@ macro_rules! elastic_effects {
                         unsafe { work.solve(kind, kernel) }
                     },)*
                 }
+            }
+        }
+
+        /// One sweep over all constraints of one elastic effect of a body, on one thread, with
+        /// substeps of `h` seconds. Does nothing if it is not among the effects.
+        pub fn sweep(
+            (effects, kind): (&Effects, ElasticKind),
+            topology: &Topology,
+            h: f32,
+            (positions, previous): (&mut [Vec4], &[Vec4]),
+            multipliers: Multipliers,
+        ) {
+            let kernels = Kernels::new(effects, topology, h);
+            match kind {
+                $(ElasticKind::$kind => if let Some(kernel) = &kernels.$field {
+                    solve_all(kernel, positions, previous, multipliers);
+                },)*
             }
         }
 

@@ -201,9 +201,9 @@ pub fn assert_relative(value: f64, expected: f64, tolerance: f64, what: &str) {
 }
 
 /// One sweep over all constraints of an effect of a body, with substeps of `h` seconds.
-pub fn sweep<const N: usize, const M: usize>(
+pub fn sweep<const N: usize, const M: usize, E: Elastic<N, M>>(
     body: &mut Body,
-    effect: &impl Elastic<N, M>,
+    effect: &E,
     h: f32,
     multipliers: Multipliers,
 ) {
@@ -211,5 +211,7 @@ pub fn sweep<const N: usize, const M: usize>(
         &mut body.particles.positions[..],
         &body.particles.previous[..],
     );
-    elastic::sweep(effect, &body.topology, h, particles, multipliers);
+    let effects = (*effect).into();
+    let sweep = (&effects, E::KIND);
+    elastic::sweep(sweep, &body.topology, h, particles, multipliers);
 }

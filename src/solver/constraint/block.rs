@@ -19,6 +19,10 @@ use glam::Vec4;
 
 /// Constraints on `N` particles each, of `M` equations each, to be projected eight at a time.
 pub trait Blocks<const N: usize, const M: usize>: Sync {
+    /// Whether sweeps that keep no multipliers, and those that are not damped, are compiled apart:
+    /// some 10 % faster, and four times the code.
+    const APART: bool = false;
+
     /// Which particles each is on, and their order.
     fn elements(&self) -> &Elements<N>;
 
@@ -103,6 +107,9 @@ pub(crate) fn solve_batch<const N: usize, const M: usize, B: Blocks<N, M>>(
         origin: positions.as_mut_ptr().wrapping_sub(base),
         previous: previous.as_ptr().wrapping_sub(base),
     };
+    if !B::APART {
+        return instructions.run(Any::<_, N, M>(sweep, multipliers.kept()));
+    }
     match (multipliers.kept(), blocks.damped()) {
         (None, false) => instructions.run(Lean::<_, N, M, false>(sweep)),
         (None, true) => instructions.run(Lean::<_, N, M, true>(sweep)),
@@ -131,6 +138,34 @@ struct Kept<'a, 'm, B, const N: usize, const M: usize, const DAMPED: bool>(
     &'m mut [f32],
 );
 
+/// A sweep of either kind.
+struct Any<'a, 'm, B, const N: usize, const M: usize>(Sweep<'a, B>, Option<&'m mut [f32]>);
+
+impl<const N: usize, const M: usize, B: Blocks<N, M>> Work for Any<'_, '_, B, N, M> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, simd: L) {
+        let Self(sweep, mut multipliers) = self;
+        let offset = sweep.batch.constraints().start;
+        let damped = sweep.blocks.damped();
+        sweep.each::<N, M>(
+            #[inline(always)]
+            |sweep, block| {
+                let start = (block.first - offset) * M;
+                let part = start..start + block.lanes * M;
+                let kept = multipliers.as_deref_mut().map(|all| &mut all[part]);
+                let lambda = match &kept {
+                    Some(kept) => load_rows::<L, M>(simd, kept),
+                    None => [f32x8::splat(simd, 0.0); M],
+                };
+                let change = sweep.project::<L, N, M>(simd, block, damped, Some(lambda));
+                if let Some(kept) = kept {
+                    store_rows(kept, lambda, change);
+                }
+            },
+        );
+    }
+}
+
 impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> Work
     for Lean<'_, B, N, M, DAMPED>
 {
@@ -139,7 +174,7 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> Work
         self.0.each::<N, M>(
             #[inline(always)]
             |sweep, block| {
-                sweep.project::<L, N, M, DAMPED>(simd, block, None);
+                sweep.project::<L, N, M>(simd, block, DAMPED, None);
             },
         );
     }
@@ -158,13 +193,8 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> Work
                 let start = (block.first - offset) * M;
                 let part = &mut multipliers[start..start + block.lanes * M];
                 let lambda = load_rows::<L, M>(simd, part);
-                let change = sweep.project::<L, N, M, DAMPED>(simd, block, Some(lambda));
-                for row in 0..M {
-                    let next = <[f32; WIDTH]>::from(lambda[row] + change[row]);
-                    for (place, next) in part.iter_mut().skip(row).step_by(M).zip(next) {
-                        *place = next;
-                    }
-                }
+                let change = sweep.project::<L, N, M>(simd, block, DAMPED, Some(lambda));
+                store_rows(part, lambda, change);
             },
         );
     }
@@ -208,10 +238,11 @@ impl<'a, B> Sweep<'a, B> {
 
     /// Projects the constraints of a block of the batch.
     #[inline(always)]
-    fn project<L: Lanes, const N: usize, const M: usize, const DAMPED: bool>(
+    fn project<L: Lanes, const N: usize, const M: usize>(
         &self,
         simd: L,
         block: &Block<N>,
+        damped: bool,
         lambda: Option<[f32x8<L>; M]>,
     ) -> [f32x8<L>; M]
     where
@@ -219,7 +250,7 @@ impl<'a, B> Sweep<'a, B> {
     {
         // SAFETY: the block is one of the batch, whose particles can be read there.
         let mut x = unsafe { gather(simd, self.origin, block.corners) };
-        let previous = if DAMPED {
+        let previous = if damped {
             // SAFETY: as above.
             Some(unsafe { gather(simd, self.previous, block.corners) })
         } else {
@@ -258,6 +289,21 @@ fn load_rows<L: Lanes, const M: usize>(simd: L, multipliers: &[f32]) -> [f32x8<L
         }
     }
     rows.map(|row| row.simd_into(simd))
+}
+
+/// Puts the multipliers of up to eight constraints back after their change.
+#[inline(always)]
+fn store_rows<L: Lanes, const M: usize>(
+    multipliers: &mut [f32],
+    lambda: [f32x8<L>; M],
+    change: [f32x8<L>; M],
+) {
+    for row in 0..M {
+        let next = <[f32; WIDTH]>::from(lambda[row] + change[row]);
+        for (place, next) in multipliers.iter_mut().skip(row).step_by(M).zip(next) {
+            *place = next;
+        }
+    }
 }
 
 /// Equations of eight elements.

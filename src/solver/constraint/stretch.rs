@@ -116,6 +116,8 @@ pub struct Kernel<'a> {
 }
 
 impl Blocks<2, 1> for Kernel<'_> {
+    const APART: bool = true;
+
     fn elements(&self) -> &Elements<2> {
         &self.edges.elements
     }

@@ -149,6 +149,8 @@ pub struct Kernel<'a> {
 }
 
 impl Blocks<4, 1> for Kernel<'_> {
+    const APART: bool = true;
+
     fn elements(&self) -> &Elements<4> {
         &self.tetrahedra.elements
     }
