@@ -68,6 +68,7 @@ mod collide;
 mod elastic;
 mod grab;
 mod ground;
+mod isometric_bend;
 mod registry;
 mod stretch;
 mod volume;
@@ -76,7 +77,9 @@ pub use registry::{
     Effect, EffectInfo, EffectPlugin, EffectRegistry, Figures, Parameter, ParameterInfo, Scale,
 };
 
-pub use crate::solver::{Bend, Collide, Grab, Ground, StickyGround, Stretch, Volume};
+pub use crate::solver::{
+    Bend, Collide, Grab, Ground, IsometricBend, StickyGround, Stretch, Volume,
+};
 
 pub(crate) use registry::{body_added, body_removed, follow_bodies, is_planned};
 
@@ -91,6 +94,7 @@ impl PluginGroup for EffectPlugins {
         PluginGroupBuilder::start::<Self>()
             .add(EffectPlugin::<Stretch>::default())
             .add(EffectPlugin::<Bend>::default())
+            .add(EffectPlugin::<IsometricBend>::default())
             .add(EffectPlugin::<Volume>::default())
             .add(EffectPlugin::<Grab>::default())
             .add(EffectPlugin::<Ground>::default())

@@ -243,6 +243,7 @@ fn body(
     body.effects = Effects {
         stretch: spec.effects.stretch,
         bend: spec.effects.bend,
+        isometric_bend: spec.effects.isometric_bend,
         volume: spec.effects.volume,
         grab: None,
         ground: spec.effects.ground,

@@ -5,8 +5,8 @@ use super::{Acceptance, SceneError, registry, spawn::CurrentScene};
 use crate::{
     mesh::{BuildOptions, Primitive, Treatment},
     solver::{
-        Bend, Collide, ColliderShape, Deformation, Density, Ground, Mass, Path, Settings,
-        StickyGround, Stretch, Volume,
+        Bend, Collide, ColliderShape, Deformation, Density, Ground, IsometricBend, Mass, Path,
+        Settings, StickyGround, Stretch, Volume,
     },
 };
 use glam::{UVec3, Vec3};
@@ -121,6 +121,8 @@ pub struct SceneEffects {
     pub stretch: Option<Stretch>,
     /// Hinges of the surface resist a change of their angle.
     pub bend: Option<Bend>,
+    /// The same by a quadratic energy, for cloth that hardly stretches.
+    pub isometric_bend: Option<IsometricBend>,
     /// Tetrahedra resist a change of volume.
     pub volume: Option<Volume>,
     /// A ground with friction and bounce.

@@ -1,6 +1,8 @@
 //! The effects that an entity carries, as the solver has them.
 
-use crate::solver::{Bend, Collide, Effects, Grab, Ground, StickyGround, Stretch, Volume};
+use crate::solver::{
+    Bend, Collide, Effects, Grab, Ground, IsometricBend, StickyGround, Stretch, Volume,
+};
 use bevy::{ecs::query::QueryData, prelude::*};
 
 /// Takes the components of all effects of the crate together.
@@ -42,6 +44,7 @@ macro_rules! carried {
 carried! {
     stretch: Stretch,
     bend: Bend,
+    isometric_bend: IsometricBend,
     volume: Volume,
     grab: Grab,
     ground: Ground,

@@ -3,7 +3,9 @@
 use super::{
     Density, ElasticKind, Lambdas, Load, Mass, Particles, Topology,
     advance::{Means, NotFinite, Stage, Stepper},
-    constraint::{bend::Bend, grab::Grab, stretch::Stretch, volume::Volume},
+    constraint::{
+        bend::Bend, grab::Grab, isometric_bend::IsometricBend, stretch::Stretch, volume::Volume,
+    },
     contact::{Collide, Ground, StickyGround},
     particles::first_not_finite,
     rest::RestTimer,
@@ -19,6 +21,8 @@ pub struct Effects {
     pub stretch: Option<Stretch>,
     /// Hinges resist a change of their angle.
     pub bend: Option<Bend>,
+    /// Hinges resist bending by a quadratic energy, for cloth that hardly stretches.
+    pub isometric_bend: Option<IsometricBend>,
     /// Tetrahedra resist a change of volume.
     pub volume: Option<Volume>,
     /// A hand holds the body.

@@ -16,6 +16,7 @@ use super::{
         Multipliers,
         bend::Bend,
         block::{Blocks, solve_all, solve_batch},
+        isometric_bend::IsometricBend,
         stretch::Stretch,
         volume::Volume,
     },
@@ -297,6 +298,7 @@ macro_rules! elastic_effects {
 elastic_effects! {
     Stretch, stretch: Stretch, 2, 1;
     Bend, bend: Bend, 4, 1;
+    IsometricBend, isometric_bend: IsometricBend, 4, 1;
     Volume, volume: Volume, 4, 1;
 }
 

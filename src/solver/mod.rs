@@ -48,6 +48,7 @@ pub use body::{Body, Effects, Quarantine};
 pub use constraint::{
     bend::Bend,
     grab::{Grab, SurfacePoint},
+    isometric_bend::IsometricBend,
     stretch::Stretch,
     volume::Volume,
 };

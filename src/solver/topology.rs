@@ -8,7 +8,7 @@
 
 pub mod hinges;
 
-pub use hinges::Hinges;
+pub use hinges::{Cotangents, Hinges};
 
 use super::{
     RestShape,
@@ -90,6 +90,8 @@ pub struct Topology {
     pub left_out: LeftOut,
     /// Hinges of the surface, for bending; not there until somebody asks for them.
     hinges: Lazy<Hinges>,
+    /// What the quadratic bending energy needs of them.
+    cotangents: Lazy<Cotangents>,
 }
 
 /// A part that follows from the others, made when somebody first asks for it; it makes no
@@ -261,6 +263,7 @@ impl Topology {
             left_out,
             rest,
             hinges: Lazy::default(),
+            cotangents: Lazy::default(),
         })
     }
 

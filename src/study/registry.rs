@@ -34,6 +34,7 @@ pub const PROBLEMS: &[BuiltinProblem] = problems![
     "uniaxial_pull",
     "uniaxial_narrowing",
     "catenary",
+    "clamped_strip",
     "cantilever_4",
     "cantilever_8",
     "cantilever_16",

@@ -94,6 +94,7 @@ impl Soft {
         };
         body.effects = Effects {
             bend: None,
+            isometric_bend: None,
             stretch: self
                 .stretch
                 .map(compliant)

@@ -103,7 +103,11 @@ fn a_word_that_is_not_known_is_named_with_its_place_and_the_valid_ones() {
     );
     says(
         &complaint("stretch:", "strech:"),
-        &["my.ron:9:", "`strech`", "`stretch`, `bend`, `volume`"],
+        &[
+            "my.ron:9:",
+            "`strech`",
+            "`stretch`, `bend`, `isometric_bend`",
+        ],
     );
     says(
         &complaint("NoInverted", "Upright"),

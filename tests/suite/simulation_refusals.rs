@@ -24,7 +24,7 @@ fn what_cannot_be_set_is_refused_with_the_word_and_the_choices() {
     let body = bodies[0];
     let message = refused(&mut app, set(body, "strech", "compliance", 1.0));
     assert!(
-        message.contains("strech") && message.contains("stretch, bend, volume"),
+        message.contains("strech") && message.contains("stretch, bend, isometric_bend"),
         "{message}"
     );
     let message = refused(&mut app, set(body, "stretch", "stiffness", 1.0));

@@ -20,6 +20,7 @@
 pub mod bend;
 pub(crate) mod block;
 pub mod grab;
+pub mod isometric_bend;
 pub mod stretch;
 pub mod volume;
 

@@ -71,10 +71,67 @@ impl Hinges {
     }
 }
 
+/// What the quadratic bending energy needs of each hinge, in their order.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Cotangents {
+    /// Weights k₁, k₂, k₃ of its particles; k₀ is minus their sum.
+    pub weights: [Vec<f32>; 3],
+    /// ‖Σ kᵢxᵢ‖ at rest [m]; exactly 0 where the rest shape is flat to within rounding.
+    pub rest: Vec<f32>,
+    /// A₀ + A₁ at rest [m²].
+    pub area: Vec<f32>,
+    /// Length of the edge at rest [m], which is C for a fold of one radian.
+    pub scale: Vec<f32>,
+}
+
+impl Cotangents {
+    /// Of hinges of a surface.
+    #[must_use]
+    pub fn of(hinges: &Hinges, rest: &[Vec3]) -> Self {
+        let mut all = Self::default();
+        for (corners, &angle) in hinges.corners().zip(&hinges.rest_angle) {
+            let x = corners.map(|i| rest[i as usize].as_dvec3());
+            let cotangent = |a: DVec3, b: DVec3| a.dot(b) / a.cross(b).length();
+            let (edge, first, second) = (x[1] - x[0], x[2] - x[0], x[3] - x[0]);
+            let at_0 = [cotangent(edge, first), cotangent(edge, second)];
+            let at_1 = [cotangent(-edge, x[2] - x[1]), cotangent(-edge, x[3] - x[1])];
+            let k = [at_0[0] + at_0[1], -at_0[0] - at_1[0], -at_0[1] - at_1[1]];
+            for (column, k) in all.weights.iter_mut().zip(k) {
+                column.push(k as f32);
+            }
+            let bent = edge * k[0] + first * k[1] + second * k[2];
+            let flat = f64::from(angle.abs()) < FLAT_ANGLE;
+            all.rest.push(if flat { 0.0 } else { bent.length() as f32 });
+            let [n1, n2] = normals(x);
+            all.area.push((0.5 * (n1.length() + n2.length())) as f32);
+            all.scale.push(edge.length() as f32);
+        }
+        all
+    }
+
+    /// Bytes of memory.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        6 * size_of_val(&self.rest[..])
+    }
+}
+
+/// A hinge that is bent by less than this at rest [rad] is flat: some rounding of its coordinates.
+const FLAT_ANGLE: f64 = 1e-5;
+
 impl Topology {
     /// Bytes of what has been asked for so far.
     pub(in crate::solver) fn lazy_bytes(&self) -> usize {
         self.hinges.0.get().map_or(0, Hinges::bytes)
+            + self.cotangents.0.get().map_or(0, Cotangents::bytes)
+    }
+
+    /// What the quadratic bending energy needs of its hinges, found when first asked for.
+    #[must_use]
+    pub fn cotangents(&self) -> &Cotangents {
+        self.cotangents
+            .0
+            .get_or_init(|| Cotangents::of(self.hinges(), &self.rest))
     }
 
     /// The hinges of its surface, found when they are first asked for.

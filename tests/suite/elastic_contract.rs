@@ -1,0 +1,155 @@
+//! What every elastic effect promises: its gradients are those of its C, they neither push nor turn
+//! the world, and eight lanes in f32 do what the twin does in f64.
+
+use crate::support::{body, cube, random_vector, sweep};
+use glam::DVec3;
+use pliant::solver::{
+    Bend, Body, Damping, Effects, IsometricBend, Stretch, Volume,
+    constraint::Multipliers,
+    deform::Random,
+    elastic::{Elastic, Point, Visit},
+    reference,
+};
+
+/// All elastic effects, as they are by default, with a damping of τ [s].
+fn all(tau: f32) -> Effects {
+    let damping = Damping::new(tau).expect("sound");
+    Effects {
+        stretch: Some(Stretch {
+            damping,
+            ..Stretch::default()
+        }),
+        bend: Some(Bend {
+            damping,
+            ..Bend::default()
+        }),
+        isometric_bend: Some(IsometricBend {
+            damping,
+            ..IsometricBend::default()
+        }),
+        volume: Some(Volume {
+            damping,
+            ..Volume::default()
+        }),
+        ..Effects::default()
+    }
+}
+
+/// A cube of a metre whose particles are some 3 cm from where they were.
+fn crumpled(random: &mut Random) -> Body {
+    let mut body = body("cube", cube(1.0, 3), 1000.0);
+    for x in &mut body.particles.positions {
+        *x += random_vector(random, 0.03).extend(0.0);
+    }
+    body
+}
+
+struct Gradients<'a>(&'a Body);
+
+impl Visit for Gradients<'_> {
+    fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
+        const STEP: f64 = 1e-5;
+        let topology = &self.0.topology;
+        let name = E::KIND.name();
+        let mut seen = 0;
+        for (index, corners) in E::elements(topology).corners().enumerate() {
+            let points = corners.map(|i| {
+                let x = self.0.particles.positions[i as usize];
+                Point {
+                    x: x.truncate().as_dvec3(),
+                    w: x.w.into(),
+                    rest: topology.rest[i as usize].as_dvec3(),
+                }
+            });
+            let rows = effect.rows(topology, index, points);
+            let error = |corner: usize, by: DVec3| {
+                let mut points = points;
+                points[corner].x += by;
+                effect.rows(topology, index, points).map(|row| row.error)
+            };
+            let mut differences = [[DVec3::ZERO; N]; M];
+            for corner in 0..N {
+                for (axis, unit) in DVec3::AXES.into_iter().enumerate() {
+                    let (more, less) = (error(corner, unit * STEP), error(corner, -unit * STEP));
+                    for row in 0..M {
+                        differences[row][corner][axis] = (more[row] - less[row]) / (2.0 * STEP);
+                    }
+                }
+            }
+            for (row, differences) in rows.iter().zip(differences) {
+                let largest = row.gradients.iter().fold(0.0_f64, |m, g| m.max(g.length()));
+                let (mut push, mut turn) = (DVec3::ZERO, DVec3::ZERO);
+                for corner in 0..N {
+                    let gradient = row.gradients[corner];
+                    push += gradient;
+                    turn += points[corner].x.cross(gradient);
+                    // Elements are 0.3 m large: third derivatives are some hundred gradients a
+                    // square metre, times the square of the step, and C is known to 1e-15.
+                    let off = gradient.distance(differences[corner]);
+                    assert!(
+                        off < 1e-6 * largest,
+                        "{name} {index}: off by {off} of {largest}"
+                    );
+                }
+                assert!(push.length() < 1e-12 * largest, "{name}: Σ∇ = {push}");
+                assert!(turn.length() < 1e-12 * largest, "{name}: Σ x × ∇ = {turn}");
+            }
+            seen += 1;
+        }
+        assert!(seen > 50, "{name} has only {seen} elements");
+    }
+}
+
+#[test]
+fn gradients_are_the_central_differences_of_c_and_neither_push_nor_turn() {
+    let mut random = Random::new(3);
+    for _ in 0..5 {
+        let body = crumpled(&mut random);
+        all(0.0).visit(&mut Gradients(&body));
+    }
+}
+
+struct Lanes<'a>(&'a Body);
+
+impl Visit for Lanes<'_> {
+    fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
+        const H: f32 = 0.01;
+        let mut fast = self.0.clone();
+        let mut twin = reference::Body::of(&fast);
+        for sweeps in 0..2 {
+            let mut lambdas = vec![0.0; E::KIND.multipliers(&fast.topology)];
+            sweep(&mut fast, effect, H, Multipliers::First(&mut lambdas));
+            sweep(&mut fast, effect, H, Multipliers::Next(&mut lambdas));
+            twin.solve(effect, f64::from(H), true);
+            twin.solve(effect, f64::from(H), false);
+            let most = self.0.particles.positions.iter().zip(&twin.x);
+            let most = most.map(|(x, to)| x.truncate().as_dvec3().distance(*to));
+            let most = most.fold(0.0, f64::max);
+            for (now, twin) in fast.particles.positions.iter().zip(&twin.x) {
+                // A place is known to 6e-8 m, an element of 0.3 m to a few times that over its
+                // size, and a particle has a dozen elements that all pass on what they got.
+                let off = now.truncate().as_dvec3().distance(*twin);
+                assert!(
+                    off < 1e-5 + 1e-4 * most,
+                    "{} after {} sweeps: off by {off} m of {most} m",
+                    E::KIND.name(),
+                    2 * (sweeps + 1)
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn eight_lanes_do_what_the_twin_does() {
+    let mut random = Random::new(4);
+    for tau in [0.0, 0.02] {
+        for _ in 0..3 {
+            let mut body = crumpled(&mut random);
+            for v in &mut body.particles.previous {
+                *v += random_vector(&mut random, 0.002).extend(0.0);
+            }
+            all(tau).visit(&mut Lanes(&body));
+        }
+    }
+}
