@@ -56,7 +56,14 @@
 //! | component | constraint or contact | parameters |
 //! |---|---|---|
 //! | [`Stretch`](effect::Stretch) | C = ‖x₁−x₀‖−L₀ on edges [m] | compliance m/N, axial stiffness N, damping s |
+//! | [`Bend`](effect::Bend) | C = θ−θ₀ on hinges of the surface [rad] | bending stiffness N·m, damping s |
+//! | [`IsometricBend`](effect::IsometricBend) | C = ‖Σkᵢxᵢ‖−C₀ on hinges [m] | bending stiffness N·m, damping s |
 //! | [`Volume`](effect::Volume) | C = V−V₀ on tetrahedra [m³] | compliance m⁵/N, bulk modulus Pa, damping s |
+//! | [`Uniform`](effect::Uniform) | the same acceleration everywhere | m/s² |
+//! | [`Attract`](effect::Attract) | a point pulls or pushes | place m, strength m³/s², radius m |
+//! | [`Vortex`](effect::Vortex) | air turns about an upright axis | place m, turning rad/s, radius m, coupling 1/s |
+//! | [`Wind`](effect::Wind) | drag and lift on the triangles of the surface | wind and gusts m/s, density kg/m³, C_D, C_L |
+//! | [`Drag`](effect::Drag) | a medium at rest brakes | linear 1/s, quadratic 1/m |
 //! | [`Grab`](effect::Grab) | a hand's spring, only while it holds | compliance m/N, strength N |
 //! | [`Ground`](effect::Ground) | a level ground | height m, friction, restitution |
 //! | [`StickyGround`](effect::StickyGround) | a level ground that holds what it touches | height m |

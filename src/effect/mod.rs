@@ -16,26 +16,26 @@
 //! use bevy::prelude::*;
 //! use pliant::{effect::*, prelude::*, simulation::*};
 //!
-//! /// A wind that pushes every particle the same way.
+//! /// A breeze that pushes every particle the same way.
 //! #[derive(Component, Clone, Default)]
-//! struct Wind {
+//! struct Breeze {
 //!     acceleration: f32,
 //! }
 //!
-//! impl Effect for Wind {
-//!     const NAME: &'static str = "wind";
-//!     const TITLE: &'static str = "Wind";
+//! impl Effect for Breeze {
+//!     const NAME: &'static str = "breeze";
+//!     const TITLE: &'static str = "Breeze";
 //!     const SUMMARY: &'static str = "Pushes a body along x.";
 //!     const PARAMETERS: &'static [Parameter<Self>] = &[Parameter {
 //!         name: "acceleration",
 //!         title: "Acceleration",
 //!         unit: "m/s²",
-//!         help: "What the wind adds to the speed in a second.",
+//!         help: "What the breeze adds to the speed in a second.",
 //!         range: (0.1, 100.0),
 //!         scale: Scale::Linear,
-//!         get: |wind| wind.acceleration.into(),
-//!         set: |wind, value| {
-//!             wind.acceleration = pliant::solver::quantity::finite("acceleration", value as f32)?;
+//!         get: |breeze| breeze.acceleration.into(),
+//!         set: |breeze, value| {
+//!             breeze.acceleration = pliant::solver::quantity::finite("acceleration", value as f32)?;
 //!             Ok(())
 //!         },
 //!     }];
@@ -50,22 +50,23 @@
 //!     }
 //! }
 //!
-//! fn blow(step: Res<CurrentSubstep>, mut bodies: Query<(&mut Particles, &Wind), Active>) {
+//! fn blow(step: Res<CurrentSubstep>, mut bodies: Query<(&mut Particles, &Breeze), Active>) {
 //!     let h = step.step.h;
-//!     for (mut particles, wind) in &mut bodies {
+//!     for (mut particles, breeze) in &mut bodies {
 //!         for x in particles.positions.iter_mut().filter(|x| x.w > 0.0) {
-//!             x.x += wind.acceleration * h * h;
+//!             x.x += breeze.acceleration * h * h;
 //!         }
 //!     }
 //! }
 //!
 //! let mut app = App::new();
-//! app.add_plugins((MinimalPlugins, SoftBodyPlugins::default(), EffectPlugin::<Wind>::default()));
+//! app.add_plugins((MinimalPlugins, SoftBodyPlugins::default(), EffectPlugin::<Breeze>::default()));
 //! ```
 
 mod bend;
 mod collide;
 mod elastic;
+mod force;
 mod grab;
 mod ground;
 mod isometric_bend;
@@ -78,7 +79,8 @@ pub use registry::{
 };
 
 pub use crate::solver::{
-    Bend, Collide, Grab, Ground, IsometricBend, StickyGround, Stretch, Volume,
+    Attract, Bend, Collide, Drag, Grab, Ground, IsometricBend, StickyGround, Stretch, Uniform,
+    Volume, Vortex, Wind,
 };
 
 pub(crate) use registry::{body_added, body_removed, follow_bodies, is_planned};
@@ -92,6 +94,11 @@ pub struct EffectPlugins;
 impl PluginGroup for EffectPlugins {
     fn build(self) -> PluginGroupBuilder {
         PluginGroupBuilder::start::<Self>()
+            .add(EffectPlugin::<Uniform>::default())
+            .add(EffectPlugin::<Attract>::default())
+            .add(EffectPlugin::<Vortex>::default())
+            .add(EffectPlugin::<Wind>::default())
+            .add(EffectPlugin::<Drag>::default())
             .add(EffectPlugin::<Stretch>::default())
             .add(EffectPlugin::<Bend>::default())
             .add(EffectPlugin::<IsometricBend>::default())
@@ -141,7 +148,8 @@ mod reflection {
     //! exchange a valid value for a valid value.
 
     use crate::solver::quantity::{
-        Compliance, Damping, FlexuralRigidity, Friction, Restitution, Stiffness,
+        Coefficient, Compliance, Damping, Finite, FlexuralRigidity, Friction, Length, Restitution,
+        Stiffness,
     };
     use bevy::reflect::{
         ReflectDeserialize, ReflectSerialize, impl_reflect_opaque, std_traits::ReflectDefault,
@@ -150,6 +158,9 @@ mod reflection {
     impl_reflect_opaque!((in pliant::solver) Compliance(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Damping(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) FlexuralRigidity(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+    impl_reflect_opaque!((in pliant::solver) Coefficient(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+    impl_reflect_opaque!((in pliant::solver) Finite(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+    impl_reflect_opaque!((in pliant::solver) Length(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Friction(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Restitution(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Stiffness(Clone, Debug, Default, PartialEq, Serialize, Deserialize));

@@ -262,16 +262,22 @@ impl<E> Default for EffectPlugin<E> {
 }
 
 impl<E: Effect> Plugin for EffectPlugin<E> {
+    /// # Panics
+    /// If the app knows an effect of this name already.
     fn build(&self, app: &mut App) {
         app.init_resource::<EffectRegistry>();
         let mut registry = app.world_mut().resource_mut::<EffectRegistry>();
+        assert!(
+            registry.get(E::NAME).is_none(),
+            "there is an effect called “{}” already; give this one another name",
+            E::NAME
+        );
         let before = registry.effects.last().map(|effect| effect.name);
         registry.effects.push(EffectInfo::of::<E>());
         if let Some(before) = before {
-            app.configure_sets(
-                SolveSchedule,
-                EffectSystems(E::NAME).after(EffectSystems(before)),
-            );
+            let after = || EffectSystems(E::NAME).after(EffectSystems(before));
+            app.configure_sets(SolveSchedule, after());
+            app.configure_sets(SubstepSchedule, after());
         }
         app.add_observer(
             |added: On<Add, E>, mut registry: ResMut<EffectRegistry>, mut commands: Commands| {

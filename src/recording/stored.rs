@@ -6,30 +6,22 @@ mod body;
 
 use super::{About, Snapshot, SnapshotError};
 use crate::{
-    effect::{Effect, EffectRegistry},
+    effect::EffectRegistry,
     mesh::Skin,
     scene::{BuiltScene, CameraSpec, Look},
-    simulation::{Places, SpawnOrder, plain::bodies_in_order},
+    simulation::{
+        Places, SpawnOrder,
+        plain::{CARRIED, bodies_in_order},
+    },
     solver::{
-        self, Collide, Collider, ColliderShape, Grab, Ground, Path, Pose, RestShape, Settings,
-        SleepSettings, StickyGround, Stretch, Topology, Volume, numbering::Numbering,
-        topology::LeftOut,
+        self, Collider, ColliderShape, Path, Pose, RestShape, Settings, SleepSettings, Topology,
+        numbering::Numbering, topology::LeftOut,
     },
 };
 use bevy::prelude::{Name, World};
 use body::StoredBody;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-
-/// Effects that a snapshot has a place for: those of [`Effects`](solver::Effects).
-const EFFECTS: [&str; 6] = [
-    Stretch::NAME,
-    Volume::NAME,
-    Grab::NAME,
-    Ground::NAME,
-    StickyGround::NAME,
-    Collide::NAME,
-];
 
 /// Refuses bodies with effects that are not the crate's own.
 pub fn check_effects(world: &mut World) -> Result<(), SnapshotError> {
@@ -38,7 +30,7 @@ pub fn check_effects(world: &mut World) -> Result<(), SnapshotError> {
         let registry = world.resource::<EffectRegistry>();
         let foreign = registry
             .iter()
-            .find(|effect| !EFFECTS.contains(&effect.name) && (effect.present)(&entity));
+            .find(|effect| !CARRIED.contains(&effect.name) && (effect.present)(&entity));
         if let Some(effect) = foreign {
             return Err(SnapshotError::Effect {
                 body: entity

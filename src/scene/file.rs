@@ -5,8 +5,8 @@ use super::{Acceptance, SceneError, registry, spawn::CurrentScene};
 use crate::{
     mesh::{BuildOptions, Primitive, Treatment},
     solver::{
-        Bend, Collide, ColliderShape, Deformation, Density, Ground, IsometricBend, Mass, Path,
-        Settings, StickyGround, Stretch, Volume,
+        Attract, Bend, Collide, ColliderShape, Deformation, Density, Drag, Ground, IsometricBend,
+        Mass, Path, Settings, StickyGround, Stretch, Uniform, Volume, Vortex, Wind,
     },
 };
 use glam::{UVec3, Vec3};
@@ -125,6 +125,16 @@ pub struct SceneEffects {
     pub isometric_bend: Option<IsometricBend>,
     /// Tetrahedra resist a change of volume.
     pub volume: Option<Volume>,
+    /// The same acceleration everywhere.
+    pub uniform: Option<Uniform>,
+    /// A point pulls.
+    pub attract: Option<Attract>,
+    /// Air turns about an upright axis.
+    pub vortex: Option<Vortex>,
+    /// Wind blows on the surface.
+    pub wind: Option<Wind>,
+    /// A medium at rest brakes.
+    pub drag: Option<Drag>,
     /// A ground with friction and bounce.
     pub ground: Option<Ground>,
     /// A ground that sticks.

@@ -1,13 +1,17 @@
 //! The effects that an entity carries, as the solver has them.
 
 use crate::solver::{
-    Bend, Collide, Effects, Grab, Ground, IsometricBend, StickyGround, Stretch, Volume,
+    Attract, Bend, Collide, Drag, Effects, Grab, Ground, IsometricBend, StickyGround, Stretch,
+    Uniform, Volume, Vortex, Wind,
 };
 use bevy::{ecs::query::QueryData, prelude::*};
 
 /// Takes the components of all effects of the crate together.
 macro_rules! carried {
     ($($effect:ident: $component:ty,)*) => {
+        /// The names of the effects of the crate, which a plain world and a snapshot have a place for.
+        pub const CARRIED: &[&str] = &[$(stringify!($effect),)*];
+
         /// The effects of the crate that an entity carries.
         #[derive(QueryData)]
         pub(super) struct Carried {
@@ -46,6 +50,11 @@ carried! {
     bend: Bend,
     isometric_bend: IsometricBend,
     volume: Volume,
+    uniform: Uniform,
+    attract: Attract,
+    vortex: Vortex,
+    wind: Wind,
+    drag: Drag,
     grab: Grab,
     ground: Ground,
     sticky_ground: StickyGround,

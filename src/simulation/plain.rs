@@ -3,7 +3,7 @@
 //! The plain world is what the ECS run is compared with, bit for bit, and what is cloned when a
 //! state has to be continued on the side.
 
-pub use super::carried::effects;
+pub use super::carried::{CARRIED, effects};
 
 use super::{
     AddedMass, Asleep, BodyDensity, JustRestored, Pins, Places, Quarantined, RestTimer,

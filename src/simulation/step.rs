@@ -32,6 +32,8 @@ pub struct CurrentSubstep {
     /// The sweep under way, from 0.
     pub iteration: u32,
     settings: Settings,
+    /// Start of the tick [s].
+    time: f64,
     swept: Swept,
 }
 
@@ -47,6 +49,7 @@ impl CurrentSubstep {
     pub fn means<'a>(&'a self, threads: &'a SolverThreads) -> Means<'a> {
         Means {
             settings: &self.settings,
+            time: self.time,
             swept: &self.swept,
             threads,
             instructions: Instructions::default(),
@@ -61,6 +64,7 @@ impl Default for CurrentSubstep {
             step: Settings::default().substep(0),
             iteration: 0,
             settings: Settings::default(),
+            time: 0.0,
             swept: Swept::default(),
         }
     }
@@ -195,6 +199,7 @@ pub(super) fn run_substeps(
         sorted.sort_unstable();
         let mut current = world.resource_mut::<CurrentSubstep>();
         current.settings = settings;
+        current.time = start;
         let mut swept = take(&mut current.swept);
         let colliders = sorted
             .iter()

@@ -7,8 +7,8 @@
 #![allow(unsafe_code, reason = "pieces are handed out by hand")]
 
 use super::{
-    Collide, Effects, ElasticKind, Ground, Lambdas, Particles, Settings, StickyGround, Substep,
-    Threads, Topology,
+    Collide, Effects, ElasticKind, ForceKind, Lambdas, Particles, Settings, Substep, Threads,
+    Topology,
     bands::Piece,
     contact::{
         collider::{self, Swept},
@@ -16,6 +16,7 @@ use super::{
     },
     crew::Crew,
     elastic::{Kernels, Work},
+    force::Moment,
     lanes::Instructions,
     particles::Part,
     phases::{Phase, Phases, Side, Task},
@@ -42,6 +43,8 @@ pub struct Stepper<'a> {
 pub struct Means<'a> {
     /// Gravity, rate, substeps, iterations.
     pub settings: &'a Settings,
+    /// Start of the tick [s].
+    pub time: f64,
     /// What the colliders do in the tick.
     pub swept: &'a Swept,
     /// Threads to work on pieces with.
@@ -61,6 +64,8 @@ pub trait Watch: fmt::Debug + Sync {
 /// A part of a substep that can be ordered against.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
+    /// A force from outside, before the first stage.
+    Force(ForceKind),
     /// Positions are predicted.
     Presolve,
     /// Sticky ground, at the end of the first stage.
@@ -98,12 +103,16 @@ impl Stage {
     };
 
     /// All of them, in the order of a substep.
-    pub const ALL: [Self; Self::SOLVE.len() + 3] = {
-        let mut all = [Self::Presolve; Self::SOLVE.len() + 3];
-        all[1] = Self::StickyGround;
+    pub const ALL: [Self; ForceKind::COUNT + Self::SOLVE.len() + 3] = {
+        let mut all = [Self::Presolve; ForceKind::COUNT + Self::SOLVE.len() + 3];
         let mut place = 0;
-        while place < Self::SOLVE.len() {
-            all[place + 2] = Self::SOLVE[place];
+        while place < ForceKind::COUNT {
+            all[place] = Self::Force(ForceKind::ALL[place]);
+            place += 1;
+        }
+        all[place + 1] = Self::StickyGround;
+        while place < ForceKind::COUNT + Self::SOLVE.len() {
+            all[place + 2] = Self::SOLVE[place - ForceKind::COUNT];
             place += 1;
         }
         all[place + 2] = Self::Postsolve;
@@ -123,6 +132,7 @@ impl Stage {
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
+            Self::Force(kind) => kind.name(),
             Self::Presolve => "presolve",
             Self::StickyGround => "sticky_ground",
             Self::Elastic(kind) => kind.name(),
@@ -142,6 +152,7 @@ impl Stage {
     fn acts(self, effects: &Effects) -> bool {
         match self {
             Self::Presolve | Self::Postsolve => true,
+            Self::Force(kind) => effects.has_force(kind),
             Self::StickyGround => effects.sticky_ground.is_some(),
             Self::Elastic(kind) => effects.has(kind),
             Self::Grab => effects.grab.is_some(),
@@ -163,6 +174,7 @@ impl Stage {
         let one = |task, side| [Some((task, side)), None, None];
         match self {
             _ if !self.acts(effects) => [None; 3],
+            Self::Force(kind) => one(Task::Force { kind, substep }, Side::Whole),
             Self::Presolve => one(Task::Begin, Side::Any),
             Self::StickyGround => one(Task::Stick, Side::Any),
             Self::Elastic(kind) => kind.halves(topology, Task::Elastic { kind, sweep }),
@@ -199,7 +211,12 @@ impl Stepper<'_> {
             .filter(|stage| stage.acts(&effects));
         let present = [const { None::<Stage> }; Stage::SOLVE.len()].map(|_| stages.next());
         let first = substeps.start;
-        let watched = means.watch.is_some();
+        let mut forces = ForceKind::ALL
+            .into_iter()
+            .filter(|kind| effects.has_force(*kind));
+        let forces = [const { None::<ForceKind> }; ForceKind::COUNT].map(|_| forces.next());
+        // Forces act between two substeps.
+        let watched = means.watch.is_some() || forces[0].is_some();
         let tasks = substeps.clone().flat_map(|index| {
             let step = settings.substep(index);
             // Two stages in one pass cannot be told apart by who watches.
@@ -214,7 +231,9 @@ impl Stepper<'_> {
                 let stages = present.into_iter().flatten();
                 stages.flat_map(move |stage| of_stage(stage, iteration))
             });
+            let forces = forces.into_iter().flatten();
             end.into_iter()
+                .chain(forces.flat_map(move |kind| of_stage(Stage::Force(kind), 0)))
                 .chain(iter::once((start, Side::Any)))
                 .chain(of_stage(Stage::StickyGround, 0))
                 .chain(sweeps)
@@ -272,12 +291,11 @@ impl Stepper<'_> {
 
 /// What the tasks on all pieces have in common.
 struct Context<'a> {
+    topology: &'a Topology,
+    effects: Effects,
     means: &'a Means<'a>,
     h: f32,
     kernels: Kernels<'a>,
-    ground: Option<Ground>,
-    sticky_ground: Option<StickyGround>,
-    collide: Option<Collide>,
 }
 
 impl<'a> Context<'a> {
@@ -287,12 +305,11 @@ impl<'a> Context<'a> {
         } = body;
         let h = means.settings.substep_seconds() as f32;
         Self {
+            topology,
+            effects: **effects,
             means,
             h,
             kernels: Kernels::new(effects, topology, h),
-            ground: effects.ground,
-            sticky_ground: effects.sticky_ground,
-            collide: effects.collide,
         }
     }
 
@@ -346,9 +363,17 @@ impl<'a> Context<'a> {
             }
         };
         match task {
+            Task::Force { kind, substep } => {
+                let h = settings.substep_seconds();
+                let moment = Moment {
+                    time: self.means.time + h * f64::from(substep),
+                    h,
+                };
+                self.effects.push(kind, self.topology, moment, part);
+            }
             Task::Begin => stages::presolve(part, self.h, settings.gravity, instructions),
             Task::Stick => {
-                if let Some(sticky) = &self.sticky_ground {
+                if let Some(sticky) = &self.effects.sticky_ground {
                     ground::stick(part, sticky);
                 }
             }
@@ -379,12 +404,12 @@ impl<'a> Context<'a> {
                 }
             }
             Task::Ground => {
-                if let Some(ground) = &self.ground {
+                if let Some(ground) = &self.effects.ground {
                     ground::solve(part, ground, self.h, settings.gravity);
                 }
             }
             Task::Collide { substep } => {
-                if let Some(collide) = &self.collide {
+                if let Some(collide) = &self.effects.collide {
                     self.collide(part, collide, substep);
                 }
             }

@@ -1,7 +1,8 @@
 //! A body without Bevy: topology, particles, and the effects that it carries.
 
 use super::{
-    Density, ElasticKind, Lambdas, Load, Mass, Particles, Topology,
+    Attract, Density, Drag, ElasticKind, Lambdas, Load, Mass, Particles, Topology, Uniform, Vortex,
+    Wind,
     advance::{Means, NotFinite, Stage, Stepper},
     constraint::{
         bend::Bend, grab::Grab, isometric_bend::IsometricBend, stretch::Stretch, volume::Volume,
@@ -25,6 +26,16 @@ pub struct Effects {
     pub isometric_bend: Option<IsometricBend>,
     /// Tetrahedra resist a change of volume.
     pub volume: Option<Volume>,
+    /// The same acceleration everywhere.
+    pub uniform: Option<Uniform>,
+    /// A point pulls.
+    pub attract: Option<Attract>,
+    /// Air turns about an upright axis.
+    pub vortex: Option<Vortex>,
+    /// Wind blows on the surface.
+    pub wind: Option<Wind>,
+    /// A medium at rest brakes.
+    pub drag: Option<Drag>,
     /// A hand holds the body.
     pub grab: Option<Grab>,
     /// A ground with friction and bounce.

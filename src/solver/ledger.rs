@@ -22,11 +22,11 @@
 //! Rigid effects (α = 0) store nothing, and what they do goes to the sweeps.
 
 use super::{
-    Friction, Lambdas, Particles, Substep,
+    ForceKind, Friction, Lambdas, Particles, Substep,
     advance::{Means, NotFinite, Stage, Stepper},
     elastic::{Elastic, Visit},
 };
-use glam::DVec3;
+use glam::{DVec3, Vec4};
 use std::ops::{AddAssign, Range};
 
 /// Energies that came to bodies [J]; negative is what was taken.
@@ -40,6 +40,8 @@ pub struct Ledger {
     pub contact: f64,
     /// By hands that hold bodies.
     pub hand: f64,
+    /// By forces from outside: wind, drag, and what else a scene asks for besides gravity.
+    pub forces: f64,
     /// By the integrator itself.
     pub integrator: f64,
     /// By sweeps that did not solve the constraints to the end.
@@ -51,12 +53,13 @@ pub struct Ledger {
 impl Ledger {
     /// The rows with their names, in the order in which they are shown.
     #[must_use]
-    pub const fn rows(&self) -> [(&'static str, f64); 7] {
+    pub const fn rows(&self) -> [(&'static str, f64); 8] {
         [
             ("damping", self.damping),
             ("friction", self.friction),
             ("contact", self.contact),
             ("hand", self.hand),
+            ("forces", self.forces),
             ("integrator", self.integrator),
             ("sweeps", self.sweeps),
             ("rounding", self.rounding),
@@ -77,6 +80,7 @@ impl AddAssign for Ledger {
             friction,
             contact,
             hand,
+            forces,
             integrator,
             sweeps,
             rounding,
@@ -85,6 +89,7 @@ impl AddAssign for Ledger {
         self.friction += friction;
         self.contact += contact;
         self.hand += hand;
+        self.forces += forces;
         self.integrator += integrator;
         self.sweeps += sweeps;
         self.rounding += rounding;
@@ -130,6 +135,8 @@ struct Book {
     errors: Errors,
     /// The state at the start of the substep.
     start: Particles,
+    /// Velocities after forces from outside have acted [m/s].
+    forced: Vec<Vec4>,
     /// Ways x − p of the particles before the part that is under way [m].
     before: Vec<DVec3>,
     /// Shares of them by cause [m].
@@ -202,6 +209,10 @@ impl Book {
         means: &Means,
     ) -> Result<Ledger, NotFinite> {
         self.start.clone_from(body.particles);
+        for kind in ForceKind::ALL {
+            body.stage(Stage::Force(kind), step, 0, means)?;
+        }
+        self.forced.clone_from(&body.particles.velocities);
         body.stage(Stage::Presolve, step, 0, means)?;
         self.begin(body.particles);
         self.contact(body, Stage::StickyGround, step, 0, means)?;
@@ -329,7 +340,9 @@ impl Book {
             let [elastic, hand, contact, friction] =
                 [&self.elastic, &self.hand, &self.contact, &self.friction]
                     .map(|column| column[index] / h);
-            let rounding = change - fall - elastic - hand - contact - friction;
+            let forces = self.forced[index].truncate().as_dvec3() - start;
+            let rounding = change - fall - forces - elastic - hand - contact - friction;
+            sum.forces += mass * forces.dot(mean);
             sum.hand += mass * hand.dot(mean);
             // A bounce moves the previous position, which is height that the particle does not fall.
             let from = self.start.positions[index] - particles.previous[index];

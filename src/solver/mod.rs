@@ -22,6 +22,7 @@ pub mod deform;
 pub mod delivered;
 pub mod elastic;
 mod fit;
+pub mod force;
 pub mod lanes;
 pub mod ledger;
 pub mod measure;
@@ -56,13 +57,14 @@ pub use contact::{Collide, Collider, ColliderShape, Ground, Path, Pose, StickyGr
 pub use deform::{Deformation, deform};
 pub use delivered::Delivered;
 pub use elastic::{ElasticKind, Lambdas};
+pub use force::{Attract, Drag, ForceKind, Uniform, Vortex, Wind};
 pub use lanes::Instructions;
 pub use ledger::Ledger;
 pub use modes::Modes;
 pub use particles::Particles;
 pub use quantity::{
-    Compliance, Damping, Density, FlexuralRigidity, Force, Friction, InvalidValue, Iterations,
-    Length, Mass, Rate, Restitution, Stiffness, Substeps,
+    Coefficient, Compliance, Damping, Density, Finite, FlexuralRigidity, Force, Friction,
+    InvalidValue, Iterations, Length, Mass, Rate, Restitution, Stiffness, Substeps,
 };
 pub use rest::SleepSettings;
 pub use shape::RestShape;

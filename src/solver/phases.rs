@@ -11,7 +11,7 @@
 //! before the next one begins.
 
 use super::{
-    ElasticKind,
+    ElasticKind, ForceKind,
     advance::Stage,
     bands::{Bands, Piece},
 };
@@ -20,6 +20,8 @@ use std::iter::Peekable;
 /// What is done with a piece.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Task {
+    /// A force from outside.
+    Force { kind: ForceKind, substep: u32 },
     /// First stage.
     Begin,
     /// What touches sticky ground goes back to where it was.
@@ -46,6 +48,7 @@ impl Task {
     /// What it is a part of; a turn counts as the stage that it begins with.
     pub fn stage(self) -> Stage {
         match self {
+            Self::Force { kind, .. } => Stage::Force(kind),
             Self::Begin => Stage::Presolve,
             Self::Stick => Stage::StickyGround,
             Self::Elastic { kind, .. } => Stage::Elastic(kind),

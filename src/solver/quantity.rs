@@ -171,6 +171,46 @@ quantity!(
     Length(f32), "length", default 1.0, "between 1e-9 and 1e9 m", |v| (1e-9..=1e9).contains(&v)
 );
 quantity!(
+    /// A number of either sign: a coordinate in m, a speed in m/s, an acceleration in m/s².
+    Finite(f32), "a number", default 0.0, "between -1e9 and 1e9", |v| (-1e9..=1e9).contains(&v)
+);
+
+impl Finite {
+    /// None at all.
+    pub const ZERO: Self = Self(0.0);
+
+    /// A constant, which is within the range.
+    pub(super) const fn of(value: f32) -> Self {
+        Self(value)
+    }
+
+    /// Three of them as a vector.
+    #[must_use]
+    pub fn vector([x, y, z]: [Self; 3]) -> glam::DVec3 {
+        glam::DVec3::new(x.0.into(), y.0.into(), z.0.into())
+    }
+}
+
+quantity!(
+    /// A coefficient that is not negative.
+    Coefficient(f32), "a coefficient", default 0.0, "between 0 and 1e9", |v| (0.0..=1e9).contains(&v)
+);
+
+impl Coefficient {
+    /// A constant, which is within the range.
+    pub(super) const fn of(value: f32) -> Self {
+        Self(value)
+    }
+}
+
+impl Length {
+    /// A constant, which is within the range.
+    pub(super) const fn of(value: f32) -> Self {
+        Self(value)
+    }
+}
+
+quantity!(
     /// A force limit in N.
     Force(f32), "force", default f32::INFINITY, "above 0 N (inf for no limit)", |v| v > 0.0
 );
@@ -205,6 +245,8 @@ from_float!(
     Friction,
     Restitution,
     Length,
+    Finite,
+    Coefficient,
     Force
 );
 from_whole!(

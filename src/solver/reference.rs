@@ -9,9 +9,10 @@ use super::{
     constraint::block::DEPENDENT,
     contact::{Collider, ColliderShape, Pose},
     elastic::{Elastic, Point, Row, Visit},
+    force::{Force, Moment, Mote, VisitForces},
 };
 use glam::{DMat3, DVec3};
-use std::sync::Arc;
+use std::{cell::Cell, sync::Arc};
 
 /// Bodies and colliders in f64.
 #[derive(Debug, Clone)]
@@ -43,7 +44,7 @@ pub struct Body {
     pub v: Vec<DVec3>,
     /// Inverse masses w [1/kg], 0 for pins.
     pub w: Vec<f64>,
-    /// The elastic effects; others of these are not looked at.
+    /// The elastic effects and the forces; others of these are not looked at.
     pub effects: Effects,
     /// A hold, if there is one.
     pub grab: Option<Hold>,
@@ -117,6 +118,7 @@ impl World {
             let start = self.time + h * f64::from(index);
             let share = f64::from(index + 1) / f64::from(substeps);
             for body in &mut self.bodies {
+                body.push_by_forces(Moment { time: start, h });
                 body.presolve(h, gravity);
                 if self.keeps_multipliers {
                     body.pull();
@@ -190,6 +192,31 @@ impl Body {
         self.collide = effects
             .collide
             .map(|collide| (collide.friction.into(), collide.restitution.into()));
+    }
+
+    /// Lets forces from outside act, one after the other.
+    fn push_by_forces(&mut self, moment: Moment) {
+        struct Act<'a>(&'a mut Body, Moment);
+        impl VisitForces for Act<'_> {
+            fn visit<F: Force>(&mut self, force: &F) {
+                let Body {
+                    topology, x, v, w, ..
+                } = &mut *self.0;
+                let v = Cell::from_mut(&mut v[..]).as_slice_of_cells();
+                let at = |i: u32| Mote {
+                    x: x[i as usize],
+                    v: v[i as usize].get(),
+                    w: w[i as usize],
+                };
+                force.act(topology, self.1, at, |i, change| {
+                    if w[i as usize] > 0.0 {
+                        v[i as usize].set(v[i as usize].get() + change);
+                    }
+                });
+            }
+        }
+        let effects = self.effects;
+        effects.visit_forces(&mut Act(self, moment));
     }
 
     fn presolve(&mut self, h: f64, gravity: DVec3) {

@@ -49,6 +49,7 @@ impl World {
         swept.fill(colliders.iter(), settings, self.time);
         let means = Means {
             settings,
+            time: self.time,
             swept,
             threads,
             instructions: *instructions,

@@ -95,6 +95,11 @@ impl Soft {
         body.effects = Effects {
             bend: None,
             isometric_bend: None,
+            uniform: None,
+            attract: None,
+            vortex: None,
+            wind: None,
+            drag: None,
             stretch: self
                 .stretch
                 .map(compliant)

@@ -291,11 +291,11 @@ fn a_state_is_not_kept_in_the_middle_of_a_tick() {
 }
 
 #[derive(Component, Clone, Default)]
-struct Wind;
+struct Breeze;
 
-impl Effect for Wind {
-    const NAME: &'static str = "wind";
-    const TITLE: &'static str = "Wind";
+impl Effect for Breeze {
+    const NAME: &'static str = "breeze";
+    const TITLE: &'static str = "Breeze";
     const SUMMARY: &'static str = "Blows.";
     const PARAMETERS: &'static [Parameter<Self>] = &[];
     type State = ();
@@ -305,14 +305,14 @@ impl Effect for Wind {
 #[test]
 fn an_effect_of_a_users_own_is_refused_by_name_and_not_forgotten() {
     let mut app = app_with(|app| {
-        app.add_plugins(EffectPlugin::<Wind>::default());
+        app.add_plugins(EffectPlugin::<Breeze>::default());
     });
     let (bodies, _) = plain::spawn(app.world_mut(), &cubes());
     assert!(Snapshot::take(app.world_mut(), About::default()).is_ok());
-    app.world_mut().entity_mut(bodies[1]).insert(Wind);
+    app.world_mut().entity_mut(bodies[1]).insert(Breeze);
     let error = Snapshot::take(app.world_mut(), About::default()).expect_err("unknown");
     let said = error.to_string();
-    assert!(said.contains("wind") && said.contains("thrown"), "{said}");
+    assert!(said.contains("breeze") && said.contains("thrown"), "{said}");
 }
 
 /// Two cubes, one held and one deformed, and a collider.

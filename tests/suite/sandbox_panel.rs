@@ -23,6 +23,7 @@ use pliant::sandbox::{
     theme,
     view::SolverView,
 };
+use pliant::solver::advance::Stage;
 
 const SIZES: [(Vec2, f32); 4] = [
     (Vec2::new(1280.0, 800.0), 1.0),
@@ -97,7 +98,7 @@ fn absent() -> EffectModel {
 fn model() -> PanelModel {
     let whole = |high| Track::new(1.0..=high, Spread::Integer);
     let mut history = History::default();
-    (0..50).for_each(|_| history.push([0.1; 9]));
+    (0..50).for_each(|_| history.push([0.1; Stage::ALL.len() + 1]));
     let body = |key, name: &str, state| BodyEntry {
         key,
         name: name.to_owned(),

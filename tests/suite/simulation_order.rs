@@ -154,13 +154,13 @@ fn the_inner_schedules_hold_no_ambiguity_with_everything_in_them() {
 
 /// An effect of a user's own.
 #[derive(Component, Clone, Default)]
-struct Wind {
+struct Breeze {
     acceleration: f32,
 }
 
-impl Effect for Wind {
-    const NAME: &'static str = "wind";
-    const TITLE: &'static str = "Wind";
+impl Effect for Breeze {
+    const NAME: &'static str = "breeze";
+    const TITLE: &'static str = "Breeze";
     const SUMMARY: &'static str = "Pushes along x.";
     const PARAMETERS: &'static [Parameter<Self>] = &[];
     type State = ();
@@ -174,7 +174,7 @@ impl Effect for Wind {
     }
 }
 
-fn blow(current: Res<CurrentSubstep>, mut bodies: Query<(&mut Particles, &Wind), Active>) {
+fn blow(current: Res<CurrentSubstep>, mut bodies: Query<(&mut Particles, &Breeze), Active>) {
     let h = current.step.h;
     for (mut particles, wind) in &mut bodies {
         for x in particles.positions.iter_mut().filter(|x| x.w > 0.0) {
@@ -186,7 +186,7 @@ fn blow(current: Res<CurrentSubstep>, mut bodies: Query<(&mut Particles, &Wind),
 #[test]
 fn an_effect_of_a_users_own_comes_and_goes_like_any_other() {
     let mut app = app_with(|app| {
-        app.add_plugins(EffectPlugin::<Wind>::default());
+        app.add_plugins(EffectPlugin::<Breeze>::default());
     });
     let topology = crate::support::topology(tetrahedron());
     let body = app
@@ -197,9 +197,9 @@ fn an_effect_of_a_users_own_comes_and_goes_like_any_other() {
     assert_eq!(systems(&app, SolveSchedule), ["stretch"]);
     app.world_mut()
         .entity_mut(body)
-        .insert(Wind { acceleration: 2.0 });
+        .insert(Breeze { acceleration: 2.0 });
     ticks(&mut app, 60);
-    assert_eq!(systems(&app, SolveSchedule), ["stretch", "wind"]);
+    assert_eq!(systems(&app, SolveSchedule), ["stretch", "breeze"]);
     // A uniform force gives its exact acceleration: ah²n(n+1)/2 for n = 600, but for the rounding
     // of ah² = 5.6e-6 m to an ulp of a metre.
     let particles = app.world().get::<Particles>(body).expect("a body");
@@ -208,7 +208,7 @@ fn an_effect_of_a_users_own_comes_and_goes_like_any_other() {
         "{}",
         particles.positions[0]
     );
-    app.world_mut().entity_mut(body).remove::<Wind>();
+    app.world_mut().entity_mut(body).remove::<Breeze>();
     ticks(&mut app, 1);
     assert_eq!(systems(&app, SolveSchedule), ["stretch"]);
 }

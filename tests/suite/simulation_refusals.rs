@@ -139,10 +139,10 @@ fn a_particle_or_an_effect_that_does_not_exist_is_refused() {
         message.contains("particle 99") && message.contains('8'),
         "{message}"
     );
-    let effect = String::from("wind");
+    let effect = String::from("breeze");
     let message = refused(&mut app, Action::AddEffect { body, effect });
     assert!(
-        message.contains("wind") && message.contains("sticky_ground"),
+        message.contains("breeze") && message.contains("sticky_ground"),
         "{message}"
     );
 }

@@ -9,7 +9,7 @@ use bevy::prelude::*;
 use pliant::{
     effect::{EffectRegistry, Grab, Stretch},
     simulation::{SoftBody, SolveSchedule, StepSchedule, SubstepSchedule},
-    solver::{ElasticKind, SurfacePoint, deform::Random},
+    solver::{ElasticKind, ForceKind, SurfacePoint, deform::Random},
 };
 
 /// All effects, in the order in which they are registered.
@@ -37,8 +37,8 @@ fn remove(app: &mut App, body: Entity, effect: &str) {
     remove(&mut app.world_mut().entity_mut(body));
 }
 
-/// Effects that are not in the sweep but in the first stage.
-const FIRST: [&str; 1] = ["sticky_ground"];
+/// The effect that is not in the sweep but at the end of the first stage.
+const STICKY: &str = "sticky_ground";
 
 /// What a tick must hold beside its own: each effect wakes sleepers when it changes, and elastic
 /// ones keep multipliers.
@@ -52,14 +52,19 @@ fn expected_in_step(present: &[&'static str]) -> Vec<&'static str> {
 
 #[track_caller]
 fn assert_systems(app: &App, present: &[&'static str], own: usize) {
-    let in_sweep = present.iter().filter(|name| !FIRST.contains(name));
+    let forces = ForceKind::ALL.map(ForceKind::name);
+    let in_sweep = present
+        .iter()
+        .filter(|name| **name != STICKY && !forces.contains(name));
     assert_eq!(
         systems(app, SolveSchedule),
         in_sweep.copied().collect::<Vec<_>>()
     );
-    let mut in_substep = vec!["presolve", "solve", "postsolve"];
-    let first = present.iter().filter(|name| FIRST.contains(name));
-    in_substep.splice(1..1, first.copied());
+    let before = present.iter().filter(|name| forces.contains(name));
+    let mut in_substep: Vec<_> = before.copied().collect();
+    in_substep.push("presolve");
+    in_substep.extend(present.contains(&STICKY).then_some(STICKY));
+    in_substep.extend(["solve", "postsolve"]);
     assert_eq!(systems(app, SubstepSchedule), in_substep);
     let mut in_step = systems(app, StepSchedule);
     // Bevy's own points of synchronisation between systems come and go with them.

@@ -1,0 +1,159 @@
+//! Forces from outside, on bodies that ask for them. They act before the first stage, each changing
+//! velocities by what it gives in a substep: v += h a(x, v, t).
+//!
+//! Each has one formula, in `f64`, which the fast solver and the twin share; tests hold it against
+//! closed forms. A body is done on one thread, as forces are cheap beside constraints.
+
+mod attract;
+mod drag;
+mod noise;
+mod uniform;
+mod vortex;
+mod wind;
+
+pub use attract::Attract;
+pub use drag::Drag;
+pub use uniform::Uniform;
+pub use vortex::Vortex;
+pub use wind::Wind;
+
+use super::{Effects, Topology, particles::Part};
+use glam::DVec3;
+use std::cell::Cell;
+
+/// A particle as a force sees it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mote {
+    /// Position [m].
+    pub x: DVec3,
+    /// Velocity [m/s].
+    pub v: DVec3,
+    /// Inverse mass [1/kg]; 0 for what does not move.
+    pub w: f64,
+}
+
+/// When a force acts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Moment {
+    /// Start of the substep [s].
+    pub time: f64,
+    /// Length of the substep [s].
+    pub h: f64,
+}
+
+/// A force from outside.
+pub trait Force: Copy + Into<Effects> {
+    /// Which one it is.
+    const KIND: ForceKind;
+
+    /// Tells `push` by how much it changes the velocities of which particles [m/s], those of the
+    /// body being `at(i)`, which shows what it has been told already. Particles that do not move may
+    /// be told too.
+    fn act(
+        &self,
+        topology: &Topology,
+        moment: Moment,
+        at: impl Fn(u32) -> Mote,
+        push: impl FnMut(u32, DVec3),
+    );
+}
+
+/// Something to be done with each force on a body, whatever its type.
+pub trait VisitForces {
+    /// Does it.
+    fn visit<F: Force>(&mut self, force: &F);
+}
+
+/// Lets a force act on all particles of a body.
+fn on_particles(force: &impl Force, topology: &Topology, moment: Moment, part: Part) {
+    let Part {
+        positions,
+        velocities,
+        ..
+    } = part;
+    let velocities = Cell::from_mut(velocities).as_slice_of_cells();
+    let at = |i: u32| {
+        let x = positions[i as usize];
+        Mote {
+            x: x.truncate().as_dvec3(),
+            v: velocities[i as usize].get().truncate().as_dvec3(),
+            w: x.w.into(),
+        }
+    };
+    force.act(topology, moment, at, |i, change| {
+        if positions[i as usize].w > 0.0 {
+            let v = &velocities[i as usize];
+            let now = v.get().truncate().as_dvec3() + change;
+            v.set(now.as_vec3().extend(0.0));
+        }
+    });
+}
+
+/// Makes the list of forces: name, field of [`Effects`], type.
+macro_rules! forces {
+    ($($kind:ident, $field:ident: $force:ty;)*) => {
+        /// The forces, in the order in which they act.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+        pub enum ForceKind {
+            $(#[doc = concat!("[`", stringify!($force), "`].")] $kind,)*
+        }
+
+        impl ForceKind {
+            /// All of them.
+            pub const ALL: [Self; [$(Self::$kind),*].len()] = [$(Self::$kind),*];
+            /// How many there are.
+            pub const COUNT: usize = Self::ALL.len();
+
+            /// Its name in files and commands.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$kind => stringify!($field),)*
+                }
+            }
+        }
+
+        impl Effects {
+            /// Whether the force acts on the body.
+            #[must_use]
+            pub fn has_force(&self, kind: ForceKind) -> bool {
+                match kind {
+                    $(ForceKind::$kind => self.$field.is_some(),)*
+                }
+            }
+
+            /// Shows all forces to a visitor, in their order.
+            pub fn visit_forces(&self, visitor: &mut impl VisitForces) {
+                $(if let Some(force) = &self.$field {
+                    visitor.visit(force);
+                })*
+            }
+
+            /// Lets one of the forces act.
+            pub(super) fn push(&self, kind: ForceKind, topology: &Topology, moment: Moment, part: Part) {
+                match kind {
+                    $(ForceKind::$kind => if let Some(force) = &self.$field {
+                        on_particles(force, topology, moment, part);
+                    },)*
+                }
+            }
+        }
+
+        $(impl From<$force> for Effects {
+            fn from(force: $force) -> Self {
+                Self {
+                    $field: Some(force),
+                    ..Self::default()
+                }
+            }
+        })*
+    };
+}
+
+forces! {
+    Uniform, uniform: Uniform;
+    Attract, attract: Attract;
+    Vortex, vortex: Vortex;
+    Wind, wind: Wind;
+    Drag, drag: Drag;
+}

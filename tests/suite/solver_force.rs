@@ -1,0 +1,273 @@
+//! Forces from outside, against closed forms, in the fast solver and in the twin.
+
+use crate::support::{self, assert_relative, body, body_of_masses, chain, settings, with, world};
+use glam::{DVec3, Vec3};
+use pliant::{
+    mesh::Primitive,
+    solver::{
+        Attract, Body, Coefficient, Drag, Effects, Finite, Ledger, Length, Uniform, Vortex, Wind,
+        World, ledger, reference,
+    },
+};
+
+fn finite(value: f32) -> Finite {
+    Finite::new(value).expect("sound")
+}
+
+fn coefficient(value: f32) -> Coefficient {
+    Coefficient::new(value).expect("sound")
+}
+
+/// Two particles a nanometre apart that nothing holds together, without gravity.
+fn free(effects: impl Into<Effects>, speed: Vec3) -> World {
+    let mut body = with(body_of_masses(chain(1, 1e-9), &[1.0, 1.0]), effects.into());
+    body.set_velocity(speed);
+    world(settings(0.0, 60.0, 10, 1), body)
+}
+
+/// Place and velocity of the first particle after some ticks, of the fast solver and of the twin.
+fn after(mut world: World, ticks: u32) -> [(DVec3, DVec3); 2] {
+    let mut twin = reference::World::of(&world);
+    for _ in 0..ticks {
+        world.tick();
+        twin.tick();
+    }
+    let particles = &world.bodies[0].particles;
+    let fast = [particles.positions[0], particles.velocities[0]].map(|x| x.truncate().as_dvec3());
+    [
+        (fast[0], fast[1]),
+        (twin.bodies[0].x[0], twin.bodies[0].v[0]),
+    ]
+}
+
+#[test]
+fn a_uniform_force_gives_its_exact_acceleration() {
+    let force = Uniform {
+        x: finite(3.0),
+        y: finite(-4.0),
+        z: finite(0.5),
+    };
+    // v = (x − p)/h rounds by half an ulp of x over h, 7e-5 m/s beyond a metre: a walk of 600 such
+    // steps comes to 2e-3 m/s, and seldom to three times that.
+    let tolerances = [6e-3, 1e-12];
+    for ((place, speed), tolerance) in after(free(force, Vec3::ZERO), 60)
+        .into_iter()
+        .zip(tolerances)
+    {
+        let expected = DVec3::new(3.0, -4.0, 0.5);
+        assert!(speed.distance(expected) < tolerance, "{speed}");
+        // y = ½at² of symplectic Euler is ½at²(1 + 1/n) with n = 600 substeps a second.
+        let expected = expected * (0.5 * (1.0 + 1.0 / 600.0));
+        assert!(place.distance(expected) < tolerance, "{place}");
+    }
+}
+
+#[test]
+fn linear_drag_decays_as_an_exponential_and_quadratic_drag_ends_at_its_terminal_speed() {
+    let drag = Drag {
+        linear: coefficient(2.0),
+        quadratic: coefficient(0.0),
+    };
+    for (_, speed) in after(free(drag, Vec3::X * 5.0), 60) {
+        // Implicit: (1 + ch)⁻ⁿ = e^(−ct)(1 + c²th/2), which is 1/300 more.
+        assert_relative(speed.x, 5.0 * f64::exp(-2.0), 4e-3, "speed");
+    }
+    let effects = Effects {
+        drag: Some(Drag {
+            linear: coefficient(0.0),
+            quadratic: coefficient(2.0),
+        }),
+        ..Effects::default()
+    };
+    let mut world = free(effects, Vec3::ZERO);
+    world.settings = settings(9.81, 60.0, 10, 1);
+    for (_, speed) in after(world, 60) {
+        // v/(1 + kvh) + gh = v has the terminal speed that tends to √(g/k); after a second it is
+        // reached to 1 − tanh √(gk) = 3e-4, and f32 rounds a fall of two metres as above.
+        let push = 9.81 / 600.0;
+        let expected = 0.5 * (push + (push * push + 4.0 * 9.81 / 2.0_f64).sqrt());
+        assert_relative(-speed.y, expected, 2e-3, "terminal speed");
+    }
+}
+
+#[test]
+fn a_point_pulls_as_plummer_says_and_a_particle_circles_it() {
+    // A circle of a metre about a point of strength s, softened by r: v² = s/(1 + r²)^(3/2).
+    let point = Attract {
+        x: finite(0.0),
+        y: finite(0.0),
+        z: finite(0.0),
+        strength: finite(10.0),
+        radius: Length::new(0.3).expect("sound"),
+    };
+    let speed = (10.0 / 1.09_f64.powf(1.5)).sqrt();
+    let mut world = free(point, Vec3::Z * speed as f32);
+    world.bodies[0].translate(Vec3::X);
+    let mut twin = reference::World::of(&world);
+    for _ in 0..300 {
+        world.tick();
+        twin.tick();
+        let fast = world.bodies[0].particles.positions[0];
+        for place in [fast.truncate().as_dvec3(), twin.bodies[0].x[0]] {
+            // Symplectic Euler goes on an ellipse off by hv/2 = 2.5e-3 m at most each way.
+            assert!((place.length() - 1.0).abs() < 6e-3, "{place}");
+        }
+    }
+}
+
+#[test]
+fn a_vortex_takes_particles_along_at_its_own_speed_within_and_slower_outside() {
+    let vortex = Vortex {
+        turning: finite(4.0),
+        radius: Length::new(0.5).expect("sound"),
+        coupling: coefficient(50.0),
+        ..Vortex::default()
+    };
+    assert_eq!(vortex.air(DVec3::new(0.25, 3.0, 0.0)), DVec3::Z * -1.0);
+    assert_eq!(vortex.air(DVec3::new(0.0, 0.0, 1.0)), DVec3::X * 1.0);
+    let mut world = free(vortex, Vec3::ZERO);
+    world.bodies[0].translate(Vec3::X * 0.25);
+    for (place, speed) in after(world, 20) {
+        // It lags by 1/c = 0.02 s of its turn, 8 % aslant, and drifts outwards by u²/(rc) = 0.08 m/s.
+        assert_relative(
+            speed.length(),
+            4.0 * place.length(),
+            0.03,
+            "speed of the air",
+        );
+    }
+}
+
+fn sail(wind: Wind, gravity: f64) -> World {
+    let cloth = Primitive::Cloth {
+        size: glam::Vec2::ONE,
+        cells: glam::UVec2::splat(2),
+        diagonals: pliant::mesh::Diagonals::default(),
+        shear: false,
+    };
+    let shape = cloth.build().expect("sound").shape;
+    let effects = Effects {
+        wind: Some(wind),
+        stretch: support::stretch(1e-6),
+        ..Effects::default()
+    };
+    let body = with(body("sail", shape, 0.5), effects);
+    world(settings(gravity, 60.0, 10, 1), body)
+}
+
+#[test]
+fn a_level_sheet_falls_at_the_speed_at_which_drag_bears_its_weight() {
+    let still = Wind {
+        x: finite(0.0),
+        ..Wind::default()
+    };
+    let mut world = sail(still, 9.81);
+    let mut twin = reference::World::of(&world);
+    for _ in 0..60 {
+        world.tick();
+        twin.tick();
+    }
+    // ½ρC_D A v² = mg. Corners of one triangle and of two bear the same share of their mass, so that
+    // the sheet stays level. After a second it is reached to 1 − tanh(g/v_t) = 1e-3.
+    let expected = (2.0 * 0.5 * 9.81 / (1.2 * 1.2_f64)).sqrt();
+    let particles = &world.bodies[0].particles;
+    let momentum = pliant::solver::measure::momentum(particles).y / 0.5;
+    assert_relative(-momentum, expected, 0.01, "terminal speed");
+    let fast = particles.velocities[4].y;
+    assert_relative(f64::from(fast), twin.bodies[0].v[4].y, 1e-3, "as the twin");
+}
+
+#[test]
+fn wind_pushes_a_sheet_across_it_with_its_drag_and_not_one_along_it() {
+    let up = Wind {
+        x: finite(0.0),
+        y: finite(3.0),
+        ..Wind::default()
+    };
+    let mut world = sail(up, 0.0);
+    world.tick();
+    // F = ½ρC_D A u² on half a kilogram for 1/60 s; the sheet gets up to 4 % of the wind's speed.
+    let expected = 0.5 * 1.2 * 1.2 * 9.0 / 0.5 / 60.0;
+    let momentum = pliant::solver::measure::momentum(&world.bodies[0].particles) / 0.5;
+    assert_relative(momentum.y, expected, 0.1, "speed after a tick");
+    let mut world = sail(Wind::default(), 0.0);
+    world.tick();
+    let still = pliant::solver::measure::momentum(&world.bodies[0].particles);
+    assert_eq!(still, DVec3::ZERO);
+}
+
+#[test]
+fn gusts_are_smooth_repeat_and_stay_within_their_strength() {
+    let gusts = Wind {
+        turbulence: coefficient(2.0),
+        ..Wind::default()
+    };
+    let mean = DVec3::X * 5.0;
+    let mut most: f64 = 0.0;
+    for step in 0..2000 {
+        let place = DVec3::new(0.013, 0.029, -0.017) * f64::from(step);
+        let gust = gusts.air(place, 0.0) - mean;
+        most = most.max(gust.abs().max_element());
+        let near = gusts.air(place + DVec3::splat(1e-6), 0.0) - mean;
+        // The slope of 3t² − 2t³ is 1.5 at most, of numbers 2 apart, over 0.5 m, on three axes.
+        assert!(gust.distance(near) < 1e-6 * 3.0 * 1.5 * 4.0 * 2.0 * 3.0);
+        // Frozen in the air: what is here now is 5 m on after a second.
+        let later = gusts.air(place + mean, 1.0) - mean;
+        assert!(gust.distance(later) < 1e-9);
+    }
+    assert!((1.0..=2.0).contains(&most), "{most}");
+}
+
+#[test]
+fn forces_are_in_the_books_of_the_ledger() {
+    let effects = Effects {
+        uniform: Some(Uniform {
+            x: finite(2.0),
+            ..Uniform::default()
+        }),
+        wind: Some(Wind::default()),
+        drag: Some(Drag::default()),
+        vortex: Some(Vortex::default()),
+        attract: Some(Attract::default()),
+        stretch: support::stretch(1e-4),
+        ..Effects::default()
+    };
+    let mut world = sail(Wind::default(), 9.81);
+    world.bodies[0].effects = effects;
+    let energy = |body: &Body| {
+        let (topology, particles) = (&body.topology, &body.particles);
+        let at = |i: u32| particles.positions[i as usize].truncate().as_dvec3();
+        pliant::solver::measure::kinetic_energy(particles)
+            + pliant::solver::measure::gravitational_energy(particles, Vec3::Y * -9.81)
+            + pliant::solver::measure::elastic_energies(&effects, topology, at)
+    };
+    let start = energy(&world.bodies[0]);
+    let mut books = Ledger::default();
+    let swept = pliant::solver::contact::collider::Swept::default();
+    for _ in 0..30 {
+        let settings = world.settings;
+        let body = &mut world.bodies[0];
+        let means = pliant::solver::advance::Means {
+            settings: &settings,
+            time: 0.0,
+            swept: &swept,
+            threads: &pliant::solver::Threads::default(),
+            instructions: pliant::solver::Instructions::default(),
+            watch: None,
+        };
+        body.begin_tick();
+        let substeps = 0..settings.substeps.get();
+        books += ledger::advance(&mut body.stepper(), substeps, &means).expect("finite");
+    }
+    let change = energy(&world.bodies[0]) - start;
+    assert!(books.forces.abs() > 0.1, "they worked: {} J", books.forces);
+    // Velocities after forces are rounded to 6e-8 of themselves, which the largest row is made of.
+    let largest = books
+        .rows()
+        .iter()
+        .fold(0.0_f64, |most, (_, row)| most.max(row.abs()));
+    assert!(
+        (books.sum() - change).abs() < 1e-7 * largest,
+        "{books:?}, but {change} J"
+    );
+}
