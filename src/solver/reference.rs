@@ -464,9 +464,7 @@ fn xpbd<const N: usize, const M: usize>(
             .map(|(g, d)| g.dot(d))
             .sum();
         right[i] = -(rows[i].error + alpha(i) * lambda[i] + gamma * moved);
-        for j in 0..M {
-            matrix[i][j] = (1.0 + gamma) * weight(i, j);
-        }
+        matrix[i] = std::array::from_fn(|j| (1.0 + gamma) * weight(i, j));
         matrix[i][i] = (1.0 + gamma) * weight(i, i).max(rows[i].least) + alpha(i);
     }
     eliminate(matrix, right, |i| weight(i, i) > 0.0)
@@ -485,8 +483,9 @@ fn eliminate<const M: usize>(
         for j in 0..i {
             let factor = matrix[i][j] * inverse[j];
             right[i] -= factor * right[j];
-            for k in j + 1..M {
-                matrix[i][k] -= factor * matrix[j][k];
+            let above = matrix[j];
+            for (entry, above) in matrix[i].iter_mut().zip(above).skip(j + 1) {
+                *entry -= factor * above;
             }
         }
         if free(i) && matrix[i][i] > whole * f64::from(DEPENDENT) {

@@ -71,8 +71,8 @@ impl Visit for Gradients<'_> {
             for corner in 0..N {
                 for (axis, unit) in DVec3::AXES.into_iter().enumerate() {
                     let (more, less) = (error(corner, unit * STEP), error(corner, -unit * STEP));
-                    for row in 0..M {
-                        differences[row][corner][axis] = (more[row] - less[row]) / (2.0 * STEP);
+                    for (row, differences) in differences.iter_mut().enumerate() {
+                        differences[corner][axis] = (more[row] - less[row]) / (2.0 * STEP);
                     }
                 }
             }

@@ -353,15 +353,14 @@ pub(crate) fn solve_rows<L: Lanes, const N: usize, const M: usize>(
         right[i] = -error;
         for j in 0..=i {
             let mut weight = zero;
-            for corner in 0..N {
-                let both = dot(&row.gradients[corner], &rows[j].gradients[corner]);
-                weight += x[corner][3] * both;
+            for (corner, x) in x.iter().enumerate() {
+                weight += x[3] * dot(&row.gradients[corner], &rows[j].gradients[corner]);
             }
             if i == j {
                 weight = weight.max(row.least);
                 matrix[i][i] = weight * (1.0 + gamma) + row.alpha;
             } else {
-                weight = weight * (1.0 + gamma);
+                weight *= 1.0 + gamma;
                 matrix[i][j] = weight;
                 matrix[j][i] = weight;
             }
@@ -373,9 +372,10 @@ pub(crate) fn solve_rows<L: Lanes, const N: usize, const M: usize>(
         let whole = matrix[i][i];
         for j in 0..i {
             let factor = matrix[i][j] * inverse[j];
-            right[i] = right[i] - factor * right[j];
-            for k in j + 1..M {
-                matrix[i][k] = matrix[i][k] - factor * matrix[j][k];
+            right[i] -= factor * right[j];
+            let above = matrix[j];
+            for (entry, above) in matrix[i].iter_mut().zip(above).skip(j + 1) {
+                *entry -= factor * above;
             }
         }
         let sound = matrix[i][i].simd_gt(whole * DEPENDENT);
@@ -385,14 +385,14 @@ pub(crate) fn solve_rows<L: Lanes, const N: usize, const M: usize>(
     for i in (0..M).rev() {
         let mut sum = right[i];
         for j in i + 1..M {
-            sum = sum - matrix[i][j] * change[j];
+            sum -= matrix[i][j] * change[j];
         }
         change[i] = sum * inverse[i];
     }
-    for corner in 0..N {
-        let w = x[corner][3];
+    for (corner, x) in x.iter_mut().enumerate() {
         for (row, &change) in rows.iter().zip(&change) {
-            add_scaled(&mut x[corner], &row.gradients[corner], w * change);
+            let step = x[3] * change;
+            add_scaled(x, &row.gradients[corner], step);
         }
     }
     change
