@@ -20,8 +20,7 @@ impl_reflect!(
 impl Effect for IsometricBend {
     const NAME: &'static str = "isometric_bend";
     const TITLE: &'static str = "Isometric bend";
-    const SUMMARY: &'static str =
-        "Bending at half the cost, for flat cloth that hardly stretches; instead of Bend.";
+    const SUMMARY: &'static str = "Bending at three quarters of the cost, for flat cloth that hardly stretches; instead of Bend.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         parameter!(
             stiffness: FlexuralRigidity, "Bending stiffness", "N·m",

@@ -209,20 +209,19 @@ impl Stepper<'_> {
         let mut stages = Stage::SOLVE
             .into_iter()
             .filter(|stage| stage.acts(&effects));
-        let present = [const { None::<Stage> }; Stage::SOLVE.len()].map(|_| stages.next());
+        let present: [_; Stage::SOLVE.len()] = std::array::from_fn(|_| stages.next());
         let first = substeps.start;
         let mut forces = ForceKind::ALL
             .into_iter()
             .filter(|kind| effects.has_force(*kind));
-        let forces = [const { None::<ForceKind> }; ForceKind::COUNT].map(|_| forces.next());
-        // Forces act between two substeps.
-        let watched = means.watch.is_some() || forces[0].is_some();
+        let forces: [_; ForceKind::COUNT] = std::array::from_fn(|_| forces.next());
+        // Two stages in one pass cannot be told apart by who watches, and forces act between them.
+        let apart = means.watch.is_some() || forces[0].is_some();
         let tasks = substeps.clone().flat_map(|index| {
             let step = settings.substep(index);
-            // Two stages in one pass cannot be told apart by who watches.
             let before = index.checked_sub(1).filter(|_| index > first);
-            let turn = before.filter(|_| !watched);
-            let end = before.filter(|_| watched);
+            let turn = before.filter(|_| !apart);
+            let end = before.filter(|_| apart);
             let end = end.map(|substep| (Task::End { substep }, Side::Any));
             let start = turn.map_or(Task::Begin, |substep| Task::Turn { substep });
             let of_stage =

@@ -2,8 +2,9 @@
 //!
 //! Where a sheet hardly stretches, its bending energy is quadratic in positions (Bergou, Wardetzky,
 //! Harmon, Zorin and Grinspun, *A Quadratic Bending Model for Inextensible Surfaces*, 2006): the
-//! weights are constants of the rest shape, no angle is taken, and a hinge costs half of what one of
-//! [bend](super::bend) does. For a small fold θ over an edge e, C is eθ, and the compliance is
+//! weights are constants of the rest shape, no angle is taken, and a hinge costs three quarters of what
+//! one of [bend](super::bend) does (2.6 ms a tick to 3.5 ms on a cloth of 40² cells with 20 substeps, one
+//! thread of a Xeon with AVX2). For a small fold θ over an edge e, C is eθ, and the compliance is
 //! (A₀ + A₁)/B, so that both have the same stiffness there. It stiffens less in a sharp fold, C being
 //! 2e sin(θ/2), and does not know to which side a fold is: a surface that is not flat at rest may
 //! snap through.
