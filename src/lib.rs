@@ -64,6 +64,10 @@
 //! | [`Vortex`](effect::Vortex) | air turns about an upright axis | place m, turning rad/s, radius m, coupling 1/s |
 //! | [`Wind`](effect::Wind) | drag and lift on the triangles of the surface | wind and gusts m/s, density kg/m³, C_D, C_L |
 //! | [`Drag`](effect::Drag) | a medium at rest brakes | linear 1/s, quadratic 1/m |
+//! | [`Membrane`](effect::Membrane) | Green's strain of triangles, isotropic | E Pa, ν, thickness m, damping s |
+//! | [`Weave`](effect::Weave) | Green's strain of triangles along warp, weft and bias | compliances m/N, damping s |
+//! | [`StrainLimit`](effect::StrainLimit) | C = ‖x₁−x₀‖−(1+limit)L₀ ≤ 0 on edges [m] | limit |
+//! | [`Tethers`](effect::Tethers) | no particle farther from its nearest pin than at rest | slack |
 //! | [`Grab`](effect::Grab) | a hand's spring, only while it holds | compliance m/N, strength N |
 //! | [`Ground`](effect::Ground) | a level ground | height m, friction, restitution |
 //! | [`StickyGround`](effect::StickyGround) | a level ground that holds what it touches | height m |

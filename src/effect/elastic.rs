@@ -8,7 +8,7 @@ use crate::{
         SoftBody, SolvePhase, SolveSchedule, SolverThreads, StepSchedule, StepSystems,
     },
     solver::{
-        Particles,
+        Leads, Particles,
         advance::{Stage, Stepper},
         elastic::Elastic,
         measure,
@@ -97,6 +97,7 @@ fn solve<const N: usize, const M: usize, E: Effect + Elastic<N, M>>(
                 particles: &mut particles,
                 effects: &mut (*effect).into(),
                 lambdas: &mut multipliers.0,
+                leads: &Leads::default(),
             };
             let stage = Stage::Elastic(E::KIND);
             let sweep = stepper.stage(stage, &current.step, current.iteration, &means);

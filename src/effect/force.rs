@@ -7,7 +7,8 @@ use crate::{
         SubstepSchedule, step,
     },
     solver::{
-        Attract, Coefficient, Drag, Finite, Lambdas, Length, Particles, Uniform, Vortex, Wind,
+        Attract, Coefficient, Drag, Finite, Lambdas, Leads, Length, Particles, Uniform, Vortex,
+        Wind,
         advance::{Stage, Stepper},
         force::Force,
     },
@@ -32,6 +33,7 @@ fn act<F: Effect + Force>(
                 particles: &mut particles,
                 effects: &mut (*force).into(),
                 lambdas: &mut Lambdas::default(),
+                leads: &Leads::default(),
             };
             let acted = stepper.stage(Stage::Force(F::KIND), &current.step, 0, &means);
             debug_assert!(

@@ -70,17 +70,21 @@ mod force;
 mod grab;
 mod ground;
 mod isometric_bend;
+mod membrane;
 mod registry;
+mod strain_limit;
 mod stretch;
+mod tethers;
 mod volume;
+mod weave;
 
 pub use registry::{
     Effect, EffectInfo, EffectPlugin, EffectRegistry, Figures, Parameter, ParameterInfo, Scale,
 };
 
 pub use crate::solver::{
-    Attract, Bend, Collide, Drag, Grab, Ground, IsometricBend, StickyGround, Stretch, Uniform,
-    Volume, Vortex, Wind,
+    Attract, Bend, Collide, Drag, Grab, Ground, IsometricBend, Membrane, StickyGround, StrainLimit,
+    Stretch, Tethers, Uniform, Volume, Vortex, Weave, Wind,
 };
 
 pub(crate) use registry::{body_added, body_removed, follow_bodies, is_planned};
@@ -103,6 +107,10 @@ impl PluginGroup for EffectPlugins {
             .add(EffectPlugin::<Bend>::default())
             .add(EffectPlugin::<IsometricBend>::default())
             .add(EffectPlugin::<Volume>::default())
+            .add(EffectPlugin::<Membrane>::default())
+            .add(EffectPlugin::<Weave>::default())
+            .add(EffectPlugin::<StrainLimit>::default())
+            .add(EffectPlugin::<Tethers>::default())
             .add(EffectPlugin::<Grab>::default())
             .add(EffectPlugin::<Ground>::default())
             .add(EffectPlugin::<StickyGround>::default())
@@ -148,8 +156,9 @@ mod reflection {
     //! exchange a valid value for a valid value.
 
     use crate::solver::quantity::{
-        Coefficient, Compliance, Damping, Finite, FlexuralRigidity, Friction, Length, Restitution,
-        Stiffness,
+        Coefficient, Compliance, Damping, Finite, FlexuralRigidity, Friction, Length,
+        MembraneCompliance, PoissonRatio, Restitution, Slack, Stiffness, Strain, Thickness,
+        YoungsModulus,
     };
     use bevy::reflect::{
         ReflectDeserialize, ReflectSerialize, impl_reflect_opaque, std_traits::ReflectDefault,
@@ -162,6 +171,12 @@ mod reflection {
     impl_reflect_opaque!((in pliant::solver) Finite(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Length(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Friction(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+    impl_reflect_opaque!((in pliant::solver) MembraneCompliance(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+    impl_reflect_opaque!((in pliant::solver) PoissonRatio(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Restitution(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+    impl_reflect_opaque!((in pliant::solver) Slack(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Stiffness(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+    impl_reflect_opaque!((in pliant::solver) Strain(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+    impl_reflect_opaque!((in pliant::solver) Thickness(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+    impl_reflect_opaque!((in pliant::solver) YoungsModulus(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 }

@@ -6,7 +6,8 @@ use crate::{
     mesh::{BuildOptions, Primitive, Treatment},
     solver::{
         Attract, Bend, Collide, ColliderShape, Deformation, Density, Drag, Ground, IsometricBend,
-        Mass, Path, Settings, StickyGround, Stretch, Uniform, Volume, Vortex, Wind,
+        Mass, Membrane, Path, Settings, StickyGround, StrainLimit, Stretch, Tethers, Uniform,
+        Volume, Vortex, Weave, Wind,
     },
 };
 use glam::{UVec3, Vec3};
@@ -135,6 +136,14 @@ pub struct SceneEffects {
     pub wind: Option<Wind>,
     /// A medium at rest brakes.
     pub drag: Option<Drag>,
+    /// Triangles of the surface resist being strained, the same in all directions.
+    pub membrane: Option<Membrane>,
+    /// Triangles of the surface resist being strained along warp, weft and bias.
+    pub weave: Option<Weave>,
+    /// No edge gets longer than a limit.
+    pub strain_limit: Option<StrainLimit>,
+    /// No particle goes farther from its nearest pin than at rest.
+    pub tethers: Option<Tethers>,
     /// A ground with friction and bounce.
     pub ground: Option<Ground>,
     /// A ground that sticks.

@@ -2,7 +2,7 @@
 
 use crate::{
     mesh::Skin,
-    solver::{self, Density, Lambdas, Mass, Particles, Topology, body::set_inverse_masses},
+    solver::{self, Density, Lambdas, Leads, Mass, Particles, Topology, body::set_inverse_masses},
 };
 use bevy::{
     ecs::component::{Mutable, StorageType},
@@ -53,6 +53,10 @@ pub struct RestTimer(pub(super) solver::rest::RestTimer);
 /// λ of the constraints of its elastic effects after the last substep of a tick; λ/h² is a force.
 #[derive(Component, Debug, Clone, PartialEq, Default, Deref)]
 pub struct Multipliers(pub Lambdas);
+
+/// The tethers of a body that carries [`Tethers`](crate::effect::Tethers): they follow from its pins.
+#[derive(Component, Debug, Clone, Default)]
+pub struct TetherLeads(pub(crate) Leads);
 
 /// The place of a body among bodies, of a collider among colliders: the order in which they came.
 /// Contacts, figures and hashes go by it, so that nothing depends on how the ECS stores entities

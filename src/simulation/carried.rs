@@ -1,8 +1,8 @@
 //! The effects that an entity carries, as the solver has them.
 
 use crate::solver::{
-    Attract, Bend, Collide, Drag, Effects, Grab, Ground, IsometricBend, StickyGround, Stretch,
-    Uniform, Volume, Vortex, Wind,
+    Attract, Bend, Collide, Drag, Effects, Grab, Ground, IsometricBend, Membrane, StickyGround,
+    StrainLimit, Stretch, Tethers, Uniform, Volume, Vortex, Weave, Wind,
 };
 use bevy::{ecs::query::QueryData, prelude::*};
 
@@ -55,6 +55,10 @@ carried! {
     vortex: Vortex,
     wind: Wind,
     drag: Drag,
+    membrane: Membrane,
+    weave: Weave,
+    strain_limit: StrainLimit,
+    tethers: Tethers,
     grab: Grab,
     ground: Ground,
     sticky_ground: StickyGround,

@@ -21,7 +21,8 @@ pub(crate) mod step;
 pub use action::{Action, ActionError, Actions, Applied, NewBody};
 pub use body::{
     Active, AddedMass, Asleep, BodyDensity, BodyQuarantined, BodySkin, JustRestored, Multipliers,
-    Pins, Places, Quarantined, RestTimer, SceneEntity, SoftBody, SpawnOrder, TickStart,
+    Pins, Places, Quarantined, RestTimer, SceneEntity, SoftBody, SpawnOrder, TetherLeads,
+    TickStart,
 };
 pub use clock::{SimulationClock, SubstepTime, Tick};
 pub use ledger::{Energies, EnergyLedger};

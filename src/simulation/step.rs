@@ -2,14 +2,14 @@
 
 use super::{
     Asleep, EnergyLedger, Multipliers, Profile, RestTimer, SimulationClock, SimulationSettings,
-    SoftBody, SolveSchedule, SpawnOrder, StepSchedule, SubstepSchedule, SubstepTime, Tick,
-    TickStart, body::Active, carried::Carried, profile::StageWatch, quarantine::quarantine,
+    SoftBody, SolveSchedule, SpawnOrder, StepSchedule, SubstepSchedule, SubstepTime, TetherLeads,
+    Tick, TickStart, body::Active, carried::Carried, profile::StageWatch, quarantine::quarantine,
 };
 use crate::{
     effect,
     solver::{
-        Collider, Effects, Grab, Lambdas, Ledger, Particles, Settings, SleepSettings, Substep,
-        Threads, Topology,
+        Collider, Effects, Grab, Lambdas, Leads, Ledger, Particles, Settings, SleepSettings,
+        Substep, Threads, Topology,
         advance::{Means, NotFinite, Stage, Stepper, Watch},
         contact::collider::{Sweep, Swept},
         lanes::Instructions,
@@ -158,6 +158,7 @@ type Stepped = (
     &'static SoftBody,
     &'static mut Particles,
     &'static mut Multipliers,
+    Option<&'static mut TetherLeads>,
     Carried,
 );
 
@@ -168,6 +169,7 @@ pub(super) struct Job {
     topology: Arc<Topology>,
     particles: Particles,
     lambdas: Lambdas,
+    leads: Leads,
     effects: Effects,
     ledger: Ledger,
     result: Result<(), NotFinite>,
@@ -256,11 +258,12 @@ fn advance_all(
     jobs.clear();
     let stepped = bodies.iter_mut(world);
     jobs.extend(stepped.map(
-        |(entity, body, mut particles, mut multipliers, carried)| Job {
+        |(entity, body, mut particles, mut multipliers, leads, carried)| Job {
             entity,
             topology: Arc::clone(&body.0),
             particles: take(&mut *particles),
             lambdas: take(&mut multipliers.0),
+            leads: leads.map_or_else(Leads::default, |mut leads| take(&mut leads.0)),
             effects: carried.effects(),
             ledger: Ledger::default(),
             result: Ok(()),
@@ -287,6 +290,7 @@ fn advance_all(
             particles: &mut job.particles,
             effects: &mut job.effects,
             lambdas: &mut job.lambdas,
+            leads: &job.leads,
         };
         job.result = if booked {
             let books = ledger::advance(&mut stepper, substeps.clone(), &means);
@@ -303,9 +307,14 @@ fn advance_all(
     let passed = Duration::from_secs_f64(h * f64::from(substeps.len() as u32));
     world.resource_mut::<Time<SubstepTime>>().advance_by(passed);
     for job in jobs.drain(..) {
-        if let Ok((_, _, mut particles, mut multipliers, _)) = bodies.get_mut(world, job.entity) {
+        if let Ok((_, _, mut particles, mut multipliers, leads, _)) =
+            bodies.get_mut(world, job.entity)
+        {
             *particles = job.particles;
             multipliers.0 = job.lambdas;
+            if let Some(mut leads) = leads {
+                leads.0 = job.leads;
+            }
         }
         if let Some(held) = job.effects.grab
             && let Some(mut grab) = world.get_mut::<Grab>(job.entity)
@@ -350,6 +359,7 @@ fn stage_of_all(
             particles: &mut particles,
             effects: &mut Effects::default(),
             lambdas: &mut Lambdas::default(),
+            leads: &Leads::default(),
         };
         if let Err(error) = stepper.stage(stage, &current.step, current.iteration, &means) {
             failed(entity, error);

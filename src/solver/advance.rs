@@ -7,8 +7,8 @@
 #![allow(unsafe_code, reason = "pieces are handed out by hand")]
 
 use super::{
-    Collide, Effects, ElasticKind, ForceKind, Lambdas, Particles, Settings, Substep, Threads,
-    Topology,
+    Collide, Effects, ElasticKind, ForceKind, Lambdas, Leads, Particles, Settings, Substep,
+    Tethers, Threads, Topology,
     bands::Piece,
     contact::{
         collider::{self, Swept},
@@ -36,6 +36,8 @@ pub struct Stepper<'a> {
     pub effects: &'a mut Effects,
     /// λ of the constraints of elastic effects; as many as there are if they are to be kept.
     pub lambdas: &'a mut Lambdas,
+    /// Its tethers; none if it has none.
+    pub leads: &'a Leads,
 }
 
 /// What all bodies are stepped with.
@@ -72,6 +74,8 @@ pub enum Stage {
     StickyGround,
     /// The constraints of an elastic effect.
     Elastic(ElasticKind),
+    /// Tethers to pins.
+    Tethers,
     /// The hold of a hand.
     Grab,
     /// The ground.
@@ -83,7 +87,7 @@ pub enum Stage {
 }
 
 /// What takes part in the second stage after the elastic effects.
-const AFTER: [Stage; 3] = [Stage::Grab, Stage::Ground, Stage::Collide];
+const AFTER: [Stage; 4] = [Stage::Tethers, Stage::Grab, Stage::Ground, Stage::Collide];
 
 impl Stage {
     /// What takes part in the second stage, in its order: what holds the body together, then
@@ -136,6 +140,7 @@ impl Stage {
             Self::Presolve => "presolve",
             Self::StickyGround => "sticky_ground",
             Self::Elastic(kind) => kind.name(),
+            Self::Tethers => "tethers",
             Self::Grab => "grab",
             Self::Ground => "ground",
             Self::Collide => "collide",
@@ -155,6 +160,7 @@ impl Stage {
             Self::Force(kind) => effects.has_force(kind),
             Self::StickyGround => effects.sticky_ground.is_some(),
             Self::Elastic(kind) => effects.has(kind),
+            Self::Tethers => effects.tethers.is_some(),
             Self::Grab => effects.grab.is_some(),
             Self::Ground => effects.ground.is_some(),
             Self::Collide => effects.collide.is_some(),
@@ -178,6 +184,7 @@ impl Stage {
             Self::Presolve => one(Task::Begin, Side::Any),
             Self::StickyGround => one(Task::Stick, Side::Any),
             Self::Elastic(kind) => kind.halves(topology, Task::Elastic { kind, sweep }),
+            Self::Tethers => one(Task::Tether, Side::Any),
             Self::Grab => one(Task::Grab { substep, iteration }, Side::Whole),
             Self::Ground => one(Task::Ground, Side::Any),
             Self::Collide => one(Task::Collide { substep }, Side::Any),
@@ -295,12 +302,16 @@ struct Context<'a> {
     means: &'a Means<'a>,
     h: f32,
     kernels: Kernels<'a>,
+    tethers: Option<(Tethers, &'a Leads)>,
 }
 
 impl<'a> Context<'a> {
     fn new(body: &Stepper<'a>, means: &'a Means<'a>) -> Self {
         let Stepper {
-            topology, effects, ..
+            topology,
+            effects,
+            leads,
+            ..
         } = body;
         let h = means.settings.substep_seconds() as f32;
         Self {
@@ -309,6 +320,7 @@ impl<'a> Context<'a> {
             means,
             h,
             kernels: Kernels::new(effects, topology, h),
+            tethers: effects.tethers.map(|tethers| (tethers, *leads)),
         }
     }
 
@@ -394,6 +406,11 @@ impl<'a> Context<'a> {
                 };
                 // SAFETY: the caller's promise.
                 unsafe { self.kernels.solve(kind, work) };
+            }
+            Task::Tether => {
+                if let Some((tethers, leads)) = &self.tethers {
+                    leads.solve(part, first, tethers);
+                }
             }
             Task::Grab { substep, iteration } => {
                 // SAFETY: a hand is on the whole body, which is one piece.

@@ -5,7 +5,15 @@ use super::{
     Wind,
     advance::{Means, NotFinite, Stage, Stepper},
     constraint::{
-        bend::Bend, grab::Grab, isometric_bend::IsometricBend, stretch::Stretch, volume::Volume,
+        bend::Bend,
+        grab::Grab,
+        isometric_bend::IsometricBend,
+        membrane::Membrane,
+        strain_limit::StrainLimit,
+        stretch::Stretch,
+        tethers::{Leads, Tethers},
+        volume::Volume,
+        weave::Weave,
     },
     contact::{Collide, Ground, StickyGround},
     particles::first_not_finite,
@@ -36,6 +44,14 @@ pub struct Effects {
     pub wind: Option<Wind>,
     /// A medium at rest brakes.
     pub drag: Option<Drag>,
+    /// Triangles of the surface resist being strained, the same in all directions.
+    pub membrane: Option<Membrane>,
+    /// Triangles of the surface resist being strained along warp, weft and bias.
+    pub weave: Option<Weave>,
+    /// No edge gets longer than a limit.
+    pub strain_limit: Option<StrainLimit>,
+    /// No particle goes farther from its nearest pin than at rest.
+    pub tethers: Option<Tethers>,
     /// A hand holds the body.
     pub grab: Option<Grab>,
     /// A ground with friction and bounce.
@@ -98,6 +114,8 @@ pub struct Body {
     pub effects: Effects,
     /// λ of the constraints of elastic effects.
     pub lambdas: Lambdas,
+    /// Its tethers, if it has them; they follow from its pins when a tick begins.
+    pub leads: Leads,
     /// How long it has been still.
     pub rest: RestTimer,
     /// Whether it sleeps.
@@ -123,6 +141,7 @@ impl Body {
             pins: Vec::new(),
             effects: Effects::default(),
             lambdas: Lambdas::default(),
+            leads: Leads::default(),
             rest: RestTimer::default(),
             asleep: false,
             quarantine: None,
@@ -181,7 +200,14 @@ impl Body {
                 stage: INPUT,
             });
         }
+        self.find_leads();
         self.tick_start.clone_from(&self.particles.positions);
+    }
+
+    fn find_leads(&mut self) {
+        if self.effects.tethers.is_some() {
+            self.leads.update(&self.topology, &self.particles.positions);
+        }
     }
 
     /// The body as it is stepped.
@@ -191,6 +217,7 @@ impl Body {
             particles: &mut self.particles,
             effects: &mut self.effects,
             lambdas: &mut self.lambdas,
+            leads: &self.leads,
         }
     }
 
@@ -229,6 +256,7 @@ impl Body {
     #[must_use]
     pub fn find_cause(&self, error: NotFinite, means: &Means) -> Quarantine {
         let mut again = self.clone();
+        again.find_leads();
         let Particles {
             positions,
             previous,

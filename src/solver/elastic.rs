@@ -17,8 +17,11 @@ use super::{
         bend::Bend,
         block::{Blocks, solve_all, solve_batch},
         isometric_bend::IsometricBend,
+        membrane::Membrane,
+        strain_limit::StrainLimit,
         stretch::Stretch,
         volume::Volume,
+        weave::Weave,
     },
     lanes::Instructions,
     order::Elements,
@@ -39,7 +42,8 @@ pub struct Point {
     pub rest: DVec3,
 }
 
-/// One equation C + α̃λ + γ∇C·(x − p) = 0 of an element.
+/// One equation C + α̃λ + γ∇C·(x − p) = 0 of an element. All zeros but for its scale is an inequality
+/// that holds: it moves nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row<const N: usize> {
     /// C.
@@ -50,7 +54,8 @@ pub struct Row<const N: usize> {
     pub compliance: f64,
     /// What C is told in shares of: a rest length, a rest volume; never 0 for a sound element.
     pub scale: f64,
-    /// The least Σ w‖∇C‖² that is divided by.
+    /// The least Σ w‖∇C‖² that is divided by, also of what is left of it once the equations before
+    /// hold.
     pub least: f64,
 }
 
@@ -300,6 +305,9 @@ elastic_effects! {
     Bend, bend: Bend, 4, 1;
     IsometricBend, isometric_bend: IsometricBend, 4, 1;
     Volume, volume: Volume, 4, 1;
+    Membrane, membrane: Membrane, 3, 3;
+    Weave, weave: Weave, 3, 3;
+    StrainLimit, strain_limit: StrainLimit, 2, 1;
 }
 
 /// A sweep: the constraints of one side, those of the other, and the loose ones.

@@ -13,7 +13,9 @@
 )]
 
 use super::order::Corner;
-use fearless_simd::{Fallback, Level, f32x4, f32x8, prelude::*};
+#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+use fearless_simd::Fallback;
+use fearless_simd::{Level, f32x4, f32x8, prelude::*};
 use glam::Vec4;
 
 /// Lanes of a block.
@@ -98,6 +100,7 @@ macro_rules! by_halves {
     };
 }
 
+#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 by_quarters!(Fallback);
 #[cfg(target_arch = "x86_64")]
 by_quarters!(fearless_simd::Sse2);
@@ -217,7 +220,8 @@ impl Instructions {
         }
         #[cfg(target_arch = "aarch64")]
         all.extend(best.as_neon().map(|simd| Self(simd.level())));
-        all.push(Self(Level::fallback()));
+        #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+        all.push(Self(best));
         all
     }
 
@@ -263,8 +267,13 @@ impl Instructions {
         if let Some(simd) = self.0.as_neon() {
             return with!(simd);
         }
-        let simd = Fallback::new();
-        with!(simd)
+        #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+        {
+            let simd = Fallback::new();
+            return with!(simd);
+        }
+        #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+        unreachable!("SSE2 is a part of x86-64, and NEON of AArch64");
     }
 }
 

@@ -309,6 +309,7 @@ impl Book {
                 particles: &mut smooth,
                 effects: &mut effects,
                 lambdas: &mut Lambdas::default(),
+                leads: body.leads,
             };
             without.stage(stage, step, iteration, means)?;
         }

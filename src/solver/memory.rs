@@ -18,6 +18,7 @@ pub fn solver_bytes(bodies: &[Body]) -> usize {
                 + state(&body.particles)
                 + body.tick_start.len() * size_of::<Vec4>()
                 + body.lambdas.count() * size_of::<f32>()
+                + body.leads.bytes()
         })
         .sum()
 }

@@ -50,8 +50,12 @@ pub use constraint::{
     bend::Bend,
     grab::{Grab, SurfacePoint},
     isometric_bend::IsometricBend,
+    membrane::Membrane,
+    strain_limit::StrainLimit,
     stretch::Stretch,
+    tethers::{Leads, Tethers},
     volume::Volume,
+    weave::Weave,
 };
 pub use contact::{Collide, Collider, ColliderShape, Ground, Path, Pose, StickyGround};
 pub use deform::{Deformation, deform};
@@ -64,7 +68,8 @@ pub use modes::Modes;
 pub use particles::Particles;
 pub use quantity::{
     Coefficient, Compliance, Damping, Density, Finite, FlexuralRigidity, Force, Friction,
-    InvalidValue, Iterations, Length, Mass, Rate, Restitution, Stiffness, Substeps,
+    InvalidValue, Iterations, Length, Mass, MembraneCompliance, PoissonRatio, Rate, Restitution,
+    Slack, Stiffness, Strain, Substeps, Thickness, YoungsModulus,
 };
 pub use rest::SleepSettings;
 pub use shape::RestShape;

@@ -36,6 +36,8 @@ pub(super) enum Task {
         kind: ElasticKind,
         sweep: (u32, u32, bool),
     },
+    /// Tethers to pins.
+    Tether,
     /// The hold of a hand.
     Grab { substep: u32, iteration: u32 },
     /// The ground.
@@ -52,6 +54,7 @@ impl Task {
             Self::Begin => Stage::Presolve,
             Self::Stick => Stage::StickyGround,
             Self::Elastic { kind, .. } => Stage::Elastic(kind),
+            Self::Tether => Stage::Tethers,
             Self::Grab { .. } => Stage::Grab,
             Self::Ground => Stage::Ground,
             Self::Collide { .. } => Stage::Collide,

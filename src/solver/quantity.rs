@@ -139,6 +139,35 @@ quantity!(
     "at least 1e-12 N·m, or inf for rigid", |v| v >= 1e-12
 );
 quantity!(
+    /// Young's modulus E in Pa; ∞ is rigid.
+    YoungsModulus(f32), "Young's modulus", default 1e6,
+    "at least 1e-6 Pa, or inf for rigid", |v| v >= 1e-6
+);
+quantity!(
+    /// Poisson's ratio ν: how much thinner a material gets where it is pulled, over how much longer.
+    PoissonRatio(f32), "Poisson's ratio", default 0.3,
+    "between 0 and 0.499", |v| (0.0..=0.499).contains(&v)
+);
+quantity!(
+    /// Thickness of a sheet in m.
+    Thickness(f32), "thickness", default 1e-3,
+    "between 1e-9 and 1e3 m", |v| (1e-9..=1e3).contains(&v)
+);
+quantity!(
+    /// Compliance of a sheet in m/N: strain over tension, the tension being a force by width in N/m;
+    /// 0 is rigid.
+    MembraneCompliance(f32), "compliance", default 1e-3,
+    "between 0 and 1e12 m/N", |v| (0.0..=1e12).contains(&v)
+);
+quantity!(
+    /// The largest strain of an edge, a ratio of lengths: 0.1 is a tenth longer than at rest.
+    Strain(f32), "limit", default 0.1, "between 0 and 100", |v| (0.0..=100.0).contains(&v)
+);
+quantity!(
+    /// How much longer a tether is than the way at rest, as a share of it.
+    Slack(f32), "slack", default 0.0, "between 0 and 100", |v| (0.0..=100.0).contains(&v)
+);
+quantity!(
     /// Damping as a time τ = αβ in s, see [`constraint`](super::constraint).
     Damping(f32), "damping", default 0.0, "between 0 and 1000 s", |v| (0.0..=1000.0).contains(&v)
 );
@@ -239,6 +268,12 @@ from_float!(
     Compliance,
     Stiffness,
     FlexuralRigidity,
+    YoungsModulus,
+    PoissonRatio,
+    Thickness,
+    MembraneCompliance,
+    Strain,
+    Slack,
     Damping,
     Density,
     Mass,

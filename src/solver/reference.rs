@@ -5,13 +5,13 @@
 //! order of constraints from the fast bodies, so that both solve the same equations.
 
 use super::{
-    Effects, ElasticKind, Settings, SurfacePoint, Topology,
-    constraint::block::DEPENDENT,
+    Effects, ElasticKind, Leads, Settings, SurfacePoint, Topology,
+    constraint::{block::DEPENDENT, tethers},
     contact::{Collider, ColliderShape, Pose},
     elastic::{Elastic, Point, Row, Visit},
     force::{Force, Moment, Mote, VisitForces},
 };
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, Vec4};
 use std::{cell::Cell, sync::Arc};
 
 /// Bodies and colliders in f64.
@@ -46,6 +46,8 @@ pub struct Body {
     pub w: Vec<f64>,
     /// The elastic effects and the forces; others of these are not looked at.
     pub effects: Effects,
+    /// Tethers, if there are any: particle, pin, and how far it may be from it [m].
+    pub tethers: Vec<(usize, usize, f64)>,
     /// A hold, if there is one.
     pub grab: Option<Hold>,
     /// Ground, if there is one: height [m], µ, e.
@@ -96,6 +98,7 @@ impl World {
             body.p.clone_from(&body.x);
             for _ in 0..sweeps {
                 body.solve_elastic(h, true);
+                body.solve_tethers();
                 // What is below the ground by as little as this is thrown out of it as fast.
                 for (x, w) in body.x.iter_mut().zip(&body.w) {
                     if let Some((height, ..)) = body.ground
@@ -126,6 +129,7 @@ impl World {
                 for iteration in 0..self.settings.iterations.get() {
                     let anew = iteration == 0 && !self.keeps_multipliers;
                     body.solve_elastic(h, anew);
+                    body.solve_tethers();
                     body.solve_grab(h, share, f64::from(substeps), iteration == 0);
                     body.solve_ground(h, gravity);
                     for collider in &self.colliders {
@@ -147,7 +151,7 @@ impl Body {
     /// The same body in f64.
     #[must_use]
     pub fn of(body: &super::Body) -> Self {
-        let wide = |elements: &[glam::Vec4]| -> Vec<DVec3> {
+        let wide = |elements: &[Vec4]| -> Vec<DVec3> {
             elements.iter().map(|x| x.truncate().as_dvec3()).collect()
         };
         let mut twin = Self {
@@ -162,6 +166,7 @@ impl Body {
                 .map(|x| f64::from(x.w))
                 .collect(),
             effects: Effects::default(),
+            tethers: Vec::new(),
             grab: None,
             ground: None,
             sticky_ground: None,
@@ -175,6 +180,15 @@ impl Body {
     /// Carries these effects from now on, and no others.
     pub fn carry(&mut self, effects: &Effects) {
         self.effects = *effects;
+        self.tethers.clear();
+        if let Some(tethers) = effects.tethers {
+            let places = self.x.iter().zip(&self.w);
+            let places: Vec<Vec4> = places.map(|(x, &w)| x.as_vec3().extend(w as f32)).collect();
+            let most = 1.0 + f64::from(tethers.slack);
+            let leads = Leads::of(&self.topology, &places);
+            let ways = leads.ways().map(|(i, pin, way)| (i, pin, way * most));
+            self.tethers.extend(ways);
+        }
         self.grab = effects.grab.map(|grab| Hold {
             point: grab.point,
             target: grab.target.as_dvec3(),
@@ -325,6 +339,13 @@ impl Body {
         }
     }
 
+    fn solve_tethers(&mut self) {
+        for &(i, pin, length) in &self.tethers {
+            let pin = self.x[pin];
+            self.x[i] = pin + tethers::held(self.x[i] - pin, length);
+        }
+    }
+
     fn solve_grab(&mut self, h: f64, share: f64, substeps: f64, first: bool) {
         let Some(mut hold) = self.grab else { return };
         if first {
@@ -467,7 +488,8 @@ fn xpbd<const N: usize, const M: usize>(
         matrix[i] = std::array::from_fn(|j| (1.0 + gamma) * weight(i, j));
         matrix[i][i] = (1.0 + gamma) * weight(i, i).max(rows[i].least) + alpha(i);
     }
-    eliminate(matrix, right, |i| weight(i, i) > 0.0)
+    let free = |i: usize| weight(i, i) > 0.0;
+    eliminate(matrix, right, free, rows.map(|row| row.least))
 }
 
 /// Solves a symmetric system by elimination. Leaves out the equations that are not `free` to be
@@ -476,6 +498,7 @@ fn eliminate<const M: usize>(
     mut matrix: [[f64; M]; M],
     mut right: [f64; M],
     free: impl Fn(usize) -> bool,
+    least: [f64; M],
 ) -> [f64; M] {
     let mut inverse = [0.0; M];
     for i in 0..M {
@@ -488,6 +511,7 @@ fn eliminate<const M: usize>(
                 *entry -= factor * above;
             }
         }
+        matrix[i][i] = matrix[i][i].max(least[i]);
         if free(i) && matrix[i][i] > whole * f64::from(DEPENDENT) {
             inverse[i] = 1.0 / matrix[i][i];
         }

@@ -6,8 +6,10 @@
 //! cloth explode). Rest values are rounded as the solver rounds the values that it compares with
 //! them, so that a body in its rest shape does not move by a bit.
 
+pub mod facets;
 pub mod hinges;
 
+pub use facets::Facets;
 pub use hinges::{Cotangents, Hinges};
 
 use super::{
@@ -92,6 +94,8 @@ pub struct Topology {
     hinges: Lazy<Hinges>,
     /// What the quadratic bending energy needs of them.
     cotangents: Lazy<Cotangents>,
+    /// Triangles of the surface, for membranes; likewise.
+    facets: Lazy<Facets>,
 }
 
 /// A part that follows from the others, made when somebody first asks for it; it makes no
@@ -264,7 +268,15 @@ impl Topology {
             rest,
             hinges: Lazy::default(),
             cotangents: Lazy::default(),
+            facets: Lazy::default(),
         })
+    }
+
+    /// Bytes of the parts that have been asked for so far.
+    pub(in crate::solver) fn lazy_bytes(&self) -> usize {
+        self.hinges.0.get().map_or(0, Hinges::bytes)
+            + self.cotangents.0.get().map_or(0, Cotangents::bytes)
+            + self.facets.0.get().map_or(0, Facets::bytes)
     }
 
     /// What the topology is made of, without what was left out: vertices in their own order, and

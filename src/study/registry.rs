@@ -31,6 +31,7 @@ pub const PROBLEMS: &[BuiltinProblem] = problems![
     "chain_1e-3",
     "chain_1e-2",
     "hanging_bar",
+    "hanging_strip",
     "uniaxial_pull",
     "uniaxial_narrowing",
     "catenary",

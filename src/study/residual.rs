@@ -61,6 +61,7 @@ pub fn residuals(world: &World) -> Option<Residuals> {
         effects.ground.is_some()
             || effects.sticky_ground.is_some()
             || effects.collide.is_some()
+            || effects.tethers.is_some()
             || effects.grab.is_some()
     });
     let dual = (!touched && pulled > 0.0).then(|| (left / pulled).sqrt());

@@ -93,13 +93,6 @@ impl Soft {
             (compliance, Damping::new(damping).expect("in range"))
         };
         body.effects = Effects {
-            bend: None,
-            isometric_bend: None,
-            uniform: None,
-            attract: None,
-            vortex: None,
-            wind: None,
-            drag: None,
             stretch: self
                 .stretch
                 .map(compliant)
@@ -125,7 +118,7 @@ impl Soft {
                 height: (self.position.y - 1.2) * self.scale,
             }),
             collide: self.collide.then(Collide::default),
-            grab: None,
+            ..Effects::default()
         };
         let count = u32::try_from(body.particles.len()).expect("few");
         body.pins = self.pins.iter().map(|pin| pin % count).collect();

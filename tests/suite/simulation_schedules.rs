@@ -40,11 +40,12 @@ fn remove(app: &mut App, body: Entity, effect: &str) {
 /// The effect that is not in the sweep but at the end of the first stage.
 const STICKY: &str = "sticky_ground";
 
-/// What a tick must hold beside its own: each effect wakes sleepers when it changes, and elastic
-/// ones keep multipliers.
+/// What a tick must hold beside its own: each effect wakes sleepers when it changes, elastic ones
+/// keep multipliers, and tethers their pins.
 fn expected_in_step(present: &[&'static str]) -> Vec<&'static str> {
     let elastic = ElasticKind::ALL.map(ElasticKind::name);
-    let keeps = present.iter().filter(|name| elastic.contains(name));
+    let keeps = |name: &&&str| elastic.contains(name) || **name == "tethers";
+    let keeps = present.iter().filter(keeps);
     let mut systems: Vec<_> = present.iter().chain(keeps).copied().collect();
     systems.sort_unstable();
     systems

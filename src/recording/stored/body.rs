@@ -48,6 +48,8 @@ impl StoredBody {
             effects,
             // They are zero where a substep begins.
             lambdas: _,
+            // They follow from the pins.
+            leads: _,
             rest,
             asleep,
             quarantine,

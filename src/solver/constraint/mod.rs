@@ -21,8 +21,12 @@ pub mod bend;
 pub(crate) mod block;
 pub mod grab;
 pub mod isometric_bend;
+pub mod membrane;
+pub mod strain_limit;
 pub mod stretch;
+pub mod tethers;
 pub mod volume;
+pub mod weave;
 
 use glam::{Vec3, Vec4};
 use std::ops::Range;

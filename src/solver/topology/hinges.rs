@@ -120,12 +120,6 @@ impl Cotangents {
 const FLAT_ANGLE: f64 = 1e-5;
 
 impl Topology {
-    /// Bytes of what has been asked for so far.
-    pub(in crate::solver) fn lazy_bytes(&self) -> usize {
-        self.hinges.0.get().map_or(0, Hinges::bytes)
-            + self.cotangents.0.get().map_or(0, Cotangents::bytes)
-    }
-
     /// What the quadratic bending energy needs of its hinges, found when first asked for.
     #[must_use]
     pub fn cotangents(&self) -> &Cotangents {
@@ -145,21 +139,12 @@ impl Topology {
 
 /// The corners of all hinges, in the order in which their second triangles come.
 fn pairs(triangles: &[[u32; 3]], rest: &[Vec3]) -> Vec<[u32; 4]> {
-    let at = |i: u32| rest[i as usize].as_dvec3();
-    let sound = |[a, b, c]: [u32; 3]| {
-        let (u, v, w) = (at(b) - at(a), at(c) - at(a), at(c) - at(b));
-        let longest = u
-            .length_squared()
-            .max(v.length_squared())
-            .max(w.length_squared());
-        u.cross(v).length() > FLAT * longest
-    };
     // Every side of a triangle: its ends in ascending order, the triangle's number, its sides as
     // they go around, and the corner across.
     let mut sides: Vec<([u32; 2], usize, [u32; 3])> = triangles
         .iter()
         .enumerate()
-        .filter(|(_, triangle)| sound(**triangle))
+        .filter(|(_, triangle)| has_area(triangle.map(|i| rest[i as usize])))
         .flat_map(|(number, &[a, b, c])| {
             [[a, b, c], [b, c, a], [c, a, b]]
                 .map(|[a, b, c]| ([a.min(b), a.max(b)], number, [a, b, c]))
@@ -178,6 +163,17 @@ fn pairs(triangles: &[[u32; 3]], rest: &[Vec3]) -> Vec<[u32; 4]> {
         .collect();
     hinges.sort_unstable();
     hinges.into_iter().map(|(_, corners)| corners).collect()
+}
+
+/// Whether a triangle has a normal.
+pub(super) fn has_area(corners: [Vec3; 3]) -> bool {
+    let [a, b, c] = corners.map(|x| x.as_dvec3());
+    let (u, v, w) = (b - a, c - a, c - b);
+    let longest = u
+        .length_squared()
+        .max(v.length_squared())
+        .max(w.length_squared());
+    u.cross(v).length() > FLAT * longest
 }
 
 /// Normals of the two triangles of a hinge, as long as twice their areas [m²].

@@ -1,0 +1,51 @@
+//! Membrane: triangles of the surface resist being strained, the same in all directions.
+
+use super::{Effect, Parameter, Scale, component, elastic::elastic, parameter};
+use crate::solver::{Damping, Membrane, PoissonRatio, Thickness, YoungsModulus};
+use bevy::{
+    prelude::*,
+    reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
+};
+
+component!(Membrane);
+impl_reflect!(
+    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
+    #[type_path = "pliant::effect"]
+    struct Membrane {
+        youngs_modulus: YoungsModulus,
+        poisson_ratio: PoissonRatio,
+        thickness: Thickness,
+        damping: Damping,
+    }
+);
+
+impl Effect for Membrane {
+    const NAME: &'static str = "membrane";
+    const TITLE: &'static str = "Membrane";
+    const SUMMARY: &'static str =
+        "Triangles of the surface resist being strained, the same in all directions.";
+    const PARAMETERS: &'static [Parameter<Self>] = &[
+        parameter!(
+            youngs_modulus: YoungsModulus, "Young's modulus E", "Pa",
+            "Stress over strain of the sheet where it is pulled; ∞ is rigid.",
+            (1e3, 1e10), Scale::LogarithmicToInfinity
+        ),
+        parameter!(
+            poisson_ratio: PoissonRatio, "Poisson's ratio ν", "",
+            "How much narrower it gets where it is pulled, over how much longer.",
+            (0.0, 0.499), Scale::Linear
+        ),
+        parameter!(
+            thickness: Thickness, "Thickness", "m",
+            "How thick the sheet is: twice as thick, twice as stiff. Its mass stays.",
+            (1e-5, 1e-2), Scale::Linear
+        ),
+        parameter!(
+            damping: Damping, "Damping", "s",
+            "The time over which a strain dies away; 0 is none but the integrator's own.",
+            (1e-4, 1.0), Scale::LogarithmicFromZero
+        ),
+    ];
+
+    elastic!(3, 3);
+}

@@ -1,0 +1,136 @@
+//! The strain limit: one-sided, and not there where it does not act.
+
+use crate::support::{
+    G, bits, body, body_of_masses, chain, pinned, random_vector, run, settings, stretch, sweep,
+    with, world,
+};
+use glam::{DVec3, Vec3};
+use pliant::solver::{
+    Body, Effects, RestShape, Strain, StrainLimit, constraint::Multipliers, deform::Random,
+    measure::edge_errors, reference,
+};
+
+fn limit(limit: f32) -> StrainLimit {
+    StrainLimit {
+        limit: Strain::new(limit).expect("sound"),
+    }
+}
+
+/// Edges apart from each other along x, 1 m long, the ends of each at 0 and `lengths` [m].
+fn edges(lengths: &[f32]) -> Body {
+    let count = lengths.len() as u32;
+    let mut body = body(
+        "edges",
+        RestShape {
+            vertices: (0..count)
+                .flat_map(|i| [0.0, 1.0].map(|x| Vec3::new(x, i as f32, 0.0)))
+                .collect(),
+            edges: (0..count).map(|i| [2 * i, 2 * i + 1]).collect(),
+            ..RestShape::default()
+        },
+        1.0,
+    );
+    for (i, &length) in lengths.iter().enumerate() {
+        for end in 0..2 {
+            let x = &mut body.particles.positions[2 * i + end];
+            // −0 in two of the coordinates: adding 0 to it changes its bits.
+            *x = Vec3::new(end as f32 * length, -0.0, -0.0).extend(x.w);
+        }
+    }
+    body.particles
+        .previous
+        .clone_from(&body.particles.positions);
+    body
+}
+
+#[test]
+fn an_edge_beyond_its_limit_is_put_back_to_it_and_the_twin_says_so_too() {
+    let mut random = Random::new(3);
+    for _ in 0..1000 {
+        let mut body = body_of_masses(chain(1, 0.5), &[1.0, 3.0]);
+        for x in &mut body.particles.positions {
+            *x += random_vector(&mut random, 0.4).extend(0.0);
+        }
+        body.particles
+            .previous
+            .clone_from(&body.particles.positions);
+        let place = |body: &Body, i: usize| body.particles.positions[i].truncate().as_dvec3();
+        let start = [place(&body, 0), place(&body, 1)];
+        let before = start[0].distance(start[1]);
+        let mut twin = reference::Body::of(&body);
+        twin.solve(&limit(0.2), 0.01, true);
+        sweep(&mut body, &limit(0.2), 0.01, Multipliers::Unused);
+        let expected = before.min(0.5 * 1.2);
+        let [a, b] = [place(&body, 0), place(&body, 1)];
+        // Places below 1 m, known to 6e-8 m; the limit to as much of itself.
+        assert!((a.distance(b) - expected).abs() < 5e-7);
+        for i in 0..2 {
+            assert!(twin.x[i].distance(place(&body, i)) < 5e-7);
+        }
+        let middle = |[a, b]: [DVec3; 2]| a + b * 3.0;
+        assert!(middle([a, b]).distance(middle(start)) < 1e-6, "momentum");
+    }
+}
+
+/// In a block of eight edges those that do not act go through the same lanes as those that do.
+#[test]
+fn what_does_not_reach_its_limit_is_the_same_bits_beside_what_does() {
+    let lengths = [1.0, 1.05, 1.5, 0.5, 0.0, 1.1, 2.0, 1.0999, 1.2, 0.9, 1.0];
+    let before = edges(&lengths);
+    let mut after = before.clone();
+    sweep(&mut after, &limit(0.1), 0.01, Multipliers::Unused);
+    let [before, after] = [&before, &after].map(|body| bits(&body.particles.positions));
+    for (i, &length) in lengths.iter().enumerate() {
+        let ends = 2 * i..2 * i + 2;
+        let moved = before[ends.clone()] != after[ends];
+        assert_eq!(moved, length > 1.1, "edge {i} of {length} m");
+    }
+}
+
+#[test]
+fn a_limit_that_nothing_reaches_changes_no_bit_of_a_run() {
+    let swing = |strain_limit| {
+        let effects = Effects {
+            stretch: stretch(1e-4),
+            strain_limit,
+            ..Effects::default()
+        };
+        let chain = pinned(body("chain", chain(20, 0.05), 0.1), &[0]);
+        let mut world = world(settings(G, 60.0, 10, 2), with(chain, effects));
+        world.bodies[0].set_velocity(Vec3::X);
+        run(&mut world, 2.0);
+        bits(&world.bodies[0].particles.positions)
+    };
+    assert_eq!(swing(None), swing(Some(limit(1.0))));
+    assert_ne!(swing(None), swing(Some(limit(0.0))));
+}
+
+#[test]
+fn no_edge_passes_its_limit_however_heavy_the_load() {
+    const LINKS: u32 = 10;
+    const SUBSTEPS: u32 = 100;
+    for mass in [1.0, 10.0, 100.0] {
+        let hung = body_of_masses(chain(LINKS as usize, 0.1), &[mass; LINKS as usize + 1]);
+        let effects = Effects {
+            strain_limit: Some(limit(0.05)),
+            stretch: stretch(0.01),
+            ..Effects::default()
+        };
+        let mut world = world(
+            settings(G, 60.0, SUBSTEPS, 1),
+            with(pinned(hung, &[0]), effects),
+        );
+        run(&mut world, 5.0);
+        let body = &world.bodies[0];
+        let h = 1.0 / (60.0 * f64::from(SUBSTEPS));
+        // After its turn in a sweep an edge gets longer by what those below move its end: each by
+        // no more than the fall of a substep of what hangs on it.
+        let left = f64::from(LINKS * LINKS) * G * h * h;
+        for error in edge_errors(&body.topology, &body.particles.positions) {
+            assert!(error < 0.1 * 0.05 + left, "{mass} kg: longer by {error} m");
+        }
+        // The yarn alone would give by 1 cm a newton.
+        let top = edge_errors(&body.topology, &body.particles.positions).fold(0.0, f64::max);
+        assert!(top > 0.1 * 0.049, "the load reaches the limit: {top}");
+    }
+}
