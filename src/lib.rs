@@ -38,6 +38,7 @@
 //! | module | what is in it | knows |
 //! |---|---|---|
 //! | [`solver`] | particles, topology, the three stages, constraints, contacts, the f64 twin | `glam` |
+//! | [`analytic`] | shapes at rest that mathematics knows | nothing |
 //! | [`mesh`] | primitives, files, filling a surface with tetrahedra, embedding it | `solver` |
 //! | [`simulation`], [`effect`] | schedules, clock, sleep, quarantine; components and their systems | `solver`, Bevy |
 //! | [`scene`] | scene files, their registry, their acceptance | all above |
@@ -83,6 +84,7 @@
 //! Metres, kilograms, seconds, newtons, everywhere. Numbers that must lie in a range are types
 //! that cannot hold another ([`solver::quantity`]).
 
+pub mod analytic;
 pub mod bench;
 pub mod effect;
 pub mod mesh;

@@ -95,27 +95,50 @@ use bevy::{app::PluginGroupBuilder, prelude::*};
 #[derive(Debug, Clone, Copy, Default)]
 pub struct EffectPlugins;
 
-impl PluginGroup for EffectPlugins {
-    fn build(self) -> PluginGroupBuilder {
-        PluginGroupBuilder::start::<Self>()
-            .add(EffectPlugin::<Uniform>::default())
-            .add(EffectPlugin::<Attract>::default())
-            .add(EffectPlugin::<Vortex>::default())
-            .add(EffectPlugin::<Wind>::default())
-            .add(EffectPlugin::<Drag>::default())
-            .add(EffectPlugin::<Stretch>::default())
-            .add(EffectPlugin::<Bend>::default())
-            .add(EffectPlugin::<IsometricBend>::default())
-            .add(EffectPlugin::<Volume>::default())
-            .add(EffectPlugin::<Membrane>::default())
-            .add(EffectPlugin::<Weave>::default())
-            .add(EffectPlugin::<StrainLimit>::default())
-            .add(EffectPlugin::<Tethers>::default())
-            .add(EffectPlugin::<Grab>::default())
-            .add(EffectPlugin::<Ground>::default())
-            .add(EffectPlugin::<StickyGround>::default())
-            .add(EffectPlugin::<Collide>::default())
-    }
+macro_rules! effects {
+    ($($effect:ident),* $(,)?) => {
+        impl EffectPlugins {
+            /// The names of all.
+            pub const NAMES: &'static [&'static str] = &[$(<$effect as Effect>::NAME),*];
+
+            /// All but the effect of that name; all if there is none.
+            #[must_use]
+            pub fn without(self, name: &str) -> PluginGroupBuilder {
+                let all = self.build();
+                $(if name == <$effect as Effect>::NAME {
+                    return all.disable::<EffectPlugin<$effect>>();
+                })*
+                all
+            }
+        }
+
+        impl PluginGroup for EffectPlugins {
+            fn build(self) -> PluginGroupBuilder {
+                PluginGroupBuilder::start::<Self>()
+                    $(.add(EffectPlugin::<$effect>::default()))*
+            }
+        }
+    };
+}
+
+effects! {
+    Uniform,
+    Attract,
+    Vortex,
+    Wind,
+    Drag,
+    Stretch,
+    Bend,
+    IsometricBend,
+    Volume,
+    Membrane,
+    Weave,
+    StrainLimit,
+    Tethers,
+    Grab,
+    Ground,
+    StickyGround,
+    Collide,
 }
 
 /// Makes a plain struct of the solver a component of Bevy.

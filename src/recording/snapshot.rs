@@ -130,6 +130,7 @@ impl Snapshot {
                 bodies: Vec::new(),
                 colliders: Vec::new(),
                 camera: self.about.camera,
+                answers: Vec::new(),
                 acceptance: Acceptance {
                     seconds: 5.0,
                     checks: Vec::new(),

@@ -53,6 +53,8 @@ pub enum Command {
     Wireframe,
     /// Draws the tetrahedra or not.
     Tetrahedra,
+    /// Draws the answers of mathematics or not.
+    Answers,
     /// Draws the constraints by band, by colour, by lane, or not.
     SolverView,
     /// Opens or closes the card that says what accuracy costs.
@@ -199,6 +201,12 @@ pub const BINDINGS: &[Binding] = &[
     ),
     row(&[Types("w")], "W", "wireframe", Command::Wireframe),
     row(&[Types("t")], "T", "tetrahedra", Command::Tetrahedra),
+    row(
+        &[Types("m")],
+        "M",
+        "the answer of mathematics, where the scene has one",
+        Command::Answers,
+    ),
     row(
         &[Types("v")],
         "V",

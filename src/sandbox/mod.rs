@@ -7,6 +7,7 @@
 //! its settings.
 
 pub mod accuracy;
+pub mod answer;
 pub mod arrival;
 pub mod bodies;
 pub mod camera;
@@ -164,6 +165,7 @@ impl PluginGroup for SandboxPlugins {
             .add(wires::WiresPlugin)
             .add(solver_view::SolverViewPlugin)
             .add(overlay::OverlayPlugin)
+            .add(answer::AnswerPlugin)
             .add(screenshot::ScreenshotPlugin)
             .add(theme::ThemePlugin)
             .add(panel::PanelPlugin)

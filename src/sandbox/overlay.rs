@@ -38,19 +38,19 @@ impl Plugin for OverlayPlugin {
 }
 
 /// From the world to the screen [logical px], if it is before the eye.
-struct Screen<'a> {
-    camera: &'a Camera,
-    eye: &'a GlobalTransform,
+pub(super) struct Screen<'a> {
+    pub camera: &'a Camera,
+    pub eye: &'a GlobalTransform,
 }
 
 impl Screen<'_> {
-    fn at(&self, point: Vec3) -> Option<Pos2> {
+    pub fn at(&self, point: Vec3) -> Option<Pos2> {
         let at = self.camera.world_to_viewport(self.eye, point).ok()?;
         Some(Pos2::new(at.x, at.y))
     }
 }
 
-fn painter(context: &egui::Context) -> Painter {
+pub(super) fn painter(context: &egui::Context) -> Painter {
     // Below every window and panel, above the picture.
     context.layer_painter(LayerId::new(Order::Background, Id::new("marks")))
 }

@@ -24,6 +24,8 @@ pub struct ViewSettings {
     pub wireframe: bool,
     /// Draw the tetrahedra (the coarse cells that are simulated) over the bodies.
     pub tetrahedra: bool,
+    /// Draw what mathematics says that bodies should look like at rest, where the scene knows.
+    pub answers: bool,
     /// Draw the constraints instead of the bodies, coloured by how they are solved.
     pub solver: SolverView,
     /// Show the panel. The head-up line stays.
@@ -40,6 +42,7 @@ impl Default for ViewSettings {
         Self {
             wireframe: false,
             tetrahedra: false,
+            answers: false,
             solver: SolverView::Off,
             panel_visible: true,
             help_visible: false,

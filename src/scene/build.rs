@@ -1,6 +1,6 @@
 //! From a scene to a plain world, and the surfaces that follow its bodies.
 
-use super::{BodySpec, CameraSpec, ColliderSpec, Look, Pins, Scene, SceneError};
+use super::{Answer, BodySpec, CameraSpec, ColliderSpec, Look, Pins, Scene, SceneError};
 use crate::{
     mesh::{self, FileMesh, Skin, SoftMesh},
     simulation::Places,
@@ -58,6 +58,7 @@ impl Scene {
             built.world.colliders.push(collider);
         }
         self.acceptance.check_names(&built.world)?;
+        self.check_answers(&built.world)?;
         Ok(built)
     }
 
@@ -87,6 +88,19 @@ impl Scene {
             built.looks.push(look);
         }
         Ok(())
+    }
+
+    /// Refuses answers for bodies that there are not.
+    fn check_answers(&self, world: &World) -> Result<(), SceneError> {
+        let names = || world.bodies.iter().map(|body| body.name.as_str());
+        let unknown = |answer: &&Answer| !names().any(|name| name == answer.body());
+        match self.answers.iter().find(unknown) {
+            Some(answer) => Err(SceneError::Answer {
+                body: answer.body().to_owned(),
+                valid: names().collect::<Vec<_>>().join(", "),
+            }),
+            None => Ok(()),
+        }
     }
 
     fn soft_mesh(&self, spec: &BodySpec) -> Result<SoftMesh, SceneError> {

@@ -71,6 +71,14 @@ pub enum SceneError {
         /// What is wrong, and what would be right.
         message: String,
     },
+    /// An answer is for a body that there is not.
+    #[error("answers: there is no body “{body}”; there are: {valid}")]
+    Answer {
+        /// The name.
+        body: String,
+        /// Those that there are.
+        valid: String,
+    },
     /// The acceptance cannot be judged.
     #[error("acceptance: {0}")]
     Acceptance(String),

@@ -1,7 +1,7 @@
 //! The scene file: RON, by serde. Every number that has a type of its own is checked while it is
 //! read, so that an error has its line and column.
 
-use super::{Acceptance, SceneError, registry, spawn::CurrentScene};
+use super::{Acceptance, Answer, SceneError, registry, spawn::CurrentScene};
 use crate::{
     mesh::{BuildOptions, Primitive, Treatment},
     solver::{
@@ -33,6 +33,9 @@ pub struct Scene {
     /// Where the camera stands at first; none frames everything.
     #[serde(default)]
     pub camera: Option<CameraSpec>,
+    /// What mathematics says that bodies should look like at rest.
+    #[serde(default)]
+    pub answers: Vec<Answer>,
     /// What must hold after the scene ran.
     pub acceptance: Acceptance,
     /// The folder that mesh files are beside; not in the file.

@@ -24,6 +24,7 @@
 //! ```
 
 pub mod acceptance;
+pub mod answer;
 mod build;
 mod error;
 mod file;
@@ -34,6 +35,7 @@ mod spawn;
 
 pub use crate::simulation::{BodySkin, SceneEntity};
 pub use acceptance::{Acceptance, Check};
+pub use answer::Answer;
 pub use build::BuiltScene;
 pub use error::SceneError;
 pub use file::{

@@ -14,7 +14,7 @@ macro_rules! carried {
 
         /// The effects of the crate that an entity carries.
         #[derive(QueryData)]
-        pub(super) struct Carried {
+        pub(crate) struct Carried {
             $($effect: Option<&'static $component>,)*
         }
 

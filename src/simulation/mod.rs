@@ -8,7 +8,7 @@
 pub mod action;
 mod begin;
 mod body;
-mod carried;
+pub(crate) mod carried;
 mod clock;
 mod ledger;
 pub mod plain;

@@ -1,6 +1,7 @@
 //! Closed forms that an answer is held against. Each says where it is from; none is a table of
 //! numbers.
 
+use crate::analytic::{Catenary, Elastica};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
@@ -176,13 +177,23 @@ impl Reference {
                 length,
                 stiffness,
                 gravity,
-            } => catenary_sag(density * gravity, length, stiffness),
+            } => Catenary {
+                weight: density * gravity,
+                length,
+                stiffness,
+                span: length,
+                drop: 0.0,
+            }
+            .middle()?,
             Self::HeavyElastica {
                 density,
                 length,
                 stiffness,
                 gravity,
-            } => -length * elastica_end(density * gravity * length.powi(3) / stiffness).1,
+            } => {
+                let load = density * gravity * length.powi(3) / stiffness;
+                -length * Elastica { load, clamp: 0.0 }.end()[1]
+            }
         })
     }
 
@@ -237,92 +248,9 @@ fn elliptic_k(k: f64) -> f64 {
     PI / (2.0 * a)
 }
 
-/// Sag in the middle of a cable of weight `w` [N/m], with H from x(L₀) = L₀ by bisection:
-///
-/// HL₀/EA + (2H/w) asinh(wL₀/2H) = L₀,
-/// sag = wL₀²/(8EA) + (H/w)(√(1 + (wL₀/2H)²) − 1).
-fn catenary_sag(w: f64, length: f64, stiffness: f64) -> f64 {
-    let half = w * length / 2.0;
-    let span = |h: f64| h * length / stiffness + 2.0 * h / w * (half / h).asinh();
-    // Under H = EA alone the cable would be twice as long as its span.
-    let (mut low, mut high) = (0.0, stiffness);
-    for _ in 0..200 {
-        let middle = (low + high) / 2.0;
-        if span(middle) < length {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    let h = high;
-    w * length * length / (8.0 * stiffness) + h / w * ((1.0 + (half / h).powi(2)).sqrt() - 1.0)
-}
-
-/// Where the free end of a heavy elastica of length 1 is, (x, y), for wL³/B: by shooting for the
-/// curvature at the clamp with which there is none at the end, each shot by Runge and Kutta's
-/// fourth-order steps.
-fn elastica_end(load: f64) -> (f64, f64) {
-    const STEPS: u32 = 2000;
-    let step = 1.0 / f64::from(STEPS);
-    let rate = |s: f64, [angle, curvature, ..]: [f64; 4]| {
-        let bends = load * (1.0 - s) * angle.cos();
-        [curvature, bends, angle.cos(), angle.sin()]
-    };
-    let shoot = |curvature: f64| {
-        let mut state = [0.0, curvature, 0.0, 0.0];
-        for index in 0..STEPS {
-            let s = f64::from(index) * step;
-            let along =
-                |k: [f64; 4], share: f64| std::array::from_fn(|i| state[i] + k[i] * (share * step));
-            let k1 = rate(s, state);
-            let k2 = rate(s + step / 2.0, along(k1, 0.5));
-            let k3 = rate(s + step / 2.0, along(k2, 0.5));
-            let k4 = rate(s + step, along(k3, 1.0));
-            state = std::array::from_fn(|i| {
-                state[i] + step / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i])
-            });
-        }
-        state
-    };
-    // It bends most at the clamp, by less than all its weight at its end would bend a straight one.
-    let (mut low, mut high) = (-load, 0.0);
-    for _ in 0..60 {
-        let middle = (low + high) / 2.0;
-        if shoot(middle)[1] < 0.0 {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    let [_, _, x, y] = shoot(high);
-    (x, y)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_strip_that_hardly_bends_hangs_as_a_beam_and_one_that_bends_far_as_peirce_says() {
-        // wL⁴/(8B), to first order in (wL³/B)², which is 1e-6 here.
-        let (_, y) = elastica_end(1e-3);
-        assert!((-y / (1e-3 / 8.0) - 1.0).abs() < 1e-5, "{y}");
-        // Where the bending length c = (B/w)^(1/3) is half of what hangs over, the chord is 41.5° below
-        // the level: the angle that testers of fabrics have.
-        let angle = |load: f64| {
-            let (x, y) = elastica_end(load);
-            (-y).atan2(x)
-        };
-        assert!((angle(8.0).to_degrees() - 41.5).abs() < 0.05);
-        // Peirce (1930): c = L (cos(θ/2)/(8 tan θ))^(1/3), a factor found by trial on the formula for
-        // small angles, which the elastica leaves by 5 % at 62°.
-        for load in [2.0, 8.0, 20.0] {
-            let angle = angle(load);
-            let peirce = f64::cbrt((angle / 2.0).cos() / (8.0 * angle.tan()));
-            let off = peirce * f64::cbrt(load) - 1.0;
-            assert!(off.abs() < 0.05, "{load}: {off}");
-        }
-    }
 
     #[test]
     fn a_small_swing_takes_the_time_of_a_small_swing() {
@@ -337,16 +265,6 @@ mod tests {
         // K(sin 45°) = 1.8540746773, as tables have it, to their last digit.
         let large = pendulum(90.0).value().expect("closed form");
         assert!((large * 9.81_f64.sqrt() / 4.0 - 1.854_074_677_3).abs() < 1e-10);
-    }
-
-    #[test]
-    fn a_stiff_cable_sags_as_a_parabola_does() {
-        // wL²/(8H) with H from EA (strain = 8 s²/(3 L²)): s³ = 3wL⁴/(64 EA), to first order in
-        // (s/L)², which is 2e-4 here.
-        let (w, length, stiffness) = (1.0, 1.0, 20_000.0);
-        let parabola = f64::cbrt(3.0 * w * length * length * length * length / (64.0 * stiffness));
-        let sag = catenary_sag(w, length, stiffness);
-        assert!((sag / parabola - 1.0).abs() < 1e-3, "{sag} and {parabola}");
     }
 
     #[test]

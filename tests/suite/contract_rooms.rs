@@ -18,7 +18,7 @@ const FLOORS: [&[&str]; 10] = [
     &["scene"],
     &["effect", "simulation"],
     &["mesh"],
-    &["solver"],
+    &["analytic", "solver"],
 ];
 
 fn source() -> PathBuf {

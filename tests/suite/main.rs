@@ -40,6 +40,7 @@ mod sandbox_panel;
 mod sandbox_solver_view;
 #[cfg(feature = "window")]
 mod sandbox_throughput;
+mod scene_answers;
 mod scene_files;
 mod scene_fuzz;
 mod scene_overrides;

@@ -154,6 +154,7 @@ fn says_where(error: &SceneError, text: &str) {
         | SceneError::Body { body, .. } => text.contains("name") && message.contains(body.as_str()),
         SceneError::Collider { index, .. } => message.contains(&format!("collider {index}")),
         SceneError::Acceptance(_) => true,
+        SceneError::Answer { body, .. } => message.contains(body.as_str()),
         SceneError::Unknown { .. } | SceneError::Unreadable { .. } => false,
     };
     assert!(named, "{error:?} does not say where");

@@ -53,6 +53,7 @@ impl Hand<'_, '_> {
             }
             Command::Wireframe => self.view.wireframe = !self.view.wireframe,
             Command::Tetrahedra => self.view.tetrahedra = !self.view.tetrahedra,
+            Command::Answers => self.view.answers = !self.view.answers,
             Command::SolverView => self.view.solver = self.view.solver.next(),
             Command::Accuracy => self.ask(Request::Accuracy),
             Command::Gallery => self.ask(Request::Gallery),

@@ -118,6 +118,7 @@ fn carry_out_one(world: &mut World, request: Request) {
         Request::Pin(pinned) => pin(world, pinned),
         Request::Wireframe(on) => world.resource_mut::<ViewSettings>().wireframe = on,
         Request::Tetrahedra(on) => world.resource_mut::<ViewSettings>().tetrahedra = on,
+        Request::Answers(on) => world.resource_mut::<ViewSettings>().answers = on,
         Request::SolverView(view) => world.resource_mut::<ViewSettings>().solver = view,
         Request::Help => world.resource_mut::<ViewSettings>().help_visible = true,
     }

@@ -19,7 +19,7 @@ use crate::{
         throughput::Throughput,
         view::{LastGrab, ViewSettings},
     },
-    scene::CurrentScene,
+    scene::{Answer, CurrentScene},
     simulation::{
         Asleep, Pins, Profile, Quarantined, SimulationClock, SimulationSettings, SoftBody,
         SolverThreads, Statistics, action, plain::bodies_in_order,
@@ -95,9 +95,17 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         additions: arrival::additions(),
         wireframe: view.wireframe,
         tetrahedra: view.tetrahedra,
+        answers: (scene.map(answers).unwrap_or_default(), view.answers),
         solver: view.solver,
         ghost: ghost::model(world),
     }
+}
+
+/// What the answers of a scene are called, each name once.
+fn answers(scene: &CurrentScene) -> String {
+    let mut names: Vec<_> = scene.scene.answers.iter().map(Answer::name).collect();
+    names.dedup();
+    names.join(", ")
 }
 
 /// Whether the scope has a body in it.

@@ -46,6 +46,8 @@ pub struct PanelModel {
     pub wireframe: bool,
     /// Whether the tetrahedra are drawn.
     pub tetrahedra: bool,
+    /// What the answers of the scene are called, and whether they are drawn; empty if it has none.
+    pub answers: (String, bool),
     /// What of the solver is drawn.
     pub solver: SolverView,
     /// The ghost, if there is one.
@@ -321,6 +323,8 @@ pub enum Request {
     Wireframe(bool),
     /// Draw the tetrahedra or not.
     Tetrahedra(bool),
+    /// Draw the answers of mathematics or not.
+    Answers(bool),
     /// Draw the constraints by how they are solved, or not.
     SolverView(SolverView),
     /// Move the camera so that every body is in sight.

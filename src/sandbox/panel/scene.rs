@@ -17,6 +17,7 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     if !model.scene_note.is_empty() {
         section::note(ui, &model.scene_note);
     }
+    answers(ui, panel, model);
     ui.add_space(4.0);
     transport(ui, panel, model);
     if let Some(edit) = parameter::row(ui, panel, "speed", &speed(model)) {
@@ -25,6 +26,25 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
             Edit::Reset => 1.0,
         }));
     }
+}
+
+/// The switch of the answers of mathematics, where the scene has some.
+fn answers(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
+    let (names, on) = &model.answers;
+    if names.is_empty() {
+        return;
+    }
+    ui.horizontal(|ui| {
+        let help = "Draw, dashed, what mathematics says that the bodies should look like at rest, with \
+                    their numbers of now (M)";
+        let (response, pressed) = section::switch(ui, *on, true, "Answer");
+        panel.note("answers", &response, ui);
+        response.on_hover_text(help);
+        ui.label(format!("Answer: {names}")).on_hover_text(help);
+        if pressed {
+            panel.ask(Request::Answers(!on));
+        }
+    });
 }
 
 fn picker(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
