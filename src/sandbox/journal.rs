@@ -216,6 +216,9 @@ fn describe(action: &Action, name: impl Fn(Entity) -> String) -> Value {
         Action::RemoveEffect { body, effect } => {
             json!({"do": "remove effect", "body": name(*body), "effect": effect})
         }
+        Action::SetDensity { body, density } => {
+            json!({"do": "set", "body": name(*body), "parameter": "density", "value": f64::from(*density)})
+        }
         Action::Pin { body, vertex } => {
             json!({"do": "pin", "body": name(*body), "vertex": vertex})
         }

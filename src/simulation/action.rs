@@ -12,7 +12,7 @@ pub use setting::{SETTINGS, setting};
 use super::{SimulationClock, SpawnOrder};
 use crate::{
     mesh::Skin,
-    solver::{Body, Deformation, InvalidValue, SurfacePoint},
+    solver::{Body, Deformation, Density, InvalidValue, SurfacePoint},
 };
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -78,6 +78,13 @@ pub enum Action<B = Entity> {
         /// Name of the effect.
         effect: String,
     },
+    /// Makes a body heavier or lighter.
+    SetDensity {
+        /// The body.
+        body: B,
+        /// Mass per measure [kg/m³ of a solid, kg/m² of a cloth, kg/m of a rope].
+        density: Density,
+    },
     /// Sets one of [`SETTINGS`].
     SetSetting {
         /// Its name.
@@ -134,6 +141,7 @@ impl<B> Action<B> {
             | Self::SetParameter { body, .. }
             | Self::AddEffect { body, .. }
             | Self::RemoveEffect { body, .. }
+            | Self::SetDensity { body, .. }
             | Self::Pin { body, .. }
             | Self::Unpin { body, .. }
             | Self::Deform { body, .. }
@@ -177,6 +185,10 @@ impl<B> Action<B> {
             Self::RemoveEffect { body, effect } => Action::RemoveEffect {
                 body: name(body)?,
                 effect,
+            },
+            Self::SetDensity { body, density } => Action::SetDensity {
+                body: name(body)?,
+                density,
             },
             Self::SetSetting { name, value } => Action::SetSetting { name, value },
             Self::Pin { body, vertex } => Action::Pin {

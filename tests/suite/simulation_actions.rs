@@ -4,8 +4,8 @@ use crate::support_app::{app_of, cubes, done, push, set, ticks};
 use bevy::{ecs::message::Messages, prelude::*};
 use pliant::{
     effect::{Collide, Stretch},
-    simulation::{Action, Applied, Pins, Quarantined, state_hash},
-    solver::{Deformation, Grab, Particles, SurfacePoint},
+    simulation::{Action, Applied, BodyDensity, Pins, Quarantined, state_hash},
+    solver::{Deformation, Density, Grab, Particles, SurfacePoint},
 };
 
 fn point() -> SurfacePoint {
@@ -138,6 +138,28 @@ fn effects_are_added_and_removed_by_name() {
     assert!(app.world().get::<Collide>(body).is_some());
     assert!(done(&mut app, Action::RemoveEffect { body, effect }).is_empty());
     assert!(app.world().get::<Collide>(body).is_none());
+}
+
+#[test]
+fn a_body_is_made_heavier_from_the_next_tick_on() {
+    let (mut app, bodies, _) = app_of(&cubes());
+    let body = bodies[0];
+    let weight = |app: &App| -> f64 {
+        let positions = &particles(app, body).positions;
+        positions.iter().map(|x| 1.0 / f64::from(x.w)).sum()
+    };
+    ticks(&mut app, 1);
+    let before = weight(&app);
+    let old = app
+        .world()
+        .get::<BodyDensity>(body)
+        .expect("a body")
+        .0
+        .get();
+    let density = Density::new(2.0 * old).expect("in range");
+    assert!(done(&mut app, Action::SetDensity { body, density }).is_empty());
+    // Twice in f32, of which w is the inverse: an ulp or two.
+    assert!((weight(&app) / before - 2.0).abs() < 1e-6);
 }
 
 #[test]

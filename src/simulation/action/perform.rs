@@ -4,8 +4,8 @@ use super::{Action, ActionError, SETTINGS};
 use crate::{
     effect::EffectRegistry,
     simulation::{
-        Asleep, BodySkin, Pins, Quarantined, RestTimer, SceneEntity, SimulationSettings, SoftBody,
-        TickStart, plain,
+        Asleep, BodyDensity, BodySkin, Pins, Quarantined, RestTimer, SceneEntity,
+        SimulationSettings, SoftBody, TickStart, plain,
     },
     solver::{Grab, InvalidValue, Iterations, Particles, Rate, Substeps, SurfacePoint, deform},
 };
@@ -45,6 +45,10 @@ pub fn perform(world: &mut World, action: &Action) -> Result<(), ActionError> {
             let mut entity = body_mut(world, *body)?;
             remove(&mut entity);
             wake(&mut entity);
+            Ok(())
+        }
+        Action::SetDensity { body, density } => {
+            body_mut(world, *body)?.insert(BodyDensity(*density));
             Ok(())
         }
         Action::Grab {
