@@ -3,13 +3,13 @@
 
 use crate::{
     support::tetrahedron,
-    support_app::{app, systems, ticks},
+    support_app::{app, app_of, cubes, systems, ticks},
 };
 use bevy::prelude::*;
 use pliant::{
     effect::{EffectRegistry, Grab, Stretch},
-    simulation::{SoftBody, SolveSchedule, StepSchedule, SubstepSchedule},
-    solver::{ElasticKind, ForceKind, SurfacePoint, deform::Random},
+    simulation::{SoftBody, SolveSchedule, StepSchedule, SubstepSchedule, state_hash},
+    solver::{Effects, ElasticKind, ForceKind, Particles, SurfacePoint, deform::Random},
 };
 
 /// All effects, in the order in which they are registered.
@@ -127,6 +127,50 @@ fn an_effect_that_nobody_carries_has_no_system_whichever_others_are_there() {
         chosen.extend((0..all.len()).filter(|place| !three.contains(place) && random.next() < 0.5));
         chosen.sort_by_key(|place| (place * 7 + 3 * subset) % 11);
         come_and_go(&chosen);
+    }
+}
+
+/// Two cubes with effects, and one that carries nothing, some ticks on; its entity.
+fn with_a_bare_cube() -> (App, Entity) {
+    let mut world = cubes();
+    let mut bare = world.bodies[0].clone();
+    bare.name = "bare".to_owned();
+    bare.effects = Effects::default();
+    bare.translate(Vec3::X);
+    world.bodies.push(bare);
+    let (mut app, bodies, _) = app_of(&world);
+    ticks(&mut app, 5);
+    (app, bodies[2])
+}
+
+fn hash_later(mut app: App) -> u64 {
+    ticks(&mut app, 20);
+    state_hash(app.world_mut())
+}
+
+#[test]
+fn an_effect_that_came_and_went_leaves_nothing_behind() {
+    let state = |app: &App, body| app.world().get::<Particles>(body).expect("a body").clone();
+    let (untouched, bare) = with_a_bare_cube();
+    let kept = state(&untouched, bare);
+    let never = hash_later(untouched);
+    // What others do in three ticks, in which this one does not get on.
+    let (mut held_back, bare) = with_a_bare_cube();
+    ticks(&mut held_back, 3);
+    held_back.world_mut().entity_mut(bare).insert(kept.clone());
+    let never_acted = hash_later(held_back);
+    for effect in effects(&app()) {
+        let (mut app, bare) = with_a_bare_cube();
+        insert(&mut app, bare, effect);
+        remove(&mut app, bare, effect);
+        assert_eq!(hash_later(app), never, "{effect}, between two ticks");
+
+        let (mut app, bare) = with_a_bare_cube();
+        insert(&mut app, bare, effect);
+        ticks(&mut app, 3);
+        remove(&mut app, bare, effect);
+        app.world_mut().entity_mut(bare).insert(kept.clone());
+        assert_eq!(hash_later(app), never_acted, "{effect}, for three ticks");
     }
 }
 
