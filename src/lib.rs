@@ -65,6 +65,7 @@
 //! | [`Vortex`](effect::Vortex) | air turns about an upright axis | place m, turning rad/s, radius m, coupling 1/s |
 //! | [`Wind`](effect::Wind) | drag and lift on the triangles of the surface | wind and gusts m/s, density kg/m³, C_D, C_L |
 //! | [`Drag`](effect::Drag) | a medium at rest brakes | linear 1/s, quadratic 1/m |
+//! | [`NeoHookean`](effect::NeoHookean) | stable neo-Hookean tetrahedra | E Pa, ν, damping s |
 //! | [`Membrane`](effect::Membrane) | Green's strain of triangles, isotropic | E Pa, ν, thickness m, damping s |
 //! | [`Weave`](effect::Weave) | Green's strain of triangles along warp, weft and bias | compliances m/N, damping s |
 //! | [`StrainLimit`](effect::StrainLimit) | C = ‖x₁−x₀‖−(1+limit)L₀ ≤ 0 on edges [m] | limit |

@@ -71,6 +71,7 @@ mod grab;
 mod ground;
 mod isometric_bend;
 mod membrane;
+mod neo_hookean;
 mod registry;
 mod strain_limit;
 mod stretch;
@@ -83,8 +84,8 @@ pub use registry::{
 };
 
 pub use crate::solver::{
-    Attract, Bend, Collide, Drag, Grab, Ground, IsometricBend, Membrane, StickyGround, StrainLimit,
-    Stretch, Tethers, Uniform, Volume, Vortex, Weave, Wind,
+    Attract, Bend, Collide, Drag, Grab, Ground, IsometricBend, Membrane, NeoHookean, StickyGround,
+    StrainLimit, Stretch, Tethers, Uniform, Volume, Vortex, Weave, Wind,
 };
 
 pub(crate) use registry::{body_added, body_removed, follow_bodies, is_planned};
@@ -131,6 +132,7 @@ effects! {
     Bend,
     IsometricBend,
     Volume,
+    NeoHookean,
     Membrane,
     Weave,
     StrainLimit,

@@ -1,12 +1,15 @@
 //! From a scene to a plain world, and the surfaces that follow its bodies.
 
-use super::{Answer, BodySpec, CameraSpec, ColliderSpec, Look, Pins, Scene, SceneError};
+use super::{Answer, BodySpec, CameraSpec, ColliderSpec, Look, Material, Pins, Scene, SceneError};
 use crate::{
     mesh::{self, FileMesh, Skin, SoftMesh},
     simulation::Places,
     solver::{
-        Body, Collider, Effects, Particles, Pose, Topology, World, contact::pose::rotation_degrees,
-        deform, measure, numbering::Numbering, topology::bounds,
+        Body, Collider, Effects, Particles, Pose, Topology, World,
+        contact::pose::rotation_degrees,
+        deform, measure,
+        numbering::Numbering,
+        topology::{Dimension, bounds},
     },
 };
 use glam::{DVec3, Vec3, Vec4};
@@ -226,7 +229,11 @@ fn body(
     topology: &Arc<Topology>,
     place: Vec3,
 ) -> Result<Body, SceneError> {
-    let mut body = Body::new(name, Arc::clone(topology), spec.density);
+    let material = material(spec, topology)?;
+    let of_material = material.map(Material::body_density).transpose();
+    let of_material = of_material.map_err(|error| wrong(spec, error.to_string()))?;
+    let density = spec.density.or(of_material).unwrap_or_default();
+    let mut body = Body::new(name, Arc::clone(topology), density);
     let turn = rotation_degrees(spec.rotation);
     for (x, rest) in body.particles.positions.iter_mut().zip(&topology.rest) {
         let turned: DVec3 = turn * rest.as_dvec3() + place.as_dvec3();
@@ -254,17 +261,19 @@ fn body(
     body.set_velocity(spec.velocity);
     turn_by(&mut body, spec.spin);
     check_start(spec, &body)?;
+    let made = material.map(Material::effects).unwrap_or_default();
     body.effects = Effects {
         stretch: spec.effects.stretch,
-        bend: spec.effects.bend,
+        bend: spec.effects.bend.or(made.bend),
         isometric_bend: spec.effects.isometric_bend,
         volume: spec.effects.volume,
+        neo_hookean: spec.effects.neo_hookean.or(made.neo_hookean),
         uniform: spec.effects.uniform,
         attract: spec.effects.attract,
         vortex: spec.effects.vortex,
         wind: spec.effects.wind,
         drag: spec.effects.drag,
-        membrane: spec.effects.membrane,
+        membrane: spec.effects.membrane.or(made.membrane),
         weave: spec.effects.weave,
         strain_limit: spec.effects.strain_limit,
         tethers: spec.effects.tethers,
@@ -274,6 +283,40 @@ fn body(
         collide: spec.effects.collide,
     };
     Ok(body)
+}
+
+/// The material that a body names, if it can be made of it.
+fn material(spec: &BodySpec, topology: &Topology) -> Result<Option<&'static Material>, SceneError> {
+    let Some(name) = &spec.material else {
+        return Ok(None);
+    };
+    let names = |all: &mut dyn Iterator<Item = &'static Material>| {
+        all.map(|material| material.name.as_str())
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
+    let Some(material) = Material::find(name) else {
+        let valid = names(&mut Material::all().iter());
+        let message = format!("there is no material “{name}”; there are: {valid}");
+        return Err(wrong(spec, message));
+    };
+    if material.fits(topology.dimension) {
+        return Ok(Some(material));
+    }
+    let all = Material::all().iter();
+    let valid = names(&mut all.filter(|other| other.fits(topology.dimension)));
+    let message = match topology.dimension {
+        Dimension::Solid => {
+            format!("{name} is a sheet, but the body is solid; solids are: {valid}")
+        }
+        Dimension::Sheet => {
+            format!("{name} is a solid, but the body is a sheet; sheets are: {valid}")
+        }
+        Dimension::Line => {
+            format!("there are no materials for ropes yet, so {name} cannot be used")
+        }
+    };
+    Err(wrong(spec, message))
 }
 
 /// Refuses a body that numbers, each of them finite, have put beyond all of them.

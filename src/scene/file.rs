@@ -6,8 +6,8 @@ use crate::{
     mesh::{BuildOptions, Primitive, Treatment},
     solver::{
         Attract, Bend, Collide, ColliderShape, Deformation, Density, Drag, Ground, IsometricBend,
-        Mass, Membrane, Path, Settings, StickyGround, StrainLimit, Stretch, Tethers, Uniform,
-        Volume, Vortex, Weave, Wind,
+        Mass, Membrane, NeoHookean, Path, Settings, StickyGround, StrainLimit, Stretch, Tethers,
+        Uniform, Volume, Vortex, Weave, Wind,
     },
 };
 use glam::{UVec3, Vec3};
@@ -55,9 +55,14 @@ pub struct BodySpec {
     /// A shape that is read.
     #[serde(default)]
     pub mesh: Option<MeshSpec>,
-    /// Mass per measure: kg/m³ of a solid, kg/m² of a cloth, kg/m of a rope; default 1000.
+    /// Name of a [material](super::material), which gives it its density and the effects that make it up;
+    /// what stands here besides takes the place of the material's.
     #[serde(default)]
-    pub density: Density,
+    pub material: Option<String>,
+    /// Mass per measure: kg/m³ of a solid, kg/m² of a cloth, kg/m of a rope; default that of the
+    /// material, 1000 without one.
+    #[serde(default)]
+    pub density: Option<Density>,
     /// Masses on top of that, by particle [kg].
     #[serde(default)]
     pub added_mass: Vec<(u32, Mass)>,
@@ -74,6 +79,7 @@ pub struct BodySpec {
     #[serde(default)]
     pub spin: Vec3,
     /// What it does.
+    #[serde(default)]
     pub effects: SceneEffects,
     /// Particles that do not move.
     #[serde(default)]
@@ -129,6 +135,8 @@ pub struct SceneEffects {
     pub isometric_bend: Option<IsometricBend>,
     /// Tetrahedra resist a change of volume.
     pub volume: Option<Volume>,
+    /// Tetrahedra are rubber.
+    pub neo_hookean: Option<NeoHookean>,
     /// The same acceleration everywhere.
     pub uniform: Option<Uniform>,
     /// A point pulls.

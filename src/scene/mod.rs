@@ -28,6 +28,7 @@ pub mod answer;
 mod build;
 mod error;
 mod file;
+pub mod material;
 pub mod overrides;
 pub mod registry;
 pub mod run;
@@ -41,4 +42,5 @@ pub use error::SceneError;
 pub use file::{
     BodySpec, CameraSpec, ColliderSpec, Copies, MeshSpec, Pins, Scene, SceneEffects, parse,
 };
+pub use material::Material;
 pub use spawn::{CurrentScene, Look, despawn, spawn};

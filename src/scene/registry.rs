@@ -29,6 +29,7 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "many_bodies",
     "compliance_ladder",
     "edges_and_volume",
+    "rubber",
     "cantilever",
     "squashed",
     "shuffled",

@@ -1,8 +1,8 @@
 //! The effects that an entity carries, as the solver has them.
 
 use crate::solver::{
-    Attract, Bend, Collide, Drag, Effects, Grab, Ground, IsometricBend, Membrane, StickyGround,
-    StrainLimit, Stretch, Tethers, Uniform, Volume, Vortex, Weave, Wind,
+    Attract, Bend, Collide, Drag, Effects, Grab, Ground, IsometricBend, Membrane, NeoHookean,
+    StickyGround, StrainLimit, Stretch, Tethers, Uniform, Volume, Vortex, Weave, Wind,
 };
 use bevy::{ecs::query::QueryData, prelude::*};
 
@@ -50,6 +50,7 @@ carried! {
     bend: Bend,
     isometric_bend: IsometricBend,
     volume: Volume,
+    neo_hookean: NeoHookean,
     uniform: Uniform,
     attract: Attract,
     vortex: Vortex,

@@ -9,6 +9,7 @@ use super::{
         grab::Grab,
         isometric_bend::IsometricBend,
         membrane::Membrane,
+        neo_hookean::NeoHookean,
         strain_limit::StrainLimit,
         stretch::Stretch,
         tethers::{Leads, Tethers},
@@ -34,6 +35,8 @@ pub struct Effects {
     pub isometric_bend: Option<IsometricBend>,
     /// Tetrahedra resist a change of volume.
     pub volume: Option<Volume>,
+    /// Tetrahedra are rubber.
+    pub neo_hookean: Option<NeoHookean>,
     /// The same acceleration everywhere.
     pub uniform: Option<Uniform>,
     /// A point pulls.

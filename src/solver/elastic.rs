@@ -18,6 +18,7 @@ use super::{
         block::{Blocks, solve_all, solve_batch},
         isometric_bend::IsometricBend,
         membrane::Membrane,
+        neo_hookean::NeoHookean,
         strain_limit::StrainLimit,
         stretch::Stretch,
         volume::Volume,
@@ -77,6 +78,12 @@ pub trait Elastic<const N: usize, const M: usize>: Copy + Into<Effects> {
 
     /// The equations of element number `index`, whose particles are `points`.
     fn rows(&self, topology: &Topology, index: usize, points: [Point; N]) -> [Row<N>; M];
+
+    /// The equations of an element at rest, whose squares over α say what a small strain of it
+    /// stores: [`rows`](Self::rows), unless an equation has no gradient there.
+    fn linear_rows(&self, topology: &Topology, index: usize, points: [Point; N]) -> Vec<Row<N>> {
+        self.rows(topology, index, points).into()
+    }
 
     /// τ [s].
     fn damping(&self) -> Damping;
@@ -305,6 +312,7 @@ elastic_effects! {
     Bend, bend: Bend, 4, 1;
     IsometricBend, isometric_bend: IsometricBend, 4, 1;
     Volume, volume: Volume, 4, 1;
+    NeoHookean, neo_hookean: NeoHookean, 4, 2;
     Membrane, membrane: Membrane, 3, 3;
     Weave, weave: Weave, 3, 3;
     StrainLimit, strain_limit: StrainLimit, 2, 1;

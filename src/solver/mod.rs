@@ -51,6 +51,7 @@ pub use constraint::{
     grab::{Grab, SurfacePoint},
     isometric_bend::IsometricBend,
     membrane::Membrane,
+    neo_hookean::NeoHookean,
     strain_limit::StrainLimit,
     stretch::Stretch,
     tethers::{Leads, Tethers},

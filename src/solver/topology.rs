@@ -7,9 +7,11 @@
 //! them, so that a body in its rest shape does not move by a bit.
 
 pub mod facets;
+pub mod frames;
 pub mod hinges;
 
 pub use facets::Facets;
+pub use frames::Frames;
 pub use hinges::{Cotangents, Hinges};
 
 use super::{
@@ -96,6 +98,8 @@ pub struct Topology {
     cotangents: Lazy<Cotangents>,
     /// Triangles of the surface, for membranes; likewise.
     facets: Lazy<Facets>,
+    /// Rest frames of the tetrahedra; not there until somebody asks for them.
+    frames: Lazy<Frames>,
 }
 
 /// A part that follows from the others, made when somebody first asks for it; it makes no
@@ -269,6 +273,7 @@ impl Topology {
             hinges: Lazy::default(),
             cotangents: Lazy::default(),
             facets: Lazy::default(),
+            frames: Lazy::default(),
         })
     }
 
@@ -277,6 +282,7 @@ impl Topology {
         self.hinges.0.get().map_or(0, Hinges::bytes)
             + self.cotangents.0.get().map_or(0, Cotangents::bytes)
             + self.facets.0.get().map_or(0, Facets::bytes)
+            + self.frames.0.get().map_or(0, Frames::bytes)
     }
 
     /// What the topology is made of, without what was left out: vertices in their own order, and

@@ -85,8 +85,22 @@ pub enum Reference {
         /// Gravity [m/s²].
         gravity: f64,
     },
+    /// Growth −νFb/(EA) of the width b of a bar that is pulled [m].
+    NarrowedBar {
+        /// Pulling mass [kg].
+        mass: f64,
+        /// Width b [m].
+        width: f64,
+        /// Poisson's ratio ν.
+        poisson_ratio: f64,
+        /// Axial stiffness EA [N].
+        stiffness: f64,
+        /// Gravity [m/s²].
+        gravity: f64,
+    },
     /// Mean change of volume −ρgH/(2K) of a block in a box that fits, under its own weight, where
-    /// only K resists: pressure is hydrostatic. To first order in it.
+    /// only K resists: pressure is hydrostatic. To first order in it. Of a solid that resists shear
+    /// too, K is the modulus of a strain along one axis alone, E(1 − ν)/((1 + ν)(1 − 2ν)).
     ConfinedBlock {
         /// Density [kg/m³].
         density: f64,
@@ -166,6 +180,13 @@ impl Reference {
                 stiffness,
                 gravity,
             } => mass * gravity * length / stiffness,
+            Self::NarrowedBar {
+                mass,
+                width,
+                poisson_ratio,
+                stiffness,
+                gravity,
+            } => -poisson_ratio * mass * gravity * width / stiffness,
             Self::ConfinedBlock {
                 density,
                 height,
@@ -230,6 +251,7 @@ impl Reference {
             Self::HangingChain { .. } => "αmgN(N+1)/2",
             Self::HangingBar { .. } => "ρgL²/(2EA)",
             Self::PulledBar { .. } => "FL/(EA)",
+            Self::NarrowedBar { .. } => "−νFb/(EA)",
             Self::ConfinedBlock { .. } => "−ρgH/(2K)",
             Self::ElasticCatenary { .. } => "the sag of an elastic catenary",
             Self::HeavyElastica { .. } => "the heavy elastica",

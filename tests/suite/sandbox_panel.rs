@@ -151,6 +151,7 @@ fn model() -> PanelModel {
         }],
         wireframe: false,
         tetrahedra: false,
+        materials: pliant::scene::Material::all().iter().collect(),
         answers: ("heavy elastica".to_owned(), true),
         solver: SolverView::Bands,
         threads: Some(parameter("threads", "", whole(8.0), 2.0)),

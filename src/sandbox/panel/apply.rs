@@ -23,7 +23,10 @@ use crate::{
         message::{Notices, capitalised},
         view::{LastGrab, ViewCommand, ViewSettings},
     },
-    simulation::{Action, Actions, SimulationClock, SolverThreads, action, plain::bodies_in_order},
+    scene::Material,
+    simulation::{
+        Action, Actions, SimulationClock, SoftBody, SolverThreads, action, plain::bodies_in_order,
+    },
     solver::{Deformation, Threads},
 };
 
@@ -107,6 +110,7 @@ fn carry_out_one(world: &mut World, request: Request) {
             state.works.clear();
         }
         Request::Effect { effect, on } => switch(world, scope, effect, on),
+        Request::Material(name) => make_of(world, scope, name),
         Request::Distort(distortion) => distort(world, scope, distortion),
         Request::AddBody(name) => world.resource_mut::<Arrivals>().build(&name),
         Request::Restore(key) => {
@@ -228,6 +232,25 @@ fn switch(world: &mut World, scope: Scope, effect: &'static str, on: bool) {
             Action::RemoveEffect { body, effect }
         };
         push(world, action);
+    }
+}
+
+fn make_of(world: &mut World, scope: Scope, name: &str) {
+    let Some(material) = Material::find(name) else {
+        return;
+    };
+    for body in bodies(world, scope) {
+        let topology = world.get::<SoftBody>(body);
+        if !topology.is_some_and(|topology| material.fits(topology.dimension)) {
+            continue;
+        }
+        match material.actions(body) {
+            Ok(actions) => actions.into_iter().for_each(|action| push(world, action)),
+            Err(error) => {
+                let error = capitalised(&error.to_string());
+                world.resource_mut::<Notices>().error(error);
+            }
+        }
     }
 }
 

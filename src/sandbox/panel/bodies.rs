@@ -8,7 +8,7 @@ use super::{
     number,
     section::{self, RowButton, section},
 };
-use crate::sandbox::theme;
+use crate::{sandbox::theme, scene::Material};
 
 /// Draws the section.
 pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
@@ -161,6 +161,7 @@ fn buttons(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     if let Some(distortion) = distortion {
         panel.ask(Request::Distort(distortion));
     }
+    materials(ui, panel, model);
     let gallery = RowButton::new(
         "gallery",
         "Hard cases",
@@ -187,6 +188,52 @@ fn buttons(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     if let Some(index) = section::button_row(ui, panel, &pins) {
         panel.ask(Request::Pin(index == 0));
     }
+}
+
+/// The menu of materials.
+fn materials(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
+    if model.materials.is_empty() {
+        return;
+    }
+    ui.spacing_mut().interact_size.x = ui.available_width();
+    let menu = ui.menu_button("Make it of …", |ui| {
+        ui.set_min_width(160.0);
+        for material in &model.materials {
+            let line = ui.button(&material.title).on_hover_ui(|ui| {
+                ui.set_max_width(320.0);
+                ui.label(figures(material));
+                ui.add(Label::new(RichText::new(&material.source).small().weak()).wrap());
+            });
+            panel.note(format!("material.{}", material.name), &line, ui);
+            if line.clicked() {
+                panel.ask(Request::Material(&material.name));
+                ui.close();
+            }
+        }
+    });
+    panel.note("material", &menu.response, ui);
+    menu.response.on_hover_text(
+        "Give the bodies shown the density and the stiffness of a real material, instead of their own; \
+         it stays what it is on any mesh",
+    );
+}
+
+/// The figures of a material with their units.
+fn figures(material: &Material) -> String {
+    let mut text = format!(
+        "E {} Pa, ν {}, {} kg/m³",
+        number::format(material.youngs_modulus.into(), 3),
+        number::format(material.poisson_ratio.into(), 3),
+        number::format(material.density.into(), 3),
+    );
+    if let Some(sheet) = material.sheet {
+        text.push_str(&format!(
+            ", {} mm thick, bending stiffness {} N·m",
+            number::format(1e3 * f64::from(sheet.thickness), 3),
+            number::format(sheet.bending_stiffness.into(), 3),
+        ));
+    }
+    text
 }
 
 fn name(model: &PanelModel, key: u64) -> &str {

@@ -19,7 +19,7 @@ use crate::{
         throughput::Throughput,
         view::{LastGrab, ViewSettings},
     },
-    scene::{Answer, CurrentScene},
+    scene::{Answer, CurrentScene, Material},
     simulation::{
         Asleep, Pins, Profile, Quarantined, SimulationClock, SimulationSettings, SoftBody,
         SolverThreads, Statistics, action, plain::bodies_in_order,
@@ -93,12 +93,24 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         energy: energy::model(world),
         grabbed: grabbed(world),
         additions: arrival::additions(),
+        materials: materials(world, &shown),
         wireframe: view.wireframe,
         tetrahedra: view.tetrahedra,
         answers: (scene.map(answers).unwrap_or_default(), view.answers),
         solver: view.solver,
         ghost: ghost::model(world),
     }
+}
+
+/// Materials that some of the bodies can be made of.
+fn materials(world: &World, bodies: &[Entity]) -> Vec<&'static Material> {
+    let can_be = |body: &Entity, material: &Material| {
+        let topology = world.get::<SoftBody>(*body);
+        topology.is_some_and(|topology| material.fits(topology.dimension))
+    };
+    let all = Material::all().iter();
+    all.filter(|material| bodies.iter().any(|body| can_be(body, material)))
+        .collect()
 }
 
 /// What the answers of a scene are called, each name once.

@@ -5,7 +5,10 @@
 //! and pressed in a test without a window.
 
 use super::{energy::EnergyTrack, history::History, track::Track};
-use crate::sandbox::{ghost::distance::Trail, view::SolverView};
+use crate::{
+    sandbox::{ghost::distance::Trail, view::SolverView},
+    scene::Material,
+};
 
 /// Everything that the panel shows.
 #[derive(Debug, Clone, Default)]
@@ -42,6 +45,8 @@ pub struct PanelModel {
     pub grabbed: Option<GrabModel>,
     /// What can be added: built-in primitives and meshes.
     pub additions: Vec<Addition>,
+    /// The materials that the bodies of the scope can be made of.
+    pub materials: Vec<&'static Material>,
     /// Whether the wireframe is drawn.
     pub wireframe: bool,
     /// Whether the tetrahedra are drawn.
@@ -309,6 +314,8 @@ pub enum Request {
         /// Whether they are to carry it.
         on: bool,
     },
+    /// Make the bodies of the scope, those that can be, of a material, by its name.
+    Material(&'static str),
     /// Push the bodies of the scope out of shape.
     Distort(Distortion),
     /// Add a body by the name of its [`Addition`].

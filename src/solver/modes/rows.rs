@@ -5,7 +5,7 @@ use super::RIGID;
 use crate::solver::{
     Effects, Particles, Topology,
     deform::Random,
-    elastic::{self, Elastic, Visit},
+    elastic::{self, Elastic, Point, Visit},
 };
 use glam::DVec3;
 
@@ -130,9 +130,16 @@ struct Collect<'a> {
 impl Visit for Collect<'_> {
     fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
         let weight = |i: u32| f64::from(self.particles.positions[i as usize].w);
-        let at = |i: u32| (self.topology.rest[i as usize].as_dvec3(), weight(i));
-        for (corners, rows) in effect.all_rows(self.topology, at) {
-            for row in rows {
+        for (index, corners) in E::elements(self.topology).corners().enumerate() {
+            let points = corners.map(|i| {
+                let rest = self.topology.rest[i as usize].as_dvec3();
+                Point {
+                    x: rest,
+                    w: weight(i),
+                    rest,
+                }
+            });
+            for row in effect.linear_rows(self.topology, index, points) {
                 if N == 2 {
                     add(&mut self.pairs, &corners, &row, weight);
                 } else {

@@ -1,0 +1,79 @@
+//! Rest frames of tetrahedra: what turns their edges into a deformation gradient.
+
+use super::{Tetrahedra, Topology};
+use glam::{DMat3, DVec3, Vec3};
+
+/// Frames as columns in the order of the [tetrahedra](Tetrahedra).
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Frames {
+    /// Edges at rest from corner 0 to the corners 1, 2 and 3, each as x, y, z [m]: the columns of D₀,
+    /// rounded as the solver rounds the edges that it compares with them.
+    pub edges: [[Vec<f32>; 3]; 3],
+    /// The rows of D₀⁻¹ [1/m]. The deformation gradient is F = D D₀⁻¹ = 1 + (D − D₀) D₀⁻¹.
+    pub inverse: [[Vec<f32>; 3]; 3],
+    /// |V₀|^(−2/3) of each [1/m²], the scale of a squared gradient of F.
+    pub gradient_scale: Vec<f32>,
+}
+
+impl Frames {
+    /// Of all tetrahedra.
+    #[must_use]
+    pub fn of(tetrahedra: &Tetrahedra, rest: &[Vec3]) -> Self {
+        let mut frames = Self::default();
+        for (corners, &volume) in tetrahedra.corners().zip(&tetrahedra.rest_volume) {
+            let [x0, x1, x2, x3] = corners.map(|i| rest[i as usize]);
+            let edges = [x1 - x0, x2 - x0, x3 - x0];
+            let [a, b, c] = edges.map(|edge| edge.as_dvec3());
+            let over = 1.0 / a.dot(b.cross(c));
+            let inverse = [b.cross(c) * over, c.cross(a) * over, a.cross(b) * over];
+            for row in 0..3 {
+                for axis in 0..3 {
+                    frames.edges[row][axis].push(edges[row][axis]);
+                    frames.inverse[row][axis].push(inverse[row][axis] as f32);
+                }
+            }
+            let side = libm::cbrt(f64::from(volume.abs()));
+            frames.gradient_scale.push((1.0 / (side * side)) as f32);
+        }
+        frames
+    }
+
+    /// Bytes of memory.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        19 * size_of_val(&self.gradient_scale[..])
+    }
+
+    /// The rows of D₀⁻¹ of one tetrahedron [1/m].
+    #[must_use]
+    pub fn inverse_of(&self, index: usize) -> [DVec3; 3] {
+        [0, 1, 2].map(|row: usize| vector(&self.inverse[row], index))
+    }
+
+    /// F − 1 of one tetrahedron whose corners are at `x` [m].
+    #[must_use]
+    pub fn displacement_gradient(&self, index: usize, [x0, x1, x2, x3]: [DVec3; 4]) -> DMat3 {
+        let edges = [x1 - x0, x2 - x0, x3 - x0];
+        let moved = [0, 1, 2].map(|k: usize| edges[k] - vector(&self.edges[k], index));
+        let inverse = self.inverse_of(index);
+        DMat3::from_cols_array_2d(&[0, 1, 2].map(|axis: usize| {
+            (moved[0] * inverse[0][axis]
+                + moved[1] * inverse[1][axis]
+                + moved[2] * inverse[2][axis])
+                .to_array()
+        }))
+    }
+}
+
+fn vector(columns: &[Vec<f32>; 3], index: usize) -> DVec3 {
+    DVec3::from_array([0, 1, 2].map(|axis: usize| f64::from(columns[axis][index])))
+}
+
+impl Topology {
+    /// The rest frames of its tetrahedra, found when they are first asked for.
+    #[must_use]
+    pub fn frames(&self) -> &Frames {
+        let make = || Frames::of(&self.tetrahedra, &self.rest);
+        self.frames.0.get_or_init(make)
+    }
+}

@@ -1,0 +1,130 @@
+//! Materials: each has figures in SI with their sources, makes a body of a scene file or of a running
+//! scene, and is refused where it does not fit.
+
+use crate::support_app::{app_of, ticks};
+use pliant::{
+    effect::{Bend, Membrane, NeoHookean, Stretch, Volume},
+    scene::{Material, Scene},
+    simulation::{Actions, BodyDensity, plain},
+    solver::{World, topology::Dimension},
+};
+
+fn scene(primitive: &str, besides: &str) -> Result<World, String> {
+    let text = format!(
+        "Scene(title: \"A\", look_at: \"It.\", bodies: [(name: \"it\", primitive: {primitive}, {besides})], \
+         acceptance: (seconds: 1.0))"
+    );
+    let scene: Scene = text.parse().map_err(|error| format!("{error}"))?;
+    let built = scene.build().map_err(|error| error.to_string())?;
+    Ok(built.world)
+}
+
+const CLOTH: &str = "Cloth(size: (1, 1), cells: (4, 4))";
+const BOX: &str = "Box(size: (1, 1, 1), cells: (2, 2, 2))";
+
+#[test]
+fn each_material_has_its_figures_and_where_they_are_from() {
+    let names: Vec<_> = Material::all().iter().map(|m| m.name.as_str()).collect();
+    let wanted = [
+        "rubber", "jelly", "foam", "skin", "cotton", "silk", "denim", "paper", "latex",
+    ];
+    assert_eq!(names, wanted);
+    for material in Material::all() {
+        assert!(material.body_density().is_ok(), "{}", material.name);
+        // A year of print, or that of another entry which it refers to.
+        let dated = material.source.split(|c: char| !c.is_ascii_digit());
+        let dated = dated.into_iter().any(|word| word.len() == 4);
+        assert!(dated || material.name == "latex", "{}", material.name);
+        if let (Some(sheet), true) = (material.sheet, material.name == "paper") {
+            // Et³/(12(1 − ν²)), to the two digits that are given.
+            let [modulus, ratio, thickness] = [
+                material.youngs_modulus.into(),
+                material.poisson_ratio.into(),
+                sheet.thickness.into(),
+            ]
+            .map(|number: f64| number);
+            let expected = modulus * thickness.powi(3) / (12.0 * (1.0 - ratio * ratio));
+            let stiffness = f64::from(sheet.bending_stiffness);
+            assert!((stiffness / expected - 1.0).abs() < 0.02);
+        }
+    }
+}
+
+#[test]
+fn a_scene_names_a_material_and_what_stands_beside_it_comes_first() {
+    let world = scene(CLOTH, "material: \"denim\"").expect("sound");
+    let body = &world.bodies[0];
+    assert!((body.density.get() - 0.324).abs() < 1e-4);
+    assert!(body.effects.membrane.is_some() && body.effects.bend.is_some());
+    assert!(body.effects.neo_hookean.is_none());
+
+    let own = "material: \"denim\", density: 1.5, effects: (bend: (stiffness: 0.25), ground: ())";
+    let world = scene(CLOTH, own).expect("sound");
+    let body = &world.bodies[0];
+    assert_eq!(body.density.get(), 1.5);
+    assert_eq!(body.effects.bend.expect("carried").stiffness.get(), 0.25);
+    assert!(body.effects.ground.is_some() && body.effects.membrane.is_some());
+
+    let world = scene(BOX, "material: \"foam\"").expect("sound");
+    assert_eq!(world.bodies[0].density.get(), 30.0);
+    assert!(world.bodies[0].effects.neo_hookean.is_some());
+}
+
+#[test]
+fn a_material_that_does_not_fit_is_refused_with_those_that_do() {
+    for (primitive, material, says) in [
+        (
+            CLOTH,
+            "velvet",
+            "there is no material “velvet”; there are: rubber",
+        ),
+        (
+            CLOTH,
+            "rubber",
+            "rubber is a solid, but the body is a sheet; sheets are: skin",
+        ),
+        (
+            BOX,
+            "paper",
+            "paper is a sheet, but the body is solid; solids are: rubber",
+        ),
+        (
+            "Rope(length: 1, segments: 4)",
+            "silk",
+            "no materials for ropes",
+        ),
+    ] {
+        let error = scene(primitive, &format!("material: \"{material}\""));
+        let error = error.expect_err("it does not fit");
+        assert!(error.contains(says), "{error}");
+    }
+}
+
+#[test]
+fn a_running_body_is_made_of_another_material_and_keeps_what_else_it_carries() {
+    let effects = "effects: (stretch: (), volume: (), ground: ())";
+    let world = scene(BOX, effects).expect("sound");
+    let (mut app, bodies, _) = app_of(&world);
+    let body = bodies[0];
+    ticks(&mut app, 2);
+    let rubber = Material::find("rubber").expect("built in");
+    assert!(rubber.fits(Dimension::Solid) && !rubber.fits(Dimension::Sheet));
+    for action in rubber.actions(body).expect("sound") {
+        app.world_mut().resource_mut::<Actions>().push(action);
+    }
+    ticks(&mut app, 2);
+    let errors = app.world_mut().resource_mut::<Actions>().take_errors();
+    assert!(errors.is_empty(), "{errors:?}");
+    let entity = app.world().entity(body);
+    assert!(!entity.contains::<Stretch>() && !entity.contains::<Volume>());
+    assert!(!entity.contains::<Membrane>() && !entity.contains::<Bend>());
+    assert_eq!(
+        entity.get::<NeoHookean>(),
+        rubber.effects().neo_hookean.as_ref()
+    );
+    assert_eq!(
+        entity.get::<BodyDensity>().expect("a body").0,
+        rubber.density
+    );
+    assert!(plain::effects(entity).ground.is_some());
+}
