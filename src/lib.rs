@@ -68,7 +68,9 @@
 //! | [`NeoHookean`](effect::NeoHookean) | stable neo-Hookean tetrahedra | E Pa, ν, damping s |
 //! | [`Membrane`](effect::Membrane) | Green's strain of triangles, isotropic | E Pa, ν, thickness m, damping s |
 //! | [`Weave`](effect::Weave) | Green's strain of triangles along warp, weft and bias | compliances m/N, damping s |
+//! | [`Struts`](effect::Struts) | C = ‖x₁−x₀‖−L₀ on springs through the body [m] | compliance m/N, damping s |
 //! | [`StrainLimit`](effect::StrainLimit) | C = ‖x₁−x₀‖−(1+limit)L₀ ≤ 0 on edges [m] | limit |
+//! | [`Pressure`](effect::Pressure) | p = K(fV₀/V−1) within a closed surface [Pa] | filling f, bulk modulus K Pa |
 //! | [`Tethers`](effect::Tethers) | no particle farther from its nearest pin than at rest | slack |
 //! | [`Grab`](effect::Grab) | a hand's spring, only while it holds | compliance m/N, strength N |
 //! | [`Ground`](effect::Ground) | a level ground | height m, friction, restitution |

@@ -72,9 +72,11 @@ mod ground;
 mod isometric_bend;
 mod membrane;
 mod neo_hookean;
+mod pressure;
 mod registry;
 mod strain_limit;
 mod stretch;
+mod struts;
 mod tethers;
 mod volume;
 mod weave;
@@ -84,8 +86,8 @@ pub use registry::{
 };
 
 pub use crate::solver::{
-    Attract, Bend, Collide, Drag, Grab, Ground, IsometricBend, Membrane, NeoHookean, StickyGround,
-    StrainLimit, Stretch, Tethers, Uniform, Volume, Vortex, Weave, Wind,
+    Attract, Bend, Collide, Drag, Grab, Ground, IsometricBend, Membrane, NeoHookean, Pressure,
+    StickyGround, StrainLimit, Stretch, Struts, Tethers, Uniform, Volume, Vortex, Weave, Wind,
 };
 
 pub(crate) use registry::{body_added, body_removed, follow_bodies, is_planned};
@@ -135,7 +137,9 @@ effects! {
     NeoHookean,
     Membrane,
     Weave,
+    Struts,
     StrainLimit,
+    Pressure,
     Tethers,
     Grab,
     Ground,
@@ -181,7 +185,7 @@ mod reflection {
     //! exchange a valid value for a valid value.
 
     use crate::solver::quantity::{
-        Coefficient, Compliance, Damping, Finite, FlexuralRigidity, Friction, Length,
+        Coefficient, Compliance, Damping, Filling, Finite, FlexuralRigidity, Friction, Length,
         MembraneCompliance, PoissonRatio, Restitution, Slack, Stiffness, Strain, Thickness,
         YoungsModulus,
     };
@@ -191,6 +195,7 @@ mod reflection {
 
     impl_reflect_opaque!((in pliant::solver) Compliance(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Damping(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+    impl_reflect_opaque!((in pliant::solver) Filling(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) FlexuralRigidity(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Coefficient(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Finite(Clone, Debug, Default, PartialEq, Serialize, Deserialize));

@@ -74,6 +74,8 @@ pub struct Figures {
     pub energy: Option<f64>,
     /// What is left of its equations.
     pub residual: SquareSum,
+    /// Pressure over that of the surroundings [Pa], of what has one.
+    pub overpressure: Option<f64>,
 }
 
 /// A component that does something to the bodies that carry it.
@@ -101,6 +103,11 @@ pub trait Effect: Component<Mutability = Mutable> + Sized {
 
     /// The effect as it is when a user adds it to a body; `None` if that makes no sense.
     fn when_added() -> Option<Self> {
+        None
+    }
+
+    /// Why a body is not fit for it; by default every body is.
+    fn unfit(_body: &EntityRef) -> Option<String> {
         None
     }
 
@@ -132,6 +139,8 @@ pub struct EffectInfo {
     pub set: fn(&mut EntityWorldMut, usize, f64) -> Option<Result<(), InvalidValue>>,
     /// Adds it to a body with its default parameters, if that makes sense.
     pub insert_default: Option<fn(&mut EntityWorldMut)>,
+    /// Why a body is not fit for it, if it is not.
+    pub unfit: fn(&EntityRef) -> Option<String>,
     /// Takes it away from a body.
     pub remove: fn(&mut EntityWorldMut),
     /// Its figures on a body; `None` if the body does not carry it.
@@ -180,6 +189,7 @@ impl EffectInfo {
                     body.insert(effect);
                 }
             }),
+            unfit: E::unfit,
             remove: |body| {
                 body.remove::<E>();
             },

@@ -64,8 +64,8 @@ impl Effect for Tethers {
         };
         Figures {
             elements: leads.0.count(),
-            energy: None,
             residual: leads.0.residual(&particles.positions, self),
+            ..Figures::default()
         }
     }
 }

@@ -80,6 +80,15 @@ pub enum Primitive {
         #[serde(default)]
         shear: bool,
     },
+    /// A hollow ball of cloth: an icosahedron whose faces are divided and put on the sphere, so that
+    /// all triangles are nearly equilateral. It is closed, and faces outwards.
+    Balloon {
+        /// Radius [m].
+        radius: f32,
+        /// Parts of each edge of the icosahedron, from 1; 8 by default, 642 particles.
+        #[serde(default = "defaults::balloon")]
+        cells: u32,
+    },
     /// A rope along x, a chain of edges without surface. The particle with the smallest x is
     /// particle 0.
     Rope {
@@ -118,6 +127,9 @@ mod defaults {
     }
     pub fn cloth() -> UVec2 {
         UVec2::splat(20)
+    }
+    pub fn balloon() -> u32 {
+        8
     }
     pub fn rope() -> u32 {
         32
@@ -183,6 +195,12 @@ impl Primitive {
                     cells.y.saturating_add(1),
                 ]))?;
                 sheet::cloth(size, cells, diagonals, shear)
+            }
+            Self::Balloon { radius, cells } => {
+                sizes([("radius", radius)])?;
+                count("cells", cells, 1)?;
+                particles(product(&[10, cells, cells]).saturating_add(2))?;
+                sheet::balloon(radius, cells)
             }
             Self::Rope { length, segments } => {
                 sizes([("length", length)])?;

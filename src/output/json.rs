@@ -31,6 +31,7 @@ pub fn run(scene: &str, run: &Run) -> Value {
         "angular_momentum": last.angular_momentum,
         "volume_error": last.volume_error,
         "residual": last.residual,
+        "overpressure_pa": last.overpressure,
         "inverted": last.inverted,
         "state_hash": format!("{:016x}", run.state_hash),
         "accepted": run.accepted(),

@@ -1,8 +1,9 @@
 //! How bodies are solved, drawn on them: their constraints in the colours of band, colour or lane.
 //!
 //! While it is on, a body's constraints are drawn in place of its skin: edges as strips where
-//! stretch is on, tetrahedra shrunk towards their centres where volume is. One mesh a body, made
-//! when it is first shown and dropped when it is not; while the view is off, no system here runs.
+//! stretch is on, struts likewise, tetrahedra shrunk towards their centres where volume is. One
+//! mesh a body, made when it is first shown and dropped when it is not; while the view is off, no
+//! system here runs.
 
 pub mod legend;
 pub mod place;
@@ -31,11 +32,11 @@ use super::{
     view::{SolverView, ViewSettings},
 };
 use crate::{
-    effect::{Stretch, Volume},
+    effect::{Stretch, Struts, Volume},
     simulation::SoftBody,
-    solver::Topology,
+    solver::{Topology, topology::Edges},
 };
-use place::{Summary, places};
+use place::{Kinds, Summary, places};
 
 /// Size of a drawn tetrahedron as a share of its own: neighbours must not touch.
 const SHRUNK: f32 = 0.62;
@@ -68,21 +69,27 @@ fn is_on(settings: Res<ViewSettings>) -> bool {
 #[derive(Component, Debug, Clone, Copy, PartialEq, Eq)]
 struct Marks {
     view: SolverView,
-    edges: bool,
-    tetrahedra: bool,
+    kinds: Kinds,
     /// Number of the body's first band among those of all bodies.
     first_band: usize,
     summary: Summary,
 }
 
 impl Marks {
+    /// What is drawn as strips.
+    fn strips<'a>(&self, topology: &'a Topology) -> impl Iterator<Item = &'a Edges> {
+        let edges = self.kinds.edges.then_some(&topology.edges);
+        let struts = self.kinds.struts.then(|| topology.struts());
+        edges.into_iter().chain(struts)
+    }
+
     fn mesh(&self, topology: &Topology) -> Mesh {
         let (mut tints, mut indices) = (Vec::new(), Vec::new());
         let tint = |place: place::Place, side: f32| {
             let tint = place.tint(self.view, self.first_band);
             tint.extend(side).to_array()
         };
-        if self.tetrahedra {
+        if self.kinds.tetrahedra {
             for place in places(&topology.tetrahedra.elements) {
                 let base = tints.len() as u32;
                 tints.extend([tint(place, 0.0); 4]);
@@ -90,8 +97,8 @@ impl Marks {
                 indices.extend(sides.as_flattened().iter().map(|corner| base + corner));
             }
         }
-        if self.edges {
-            for place in places(&topology.edges.elements) {
+        for strips in self.strips(topology) {
+            for place in places(&strips.elements) {
                 let base = tints.len() as u32;
                 let (left, right) = (tint(place, 1.0), tint(place, -1.0));
                 tints.extend([left, right, left, right]);
@@ -118,7 +125,7 @@ impl Marks {
         mut put: impl FnMut([f32; 3], [f32; 3]),
     ) {
         let at = |particle: u32| particles[particle as usize].truncate();
-        if self.tetrahedra {
+        if self.kinds.tetrahedra {
             for corners in topology.tetrahedra.corners() {
                 let corners = corners.map(at);
                 let centre = corners.iter().sum::<Vec3>() / 4.0;
@@ -127,8 +134,8 @@ impl Marks {
                 }
             }
         }
-        if self.edges {
-            for ends in topology.edges.ends() {
+        for strips in self.strips(topology) {
+            for ends in strips.ends() {
                 let [a, b] = ends.map(|end| at(end).to_array());
                 put(a, b);
                 put(a, b);
@@ -148,8 +155,7 @@ fn show(
         (
             Entity,
             Ref<SoftBody>,
-            Has<Stretch>,
-            Has<Volume>,
+            (Has<Stretch>, Has<Volume>, Has<Struts>),
             &mut Visibility,
             Option<&Children>,
         ),
@@ -160,24 +166,24 @@ fn show(
     mut materials: ResMut<Assets<ConstraintMaterial>>,
 ) {
     let mut first_band = 0;
-    for (entity, body, stretch, volume, mut visibility, children) in &mut bodies {
+    for (entity, body, (edges, volume, struts), mut visibility, children) in &mut bodies {
         let there = children
             .into_iter()
             .flatten()
             .find_map(|&child| Some((child, *marks.get(child).ok()?)));
-        let tetrahedra = volume && body.tetrahedra.corners().len() > 0;
-        let solved = stretch || tetrahedra;
+        let kinds = Kinds {
+            edges,
+            tetrahedra: volume && body.tetrahedra.corners().len() > 0,
+            struts: struts && body.struts().ends().len() > 0,
+        };
+        let solved = kinds != Kinds::default();
         let wanted = (settings.solver != SolverView::Off && solved).then(|| Marks {
             view: settings.solver,
-            edges: stretch,
-            tetrahedra,
+            kinds,
             first_band,
             summary: there
-                .filter(|(_, marks)| !body.is_changed() && marks.shows(stretch, tetrahedra))
-                .map_or_else(
-                    || Summary::of(&body, stretch, tetrahedra),
-                    |(_, marks)| marks.summary,
-                ),
+                .filter(|(_, marks)| !body.is_changed() && marks.kinds == kinds)
+                .map_or_else(|| Summary::of(&body, kinds), |(_, marks)| marks.summary),
         });
         first_band += body.bands.count();
         if !body.is_changed() && there.map(|(_, marks)| marks) == wanted {
@@ -201,12 +207,6 @@ fn show(
                 (Aabb::default(), NoAutoAabb),
             ));
         }
-    }
-}
-
-impl Marks {
-    fn shows(&self, edges: bool, tetrahedra: bool) -> bool {
-        self.edges == edges && self.tetrahedra == tetrahedra
     }
 }
 

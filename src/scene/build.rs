@@ -77,6 +77,11 @@ impl Scene {
             body: spec.name.clone(),
             error,
         })?;
+        if spec.effects.pressure.is_some()
+            && let Err(reason) = topology.enclosure()
+        {
+            return Err(wrong(spec, format!("it cannot hold pressure: {reason}")));
+        }
         let (topology, skin) = (Arc::new(topology), mesh.skin.map(Arc::new));
         let places = places(spec);
         check_room(spec, &built.world, topology.particles(), places.len())?;
@@ -277,6 +282,8 @@ fn body(
         weave: spec.effects.weave,
         strain_limit: spec.effects.strain_limit,
         tethers: spec.effects.tethers,
+        struts: spec.effects.struts,
+        pressure: spec.effects.pressure,
         grab: None,
         ground: spec.effects.ground,
         sticky_ground: spec.effects.sticky_ground,

@@ -6,8 +6,8 @@ use crate::{
     mesh::{BuildOptions, Primitive, Treatment},
     solver::{
         Attract, Bend, Collide, ColliderShape, Deformation, Density, Drag, Ground, IsometricBend,
-        Mass, Membrane, NeoHookean, Path, Settings, StickyGround, StrainLimit, Stretch, Tethers,
-        Uniform, Volume, Vortex, Weave, Wind,
+        Mass, Membrane, NeoHookean, Path, Pressure, Settings, StickyGround, StrainLimit, Stretch,
+        Struts, Tethers, Uniform, Volume, Vortex, Weave, Wind,
     },
 };
 use glam::{UVec3, Vec3};
@@ -155,6 +155,10 @@ pub struct SceneEffects {
     pub strain_limit: Option<StrainLimit>,
     /// No particle goes farther from its nearest pin than at rest.
     pub tethers: Option<Tethers>,
+    /// Springs through the body resist a change of length.
+    pub struts: Option<Struts>,
+    /// What fills the closed surface pushes at it.
+    pub pressure: Option<Pressure>,
     /// A ground with friction and bounce.
     pub ground: Option<Ground>,
     /// A ground that sticks.

@@ -43,6 +43,8 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "weave",
     "strain_limit",
     "long_cloth",
+    "balloon",
+    "struts",
     "colliders",
     "slope",
     "bounce",

@@ -243,6 +243,14 @@ pub enum ActionError {
     /// The body does not carry the effect.
     #[error("the body does not carry {0}")]
     Absent(String),
+    /// The effect cannot do anything to the body.
+    #[error("the body cannot have {effect}: {reason}")]
+    Unfit {
+        /// The effect.
+        effect: String,
+        /// Why not, and what to do.
+        reason: String,
+    },
     /// The particle does not exist.
     #[error("there is no particle {particle}; the body has {particles}")]
     NoParticle {

@@ -2,7 +2,8 @@
 
 use crate::solver::{
     Attract, Bend, Collide, Drag, Effects, Grab, Ground, IsometricBend, Membrane, NeoHookean,
-    StickyGround, StrainLimit, Stretch, Tethers, Uniform, Volume, Vortex, Weave, Wind,
+    Pressure, StickyGround, StrainLimit, Stretch, Struts, Tethers, Uniform, Volume, Vortex, Weave,
+    Wind,
 };
 use bevy::{ecs::query::QueryData, prelude::*};
 
@@ -60,6 +61,8 @@ carried! {
     weave: Weave,
     strain_limit: StrainLimit,
     tethers: Tethers,
+    struts: Struts,
+    pressure: Pressure,
     grab: Grab,
     ground: Ground,
     sticky_ground: StickyGround,

@@ -49,6 +49,9 @@ pub struct Statistics {
     /// Root mean square of what is left of the constraints' equations, relative to rest lengths
     /// and volumes.
     pub residual: f64,
+    /// The pressure of a body's filling over that of the surroundings [Pa], the largest by size;
+    /// `None` if no body is filled.
+    pub overpressure: Option<f64>,
     /// Tetrahedra that are inside out.
     pub inverted: usize,
     /// Whether every number of the state is finite and no body is in quarantine.
@@ -120,6 +123,13 @@ pub fn measure(world: &mut World) -> Statistics {
                     *all.elastic.entry(effect.name).or_default() += energy;
                 }
                 residual.add(figures.residual);
+                if let Some(pressure) = figures.overpressure
+                    && all
+                        .overpressure
+                        .is_none_or(|most| pressure.abs() > most.abs())
+                {
+                    all.overpressure = Some(pressure);
+                }
             }
         }
     }

@@ -74,6 +74,8 @@ pub enum Stage {
     StickyGround,
     /// The constraints of an elastic effect.
     Elastic(ElasticKind),
+    /// The pressure of what fills the body.
+    Pressure,
     /// Tethers to pins.
     Tethers,
     /// The hold of a hand.
@@ -87,7 +89,13 @@ pub enum Stage {
 }
 
 /// What takes part in the second stage after the elastic effects.
-const AFTER: [Stage; 4] = [Stage::Tethers, Stage::Grab, Stage::Ground, Stage::Collide];
+const AFTER: [Stage; 5] = [
+    Stage::Pressure,
+    Stage::Tethers,
+    Stage::Grab,
+    Stage::Ground,
+    Stage::Collide,
+];
 
 impl Stage {
     /// What takes part in the second stage, in its order: what holds the body together, then
@@ -140,6 +148,7 @@ impl Stage {
             Self::Presolve => "presolve",
             Self::StickyGround => "sticky_ground",
             Self::Elastic(kind) => kind.name(),
+            Self::Pressure => "pressure",
             Self::Tethers => "tethers",
             Self::Grab => "grab",
             Self::Ground => "ground",
@@ -160,6 +169,7 @@ impl Stage {
             Self::Force(kind) => effects.has_force(kind),
             Self::StickyGround => effects.sticky_ground.is_some(),
             Self::Elastic(kind) => effects.has(kind),
+            Self::Pressure => effects.pressure.is_some(),
             Self::Tethers => effects.tethers.is_some(),
             Self::Grab => effects.grab.is_some(),
             Self::Ground => effects.ground.is_some(),
@@ -184,6 +194,7 @@ impl Stage {
             Self::Presolve => one(Task::Begin, Side::Any),
             Self::StickyGround => one(Task::Stick, Side::Any),
             Self::Elastic(kind) => kind.halves(topology, Task::Elastic { kind, sweep }),
+            Self::Pressure => one(Task::Pressure { iteration }, Side::Whole),
             Self::Tethers => one(Task::Tether, Side::Any),
             Self::Grab => one(Task::Grab { substep, iteration }, Side::Whole),
             Self::Ground => one(Task::Ground, Side::Any),
@@ -406,6 +417,13 @@ impl<'a> Context<'a> {
                 };
                 // SAFETY: the caller's promise.
                 unsafe { self.kernels.solve(kind, work) };
+            }
+            Task::Pressure { iteration } => {
+                if let Some(pressure) = &self.effects.pressure {
+                    // SAFETY: pressure is on the whole body, which is one piece.
+                    let walls = unsafe { shared.walls() };
+                    pressure.solve(self.topology, part.positions, walls, self.h, iteration);
+                }
             }
             Task::Tether => {
                 if let Some((tethers, leads)) = &self.tethers {

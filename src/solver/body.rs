@@ -10,8 +10,10 @@ use super::{
         isometric_bend::IsometricBend,
         membrane::Membrane,
         neo_hookean::NeoHookean,
+        pressure::{Pressure, Walls},
         strain_limit::StrainLimit,
         stretch::Stretch,
+        struts::Struts,
         tethers::{Leads, Tethers},
         volume::Volume,
         weave::Weave,
@@ -55,6 +57,10 @@ pub struct Effects {
     pub strain_limit: Option<StrainLimit>,
     /// No particle goes farther from its nearest pin than at rest.
     pub tethers: Option<Tethers>,
+    /// Springs through the body resist a change of length.
+    pub struts: Option<Struts>,
+    /// What fills the closed surface pushes at it.
+    pub pressure: Option<Pressure>,
     /// A hand holds the body.
     pub grab: Option<Grab>,
     /// A ground with friction and bounce.
@@ -70,14 +76,17 @@ impl Effects {
     #[must_use]
     pub fn constraints(&self, topology: &Topology) -> usize {
         let carried = ElasticKind::ALL.into_iter().filter(|&kind| self.has(kind));
-        carried.map(|kind| kind.elements(topology)).sum()
+        let elastic: usize = carried.map(|kind| kind.elements(topology)).sum();
+        elastic + usize::from(self.pressure.is_some())
     }
 
-    /// What it is to sweep over these constraints so many times.
+    /// What it is to sweep over these constraints so many times; to a filling, a triangle is what an
+    /// element is to others.
     #[must_use]
     pub fn load(&self, topology: &Topology, sweeps: usize) -> Load {
+        let walls = self.pressure.map_or(0, |_| topology.triangles.len());
         Load {
-            projections: self.constraints(topology) * sweeps,
+            projections: (self.constraints(topology) + walls) * sweeps,
             pieces: topology.bands.count(),
         }
     }
@@ -195,6 +204,9 @@ impl Body {
         for kind in ElasticKind::ALL {
             let kept = self.effects.has(kind);
             self.lambdas.make_room(kind, &self.topology, kept);
+        }
+        if self.effects.pressure.is_none() {
+            self.lambdas.walls = Walls::default();
         }
         if let Some(particle) = self.particles.first_not_finite() {
             freeze(&mut self.particles, &self.tick_start);

@@ -19,8 +19,10 @@ use super::{
         isometric_bend::IsometricBend,
         membrane::Membrane,
         neo_hookean::NeoHookean,
+        pressure::Walls,
         strain_limit::StrainLimit,
         stretch::Stretch,
+        struts::Struts,
         volume::Volume,
         weave::Weave,
     },
@@ -130,18 +132,22 @@ pub trait Visit {
 /// Multipliers λ of the constraints of a body, a column for each effect that it carries: empty
 /// where nobody keeps them. λ/h² is a force.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Lambdas([Vec<f32>; ElasticKind::COUNT]);
+pub struct Lambdas {
+    columns: [Vec<f32>; ElasticKind::COUNT],
+    /// What pressure keeps.
+    pub walls: Walls,
+}
 
 impl Lambdas {
     /// Of one effect, element by element.
     #[must_use]
     pub fn of(&self, kind: ElasticKind) -> &[f32] {
-        &self.0[kind as usize]
+        &self.columns[kind as usize]
     }
 
     /// Makes room for one effect, or takes it away where nobody will read it.
     pub fn make_room(&mut self, kind: ElasticKind, topology: &Topology, kept: bool) {
-        let column = &mut self.0[kind as usize];
+        let column = &mut self.columns[kind as usize];
         let count = if kept { kind.multipliers(topology) } else { 0 };
         if column.len() != count {
             *column = vec![0.0; count];
@@ -150,13 +156,17 @@ impl Lambdas {
 
     /// All columns, in the order of [`ElasticKind::ALL`].
     pub(super) fn columns(&mut self) -> &mut [Vec<f32>; ElasticKind::COUNT] {
-        &mut self.0
+        &mut self.columns
     }
 
-    /// How many there are.
+    /// Bytes of memory.
     #[must_use]
-    pub fn count(&self) -> usize {
-        self.0.iter().map(Vec::len).sum()
+    pub fn bytes(&self) -> usize {
+        let columns = self.columns.iter();
+        columns
+            .map(|column| size_of_val(&column[..]))
+            .sum::<usize>()
+            + size_of_val(&self.walls.gradients[..])
     }
 }
 
@@ -315,6 +325,7 @@ elastic_effects! {
     NeoHookean, neo_hookean: NeoHookean, 4, 2;
     Membrane, membrane: Membrane, 3, 3;
     Weave, weave: Weave, 3, 3;
+    Struts, struts: Struts, 2, 1;
     StrainLimit, strain_limit: StrainLimit, 2, 1;
 }
 

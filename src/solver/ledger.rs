@@ -148,9 +148,36 @@ struct Book {
     smooth: Particles,
 }
 
-/// C of the constraints of all elastic effects of a body at one time, with their α and τ [s].
+/// A filling at one time.
+#[derive(Debug, Clone, Copy)]
+struct Filled {
+    /// Volume [m³].
+    volume: f64,
+    /// Energy [J].
+    energy: f64,
+    /// Overpressure of the volume [Pa].
+    overpressure: f64,
+}
+
+impl Filled {
+    fn of(body: &Stepper) -> Option<Self> {
+        let pressure = body.effects.pressure?;
+        let enclosure = body.topology.enclosure().ok()?;
+        let positions = &body.particles.positions;
+        let at = |i: u32| positions[i as usize].truncate().as_dvec3();
+        let volume = enclosure.volume(body.topology, at);
+        Some(Self {
+            volume,
+            energy: pressure.energy(enclosure, volume),
+            overpressure: pressure.overpressure(enclosure, volume),
+        })
+    }
+}
+
+/// C of the constraints of all elastic effects of a body at one time, with their α and τ [s], and its
+/// filling.
 #[derive(Debug, Default)]
-struct Errors(Vec<(f64, f64, f64)>);
+struct Errors(Vec<(f64, f64, f64)>, Option<Filled>);
 
 impl Errors {
     fn of(body: &Stepper) -> Self {
@@ -166,7 +193,7 @@ impl Errors {
         }
         let mut collect = Collect(Vec::new(), body);
         body.effects.visit(&mut collect);
-        Self(collect.0)
+        Self(collect.0, Filled::of(body))
     }
 }
 
@@ -196,6 +223,12 @@ impl Stored {
         for (before, after) in before.0.iter().zip(&after.0) {
             let &(after, compliance, tau) = after;
             all.add(before.0, after, compliance, tau, h);
+        }
+        if let (Some(before), Some(after)) = (before.1, after.1) {
+            let change = after.energy - before.energy;
+            all.change += change;
+            // The overpressure of the end over all of the way, as −½ΔC²/α is.
+            all.integrator += change + after.overpressure * (after.volume - before.volume);
         }
         all
     }

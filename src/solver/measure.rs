@@ -2,8 +2,8 @@
 //! of particles and constraints, so that they too are the same everywhere.
 
 use super::{
-    Effects, Lambdas, Particles, Topology,
-    constraint::volume::volume_and_gradients,
+    Effects, Lambdas, Particles, Pressure, Topology,
+    constraint::{pressure::Walls, volume::volume_and_gradients},
     elastic::{Elastic, Visit},
 };
 use glam::{DVec3, Vec3, Vec4};
@@ -97,7 +97,8 @@ pub fn tetrahedron_volumes(topology: &Topology, positions: &[Vec4]) -> impl Iter
     })
 }
 
-/// Volume of the body over its rest volume, less 1; 0 for a body without tetrahedra.
+/// Volume of the body over its rest volume, less 1: of its tetrahedra, or of what its surface encloses
+/// if it has none; 0 if that is nothing.
 #[must_use]
 pub fn volume_error(topology: &Topology, positions: &[Vec4]) -> f64 {
     let rest: f64 = topology
@@ -107,7 +108,10 @@ pub fn volume_error(topology: &Topology, positions: &[Vec4]) -> f64 {
         .map(|&v| f64::from(v))
         .sum();
     if rest == 0.0 {
-        return 0.0;
+        let at = |i: u32| positions[i as usize].truncate().as_dvec3();
+        return topology.enclosure().map_or(0.0, |enclosure| {
+            enclosure.volume(topology, at) / enclosure.rest_volume - 1.0
+        });
     }
     tetrahedron_volumes(topology, positions).sum::<f64>() / rest - 1.0
 }
@@ -153,9 +157,44 @@ pub fn elastic_energies(effects: &Effects, topology: &Topology, at: impl Fn(u32)
                 .sum::<f64>();
         }
     }
+    let filling = effects
+        .pressure
+        .map_or(0.0, |pressure| pressure_energy(&pressure, topology, &at));
     let mut sum = Sum(0.0, topology, at);
     effects.visit(&mut sum);
-    sum.0
+    sum.0 + filling
+}
+
+/// Energy that a filling stores [J], the particles being `at` places in m.
+#[must_use]
+pub fn pressure_energy(pressure: &Pressure, topology: &Topology, at: impl Fn(u32) -> DVec3) -> f64 {
+    topology.enclosure().map_or(0.0, |enclosure| {
+        pressure.energy(enclosure, enclosure.volume(topology, at))
+    })
+}
+
+/// What is left of the equation of a filling, over its own volume; nothing before the first substep.
+#[must_use]
+pub fn pressure_residual(
+    pressure: &Pressure,
+    topology: &Topology,
+    positions: &[Vec4],
+    walls: &Walls,
+    h: f32,
+) -> SquareSum {
+    let Ok(enclosure) = topology.enclosure() else {
+        return SquareSum::default();
+    };
+    if walls.gradients.is_empty() {
+        return SquareSum::default();
+    }
+    let at = |i: u32| positions[i as usize].truncate().as_dvec3();
+    let volume = enclosure.volume(topology, at);
+    let left = pressure.residual(enclosure, volume, walls.multiplier, h.into());
+    SquareSum {
+        sum: left * left,
+        count: 1,
+    }
 }
 
 /// ½C²/α [J]; 0 where α is.
@@ -245,6 +284,10 @@ pub fn residuals(
         h,
     };
     effects.visit(&mut sum);
+    if let Some(pressure) = &effects.pressure {
+        let own = pressure_residual(pressure, topology, positions, &lambdas.walls, h);
+        sum.all.add(own);
+    }
     sum.all
 }
 

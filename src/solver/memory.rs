@@ -17,8 +17,8 @@ pub fn solver_bytes(bodies: &[Body]) -> usize {
             shared
                 + state(&body.particles)
                 + body.tick_start.len() * size_of::<Vec4>()
-                + body.lambdas.count() * size_of::<f32>()
                 + body.leads.bytes()
+                + body.lambdas.bytes()
         })
         .sum()
 }

@@ -52,8 +52,10 @@ pub use constraint::{
     isometric_bend::IsometricBend,
     membrane::Membrane,
     neo_hookean::NeoHookean,
+    pressure::Pressure,
     strain_limit::StrainLimit,
     stretch::Stretch,
+    struts::Struts,
     tethers::{Leads, Tethers},
     volume::Volume,
     weave::Weave,
@@ -68,7 +70,7 @@ pub use ledger::Ledger;
 pub use modes::Modes;
 pub use particles::Particles;
 pub use quantity::{
-    Coefficient, Compliance, Damping, Density, Finite, FlexuralRigidity, Force, Friction,
+    Coefficient, Compliance, Damping, Density, Filling, Finite, FlexuralRigidity, Force, Friction,
     InvalidValue, Iterations, Length, Mass, MembraneCompliance, PoissonRatio, Rate, Restitution,
     Slack, Stiffness, Strain, Substeps, Thickness, YoungsModulus,
 };

@@ -36,6 +36,8 @@ pub(super) enum Task {
         kind: ElasticKind,
         sweep: (u32, u32, bool),
     },
+    /// The pressure of what fills the body: sweep number so-and-so.
+    Pressure { iteration: u32 },
     /// Tethers to pins.
     Tether,
     /// The hold of a hand.
@@ -54,6 +56,7 @@ impl Task {
             Self::Begin => Stage::Presolve,
             Self::Stick => Stage::StickyGround,
             Self::Elastic { kind, .. } => Stage::Elastic(kind),
+            Self::Pressure { .. } => Stage::Pressure,
             Self::Tether => Stage::Tethers,
             Self::Grab { .. } => Stage::Grab,
             Self::Ground => Stage::Ground,

@@ -168,6 +168,11 @@ quantity!(
     Slack(f32), "slack", default 0.0, "between 0 and 100", |v| (0.0..=100.0).contains(&v)
 );
 quantity!(
+    /// How much fills a closed surface: the volume that it would have by itself over the rest volume.
+    Filling(f32), "factor", default 1.0, "between 0.001 and 1000 times the rest volume",
+    |v| (1e-3..=1e3).contains(&v)
+);
+quantity!(
     /// Damping as a time τ = αβ in s, see [`constraint`](super::constraint).
     Damping(f32), "damping", default 0.0, "between 0 and 1000 s", |v| (0.0..=1000.0).contains(&v)
 );
@@ -274,6 +279,7 @@ from_float!(
     MembraneCompliance,
     Strain,
     Slack,
+    Filling,
     Damping,
     Density,
     Mass,

@@ -5,8 +5,8 @@
 //! order of constraints from the fast bodies, so that both solve the same equations.
 
 use super::{
-    Effects, ElasticKind, Leads, Settings, SurfacePoint, Topology,
-    constraint::{block::DEPENDENT, tethers},
+    Effects, ElasticKind, Leads, Pressure, Settings, SurfacePoint, Topology,
+    constraint::{block::DEPENDENT, pressure::Walls, tethers},
     contact::{Collider, ColliderShape, Pose},
     elastic::{Elastic, Point, Row, Visit},
     force::{Force, Moment, Mote, VisitForces},
@@ -44,7 +44,7 @@ pub struct Body {
     pub v: Vec<DVec3>,
     /// Inverse masses w [1/kg], 0 for pins.
     pub w: Vec<f64>,
-    /// The elastic effects and the forces; others of these are not looked at.
+    /// The elastic effects, pressure and the forces; others of these are not looked at.
     pub effects: Effects,
     /// Tethers, if there are any: particle, pin, and how far it may be from it [m].
     pub tethers: Vec<(usize, usize, f64)>,
@@ -58,6 +58,8 @@ pub struct Body {
     pub collide: Option<(f64, f64)>,
     /// λ of the constraints of each elastic effect; empty before the first sweep.
     pub lambdas: [Vec<f64>; ElasticKind::COUNT],
+    /// λ of the pressure.
+    pub walls: Walls,
 }
 
 /// A grab.
@@ -172,6 +174,7 @@ impl Body {
             sticky_ground: None,
             collide: None,
             lambdas: Default::default(),
+            walls: Walls::default(),
         };
         twin.carry(&body.effects);
         twin
@@ -268,6 +271,21 @@ impl Body {
         }
         let effects = self.effects;
         effects.visit(&mut Pull(self));
+        if let (Some(_), Ok(enclosure)) = (effects.pressure, self.topology.enclosure()) {
+            let at = |i: u32| self.x[i as usize];
+            // There is nothing yet in the first substep.
+            self.walls.gradients.resize(self.x.len(), DVec3::ZERO);
+            enclosure.volume_and_gradients(&self.topology, at, &mut self.walls.gradients);
+            self.blow(self.walls.multiplier);
+        }
+    }
+
+    /// Moves every particle by w ∇V λ.
+    fn blow(&mut self, lambda: f64) {
+        let all = self.x.iter_mut().zip(&self.w).zip(&self.walls.gradients);
+        for ((x, w), gradient) in all {
+            *x += *gradient * (w * lambda);
+        }
     }
 
     fn pull_by<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
@@ -281,8 +299,8 @@ impl Body {
         self.lambdas[E::KIND as usize] = lambdas;
     }
 
-    /// One sweep over the constraints of all elastic effects; λ starts at 0 with the first sweep of
-    /// a substep.
+    /// One sweep over the constraints of all elastic effects, and of pressure; λ starts at 0 with the
+    /// first sweep of a substep.
     pub fn solve_elastic(&mut self, h: f64, first: bool) {
         struct Sweep<'a>(&'a mut Body, f64, bool);
         impl Visit for Sweep<'_> {
@@ -292,6 +310,24 @@ impl Body {
         }
         let effects = self.effects;
         effects.visit(&mut Sweep(self, h, first));
+        if let Some(pressure) = effects.pressure {
+            self.solve_pressure(&pressure, h, first);
+        }
+    }
+
+    /// One sweep of pressure.
+    pub fn solve_pressure(&mut self, pressure: &Pressure, h: f64, first: bool) {
+        let topology = Arc::clone(&self.topology);
+        let Ok(enclosure) = topology.enclosure() else {
+            return;
+        };
+        if first {
+            self.walls.multiplier = 0.0;
+        }
+        let (at, weight) = (|i: u32| self.x[i as usize], |i: usize| self.w[i]);
+        let body = (&*topology, enclosure);
+        let change = self.walls.sweep(pressure, body, at, weight, h);
+        self.blow(change);
     }
 
     /// One sweep over the constraints of one effect.

@@ -6,7 +6,13 @@
     reason = "threads get pieces of one borrow that share no element"
 )]
 
-use super::{ElasticKind, advance::Stepper, bands::Piece, constraint::grab::Grab, particles::Part};
+use super::{
+    ElasticKind,
+    advance::Stepper,
+    bands::Piece,
+    constraint::{grab::Grab, pressure::Walls},
+    particles::Part,
+};
 use glam::Vec4;
 use std::{marker::PhantomData, ops::Range, slice};
 
@@ -18,6 +24,7 @@ pub(super) struct Shared<'a> {
     particles: usize,
     lambdas: [Column; ElasticKind::COUNT],
     grab: *mut Option<Grab>,
+    walls: *mut Walls,
     lives: PhantomData<&'a mut ()>,
 }
 
@@ -50,6 +57,7 @@ impl<'a> Shared<'a> {
             particles: count,
             lambdas: body.lambdas.columns().each_mut().map(column),
             grab: &raw mut body.effects.grab,
+            walls: &raw mut body.lambdas.walls,
             lives: PhantomData,
         }
     }
@@ -95,6 +103,15 @@ impl<'a> Shared<'a> {
     pub unsafe fn grab(&self) -> &mut Option<Grab> {
         // SAFETY: borrowed by `new`; theirs alone by the caller's promise.
         unsafe { &mut *self.grab }
+    }
+
+    /// What pressure keeps.
+    ///
+    /// # Safety
+    /// As long as it lives, nobody else asks for it.
+    pub unsafe fn walls(&self) -> &mut Walls {
+        // SAFETY: borrowed by `new`; theirs alone by the caller's promise.
+        unsafe { &mut *self.walls }
     }
 }
 

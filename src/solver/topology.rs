@@ -6,10 +6,13 @@
 //! cloth explode). Rest values are rounded as the solver rounds the values that it compares with
 //! them, so that a body in its rest shape does not move by a bit.
 
+pub mod enclosure;
 pub mod facets;
 pub mod frames;
 pub mod hinges;
+mod struts;
 
+pub use enclosure::{Enclosure, NotClosed};
 pub use facets::Facets;
 pub use frames::Frames;
 pub use hinges::{Cotangents, Hinges};
@@ -100,6 +103,10 @@ pub struct Topology {
     facets: Lazy<Facets>,
     /// Rest frames of the tetrahedra; not there until somebody asks for them.
     frames: Lazy<Frames>,
+    /// Struts from surface to surface; not there until somebody asks for them.
+    struts: Lazy<Edges>,
+    /// What the surface encloses, for pressure; or why it is none.
+    enclosure: Lazy<Result<Enclosure, NotClosed>>,
 }
 
 /// A part that follows from the others, made when somebody first asks for it; it makes no
@@ -274,6 +281,8 @@ impl Topology {
             cotangents: Lazy::default(),
             facets: Lazy::default(),
             frames: Lazy::default(),
+            struts: Lazy::default(),
+            enclosure: Lazy::default(),
         })
     }
 
@@ -283,6 +292,7 @@ impl Topology {
             + self.cotangents.0.get().map_or(0, Cotangents::bytes)
             + self.facets.0.get().map_or(0, Facets::bytes)
             + self.frames.0.get().map_or(0, Frames::bytes)
+            + self.struts.0.get().map_or(0, Edges::bytes)
     }
 
     /// What the topology is made of, without what was left out: vertices in their own order, and
@@ -366,6 +376,10 @@ impl Edges {
     #[must_use]
     pub fn ends(&self) -> impl ExactSizeIterator<Item = [u32; 2]> + Clone {
         self.elements.corners()
+    }
+
+    fn bytes(&self) -> usize {
+        self.elements.bytes() + size_of_val(&self.rest_length[..])
     }
 
     fn new(ends: &[[u32; 2]], rest: &[Vec3], bands: &Bands) -> Self {

@@ -1,7 +1,11 @@
 //! Energy and momentum of a [`State`], whichever solver it is from, in f64.
 
 use super::state::{BodyState, State};
-use crate::solver::{Body, World, measure::elastic_energies, topology};
+use crate::solver::{
+    Body, World,
+    measure::elastic_energies,
+    topology::{self, Dimension},
+};
 use glam::DVec3;
 
 /// Kinetic, gravitational (zero at the origin) and elastic energy together [J]. Rigid constraints
@@ -40,10 +44,16 @@ pub fn angular_momentum(state: &State) -> DVec3 {
     })
 }
 
-/// Volume of all tetrahedra of a body [m³].
+/// Volume of all tetrahedra of a body, or of what its surface encloses if it has none [m³].
 #[must_use]
 pub fn volume(body: &Body, x: &[DVec3]) -> f64 {
-    volumes(body, x).sum()
+    let topology = &body.topology;
+    match topology.enclosure() {
+        Ok(enclosure) if topology.dimension == Dimension::Sheet => {
+            enclosure.volume(topology, |i| x[i as usize])
+        }
+        _ => volumes(body, x).sum(),
+    }
 }
 
 fn moving(body: &BodyState) -> impl Iterator<Item = (f64, DVec3, DVec3)> {

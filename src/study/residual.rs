@@ -99,7 +99,15 @@ fn dual_of(body: &Body, alone: &[DVec3]) -> (f64, f64) {
     let positions = &body.particles.positions;
     let mut pull = Pull(body, vec![DVec3::ZERO; positions.len()]);
     body.effects.visit(&mut pull);
-    let forces = pull.1;
+    let mut forces = pull.1;
+    if let (Some(_), Ok(enclosure)) = (body.effects.pressure, body.topology.enclosure()) {
+        let mut gradients = vec![DVec3::ZERO; positions.len()];
+        let at = |i: u32| positions[i as usize].truncate().as_dvec3();
+        enclosure.volume_and_gradients(&body.topology, at, &mut gradients);
+        for (force, gradient) in forces.iter_mut().zip(gradients) {
+            *force += gradient * body.lambdas.walls.multiplier;
+        }
+    }
     let (mut left, mut pulled) = (0.0, 0.0);
     for ((x, alone), force) in positions.iter().zip(alone).zip(&forces) {
         if x.w > 0.0 {

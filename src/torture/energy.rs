@@ -10,6 +10,7 @@ use crate::solver::{
     elastic::{Elastic, Visit},
     measure::{self, gravitational_energy, kinetic_energy},
 };
+use glam::DVec3;
 
 /// Energies of a world [J].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -100,5 +101,27 @@ fn closing(body: &Body, h: f64) -> f64 {
         energy: 0.0,
     };
     body.effects.visit(&mut closing);
-    closing.energy
+    closing.energy + closing_volume(body, h)
+}
+
+/// What a filling that keeps its volume gives when it closes.
+fn closing_volume(body: &Body, h: f64) -> f64 {
+    let (Some(pressure), Ok(enclosure)) = (&body.effects.pressure, body.topology.enclosure())
+    else {
+        return 0.0;
+    };
+    if pressure.bulk_modulus.get().is_finite() {
+        return 0.0;
+    }
+    let positions = &body.particles.positions;
+    let mut gradients = vec![DVec3::ZERO; positions.len()];
+    let at = |i: u32| positions[i as usize].truncate().as_dvec3();
+    let volume = enclosure.volume_and_gradients(&body.topology, at, &mut gradients);
+    let error = volume - pressure.own_volume(enclosure);
+    let weight = enclosure.weight(&gradients, |i| f64::from(positions[i].w));
+    if weight > 0.0 {
+        0.5 * error * error / (h * h * weight)
+    } else {
+        0.0
+    }
 }

@@ -10,8 +10,8 @@ use pliant::{
     mesh::Primitive,
     solver::{
         Body, Collide, Collider, ColliderShape, Compliance, Damping, Deformation, Density, Effects,
-        Friction, Ground, Instructions, Path, Pose, RestShape, Restitution, StickyGround, Stretch,
-        Threads, Volume, World, deform::deform, measure,
+        Filling, Friction, Ground, Instructions, Path, Pose, Pressure, RestShape, Restitution,
+        StickyGround, Stiffness, Stretch, Struts, Threads, Volume, World, deform::deform, measure,
     },
 };
 use proptest::prelude::*;
@@ -36,6 +36,9 @@ struct Soft {
     density: f32,
     stretch: Option<(f32, f32)>,
     volume: Option<(f32, f32)>,
+    struts: Option<(f32, f32)>,
+    /// What it is filled with: factor, and bulk modulus [Pa].
+    filling: Option<(f32, f32)>,
     /// Height of a ground below it, friction, restitution.
     ground: Option<(f32, f32, f32)>,
     sticky: bool,
@@ -109,6 +112,17 @@ impl Soft {
                     damping,
                     ..Volume::default()
                 }),
+            struts: self
+                .struts
+                .map(compliant)
+                .map(|(compliance, damping)| Struts {
+                    compliance,
+                    damping,
+                }),
+            pressure: self.filling.map(|(factor, modulus)| Pressure {
+                factor: Filling::new(factor).expect("in range"),
+                bulk_modulus: Stiffness::new(modulus).expect("in range"),
+            }),
             ground: self.ground.map(|(below, friction, restitution)| Ground {
                 height: (self.position.y - 1.0 - below) * self.scale,
                 friction: Friction::new(friction).expect("in range"),
@@ -259,18 +273,29 @@ fn soft(reach: Reach) -> impl Strategy<Value = Soft> {
     ];
     let chance = 0.4;
     let friction = prop_oneof![0.0..2.0_f32, Just(100.0)];
+    let modulus = prop_oneof![1 => Just(f32::INFINITY), 3 => power(-5.9..12.0)];
+    let inside = (
+        prop::option::weighted(chance, elastic()),
+        prop::option::weighted(chance, (power(-2.9..2.9), modulus)),
+    );
+    let inside = if reach.held {
+        inside.boxed()
+    } else {
+        Just((None, None)).boxed()
+    };
     let held = (
         prop::option::weighted(chance, (0.0..1.0_f32, friction, 0.0..=1.0_f32)),
         prop::bool::weighted(chance / 4.0),
         prop::bool::weighted(chance),
         prop::option::weighted(chance, prop::collection::vec(any::<u32>(), 1..4)),
         prop::option::weighted(chance / 2.0, deformation),
+        inside,
     );
     let moved = (vector(3.0), vector(5.0), vector(6.0));
     (made, held, moved).prop_map(
         move |(
             (kind, cells, scale, density, stretch, volume),
-            (ground, sticky, collide, pins, deformation),
+            (ground, sticky, collide, pins, deformation, (struts, filling)),
             (position, velocity, spin),
         )| Soft {
             kind,
@@ -279,6 +304,8 @@ fn soft(reach: Reach) -> impl Strategy<Value = Soft> {
             density,
             stretch,
             volume,
+            struts,
+            filling,
             ground: ground.filter(|_| reach.held),
             sticky: sticky && reach.held,
             collide,
@@ -529,6 +556,8 @@ fn block() -> Soft {
         density: 1000.0,
         stretch: Some((0.0, 0.0)),
         volume: Some((0.0, 0.0)),
+        struts: None,
+        filling: None,
         ground: None,
         sticky: false,
         collide: false,

@@ -68,6 +68,7 @@ fn stretch() -> EffectModel {
             limited: true,
             substeps: Some(24),
         }),
+        overpressure: Some((-20.0, 315.0)),
         switchable: true,
         parameters: vec![
             parameter(
@@ -90,6 +91,7 @@ fn absent() -> EffectModel {
         elements: 0,
         share: None,
         delivered: None,
+        overpressure: None,
         parameters: Vec::new(),
         ..stretch()
     }

@@ -8,13 +8,24 @@ use pliant::{
     sandbox::{
         solver_view::{
             legend::sentence,
-            place::{Place, Summary, Turn, places},
+            place::{Kinds, Place, Summary, Turn, places},
         },
         view::SolverView,
     },
     solver::{RestShape, Topology, colouring::MOST_COLOURS, lanes::WIDTH, order::Elements},
 };
 use std::collections::BTreeMap;
+
+const EDGES: Kinds = Kinds {
+    edges: true,
+    tetrahedra: false,
+    struts: false,
+};
+
+const BOTH: Kinds = Kinds {
+    tetrahedra: true,
+    ..EDGES
+};
 
 fn cloth() -> Topology {
     let shape = Primitive::Cloth {
@@ -151,13 +162,13 @@ fn each_view_shows_its_own_and_bands_are_counted_on_from_body_to_body() {
 #[test]
 fn the_summary_counts_what_is_solved() {
     let tetrahedron = Topology::new(support::tetrahedron()).expect("sound");
-    let all = Summary::of(&tetrahedron, true, true);
+    let all = Summary::of(&tetrahedron, BOTH);
     assert_eq!((all.bodies, all.bands, all.loose), (1, 1, 0));
     // Six edges, of which each shares no particle with one other: three colours of two.
     assert_eq!((all.edges.constraints, all.edges.colours), (6, 3));
     assert_eq!(all.edges.share(), Some(6.0 / 24.0));
     assert_eq!(all.tetrahedra.share(), Some(1.0 / 8.0));
-    let edges = Summary::of(&tetrahedron, true, false);
+    let edges = Summary::of(&tetrahedron, EDGES);
     assert_eq!(edges.tetrahedra.share(), None, "volume is off");
     let both = all.and(edges);
     assert_eq!((both.bodies, both.bands), (2, 2));
@@ -168,7 +179,7 @@ fn the_summary_counts_what_is_solved() {
 #[test]
 fn the_sentence_says_how_many_and_how_full() {
     let tetrahedron = Topology::new(support::tetrahedron()).expect("sound");
-    let summary = Summary::of(&tetrahedron, true, true);
+    let summary = Summary::of(&tetrahedron, BOTH);
     let says = |view, words: &[&str]| {
         let text = sentence(view, &summary);
         for word in words {
@@ -179,7 +190,7 @@ fn the_sentence_says_how_many_and_how_full() {
     says(SolverView::Bands, &["1 band in 1 body"]);
     says(SolverView::Colours, &["edges 3, tetrahedra 1."]);
     says(SolverView::Lanes, &["edges 25 %, tetrahedra 12 %."]);
-    let star = Summary::of(&star(), true, false);
+    let star = Summary::of(&star(), EDGES);
     let text = sentence(SolverView::Colours, &star);
     assert!(text.contains("10 constraints are in no band"), "{text}");
 }

@@ -78,8 +78,27 @@ fn running_effect(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &E
         if let Some(delivered) = &effect.delivered {
             delivered::show(ui, panel, effect.name, delivered);
         }
+        if let Some(range) = effect.overpressure {
+            let text = RichText::new(overpressure(range))
+                .small()
+                .color(theme::WEAK);
+            let response = ui.add(Label::new(text).wrap()).on_hover_text(
+                "The pressure of the filling over that of the surroundings, after the last substep",
+            );
+            panel.note(format!("{}.overpressure", effect.name), &response, ui);
+        }
         ui.add_space(3.0);
     });
+}
+
+/// The overpressure of one filling, or the least and the greatest of several [Pa].
+fn overpressure((low, high): (f64, f64)) -> String {
+    let [low, high] = [low, high].map(|pressure| number::format(pressure, 3));
+    if low == high {
+        format!("Overpressure {low} Pa.")
+    } else {
+        format!("Overpressure {low} to {high} Pa.")
+    }
 }
 
 /// The row of an effect: switch, title, number of constraints, share of time. `true` if its
@@ -178,7 +197,13 @@ fn percent(share: f32) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::percent;
+    use super::{overpressure, percent};
+
+    #[test]
+    fn an_overpressure_is_one_figure_where_one_is_enough() {
+        assert_eq!(overpressure((1234.0, 1234.4)), "Overpressure 1234 Pa.");
+        assert_eq!(overpressure((-20.0, 315.0)), "Overpressure -20 to 315 Pa.");
+    }
 
     #[test]
     fn a_small_share_is_not_shown_as_none() {

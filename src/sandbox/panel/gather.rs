@@ -13,7 +13,7 @@ use super::{
     track::{Spread, Track},
 };
 use crate::{
-    effect::{EffectInfo, EffectRegistry, ParameterInfo, Scale},
+    effect::{Effect, EffectInfo, EffectRegistry, ParameterInfo, Pressure, Scale},
     sandbox::{
         arrival, frozen,
         throughput::Throughput,
@@ -21,8 +21,8 @@ use crate::{
     },
     scene::{Answer, CurrentScene, Material},
     simulation::{
-        Asleep, Pins, Profile, Quarantined, SimulationClock, SimulationSettings, SoftBody,
-        SolverThreads, Statistics, action, plain::bodies_in_order,
+        Asleep, Multipliers, Pins, Profile, Quarantined, SimulationClock, SimulationSettings,
+        SoftBody, SolverThreads, Statistics, action, plain::bodies_in_order,
     },
     solver::available,
 };
@@ -54,6 +54,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
             elements: statistics.constraints.get(info.name).copied().unwrap_or(0),
             share: state.shares.get(info.name).copied(),
             delivered: delivered::model(world, info.name, &shown),
+            overpressure: overpressure(world, info.name, &shown),
             ..effect(world, info, &bodies, &shown)
         })
         .collect();
@@ -181,9 +182,25 @@ fn effect(world: &World, info: &EffectInfo, bodies: &[Entity], shown: &[Entity])
         elements: 0,
         share: None,
         delivered: None,
+        overpressure: None,
         switchable: info.insert_default.is_some(),
         parameters,
     }
+}
+
+/// The least and the greatest overpressure [Pa] that the last substep left in the bodies shown.
+fn overpressure(world: &World, effect: &str, shown: &[Entity]) -> Option<(f64, f64)> {
+    if effect != Pressure::NAME {
+        return None;
+    }
+    let h = world.resource::<SimulationSettings>().substep_seconds();
+    let all = shown.iter().filter_map(|body| {
+        let body = world.entity(*body);
+        body.get::<Pressure>()?;
+        body.get::<Multipliers>()?.walls.overpressure(h)
+    });
+    all.map(|pressure| (pressure, pressure))
+        .reduce(|(low, high), (one, _)| (low.min(one), high.max(one)))
 }
 
 /// The row of a parameter from each body's value and the value that it came with.

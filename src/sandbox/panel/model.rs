@@ -164,6 +164,8 @@ pub struct EffectModel {
     pub parameters: Vec<Parameter>,
     /// The compliance that the solver delivers, where it can be told.
     pub delivered: Option<DeliveredModel>,
+    /// The least and the greatest overpressure of the bodies of the scope that it fills [Pa].
+    pub overpressure: Option<(f64, f64)>,
 }
 
 /// The compliance that the solver delivers, beside the one that was asked for.

@@ -55,9 +55,13 @@ fn bands(summary: &Summary) -> String {
     text
 }
 
-/// What holds for the edges and for the tetrahedra, as far as there are any.
+/// What holds for the edges, the tetrahedra and the struts, as far as there are any.
 fn kinds(summary: &Summary, say: impl Fn(Filling) -> String) -> String {
-    let all = [("edges", summary.edges), ("tetrahedra", summary.tetrahedra)];
+    let all = [
+        ("edges", summary.edges),
+        ("tetrahedra", summary.tetrahedra),
+        ("struts", summary.struts),
+    ];
     let there = all.iter().filter(|(_, filling)| filling.constraints > 0);
     let said: Vec<String> = there
         .map(|(kind, filling)| format!("{kind} {}", say(*filling)))

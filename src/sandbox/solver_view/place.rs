@@ -77,6 +77,17 @@ fn distinct(n: usize) -> Vec3 {
     colour.to_vec3().clamp(Vec3::ZERO, Vec3::ONE)
 }
 
+/// Which constraints of a body are solved and drawn.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Kinds {
+    /// Edges, where stretch is on.
+    pub edges: bool,
+    /// Tetrahedra, where volume is on.
+    pub tetrahedra: bool,
+    /// Struts.
+    pub struts: bool,
+}
+
 /// How many pieces the constraints of bodies are solved in.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Summary {
@@ -90,6 +101,8 @@ pub struct Summary {
     pub edges: Filling,
     /// The tetrahedra, where volume is on.
     pub tetrahedra: Filling,
+    /// The struts, where they are on.
+    pub struts: Filling,
 }
 
 /// How full the blocks are that constraints of one kind are solved in.
@@ -104,19 +117,22 @@ pub struct Filling {
 }
 
 impl Summary {
-    /// Of one body, whose edges and tetrahedra are solved or not.
+    /// Of one body.
     #[must_use]
-    pub fn of(topology: &Topology, edges: bool, tetrahedra: bool) -> Self {
+    pub fn of(topology: &Topology, kinds: Kinds) -> Self {
         let mut all = Self {
             bodies: 1,
             bands: topology.bands.count(),
             ..Self::default()
         };
-        if edges {
+        if kinds.edges {
             all.edges = all.fill(&topology.edges.elements);
         }
-        if tetrahedra {
+        if kinds.tetrahedra {
             all.tetrahedra = all.fill(&topology.tetrahedra.elements);
+        }
+        if kinds.struts {
+            all.struts = all.fill(&topology.struts().elements);
         }
         all
     }
@@ -149,6 +165,7 @@ impl Summary {
             loose: self.loose + other.loose,
             edges: self.edges.and(other.edges),
             tetrahedra: self.tetrahedra.and(other.tetrahedra),
+            struts: self.struts.and(other.struts),
         }
     }
 }

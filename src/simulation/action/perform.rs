@@ -28,10 +28,13 @@ pub fn perform(world: &mut World, action: &Action) -> Result<(), ActionError> {
         } => set_parameter(world, *body, effect, parameter, *value),
         Action::AddEffect { body, effect } => {
             let info = find_effect(world, effect)?;
-            let (present, add) = (info.present, info.insert_default);
+            let (present, unfit, add) = (info.present, info.unfit, info.insert_default);
             let mut entity = body_mut(world, *body)?;
             if present(&EntityRef::from(&entity)) {
                 Ok(())
+            } else if let Some(reason) = unfit(&EntityRef::from(&entity)) {
+                let effect = effect.clone();
+                Err(ActionError::Unfit { effect, reason })
             } else if let Some(add) = add {
                 add(&mut entity);
                 wake(&mut entity);

@@ -39,15 +39,24 @@ pub struct Coefficients {
     gamma: f32,
 }
 
+impl Coefficients {
+    /// Of springs of one compliance for a substep of `h` seconds.
+    pub(super) fn of(compliance: Compliance, damping: Damping, h: f32) -> Self {
+        Self {
+            alpha: compliance.get() * (1.0 / (h * h)),
+            alpha_per_length: 0.0,
+            gamma: damping.get() / h,
+        }
+    }
+}
+
 impl Stretch {
     /// For a substep of `h` seconds.
     #[must_use]
     pub fn coefficients(&self, h: f32) -> Coefficients {
-        let per_step = 1.0 / (h * h);
         Coefficients {
-            alpha: self.compliance.get() * per_step,
-            alpha_per_length: per_step / self.axial_stiffness.get(),
-            gamma: self.damping.get() / h,
+            alpha_per_length: 1.0 / (h * h) / self.axial_stiffness.get(),
+            ..Coefficients::of(self.compliance, self.damping, h)
         }
     }
 
@@ -69,29 +78,12 @@ impl Elastic<2, 1> for Stretch {
     }
 
     fn kernel<'a>(&self, topology: &'a Topology, h: f32) -> Kernel<'a> {
-        Kernel {
-            edges: &topology.edges,
-            rest: &topology.rest,
-            coefficients: self.coefficients(h),
-        }
+        Kernel::new(&topology.edges, &topology.rest, self.coefficients(h))
     }
 
-    fn rows(&self, topology: &Topology, index: usize, [a, b]: [Point; 2]) -> [Row<2>; 1] {
+    fn rows(&self, topology: &Topology, index: usize, ends: [Point; 2]) -> [Row<2>; 1] {
         let rest_length = topology.edges.rest_length[index];
-        let d = b.x - a.x;
-        let length = d.length();
-        let direction = if length > 0.0 {
-            d / length
-        } else {
-            (b.rest - a.rest).normalize_or_zero()
-        };
-        [Row {
-            error: length - f64::from(rest_length),
-            gradients: [-direction, direction],
-            compliance: self.compliance_of(rest_length),
-            scale: f64::from(rest_length),
-            least: 0.0,
-        }]
+        [edge_row(ends, rest_length, self.compliance_of(rest_length))]
     }
 
     fn damping(&self) -> Damping {
@@ -100,6 +92,24 @@ impl Elastic<2, 1> for Stretch {
 
     fn is_rigid(&self) -> bool {
         self.compliance_of(1.0) == 0.0
+    }
+}
+
+/// The equation of a spring of a rest length [m] and a compliance [m/N].
+pub(super) fn edge_row([a, b]: [Point; 2], rest_length: f32, compliance: f64) -> Row<2> {
+    let d = b.x - a.x;
+    let length = d.length();
+    let direction = if length > 0.0 {
+        d / length
+    } else {
+        (b.rest - a.rest).normalize_or_zero()
+    };
+    Row {
+        error: length - f64::from(rest_length),
+        gradients: [-direction, direction],
+        compliance,
+        scale: f64::from(rest_length),
+        least: 0.0,
     }
 }
 
@@ -169,6 +179,17 @@ impl Blocks<2, 1> for Kernel<'_> {
         add_scaled(a, &d, -(a[3] * scale));
         add_scaled(b, &d, b[3] * scale);
         [scale * length]
+    }
+}
+
+impl<'a> Kernel<'a> {
+    /// On edges of a body that has this shape at rest.
+    pub(super) fn new(edges: &'a Edges, rest: &'a [Vec3], coefficients: Coefficients) -> Self {
+        Self {
+            edges,
+            rest,
+            coefficients,
+        }
     }
 }
 
