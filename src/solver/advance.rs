@@ -7,14 +7,15 @@
 #![allow(unsafe_code, reason = "pieces are handed out by hand")]
 
 use super::{
-    Collide, Effects, ElasticKind, ForceKind, Lambdas, Leads, Particles, Settings, Substep,
-    Tethers, Threads, Topology,
+    Collide, Effects, ElasticKind, Factors, ForceKind, Lambdas, Leads, Particles, Settings,
+    Substep, Tethers, Threads, Topology,
     bands::Piece,
     contact::{
         collider::{self, Swept},
         ground,
     },
     crew::Crew,
+    direct::Given,
     elastic::{Kernels, Work},
     force::Moment,
     lanes::Instructions,
@@ -38,6 +39,8 @@ pub struct Stepper<'a> {
     pub lambdas: &'a mut Lambdas,
     /// Its tethers; none if it has none.
     pub leads: &'a Leads,
+    /// What it is solved with directly, if it is.
+    pub factors: &'a mut Factors,
 }
 
 /// What all bodies are stepped with.
@@ -76,6 +79,8 @@ pub enum Stage {
     Elastic(ElasticKind),
     /// The pressure of what fills the body.
     Pressure,
+    /// All elastic effects that are solved directly.
+    Direct,
     /// Tethers to pins.
     Tethers,
     /// The hold of a hand.
@@ -88,7 +93,10 @@ pub enum Stage {
     Postsolve,
 }
 
-/// What takes part in the second stage after the elastic effects.
+/// What takes part in the second stage before the elastic effects.
+const BEFORE: [Stage; 1] = [Stage::Direct];
+
+/// What takes part in it after them.
 const AFTER: [Stage; 5] = [
     Stage::Pressure,
     Stage::Tethers,
@@ -100,14 +108,17 @@ const AFTER: [Stage; 5] = [
 impl Stage {
     /// What takes part in the second stage, in its order: what holds the body together, then
     /// hands, then contacts.
-    pub const SOLVE: [Self; ElasticKind::COUNT + AFTER.len()] = {
-        let mut all = [Self::Presolve; ElasticKind::COUNT + AFTER.len()];
+    pub const SOLVE: [Self; BEFORE.len() + ElasticKind::COUNT + AFTER.len()] = {
+        let after = BEFORE.len() + ElasticKind::COUNT;
+        let mut all = [Self::Presolve; BEFORE.len() + ElasticKind::COUNT + AFTER.len()];
         let mut place = 0;
         while place < all.len() {
-            all[place] = if place < ElasticKind::COUNT {
-                Self::Elastic(ElasticKind::ALL[place])
+            all[place] = if place < BEFORE.len() {
+                BEFORE[place]
+            } else if place < after {
+                Self::Elastic(ElasticKind::ALL[place - BEFORE.len()])
             } else {
-                AFTER[place - ElasticKind::COUNT]
+                AFTER[place - after]
             };
             place += 1;
         }
@@ -149,6 +160,7 @@ impl Stage {
             Self::StickyGround => "sticky_ground",
             Self::Elastic(kind) => kind.name(),
             Self::Pressure => "pressure",
+            Self::Direct => "direct",
             Self::Tethers => "tethers",
             Self::Grab => "grab",
             Self::Ground => "ground",
@@ -168,8 +180,9 @@ impl Stage {
             Self::Presolve | Self::Postsolve => true,
             Self::Force(kind) => effects.has_force(kind),
             Self::StickyGround => effects.sticky_ground.is_some(),
-            Self::Elastic(kind) => effects.has(kind),
             Self::Pressure => effects.pressure.is_some(),
+            Self::Elastic(kind) => effects.sweeps(kind),
+            Self::Direct => effects.direct.is_some(),
             Self::Tethers => effects.tethers.is_some(),
             Self::Grab => effects.grab.is_some(),
             Self::Ground => effects.ground.is_some(),
@@ -195,6 +208,9 @@ impl Stage {
             Self::StickyGround => one(Task::Stick, Side::Any),
             Self::Elastic(kind) => kind.halves(topology, Task::Elastic { kind, sweep }),
             Self::Pressure => one(Task::Pressure { iteration }, Side::Whole),
+            // Its iterations are its own.
+            Self::Direct if iteration > 0 => [None; 3],
+            Self::Direct => one(Task::Direct { substep }, Side::Whole),
             Self::Tethers => one(Task::Tether, Side::Any),
             Self::Grab => one(Task::Grab { substep, iteration }, Side::Whole),
             Self::Ground => one(Task::Ground, Side::Any),
@@ -424,6 +440,21 @@ impl<'a> Context<'a> {
                     let walls = unsafe { shared.walls() };
                     pressure.solve(self.topology, part.positions, walls, self.h, iteration);
                 }
+            }
+            Task::Direct { substep } => {
+                // SAFETY: the whole body is one piece.
+                let (factors, lambdas) = unsafe { (shared.factors(), shared.all_lambdas()) };
+                factors.solve(Given {
+                    topology: self.topology,
+                    effects: &self.effects,
+                    part,
+                    lambdas,
+                    colliders: self.means.swept.of(substep),
+                    gravity: settings.gravity,
+                    h: self.h,
+                    iterations: settings.iterations.get(),
+                    instructions,
+                });
             }
             Task::Tether => {
                 if let Some((tethers, leads)) = &self.tethers {

@@ -22,7 +22,7 @@
 //! Rigid effects (α = 0) store nothing, and what they do goes to the sweeps.
 
 use super::{
-    ForceKind, Friction, Lambdas, Particles, Substep,
+    Factors, ForceKind, Friction, Lambdas, Particles, Substep,
     advance::{Means, NotFinite, Stage, Stepper},
     elastic::{Elastic, Visit},
 };
@@ -343,6 +343,7 @@ impl Book {
                 effects: &mut effects,
                 lambdas: &mut Lambdas::default(),
                 leads: body.leads,
+                factors: &mut Factors::default(),
             };
             without.stage(stage, step, iteration, means)?;
         }

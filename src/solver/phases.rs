@@ -38,6 +38,8 @@ pub(super) enum Task {
     },
     /// The pressure of what fills the body: sweep number so-and-so.
     Pressure { iteration: u32 },
+    /// What else elastic effects do, as one system.
+    Direct { substep: u32 },
     /// Tethers to pins.
     Tether,
     /// The hold of a hand.
@@ -57,6 +59,7 @@ impl Task {
             Self::Stick => Stage::StickyGround,
             Self::Elastic { kind, .. } => Stage::Elastic(kind),
             Self::Pressure { .. } => Stage::Pressure,
+            Self::Direct { .. } => Stage::Direct,
             Self::Tether => Stage::Tethers,
             Self::Grab { .. } => Stage::Grab,
             Self::Ground => Stage::Ground,

@@ -7,7 +7,7 @@
 )]
 
 use super::{
-    ElasticKind,
+    ElasticKind, Factors,
     advance::Stepper,
     bands::Piece,
     constraint::{grab::Grab, pressure::Walls},
@@ -25,6 +25,7 @@ pub(super) struct Shared<'a> {
     lambdas: [Column; ElasticKind::COUNT],
     grab: *mut Option<Grab>,
     walls: *mut Walls,
+    factors: *mut Factors,
     lives: PhantomData<&'a mut ()>,
 }
 
@@ -58,6 +59,7 @@ impl<'a> Shared<'a> {
             lambdas: body.lambdas.columns().each_mut().map(column),
             grab: &raw mut body.effects.grab,
             walls: &raw mut body.lambdas.walls,
+            factors: &raw mut *body.factors,
             lives: PhantomData,
         }
     }
@@ -96,6 +98,17 @@ impl<'a> Shared<'a> {
         unsafe { self.lambdas[kind as usize].part(range) }
     }
 
+    /// All multipliers, effect by effect; empty where they are not kept.
+    ///
+    /// # Safety
+    /// As long as they live, nobody else asks for any.
+    pub unsafe fn all_lambdas(&self) -> [&mut [f32]; ElasticKind::COUNT] {
+        // SAFETY: the caller's promise.
+        self.lambdas
+            .each_ref()
+            .map(|column| unsafe { column.part(0..column.len) })
+    }
+
     /// The hold of a hand.
     ///
     /// # Safety
@@ -112,6 +125,15 @@ impl<'a> Shared<'a> {
     pub unsafe fn walls(&self) -> &mut Walls {
         // SAFETY: borrowed by `new`; theirs alone by the caller's promise.
         unsafe { &mut *self.walls }
+    }
+
+    /// What it is solved with directly.
+    ///
+    /// # Safety
+    /// As long as it lives, nobody else asks for it.
+    pub unsafe fn factors(&self) -> &mut Factors {
+        // SAFETY: borrowed by `new`; theirs alone by the caller's promise.
+        unsafe { &mut *self.factors }
     }
 }
 

@@ -1,6 +1,8 @@
 //! A way to solve: a method, and how many substeps and iterations.
 
-use crate::solver::{Compliance, InvalidValue, Iterations, Stiffness, Substeps, World};
+use crate::solver::{
+    Body, Compliance, Direct, InvalidValue, Iterations, Stiffness, Substeps, World, direct,
+};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -13,11 +15,14 @@ pub enum Method {
     /// Classic position-based dynamics: the same with every compliance 0, so that stiffness is what
     /// the sweeps make of it.
     Pbd,
+    /// XPBD's equations solved directly, one Newton step an iteration; for slender solids, through
+    /// which sweeps pass a load on but slowly.
+    Direct,
 }
 
 impl Method {
     /// All of them.
-    pub const ALL: [Self; 2] = [Self::Xpbd, Self::Pbd];
+    pub const ALL: [Self; 3] = [Self::Xpbd, Self::Pbd, Self::Direct];
 
     /// What reports and commands call it.
     #[must_use]
@@ -25,15 +30,23 @@ impl Method {
         match self {
             Self::Xpbd => "xpbd",
             Self::Pbd => "pbd",
+            Self::Direct => "direct",
         }
     }
 
     /// Makes a world use it.
     pub fn apply(self, world: &mut World) {
-        if self == Self::Xpbd {
-            return;
-        }
         for body in &mut world.bodies {
+            match self {
+                Self::Xpbd => continue,
+                Self::Pbd => {}
+                Self::Direct => {
+                    if is_slender(body) && direct::work(&body.topology, &body.effects).is_some() {
+                        body.effects.direct = Some(Direct {});
+                    }
+                    continue;
+                }
+            }
             if let Some(stretch) = &mut body.effects.stretch {
                 stretch.compliance = Compliance::default();
                 stretch.axial_stiffness = Stiffness::default();
@@ -56,6 +69,15 @@ impl Method {
         };
         effects(world) != effects(&changed)
     }
+}
+
+/// Whether a body is a solid at least four times as long as thick.
+fn is_slender(body: &Body) -> bool {
+    let volumes = body.topology.tetrahedra.rest_volume.iter();
+    let volume: f64 = volumes.map(|&volume| f64::from(volume).abs()).sum();
+    let length = f64::from(body.topology.size);
+    // 4 × 4 times the volume of a bar, less rounding.
+    volume > 0.0 && length * length * length >= 15.9 * volume
 }
 
 /// A method with its substeps and iterations.
