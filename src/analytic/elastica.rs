@@ -7,74 +7,93 @@ pub struct Elastica {
     /// wL³/B, with its weight by area w [N/m²], its length L [m] and its flexural rigidity B [N·m];
     /// above 0.
     pub load: f64,
-    /// How steeply it rises where it is held [rad], between −π/2 and π/2.
+    /// How steeply it rises where it is held [rad], between −π/2 and 1: one that stands more upright
+    /// may topple to either side.
     pub clamp: f64,
 }
 
-/// Steps along the strip.
-const STEPS: u32 = 2000;
+/// Parts that the strip is divided into.
+const PARTS: usize = 2000;
+/// The load grows to what it is by this factor at a time, so that the strip stays the one that hangs:
+/// under a large load there are others, which wind to and fro.
+const GROWTH: f64 = 4.0;
+/// Steps of Newton's method at a load, at most.
+const MOST_STEPS: u32 = 100;
 
 impl Elastica {
-    /// Points of the strip, at equal parts of its length: how far along the level from where it is
-    /// held, and how far above it, in lengths. At most as many parts as the strip has steps, 2000.
+    /// Points of the strip, at equal parts of its length, at most 2000: how far along the level from
+    /// where it is held, and how far above it, in lengths.
     #[must_use]
-    pub fn points(&self, parts: u32) -> Vec<[f64; 2]> {
-        let every = (STEPS / parts.max(1)).max(1);
-        let mut points = vec![[0.0, 0.0]];
-        self.shoot(self.curvature(), |step, [_, _, x, y]| {
-            if (step + 1).is_multiple_of(every) {
-                points.push([x, y]);
-            }
-        });
-        points
+    pub fn points(&self, parts: usize) -> Vec<[f64; 2]> {
+        let every = (PARTS / parts.max(1)).max(1);
+        self.places().step_by(every).collect()
     }
 
     /// Where its free end is, in lengths.
     #[must_use]
     pub fn end(&self) -> [f64; 2] {
-        let [_, _, x, y] = self.shoot(self.curvature(), |_, _| ());
-        [x, y]
+        self.places().last().unwrap_or_default()
     }
 
-    /// The curvature where it is held with which there is none at the free end.
-    fn curvature(&self) -> f64 {
-        // It bends most at the clamp, by less than all its weight at its end would bend a straight one.
-        let (mut low, mut high) = (-self.load, 0.0);
-        for _ in 0..60 {
-            let middle = f64::midpoint(low, high);
-            if self.shoot(middle, |_, _| ())[1] < 0.0 {
-                low = middle;
-            } else {
-                high = middle;
+    /// All points, from where it is held to its end.
+    fn places(&self) -> impl Iterator<Item = [f64; 2]> {
+        let angles = self.angles();
+        let mut place = [0.0, 0.0];
+        (0..=PARTS).map(move |index| {
+            if let Some(before) = index.checked_sub(1) {
+                let [a, b] = [angles[before], angles[index]];
+                place[0] += 0.5 * (a.cos() + b.cos()) / PARTS as f64;
+                place[1] += 0.5 * (a.sin() + b.sin()) / PARTS as f64;
             }
-        }
-        high
+            place
+        })
     }
 
-    /// Angle, curvature, x and y at the free end, by Runge and Kutta's steps of fourth order; shows
-    /// each step.
-    fn shoot(&self, curvature: f64, mut see: impl FnMut(u32, [f64; 4])) -> [f64; 4] {
-        let step = 1.0 / f64::from(STEPS);
-        let rate = |s: f64, [angle, curvature, ..]: [f64; 4]| {
-            let bends = self.load * (1.0 - s) * angle.cos();
-            [curvature, bends, angle.cos(), angle.sin()]
-        };
-        let mut state = [self.clamp, curvature, 0.0, 0.0];
-        for index in 0..STEPS {
-            let s = f64::from(index) * step;
-            let along =
-                |k: [f64; 4], share: f64| std::array::from_fn(|i| state[i] + k[i] * (share * step));
-            let k1 = rate(s, state);
-            let k2 = rate(s + step / 2.0, along(k1, 0.5));
-            let k3 = rate(s + step / 2.0, along(k2, 0.5));
-            let k4 = rate(s + step, along(k3, 1.0));
-            state = std::array::from_fn(|i| {
-                state[i] + step / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i])
-            });
-            see(index, state);
+    /// θ at the points, by central differences: Newton's method on
+    /// θ₋ − 2θ + θ₊ = h²(wL³/B)(1 − s) cos θ, with no curvature at the end.
+    fn angles(&self) -> Vec<f64> {
+        let mut angles = vec![self.clamp; PARTS + 1];
+        let mut load = self.load.min(1.0);
+        loop {
+            // Some five steps are enough; below this it is rounding that moves the angles.
+            for _ in 0..MOST_STEPS {
+                if change(&mut angles, load) < 1e-11 {
+                    break;
+                }
+            }
+            if load >= self.load {
+                return angles;
+            }
+            load = (load * GROWTH).min(self.load);
         }
-        state
     }
+}
+
+/// One step of Newton's method, by elimination in a tridiagonal system; how far it went [rad].
+fn change(angles: &mut [f64], load: f64) -> f64 {
+    let step = 1.0 / PARTS as f64;
+    // Of each row what is above its diagonal and its right side, once those before are eliminated.
+    let mut rows = vec![(0.0, 0.0); PARTS + 1];
+    for index in 1..=PARTS {
+        let weight = step * step * load * (1.0 - index as f64 * step);
+        let (sin, cos) = angles[index].sin_cos();
+        let (below, above) = if index == PARTS {
+            (2.0, 0.0)
+        } else {
+            (1.0, 1.0)
+        };
+        let next = angles[(index + 1).min(PARTS)];
+        let error = below * angles[index - 1] - 2.0 * angles[index] + above * next - weight * cos;
+        let pivot = weight * sin - 2.0 - below * rows[index - 1].0;
+        rows[index] = (above / pivot, (-error - below * rows[index - 1].1) / pivot);
+    }
+    let (mut moved, mut farthest) = (0.0, 0.0_f64);
+    for (angle, (above, right)) in angles.iter_mut().zip(rows).skip(1).rev() {
+        moved = right - above * moved;
+        *angle += moved;
+        farthest = farthest.max(moved.abs());
+    }
+    farthest
 }
 
 #[cfg(test)]
@@ -87,7 +106,7 @@ mod tests {
 
     #[test]
     fn a_strip_that_hardly_bends_hangs_as_a_beam_and_one_that_bends_far_as_peirce_says() {
-        // wL⁴/(8B), to first order in (wL³/B)², which is 1e-6 here.
+        // wL⁴/(8B), to first order in (wL³/B)², which is 1e-6 here, and in the square of a part.
         let [_, y] = level(1e-3);
         assert!((-y / (1e-3 / 8.0) - 1.0).abs() < 1e-5, "{y}");
         // Where the bending length c = (B/w)^(1/3) is half of what hangs over, the chord is 41.5° below
@@ -104,6 +123,18 @@ mod tests {
             let peirce = f64::cbrt((angle / 2.0).cos() / (8.0 * angle.tan()));
             let off = peirce * f64::cbrt(load) - 1.0;
             assert!(off.abs() < 0.05, "{load}: {off}");
+        }
+    }
+
+    #[test]
+    fn a_strip_under_a_large_load_hangs_straight_down_but_for_its_bend_at_the_clamp() {
+        for load in [100.0, 160.0, 560.0, 2000.0, 4000.0] {
+            let [x, y] = level(load);
+            // It turns down within some bending lengths (B/w)^(1/3), of which the far half has no say:
+            // the weight below pulls with wL, so √(B/(wL)) = load^(−1/2) is the length of the bend.
+            let bend = load.powf(-0.5);
+            assert!(x > 0.5 * bend && x < 2.5 * bend, "{load}: {x}");
+            assert!(y < -1.0 + 2.5 * bend, "{load}: {y}");
         }
     }
 

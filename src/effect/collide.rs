@@ -2,7 +2,7 @@
 
 use super::{Effect, Parameter, Scale, component, parameter};
 use crate::{
-    simulation::{Active, CurrentSubstep, EffectSystems, Profile, SolvePhase, SolveSchedule},
+    simulation::{Active, ContactSchedule, CurrentSubstep, EffectSystems, Profile},
     solver::{Collide, Friction, Particles, Restitution, contact::collider},
 };
 use bevy::{
@@ -41,12 +41,7 @@ impl Effect for Collide {
     const IN_PLAN: bool = true;
 
     fn add_systems(schedules: &mut Schedules) {
-        schedules.add_systems(
-            SolveSchedule,
-            solve
-                .in_set(EffectSystems(Self::NAME))
-                .in_set(SolvePhase::Contacts),
-        );
+        schedules.add_systems(ContactSchedule, solve.in_set(EffectSystems(Self::NAME)));
     }
 
     fn when_added() -> Option<Self> {
@@ -60,11 +55,14 @@ pub fn solve(
     mut profile: ResMut<Profile>,
     mut bodies: Query<(&mut Particles, &Collide), Active>,
 ) {
-    let step = current.step;
+    let gravity = current.step.gravity;
     profile.time(Collide::NAME, || {
         for (mut particles, collide) in &mut bodies {
+            let h = current.seconds(&particles);
             for collider in current.colliders() {
-                collider::solve(particles.as_part(), collide, collider, step.h, step.gravity);
+                if collider::solve(particles.as_part(), collide, collider, h, gravity) {
+                    particles.history.touch();
+                }
             }
         }
     });

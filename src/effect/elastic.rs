@@ -58,6 +58,7 @@ pub(super) fn figures<const N: usize, const M: usize, E: Elastic<N, M>>(
     else {
         return Figures::default();
     };
+    let h = particles.history.seconds(h.into()) as f32;
     let positions = &particles.positions;
     let multipliers = body
         .get::<Multipliers>()
@@ -77,7 +78,7 @@ fn make_room<const N: usize, const M: usize, E: Effect + Elastic<N, M>>(
     measuring: Res<Measuring>,
     mut bodies: Query<(&SoftBody, &mut Multipliers), With<E>>,
 ) {
-    let read = settings.iterations.get() > 1 || measuring.0;
+    let read = settings.substep(0).sweeps() > 1 || measuring.0;
     for (body, mut multipliers) in &mut bodies {
         multipliers.0.make_room(E::KIND, body, read);
     }

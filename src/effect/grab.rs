@@ -55,6 +55,7 @@ pub fn solve(
     let step = current.step;
     profile.time(Grab::NAME, || {
         for (mut particles, mut grab) in &mut bodies {
+            let h = current.seconds(&particles);
             let Particles {
                 positions,
                 previous,
@@ -64,7 +65,7 @@ pub fn solve(
             grab.bypass_change_detection().solve(
                 positions,
                 previous,
-                step.h,
+                h,
                 (step.index, step.count),
                 current.iteration,
             );

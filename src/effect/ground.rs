@@ -3,7 +3,7 @@
 use super::{Effect, Parameter, Scale, component, parameter};
 use crate::{
     simulation::{
-        Active, CurrentSubstep, EffectSystems, Profile, SolvePhase, SolveSchedule, SolverSystems,
+        Active, ContactSchedule, CurrentSubstep, EffectSystems, Profile, SolverSystems,
         SubstepSchedule, step,
     },
     solver::{
@@ -69,12 +69,7 @@ impl Effect for Ground {
     const IN_PLAN: bool = true;
 
     fn add_systems(schedules: &mut Schedules) {
-        schedules.add_systems(
-            SolveSchedule,
-            solve
-                .in_set(EffectSystems(Self::NAME))
-                .in_set(SolvePhase::Contacts),
-        );
+        schedules.add_systems(ContactSchedule, solve.in_set(EffectSystems(Self::NAME)));
     }
 
     fn when_added() -> Option<Self> {
@@ -88,10 +83,13 @@ pub fn solve(
     mut profile: ResMut<Profile>,
     mut bodies: Query<(&mut Particles, &Ground), Active>,
 ) {
-    let step = current.step;
+    let gravity = current.step.gravity;
     profile.time(Ground::NAME, || {
         for (mut particles, ground) in &mut bodies {
-            ground::solve(particles.as_part(), ground, step.h, step.gravity);
+            let h = current.seconds(&particles);
+            if ground::solve(particles.as_part(), ground, h, gravity) {
+                particles.history.touch();
+            }
         }
     });
 }
@@ -139,7 +137,9 @@ pub fn stick(
 ) {
     profile.time(StickyGround::NAME, || {
         for (mut particles, sticky) in &mut bodies {
-            ground::stick(particles.as_part(), sticky);
+            if ground::stick(particles.as_part(), sticky) {
+                particles.history.touch();
+            }
         }
     });
 }

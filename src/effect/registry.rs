@@ -2,8 +2,8 @@
 
 use crate::{
     simulation::{
-        Asleep, EffectSystems, RestTimer, SimulationClock, SoftBody, SolveSchedule, StepSchedule,
-        StepSystems, SubstepSchedule, wake_changed,
+        Asleep, ContactSchedule, EffectSystems, RestTimer, SimulationClock, SoftBody,
+        SolveSchedule, StepSchedule, StepSystems, SubstepSchedule, wake_changed,
     },
     solver::{InvalidValue, measure::SquareSum},
 };
@@ -296,6 +296,7 @@ impl<E: Effect> Plugin for EffectPlugin<E> {
             let after = || EffectSystems(E::NAME).after(EffectSystems(before));
             app.configure_sets(SolveSchedule, after());
             app.configure_sets(SubstepSchedule, after());
+            app.configure_sets(ContactSchedule, after());
         }
         app.add_observer(
             |added: On<Add, E>, mut registry: ResMut<EffectRegistry>, mut commands: Commands| {
@@ -328,11 +329,17 @@ impl<E: Effect> Plugin for EffectPlugin<E> {
 }
 
 /// The schedules that systems of effects may be in.
-fn schedules() -> [InternedScheduleLabel; 3] {
+fn schedules() -> [InternedScheduleLabel; 4] {
+    let [substep, solve, contact] = schedules_of_substep();
+    [StepSchedule.intern(), substep, solve, contact]
+}
+
+/// The schedules that a substep runs.
+fn schedules_of_substep() -> [InternedScheduleLabel; 3] {
     [
-        StepSchedule.intern(),
         SubstepSchedule.intern(),
         SolveSchedule.intern(),
+        ContactSchedule.intern(),
     ]
 }
 
@@ -385,8 +392,10 @@ pub(crate) fn follow_bodies(world: &mut World) {
 /// Systems in the schedules of a substep.
 fn systems_of_substep(world: &World) -> usize {
     let schedules = world.resource::<Schedules>();
-    let count = |schedule: &Schedule| schedule.graph().systems.len();
-    schedules.get(SubstepSchedule).map_or(0, count) + schedules.get(SolveSchedule).map_or(0, count)
+    let present = schedules_of_substep()
+        .into_iter()
+        .filter_map(|label| schedules.get(label));
+    present.map(|schedule| schedule.graph().systems.len()).sum()
 }
 
 /// Whether the schedules of a substep hold what [`Stepper::advance`] does and nothing else.
@@ -405,7 +414,7 @@ pub(crate) fn is_planned(world: &mut World) -> bool {
     let planned = systems == stages + registry.planned_systems;
     if registry.built_systems != systems {
         registry.built_systems = systems;
-        for label in [SubstepSchedule.intern(), SolveSchedule.intern()] {
+        for label in schedules_of_substep() {
             world.schedule_scope(label, |world, schedule| {
                 if let Err(error) = schedule.initialize(world) {
                     panic!("{label:?}: {}", error.to_string(schedule.graph(), world));

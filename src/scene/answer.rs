@@ -62,7 +62,7 @@ impl Curve {
     pub fn points(&self) -> Option<Vec<Vec3>> {
         let (points, scale) = match self.shape {
             Shape::Catenary(cable) => (cable.points(PARTS)?, 1.0),
-            Shape::Strip(strip, length) => (strip.points(PARTS), length),
+            Shape::Strip(strip, length) => (strip.points(PARTS as usize), length),
         };
         let [first, second] = self.axes;
         let place = |[a, b]: [f64; 2]| self.origin + (first * a + second * b) * scale;
@@ -149,6 +149,9 @@ fn catenary(subject: &Subject, weight: f64, down: DVec3) -> Option<Curve> {
     })
 }
 
+/// Slopes of a clamp [rad] for which there is one answer.
+const CLAMPS: std::ops::RangeInclusive<f64> = -1.5..=1.0;
+
 /// Directions that differ by less than this, as a cosine, count as level and square.
 const SQUARE: f64 = 1e-3;
 
@@ -183,7 +186,7 @@ fn strip(subject: &Subject, weight: f64, down: DVec3) -> Option<Curve> {
         offset.reject_from_normalized(direction)
     });
     let wide = across.max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))?;
-    if wide.try_normalize()?.dot(down).abs() > SQUARE || clamp.abs() > 1.5 {
+    if wide.try_normalize()?.dot(down).abs() > SQUARE || !CLAMPS.contains(&clamp) {
         return None;
     }
     let effects = subject.effects;

@@ -46,6 +46,7 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "long_cloth",
     "balloon",
     "struts",
+    "cloth_lab",
     "colliders",
     "slope",
     "bounce",

@@ -28,8 +28,8 @@ pub use clock::{SimulationClock, SubstepTime, Tick};
 pub use ledger::{Energies, EnergyLedger};
 pub use profile::Profile;
 pub use schedule::{
-    EffectSystems, SoftBodySystems, SolvePhase, SolveSchedule, SolverSystems, StepSchedule,
-    StepSystems, SubstepSchedule,
+    ContactSchedule, EffectSystems, SoftBodySystems, SolvePhase, SolveSchedule, SolverSystems,
+    StepSchedule, StepSystems, SubstepSchedule,
 };
 pub use statistics::{Measuring, Statistics, state_hash};
 pub use step::{CurrentSubstep, Sleep, SolverThreads, tick};

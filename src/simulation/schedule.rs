@@ -18,6 +18,10 @@ pub struct SubstepSchedule;
 #[derive(ScheduleLabel, Debug, Clone, PartialEq, Eq, Hash, Default)]
 pub struct SolveSchedule;
 
+/// One pass over all contacts: what keeps bodies out.
+#[derive(ScheduleLabel, Debug, Clone, PartialEq, Eq, Hash, Default)]
+pub struct ContactSchedule;
+
 /// What happens in the schedule that the caller chose.
 ///
 /// ```text
@@ -27,11 +31,12 @@ pub struct SolveSchedule;
 ///   └ StepSystems: Wake → Begin → Ready → Substeps → End
 ///                                         └ SubstepSchedule, `substeps` times
 ///     └ SolverSystems: Presolve → Solve → Postsolve
-///                                  └ SolveSchedule, `iterations` times
-///       └ SolvePhase: Elastic → User → Hands → Contacts
+///                                  ├ SolveSchedule, `iterations` times
+///       │ └ SolvePhase: Elastic → User → Hands
+///       └ ContactSchedule, after each of them, or `collision_iterations` times
 /// ```
 ///
-/// The three inner schedules run on one thread in a fixed order, and two systems in them whose
+/// The four inner schedules run on one thread in a fixed order, and two systems in them whose
 /// order matters but is not given are an error.
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum SoftBodySystems {
@@ -80,10 +85,8 @@ pub enum SolvePhase {
     Elastic,
     /// Constraints of users of this crate: systems that move `Particles`.
     User,
-    /// What pulls from outside.
+    /// What pulls from outside; contacts come after it, in [`ContactSchedule`].
     Hands,
-    /// What keeps bodies out, last of all.
-    Contacts,
 }
 
 /// The systems of one effect, by its name.
@@ -105,7 +108,8 @@ pub(super) fn configure(app: &mut App, outer: impl ScheduleLabel) {
     );
     app.init_schedule(StepSchedule)
         .init_schedule(SubstepSchedule)
-        .init_schedule(SolveSchedule);
+        .init_schedule(SolveSchedule)
+        .init_schedule(ContactSchedule);
     app.edit_schedule(StepSchedule, |schedule| {
         in_order(schedule);
         schedule.configure_sets(
@@ -132,16 +136,9 @@ pub(super) fn configure(app: &mut App, outer: impl ScheduleLabel) {
     });
     app.edit_schedule(SolveSchedule, |schedule| {
         in_order(schedule);
-        schedule.configure_sets(
-            (
-                SolvePhase::Elastic,
-                SolvePhase::User,
-                SolvePhase::Hands,
-                SolvePhase::Contacts,
-            )
-                .chain(),
-        );
+        schedule.configure_sets((SolvePhase::Elastic, SolvePhase::User, SolvePhase::Hands).chain());
     });
+    app.edit_schedule(ContactSchedule, in_order);
 }
 
 fn in_order(schedule: &mut Schedule) {

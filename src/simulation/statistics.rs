@@ -92,7 +92,9 @@ pub fn measure(world: &mut World) -> Statistics {
         finite: true,
         ..Statistics::default()
     };
-    let h = settings.substep_seconds() as f32;
+    let h = settings
+        .method
+        .compliant_seconds(settings.substep_seconds()) as f32;
     let mut residual = SquareSum::default();
     let (mut momentum, mut angular) = (DVec3::ZERO, DVec3::ZERO);
     for entity in bodies_in_order(world) {

@@ -1,10 +1,10 @@
 //! Stepping: from real time to ticks, from ticks to substeps, from substeps to sweeps.
 
 use super::{
-    Asleep, DirectFactors, EnergyLedger, Multipliers, Profile, RestTimer, SimulationClock,
-    SimulationSettings, SoftBody, SolveSchedule, SpawnOrder, StepSchedule, SubstepSchedule,
-    SubstepTime, TetherLeads, Tick, TickStart, body::Active, carried::Carried, profile::StageWatch,
-    quarantine::quarantine,
+    Asleep, ContactSchedule, DirectFactors, EnergyLedger, Multipliers, Profile, RestTimer,
+    SimulationClock, SimulationSettings, SoftBody, SolveSchedule, SpawnOrder, StepSchedule,
+    SubstepSchedule, SubstepTime, TetherLeads, Tick, TickStart, body::Active, carried::Carried,
+    profile::StageWatch, quarantine::quarantine,
 };
 use crate::{
     effect,
@@ -39,6 +39,13 @@ pub struct CurrentSubstep {
 }
 
 impl CurrentSubstep {
+    /// Length of the substep for a body [s], which [steps of second order](crate::solver::history) have
+    /// shorter.
+    #[must_use]
+    pub fn seconds(&self, particles: &Particles) -> f32 {
+        particles.history.seconds(self.settings.substep_seconds()) as f32
+    }
+
     /// What every collider does during the substep, in the order in which they came.
     #[must_use]
     pub fn colliders(&self) -> &[Sweep] {
@@ -232,6 +239,7 @@ pub(super) fn run_substeps(
             next = substeps.end;
             advance_all(world, bodies, &mut jobs, substeps);
         } else {
+            begin_all(world, bodies, &settings.substep(next));
             run_schedule(world, settings.substep(next));
             world.resource_mut::<EnergyLedger>().book(None);
             next += 1;
@@ -285,7 +293,7 @@ fn advance_all(
         watch: watch.as_ref().map(|watch| watch as &dyn Watch),
         ..current.means(threads)
     };
-    let sweeps = substeps.len() * current.settings.iterations.get() as usize;
+    let sweeps = substeps.len() * current.step.sweeps() as usize;
     let load = |job: &Job| job.effects.load(&job.topology, sweeps);
     threads.for_each(jobs, load, &|job: &mut Job, threads: &Threads| {
         let means = Means { threads, ..means };
@@ -340,6 +348,26 @@ fn advance_all(
     }
 }
 
+/// Begins a substep of all bodies.
+fn begin_all(world: &mut World, bodies: &mut QueryState<Stepped, Active>, step: &Substep) {
+    world.resource_scope(|world, current: Mut<CurrentSubstep>| {
+        world.resource_scope(|world, threads: Mut<SolverThreads>| {
+            let means = current.means(&threads);
+            for (_, body, mut particles, .., carried) in bodies.iter_mut(world) {
+                let mut stepper = Stepper {
+                    topology: body,
+                    particles: &mut particles,
+                    effects: &mut carried.effects(),
+                    lambdas: &mut Lambdas::default(),
+                    leads: &Leads::default(),
+                    factors: &mut Factors::default(),
+                };
+                stepper.begin(step, &means);
+            }
+        });
+    });
+}
+
 /// One substep by its schedule.
 fn run_schedule(world: &mut World, step: Substep) {
     world.resource_mut::<CurrentSubstep>().step = step;
@@ -388,14 +416,20 @@ pub fn presolve(
     });
 }
 
-/// Second stage: runs [`SolveSchedule`] as often as there are iterations.
+/// Second stage: runs [`SolveSchedule`] as often as there are iterations and averaged passes, and [`ContactSchedule`] as
+/// often as contacts come after each.
 pub fn solve(world: &mut World) {
-    let iterations = world.resource::<CurrentSubstep>().step.iterations;
-    world.schedule_scope(SolveSchedule, |world, schedule| {
-        for iteration in 0..iterations {
-            world.resource_mut::<CurrentSubstep>().iteration = iteration;
-            schedule.run(world);
-        }
+    let step = world.resource::<CurrentSubstep>().step;
+    world.schedule_scope(SolveSchedule, |world, sweep| {
+        world.schedule_scope(ContactSchedule, |world, contacts| {
+            for iteration in 0..step.sweeps() {
+                world.resource_mut::<CurrentSubstep>().iteration = iteration;
+                sweep.run(world);
+                for _ in 0..step.contacts_after(iteration) {
+                    contacts.run(world);
+                }
+            }
+        });
     });
 }
 

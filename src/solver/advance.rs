@@ -10,6 +10,7 @@ use super::{
     Collide, Effects, ElasticKind, Factors, ForceKind, Lambdas, Leads, Particles, Settings,
     Substep, Tethers, Threads, Topology,
     bands::Piece,
+    constraint::block::Put,
     contact::{
         collider::{self, Swept},
         ground,
@@ -93,22 +94,19 @@ pub enum Stage {
     Postsolve,
 }
 
-/// What takes part in the second stage before the elastic effects.
+/// What takes part in a sweep before the elastic effects.
 const BEFORE: [Stage; 1] = [Stage::Direct];
 
-/// What takes part in it after them.
-const AFTER: [Stage; 5] = [
-    Stage::Pressure,
-    Stage::Tethers,
-    Stage::Grab,
-    Stage::Ground,
-    Stage::Collide,
-];
+/// What takes part in a sweep after the elastic effects.
+const AFTER: [Stage; 3] = [Stage::Pressure, Stage::Tethers, Stage::Grab];
+
+/// A pass over all contacts.
+const CONTACTS: [Stage; 2] = [Stage::Ground, Stage::Collide];
 
 impl Stage {
-    /// What takes part in the second stage, in its order: what holds the body together, then
-    /// hands, then contacts.
-    pub const SOLVE: [Self; BEFORE.len() + ElasticKind::COUNT + AFTER.len()] = {
+    /// What takes part in a sweep, in its order: what holds the body together, then hands. Contacts
+    /// come after it.
+    const SWEEP: [Self; BEFORE.len() + ElasticKind::COUNT + AFTER.len()] = {
         let after = BEFORE.len() + ElasticKind::COUNT;
         let mut all = [Self::Presolve; BEFORE.len() + ElasticKind::COUNT + AFTER.len()];
         let mut place = 0;
@@ -126,19 +124,21 @@ impl Stage {
     };
 
     /// All of them, in the order of a substep.
-    pub const ALL: [Self; ForceKind::COUNT + Self::SOLVE.len() + 3] = {
-        let mut all = [Self::Presolve; ForceKind::COUNT + Self::SOLVE.len() + 3];
+    pub const ALL: [Self; ForceKind::COUNT + Self::SWEEP.len() + 5] = {
+        let mut all = [Self::Presolve; ForceKind::COUNT + Self::SWEEP.len() + 5];
         let mut place = 0;
         while place < ForceKind::COUNT {
             all[place] = Self::Force(ForceKind::ALL[place]);
             place += 1;
         }
         all[place + 1] = Self::StickyGround;
-        while place < ForceKind::COUNT + Self::SOLVE.len() {
-            all[place + 2] = Self::SOLVE[place - ForceKind::COUNT];
+        while place < ForceKind::COUNT + Self::SWEEP.len() {
+            all[place + 2] = Self::SWEEP[place - ForceKind::COUNT];
             place += 1;
         }
-        all[place + 2] = Self::Postsolve;
+        all[place + 2] = CONTACTS[0];
+        all[place + 3] = CONTACTS[1];
+        all[place + 4] = Self::Postsolve;
         all
     };
 
@@ -170,8 +170,36 @@ impl Stage {
     }
 }
 
-/// Tasks with their sides: at most three of a stage.
-type Tasks = iter::Flatten<std::array::IntoIter<Option<(Task, Side)>, 3>>;
+/// The second stage of a body: what is absent is not asked for again in every sweep.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Solve {
+    sweep: [Option<Stage>; Stage::SWEEP.len()],
+    contacts: [Option<Stage>; CONTACTS.len()],
+}
+
+impl Solve {
+    /// Of a body that carries these effects.
+    pub fn of(effects: &Effects) -> Self {
+        let mut present = Stage::SWEEP.into_iter().filter(|stage| stage.acts(effects));
+        Self {
+            sweep: std::array::from_fn(|_| present.next()),
+            contacts: CONTACTS.map(|stage| stage.acts(effects).then_some(stage)),
+        }
+    }
+
+    /// What is done in a substep, in its order, with the number of the sweep.
+    pub fn stages(self, step: Substep) -> impl Iterator<Item = (Stage, u32)> + Clone {
+        let Self { sweep, contacts } = self;
+        (0..step.sweeps()).flat_map(move |iteration| {
+            let passes = (0..step.contacts_after(iteration)).flat_map(move |_| contacts);
+            let stages = sweep.into_iter().chain(passes).flatten();
+            stages.map(move |stage| (stage, iteration))
+        })
+    }
+}
+
+/// Tasks with their sides: at most four of a stage.
+type Tasks = iter::Flatten<std::array::IntoIter<Option<(Task, Side)>, 4>>;
 
 impl Stage {
     /// Whether it does anything to a body that carries these effects.
@@ -198,18 +226,29 @@ impl Stage {
         step: &Substep,
         iteration: u32,
     ) -> Tasks {
-        let sweep = (iteration, step.iterations, step.is_last());
+        let sweep = (iteration, step.sweeps(), step.is_last());
         let substep = step.index;
-        let one = |task, side| [Some((task, side)), None, None];
+        let one = |task, side| [Some((task, side)), None, None, None];
         match self {
-            _ if !self.acts(effects) => [None; 3],
+            _ if !self.acts(effects) => [None; 4],
             Self::Force(kind) => one(Task::Force { kind, substep }, Side::Whole),
+            Self::Presolve if step.method.keeps_speed().is_some() => {
+                let tasks = [Task::Fade, Task::Begin].map(|task| Some((task, Side::Any)));
+                [tasks[0], tasks[1], None, None]
+            }
             Self::Presolve => one(Task::Begin, Side::Any),
             Self::StickyGround => one(Task::Stick, Side::Any),
-            Self::Elastic(kind) => kind.halves(topology, Task::Elastic { kind, sweep }),
+            Self::Elastic(kind) => {
+                let [first, second, loose] = kind.halves(topology, Task::Elastic { kind, sweep });
+                let average = step.averaging(iteration).map(|_| {
+                    let sweep = iteration;
+                    (Task::Average { kind, sweep }, Side::Any)
+                });
+                [first, second, loose, average]
+            }
             Self::Pressure => one(Task::Pressure { iteration }, Side::Whole),
             // Its iterations are its own.
-            Self::Direct if iteration > 0 => [None; 3],
+            Self::Direct if iteration > 0 => [None; 4],
             Self::Direct => one(Task::Direct { substep }, Side::Whole),
             Self::Tethers => one(Task::Tether, Side::Any),
             Self::Grab => one(Task::Grab { substep, iteration }, Side::Whole),
@@ -232,25 +271,83 @@ pub struct NotFinite {
 }
 
 impl Stepper<'_> {
+    /// Begins a substep: where steps are of second order, with what the last two states tell. To be done
+    /// before anything else of it; [`advance`](Self::advance) does.
+    pub fn begin(&mut self, step: &Substep, means: &Means) {
+        if means.settings.order.get() == 1 {
+            self.particles.history.forget();
+            return;
+        }
+        let restarts = self.meets(step, means);
+        let h = means.settings.substep_seconds();
+        self.particles.look_back(h, restarts);
+    }
+
+    /// Whether a particle is in touch with the ground or a collider, or will be at the end of a substep
+    /// if nothing holds it.
+    fn meets(&self, step: &Substep, means: &Means) -> bool {
+        let heights = [
+            self.effects.ground.map(|ground| ground.height),
+            self.effects.sticky_ground.map(|ground| ground.height),
+        ];
+        let height = heights.into_iter().flatten().reduce(f32::max);
+        let colliders = match self.effects.collide {
+            Some(_) => means.swept.of(step.index),
+            None => &[],
+        };
+        if height.is_none() && colliders.is_empty() {
+            return false;
+        }
+        let h = step.h;
+        let state = self
+            .particles
+            .positions
+            .iter()
+            .zip(&self.particles.velocities);
+        let mut moving = state.filter(|(x, _)| x.w > 0.0);
+        moving.any(|(x, v)| {
+            let from = x.truncate();
+            let to = from + (v.truncate() + step.gravity * h) * h;
+            height.is_some_and(|height| from.y.min(to.y) <= height)
+                || colliders.iter().any(|collider| {
+                    let (from, to) = (collider.from.undo(from), collider.to.undo(to));
+                    collider.shape.exit(from, to).is_some()
+                })
+        })
+    }
+
     /// Does some substeps of a tick.
     ///
     /// # Errors
     /// [`NotFinite`] when a position no longer is; the body is then as it was left at that place,
     /// `previous` holding finite positions.
     pub fn advance(&mut self, substeps: Range<u32>, means: &Means) -> Result<(), NotFinite> {
+        if means.settings.order.get() == 1 {
+            self.particles.history.forget();
+            return self.advance_on(substeps, means);
+        }
+        for index in substeps {
+            self.begin(&means.settings.substep(index), means);
+            self.advance_on(index..index + 1, means)?;
+        }
+        Ok(())
+    }
+
+    fn advance_on(&mut self, substeps: Range<u32>, means: &Means) -> Result<(), NotFinite> {
         let (topology, effects, settings) = (self.topology, *self.effects, means.settings);
-        // What is absent is not asked for again in every sweep.
-        let mut stages = Stage::SOLVE
-            .into_iter()
-            .filter(|stage| stage.acts(&effects));
-        let present: [_; Stage::SOLVE.len()] = std::array::from_fn(|_| stages.next());
+        let any = settings.substep(0);
+        let averages = any.averaging(any.sweeps() - 1).is_some();
+        self.lambdas
+            .make_sums(if averages { topology.particles() } else { 0 });
+        let solve = Solve::of(&effects);
         let first = substeps.start;
         let mut forces = ForceKind::ALL
             .into_iter()
             .filter(|kind| effects.has_force(*kind));
         let forces: [_; ForceKind::COUNT] = std::array::from_fn(|_| forces.next());
         // Two stages in one pass cannot be told apart by who watches, and forces act between them.
-        let apart = means.watch.is_some() || forces[0].is_some();
+        let fades = settings.method.keeps_speed().is_some();
+        let apart = means.watch.is_some() || forces[0].is_some() || fades;
         let tasks = substeps.clone().flat_map(|index| {
             let step = settings.substep(index);
             let before = index.checked_sub(1).filter(|_| index > first);
@@ -258,20 +355,21 @@ impl Stepper<'_> {
             let end = before.filter(|_| apart);
             let end = end.map(|substep| (Task::End { substep }, Side::Any));
             let start = turn.map_or(Task::Begin, |substep| Task::Turn { substep });
+            let fade = fades.then_some((Task::Fade, Side::Any));
             let of_stage =
                 move |stage: Stage, iteration| stage.tasks(topology, &effects, &step, iteration);
-            let sweeps = (0..step.iterations).flat_map(move |iteration| {
-                let stages = present.into_iter().flatten();
-                stages.flat_map(move |stage| of_stage(stage, iteration))
-            });
+            let sweeps = solve
+                .stages(step)
+                .flat_map(move |(stage, iteration)| of_stage(stage, iteration));
             let forces = forces.into_iter().flatten();
             end.into_iter()
                 .chain(forces.flat_map(move |kind| of_stage(Stage::Force(kind), 0)))
+                .chain(fade)
                 .chain(iter::once((start, Side::Any)))
                 .chain(of_stage(Stage::StickyGround, 0))
                 .chain(sweeps)
         });
-        let sweeps = substeps.len() * settings.iterations.get() as usize;
+        let sweeps = substeps.len() * any.sweeps() as usize;
         let end = substeps
             .last()
             .map(|substep| (Task::End { substep }, Side::Any));
@@ -289,6 +387,9 @@ impl Stepper<'_> {
         iteration: u32,
         means: &Means,
     ) -> Result<(), NotFinite> {
+        if matches!(stage, Stage::Elastic(_)) && step.averaging(iteration).is_some() {
+            self.lambdas.make_sums(self.topology.particles());
+        }
         let tasks = stage.tasks(self.topology, self.effects, step, iteration);
         let sweeps = usize::from(matches!(stage, Stage::Elastic(_)));
         self.run(tasks, sweeps, means)
@@ -308,17 +409,19 @@ impl Stepper<'_> {
         // SAFETY: pieces of a phase share no particle and no constraint, and a phase begins when
         // all pieces of the one before are done.
         let work = |phase: &Phase, piece: usize| unsafe { context.work(&shared, phase, piece) };
-        if bands.count() > 1 && means.threads.pays(projections) {
+        let result = if bands.count() > 1 && means.threads.pays(projections) {
             let crew = Crew::new();
             crew.work(means.threads, phases, &work)
         } else {
-            for phase in phases {
-                for piece in 0..phase.pieces.len() {
-                    work(&phase, piece)?;
-                }
-            }
-            Ok(())
+            let mut phases = phases;
+            phases.try_for_each(|phase| {
+                (0..phase.pieces.len()).try_for_each(|piece| work(&phase, piece))
+            })
+        };
+        if shared.touched() {
+            self.particles.history.touch();
         }
+        result
     }
 }
 
@@ -327,7 +430,13 @@ struct Context<'a> {
     topology: &'a Topology,
     effects: Effects,
     means: &'a Means<'a>,
+    /// Any substep of the tick, for what they have in common.
+    any: Substep,
+    /// Length of a substep [s], as implicit Euler has it.
+    seconds: f64,
     h: f32,
+    /// The same as compliances have it by the method.
+    compliant: f32,
     kernels: Kernels<'a>,
     tethers: Option<(Tethers, &'a Leads)>,
 }
@@ -340,13 +449,22 @@ impl<'a> Context<'a> {
             leads,
             ..
         } = body;
-        let h = means.settings.substep_seconds() as f32;
+        let h = body
+            .particles
+            .history
+            .seconds(means.settings.substep_seconds());
+        let seconds = h;
+        let compliant = means.settings.method.compliant_seconds(h) as f32;
+        let h = h as f32;
         Self {
             topology,
             effects: **effects,
             means,
+            any: means.settings.substep(0),
+            seconds,
             h,
-            kernels: Kernels::new(effects, topology, h),
+            compliant,
+            kernels: Kernels::new(effects, topology, compliant),
             tethers: effects.tethers.map(|tethers| (tethers, *leads)),
         }
     }
@@ -405,14 +523,19 @@ impl<'a> Context<'a> {
                 let h = settings.substep_seconds();
                 let moment = Moment {
                     time: self.means.time + h * f64::from(substep),
-                    h,
+                    h: self.seconds,
                 };
                 self.effects.push(kind, self.topology, moment, part);
+            }
+            Task::Fade => {
+                if let Some(kept) = self.any.method.keeps_speed() {
+                    stages::fade(part, self.h, settings.gravity, kept);
+                }
             }
             Task::Begin => stages::presolve(part, self.h, settings.gravity, instructions),
             Task::Stick => {
                 if let Some(sticky) = &self.effects.sticky_ground {
-                    ground::stick(part, sticky);
+                    shared.touch(ground::stick(part, sticky));
                 }
             }
             Task::Turn { substep } => {
@@ -423,12 +546,22 @@ impl<'a> Context<'a> {
                 stages::postsolve(part, self.h, instructions).map_err(not_finite(substep))?;
             }
             Task::Elastic { kind, sweep } => {
+                let (iteration, ..) = sweep;
+                let put = match self.any.averaging(iteration) {
+                    // SAFETY: the caller's promise.
+                    Some(averaging) => Put::Sum {
+                        sums: unsafe { shared.sums(piece) },
+                        alike: averaging.alike,
+                    },
+                    None => Put::of_share(self.any.method.share()),
+                };
                 let work = Work {
                     piece,
                     whole: phase.is_whole(),
                     part,
                     shared,
                     sweep,
+                    put,
                     instructions,
                 };
                 // SAFETY: the caller's promise.
@@ -438,7 +571,8 @@ impl<'a> Context<'a> {
                 if let Some(pressure) = &self.effects.pressure {
                     // SAFETY: pressure is on the whole body, which is one piece.
                     let walls = unsafe { shared.walls() };
-                    pressure.solve(self.topology, part.positions, walls, self.h, iteration);
+                    let h = self.compliant;
+                    pressure.solve(self.topology, part.positions, walls, h, iteration);
                 }
             }
             Task::Direct { substep } => {
@@ -456,6 +590,13 @@ impl<'a> Context<'a> {
                     instructions,
                 });
             }
+            Task::Average { sweep, .. } => {
+                if let Some(averaging) = self.any.averaging(sweep) {
+                    // SAFETY: the caller's promise.
+                    let sums = unsafe { shared.sums(piece) };
+                    stages::average(part, sums, averaging.own_weight);
+                }
+            }
             Task::Tether => {
                 if let Some((tethers, leads)) = &self.tethers {
                     leads.solve(part, first, tethers);
@@ -470,22 +611,24 @@ impl<'a> Context<'a> {
             }
             Task::Ground => {
                 if let Some(ground) = &self.effects.ground {
-                    ground::solve(part, ground, self.h, settings.gravity);
+                    shared.touch(ground::solve(part, ground, self.h, settings.gravity));
                 }
             }
             Task::Collide { substep } => {
                 if let Some(collide) = &self.effects.collide {
-                    self.collide(part, collide, substep);
+                    shared.touch(self.collide(part, collide, substep));
                 }
             }
         }
         Ok(())
     }
 
-    fn collide(&self, mut part: Part, collide: &Collide, substep: u32) {
+    fn collide(&self, mut part: Part, collide: &Collide, substep: u32) -> bool {
+        let mut touched = false;
         for swept in self.means.swept.of(substep) {
             let gravity = self.means.settings.gravity;
-            collider::solve(part.reborrow(), collide, swept, self.h, gravity);
+            touched |= collider::solve(part.reborrow(), collide, swept, self.h, gravity);
         }
+        touched
     }
 }

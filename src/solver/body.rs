@@ -3,7 +3,7 @@
 use super::{
     Attract, Density, Direct, Drag, ElasticKind, Factors, Lambdas, Load, Mass, Particles, Topology,
     Uniform, Vortex, Wind,
-    advance::{Means, NotFinite, Stage, Stepper},
+    advance::{Means, NotFinite, Solve, Stage, Stepper},
     constraint::{
         bend::Bend,
         grab::Grab,
@@ -288,11 +288,13 @@ impl Body {
             positions,
             previous,
             velocities,
+            history,
         } = &mut again.particles;
         let step = means.settings.substep(error.substep);
+        let h = history.seconds(means.settings.substep_seconds()) as f32;
         positions.clone_from(previous);
         for (x, v) in positions.iter_mut().zip(velocities) {
-            *x += *v * step.h;
+            *x += *v * h;
         }
         let spoilt_by = |stage, body: &Self| {
             first_not_finite(&body.particles.positions).map(|particle| Quarantine {
@@ -303,13 +305,11 @@ impl Body {
         if let Some(found) = spoilt_by(Stage::Presolve.name(), &again) {
             return found;
         }
-        for iteration in 0..step.iterations {
-            for stage in Stage::SOLVE {
-                // Only the last stage looks for what is not finite.
-                let _ = again.stepper().stage(stage, &step, iteration, means);
-                if let Some(found) = spoilt_by(stage.name(), &again) {
-                    return found;
-                }
+        for (stage, iteration) in Solve::of(&self.effects).stages(step) {
+            // Only the last stage looks for what is not finite.
+            let _ = again.stepper().stage(stage, &step, iteration, means);
+            if let Some(found) = spoilt_by(stage.name(), &again) {
+                return found;
             }
         }
         Quarantine {

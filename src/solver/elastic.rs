@@ -15,7 +15,7 @@ use super::{
     constraint::{
         Multipliers,
         bend::Bend,
-        block::{Blocks, solve_all, solve_batch},
+        block::{Blocks, Put, solve_all, solve_batch},
         isometric_bend::IsometricBend,
         membrane::Membrane,
         neo_hookean::NeoHookean,
@@ -136,6 +136,8 @@ pub struct Lambdas {
     columns: [Vec<f32>; ElasticKind::COUNT],
     /// What pressure keeps.
     pub walls: Walls,
+    /// Room to add up the ways of averaged passes; zeros between them.
+    sums: Vec<Vec4>,
 }
 
 impl Lambdas {
@@ -159,14 +161,30 @@ impl Lambdas {
         &mut self.columns
     }
 
+    /// Makes room to add up ways of so many particles.
+    pub(super) fn make_sums(&mut self, count: usize) {
+        if self.sums.len() != count {
+            self.sums = vec![Vec4::ZERO; count];
+        }
+    }
+
+    /// That room.
+    pub(super) fn sums(&mut self) -> &mut [Vec4] {
+        &mut self.sums
+    }
+
     /// Bytes of memory.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let columns = self.columns.iter();
-        columns
-            .map(|column| size_of_val(&column[..]))
-            .sum::<usize>()
+        self.count() * size_of::<f32>()
+            + size_of_val(&self.sums[..])
             + size_of_val(&self.walls.gradients[..])
+    }
+
+    /// How many multipliers there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.columns.iter().map(Vec::len).sum()
     }
 }
 
@@ -352,6 +370,8 @@ pub(super) struct Work<'a> {
     pub shared: &'a Shared<'a>,
     /// Which sweep of how many, and whether λ is to be kept.
     pub sweep: (u32, u32, bool),
+    /// What becomes of where constraints would have particles.
+    pub put: Put<'a>,
     /// Instructions to use.
     pub instructions: Instructions,
 }
@@ -382,7 +402,13 @@ impl Work<'_> {
                 &*self.part.previous,
                 self.piece.particles.start,
             );
-            solve_batch(kernel, index, particles, multipliers, self.instructions);
+            solve_batch(
+                kernel,
+                index,
+                particles,
+                multipliers,
+                (self.put, self.instructions),
+            );
         }
     }
 }

@@ -9,12 +9,16 @@
 //! so what contact, friction and hands did is known exactly. What gravity and the elastic effects
 //! did is set against the energies that they store; what is left over is then told apart as
 //!
-//! - **damping**: −(τ/α) ΔC²/h, what a dashpot of the given τ takes at the rate of change ΔC/h;
+//! - **damping**: −(τ/α) ΔC²/h, what a dashpot of the given τ takes at the rate of change ΔC/h, and
+//!   what particles do not keep of their velocity where a [`Method`](super::Method) says so;
 //! - **integrator**: −½ Σ m (hg + Δvₑ)·Δv − ½ Σ ΔC²/α, Δvₑ being the share of the elastic effects.
 //!   It is what implicit Euler takes when it is solved to the end: forces of the end of the substep
 //!   work over all of its way;
 //! - **sweeps**: the rest, which solving to the end and shorter substeps make small. It is what the
 //!   sweeps left of the constraints' equations, and the curvature of C within a substep.
+//!
+//! In a substep of second order Δv has one more share, by which the last two states have changed v
+//! before it: the integrator's.
 //!
 //! Velocities are rounded when gravity is added and positions when they are predicted; what that
 //! does is **rounding**, apart from all of these.
@@ -23,7 +27,7 @@
 
 use super::{
     Factors, ForceKind, Friction, Lambdas, Particles, Substep,
-    advance::{Means, NotFinite, Stage, Stepper},
+    advance::{Means, NotFinite, Solve, Stage, Stepper},
     elastic::{Elastic, Visit},
 };
 use glam::{DVec3, Vec4};
@@ -135,6 +139,8 @@ struct Book {
     errors: Errors,
     /// The state at the start of the substep.
     start: Particles,
+    /// Velocities that the substep begins with [m/s].
+    leapt: Vec<Vec4>,
     /// Velocities after forces from outside have acted [m/s].
     forced: Vec<Vec4>,
     /// Ways x − p of the particles before the part that is under way [m].
@@ -242,6 +248,8 @@ impl Book {
         means: &Means,
     ) -> Result<Ledger, NotFinite> {
         self.start.clone_from(body.particles);
+        body.begin(step, means);
+        self.leapt.clone_from(&body.particles.velocities);
         for kind in ForceKind::ALL {
             body.stage(Stage::Force(kind), step, 0, means)?;
         }
@@ -249,25 +257,20 @@ impl Book {
         body.stage(Stage::Presolve, step, 0, means)?;
         self.begin(body.particles);
         self.contact(body, Stage::StickyGround, step, 0, means)?;
-        for iteration in 0..step.iterations {
-            for stage in Stage::SOLVE {
-                match stage {
-                    Stage::Ground | Stage::Collide => {
-                        self.contact(body, stage, step, iteration, means)?;
-                    }
-                    _ => {
-                        let cause = match stage {
-                            Stage::Grab => Cause::Hand,
-                            _ => Cause::Elastic,
-                        };
-                        body.stage(stage, step, iteration, means)?;
-                        self.credit(body.particles, cause);
-                    }
-                }
+        for (stage, iteration) in Solve::of(body.effects).stages(*step) {
+            if matches!(stage, Stage::Ground | Stage::Collide) {
+                self.contact(body, stage, step, iteration, means)?;
+                continue;
             }
+            let cause = match stage {
+                Stage::Grab => Cause::Hand,
+                _ => Cause::Elastic,
+            };
+            body.stage(stage, step, iteration, means)?;
+            self.credit(body.particles, cause);
         }
         body.stage(Stage::Postsolve, step, 0, means)?;
-        let h = f64::from(step.h);
+        let h = body.particles.history.seconds(f64::from(step.h));
         let errors = Errors::of(body);
         let stored = Stored::between(&self.errors, &errors, h);
         self.errors = errors;
@@ -356,9 +359,11 @@ impl Book {
 
     /// Adds up a substep when it has ended.
     fn close(&self, particles: &Particles, step: &Substep, stored: Stored) -> Ledger {
-        let h = f64::from(step.h);
+        let second = particles.history.is_second_order();
+        let h = particles.history.seconds(f64::from(step.h));
         let gravity = step.gravity.as_dvec3();
         let fall = gravity * h;
+        let lost = 1.0 - step.method.keeps_speed().map_or(1.0, f64::from);
         let mut sum = Ledger {
             damping: stored.damping,
             ..Ledger::default()
@@ -375,17 +380,31 @@ impl Book {
             let [elastic, hand, contact, friction] =
                 [&self.elastic, &self.hand, &self.contact, &self.friction]
                     .map(|column| column[index] / h);
-            let forces = self.forced[index].truncate().as_dvec3() - start;
-            let rounding = change - fall - forces - elastic - hand - contact - friction;
+            let leapt = self.leapt[index].truncate().as_dvec3();
+            let forces = self.forced[index].truncate().as_dvec3() - leapt;
+            let faded = (forces + leapt + fall) * -lost;
+            let leap = leapt - start;
+            let rounding =
+                change - leap - fall - forces - faded - elastic - hand - contact - friction;
+            sum.damping += mass * faded.dot(mean);
             sum.forces += mass * forces.dot(mean);
             sum.hand += mass * hand.dot(mean);
             // A bounce moves the previous position, which is height that the particle does not fall.
             let from = self.start.positions[index] - particles.previous[index];
-            let lent = gravity.dot(from.truncate().as_dvec3());
+            let lent = if second {
+                0.0
+            } else {
+                gravity.dot(from.truncate().as_dvec3())
+            };
             sum.contact += mass * (contact.dot(mean) + lent);
             sum.friction += mass * friction.dot(mean);
             sum.rounding += mass * rounding.dot(mean);
             sum.integrator -= 0.5 * mass * (fall + elastic).dot(change);
+            if second {
+                // Gravity has acted over ⅔h of what the particle has fallen since the substep before.
+                let way = (*x - self.start.positions[index]).truncate().as_dvec3();
+                sum.integrator += mass * (leap.dot(mean) + fall.dot(end) - gravity.dot(way));
+            }
             elastic_work += mass * elastic.dot(end);
         }
         sum.integrator += stored.integrator;

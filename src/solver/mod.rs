@@ -24,10 +24,12 @@ pub mod direct;
 pub mod elastic;
 mod fit;
 pub mod force;
+pub mod history;
 pub mod lanes;
 pub mod ledger;
 pub mod measure;
 pub mod memory;
+pub mod method;
 pub mod modes;
 pub mod numbering;
 pub mod order;
@@ -67,14 +69,17 @@ pub use delivered::Delivered;
 pub use direct::{Direct, Factors};
 pub use elastic::{ElasticKind, Lambdas};
 pub use force::{Attract, Drag, ForceKind, Uniform, Vortex, Wind};
+pub use history::History;
 pub use lanes::Instructions;
 pub use ledger::Ledger;
+pub use method::Method;
 pub use modes::Modes;
 pub use particles::Particles;
 pub use quantity::{
-    Coefficient, Compliance, Damping, Density, Filling, Finite, FlexuralRigidity, Force, Friction,
-    InvalidValue, Iterations, Length, Mass, MembraneCompliance, PoissonRatio, Rate, Restitution,
-    Slack, Stiffness, Strain, Substeps, Thickness, YoungsModulus,
+    Coefficient, CollisionIterations, Compliance, Damping, Density, Filling, Finite,
+    FlexuralRigidity, Force, Friction, InvalidValue, Iterations, Length, Mass, MembraneCompliance,
+    Order, PoissonRatio, Rate, Restitution, Share, Slack, SmoothingIterations, Stiffness, Strain,
+    Substeps, Thickness, YoungsModulus,
 };
 pub use rest::SleepSettings;
 pub use shape::RestShape;

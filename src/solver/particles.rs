@@ -1,5 +1,6 @@
 //! The state of a body: its particles. Everything else about a body only describes.
 
+use super::History;
 use glam::{Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
@@ -12,6 +13,8 @@ pub struct Particles {
     pub previous: Vec<Vec4>,
     /// Velocity in xyz [m/s]; w is 0.
     pub velocities: Vec<Vec4>,
+    /// What they were one substep ago, for [steps of second order](super::history).
+    pub history: History,
 }
 
 impl Particles {
@@ -23,6 +26,7 @@ impl Particles {
             previous: positions.clone(),
             velocities: vec![Vec4::ZERO; positions.len()],
             positions,
+            history: History::default(),
         }
     }
 

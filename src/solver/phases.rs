@@ -22,6 +22,8 @@ use std::iter::Peekable;
 pub(super) enum Task {
     /// A force from outside.
     Force { kind: ForceKind, substep: u32 },
+    /// Velocities lose a share of what they will be after gravity.
+    Fade,
     /// First stage.
     Begin,
     /// What touches sticky ground goes back to where it was.
@@ -40,6 +42,8 @@ pub(super) enum Task {
     Pressure { iteration: u32 },
     /// What else elastic effects do, as one system.
     Direct { substep: u32 },
+    /// Every particle goes to the mean of where the constraints of an effect would have it.
+    Average { kind: ElasticKind, sweep: u32 },
     /// Tethers to pins.
     Tether,
     /// The hold of a hand.
@@ -55,11 +59,11 @@ impl Task {
     pub fn stage(self) -> Stage {
         match self {
             Self::Force { kind, .. } => Stage::Force(kind),
-            Self::Begin => Stage::Presolve,
+            Self::Fade | Self::Begin => Stage::Presolve,
             Self::Stick => Stage::StickyGround,
-            Self::Elastic { kind, .. } => Stage::Elastic(kind),
             Self::Pressure { .. } => Stage::Pressure,
             Self::Direct { .. } => Stage::Direct,
+            Self::Elastic { kind, .. } | Self::Average { kind, .. } => Stage::Elastic(kind),
             Self::Tether => Stage::Tethers,
             Self::Grab { .. } => Stage::Grab,
             Self::Ground => Stage::Ground,

@@ -264,6 +264,45 @@ quantity!(
     |v| (1..=10_000).contains(&v)
 );
 
+quantity!(
+    /// Passes over all contacts a substep, spread evenly over its sweeps; 0 is one after each sweep.
+    CollisionIterations(u32), "collision_iterations", default 0, "a whole number between 0 and 10000",
+    |v| v <= 10_000
+);
+
+impl CollisionIterations {
+    /// How many passes come after sweep number `sweep` of `sweeps`; the last sweep has at least one.
+    #[must_use]
+    pub fn after(self, sweep: u32, sweeps: u32) -> u32 {
+        if self.0 == 0 {
+            return 1;
+        }
+        let until = |sweep: u32| u64::from(self.0) * u64::from(sweep) / u64::from(sweeps.max(1));
+        (until(sweep + 1) - until(sweep)) as u32
+    }
+}
+
+quantity!(
+    /// Averaged passes after the sweeps of a substep.
+    SmoothingIterations(u32), "smoothing_iterations", default 0, "a whole number between 0 and 10000",
+    |v| v <= 10_000
+);
+quantity!(
+    /// Order of the steps in time: 1 is implicit Euler, 2 is BDF2.
+    Order(u32), "order", default 1, "1 or 2", |v| v == 1 || v == 2
+);
+quantity!(
+    /// A share.
+    Share(f32), "a share", default 1.0, "between 0 and 1", |v| (0.0..=1.0).contains(&v)
+);
+
+impl Share {
+    /// A constant, which is within the range.
+    pub(super) const fn of(value: f32) -> Self {
+        Self(value)
+    }
+}
+
 impl Substeps {
     /// The greatest number there is.
     pub const MOST: u32 = 10_000;
@@ -285,6 +324,7 @@ from_float!(
     Mass,
     Friction,
     Restitution,
+    Share,
     Length,
     Finite,
     Coefficient,
@@ -292,7 +332,10 @@ from_float!(
 );
 from_whole!(
     Substeps, "substeps", "a whole number between 1 and 10000";
-    Iterations, "iterations", "a whole number between 1 and 10000"
+    Iterations, "iterations", "a whole number between 1 and 10000";
+    CollisionIterations, "collision_iterations", "a whole number between 0 and 10000";
+    SmoothingIterations, "smoothing_iterations", "a whole number between 0 and 10000";
+    Order, "order", "1 or 2"
 );
 
 impl TryFrom<f64> for Rate {

@@ -5,11 +5,13 @@
 //! order of constraints from the fast bodies, so that both solve the same equations.
 
 use super::{
-    Effects, ElasticKind, Leads, Pressure, Settings, SurfacePoint, Topology,
+    Effects, ElasticKind, Leads, Pressure, Settings, Substep, SurfacePoint, Topology,
     constraint::{block::DEPENDENT, pressure::Walls, tethers},
     contact::{Collider, ColliderShape, Pose},
     elastic::{Elastic, Point, Row, Visit},
     force::{Force, Moment, Mote, VisitForces},
+    history::SHARE,
+    method::Averaging,
 };
 use glam::{DMat3, DVec3, Vec4};
 use std::{cell::Cell, sync::Arc};
@@ -60,6 +62,21 @@ pub struct Body {
     pub lambdas: [Vec<f64>; ElasticKind::COUNT],
     /// λ of the pressure.
     pub walls: Walls,
+    /// What [steps of second order](super::history) need of the substep before.
+    past: Past,
+}
+
+/// What a body was one substep ago.
+#[derive(Debug, Clone, Default)]
+struct Past {
+    /// Positions and velocities then; none at first.
+    state: Option<(Vec<DVec3>, Vec<DVec3>)>,
+    /// Length of that substep as implicit Euler has it [s].
+    seconds: f64,
+    /// Length of a substep [s].
+    h: f64,
+    /// Whether something was touched in it.
+    touched: bool,
 }
 
 /// A grab.
@@ -72,6 +89,19 @@ pub struct Hold {
     damping: f64,
     max_force: f64,
     multiplier: f64,
+}
+
+/// A sweep over the constraints of elastic effects.
+#[derive(Clone, Copy)]
+struct Sweep {
+    /// Length of the substep that compliance and damping are taken for [s].
+    h: f64,
+    /// Whether multipliers begin anew.
+    first: bool,
+    /// How much of its way a constraint goes.
+    share: f64,
+    /// How ways are averaged, if they are.
+    averaging: Option<Averaging>,
 }
 
 /// See the fast solver's constant of the same name.
@@ -98,8 +128,9 @@ impl World {
         let h = self.settings.substep_seconds();
         for body in &mut self.bodies {
             body.p.clone_from(&body.x);
+            let compliant = self.settings.method.compliant_seconds(h);
             for _ in 0..sweeps {
-                body.solve_elastic(h, true);
+                body.solve_elastic(compliant, true);
                 body.solve_tethers();
                 // What is below the ground by as little as this is thrown out of it as fast.
                 for (x, w) in body.x.iter_mut().zip(&body.w) {
@@ -122,21 +153,43 @@ impl World {
         for index in 0..substeps {
             let start = self.time + h * f64::from(index);
             let share = f64::from(index + 1) / f64::from(substeps);
+            let step = self.settings.substep(index);
             for body in &mut self.bodies {
+                let (whole, end) = (h, start + h);
+                let h = if self.settings.order.get() == 2 && !self.keeps_multipliers {
+                    let colliders = self.colliders.iter();
+                    let swept = colliders.map(|collider| {
+                        (
+                            collider.shape,
+                            collider.pose_at(start),
+                            collider.pose_at(end),
+                        )
+                    });
+                    body.look_back(whole, gravity, swept)
+                } else {
+                    whole
+                };
                 body.push_by_forces(Moment { time: start, h });
+                if let Some(kept) = step.method.keeps_speed() {
+                    for v in &mut body.v {
+                        *v = (*v + gravity * h) * f64::from(kept) - gravity * h;
+                    }
+                }
                 body.presolve(h, gravity);
-                if self.keeps_multipliers {
+                if self.keeps_multipliers && !step.method.is_rigid() {
                     body.pull();
                 }
-                for iteration in 0..self.settings.iterations.get() {
+                for iteration in 0..step.sweeps() {
                     let anew = iteration == 0 && !self.keeps_multipliers;
-                    body.solve_elastic(h, anew);
+                    body.sweep(&step, h, iteration, anew);
                     body.solve_tethers();
                     body.solve_grab(h, share, f64::from(substeps), iteration == 0);
-                    body.solve_ground(h, gravity);
-                    for collider in &self.colliders {
-                        let (from, to) = (collider.pose_at(start), collider.pose_at(start + h));
-                        body.solve_collider(h, gravity, collider.shape, &from, &to);
+                    for _ in 0..step.contacts_after(iteration) {
+                        body.solve_ground(h, gravity);
+                        for collider in &self.colliders {
+                            let (from, to) = (collider.pose_at(start), collider.pose_at(end));
+                            body.solve_collider(h, gravity, collider.shape, &from, &to);
+                        }
                     }
                 }
                 body.postsolve(h);
@@ -175,6 +228,7 @@ impl Body {
             collide: None,
             lambdas: Default::default(),
             walls: Walls::default(),
+            past: Past::default(),
         };
         twin.carry(&body.effects);
         twin
@@ -236,6 +290,53 @@ impl Body {
         effects.visit_forces(&mut Act(self, moment));
     }
 
+    /// Begins a substep of `h` seconds by BDF2, or, at contacts and where there is no past, by implicit
+    /// Euler; returns its length as the latter has it.
+    fn look_back(
+        &mut self,
+        h: f64,
+        gravity: DVec3,
+        swept: impl Iterator<Item = (ColliderShape, Pose, Pose)> + Clone,
+    ) -> f64 {
+        let heights = [self.ground.map(|(height, ..)| height), self.sticky_ground];
+        let height = heights.into_iter().flatten().reduce(f64::max);
+        let meets = (0..self.x.len()).filter(|&i| self.w[i] > 0.0).any(|i| {
+            let (from, to) = (self.x[i], self.x[i] + (self.v[i] + gravity * h) * h);
+            height.is_some_and(|height| from.y.min(to.y) <= height)
+                || self.collide.is_some()
+                    && swept.clone().any(|(shape, start, end)| {
+                        let (start, end) = (Frame::of(&start), Frame::of(&end));
+                        exit(shape, start.undo(from), end.undo(to)).is_some()
+                    })
+        });
+        let past = std::mem::take(&mut self.past);
+        let unwritten = (0..self.x.len()).filter(|&i| self.w[i] > 0.0).all(|i| {
+            let way = self.x[i] - self.p[i];
+            (way - self.v[i] * past.seconds).length() <= 1e-5 * way.length()
+        });
+        let now = (self.x.clone(), self.v.clone());
+        let mut seconds = h;
+        if let Some((x, v)) = past.state
+            && !meets
+            && !past.touched
+            && past.h == h
+            && unwritten
+        {
+            for i in (0..self.x.len()).filter(|&i| self.w[i] > 0.0) {
+                self.x[i] = (self.x[i] * 4.0 - x[i]) / 3.0;
+                self.v[i] = (self.v[i] * 4.0 - v[i]) / 3.0;
+            }
+            seconds = h * SHARE;
+        }
+        self.past = Past {
+            state: Some(now),
+            seconds,
+            h,
+            touched: false,
+        };
+        seconds
+    }
+
     fn presolve(&mut self, h: f64, gravity: DVec3) {
         for i in 0..self.x.len() {
             self.p[i] = self.x[i];
@@ -251,6 +352,7 @@ impl Body {
             {
                 self.x[i] = self.p[i];
                 self.x[i].y = height;
+                self.past.touched = true;
             }
         }
     }
@@ -299,19 +401,41 @@ impl Body {
         self.lambdas[E::KIND as usize] = lambdas;
     }
 
-    /// One sweep over the constraints of all elastic effects, and of pressure; λ starts at 0 with the
-    /// first sweep of a substep.
+    /// One sweep over the constraints of all elastic effects by XPBD, and of pressure; λ starts at 0
+    /// with the first sweep of a substep.
     pub fn solve_elastic(&mut self, h: f64, first: bool) {
-        struct Sweep<'a>(&'a mut Body, f64, bool);
-        impl Visit for Sweep<'_> {
+        self.visit_elastic(Sweep {
+            h,
+            first,
+            share: 1.0,
+            averaging: None,
+        });
+    }
+
+    /// Sweep number `iteration` of a substep by its method.
+    fn sweep(&mut self, step: &Substep, h: f64, iteration: u32, first: bool) {
+        self.visit_elastic(Sweep {
+            h: step.method.compliant_seconds(h),
+            first,
+            share: step.method.share().into(),
+            averaging: step.averaging(iteration),
+        });
+    }
+
+    fn visit_elastic(&mut self, sweep: Sweep) {
+        struct Solve<'a>(&'a mut Body, Sweep);
+        impl Visit for Solve<'_> {
             fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
-                self.0.solve(effect, self.1, self.2);
+                match self.1.averaging {
+                    Some(averaging) => self.0.average(effect, self.1, averaging),
+                    None => self.0.solve_by(effect, self.1),
+                }
             }
         }
         let effects = self.effects;
-        effects.visit(&mut Sweep(self, h, first));
+        effects.visit(&mut Solve(self, sweep));
         if let Some(pressure) = effects.pressure {
-            self.solve_pressure(&pressure, h, first);
+            self.solve_pressure(&pressure, sweep.h, sweep.first);
         }
     }
 
@@ -330,12 +454,71 @@ impl Body {
         self.blow(change);
     }
 
-    /// One sweep over the constraints of one effect.
+    /// Moves every particle to the mean of where the constraints of an effect would have it, each by
+    /// itself and all from where particles are now.
+    fn average<const N: usize, const M: usize, E: Elastic<N, M>>(
+        &mut self,
+        effect: &E,
+        Sweep { h, first, .. }: Sweep,
+        Averaging { own_weight, alike }: Averaging,
+    ) {
+        let topology = Arc::clone(&self.topology);
+        let mut lambdas = std::mem::take(&mut self.lambdas[E::KIND as usize]);
+        if first {
+            lambdas.clear();
+        }
+        lambdas.resize(E::KIND.multipliers(&topology), 0.0);
+        let gamma = f64::from(effect.damping().get()) / h;
+        let mut sums = vec![(DVec3::ZERO, 0.0); self.x.len()];
+        let elements = E::elements(&topology).corners().enumerate();
+        for ((index, corners), lambda) in elements.zip(lambdas.chunks_exact(M)) {
+            let mut points = self.points(corners);
+            if alike {
+                for point in &mut points {
+                    point.w = 1.0;
+                }
+            }
+            let rows = effect.rows(&topology, index, points);
+            let way = corners.map(|i| self.x[i as usize] - self.p[i as usize]);
+            let change = xpbd(&rows, points.map(|point| point.w), way, lambda, gamma, h);
+            for (corner, i) in corners.into_iter().enumerate() {
+                let (sum, count) = &mut sums[i as usize];
+                for (row, change) in rows.iter().zip(change) {
+                    *sum += row.gradients[corner] * (points[corner].w * change);
+                }
+                *count += 1.0;
+            }
+        }
+        for ((x, w), (sum, count)) in self.x.iter_mut().zip(&self.w).zip(sums) {
+            if *w > 0.0 && count > 0.0 {
+                *x += sum / (count + f64::from(own_weight));
+            }
+        }
+        self.lambdas[E::KIND as usize] = lambdas;
+    }
+
+    /// One sweep over the constraints of one effect by XPBD.
     pub fn solve<const N: usize, const M: usize, E: Elastic<N, M>>(
         &mut self,
         effect: &E,
         h: f64,
         first: bool,
+    ) {
+        let sweep = Sweep {
+            h,
+            first,
+            share: 1.0,
+            averaging: None,
+        };
+        self.solve_by(effect, sweep);
+    }
+
+    fn solve_by<const N: usize, const M: usize, E: Elastic<N, M>>(
+        &mut self,
+        effect: &E,
+        Sweep {
+            h, first, share, ..
+        }: Sweep,
     ) {
         let topology = Arc::clone(&self.topology);
         let mut lambdas = std::mem::take(&mut self.lambdas[E::KIND as usize]);
@@ -350,6 +533,7 @@ impl Body {
             let rows = effect.rows(&topology, index, points);
             let way = corners.map(|i| self.x[i as usize] - self.p[i as usize]);
             let change = xpbd(&rows, points.map(|point| point.w), way, lambda, gamma, h);
+            let change = change.map(|change| change * share);
             for (lambda, change) in lambda.iter_mut().zip(change) {
                 *lambda += change;
             }
@@ -480,6 +664,7 @@ impl Body {
         depth: f64,
         carried: DVec3,
     ) {
+        self.past.touched = true;
         self.x[i] += normal * depth;
         let slip = (self.x[i] - self.p[i] - carried).reject_from_normalized(normal);
         let hold = friction * depth;

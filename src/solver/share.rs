@@ -14,7 +14,12 @@ use super::{
     particles::Part,
 };
 use glam::Vec4;
-use std::{marker::PhantomData, ops::Range, slice};
+use std::{
+    marker::PhantomData,
+    ops::Range,
+    slice,
+    sync::atomic::{AtomicBool, Ordering},
+};
 
 /// The parts of a [`Stepper`] that change, for threads to take pieces of.
 pub(super) struct Shared<'a> {
@@ -23,9 +28,11 @@ pub(super) struct Shared<'a> {
     velocities: *mut Vec4,
     particles: usize,
     lambdas: [Column; ElasticKind::COUNT],
+    sums: (*mut Vec4, usize),
     grab: *mut Option<Grab>,
     walls: *mut Walls,
     factors: *mut Factors,
+    touched: AtomicBool,
     lives: PhantomData<&'a mut ()>,
 }
 
@@ -56,10 +63,15 @@ impl<'a> Shared<'a> {
             previous: particles.previous.as_mut_ptr(),
             velocities: particles.velocities.as_mut_ptr(),
             particles: count,
+            sums: {
+                let sums = body.lambdas.sums();
+                (sums.as_mut_ptr(), sums.len())
+            },
             lambdas: body.lambdas.columns().each_mut().map(column),
             grab: &raw mut body.effects.grab,
             walls: &raw mut body.lambdas.walls,
             factors: &raw mut *body.factors,
+            touched: AtomicBool::new(false),
             lives: PhantomData,
         }
     }
@@ -107,6 +119,36 @@ impl<'a> Shared<'a> {
         self.lambdas
             .each_ref()
             .map(|column| unsafe { column.part(0..column.len) })
+    }
+
+    /// A contact was made, or not.
+    pub fn touch(&self, touched: bool) {
+        if touched {
+            self.touched.store(true, Ordering::Relaxed);
+        }
+    }
+
+    /// Whether any was, once all threads are done.
+    pub fn touched(&self) -> bool {
+        self.touched.load(Ordering::Relaxed)
+    }
+
+    /// Room to add up ways of the particles of a piece.
+    ///
+    /// # Panics
+    /// If none has been made.
+    ///
+    /// # Safety
+    /// As of [`part`](Self::part).
+    pub unsafe fn sums(&self, piece: &Piece) -> &mut [Vec4] {
+        let Range { start, end } = piece.particles;
+        let (first, count) = self.sums;
+        assert!(
+            start <= end && end <= count,
+            "sums of {start}..{end} of {count}"
+        );
+        // SAFETY: in bounds by the assertion; theirs alone by the caller's promise.
+        unsafe { slice::from_raw_parts_mut(first.add(start), end - start) }
     }
 
     /// The hold of a hand.

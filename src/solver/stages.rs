@@ -40,6 +40,26 @@ pub fn turn(part: Part, h: f32, gravity: Vec3, instructions: Instructions) -> Re
     Ok(())
 }
 
+/// Before the first stage: a velocity keeps a share of what it will be after gravity [m/s²] has acted
+/// over a substep of `h` seconds.
+pub fn fade(part: Part, h: f32, gravity: Vec3, kept: f32) {
+    let lost = (gravity * (h * (1.0 - kept))).extend(0.0);
+    for v in part.velocities {
+        *v = *v * kept - lost;
+    }
+}
+
+/// Moves every particle by the mean of the ways that are added up in xyz of `sums` and counted in w,
+/// its own place counting as `own_weight` of them; leaves zeros there.
+pub fn average(part: Part, sums: &mut [Vec4], own_weight: f32) {
+    for (x, sum) in part.positions.iter_mut().zip(sums) {
+        if x.w > 0.0 && sum.w > 0.0 {
+            *x += (sum.truncate() / (sum.w + own_weight)).extend(0.0);
+        }
+        *sum = Vec4::ZERO;
+    }
+}
+
 fn check(part: &Part) -> Result<(), usize> {
     first_not_finite(part.positions).map_or(Ok(()), Err)
 }

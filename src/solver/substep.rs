@@ -1,6 +1,9 @@
 //! What a substep is given: its length, its place in the tick, gravity.
 
-use super::{InvalidValue, Iterations, Rate, Substeps, quantity::finite};
+use super::{
+    CollisionIterations, InvalidValue, Iterations, Method, Order, Rate, SmoothingIterations,
+    Substeps, method::Averaging, quantity::finite,
+};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
@@ -16,6 +19,18 @@ pub struct Settings {
     pub substeps: Substeps,
     /// Sweeps over all constraints a substep; default 1.
     pub iterations: Iterations,
+    /// Passes over ground and colliders a substep, spread evenly over its sweeps, the last one after
+    /// the last sweep; default 0, one after each sweep. More of them than sweeps come several after
+    /// one sweep.
+    pub collision_iterations: CollisionIterations,
+    /// Passes after the sweeps of a substep in which every particle goes to the mean of where the
+    /// constraints of an effect would have it (Jacobi), so that what cannot be satisfied is spread
+    /// evenly; default 0. They leave multipliers alone. Contacts come once more after them.
+    pub smoothing_iterations: SmoothingIterations,
+    /// How a sweep solves the constraints of elastic effects; default XPBD.
+    pub method: Method,
+    /// Order of the steps in time: 1, the default, is implicit Euler, 2 is [BDF2](super::history).
+    pub order: Order,
 }
 
 #[derive(Deserialize)]
@@ -25,6 +40,10 @@ struct Unchecked {
     rate: Rate,
     substeps: Substeps,
     iterations: Iterations,
+    collision_iterations: CollisionIterations,
+    smoothing_iterations: SmoothingIterations,
+    method: Method,
+    order: Order,
 }
 
 impl Default for Unchecked {
@@ -34,12 +53,20 @@ impl Default for Unchecked {
             rate,
             substeps,
             iterations,
+            collision_iterations,
+            smoothing_iterations,
+            method,
+            order,
         } = Settings::default();
         Self {
             gravity,
             rate,
             substeps,
             iterations,
+            collision_iterations,
+            smoothing_iterations,
+            method,
+            order,
         }
     }
 }
@@ -52,6 +79,10 @@ impl TryFrom<Unchecked> for Settings {
             rate: unchecked.rate,
             substeps: unchecked.substeps,
             iterations: unchecked.iterations,
+            collision_iterations: unchecked.collision_iterations,
+            smoothing_iterations: unchecked.smoothing_iterations,
+            method: unchecked.method,
+            order: unchecked.order,
             ..Self::default()
         };
         settings.set_gravity(unchecked.gravity)?;
@@ -66,6 +97,10 @@ impl Default for Settings {
             rate: Rate::default(),
             substeps: Substeps::default(),
             iterations: Iterations::default(),
+            collision_iterations: CollisionIterations::default(),
+            smoothing_iterations: SmoothingIterations::default(),
+            method: Method::default(),
+            order: Order::default(),
         }
     }
 }
@@ -112,6 +147,9 @@ impl Settings {
             index,
             count,
             iterations: self.iterations.get(),
+            collision_iterations: self.collision_iterations,
+            smoothing_iterations: self.smoothing_iterations.get(),
+            method: self.method,
         }
     }
 }
@@ -129,6 +167,12 @@ pub struct Substep {
     pub count: u32,
     /// Sweeps over all constraints.
     pub iterations: u32,
+    /// Passes over all contacts.
+    pub collision_iterations: CollisionIterations,
+    /// Averaged passes after them.
+    pub smoothing_iterations: u32,
+    /// How constraints are solved.
+    pub method: Method,
 }
 
 impl Substep {
@@ -136,5 +180,28 @@ impl Substep {
     #[must_use]
     pub fn is_last(&self) -> bool {
         self.index + 1 == self.count
+    }
+
+    /// Sweeps with the averaged passes after them.
+    #[must_use]
+    pub fn sweeps(&self) -> u32 {
+        self.iterations + self.smoothing_iterations
+    }
+
+    /// How many passes over all contacts come after a sweep.
+    #[must_use]
+    pub fn contacts_after(&self, iteration: u32) -> u32 {
+        if iteration < self.iterations {
+            self.collision_iterations.after(iteration, self.iterations)
+        } else {
+            u32::from(iteration + 1 == self.sweeps())
+        }
+    }
+
+    /// How a sweep is averaged, if it is.
+    pub(super) fn averaging(&self, iteration: u32) -> Option<Averaging> {
+        let smooths = iteration >= self.iterations;
+        let of_method = self.method.averaging();
+        of_method.or_else(|| smooths.then(Averaging::default))
     }
 }

@@ -68,7 +68,7 @@ impl World {
                 body.end_tick(seconds as f32, sleep);
             }
         };
-        let sweeps = settings.substeps.get() as usize * settings.iterations.get() as usize;
+        let sweeps = settings.substeps.get() as usize * settings.substep(0).sweeps() as usize;
         let load = |body: &Body| match body.is_active() {
             true => body.effects.load(&body.topology, sweeps),
             false => Load::default(),

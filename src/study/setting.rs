@@ -1,7 +1,9 @@
 //! A way to solve: a method, and how many substeps and iterations.
 
 use crate::solver::{
-    Body, Compliance, Direct, InvalidValue, Iterations, Stiffness, Substeps, World, direct,
+    self, Body, Compliance, Direct, InvalidValue, Iterations, Share, Stiffness, Substeps, World,
+    direct,
+    elastic::{Elastic, Visit},
 };
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -10,7 +12,8 @@ use std::fmt;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
-    /// Extended position-based dynamics, sweep by sweep (Gauss–Seidel).
+    /// What the scene has; extended position-based dynamics, sweep by sweep (Gauss–Seidel), unless it
+    /// says otherwise.
     Xpbd,
     /// Classic position-based dynamics: the same with every compliance 0, so that stiffness is what
     /// the sweeps make of it.
@@ -36,24 +39,20 @@ impl Method {
 
     /// Makes a world use it.
     pub fn apply(self, world: &mut World) {
-        for body in &mut world.bodies {
-            match self {
-                Self::Xpbd => continue,
-                Self::Pbd => {}
-                Self::Direct => {
-                    if is_slender(body) && direct::work(&body.topology, &body.effects).is_some() {
-                        body.effects.direct = Some(Direct {});
-                    }
-                    continue;
+        match self {
+            Self::Xpbd => {}
+            Self::Pbd => {
+                let stiffness = Share::default();
+                world.settings.method = solver::Method::Pbd { stiffness };
+                for body in &mut world.bodies {
+                    make_rigid(body);
                 }
             }
-            if let Some(stretch) = &mut body.effects.stretch {
-                stretch.compliance = Compliance::default();
-                stretch.axial_stiffness = Stiffness::default();
-            }
-            if let Some(volume) = &mut body.effects.volume {
-                volume.compliance = Compliance::default();
-                volume.bulk_modulus = Stiffness::default();
+            Self::Direct => {
+                let bodies = world.bodies.iter_mut();
+                for body in bodies.filter(|body| can_be_direct(body)) {
+                    body.effects.direct = Some(Direct {});
+                }
             }
         }
     }
@@ -61,14 +60,44 @@ impl Method {
     /// Whether it does anything else to this world than XPBD does.
     #[must_use]
     pub fn differs(self, world: &World) -> bool {
-        let mut changed = world.clone();
-        self.apply(&mut changed);
-        let effects = |world: &World| -> Vec<_> {
-            let bodies = world.bodies.iter();
-            bodies.map(|body| body.effects).collect()
-        };
-        effects(world) != effects(&changed)
+        match self {
+            Self::Xpbd => false,
+            Self::Pbd => world.settings.method == solver::Method::Xpbd && !all_rigid(world),
+            Self::Direct => world.bodies.iter().any(can_be_direct),
+        }
     }
+}
+
+/// Edges and volumes without compliance, so that what is rigid stores no energy.
+fn make_rigid(body: &mut Body) {
+    if let Some(stretch) = &mut body.effects.stretch {
+        stretch.compliance = Compliance::default();
+        stretch.axial_stiffness = Stiffness::default();
+    }
+    if let Some(volume) = &mut body.effects.volume {
+        volume.compliance = Compliance::default();
+        volume.bulk_modulus = Stiffness::default();
+    }
+}
+
+/// Whether nothing in a world is soft or damped.
+fn all_rigid(world: &World) -> bool {
+    struct Rigid(bool);
+    impl Visit for Rigid {
+        fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
+            self.0 &= effect.is_rigid() && effect.damping().get() == 0.0;
+        }
+    }
+    let mut rigid = Rigid(true);
+    for body in &world.bodies {
+        body.effects.visit(&mut rigid);
+    }
+    rigid.0
+}
+
+/// Whether a body is slender, and not too large to be solved directly.
+fn can_be_direct(body: &Body) -> bool {
+    is_slender(body) && direct::work(&body.topology, &body.effects).is_some()
 }
 
 /// Whether a body is a solid at least four times as long as thick.

@@ -4,15 +4,12 @@ use crate::{
     support::{
         self, G, assert_relative, body_of_masses, chain, damping, pinned, settings, stretch,
     },
-    support_app::{app_of, cubes, systems, ticks},
+    support_app::{app_of, cubes, systems_of_sweep, ticks},
 };
 use bevy::prelude::*;
 use pliant::{
     effect::{Collide, Stretch, Volume},
-    simulation::{
-        BodyDensity, Multipliers, Pins, SimulationSettings, SoftBody, SolveSchedule, plain,
-        state_hash,
-    },
+    simulation::{BodyDensity, Multipliers, Pins, SimulationSettings, SoftBody, plain, state_hash},
     solver::{
         self, Collider, ColliderShape, Compliance, Density, Effects, ElasticKind, Particles, Pose,
     },
@@ -123,10 +120,7 @@ fn an_effect_that_came_and_went_without_acting_leaves_no_trace() {
     }
     (0..60).for_each(|_| expected.tick());
     assert_eq!(state_hash(app.world_mut()), expected.state_hash());
-    assert_eq!(
-        systems(&app, SolveSchedule),
-        ["stretch", "volume", "ground"]
-    );
+    assert_eq!(systems_of_sweep(&app), ["stretch", "volume", "ground"]);
 }
 
 #[test]

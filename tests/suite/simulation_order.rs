@@ -3,7 +3,7 @@
 
 use crate::{
     support::tetrahedron,
-    support_app::{app, app_of, app_with, cubes, systems, ticks},
+    support_app::{app, app_of, app_with, cubes, systems, systems_of_sweep, ticks},
 };
 use bevy::{
     ecs::schedule::{ScheduleLabel, Schedules},
@@ -12,10 +12,10 @@ use bevy::{
 use pliant::{
     effect::{Collide, Effect, EffectPlugin, Ground, Parameter, Stretch, Volume},
     simulation::{
-        Active, CurrentSubstep, EffectSystems, SoftBody, SolvePhase, SolveSchedule, SolverSystems,
-        SubstepSchedule,
+        Active, ContactSchedule, CurrentSubstep, EffectSystems, SimulationSettings, SoftBody,
+        SolvePhase, SolveSchedule, SolverSystems, SubstepSchedule,
     },
-    solver::Particles,
+    solver::{CollisionIterations, Particles},
 };
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -54,19 +54,30 @@ fn a_tick_runs_its_stages_in_the_documented_order_as_often_as_asked() {
             note("elastic").in_set(SolvePhase::Elastic),
             note("user").in_set(SolvePhase::User),
             note("hands").in_set(SolvePhase::Hands),
-            note("contacts").in_set(SolvePhase::Contacts),
         ),
     );
-    app.world_mut()
-        .insert_resource(pliant::simulation::SimulationSettings(
-            crate::support::settings(9.81, 60.0, 3, 2),
-        ));
-    ticks(&mut app, 1);
-    let sweep = ["elastic", "user", "hands", "contacts"];
-    let mut substep = vec!["before presolve"];
-    substep.extend(sweep.repeat(2));
-    substep.push("after postsolve");
-    assert_eq!(app.world().resource::<Log>().0, substep.repeat(3));
+    app.add_systems(ContactSchedule, note("contacts"));
+    let sweep = ["elastic", "user", "hands"];
+    // Passes over contacts after each of four sweeps.
+    for (passes, after) in [
+        (0, [1, 1, 1, 1]),
+        (1, [0, 0, 0, 1]),
+        (2, [0, 1, 0, 1]),
+        (6, [1, 2, 1, 2]),
+    ] {
+        let mut settings = crate::support::settings(9.81, 60.0, 3, 4);
+        settings.collision_iterations = CollisionIterations::new(passes).expect("in range");
+        app.insert_resource(SimulationSettings(settings));
+        app.insert_resource(Log::default());
+        ticks(&mut app, 1);
+        let mut substep = vec!["before presolve"];
+        for passes in after {
+            substep.extend(sweep);
+            substep.extend(vec!["contacts"; passes]);
+        }
+        substep.push("after postsolve");
+        assert_eq!(app.world().resource::<Log>().0, substep.repeat(3));
+    }
 }
 
 /// Moves every particle that can move up by a fixed way in each sweep.
@@ -92,7 +103,7 @@ fn a_users_constraint_runs_between_what_holds_a_body_together_and_contacts() {
     ));
     ticks(&mut app, 1);
     assert_eq!(
-        systems(&app, SolveSchedule),
+        systems_of_sweep(&app),
         ["stretch", "volume", "user", "ground", "collide"]
     );
 }
@@ -146,7 +157,11 @@ fn the_inner_schedules_hold_no_ambiguity_with_everything_in_them() {
     // It would panic.
     ticks(&mut app, 2);
     let schedules = app.world().resource::<Schedules>();
-    for label in [SubstepSchedule.intern(), SolveSchedule.intern()] {
+    for label in [
+        SubstepSchedule.intern(),
+        SolveSchedule.intern(),
+        ContactSchedule.intern(),
+    ] {
         let schedule = schedules.get(label).expect("it exists");
         assert!(schedule.graph().conflicting_systems().is_empty());
     }

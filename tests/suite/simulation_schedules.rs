@@ -3,7 +3,7 @@
 
 use crate::{
     support::tetrahedron,
-    support_app::{app, app_of, cubes, systems, ticks},
+    support_app::{app, app_of, cubes, systems, systems_of_sweep, ticks},
 };
 use bevy::prelude::*;
 use pliant::{
@@ -57,10 +57,7 @@ fn assert_systems(app: &App, present: &[&'static str], own: usize) {
     let in_sweep = present
         .iter()
         .filter(|name| **name != STICKY && !forces.contains(name));
-    assert_eq!(
-        systems(app, SolveSchedule),
-        in_sweep.copied().collect::<Vec<_>>()
-    );
+    assert_eq!(systems_of_sweep(app), in_sweep.copied().collect::<Vec<_>>());
     let before = present.iter().filter(|name| forces.contains(name));
     let mut in_substep: Vec<_> = before.copied().collect();
     in_substep.push("presolve");

@@ -9,7 +9,8 @@ use pliant::{
     SoftBodyPlugins,
     effect::EffectRegistry,
     simulation::{
-        Action, ActionError, Actions, EffectSystems, SolvePhase, SolverSystems, plain, tick,
+        Action, ActionError, Actions, ContactSchedule, EffectSystems, SolvePhase, SolveSchedule,
+        SolverSystems, plain, tick,
     },
     solver::{self, Body},
 };
@@ -63,6 +64,13 @@ pub fn systems(app: &App, label: impl ScheduleLabel) -> Vec<String> {
         set.map_or("other".to_owned(), |(name, _)| name.clone())
     })
     .collect()
+}
+
+/// The systems of a sweep and of a pass over contacts.
+pub fn systems_of_sweep(app: &App) -> Vec<String> {
+    let mut all = systems(app, SolveSchedule);
+    all.extend(systems(app, ContactSchedule));
+    all
 }
 
 fn stages() -> impl Iterator<Item = (String, InternedSystemSet)> {

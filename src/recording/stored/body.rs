@@ -97,6 +97,14 @@ impl StoredBody {
                 )));
             }
         }
+        for (what, column) in self.particles.history.columns() {
+            if ![0, count].contains(&column.len()) {
+                let found = column.len();
+                return Err(wrong(format!(
+                    "{found} {what}, but its mesh has {count} vertices"
+                )));
+            }
+        }
         let masses = self.added_mass.iter().map(|(vertex, _)| *vertex);
         let frozen = self.quarantine.iter().map(|(vertex, _)| *vertex);
         let mut named = self.pins.iter().copied().chain(masses).chain(frozen);

@@ -232,9 +232,12 @@ fn parameter_of(
 }
 
 /// The world's settings in the order of their rows.
-const ROWS: [&str; 6] = [
+const ROWS: [&str; 9] = [
     "substeps",
     "iterations",
+    "smoothing_iterations",
+    "collision_iterations",
+    "order",
     "rate",
     "gravity_x",
     "gravity_y",
@@ -296,6 +299,24 @@ fn words(setting: &str) -> Option<(&'static str, &'static str, Track)> {
             "Sweeps over all constraints a substep. More of them help bodies that are coarse in \
              time; for stiff ones, substeps are cheaper.",
             Track::new(1.0..=50.0, Spread::Integer),
+        ),
+        "order" => (
+            "Order",
+            "Order of the steps in time: 1 is implicit Euler, which brakes what swings; 2 is BDF2, which \
+             hardly does, and begins anew at contacts.",
+            Track::new(1.0..=2.0, Spread::Integer),
+        ),
+        "smoothing_iterations" => (
+            "Smoothing iterations",
+            "Averaged passes after the iterations of a substep: they spread evenly what cannot be \
+             satisfied.",
+            Track::new(0.0..=50.0, Spread::Integer),
+        ),
+        "collision_iterations" => (
+            "Collision iterations",
+            "Passes over ground and colliders a substep, spread evenly over its iterations; 0 is one \
+             after each. Fewer are cheaper, more part what is squeezed between two.",
+            Track::new(0.0..=50.0, Spread::Integer),
         ),
         "rate" => (
             "Rate",

@@ -7,7 +7,10 @@ use crate::{
         Asleep, BodyDensity, BodySkin, Pins, Quarantined, RestTimer, SceneEntity,
         SimulationSettings, SoftBody, TickStart, plain,
     },
-    solver::{Grab, InvalidValue, Iterations, Particles, Rate, Substeps, SurfacePoint, deform},
+    solver::{
+        CollisionIterations, Grab, InvalidValue, Iterations, Order, Particles, Rate,
+        SmoothingIterations, Substeps, SurfacePoint, deform,
+    },
 };
 use bevy::prelude::*;
 use std::sync::Arc;
@@ -234,21 +237,27 @@ fn set_setting(world: &mut World, name: &str, value: f64) -> Result<(), ActionEr
         let done = settings.set_gravity(gravity);
         done.map_err(|error| InvalidValue { value, ..error })
     };
-    let done = match name {
-        "gravity_x" => axis(0),
-        "gravity_y" => axis(1),
-        "gravity_z" => axis(2),
-        "rate" => Rate::new(value).map(|rate| settings.rate = rate),
-        "substeps" => Substeps::try_from(value).map(|count| settings.substeps = count),
-        "iterations" => Iterations::try_from(value).map(|count| settings.iterations = count),
-        _ => {
-            return Err(ActionError::Unknown {
-                kind: "setting",
-                name: name.to_owned(),
-                valid: SETTINGS.map(|(name, ..)| name).join(", "),
-            });
-        }
-    };
+    let done =
+        match name {
+            "gravity_x" => axis(0),
+            "gravity_y" => axis(1),
+            "gravity_z" => axis(2),
+            "rate" => Rate::new(value).map(|rate| settings.rate = rate),
+            "substeps" => Substeps::try_from(value).map(|count| settings.substeps = count),
+            "iterations" => Iterations::try_from(value).map(|count| settings.iterations = count),
+            "order" => Order::try_from(value).map(|order| settings.order = order),
+            "smoothing_iterations" => SmoothingIterations::try_from(value)
+                .map(|count| settings.smoothing_iterations = count),
+            "collision_iterations" => CollisionIterations::try_from(value)
+                .map(|count| settings.collision_iterations = count),
+            _ => {
+                return Err(ActionError::Unknown {
+                    kind: "setting",
+                    name: name.to_owned(),
+                    valid: SETTINGS.map(|(name, ..)| name).join(", "),
+                });
+            }
+        };
     done.map_err(ActionError::Setting)?;
     world.insert_resource(SimulationSettings(settings));
     let mut sleepers = world.query_filtered::<Entity, With<Asleep>>();

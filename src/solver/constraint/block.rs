@@ -61,6 +61,33 @@ impl<const N: usize> Block<'_, N> {
     }
 }
 
+/// What becomes of where a constraint would have its particles.
+#[derive(Debug)]
+pub(crate) enum Put<'a> {
+    /// They go there.
+    Whole,
+    /// They go a share of the way.
+    Share(f32),
+    /// They stay; the ways are added up in xyz, and counted in w. Multipliers are left as they are.
+    Sum {
+        /// The sums, one for each particle.
+        sums: &'a mut [Vec4],
+        /// Whether all particles are taken to be of the same mass.
+        alike: bool,
+    },
+}
+
+impl Put<'_> {
+    /// A share of the way from 0 to 1.
+    pub fn of_share(share: f32) -> Self {
+        if share < 1.0 {
+            Self::Share(share)
+        } else {
+            Self::Whole
+        }
+    }
+}
+
 /// One sweep in the given order, on one thread.
 pub(crate) fn solve_all<const N: usize, const M: usize, B: Blocks<N, M>>(
     blocks: &B,
@@ -76,7 +103,7 @@ pub(crate) fn solve_all<const N: usize, const M: usize, B: Blocks<N, M>>(
             index,
             (positions, previous, 0),
             multipliers,
-            Instructions::default(),
+            (Put::Whole, Instructions::default()),
         );
     }
 }
@@ -91,7 +118,7 @@ pub(crate) fn solve_batch<const N: usize, const M: usize, B: Blocks<N, M>>(
     index: usize,
     (positions, previous, base): (&mut [Vec4], &[Vec4], usize),
     multipliers: Multipliers,
-    instructions: Instructions,
+    (put, instructions): (Put, Instructions),
 ) {
     let batch = &blocks.elements().batches()[index];
     let reach = batch.particles();
@@ -101,13 +128,24 @@ pub(crate) fn solve_batch<const N: usize, const M: usize, B: Blocks<N, M>>(
         "constraints on particles {reach:?} were given {} from {base} on",
         positions.len()
     );
+    let target = match put {
+        Put::Whole => Target::Whole,
+        Put::Share(share) => Target::Share(share),
+        Put::Sum { sums, alike } => {
+            assert!(sums.len() == positions.len(), "a sum for each particle");
+            let sums = sums.as_mut_ptr().wrapping_sub(base);
+            Target::Sum { sums, alike }
+        }
+    };
+    let whole = matches!(target, Target::Whole);
     let sweep = Sweep {
         blocks,
         batch,
+        target,
         origin: positions.as_mut_ptr().wrapping_sub(base),
         previous: previous.as_ptr().wrapping_sub(base),
     };
-    if !B::APART {
+    if !B::APART || !whole {
         return instructions.run(Any::<_, N, M>(sweep, multipliers.kept()));
     }
     match (multipliers.kept(), blocks.damped()) {
@@ -118,13 +156,22 @@ pub(crate) fn solve_batch<const N: usize, const M: usize, B: Blocks<N, M>>(
     }
 }
 
+/// [`Put`], with sums by their address.
+#[derive(Clone, Copy)]
+enum Target {
+    Whole,
+    Share(f32),
+    Sum { sums: *mut Vec4, alike: bool },
+}
+
 /// The constraints of a batch and where their particles are.
 ///
-/// Invariant: all particles in the reach of the batch can be read and written at `origin`, and
-/// read at `previous`, and nobody else does so.
+/// Invariant: all particles in the reach of the batch can be read and written at `origin` and at the
+/// sums of `target`, and read at `previous`, and nobody else does so.
 struct Sweep<'a, B> {
     blocks: &'a B,
     batch: &'a Batch,
+    target: Target,
     origin: *mut Vec4,
     previous: *const Vec4,
 }
@@ -147,6 +194,11 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>> Work for Any<'_, '_, B, N,
         let Self(sweep, mut multipliers) = self;
         let offset = sweep.batch.constraints().start;
         let damped = sweep.blocks.damped();
+        let share = match sweep.target {
+            Target::Whole => 1.0,
+            Target::Share(share) => share,
+            Target::Sum { .. } => 0.0,
+        };
         sweep.each::<N, M>(
             #[inline(always)]
             |sweep, block| {
@@ -157,9 +209,9 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>> Work for Any<'_, '_, B, N,
                     Some(kept) => load_rows::<L, M>(simd, kept),
                     None => [f32x8::splat(simd, 0.0); M],
                 };
-                let change = sweep.project::<L, N, M>(simd, block, damped, Some(lambda));
+                let change = sweep.project_towards::<L, N, M>(simd, block, damped, lambda);
                 if let Some(kept) = kept {
-                    store_rows(kept, lambda, change);
+                    store_rows(kept, lambda, change.map(|change| change * share));
                 }
             },
         );
@@ -276,6 +328,70 @@ impl<'a, B> Sweep<'a, B> {
         let change = self.blocks.project(simd, block, &mut x, previous, lambda);
         // SAFETY: as above; and they can be written there.
         unsafe { scatter(simd, self.origin, block.corners, x, block.lanes) };
+        change
+    }
+
+    /// The same, and lets come of it what `target` says.
+    #[inline(always)]
+    fn project_towards<L: Lanes, const N: usize, const M: usize>(
+        &self,
+        simd: L,
+        block: &Block<N>,
+        damped: bool,
+        lambda: [f32x8<L>; M],
+    ) -> [f32x8<L>; M]
+    where
+        B: Blocks<N, M>,
+    {
+        // SAFETY: the block is one of the batch, whose particles can be read there.
+        let mut x = unsafe { gather(simd, self.origin, block.corners) };
+        if let Target::Sum { alike: true, .. } = self.target {
+            for corner in &mut x {
+                corner[3] = f32x8::splat(simd, 1.0);
+            }
+        }
+        let previous = if damped {
+            // SAFETY: as above.
+            Some(unsafe { gather(simd, self.previous, block.corners) })
+        } else {
+            None
+        };
+        let change = self
+            .blocks
+            .project(simd, block, &mut x, previous, Some(lambda));
+        let mut target = self.origin;
+        if !matches!(self.target, Target::Whole) {
+            // SAFETY: as above.
+            let start = unsafe { gather(simd, self.origin, block.corners) };
+            for (x, start) in x.iter_mut().zip(&start) {
+                for axis in 0..3 {
+                    x[axis] -= start[axis];
+                }
+            }
+            match self.target {
+                Target::Sum { sums, .. } => {
+                    target = sums;
+                    // SAFETY: as above.
+                    let sum = unsafe { gather(simd, sums, block.corners) };
+                    for (x, sum) in x.iter_mut().zip(&sum) {
+                        for axis in 0..3 {
+                            x[axis] += sum[axis];
+                        }
+                        x[3] = sum[3] + 1.0;
+                    }
+                }
+                Target::Share(share) => {
+                    for (x, start) in x.iter_mut().zip(&start) {
+                        for axis in 0..3 {
+                            x[axis] = start[axis] + x[axis] * share;
+                        }
+                    }
+                }
+                Target::Whole => {}
+            }
+        }
+        // SAFETY: as above; and they can be written there.
+        unsafe { scatter(simd, target, block.corners, x, block.lanes) };
         change
     }
 }

@@ -141,8 +141,10 @@ impl PartialEq for Swept {
 /// Pushes every particle out of a collider.
 ///
 /// The way of a particle is seen from the collider, so that a collider that moves fast, or a
-/// particle that does, is met where it came in, whichever of the two has moved.
-pub fn solve(particles: Part, collide: &Collide, collider: &Sweep, h: f32, gravity: Vec3) {
+/// particle that does, is met where it came in, whichever of the two has moved. Says whether there was
+/// one to push.
+pub fn solve(particles: Part, collide: &Collide, collider: &Sweep, h: f32, gravity: Vec3) -> bool {
+    let mut any = false;
     let response = Response::new(
         collide.friction.get(),
         collide.restitution.get(),
@@ -165,6 +167,8 @@ pub fn solve(particles: Part, collide: &Collide, collider: &Sweep, h: f32, gravi
             let carried = collider.to.apply(touched) - collider.from.apply(touched);
             let normal = collider.to.rotation * exit.normal;
             response.apply(x, p, v.truncate(), normal, exit.depth, carried);
+            any = true;
         }
     }
+    any
 }

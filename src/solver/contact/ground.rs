@@ -41,8 +41,9 @@ fn finite_height<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f32, D::E
 const UP_OVER: f32 = 0.4;
 
 /// Puts every particle that is below ground back onto it; one that began the substep below, towards
-/// it.
-pub fn solve(particles: Part, ground: &Ground, h: f32, gravity: Vec3) {
+/// it. Says whether there was one.
+pub fn solve(particles: Part, ground: &Ground, h: f32, gravity: Vec3) -> bool {
+    let mut touched = false;
     let response = Response::new(ground.friction.get(), ground.restitution.get(), h, gravity);
     let state = particles
         .positions
@@ -56,9 +57,11 @@ pub fn solve(particles: Part, ground: &Ground, h: f32, gravity: Vec3) {
             if depth > 0.0 {
                 response.apply(x, p, v.truncate(), Vec3::Y, depth, Vec3::ZERO);
                 x.y = surface;
+                touched = true;
             }
         }
     }
+    touched
 }
 
 /// How high a particle comes up at least that began the substep at `from` [m]. One that bounces has had
@@ -73,12 +76,15 @@ pub(in crate::solver) fn surface(ground: &Ground, from: f32, h: f32, bounces: bo
 }
 
 /// In the first stage, after the prediction: a particle below ground goes back to where it was,
-/// at ground level.
-pub fn stick(particles: Part, ground: &StickyGround) {
+/// at ground level. Says whether there was one.
+pub fn stick(particles: Part, ground: &StickyGround) -> bool {
+    let mut touched = false;
     for (x, p) in particles.positions.iter_mut().zip(particles.previous) {
         if x.y < ground.height && x.w > 0.0 {
             *x = *p;
             x.y = ground.height;
+            touched = true;
         }
     }
+    touched
 }

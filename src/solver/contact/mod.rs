@@ -1,6 +1,8 @@
 //! Contact of particles with the ground and with colliders: what keeps a body out.
 //!
-//! Contacts come last in every sweep, so that nothing moves a particle back inside after them.
+//! Contacts come after every sweep, or as often as
+//! [`collision_iterations`](super::Settings::collision_iterations) says, and always after the last, so
+//! that nothing moves a particle back inside after them.
 //! Friction is Coulomb's on positions: a particle pushed out by a depth d has its slip over the
 //! surface shortened by at most µd, which is the friction cone of forces, as both are multiplied
 //! by h²/m. A bounce is made by moving the particle's previous position, so that the velocity of
