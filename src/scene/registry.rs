@@ -41,6 +41,7 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "bending",
     "flag",
     "whirl",
+    "materials",
     "weave",
     "strain_limit",
     "long_cloth",
