@@ -65,7 +65,6 @@
 
 mod bend;
 mod collide;
-mod direct;
 mod elastic;
 mod force;
 mod grab;
@@ -87,9 +86,8 @@ pub use registry::{
 };
 
 pub use crate::solver::{
-    Attract, Bend, Collide, Direct, Drag, Grab, Ground, IsometricBend, Membrane, NeoHookean,
-    Pressure, StickyGround, StrainLimit, Stretch, Struts, Tethers, Uniform, Volume, Vortex, Weave,
-    Wind,
+    Attract, Bend, Collide, Drag, Grab, Ground, IsometricBend, Membrane, NeoHookean, Pressure,
+    StickyGround, StrainLimit, Stretch, Struts, Tethers, Uniform, Volume, Vortex, Weave, Wind,
 };
 
 pub(crate) use registry::{body_added, body_removed, follow_bodies, is_planned};
@@ -132,7 +130,6 @@ effects! {
     Vortex,
     Wind,
     Drag,
-    Direct,
     Stretch,
     Bend,
     IsometricBend,

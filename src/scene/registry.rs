@@ -31,7 +31,6 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "edges_and_volume",
     "rubber",
     "cantilever",
-    "stiff_beam",
     "squashed",
     "shuffled",
     "mirrored",

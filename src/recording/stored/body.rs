@@ -50,8 +50,6 @@ impl StoredBody {
             lambdas: _,
             // They follow from the pins.
             leads: _,
-            // They begin anew in each substep.
-            factors: _,
             rest,
             asleep,
             quarantine,
