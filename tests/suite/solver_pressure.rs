@@ -186,7 +186,7 @@ fn overpressure_is_twice_the_tension_over_the_radius() {
         let h = world.settings.substep_seconds();
         let pressure = body.lambdas.walls.overpressure(h).expect("stepped");
         let s = (volume(body) / rest).cbrt();
-        let tension = 3.0_f64.sqrt() / f64::from(compliance as f32) * (s - 1.0) / s;
+        let tension = 3.0_f64.sqrt() / f64::from(compliance) * (s - 1.0) / s;
         // Σl² of its edges is 1.5 % above 2√3 times its area, as triangles are not equilateral, and a
         // mesh of 642 points has 0.7 % less than R; each triangle bends the sphere by as much.
         assert_relative(pressure, 2.0 * tension / (radius * s), 0.03, "overpressure");

@@ -290,8 +290,8 @@ impl Blocks<4, 2> for Kernel<'_> {
         let shear = square.max(0.0).sqrt();
 
         let mut f = h;
-        for axis in 0..3 {
-            f[axis][axis] = f[axis][axis] + 1.0;
+        for (axis, column) in f.iter_mut().enumerate() {
+            column[axis] += 1.0;
         }
         let [a, b, c] = &f;
         let cofactors = [cross(b, c), cross(c, a), cross(a, b)];
