@@ -17,36 +17,43 @@ const PARTS: usize = 2000;
 /// The load grows to what it is by this factor at a time, so that the strip stays the one that hangs:
 /// under a large load there are others, which wind to and fro.
 const GROWTH: f64 = 4.0;
+/// The largest load: the bend is √(B/(wL)) long, six parts.
+const MOST_LOAD: f64 = 1e5;
 /// Steps of Newton's method at a load, at most.
 const MOST_STEPS: u32 = 100;
 
 impl Elastica {
     /// Points of the strip, at equal parts of its length, at most 2000: how far along the level from
-    /// where it is held, and how far above it, in lengths.
+    /// where it is held, and how far above it, in lengths. `None` if the load is not a number above 0,
+    /// or so large that the bend at the clamp is not to be told from a kink.
     #[must_use]
-    pub fn points(&self, parts: usize) -> Vec<[f64; 2]> {
+    pub fn points(&self, parts: usize) -> Option<Vec<[f64; 2]>> {
         let every = (PARTS / parts.max(1)).max(1);
-        self.places().step_by(every).collect()
+        Some(self.places()?.step_by(every).collect())
     }
 
-    /// Where its free end is, in lengths.
+    /// Where its free end is, in lengths; `None` as of [`points`](Self::points).
     #[must_use]
-    pub fn end(&self) -> [f64; 2] {
-        self.places().last().unwrap_or_default()
+    pub fn end(&self) -> Option<[f64; 2]> {
+        self.places()?.last()
     }
 
     /// All points, from where it is held to its end.
-    fn places(&self) -> impl Iterator<Item = [f64; 2]> {
+    fn places(&self) -> Option<impl Iterator<Item = [f64; 2]>> {
+        let known = self.load > 0.0 && self.load <= MOST_LOAD && self.clamp.is_finite();
+        if !known {
+            return None;
+        }
         let angles = self.angles();
         let mut place = [0.0, 0.0];
-        (0..=PARTS).map(move |index| {
+        Some((0..=PARTS).map(move |index| {
             if let Some(before) = index.checked_sub(1) {
                 let [a, b] = [angles[before], angles[index]];
                 place[0] += 0.5 * (a.cos() + b.cos()) / PARTS as f64;
                 place[1] += 0.5 * (a.sin() + b.sin()) / PARTS as f64;
             }
             place
-        })
+        }))
     }
 
     /// θ at the points, by central differences: Newton's method on
@@ -101,7 +108,14 @@ mod tests {
     use super::*;
 
     fn level(load: f64) -> [f64; 2] {
-        Elastica { load, clamp: 0.0 }.end()
+        Elastica { load, clamp: 0.0 }.end().expect("a sound load")
+    }
+
+    #[test]
+    fn a_load_that_makes_no_sense_has_no_strip() {
+        for load in [0.0, -1.0, 1e300, f64::INFINITY, f64::NAN] {
+            assert_eq!(Elastica { load, clamp: 0.0 }.end(), None, "{load}");
+        }
     }
 
     #[test]
@@ -142,7 +156,7 @@ mod tests {
     fn a_stiff_strip_keeps_the_slope_of_its_clamp() {
         // It turns by at most wL³/(6B), 2e-4 here.
         for clamp in [-1.2_f64, 0.4, 1.0] {
-            let [x, y] = Elastica { load: 1e-3, clamp }.end();
+            let [x, y] = Elastica { load: 1e-3, clamp }.end().expect("sound");
             assert!((y.atan2(x) - clamp).abs() < 2e-4);
         }
     }
@@ -153,9 +167,9 @@ mod tests {
             load: 30.0,
             clamp: 0.5,
         };
-        let points = strip.points(50);
+        let points = strip.points(50).expect("sound");
         assert_eq!(points.len(), 51);
-        assert_eq!(points[50], strip.end());
+        assert_eq!(Some(points[50]), strip.end());
         for ends in points.windows(2) {
             // A chord is shorter than its arc by (κs)²/24: with κ below 15 and s = 0.02, 0.4 %.
             let long = (ends[1][0] - ends[0][0]).hypot(ends[1][1] - ends[0][1]);

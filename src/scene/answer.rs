@@ -62,7 +62,7 @@ impl Curve {
     pub fn points(&self) -> Option<Vec<Vec3>> {
         let (points, scale) = match self.shape {
             Shape::Catenary(cable) => (cable.points(PARTS)?, 1.0),
-            Shape::Strip(strip, length) => (strip.points(PARTS as usize), length),
+            Shape::Strip(strip, length) => (strip.points(PARTS as usize)?, length),
         };
         let [first, second] = self.axes;
         let place = |[a, b]: [f64; 2]| self.origin + (first * a + second * b) * scale;

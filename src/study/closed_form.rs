@@ -213,7 +213,7 @@ impl Reference {
                 gravity,
             } => {
                 let load = density * gravity * length.powi(3) / stiffness;
-                -length * Elastica { load, clamp: 0.0 }.end()[1]
+                -length * Elastica { load, clamp: 0.0 }.end()?[1]
             }
         })
     }

@@ -439,7 +439,9 @@ fn every_button_asks_for_what_stands_on_it() {
             },
         ),
     ];
-    let mut hand = one_hand();
+    // High enough for all sections, without scrolling.
+    let (size, scale) = SIZES[0];
+    let mut hand = Hand::new(model(), (size + Vec2::new(0.0, 200.0), scale));
     for (name, request) in wanted {
         assert_eq!(hand.press_widget(name), [request], "{name}");
     }
