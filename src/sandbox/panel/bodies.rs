@@ -195,7 +195,6 @@ fn materials(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     if model.materials.is_empty() {
         return;
     }
-    ui.spacing_mut().interact_size.x = ui.available_width();
     let menu = ui.menu_button("Make it of …", |ui| {
         ui.set_min_width(160.0);
         for material in &model.materials {

@@ -304,13 +304,13 @@ fn words(setting: &str) -> Option<(&'static str, &'static str, Track)> {
             Track::new(1.0..=2.0, Spread::Integer),
         ),
         "smoothing_iterations" => (
-            "Smoothing iterations",
+            "Smoothing",
             "Averaged passes after the iterations of a substep: they spread evenly what cannot be \
              satisfied.",
             Track::new(0.0..=50.0, Spread::Integer),
         ),
         "collision_iterations" => (
-            "Collision iterations",
+            "Collisions",
             "Passes over ground and colliders a substep, spread evenly over its iterations; 0 is one \
              after each. Fewer are cheaper, more part what is squeezed between two.",
             Track::new(0.0..=50.0, Spread::Integer),
