@@ -23,7 +23,7 @@ impl Effect for Bend {
     const SUMMARY: &'static str = "Hinges of the surface resist a change of their angle.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         parameter!(
-            stiffness: FlexuralRigidity, "Bending stiffness", "N·m",
+            stiffness: FlexuralRigidity, "Stiffness", "N·m",
             "Flexural rigidity B of the sheet: moment by width over curvature, however finely it is divided; ∞ never bends.",
             (1e-7, 1e2), Scale::LogarithmicToInfinity
         ),

@@ -23,7 +23,7 @@ impl Effect for IsometricBend {
     const SUMMARY: &'static str = "Bending at three quarters of the cost, for flat cloth that hardly stretches; instead of Bend.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         parameter!(
-            stiffness: FlexuralRigidity, "Bending stiffness", "N·m",
+            stiffness: FlexuralRigidity, "Stiffness", "N·m",
             "Flexural rigidity B of the sheet: moment by width over curvature, however finely it is divided; ∞ never bends.",
             (1e-7, 1e2), Scale::LogarithmicToInfinity
         ),

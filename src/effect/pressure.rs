@@ -29,7 +29,7 @@ impl Effect for Pressure {
     const SUMMARY: &'static str = "A gas or a liquid fills the closed surface.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         parameter!(
-            factor: Filling, "Filling", "× rest volume",
+            factor: Filling, "Filling", "×",
             "The volume that the filling would have by itself; above 1 it pushes the walls apart.",
             (0.1, 10.0), Scale::Linear
         ),
