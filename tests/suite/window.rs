@@ -420,10 +420,15 @@ fn what_is_done_in_the_window_replays_without_one_on_any_number_of_threads() {
     window.wait("release", |event| done("release")(event).then_some(()));
     window.press("squash", done("deform"));
     window.choose("add", "add.box", done("spawn"));
+    // The rows of effects are to come into sight.
+    let folded = |event: &Value| event["name"] == "world.substeps" && event["rect"].is_null();
+    let unfolded = |event: &Value| event["name"] == "world.substeps" && !event["rect"].is_null();
+    window.press("section.world", folded);
     window.press("effect.volume", done("remove effect"));
     window.press("shuffle", done("deform"));
     window.key("r", opened);
     window.press("stretch.compliance", done("set"));
+    window.press("section.world", unfolded);
     window.press("world.iterations", done("set"));
     window.key("n", opened);
     window.grab();
