@@ -67,7 +67,7 @@ pub(super) fn figures<const N: usize, const M: usize, E: Elastic<N, M>>(
         elements: E::KIND.elements(topology),
         energy: Some(measure::elastic_energy(effect, topology, positions)),
         residual: measure::residual(effect, topology, positions, multipliers, h),
-        overpressure: None,
+        ..Figures::default()
     }
 }
 

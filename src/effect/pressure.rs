@@ -4,9 +4,14 @@ use super::{Effect, Figures, Parameter, Scale, component, parameter};
 use crate::{
     simulation::{
         Active, CurrentSubstep, EffectSystems, Multipliers, Profile, SoftBody, SolvePhase,
-        SolveSchedule,
+        SolveSchedule, SolverThreads,
     },
-    solver::{Filling, Particles, Pressure, Stiffness, constraint::pressure::Walls, measure},
+    solver::{
+        Effects, Filling, Leads, Particles, Pressure, Stiffness,
+        advance::{Stage, Stepper},
+        constraint::pressure::Walls,
+        measure,
+    },
 };
 use bevy::{
     prelude::*,
@@ -75,6 +80,7 @@ impl Effect for Pressure {
         ) else {
             return Figures::default();
         };
+        let h = particles.history.seconds(h.into()) as f32;
         let (positions, walls) = (&particles.positions, &multipliers.0.walls);
         let at = |i: u32| positions[i as usize].truncate().as_dvec3();
         Figures {
@@ -89,14 +95,28 @@ impl Effect for Pressure {
 /// One sweep over the fillings of all bodies.
 pub fn solve(
     current: Res<CurrentSubstep>,
+    threads: Res<SolverThreads>,
     mut profile: ResMut<Profile>,
     mut bodies: Query<(&SoftBody, &mut Particles, &Pressure, &mut Multipliers), Active>,
 ) {
-    let (h, iteration) = (current.step.h, current.iteration);
+    let means = current.means(&threads);
     profile.time(Pressure::NAME, || {
-        for (body, mut particles, pressure, mut multipliers) in &mut bodies {
-            let walls = &mut multipliers.0.walls;
-            pressure.solve(body, &mut particles.positions, walls, h, iteration);
+        for (body, mut particles, &pressure, mut multipliers) in &mut bodies {
+            let mut stepper = Stepper {
+                topology: body,
+                particles: &mut particles,
+                effects: &mut Effects {
+                    pressure: Some(pressure),
+                    ..Effects::default()
+                },
+                lambdas: &mut multipliers.0,
+                leads: &Leads::default(),
+            };
+            let sweep = stepper.stage(Stage::Pressure, &current.step, current.iteration, &means);
+            debug_assert!(
+                sweep.is_ok(),
+                "only the third stage looks for what is not finite"
+            );
         }
     });
 }

@@ -237,7 +237,10 @@ pub(super) fn run_substeps(
             next = substeps.end;
             advance_all(world, bodies, &mut jobs, substeps);
         } else {
-            begin_all(world, bodies, &settings.substep(next));
+            // Of first order there is nothing to do but to forget, once.
+            if next == 0 || settings.order.get() > 1 {
+                begin_all(world, bodies, &settings.substep(next));
+            }
             run_schedule(world, settings.substep(next));
             world.resource_mut::<EnergyLedger>().book(None);
             next += 1;

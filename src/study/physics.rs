@@ -48,12 +48,12 @@ pub fn angular_momentum(state: &State) -> DVec3 {
 #[must_use]
 pub fn volume(body: &Body, x: &[DVec3]) -> f64 {
     let topology = &body.topology;
-    match topology.enclosure() {
-        Ok(enclosure) if topology.dimension == Dimension::Sheet => {
-            enclosure.volume(topology, |i| x[i as usize])
-        }
-        _ => volumes(body, x).sum(),
+    if topology.dimension == Dimension::Sheet
+        && let Ok(enclosure) = topology.enclosure()
+    {
+        return enclosure.volume(topology, |i| x[i as usize]);
     }
+    volumes(body, x).sum()
 }
 
 fn moving(body: &BodyState) -> impl Iterator<Item = (f64, DVec3, DVec3)> {

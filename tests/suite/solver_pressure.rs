@@ -1,14 +1,22 @@
 //! Pressure: gradients of the volume, the gas law, Laplace's law, and what is refused.
 
-use crate::support::{assert_relative, body, random_vector, run, settings, stretch, with, world};
+use crate::{
+    support::{assert_relative, body, random_vector, run, settings, stretch, with, world},
+    support_app::{app_of, ticks},
+};
+use bevy::prelude::IntoScheduleConfigs;
 use glam::{DVec3, Vec3};
 use pliant::{
     mesh::Primitive,
-    simulation::action::{Action, perform},
+    simulation::{
+        SolvePhase, SolveSchedule,
+        action::{Action, perform},
+        state_hash,
+    },
     solver::{
-        Body, Damping, Deformation, Effects, Filling, Ledger, Pressure, RestShape, Stiffness,
-        Topology, World, advance::Means, deform, deform::Random, lanes::Instructions, ledger,
-        measure, reference, topology::NotClosed,
+        Body, Damping, Deformation, Effects, Filling, Ledger, Method, Order, Pressure, RestShape,
+        Share, Stiffness, Topology, World, advance::Means, deform, deform::Random,
+        lanes::Instructions, ledger, measure, reference, topology::NotClosed,
     },
 };
 
@@ -148,6 +156,27 @@ fn pressure_equals_the_twin() {
 }
 
 /// C16: absolute pressure times volume is what was put in, however stiff the skin that holds it.
+/// By whatever method and order, as both must take a substep to be equally long.
+#[test]
+fn a_filling_in_the_schedules_equals_that_of_the_plan() {
+    let pbd = Method::Pbd {
+        stiffness: Share::default(),
+    };
+    for (method, order) in [(Method::Xpbd, 1), (Method::Xpbd, 2), (pbd, 1)] {
+        let air = filled(1.2, 1e3);
+        let mut plan = world(settings(9.81, 60.0, 8, 2), balloon(3, 1e-3, air));
+        plan.settings.method = method;
+        plan.settings.order = Order::new(order).expect("one or two");
+        let (mut app, ..) = app_of(&plan);
+        // What stands for the schedules knows no user's system, even one that does nothing.
+        app.add_systems(SolveSchedule, (|| ()).in_set(SolvePhase::User));
+        ticks(&mut app, 20);
+        (0..20).for_each(|_| plan.tick());
+        let hash = state_hash(app.world_mut());
+        assert_eq!(hash, plan.state_hash(), "{method:?}, order {order}");
+    }
+}
+
 #[test]
 fn a_gas_at_rest_keeps_pressure_times_volume() {
     for compliance in [1e-1, 4e-3, 1e-4] {

@@ -40,10 +40,11 @@ pub struct Walls {
 const DENSEST: f64 = 1e-6;
 
 impl Walls {
-    /// The overpressure [Pa] after a substep of `h` seconds; `None` if there was none yet.
+    /// The overpressure [Pa] after a substep of `h` seconds; `None` if there was none yet, or if the
+    /// method has no compliances, for which `h` is ∞.
     #[must_use]
     pub fn overpressure(&self, h: f64) -> Option<f64> {
-        (!self.gradients.is_empty()).then_some(self.multiplier / (h * h))
+        (!self.gradients.is_empty() && h.is_finite()).then_some(self.multiplier / (h * h))
     }
 
     /// One sweep: Δλ, with the gradients to push along; `at` tells places [m] and `w` inverse masses [1/kg].
