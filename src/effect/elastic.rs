@@ -15,6 +15,7 @@ use crate::{
     },
 };
 use bevy::prelude::*;
+use std::sync::Arc;
 
 /// Adds the systems of an elastic effect.
 pub(super) fn add_systems<const N: usize, const M: usize, E: Effect + Elastic<N, M>>(
@@ -93,7 +94,7 @@ fn solve<const N: usize, const M: usize, E: Effect + Elastic<N, M>>(
     profile.time(E::NAME, || {
         for (body, mut particles, effect, mut multipliers) in &mut bodies {
             let mut stepper = Stepper {
-                topology: body,
+                topology: &mut Arc::clone(&body.0),
                 particles: &mut particles,
                 effects: &mut (*effect).into(),
                 lambdas: &mut multipliers.0,

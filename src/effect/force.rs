@@ -17,6 +17,7 @@ use bevy::{
     prelude::*,
     reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
 };
+use std::sync::Arc;
 
 /// Lets a force act on every body that asks for it, before the first stage.
 fn act<F: Effect + Force>(
@@ -29,7 +30,7 @@ fn act<F: Effect + Force>(
     profile.time(F::NAME, || {
         for (body, mut particles, force) in &mut bodies {
             let mut stepper = Stepper {
-                topology: body,
+                topology: &mut Arc::clone(&body.0),
                 particles: &mut particles,
                 effects: &mut (*force).into(),
                 lambdas: &mut Lambdas::default(),

@@ -71,6 +71,7 @@ mod grab;
 mod ground;
 mod isometric_bend;
 mod membrane;
+mod plasticity;
 mod registry;
 mod strain_limit;
 mod stretch;
@@ -83,8 +84,8 @@ pub use registry::{
 };
 
 pub use crate::solver::{
-    Attract, Bend, Collide, Drag, Grab, Ground, IsometricBend, Membrane, StickyGround, StrainLimit,
-    Stretch, Tethers, Uniform, Volume, Vortex, Weave, Wind,
+    Attract, Bend, Collide, Drag, Grab, Ground, IsometricBend, Membrane, Plasticity, StickyGround,
+    StrainLimit, Stretch, Tethers, Uniform, Volume, Vortex, Weave, Wind,
 };
 
 pub(crate) use registry::{body_added, body_removed, follow_bodies, is_planned};
@@ -111,6 +112,7 @@ impl PluginGroup for EffectPlugins {
             .add(EffectPlugin::<Weave>::default())
             .add(EffectPlugin::<StrainLimit>::default())
             .add(EffectPlugin::<Tethers>::default())
+            .add(EffectPlugin::<Plasticity>::default())
             .add(EffectPlugin::<Grab>::default())
             .add(EffectPlugin::<Ground>::default())
             .add(EffectPlugin::<StickyGround>::default())
@@ -156,9 +158,9 @@ mod reflection {
     //! exchange a valid value for a valid value.
 
     use crate::solver::quantity::{
-        Coefficient, Compliance, Damping, Finite, FlexuralRigidity, Friction, Length,
-        MembraneCompliance, PoissonRatio, Restitution, Slack, Stiffness, Strain, Thickness,
-        YoungsModulus,
+        Coefficient, Compliance, Creep, Damping, Finite, FlexuralRigidity, Friction, Length,
+        MembraneCompliance, PlasticLimit, PoissonRatio, Restitution, Slack, Stiffness, Strain,
+        Thickness, Yield, YoungsModulus,
     };
     use bevy::reflect::{
         ReflectDeserialize, ReflectSerialize, impl_reflect_opaque, std_traits::ReflectDefault,
@@ -178,5 +180,8 @@ mod reflection {
     impl_reflect_opaque!((in pliant::solver) Stiffness(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Strain(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Thickness(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+    impl_reflect_opaque!((in pliant::solver) Creep(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+    impl_reflect_opaque!((in pliant::solver) PlasticLimit(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+    impl_reflect_opaque!((in pliant::solver) Yield(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) YoungsModulus(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 }

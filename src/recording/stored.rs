@@ -89,7 +89,9 @@ impl Stored {
             .zip(&built.looks)
             .map(|((body, skin), look)| {
                 let skin = skin.as_ref().map(|skin| skins.place(skin));
-                StoredBody::of(body, topologies.place(&body.topology), skin, *look)
+                // What it has flowed to is its own.
+                let mesh = body.topology.original().unwrap_or(&body.topology);
+                StoredBody::of(body, topologies.place(mesh), skin, *look)
             })
             .collect();
         Self {

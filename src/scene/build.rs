@@ -254,6 +254,7 @@ fn body(
         weave: spec.effects.weave,
         strain_limit: spec.effects.strain_limit,
         tethers: spec.effects.tethers,
+        plasticity: spec.effects.plasticity,
         grab: None,
         ground: spec.effects.ground,
         sticky_ground: spec.effects.sticky_ground,

@@ -6,8 +6,8 @@ use crate::{
     mesh::{BuildOptions, Primitive, Treatment},
     solver::{
         Attract, Bend, Collide, ColliderShape, Deformation, Density, Drag, Ground, IsometricBend,
-        Mass, Membrane, Path, Settings, StickyGround, StrainLimit, Stretch, Tethers, Uniform,
-        Volume, Vortex, Weave, Wind,
+        Mass, Membrane, Path, Plasticity, Settings, StickyGround, StrainLimit, Stretch, Tethers,
+        Uniform, Volume, Vortex, Weave, Wind,
     },
 };
 use glam::{UVec3, Vec3};
@@ -144,6 +144,8 @@ pub struct SceneEffects {
     pub strain_limit: Option<StrainLimit>,
     /// No particle goes farther from its nearest pin than at rest.
     pub tethers: Option<Tethers>,
+    /// What is strained beyond a yield strain stays so.
+    pub plasticity: Option<Plasticity>,
     /// A ground with friction and bounce.
     pub ground: Option<Ground>,
     /// A ground that sticks.

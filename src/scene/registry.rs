@@ -42,6 +42,7 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "weave",
     "strain_limit",
     "long_cloth",
+    "plasticity",
     "colliders",
     "slope",
     "bounce",

@@ -1,8 +1,8 @@
 //! The effects that an entity carries, as the solver has them.
 
 use crate::solver::{
-    Attract, Bend, Collide, Drag, Effects, Grab, Ground, IsometricBend, Membrane, StickyGround,
-    StrainLimit, Stretch, Tethers, Uniform, Volume, Vortex, Weave, Wind,
+    Attract, Bend, Collide, Drag, Effects, Grab, Ground, IsometricBend, Membrane, Plasticity,
+    StickyGround, StrainLimit, Stretch, Tethers, Uniform, Volume, Vortex, Weave, Wind,
 };
 use bevy::{ecs::query::QueryData, prelude::*};
 
@@ -14,7 +14,7 @@ macro_rules! carried {
 
         /// The effects of the crate that an entity carries.
         #[derive(QueryData)]
-        pub(super) struct Carried {
+        pub(crate) struct Carried {
             $($effect: Option<&'static $component>,)*
         }
 
@@ -59,6 +59,7 @@ carried! {
     weave: Weave,
     strain_limit: StrainLimit,
     tethers: Tethers,
+    plasticity: Plasticity,
     grab: Grab,
     ground: Ground,
     sticky_ground: StickyGround,

@@ -24,6 +24,7 @@ pub use body::{
     Pins, Places, Quarantined, RestTimer, SceneEntity, SoftBody, SpawnOrder, TetherLeads,
     TickStart,
 };
+pub(crate) use carried::Carried;
 pub use clock::{SimulationClock, SubstepTime, Tick};
 pub use ledger::{Energies, EnergyLedger};
 pub use profile::Profile;

@@ -23,13 +23,13 @@ use super::{
     share::Shared,
     stages,
 };
-use std::{fmt, iter, ops::Range};
+use std::{fmt, iter, ops::Range, sync::Arc};
 
 /// What is stepped, wherever its parts are kept.
 #[derive(Debug)]
 pub struct Stepper<'a> {
-    /// The immutable part.
-    pub topology: &'a Topology,
+    /// The immutable part, unless the body flows.
+    pub topology: &'a mut Arc<Topology>,
     /// The state.
     pub particles: &'a mut Particles,
     /// What acts; the hold of a hand changes.
@@ -84,6 +84,8 @@ pub enum Stage {
     Collide,
     /// Velocities are taken from positions.
     Postsolve,
+    /// What is strained too far flows.
+    Flow,
 }
 
 /// What takes part in the second stage after the elastic effects.
@@ -107,8 +109,8 @@ impl Stage {
     };
 
     /// All of them, in the order of a substep.
-    pub const ALL: [Self; ForceKind::COUNT + Self::SOLVE.len() + 3] = {
-        let mut all = [Self::Presolve; ForceKind::COUNT + Self::SOLVE.len() + 3];
+    pub const ALL: [Self; ForceKind::COUNT + Self::SOLVE.len() + 4] = {
+        let mut all = [Self::Presolve; ForceKind::COUNT + Self::SOLVE.len() + 4];
         let mut place = 0;
         while place < ForceKind::COUNT {
             all[place] = Self::Force(ForceKind::ALL[place]);
@@ -120,6 +122,7 @@ impl Stage {
             place += 1;
         }
         all[place + 2] = Self::Postsolve;
+        all[place + 3] = Self::Flow;
         all
     };
 
@@ -145,6 +148,7 @@ impl Stage {
             Self::Ground => "ground",
             Self::Collide => "collide",
             Self::Postsolve => "postsolve",
+            Self::Flow => "plasticity",
         }
     }
 }
@@ -164,6 +168,7 @@ impl Stage {
             Self::Grab => effects.grab.is_some(),
             Self::Ground => effects.ground.is_some(),
             Self::Collide => effects.collide.is_some(),
+            Self::Flow => effects.plasticity.is_some(),
         }
     }
 
@@ -179,6 +184,8 @@ impl Stage {
         let substep = step.index;
         let one = |task, side| [Some((task, side)), None, None];
         match self {
+            // It is no task on pieces: kernels hold on to rest values for as long as those run.
+            Self::Flow => [None; 3],
             _ if !self.acts(effects) => [None; 3],
             Self::Force(kind) => one(Task::Force { kind, substep }, Side::Whole),
             Self::Presolve => one(Task::Begin, Side::Any),
@@ -211,7 +218,21 @@ impl Stepper<'_> {
     /// [`NotFinite`] when a position no longer is; the body is then as it was left at that place,
     /// `previous` holding finite positions.
     pub fn advance(&mut self, substeps: Range<u32>, means: &Means) -> Result<(), NotFinite> {
-        let (topology, effects, settings) = (self.topology, *self.effects, means.settings);
+        if self.effects.plasticity.is_none() {
+            return self.advance_together(substeps, means);
+        }
+        for index in substeps {
+            self.advance_together(index..index + 1, means)?;
+            self.flow(&means.settings.substep(index), means);
+        }
+        Ok(())
+    }
+
+    /// Does substeps between which nothing flows.
+    fn advance_together(&mut self, substeps: Range<u32>, means: &Means) -> Result<(), NotFinite> {
+        let shape = Arc::clone(self.topology);
+        let topology: &Topology = &shape;
+        let (effects, settings) = (*self.effects, means.settings);
         // What is absent is not asked for again in every sweep.
         let mut stages = Stage::SOLVE
             .into_iter()
@@ -262,9 +283,29 @@ impl Stepper<'_> {
         iteration: u32,
         means: &Means,
     ) -> Result<(), NotFinite> {
-        let tasks = stage.tasks(self.topology, self.effects, step, iteration);
+        if stage == Stage::Flow {
+            self.flow(step, means);
+            return Ok(());
+        }
+        let shape = Arc::clone(self.topology);
+        let tasks = stage.tasks(&shape, self.effects, step, iteration);
         let sweeps = usize::from(matches!(stage, Stage::Elastic(_)));
         self.run(tasks, sweeps, means)
+    }
+
+    /// Lets rest values flow at the end of a substep, if it is time to.
+    fn flow(&mut self, step: &Substep, means: &Means) {
+        let h = means.settings.substep_seconds();
+        let end = means.time + h * f64::from(step.index + 1);
+        if let Some(plasticity) = self.effects.plasticity
+            && let Some(seconds) = plasticity.due(end, h)
+        {
+            let mut flow = || plasticity.flow(self.effects, self.topology, self.particles, seconds);
+            match means.watch {
+                Some(watch) => watch.see(Stage::Flow, &mut flow),
+                None => flow(),
+            }
+        }
     }
 
     fn run(
@@ -273,10 +314,11 @@ impl Stepper<'_> {
         sweeps: usize,
         means: &Means,
     ) -> Result<(), NotFinite> {
-        let bands = &self.topology.bands;
-        let projections = self.effects.constraints(self.topology) * sweeps;
+        let topology = Arc::clone(self.topology);
+        let bands = &topology.bands;
+        let projections = self.effects.constraints(&topology) * sweeps;
         let phases = Phases::new(tasks, bands);
-        let context = Context::new(self, means);
+        let context = Context::new(&topology, self, means);
         let shared = Shared::new(self);
         // SAFETY: pieces of a phase share no particle and no constraint, and a phase begins when
         // all pieces of the one before are done.
@@ -306,13 +348,8 @@ struct Context<'a> {
 }
 
 impl<'a> Context<'a> {
-    fn new(body: &Stepper<'a>, means: &'a Means<'a>) -> Self {
-        let Stepper {
-            topology,
-            effects,
-            leads,
-            ..
-        } = body;
+    fn new(topology: &'a Topology, body: &Stepper<'a>, means: &'a Means<'a>) -> Self {
+        let Stepper { effects, leads, .. } = body;
         let h = means.settings.substep_seconds() as f32;
         Self {
             topology,

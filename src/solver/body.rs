@@ -9,6 +9,7 @@ use super::{
         grab::Grab,
         isometric_bend::IsometricBend,
         membrane::Membrane,
+        plasticity::Plasticity,
         strain_limit::StrainLimit,
         stretch::Stretch,
         tethers::{Leads, Tethers},
@@ -52,6 +53,8 @@ pub struct Effects {
     pub strain_limit: Option<StrainLimit>,
     /// No particle goes farther from its nearest pin than at rest.
     pub tethers: Option<Tethers>,
+    /// What is strained beyond a yield strain stays so.
+    pub plasticity: Option<Plasticity>,
     /// A hand holds the body.
     pub grab: Option<Grab>,
     /// A ground with friction and bounce.
@@ -213,7 +216,7 @@ impl Body {
     /// The body as it is stepped.
     pub fn stepper(&mut self) -> Stepper<'_> {
         Stepper {
-            topology: &self.topology,
+            topology: &mut self.topology,
             particles: &mut self.particles,
             effects: &mut self.effects,
             lambdas: &mut self.lambdas,

@@ -40,6 +40,8 @@ pub struct Ledger {
     pub contact: f64,
     /// By hands that hold bodies.
     pub hand: f64,
+    /// By flow of what was strained too far.
+    pub plastic: f64,
     /// By forces from outside: wind, drag, and what else a scene asks for besides gravity.
     pub forces: f64,
     /// By the integrator itself.
@@ -53,12 +55,13 @@ pub struct Ledger {
 impl Ledger {
     /// The rows with their names, in the order in which they are shown.
     #[must_use]
-    pub const fn rows(&self) -> [(&'static str, f64); 8] {
+    pub const fn rows(&self) -> [(&'static str, f64); 9] {
         [
             ("damping", self.damping),
             ("friction", self.friction),
             ("contact", self.contact),
             ("hand", self.hand),
+            ("plastic", self.plastic),
             ("forces", self.forces),
             ("integrator", self.integrator),
             ("sweeps", self.sweeps),
@@ -80,6 +83,7 @@ impl AddAssign for Ledger {
             friction,
             contact,
             hand,
+            plastic,
             forces,
             integrator,
             sweeps,
@@ -89,6 +93,7 @@ impl AddAssign for Ledger {
         self.friction += friction;
         self.contact += contact;
         self.hand += hand;
+        self.plastic += plastic;
         self.forces += forces;
         self.integrator += integrator;
         self.sweeps += sweeps;
@@ -123,7 +128,9 @@ pub fn advance(
         ..Book::default()
     };
     for index in substeps {
-        ledger += book.substep(body, &means.settings.substep(index), means)?;
+        let step = means.settings.substep(index);
+        ledger += book.substep(body, &step, means)?;
+        ledger.plastic += book.flow(body, &step, means)?;
     }
     Ok(ledger)
 }
@@ -305,7 +312,7 @@ impl Book {
             }
         } else {
             let mut without = Stepper {
-                topology: body.topology,
+                topology: &mut *body.topology,
                 particles: &mut smooth,
                 effects: &mut effects,
                 lambdas: &mut Lambdas::default(),
@@ -318,6 +325,30 @@ impl Book {
         body.stage(stage, step, iteration, means)?;
         self.credit(body.particles, Cause::Friction);
         Ok(())
+    }
+
+    /// Lets rest values flow, and says by how much less is stored then [J].
+    fn flow(
+        &mut self,
+        body: &mut Stepper,
+        step: &Substep,
+        means: &Means,
+    ) -> Result<f64, NotFinite> {
+        if body.effects.plasticity.is_none() {
+            return Ok(0.0);
+        }
+        body.stage(Stage::Flow, step, 0, means)?;
+        let errors = Errors::of(body);
+        let energy = |&(error, compliance, _): &(f64, f64, f64)| match compliance {
+            0.0 => 0.0,
+            _ => 0.5 * error * error / compliance,
+        };
+        let both = errors.0.iter().zip(&self.errors.0);
+        let change = both
+            .map(|(after, before)| energy(after) - energy(before))
+            .sum();
+        self.errors = errors;
+        Ok(change)
     }
 
     /// Adds up a substep when it has ended.

@@ -51,6 +51,7 @@ pub use constraint::{
     grab::{Grab, SurfacePoint},
     isometric_bend::IsometricBend,
     membrane::Membrane,
+    plasticity::Plasticity,
     strain_limit::StrainLimit,
     stretch::Stretch,
     tethers::{Leads, Tethers},
@@ -67,9 +68,9 @@ pub use ledger::Ledger;
 pub use modes::Modes;
 pub use particles::Particles;
 pub use quantity::{
-    Coefficient, Compliance, Damping, Density, Finite, FlexuralRigidity, Force, Friction,
-    InvalidValue, Iterations, Length, Mass, MembraneCompliance, PoissonRatio, Rate, Restitution,
-    Slack, Stiffness, Strain, Substeps, Thickness, YoungsModulus,
+    Coefficient, Compliance, Creep, Damping, Density, Finite, FlexuralRigidity, Force, Friction,
+    InvalidValue, Iterations, Length, Mass, MembraneCompliance, PlasticLimit, PoissonRatio, Rate,
+    Restitution, Slack, Stiffness, Strain, Substeps, Thickness, Yield, YoungsModulus,
 };
 pub use rest::SleepSettings;
 pub use shape::RestShape;

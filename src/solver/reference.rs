@@ -138,6 +138,7 @@ impl World {
                     }
                 }
                 body.postsolve(h);
+                body.flow(start + h, h);
             }
         }
         for hold in self.bodies.iter_mut().filter_map(|body| body.grab.as_mut()) {
@@ -255,6 +256,15 @@ impl Body {
     fn postsolve(&mut self, h: f64) {
         for i in 0..self.x.len() {
             self.v[i] = (self.x[i] - self.p[i]) / h;
+        }
+    }
+
+    /// Lets rest values flow at the end of a substep, if it is time to.
+    fn flow(&mut self, time: f64, h: f64) {
+        if let Some(plasticity) = self.effects.plasticity
+            && let Some(seconds) = plasticity.due(time, h)
+        {
+            plasticity.flow_plainly(&self.effects, &mut self.topology, &self.x, seconds);
         }
     }
 

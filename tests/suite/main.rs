@@ -66,6 +66,7 @@ mod solver_measure;
 mod solver_membrane;
 mod solver_modes;
 mod solver_order;
+mod solver_plasticity;
 mod solver_quantity;
 mod solver_recovery;
 mod solver_slips;

@@ -39,6 +39,8 @@ fn remove(app: &mut App, body: Entity, effect: &str) {
 
 /// The effect that is not in the sweep but at the end of the first stage.
 const STICKY: &str = "sticky_ground";
+/// The one at the end of a substep.
+const PLASTIC: &str = "plasticity";
 
 /// What a tick must hold beside its own: each effect wakes sleepers when it changes, elastic ones
 /// keep multipliers, and tethers their pins.
@@ -56,7 +58,7 @@ fn assert_systems(app: &App, present: &[&'static str], own: usize) {
     let forces = ForceKind::ALL.map(ForceKind::name);
     let in_sweep = present
         .iter()
-        .filter(|name| **name != STICKY && !forces.contains(name));
+        .filter(|name| ![STICKY, PLASTIC].contains(name) && !forces.contains(name));
     assert_eq!(
         systems(app, SolveSchedule),
         in_sweep.copied().collect::<Vec<_>>()
@@ -66,6 +68,7 @@ fn assert_systems(app: &App, present: &[&'static str], own: usize) {
     in_substep.push("presolve");
     in_substep.extend(present.contains(&STICKY).then_some(STICKY));
     in_substep.extend(["solve", "postsolve"]);
+    in_substep.extend(present.contains(&PLASTIC).then_some(PLASTIC));
     assert_eq!(systems(app, SubstepSchedule), in_substep);
     let mut in_step = systems(app, StepSchedule);
     // Bevy's own points of synchronisation between systems come and go with them.

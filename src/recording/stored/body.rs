@@ -9,6 +9,7 @@ use crate::{
         advance::Stage,
         body::{INPUT, USER},
         rest::RestTimer,
+        topology::RestValues,
     },
 };
 use glam::Vec4;
@@ -28,6 +29,8 @@ pub struct StoredBody {
     added_mass: Vec<(u32, Mass)>,
     pins: Vec<u32>,
     effects: Effects,
+    /// Rest values of a body that has flowed.
+    rest_values: Option<RestValues>,
     particles: Particles,
     tick_start: Vec<Vec4>,
     rest: RestTimer,
@@ -40,7 +43,7 @@ impl StoredBody {
     pub fn of(body: &Body, mesh: u32, skin: Option<u32>, look: Look) -> Self {
         let Body {
             name,
-            topology: _,
+            topology,
             particles,
             density,
             added_mass,
@@ -64,6 +67,7 @@ impl StoredBody {
             added_mass: added_mass.clone(),
             pins: pins.clone(),
             effects: *effects,
+            rest_values: topology.rest_values(),
             particles: particles.clone(),
             tick_start: tick_start.clone(),
             rest: *rest,
@@ -80,6 +84,12 @@ impl StoredBody {
         let Some(topology) = topologies.get(self.mesh as usize) else {
             let count = topologies.len();
             return Err(wrong(format!("there is no mesh {}, of {count}", self.mesh)));
+        };
+        let topology = match &self.rest_values {
+            None => Arc::clone(topology),
+            Some(values) => topology.flowed(values).ok_or_else(|| {
+                wrong("its rest values are not those of its mesh, or not finite".to_owned())
+            })?,
         };
         let count = topology.particles();
         for (what, column) in [
@@ -125,7 +135,7 @@ impl StoredBody {
             asleep: self.asleep,
             quarantine,
             tick_start: self.tick_start,
-            ..Body::new(self.name, Arc::clone(topology), self.density)
+            ..Body::new(self.name, topology, self.density)
         })
     }
 }

@@ -22,6 +22,7 @@ pub(crate) mod block;
 pub mod grab;
 pub mod isometric_bend;
 pub mod membrane;
+pub mod plasticity;
 pub mod strain_limit;
 pub mod stretch;
 pub mod tethers;
