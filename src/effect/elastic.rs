@@ -8,7 +8,7 @@ use crate::{
         SoftBody, SolvePhase, SolveSchedule, SolverThreads, StepSchedule, StepSystems,
     },
     solver::{
-        Leads, Particles,
+        Leads, Particles, Stitches,
         advance::{Stage, Stepper},
         elastic::Elastic,
         measure,
@@ -99,6 +99,7 @@ fn solve<const N: usize, const M: usize, E: Effect + Elastic<N, M>>(
                 effects: &mut (*effect).into(),
                 lambdas: &mut multipliers.0,
                 leads: &Leads::default(),
+                stitches: &mut Stitches::default(),
             };
             let stage = Stage::Elastic(E::KIND);
             let sweep = stepper.stage(stage, &current.step, current.iteration, &means);

@@ -73,6 +73,7 @@ mod isometric_bend;
 mod membrane;
 mod plasticity;
 mod registry;
+mod stitches;
 mod strain_limit;
 mod stretch;
 mod tethers;
@@ -85,7 +86,7 @@ pub use registry::{
 
 pub use crate::solver::{
     Attract, Bend, Collide, Drag, Grab, Ground, IsometricBend, Membrane, Plasticity, StickyGround,
-    StrainLimit, Stretch, Tethers, Uniform, Volume, Vortex, Weave, Wind,
+    Stitches, StrainLimit, Stretch, Tethers, Uniform, Volume, Vortex, Weave, Wind,
 };
 
 pub(crate) use registry::{body_added, body_removed, follow_bodies, is_planned};
@@ -111,6 +112,7 @@ impl PluginGroup for EffectPlugins {
             .add(EffectPlugin::<Membrane>::default())
             .add(EffectPlugin::<Weave>::default())
             .add(EffectPlugin::<StrainLimit>::default())
+            .add(EffectPlugin::<Stitches>::default())
             .add(EffectPlugin::<Tethers>::default())
             .add(EffectPlugin::<Plasticity>::default())
             .add(EffectPlugin::<Grab>::default())

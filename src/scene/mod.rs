@@ -37,6 +37,7 @@ pub use acceptance::{Acceptance, Check};
 pub use build::BuiltScene;
 pub use error::SceneError;
 pub use file::{
-    BodySpec, CameraSpec, ColliderSpec, Copies, MeshSpec, Pins, Scene, SceneEffects, parse,
+    BodySpec, CameraSpec, ColliderSpec, Copies, MeshSpec, Pins, PointSpec, Scene, SceneEffects,
+    StitchSpec, StitchTo, parse,
 };
 pub use spawn::{CurrentScene, Look, despawn, spawn};

@@ -43,6 +43,7 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "strain_limit",
     "long_cloth",
     "plasticity",
+    "stitches",
     "colliders",
     "slope",
     "bounce",

@@ -93,7 +93,8 @@ impl Plugin for SimulationPlugin {
             .add_observer(body::complete_body)
             .add_observer(crate::effect::body_added)
             .add_observer(crate::effect::body_removed)
-            .add_observer(body::complete_collider);
+            .add_observer(body::complete_collider)
+            .add_observer(body::forget_collider);
         schedule::configure(app, self.schedule);
         app.add_systems(
             self.schedule,

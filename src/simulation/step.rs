@@ -9,7 +9,7 @@ use crate::{
     effect,
     solver::{
         Collider, Effects, Grab, Lambdas, Leads, Ledger, Particles, Settings, SleepSettings,
-        Substep, Threads, Topology,
+        Stitches, Substep, Threads, Topology,
         advance::{Means, NotFinite, Stage, Stepper, Watch},
         contact::collider::{Sweep, Swept},
         lanes::Instructions,
@@ -159,6 +159,7 @@ type Stepped = (
     &'static mut Particles,
     &'static mut Multipliers,
     Option<&'static mut TetherLeads>,
+    Option<&'static mut Stitches>,
     Carried,
 );
 
@@ -170,6 +171,7 @@ pub(super) struct Job {
     particles: Particles,
     lambdas: Lambdas,
     leads: Leads,
+    stitches: Stitches,
     effects: Effects,
     ledger: Ledger,
     result: Result<(), NotFinite>,
@@ -270,7 +272,7 @@ fn advance_all(
     jobs.clear();
     let stepped = bodies.iter_mut(world);
     jobs.extend(stepped.map(
-        |(entity, mut body, mut particles, mut multipliers, leads, carried)| {
+        |(entity, mut body, mut particles, mut multipliers, leads, stitches, carried)| {
             let effects = carried.effects();
             let flows = effects.plasticity.is_some();
             Job {
@@ -279,6 +281,9 @@ fn advance_all(
                 particles: take(&mut *particles),
                 lambdas: take(&mut multipliers.0),
                 leads: leads.map_or_else(Leads::default, |mut leads| take(&mut leads.0)),
+                stitches: stitches.map_or_else(Stitches::default, |mut stitches| {
+                    take(stitches.bypass_change_detection())
+                }),
                 effects,
                 ledger: Ledger::default(),
                 result: Ok(()),
@@ -307,6 +312,7 @@ fn advance_all(
             effects: &mut job.effects,
             lambdas: &mut job.lambdas,
             leads: &job.leads,
+            stitches: &mut job.stitches,
         };
         job.result = if booked {
             let books = ledger::advance(&mut stepper, substeps.clone(), &means);
@@ -323,7 +329,7 @@ fn advance_all(
     let passed = Duration::from_secs_f64(h * f64::from(substeps.len() as u32));
     world.resource_mut::<Time<SubstepTime>>().advance_by(passed);
     for job in jobs.drain(..) {
-        if let Ok((_, mut body, mut particles, mut multipliers, leads, _)) =
+        if let Ok((_, mut body, mut particles, mut multipliers, leads, stitches, _)) =
             bodies.get_mut(world, job.entity)
         {
             body.bypass_change_detection().0 = job.topology;
@@ -331,6 +337,9 @@ fn advance_all(
             multipliers.0 = job.lambdas;
             if let Some(mut leads) = leads {
                 leads.0 = job.leads;
+            }
+            if let Some(mut stitches) = stitches {
+                *stitches.bypass_change_detection() = job.stitches;
             }
         }
         if let Some(held) = job.effects.grab
@@ -377,6 +386,7 @@ fn stage_of_all(
             effects: &mut Effects::default(),
             lambdas: &mut Lambdas::default(),
             leads: &Leads::default(),
+            stitches: &mut Stitches::default(),
         };
         if let Err(error) = stepper.stage(stage, &current.step, current.iteration, &means) {
             failed(entity, error);

@@ -7,8 +7,8 @@
 #![allow(unsafe_code, reason = "pieces are handed out by hand")]
 
 use super::{
-    Collide, Effects, ElasticKind, ForceKind, Lambdas, Leads, Particles, Settings, Substep,
-    Tethers, Threads, Topology,
+    Collide, Effects, ElasticKind, ForceKind, Lambdas, Leads, Particles, Settings, Stitches,
+    Substep, Tethers, Threads, Topology,
     bands::Piece,
     contact::{
         collider::{self, Swept},
@@ -38,6 +38,8 @@ pub struct Stepper<'a> {
     pub lambdas: &'a mut Lambdas,
     /// Its tethers; none if it has none.
     pub leads: &'a Leads,
+    /// Its stitches; which are broken changes.
+    pub stitches: &'a mut Stitches,
 }
 
 /// What all bodies are stepped with.
@@ -74,6 +76,8 @@ pub enum Stage {
     StickyGround,
     /// The constraints of an elastic effect.
     Elastic(ElasticKind),
+    /// Stitches between points of the body, and to colliders.
+    Stitches,
     /// Tethers to pins.
     Tethers,
     /// The hold of a hand.
@@ -89,7 +93,13 @@ pub enum Stage {
 }
 
 /// What takes part in the second stage after the elastic effects.
-const AFTER: [Stage; 4] = [Stage::Tethers, Stage::Grab, Stage::Ground, Stage::Collide];
+const AFTER: [Stage; 5] = [
+    Stage::Stitches,
+    Stage::Tethers,
+    Stage::Grab,
+    Stage::Ground,
+    Stage::Collide,
+];
 
 impl Stage {
     /// What takes part in the second stage, in its order: what holds the body together, then
@@ -143,6 +153,7 @@ impl Stage {
             Self::Presolve => "presolve",
             Self::StickyGround => "sticky_ground",
             Self::Elastic(kind) => kind.name(),
+            Self::Stitches => "stitches",
             Self::Tethers => "tethers",
             Self::Grab => "grab",
             Self::Ground => "ground",
@@ -158,12 +169,13 @@ type Tasks = iter::Flatten<std::array::IntoIter<Option<(Task, Side)>, 3>>;
 
 impl Stage {
     /// Whether it does anything to a body that carries these effects.
-    fn acts(self, effects: &Effects) -> bool {
+    fn acts(self, effects: &Effects, stitched: bool) -> bool {
         match self {
             Self::Presolve | Self::Postsolve => true,
             Self::Force(kind) => effects.has_force(kind),
             Self::StickyGround => effects.sticky_ground.is_some(),
             Self::Elastic(kind) => effects.has(kind),
+            Self::Stitches => stitched,
             Self::Tethers => effects.tethers.is_some(),
             Self::Grab => effects.grab.is_some(),
             Self::Ground => effects.ground.is_some(),
@@ -176,7 +188,7 @@ impl Stage {
     fn tasks(
         self,
         topology: &Topology,
-        effects: &Effects,
+        (effects, stitched): (&Effects, bool),
         step: &Substep,
         iteration: u32,
     ) -> Tasks {
@@ -186,11 +198,15 @@ impl Stage {
         match self {
             // It is no task on pieces: kernels hold on to rest values for as long as those run.
             Self::Flow => [None; 3],
-            _ if !self.acts(effects) => [None; 3],
+            _ if !self.acts(effects, stitched) => [None; 3],
             Self::Force(kind) => one(Task::Force { kind, substep }, Side::Whole),
             Self::Presolve => one(Task::Begin, Side::Any),
             Self::StickyGround => one(Task::Stick, Side::Any),
             Self::Elastic(kind) => kind.halves(topology, Task::Elastic { kind, sweep }),
+            Self::Stitches => {
+                let sweep = (iteration, step.iterations);
+                one(Task::Stitch { substep, sweep }, Side::Whole)
+            }
             Self::Tethers => one(Task::Tether, Side::Any),
             Self::Grab => one(Task::Grab { substep, iteration }, Side::Whole),
             Self::Ground => one(Task::Ground, Side::Any),
@@ -233,10 +249,11 @@ impl Stepper<'_> {
         let shape = Arc::clone(self.topology);
         let topology: &Topology = &shape;
         let (effects, settings) = (*self.effects, means.settings);
+        let stitched = !self.stitches.is_empty();
         // What is absent is not asked for again in every sweep.
         let mut stages = Stage::SOLVE
             .into_iter()
-            .filter(|stage| stage.acts(&effects));
+            .filter(|stage| stage.acts(&effects, stitched));
         let present: [_; Stage::SOLVE.len()] = std::array::from_fn(|_| stages.next());
         let first = substeps.start;
         let mut forces = ForceKind::ALL
@@ -252,8 +269,9 @@ impl Stepper<'_> {
             let end = before.filter(|_| apart);
             let end = end.map(|substep| (Task::End { substep }, Side::Any));
             let start = turn.map_or(Task::Begin, |substep| Task::Turn { substep });
-            let of_stage =
-                move |stage: Stage, iteration| stage.tasks(topology, &effects, &step, iteration);
+            let of_stage = move |stage: Stage, iteration| {
+                stage.tasks(topology, (&effects, stitched), &step, iteration)
+            };
             let sweeps = (0..step.iterations).flat_map(move |iteration| {
                 let stages = present.into_iter().flatten();
                 stages.flat_map(move |stage| of_stage(stage, iteration))
@@ -288,7 +306,8 @@ impl Stepper<'_> {
             return Ok(());
         }
         let shape = Arc::clone(self.topology);
-        let tasks = stage.tasks(&shape, self.effects, step, iteration);
+        let stitched = !self.stitches.is_empty();
+        let tasks = stage.tasks(&shape, (self.effects, stitched), step, iteration);
         let sweeps = usize::from(matches!(stage, Stage::Elastic(_)));
         self.run(tasks, sweeps, means)
     }
@@ -448,6 +467,12 @@ impl<'a> Context<'a> {
                 if let Some((tethers, leads)) = &self.tethers {
                     leads.solve(part, first, tethers);
                 }
+            }
+            Task::Stitch { substep, sweep } => {
+                let colliders = self.means.swept.of(substep);
+                // SAFETY: stitches are on the whole body, which is one piece.
+                let stitches = unsafe { shared.stitches() };
+                stitches.solve(part.positions, colliders, self.h, sweep);
             }
             Task::Grab { substep, iteration } => {
                 // SAFETY: a hand is on the whole body, which is one piece.

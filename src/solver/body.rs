@@ -10,6 +10,7 @@ use super::{
         isometric_bend::IsometricBend,
         membrane::Membrane,
         plasticity::Plasticity,
+        stitches::Stitches,
         strain_limit::StrainLimit,
         stretch::Stretch,
         tethers::{Leads, Tethers},
@@ -119,6 +120,8 @@ pub struct Body {
     pub lambdas: Lambdas,
     /// Its tethers, if it has them; they follow from its pins when a tick begins.
     pub leads: Leads,
+    /// Its stitches, broken ones too.
+    pub stitches: Stitches,
     /// How long it has been still.
     pub rest: RestTimer,
     /// Whether it sleeps.
@@ -145,6 +148,7 @@ impl Body {
             effects: Effects::default(),
             lambdas: Lambdas::default(),
             leads: Leads::default(),
+            stitches: Stitches::default(),
             rest: RestTimer::default(),
             asleep: false,
             quarantine: None,
@@ -221,6 +225,7 @@ impl Body {
             effects: &mut self.effects,
             lambdas: &mut self.lambdas,
             leads: &self.leads,
+            stitches: &mut self.stitches,
         }
     }
 

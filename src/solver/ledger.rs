@@ -22,7 +22,7 @@
 //! Rigid effects (α = 0) store nothing, and what they do goes to the sweeps.
 
 use super::{
-    ForceKind, Friction, Lambdas, Particles, Substep,
+    ForceKind, Friction, Lambdas, Particles, Stitches, Substep,
     advance::{Means, NotFinite, Stage, Stepper},
     elastic::{Elastic, Visit},
 };
@@ -317,6 +317,7 @@ impl Book {
                 effects: &mut effects,
                 lambdas: &mut Lambdas::default(),
                 leads: body.leads,
+                stitches: &mut Stitches::default(),
             };
             without.stage(stage, step, iteration, means)?;
         }

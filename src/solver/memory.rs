@@ -24,6 +24,7 @@ pub fn solver_bytes(bodies: &[Body]) -> usize {
                 + body.tick_start.len() * size_of::<Vec4>()
                 + body.lambdas.count() * size_of::<f32>()
                 + body.leads.bytes()
+                + body.stitches.bytes()
         })
         .sum()
 }

@@ -52,6 +52,7 @@ pub use constraint::{
     isometric_bend::IsometricBend,
     membrane::Membrane,
     plasticity::Plasticity,
+    stitches::{Stitch, StitchEnd, StitchError, Stitches},
     strain_limit::StrainLimit,
     stretch::Stretch,
     tethers::{Leads, Tethers},

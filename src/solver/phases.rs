@@ -36,6 +36,8 @@ pub(super) enum Task {
         kind: ElasticKind,
         sweep: (u32, u32, bool),
     },
+    /// Stitches: sweep number so-and-so of so many.
+    Stitch { substep: u32, sweep: (u32, u32) },
     /// Tethers to pins.
     Tether,
     /// The hold of a hand.
@@ -54,6 +56,7 @@ impl Task {
             Self::Begin => Stage::Presolve,
             Self::Stick => Stage::StickyGround,
             Self::Elastic { kind, .. } => Stage::Elastic(kind),
+            Self::Stitch { .. } => Stage::Stitches,
             Self::Tether => Stage::Tethers,
             Self::Grab { .. } => Stage::Grab,
             Self::Ground => Stage::Ground,

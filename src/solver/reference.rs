@@ -5,7 +5,7 @@
 //! order of constraints from the fast bodies, so that both solve the same equations.
 
 use super::{
-    Effects, ElasticKind, Leads, Settings, SurfacePoint, Topology,
+    Effects, ElasticKind, Leads, Settings, StitchEnd, Stitches, SurfacePoint, Topology,
     constraint::{block::DEPENDENT, tethers},
     contact::{Collider, ColliderShape, Pose},
     elastic::{Elastic, Point, Row, Visit},
@@ -48,6 +48,8 @@ pub struct Body {
     pub effects: Effects,
     /// Tethers, if there are any: particle, pin, and how far it may be from it [m].
     pub tethers: Vec<(usize, usize, f64)>,
+    /// Its stitches, and λ of each.
+    pub stitches: (Stitches, Vec<DVec3>),
     /// A hold, if there is one.
     pub grab: Option<Hold>,
     /// Ground, if there is one: height [m], µ, e.
@@ -129,6 +131,8 @@ impl World {
                 for iteration in 0..self.settings.iterations.get() {
                     let anew = iteration == 0 && !self.keeps_multipliers;
                     body.solve_elastic(h, anew);
+                    let last = iteration + 1 == self.settings.iterations.get();
+                    body.solve_stitches(&self.colliders, start + h, h, (iteration == 0, last));
                     body.solve_tethers();
                     body.solve_grab(h, share, f64::from(substeps), iteration == 0);
                     body.solve_ground(h, gravity);
@@ -168,6 +172,7 @@ impl Body {
                 .collect(),
             effects: Effects::default(),
             tethers: Vec::new(),
+            stitches: (body.stitches.clone(), Vec::new()),
             grab: None,
             ground: None,
             sticky_ground: None,
@@ -346,6 +351,57 @@ impl Body {
             for (i, gradient) in corners.into_iter().zip(row.gradients) {
                 self.x[i as usize] += gradient * (self.w[i as usize] * lambda);
             }
+        }
+    }
+
+    /// One sweep over its stitches, the first or the last of a substep of `h` seconds that ends at
+    /// `time`.
+    fn solve_stitches(
+        &mut self,
+        colliders: &[Collider],
+        time: f64,
+        h: f64,
+        (first, last): (bool, bool),
+    ) {
+        let (stitches, lambdas) = &mut self.stitches;
+        if first {
+            lambdas.clear();
+        }
+        lambdas.resize(stitches.all().len(), DVec3::ZERO);
+        let mut breaks = Vec::new();
+        for ((index, stitch), lambda) in stitches.all().iter().enumerate().zip(lambdas) {
+            let mut ends = vec![(&stitch.point, 1.0)];
+            let mut fixed = DVec3::ZERO;
+            match &stitch.to {
+                _ if stitch.broken => continue,
+                StitchEnd::Point(other) => ends.push((other, -1.0)),
+                StitchEnd::Collider { number, place } => match colliders.get(*number as usize) {
+                    Some(it) => fixed = Frame::of(&it.pose_at(time)).apply(place.as_dvec3()),
+                    None => continue,
+                },
+            }
+            let terms = ends.iter().flat_map(|&(point, sign)| {
+                let terms = point.terms();
+                terms.map(move |(i, b)| (i as usize, sign * f64::from(b)))
+            });
+            let terms: Vec<_> = terms.collect();
+            let d = terms.iter().fold(-fixed, |d, &(i, b)| d + self.x[i] * b);
+            let weight: f64 = terms.iter().map(|&(i, b)| b * b * self.w[i]).sum();
+            if weight == 0.0 {
+                continue;
+            }
+            let alpha = f64::from(stitch.compliance) / (h * h);
+            let change = -(d + *lambda * alpha) / (weight + alpha);
+            *lambda += change;
+            for (i, b) in terms {
+                self.x[i] += change * (b * self.w[i]);
+            }
+            if last && lambda.length() > f64::from(stitch.strength) * h * h {
+                breaks.push(index);
+            }
+        }
+        for index in breaks {
+            stitches.break_at(index);
         }
     }
 

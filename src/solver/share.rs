@@ -6,7 +6,9 @@
     reason = "threads get pieces of one borrow that share no element"
 )]
 
-use super::{ElasticKind, advance::Stepper, bands::Piece, constraint::grab::Grab, particles::Part};
+use super::{
+    ElasticKind, Stitches, advance::Stepper, bands::Piece, constraint::grab::Grab, particles::Part,
+};
 use glam::Vec4;
 use std::{marker::PhantomData, ops::Range, slice};
 
@@ -18,6 +20,7 @@ pub(super) struct Shared<'a> {
     particles: usize,
     lambdas: [Column; ElasticKind::COUNT],
     grab: *mut Option<Grab>,
+    stitches: *mut Stitches,
     lives: PhantomData<&'a mut ()>,
 }
 
@@ -50,6 +53,7 @@ impl<'a> Shared<'a> {
             particles: count,
             lambdas: body.lambdas.columns().each_mut().map(column),
             grab: &raw mut body.effects.grab,
+            stitches: &raw mut *body.stitches,
             lives: PhantomData,
         }
     }
@@ -95,6 +99,15 @@ impl<'a> Shared<'a> {
     pub unsafe fn grab(&self) -> &mut Option<Grab> {
         // SAFETY: borrowed by `new`; theirs alone by the caller's promise.
         unsafe { &mut *self.grab }
+    }
+
+    /// The stitches.
+    ///
+    /// # Safety
+    /// As long as they live, nobody else asks for them.
+    pub unsafe fn stitches(&self) -> &mut Stitches {
+        // SAFETY: borrowed by `new`; theirs alone by the caller's promise.
+        unsafe { &mut *self.stitches }
     }
 }
 

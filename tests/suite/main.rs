@@ -71,6 +71,7 @@ mod solver_quantity;
 mod solver_recovery;
 mod solver_slips;
 mod solver_stages;
+mod solver_stitches;
 mod solver_strain_limit;
 mod solver_stretch;
 mod solver_tethers;

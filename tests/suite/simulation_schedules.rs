@@ -7,7 +7,7 @@ use crate::{
 };
 use bevy::prelude::*;
 use pliant::{
-    effect::{EffectRegistry, Grab, Stretch},
+    effect::{Effect, EffectRegistry, Grab, Stitches, Stretch},
     simulation::{SoftBody, SolveSchedule, StepSchedule, SubstepSchedule},
     solver::{ElasticKind, ForceKind, SurfacePoint, deform::Random},
 };
@@ -24,6 +24,9 @@ fn insert(app: &mut App, body: Entity, effect: &str) {
     let mut body = app.world_mut().entity_mut(body);
     match default {
         Some(insert) => insert(&mut body),
+        None if effect == Stitches::NAME => {
+            body.insert(Stitches::default());
+        }
         None => {
             let point = SurfacePoint::new(&[(0, 1.0)]).expect("sound");
             body.insert(Grab::on(point, Vec3::ZERO, 1.0, 1.0, 9.81));

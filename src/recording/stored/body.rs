@@ -5,7 +5,7 @@ use crate::{
     mesh::Skin,
     scene::Look,
     solver::{
-        Body, Density, Effects, Mass, Particles, Quarantine, Topology,
+        Body, Density, Effects, Mass, Particles, Quarantine, Stitch, Stitches, Topology,
         advance::Stage,
         body::{INPUT, USER},
         rest::RestTimer,
@@ -29,6 +29,7 @@ pub struct StoredBody {
     added_mass: Vec<(u32, Mass)>,
     pins: Vec<u32>,
     effects: Effects,
+    stitches: Vec<Stitch>,
     /// Rest values of a body that has flowed.
     rest_values: Option<RestValues>,
     particles: Particles,
@@ -53,6 +54,7 @@ impl StoredBody {
             lambdas: _,
             // They follow from the pins.
             leads: _,
+            stitches,
             rest,
             asleep,
             quarantine,
@@ -67,6 +69,7 @@ impl StoredBody {
             added_mass: added_mass.clone(),
             pins: pins.clone(),
             effects: *effects,
+            stitches: stitches.all().to_vec(),
             rest_values: topology.rest_values(),
             particles: particles.clone(),
             tick_start: tick_start.clone(),
@@ -118,6 +121,8 @@ impl StoredBody {
                 "it is held by a particle that it does not have".to_owned(),
             ));
         }
+        let stitches = Stitches::new(self.stitches.clone(), count)
+            .map_err(|error| wrong(error.to_string()))?;
         let quarantine = match &self.quarantine {
             None => None,
             Some((vertex, stage)) => Some(Quarantine {
@@ -135,6 +140,7 @@ impl StoredBody {
             asleep: self.asleep,
             quarantine,
             tick_start: self.tick_start,
+            stitches,
             ..Body::new(self.name, topology, self.density)
         })
     }

@@ -23,6 +23,7 @@ pub mod grab;
 pub mod isometric_bend;
 pub mod membrane;
 pub mod plasticity;
+pub mod stitches;
 pub mod strain_limit;
 pub mod stretch;
 pub mod tethers;
