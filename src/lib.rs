@@ -72,6 +72,8 @@
 //! | [`StrainLimit`](effect::StrainLimit) | C = ‖x₁−x₀‖−(1+limit)L₀ ≤ 0 on edges [m] | limit |
 //! | [`Pressure`](effect::Pressure) | p = K(fV₀/V−1) within a closed surface [Pa] | filling f, bulk modulus K Pa |
 //! | [`Tethers`](effect::Tethers) | no particle farther from its nearest pin than at rest | slack |
+//! | [`Plasticity`](effect::Plasticity) | what is strained beyond a yield strain stays so | yields and limits, creep 1/s |
+//! | [`Stitches`](effect::Stitches) | C = a−b = 0 between points of a body, and to colliders [m] | compliance m/N, strength N, each its own |
 //! | [`Grab`](effect::Grab) | a hand's spring, only while it holds | compliance m/N, strength N |
 //! | [`Ground`](effect::Ground) | a level ground | height m, friction, restitution |
 //! | [`StickyGround`](effect::StickyGround) | a level ground that holds what it touches | height m |

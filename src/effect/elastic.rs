@@ -8,13 +8,14 @@ use crate::{
         SoftBody, SolvePhase, SolveSchedule, SolverThreads, StepSchedule, StepSystems,
     },
     solver::{
-        Leads, Particles,
+        Leads, Particles, Stitches,
         advance::{Stage, Stepper},
         elastic::Elastic,
         measure,
     },
 };
 use bevy::prelude::*;
+use std::sync::Arc;
 
 /// Adds the systems of an elastic effect.
 pub(super) fn add_systems<const N: usize, const M: usize, E: Effect + Elastic<N, M>>(
@@ -95,11 +96,12 @@ fn solve<const N: usize, const M: usize, E: Effect + Elastic<N, M>>(
     profile.time(E::NAME, || {
         for (body, mut particles, effect, mut multipliers) in &mut bodies {
             let mut stepper = Stepper {
-                topology: body,
+                topology: &mut Arc::clone(&body.0),
                 particles: &mut particles,
                 effects: &mut (*effect).into(),
                 lambdas: &mut multipliers.0,
                 leads: &Leads::default(),
+                stitches: &mut Stitches::default(),
             };
             let stage = Stage::Elastic(E::KIND);
             let sweep = stepper.stage(stage, &current.step, current.iteration, &means);

@@ -7,8 +7,8 @@ use crate::{
         SubstepSchedule, step,
     },
     solver::{
-        Attract, Coefficient, Drag, Finite, Lambdas, Leads, Length, Particles, Uniform, Vortex,
-        Wind,
+        Attract, Coefficient, Drag, Finite, Lambdas, Leads, Length, Particles, Stitches, Uniform,
+        Vortex, Wind,
         advance::{Stage, Stepper},
         force::Force,
     },
@@ -17,6 +17,7 @@ use bevy::{
     prelude::*,
     reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
 };
+use std::sync::Arc;
 
 /// Lets a force act on every body that asks for it, before the first stage.
 fn act<F: Effect + Force>(
@@ -29,11 +30,12 @@ fn act<F: Effect + Force>(
     profile.time(F::NAME, || {
         for (body, mut particles, force) in &mut bodies {
             let mut stepper = Stepper {
-                topology: body,
+                topology: &mut Arc::clone(&body.0),
                 particles: &mut particles,
                 effects: &mut (*force).into(),
                 lambdas: &mut Lambdas::default(),
                 leads: &Leads::default(),
+                stitches: &mut Stitches::default(),
             };
             let acted = stepper.stage(Stage::Force(F::KIND), &current.step, 0, &means);
             debug_assert!(

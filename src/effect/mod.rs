@@ -72,8 +72,10 @@ mod ground;
 mod isometric_bend;
 mod membrane;
 mod neo_hookean;
+mod plasticity;
 mod pressure;
 mod registry;
+mod stitches;
 mod strain_limit;
 mod stretch;
 mod struts;
@@ -86,8 +88,9 @@ pub use registry::{
 };
 
 pub use crate::solver::{
-    Attract, Bend, Collide, Drag, Grab, Ground, IsometricBend, Membrane, NeoHookean, Pressure,
-    StickyGround, StrainLimit, Stretch, Struts, Tethers, Uniform, Volume, Vortex, Weave, Wind,
+    Attract, Bend, Collide, Drag, Grab, Ground, IsometricBend, Membrane, NeoHookean, Plasticity,
+    Pressure, StickyGround, Stitches, StrainLimit, Stretch, Struts, Tethers, Uniform, Volume,
+    Vortex, Weave, Wind,
 };
 
 pub(crate) use registry::{body_added, body_removed, follow_bodies, is_planned};
@@ -140,11 +143,13 @@ effects! {
     Struts,
     StrainLimit,
     Pressure,
+    Stitches,
     Tethers,
     Grab,
     Ground,
     StickyGround,
     Collide,
+    Plasticity,
 }
 
 /// Makes a plain struct of the solver a component of Bevy.
@@ -185,9 +190,9 @@ mod reflection {
     //! exchange a valid value for a valid value.
 
     use crate::solver::quantity::{
-        Coefficient, Compliance, Damping, Filling, Finite, FlexuralRigidity, Friction, Length,
-        MembraneCompliance, PoissonRatio, Restitution, Slack, Stiffness, Strain, Thickness,
-        YoungsModulus,
+        Coefficient, Compliance, Creep, Damping, Filling, Finite, FlexuralRigidity, Friction,
+        Length, MembraneCompliance, PlasticLimit, PoissonRatio, Restitution, Slack, Stiffness,
+        Strain, Thickness, Yield, YoungsModulus,
     };
     use bevy::reflect::{
         ReflectDeserialize, ReflectSerialize, impl_reflect_opaque, std_traits::ReflectDefault,
@@ -208,5 +213,8 @@ mod reflection {
     impl_reflect_opaque!((in pliant::solver) Stiffness(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Strain(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Thickness(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+    impl_reflect_opaque!((in pliant::solver) Creep(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+    impl_reflect_opaque!((in pliant::solver) PlasticLimit(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+    impl_reflect_opaque!((in pliant::solver) Yield(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) YoungsModulus(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 }

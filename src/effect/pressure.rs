@@ -7,7 +7,7 @@ use crate::{
         SolveSchedule, SolverThreads,
     },
     solver::{
-        Effects, Filling, Leads, Particles, Pressure, Stiffness,
+        Effects, Filling, Leads, Particles, Pressure, Stiffness, Stitches,
         advance::{Stage, Stepper},
         constraint::pressure::Walls,
         measure,
@@ -17,6 +17,7 @@ use bevy::{
     prelude::*,
     reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
 };
+use std::sync::Arc;
 
 component!(Pressure);
 impl_reflect!(
@@ -103,7 +104,7 @@ pub fn solve(
     profile.time(Pressure::NAME, || {
         for (body, mut particles, &pressure, mut multipliers) in &mut bodies {
             let mut stepper = Stepper {
-                topology: body,
+                topology: &mut Arc::clone(&body.0),
                 particles: &mut particles,
                 effects: &mut Effects {
                     pressure: Some(pressure),
@@ -111,6 +112,7 @@ pub fn solve(
                 },
                 lambdas: &mut multipliers.0,
                 leads: &Leads::default(),
+                stitches: &mut Stitches::default(),
             };
             let sweep = stepper.stage(Stage::Pressure, &current.step, current.iteration, &means);
             debug_assert!(

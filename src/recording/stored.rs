@@ -6,7 +6,7 @@ mod body;
 
 use super::{About, Snapshot, SnapshotError};
 use crate::{
-    effect::EffectRegistry,
+    effect::{Effect, EffectRegistry, Stitches},
     mesh::Skin,
     scene::{BuiltScene, CameraSpec, Look},
     simulation::{
@@ -28,9 +28,11 @@ pub fn check_effects(world: &mut World) -> Result<(), SnapshotError> {
     for body in bodies_in_order(world) {
         let entity = world.entity(body);
         let registry = world.resource::<EffectRegistry>();
-        let foreign = registry
-            .iter()
-            .find(|effect| !CARRIED.contains(&effect.name) && (effect.present)(&entity));
+        let foreign = registry.iter().find(|effect| {
+            !CARRIED.contains(&effect.name)
+                && effect.name != Stitches::NAME
+                && (effect.present)(&entity)
+        });
         if let Some(effect) = foreign {
             return Err(SnapshotError::Effect {
                 body: entity
@@ -89,7 +91,9 @@ impl Stored {
             .zip(&built.looks)
             .map(|((body, skin), look)| {
                 let skin = skin.as_ref().map(|skin| skins.place(skin));
-                StoredBody::of(body, topologies.place(&body.topology), skin, *look)
+                // What it has flowed to is its own.
+                let mesh = body.topology.original().unwrap_or(&body.topology);
+                StoredBody::of(body, topologies.place(mesh), skin, *look)
             })
             .collect();
         Self {

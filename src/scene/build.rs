@@ -1,11 +1,15 @@
 //! From a scene to a plain world, and the surfaces that follow its bodies.
 
-use super::{Answer, BodySpec, CameraSpec, ColliderSpec, Look, Material, Pins, Scene, SceneError};
+use super::{
+    Answer, BodySpec, CameraSpec, ColliderSpec, Look, Material, Pins, PointSpec, Scene, SceneError,
+    StitchSpec, StitchTo,
+};
 use crate::{
     mesh::{self, FileMesh, Skin, SoftMesh},
     simulation::Places,
     solver::{
-        Body, Collider, Effects, Particles, Pose, Topology, World,
+        Body, Collider, Effects, Particles, Pose, Stitch, StitchEnd, Stitches, SurfacePoint,
+        Topology, World,
         contact::pose::rotation_degrees,
         deform, measure,
         numbering::Numbering,
@@ -50,15 +54,15 @@ impl Scene {
             camera: self.camera,
             notes: Vec::new(),
         };
-        for spec in &self.bodies {
-            self.add(spec, &mut built)?;
-        }
         for (place, spec) in self.colliders.iter().enumerate() {
             let collider = collider(spec).map_err(|error| SceneError::Collider {
                 index: place + 1,
                 error,
             })?;
             built.world.colliders.push(collider);
+        }
+        for spec in &self.bodies {
+            self.add(spec, &mut built)?;
         }
         self.acceptance.check_names(&built.world)?;
         self.check_answers(&built.world)?;
@@ -91,7 +95,12 @@ impl Scene {
             } else {
                 format!("{} {}", spec.name, number + 1)
             };
-            built.world.bodies.push(body(spec, name, &topology, place)?);
+            built.world.bodies.push(body(
+                spec,
+                name,
+                &topology,
+                (place, &built.world.colliders),
+            )?);
             built.skins.push(skin.clone());
             built.looks.push(look);
         }
@@ -232,7 +241,7 @@ fn body(
     spec: &BodySpec,
     name: String,
     topology: &Arc<Topology>,
-    place: Vec3,
+    (place, colliders): (Vec3, &[Collider]),
 ) -> Result<Body, SceneError> {
     let material = material(spec, topology)?;
     let of_material = material.map(Material::body_density).transpose();
@@ -254,6 +263,7 @@ fn body(
         let message = format!("added_mass names particle {particle}, but there are 0 to {last}");
         return Err(wrong(spec, message));
     }
+    body.stitches = stitches(spec, &body, colliders)?;
     body.pins = pins(spec, &topology.numbering, &body.particles.positions)?;
     body.update_masses();
     for &deformation in &spec.start {
@@ -284,6 +294,7 @@ fn body(
         tethers: spec.effects.tethers,
         struts: spec.effects.struts,
         pressure: spec.effects.pressure,
+        plasticity: spec.effects.plasticity,
         grab: None,
         ground: spec.effects.ground,
         sticky_ground: spec.effects.sticky_ground,
@@ -405,6 +416,61 @@ fn pins(
     pins.sort_unstable();
     pins.dedup();
     Ok(pins)
+}
+
+fn stitches(spec: &BodySpec, body: &Body, colliders: &[Collider]) -> Result<Stitches, SceneError> {
+    let point = |spec: PointSpec| {
+        let terms = match spec {
+            PointSpec::Particle(vertex) => vec![(vertex, 1.0)],
+            PointSpec::Triangle(corners, shares) => corners.into_iter().zip(shares).collect(),
+        };
+        let particle = |vertex: u32| match (vertex as usize) < body.particles.len() {
+            true => body.topology.numbering.particle(vertex),
+            false => vertex,
+        };
+        let terms: Vec<_> = terms
+            .iter()
+            .map(|&(v, share)| (particle(v), share))
+            .collect();
+        SurfacePoint::new(&terms)
+            .ok_or_else(|| format!("{spec:?} is no point: its shares add up to nothing"))
+    };
+    let stitch = |it: &StitchSpec| -> Result<Stitch, String> {
+        let held = point(it.point)?;
+        let to = match it.to {
+            StitchTo::Point(other) => StitchEnd::Point(point(other)?),
+            StitchTo::Collider(number) => {
+                let count = colliders.len();
+                let Some(collider) = colliders.get((number as usize).wrapping_sub(1)) else {
+                    return Err(format!(
+                        "there is no collider {number}; there are {count}, from 1"
+                    ));
+                };
+                let fits = held.fits(body.particles.len());
+                let here = if fits {
+                    held.position(&body.particles.positions)
+                } else {
+                    Vec3::ZERO
+                };
+                StitchEnd::Collider {
+                    number: number - 1,
+                    place: collider.pose_at(0.0).undo(here),
+                }
+            }
+        };
+        Ok(Stitch {
+            point: held,
+            to,
+            compliance: it.compliance,
+            strength: it.strength,
+            broken: false,
+        })
+    };
+    let all = spec.stitches.iter().enumerate().map(|(index, it)| {
+        stitch(it).map_err(|message| wrong(spec, format!("stitch {index}: {message}")))
+    });
+    let all = all.collect::<Result<Vec<_>, _>>()?;
+    Stitches::new(all, body.particles.len()).map_err(|error| wrong(spec, error.to_string()))
 }
 
 fn collider(spec: &ColliderSpec) -> Result<Collider, crate::solver::InvalidValue> {

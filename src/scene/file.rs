@@ -5,9 +5,9 @@ use super::{Acceptance, Answer, SceneError, registry, spawn::CurrentScene};
 use crate::{
     mesh::{BuildOptions, Primitive, Treatment},
     solver::{
-        Attract, Bend, Collide, ColliderShape, Deformation, Density, Drag, Ground, IsometricBend,
-        Mass, Membrane, NeoHookean, Path, Pressure, Settings, StickyGround, StrainLimit, Stretch,
-        Struts, Tethers, Uniform, Volume, Vortex, Weave, Wind,
+        Attract, Bend, Collide, ColliderShape, Compliance, Deformation, Density, Drag, Force,
+        Ground, IsometricBend, Mass, Membrane, NeoHookean, Path, Plasticity, Pressure, Settings,
+        StickyGround, StrainLimit, Stretch, Struts, Tethers, Uniform, Volume, Vortex, Weave, Wind,
     },
 };
 use glam::{UVec3, Vec3};
@@ -84,6 +84,9 @@ pub struct BodySpec {
     /// Particles that do not move.
     #[serde(default)]
     pub pins: Vec<Pins>,
+    /// Points that are held together, or to colliders.
+    #[serde(default)]
+    pub stitches: Vec<StitchSpec>,
     /// Deformations that it starts from, one after the other.
     #[serde(default)]
     pub start: Vec<Deformation>,
@@ -159,6 +162,8 @@ pub struct SceneEffects {
     pub struts: Option<Struts>,
     /// What fills the closed surface pushes at it.
     pub pressure: Option<Pressure>,
+    /// What is strained beyond a yield strain stays so.
+    pub plasticity: Option<Plasticity>,
     /// A ground with friction and bounce.
     pub ground: Option<Ground>,
     /// A ground that sticks.
@@ -185,6 +190,42 @@ pub enum Pins {
         /// Highest corner.
         high: Vec3,
     },
+}
+
+/// A point of a body that is held to another or to a collider, chosen where the body stands at first.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StitchSpec {
+    /// The point.
+    pub point: PointSpec,
+    /// What it is held to.
+    pub to: StitchTo,
+    /// Compliance [m/N]; default 0, rigid.
+    #[serde(default)]
+    pub compliance: Compliance,
+    /// It breaks when it pulls harder than this [N]; default inf, never.
+    #[serde(default)]
+    pub strength: Force,
+}
+
+/// A point of a body.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum PointSpec {
+    /// A particle by its number.
+    Particle(u32),
+    /// A point of a triangle: its corners, and their shares, which are scaled to a sum of 1.
+    Triangle([u32; 3], [f32; 3]),
+}
+
+/// What a point is held to.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum StitchTo {
+    /// Another point of the body: the two are drawn together.
+    Point(PointSpec),
+    /// A collider of the scene, from 1, at the place where the point is at first.
+    Collider(u32),
 }
 
 /// Several bodies alike, in a grid.

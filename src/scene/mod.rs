@@ -40,7 +40,8 @@ pub use answer::Answer;
 pub use build::BuiltScene;
 pub use error::SceneError;
 pub use file::{
-    BodySpec, CameraSpec, ColliderSpec, Copies, MeshSpec, Pins, Scene, SceneEffects, parse,
+    BodySpec, CameraSpec, ColliderSpec, Copies, MeshSpec, Pins, PointSpec, Scene, SceneEffects,
+    StitchSpec, StitchTo, parse,
 };
 pub use material::Material;
 pub use spawn::{CurrentScene, Look, despawn, spawn};

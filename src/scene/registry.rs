@@ -47,6 +47,8 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "balloon",
     "struts",
     "cloth_lab",
+    "plasticity",
+    "stitches",
     "colliders",
     "slope",
     "bounce",

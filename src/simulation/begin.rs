@@ -2,10 +2,10 @@
 
 use super::{
     AddedMass, Asleep, BodyDensity, JustRestored, Pins, Quarantined, RestTimer, SimulationClock,
-    SimulationSettings, SoftBody, TickStart, body::BodyQuarantined, quarantine,
+    SimulationSettings, SoftBody, SpawnOrder, TickStart, body::BodyQuarantined, quarantine,
 };
 use crate::solver::{
-    Collide, Collider, Grab, Particles, Quarantine,
+    Collide, Collider, Grab, Particles, Quarantine, Stitches,
     body::{INPUT, freeze, set_inverse_masses},
     contact::collider::Sweep,
     rest::{disturbed, written},
@@ -51,7 +51,7 @@ pub(super) fn wake_touched(
     mut commands: Commands,
     clock: Res<SimulationClock>,
     settings: Res<SimulationSettings>,
-    colliders: Query<&Collider>,
+    colliders: Query<(&SpawnOrder, &Collider)>,
     mut sleepers: Query<
         (
             Entity,
@@ -59,6 +59,7 @@ pub(super) fn wake_touched(
             &TickStart,
             Option<&Collide>,
             Option<&Grab>,
+            Option<&Stitches>,
             &mut RestTimer,
         ),
         With<Asleep>,
@@ -68,13 +69,16 @@ pub(super) fn wake_touched(
         return;
     }
     let end = clock.time + settings.tick_seconds();
+    let mut colliders: Vec<_> = colliders.iter().collect();
+    colliders.sort_unstable_by_key(|(order, _)| **order);
     let swept: Vec<Sweep> = colliders
         .iter()
-        .map(|collider| collider.sweep(clock.time, end))
+        .map(|(_, collider)| collider.sweep(clock.time, end))
         .collect();
-    for (entity, particles, start, collide, grab, mut timer) in &mut sleepers {
+    for (entity, particles, start, collide, grab, stitches, mut timer) in &mut sleepers {
         let passed = collide.is_some() && disturbed(&particles.positions, &swept);
-        if passed || grab.is_some() || written(particles, start) {
+        let pulled = stitches.is_some_and(|stitches| stitches.are_pulled(&swept));
+        if passed || pulled || grab.is_some() || written(particles, start) {
             timer.0.reset();
             commands.entity(entity).remove::<Asleep>();
         }

@@ -147,6 +147,22 @@ pub(super) fn complete_collider(
     commands.entity(added.entity).insert(next.take());
 }
 
+/// Breaks the stitches to a collider that goes, and gives those to later ones their new numbers.
+pub(super) fn forget_collider(
+    removed: On<Remove, solver::Collider>,
+    colliders: Query<(Entity, &SpawnOrder), With<solver::Collider>>,
+    mut stitched: Query<&mut solver::Stitches>,
+) {
+    let Ok((_, order)) = colliders.get(removed.entity) else {
+        return;
+    };
+    let before = colliders.iter().filter(|(_, other)| *other < order);
+    let number = before.count() as u32;
+    for mut stitches in &mut stitched {
+        stitches.forget_collider(number);
+    }
+}
+
 /// Gives a new body its number, and particles in its rest shape unless it came with some.
 pub(super) fn complete_body(
     added: On<Add, SoftBody>,

@@ -2,8 +2,8 @@
 
 use crate::solver::{
     Attract, Bend, Collide, Drag, Effects, Grab, Ground, IsometricBend, Membrane, NeoHookean,
-    Pressure, StickyGround, StrainLimit, Stretch, Struts, Tethers, Uniform, Volume, Vortex, Weave,
-    Wind,
+    Plasticity, Pressure, StickyGround, StrainLimit, Stretch, Struts, Tethers, Uniform, Volume,
+    Vortex, Weave, Wind,
 };
 use bevy::{ecs::query::QueryData, prelude::*};
 
@@ -63,6 +63,7 @@ carried! {
     tethers: Tethers,
     struts: Struts,
     pressure: Pressure,
+    plasticity: Plasticity,
     grab: Grab,
     ground: Ground,
     sticky_ground: StickyGround,

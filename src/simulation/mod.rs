@@ -24,6 +24,7 @@ pub use body::{
     Pins, Places, Quarantined, RestTimer, SceneEntity, SoftBody, SpawnOrder, TetherLeads,
     TickStart,
 };
+pub(crate) use carried::Carried;
 pub use clock::{SimulationClock, SubstepTime, Tick};
 pub use ledger::{Energies, EnergyLedger};
 pub use profile::Profile;
@@ -92,7 +93,8 @@ impl Plugin for SimulationPlugin {
             .add_observer(body::complete_body)
             .add_observer(crate::effect::body_added)
             .add_observer(crate::effect::body_removed)
-            .add_observer(body::complete_collider);
+            .add_observer(body::complete_collider)
+            .add_observer(body::forget_collider);
         schedule::configure(app, self.schedule);
         app.add_systems(
             self.schedule,

@@ -10,7 +10,7 @@ use super::{
     SimulationClock, SimulationSettings, SoftBody, SolverThreads, SpawnOrder, TickStart,
     body::NextPlace, carried::insert_effects, step::Sleep,
 };
-use crate::solver::{self, Body, Collider, Particles};
+use crate::solver::{self, Body, Collider, Particles, Stitches};
 use bevy::prelude::*;
 use std::sync::Arc;
 
@@ -25,6 +25,7 @@ pub fn body(entity: EntityRef) -> Option<Body> {
         added_mass: entity.get::<AddedMass>()?.0.clone(),
         pins: entity.get::<Pins>()?.0.clone(),
         effects: effects(entity),
+        stitches: entity.get::<Stitches>().cloned().unwrap_or_default(),
         rest: entity.get::<RestTimer>()?.0,
         asleep: entity.contains::<Asleep>(),
         quarantine: entity.get::<Quarantined>().map(|q| q.0.clone()),
@@ -163,6 +164,10 @@ pub fn spawn_body(world: &mut World, body: &Body) -> Entity {
         SoftBody(Arc::clone(&body.topology)),
     ));
     insert_effects(&mut entity, &body.effects);
+    insert(
+        &mut entity,
+        (!body.stitches.is_empty()).then(|| body.stitches.clone()),
+    );
     insert(&mut entity, body.asleep.then_some(Asleep));
     insert(&mut entity, body.quarantine.clone().map(Quarantined));
     entity.id()

@@ -10,7 +10,7 @@ use crate::{
     effect,
     solver::{
         Collider, Effects, Grab, Lambdas, Leads, Ledger, Particles, Settings, SleepSettings,
-        Substep, Threads, Topology,
+        Stitches, Substep, Threads, Topology,
         advance::{Means, NotFinite, Stage, Stepper, Watch},
         contact::collider::{Sweep, Swept},
         lanes::Instructions,
@@ -163,10 +163,11 @@ pub(super) fn between_ticks(clock: Res<SimulationClock>) -> bool {
 /// A body as it is stepped: all that [`Stepper`] needs.
 type Stepped = (
     Entity,
-    &'static SoftBody,
+    &'static mut SoftBody,
     &'static mut Particles,
     &'static mut Multipliers,
     Option<&'static mut TetherLeads>,
+    Option<&'static mut Stitches>,
     Carried,
 );
 
@@ -178,6 +179,7 @@ pub(super) struct Job {
     particles: Particles,
     lambdas: Lambdas,
     leads: Leads,
+    stitches: Stitches,
     effects: Effects,
     ledger: Ledger,
     result: Result<(), NotFinite>,
@@ -260,6 +262,18 @@ pub(super) fn run_substeps(
     }
 }
 
+/// The topology of a body to be stepped with. That of one that flows is taken away, so that nobody
+/// else holds on to it and it need not be copied.
+fn taken(body: &mut SoftBody, flows: bool) -> Arc<Topology> {
+    match body.0.original() {
+        Some(original) if flows => {
+            let original = Arc::clone(original);
+            replace(&mut body.0, original)
+        }
+        _ => Arc::clone(&body.0),
+    }
+}
+
 /// Some substeps of all bodies, without the schedules.
 fn advance_all(
     world: &mut World,
@@ -270,15 +284,22 @@ fn advance_all(
     jobs.clear();
     let stepped = bodies.iter_mut(world);
     jobs.extend(stepped.map(
-        |(entity, body, mut particles, mut multipliers, leads, carried)| Job {
-            entity,
-            topology: Arc::clone(&body.0),
-            particles: take(&mut *particles),
-            lambdas: take(&mut multipliers.0),
-            leads: leads.map_or_else(Leads::default, |mut leads| take(&mut leads.0)),
-            effects: carried.effects(),
-            ledger: Ledger::default(),
-            result: Ok(()),
+        |(entity, mut body, mut particles, mut multipliers, leads, stitches, carried)| {
+            let effects = carried.effects();
+            let flows = effects.plasticity.is_some();
+            Job {
+                entity,
+                topology: taken(body.bypass_change_detection(), flows),
+                particles: take(&mut *particles),
+                lambdas: take(&mut multipliers.0),
+                leads: leads.map_or_else(Leads::default, |mut leads| take(&mut leads.0)),
+                stitches: stitches.map_or_else(Stitches::default, |mut stitches| {
+                    take(stitches.bypass_change_detection())
+                }),
+                effects,
+                ledger: Ledger::default(),
+                result: Ok(()),
+            }
         },
     ));
     let booked = world.resource::<EnergyLedger>().on;
@@ -298,11 +319,12 @@ fn advance_all(
     threads.for_each(jobs, load, &|job: &mut Job, threads: &Threads| {
         let means = Means { threads, ..means };
         let mut stepper = Stepper {
-            topology: &job.topology,
+            topology: &mut job.topology,
             particles: &mut job.particles,
             effects: &mut job.effects,
             lambdas: &mut job.lambdas,
             leads: &job.leads,
+            stitches: &mut job.stitches,
         };
         job.result = if booked {
             let books = ledger::advance(&mut stepper, substeps.clone(), &means);
@@ -319,13 +341,17 @@ fn advance_all(
     let passed = Duration::from_secs_f64(h * f64::from(substeps.len() as u32));
     world.resource_mut::<Time<SubstepTime>>().advance_by(passed);
     for job in jobs.drain(..) {
-        if let Ok((_, _, mut particles, mut multipliers, leads, _)) =
+        if let Ok((_, mut body, mut particles, mut multipliers, leads, stitches, _)) =
             bodies.get_mut(world, job.entity)
         {
+            body.bypass_change_detection().0 = job.topology;
             *particles = job.particles;
             multipliers.0 = job.lambdas;
             if let Some(mut leads) = leads {
                 leads.0 = job.leads;
+            }
+            if let Some(mut stitches) = stitches {
+                *stitches.bypass_change_detection() = job.stitches;
             }
         }
         if let Some(held) = job.effects.grab
@@ -351,11 +377,12 @@ fn begin_all(world: &mut World, bodies: &mut QueryState<Stepped, Active>, step: 
             let means = current.means(&threads);
             for (_, body, mut particles, .., carried) in bodies.iter_mut(world) {
                 let mut stepper = Stepper {
-                    topology: body,
+                    topology: &mut Arc::clone(&body.0),
                     particles: &mut particles,
                     effects: &mut carried.effects(),
                     lambdas: &mut Lambdas::default(),
                     leads: &Leads::default(),
+                    stitches: &mut Stitches::default(),
                 };
                 stepper.begin(step, &means);
             }
@@ -386,11 +413,12 @@ fn stage_of_all(
     let means = current.means(threads);
     for (entity, body, mut particles) in bodies {
         let mut stepper = Stepper {
-            topology: body,
+            topology: &mut Arc::clone(&body.0),
             particles: &mut particles,
             effects: &mut Effects::default(),
             lambdas: &mut Lambdas::default(),
             leads: &Leads::default(),
+            stitches: &mut Stitches::default(),
         };
         if let Err(error) = stepper.stage(stage, &current.step, current.iteration, &means) {
             failed(entity, error);

@@ -7,8 +7,8 @@
 #![allow(unsafe_code, reason = "pieces are handed out by hand")]
 
 use super::{
-    Collide, Effects, ElasticKind, ForceKind, Lambdas, Leads, Particles, Settings, Substep,
-    Tethers, Threads, Topology,
+    Collide, Effects, ElasticKind, ForceKind, Lambdas, Leads, Particles, Settings, Stitches,
+    Substep, Tethers, Threads, Topology,
     bands::Piece,
     constraint::block::Put,
     contact::{
@@ -24,13 +24,13 @@ use super::{
     share::Shared,
     stages,
 };
-use std::{fmt, iter, ops::Range};
+use std::{fmt, iter, ops::Range, sync::Arc};
 
 /// What is stepped, wherever its parts are kept.
 #[derive(Debug)]
 pub struct Stepper<'a> {
-    /// The immutable part.
-    pub topology: &'a Topology,
+    /// The immutable part, unless the body flows.
+    pub topology: &'a mut Arc<Topology>,
     /// The state.
     pub particles: &'a mut Particles,
     /// What acts; the hold of a hand changes.
@@ -39,6 +39,8 @@ pub struct Stepper<'a> {
     pub lambdas: &'a mut Lambdas,
     /// Its tethers; none if it has none.
     pub leads: &'a Leads,
+    /// Its stitches; which are broken changes.
+    pub stitches: &'a mut Stitches,
 }
 
 /// What all bodies are stepped with.
@@ -77,6 +79,8 @@ pub enum Stage {
     Elastic(ElasticKind),
     /// The pressure of what fills the body.
     Pressure,
+    /// Stitches between points of the body, and to colliders.
+    Stitches,
     /// Tethers to pins.
     Tethers,
     /// The hold of a hand.
@@ -87,10 +91,17 @@ pub enum Stage {
     Collide,
     /// Velocities are taken from positions.
     Postsolve,
+    /// What is strained too far flows.
+    Flow,
 }
 
 /// What takes part in a sweep after the elastic effects.
-const AFTER: [Stage; 3] = [Stage::Pressure, Stage::Tethers, Stage::Grab];
+const AFTER: [Stage; 4] = [
+    Stage::Pressure,
+    Stage::Stitches,
+    Stage::Tethers,
+    Stage::Grab,
+];
 
 /// A pass over all contacts.
 const CONTACTS: [Stage; 2] = [Stage::Ground, Stage::Collide];
@@ -113,8 +124,8 @@ impl Stage {
     };
 
     /// All of them, in the order of a substep.
-    pub const ALL: [Self; ForceKind::COUNT + Self::SWEEP.len() + 5] = {
-        let mut all = [Self::Presolve; ForceKind::COUNT + Self::SWEEP.len() + 5];
+    pub const ALL: [Self; ForceKind::COUNT + Self::SWEEP.len() + 6] = {
+        let mut all = [Self::Presolve; ForceKind::COUNT + Self::SWEEP.len() + 6];
         let mut place = 0;
         while place < ForceKind::COUNT {
             all[place] = Self::Force(ForceKind::ALL[place]);
@@ -128,6 +139,7 @@ impl Stage {
         all[place + 2] = CONTACTS[0];
         all[place + 3] = CONTACTS[1];
         all[place + 4] = Self::Postsolve;
+        all[place + 5] = Self::Flow;
         all
     };
 
@@ -149,11 +161,13 @@ impl Stage {
             Self::StickyGround => "sticky_ground",
             Self::Elastic(kind) => kind.name(),
             Self::Pressure => "pressure",
+            Self::Stitches => "stitches",
             Self::Tethers => "tethers",
             Self::Grab => "grab",
             Self::Ground => "ground",
             Self::Collide => "collide",
             Self::Postsolve => "postsolve",
+            Self::Flow => "plasticity",
         }
     }
 }
@@ -166,12 +180,13 @@ pub(super) struct Solve {
 }
 
 impl Solve {
-    /// Of a body that carries these effects.
-    pub fn of(effects: &Effects) -> Self {
-        let mut present = Stage::SWEEP.into_iter().filter(|stage| stage.acts(effects));
+    /// Of a body that carries these effects, with stitches or without.
+    pub fn of(effects: &Effects, stitched: bool) -> Self {
+        let acts = |stage: &Stage| stage.acts(effects, stitched);
+        let mut present = Stage::SWEEP.into_iter().filter(acts);
         Self {
             sweep: std::array::from_fn(|_| present.next()),
-            contacts: CONTACTS.map(|stage| stage.acts(effects).then_some(stage)),
+            contacts: CONTACTS.map(|stage| acts(&stage).then_some(stage)),
         }
     }
 
@@ -191,17 +206,19 @@ type Tasks = iter::Flatten<std::array::IntoIter<Option<(Task, Side)>, 4>>;
 
 impl Stage {
     /// Whether it does anything to a body that carries these effects.
-    fn acts(self, effects: &Effects) -> bool {
+    fn acts(self, effects: &Effects, stitched: bool) -> bool {
         match self {
             Self::Presolve | Self::Postsolve => true,
             Self::Force(kind) => effects.has_force(kind),
             Self::StickyGround => effects.sticky_ground.is_some(),
             Self::Elastic(kind) => effects.has(kind),
             Self::Pressure => effects.pressure.is_some(),
+            Self::Stitches => stitched,
             Self::Tethers => effects.tethers.is_some(),
             Self::Grab => effects.grab.is_some(),
             Self::Ground => effects.ground.is_some(),
             Self::Collide => effects.collide.is_some(),
+            Self::Flow => effects.plasticity.is_some(),
         }
     }
 
@@ -209,7 +226,7 @@ impl Stage {
     fn tasks(
         self,
         topology: &Topology,
-        effects: &Effects,
+        (effects, stitched): (&Effects, bool),
         step: &Substep,
         iteration: u32,
     ) -> Tasks {
@@ -217,7 +234,9 @@ impl Stage {
         let substep = step.index;
         let one = |task, side| [Some((task, side)), None, None, None];
         match self {
-            _ if !self.acts(effects) => [None; 4],
+            // It is no task on pieces: kernels hold on to rest values for as long as those run.
+            Self::Flow => [None; 4],
+            _ if !self.acts(effects, stitched) => [None; 4],
             Self::Force(kind) => one(Task::Force { kind, substep }, Side::Whole),
             Self::Presolve if step.method.keeps_speed().is_some() => {
                 let tasks = [Task::Fade, Task::Begin].map(|task| Some((task, Side::Any)));
@@ -234,6 +253,10 @@ impl Stage {
                 [first, second, loose, average]
             }
             Self::Pressure => one(Task::Pressure { iteration }, Side::Whole),
+            Self::Stitches => {
+                let sweep = (iteration, step.sweeps());
+                one(Task::Stitch { substep, sweep }, Side::Whole)
+            }
             Self::Tethers => one(Task::Tether, Side::Any),
             Self::Grab => one(Task::Grab { substep, iteration }, Side::Whole),
             Self::Ground => one(Task::Ground, Side::Any),
@@ -306,24 +329,35 @@ impl Stepper<'_> {
     /// [`NotFinite`] when a position no longer is; the body is then as it was left at that place,
     /// `previous` holding finite positions.
     pub fn advance(&mut self, substeps: Range<u32>, means: &Means) -> Result<(), NotFinite> {
-        if means.settings.order.get() == 1 {
+        let second = means.settings.order.get() == 2;
+        if !second {
             self.particles.history.forget();
-            return self.advance_on(substeps, means);
+        }
+        if !second && self.effects.plasticity.is_none() {
+            return self.advance_together(substeps, means);
         }
         for index in substeps {
-            self.begin(&means.settings.substep(index), means);
-            self.advance_on(index..index + 1, means)?;
+            let step = means.settings.substep(index);
+            if second {
+                self.begin(&step, means);
+            }
+            self.advance_together(index..index + 1, means)?;
+            self.flow(&step, means);
         }
         Ok(())
     }
 
-    fn advance_on(&mut self, substeps: Range<u32>, means: &Means) -> Result<(), NotFinite> {
-        let (topology, effects, settings) = (self.topology, *self.effects, means.settings);
+    /// Does substeps between which nothing flows and nobody looks back.
+    fn advance_together(&mut self, substeps: Range<u32>, means: &Means) -> Result<(), NotFinite> {
+        let shape = Arc::clone(self.topology);
+        let topology: &Topology = &shape;
+        let (effects, settings) = (*self.effects, means.settings);
+        let stitched = !self.stitches.is_empty();
         let any = settings.substep(0);
         let averages = any.averaging(any.sweeps() - 1).is_some();
         self.lambdas
             .make_sums(if averages { topology.particles() } else { 0 });
-        let solve = Solve::of(&effects);
+        let solve = Solve::of(&effects, stitched);
         let first = substeps.start;
         let mut forces = ForceKind::ALL
             .into_iter()
@@ -340,8 +374,9 @@ impl Stepper<'_> {
             let end = end.map(|substep| (Task::End { substep }, Side::Any));
             let start = turn.map_or(Task::Begin, |substep| Task::Turn { substep });
             let fade = fades.then_some((Task::Fade, Side::Any));
-            let of_stage =
-                move |stage: Stage, iteration| stage.tasks(topology, &effects, &step, iteration);
+            let of_stage = move |stage: Stage, iteration| {
+                stage.tasks(topology, (&effects, stitched), &step, iteration)
+            };
             let sweeps = solve
                 .stages(step)
                 .flat_map(move |(stage, iteration)| of_stage(stage, iteration));
@@ -371,12 +406,33 @@ impl Stepper<'_> {
         iteration: u32,
         means: &Means,
     ) -> Result<(), NotFinite> {
-        if matches!(stage, Stage::Elastic(_)) && step.averaging(iteration).is_some() {
-            self.lambdas.make_sums(self.topology.particles());
+        if stage == Stage::Flow {
+            self.flow(step, means);
+            return Ok(());
         }
-        let tasks = stage.tasks(self.topology, self.effects, step, iteration);
+        let shape = Arc::clone(self.topology);
+        if matches!(stage, Stage::Elastic(_)) && step.averaging(iteration).is_some() {
+            self.lambdas.make_sums(shape.particles());
+        }
+        let stitched = !self.stitches.is_empty();
+        let tasks = stage.tasks(&shape, (self.effects, stitched), step, iteration);
         let sweeps = usize::from(matches!(stage, Stage::Elastic(_)));
         self.run(tasks, sweeps, means)
+    }
+
+    /// Lets rest values flow at the end of a substep, if it is time to.
+    fn flow(&mut self, step: &Substep, means: &Means) {
+        let h = means.settings.substep_seconds();
+        let end = means.time + h * f64::from(step.index + 1);
+        if let Some(plasticity) = self.effects.plasticity
+            && let Some(seconds) = plasticity.due(end, h)
+        {
+            let mut flow = || plasticity.flow(self.effects, self.topology, self.particles, seconds);
+            match means.watch {
+                Some(watch) => watch.see(Stage::Flow, &mut flow),
+                None => flow(),
+            }
+        }
     }
 
     fn run(
@@ -385,10 +441,11 @@ impl Stepper<'_> {
         sweeps: usize,
         means: &Means,
     ) -> Result<(), NotFinite> {
-        let bands = &self.topology.bands;
-        let projections = self.effects.constraints(self.topology) * sweeps;
+        let topology = Arc::clone(self.topology);
+        let bands = &topology.bands;
+        let projections = self.effects.constraints(&topology) * sweeps;
         let phases = Phases::new(tasks, bands);
-        let context = Context::new(self, means);
+        let context = Context::new(&topology, self, means);
         let shared = Shared::new(self);
         // SAFETY: pieces of a phase share no particle and no constraint, and a phase begins when
         // all pieces of the one before are done.
@@ -426,13 +483,8 @@ struct Context<'a> {
 }
 
 impl<'a> Context<'a> {
-    fn new(body: &Stepper<'a>, means: &'a Means<'a>) -> Self {
-        let Stepper {
-            topology,
-            effects,
-            leads,
-            ..
-        } = body;
+    fn new(topology: &'a Topology, body: &Stepper<'a>, means: &'a Means<'a>) -> Self {
+        let Stepper { effects, leads, .. } = body;
         let h = body
             .particles
             .history
@@ -570,6 +622,12 @@ impl<'a> Context<'a> {
                 if let Some((tethers, leads)) = &self.tethers {
                     leads.solve(part, first, tethers);
                 }
+            }
+            Task::Stitch { substep, sweep } => {
+                let colliders = self.means.swept.of(substep);
+                // SAFETY: stitches are on the whole body, which is one piece.
+                let stitches = unsafe { shared.stitches() };
+                stitches.solve(part.positions, colliders, self.h, sweep);
             }
             Task::Grab { substep, iteration } => {
                 // SAFETY: a hand is on the whole body, which is one piece.

@@ -10,7 +10,9 @@ use super::{
         isometric_bend::IsometricBend,
         membrane::Membrane,
         neo_hookean::NeoHookean,
+        plasticity::Plasticity,
         pressure::{Pressure, Walls},
+        stitches::Stitches,
         strain_limit::StrainLimit,
         stretch::Stretch,
         struts::Struts,
@@ -61,6 +63,8 @@ pub struct Effects {
     pub struts: Option<Struts>,
     /// What fills the closed surface pushes at it.
     pub pressure: Option<Pressure>,
+    /// What is strained beyond a yield strain stays so.
+    pub plasticity: Option<Plasticity>,
     /// A hand holds the body.
     pub grab: Option<Grab>,
     /// A ground with friction and bounce.
@@ -128,6 +132,8 @@ pub struct Body {
     pub lambdas: Lambdas,
     /// Its tethers, if it has them; they follow from its pins when a tick begins.
     pub leads: Leads,
+    /// Its stitches, broken ones too.
+    pub stitches: Stitches,
     /// How long it has been still.
     pub rest: RestTimer,
     /// Whether it sleeps.
@@ -154,6 +160,7 @@ impl Body {
             effects: Effects::default(),
             lambdas: Lambdas::default(),
             leads: Leads::default(),
+            stitches: Stitches::default(),
             rest: RestTimer::default(),
             asleep: false,
             quarantine: None,
@@ -228,11 +235,12 @@ impl Body {
     /// The body as it is stepped.
     pub fn stepper(&mut self) -> Stepper<'_> {
         Stepper {
-            topology: &self.topology,
+            topology: &mut self.topology,
             particles: &mut self.particles,
             effects: &mut self.effects,
             lambdas: &mut self.lambdas,
             leads: &self.leads,
+            stitches: &mut self.stitches,
         }
     }
 
@@ -293,7 +301,7 @@ impl Body {
         if let Some(found) = spoilt_by(Stage::Presolve.name(), &again) {
             return found;
         }
-        for (stage, iteration) in Solve::of(&self.effects).stages(step) {
+        for (stage, iteration) in Solve::of(&self.effects, !self.stitches.is_empty()).stages(step) {
             // Only the last stage looks for what is not finite.
             let _ = again.stepper().stage(stage, &step, iteration, means);
             if let Some(found) = spoilt_by(stage.name(), &again) {

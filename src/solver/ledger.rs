@@ -26,7 +26,7 @@
 //! Rigid effects (α = 0) store nothing, and what they do goes to the sweeps.
 
 use super::{
-    ForceKind, Friction, Lambdas, Particles, Substep,
+    ForceKind, Friction, Lambdas, Particles, Stitches, Substep,
     advance::{Means, NotFinite, Solve, Stage, Stepper},
     elastic::{Elastic, Visit},
 };
@@ -44,6 +44,8 @@ pub struct Ledger {
     pub contact: f64,
     /// By hands that hold bodies.
     pub hand: f64,
+    /// By flow of what was strained too far.
+    pub plastic: f64,
     /// By forces from outside: wind, drag, and what else a scene asks for besides gravity.
     pub forces: f64,
     /// By the integrator itself.
@@ -57,12 +59,13 @@ pub struct Ledger {
 impl Ledger {
     /// The rows with their names, in the order in which they are shown.
     #[must_use]
-    pub const fn rows(&self) -> [(&'static str, f64); 8] {
+    pub const fn rows(&self) -> [(&'static str, f64); 9] {
         [
             ("damping", self.damping),
             ("friction", self.friction),
             ("contact", self.contact),
             ("hand", self.hand),
+            ("plastic", self.plastic),
             ("forces", self.forces),
             ("integrator", self.integrator),
             ("sweeps", self.sweeps),
@@ -84,6 +87,7 @@ impl AddAssign for Ledger {
             friction,
             contact,
             hand,
+            plastic,
             forces,
             integrator,
             sweeps,
@@ -93,6 +97,7 @@ impl AddAssign for Ledger {
         self.friction += friction;
         self.contact += contact;
         self.hand += hand;
+        self.plastic += plastic;
         self.forces += forces;
         self.integrator += integrator;
         self.sweeps += sweeps;
@@ -127,7 +132,9 @@ pub fn advance(
         ..Book::default()
     };
     for index in substeps {
-        ledger += book.substep(body, &means.settings.substep(index), means)?;
+        let step = means.settings.substep(index);
+        ledger += book.substep(body, &step, means)?;
+        ledger.plastic += book.flow(body, &step, means)?;
     }
     Ok(ledger)
 }
@@ -257,7 +264,7 @@ impl Book {
         body.stage(Stage::Presolve, step, 0, means)?;
         self.begin(body.particles);
         self.contact(body, Stage::StickyGround, step, 0, means)?;
-        for (stage, iteration) in Solve::of(body.effects).stages(*step) {
+        for (stage, iteration) in Solve::of(body.effects, !body.stitches.is_empty()).stages(*step) {
             if matches!(stage, Stage::Ground | Stage::Collide) {
                 self.contact(body, stage, step, iteration, means)?;
                 continue;
@@ -341,11 +348,12 @@ impl Book {
             }
         } else {
             let mut without = Stepper {
-                topology: body.topology,
+                topology: &mut *body.topology,
                 particles: &mut smooth,
                 effects: &mut effects,
                 lambdas: &mut Lambdas::default(),
                 leads: body.leads,
+                stitches: &mut Stitches::default(),
             };
             without.stage(stage, step, iteration, means)?;
         }
@@ -354,6 +362,30 @@ impl Book {
         body.stage(stage, step, iteration, means)?;
         self.credit(body.particles, Cause::Friction);
         Ok(())
+    }
+
+    /// Lets rest values flow, and says by how much less is stored then [J].
+    fn flow(
+        &mut self,
+        body: &mut Stepper,
+        step: &Substep,
+        means: &Means,
+    ) -> Result<f64, NotFinite> {
+        if body.effects.plasticity.is_none() {
+            return Ok(0.0);
+        }
+        body.stage(Stage::Flow, step, 0, means)?;
+        let errors = Errors::of(body);
+        let energy = |&(error, compliance, _): &(f64, f64, f64)| match compliance {
+            0.0 => 0.0,
+            _ => 0.5 * error * error / compliance,
+        };
+        let both = errors.0.iter().zip(&self.errors.0);
+        let change = both
+            .map(|(after, before)| energy(after) - energy(before))
+            .sum();
+        self.errors = errors;
+        Ok(change)
     }
 
     /// Adds up a substep when it has ended.

@@ -14,11 +14,17 @@ pub fn solver_bytes(bodies: &[Body]) -> usize {
         .map(|body| {
             let new = seen.insert(Arc::as_ptr(&body.topology));
             let shared = if new { topology(&body.topology) } else { 0 };
+            let original = match body.topology.original() {
+                Some(original) if seen.insert(Arc::as_ptr(original)) => topology(original),
+                _ => 0,
+            };
             shared
+                + original
                 + state(&body.particles)
                 + body.tick_start.len() * size_of::<Vec4>()
                 + body.leads.bytes()
                 + body.lambdas.bytes()
+                + body.stitches.bytes()
         })
         .sum()
 }

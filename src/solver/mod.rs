@@ -54,7 +54,9 @@ pub use constraint::{
     isometric_bend::IsometricBend,
     membrane::Membrane,
     neo_hookean::NeoHookean,
+    plasticity::Plasticity,
     pressure::Pressure,
+    stitches::{Stitch, StitchEnd, StitchError, Stitches},
     strain_limit::StrainLimit,
     stretch::Stretch,
     struts::Struts,
@@ -74,10 +76,10 @@ pub use method::Method;
 pub use modes::Modes;
 pub use particles::Particles;
 pub use quantity::{
-    Coefficient, CollisionIterations, Compliance, Damping, Density, Filling, Finite,
+    Coefficient, CollisionIterations, Compliance, Creep, Damping, Density, Filling, Finite,
     FlexuralRigidity, Force, Friction, InvalidValue, Iterations, Length, Mass, MembraneCompliance,
-    Order, PoissonRatio, Rate, Restitution, Share, Slack, SmoothingIterations, Stiffness, Strain,
-    Substeps, Thickness, YoungsModulus,
+    Order, PlasticLimit, PoissonRatio, Rate, Restitution, Share, Slack, SmoothingIterations,
+    Stiffness, Strain, Substeps, Thickness, Yield, YoungsModulus,
 };
 pub use rest::SleepSettings;
 pub use shape::RestShape;

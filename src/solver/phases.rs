@@ -42,6 +42,8 @@ pub(super) enum Task {
     Pressure { iteration: u32 },
     /// Every particle goes to the mean of where the constraints of an effect would have it.
     Average { kind: ElasticKind, sweep: u32 },
+    /// Stitches: sweep number so-and-so of so many.
+    Stitch { substep: u32, sweep: (u32, u32) },
     /// Tethers to pins.
     Tether,
     /// The hold of a hand.
@@ -61,6 +63,7 @@ impl Task {
             Self::Stick => Stage::StickyGround,
             Self::Pressure { .. } => Stage::Pressure,
             Self::Elastic { kind, .. } | Self::Average { kind, .. } => Stage::Elastic(kind),
+            Self::Stitch { .. } => Stage::Stitches,
             Self::Tether => Stage::Tethers,
             Self::Grab { .. } => Stage::Grab,
             Self::Ground => Stage::Ground,

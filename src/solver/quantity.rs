@@ -173,6 +173,20 @@ quantity!(
     |v| (1e-3..=1e3).contains(&v)
 );
 quantity!(
+    /// A strain, or a curvature in 1/m, beyond which something flows; ∞ is never.
+    Yield(f32), "yield strain", default f32::INFINITY,
+    "at least 0, or inf for what never flows", |v| v >= 0.0
+);
+quantity!(
+    /// The greatest strain, or curvature in 1/m, that may be left for good; ∞ is any.
+    PlasticLimit(f32), "plastic limit", default f32::INFINITY,
+    "at least 0, or inf for none", |v| v >= 0.0
+);
+quantity!(
+    /// The share of what is strained too far that flows in a second, in 1/s; ∞ is at once.
+    Creep(f32), "creep", default 10.0, "at least 0 1/s, or inf for at once", |v| v >= 0.0
+);
+quantity!(
     /// Damping as a time τ = αβ in s, see [`constraint`](super::constraint).
     Damping(f32), "damping", default 0.0, "between 0 and 1000 s", |v| (0.0..=1000.0).contains(&v)
 );
@@ -229,6 +243,13 @@ quantity!(
     /// A coefficient that is not negative.
     Coefficient(f32), "a coefficient", default 0.0, "between 0 and 1e9", |v| (0.0..=1e9).contains(&v)
 );
+
+impl Yield {
+    /// A constant, which is within the range.
+    pub(crate) const fn of(value: f32) -> Self {
+        Self(value)
+    }
+}
 
 impl Coefficient {
     /// A constant, which is within the range.
@@ -318,7 +339,10 @@ from_float!(
     MembraneCompliance,
     Strain,
     Slack,
+    Creep,
     Filling,
+    PlasticLimit,
+    Yield,
     Damping,
     Density,
     Mass,

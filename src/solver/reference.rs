@@ -5,7 +5,8 @@
 //! order of constraints from the fast bodies, so that both solve the same equations.
 
 use super::{
-    Effects, ElasticKind, Leads, Pressure, Settings, Substep, SurfacePoint, Topology,
+    Effects, ElasticKind, Leads, Pressure, Settings, StitchEnd, Stitches, Substep, SurfacePoint,
+    Topology,
     constraint::{block::DEPENDENT, pressure::Walls, tethers},
     contact::{Collider, ColliderShape, Pose},
     elastic::{Elastic, Point, Row, Visit},
@@ -50,6 +51,8 @@ pub struct Body {
     pub effects: Effects,
     /// Tethers, if there are any: particle, pin, and how far it may be from it [m].
     pub tethers: Vec<(usize, usize, f64)>,
+    /// Its stitches, and λ of each.
+    pub stitches: (Stitches, Vec<DVec3>),
     /// A hold, if there is one.
     pub grab: Option<Hold>,
     /// Ground, if there is one: height [m], µ, e.
@@ -182,6 +185,8 @@ impl World {
                 for iteration in 0..step.sweeps() {
                     let anew = iteration == 0 && !self.keeps_multipliers;
                     body.sweep(&step, h, iteration, anew);
+                    let ends = (iteration == 0, iteration + 1 == step.sweeps());
+                    body.solve_stitches(&self.colliders, end, h, ends);
                     body.solve_tethers();
                     body.solve_grab(h, share, f64::from(substeps), iteration == 0);
                     for _ in 0..step.contacts_after(iteration) {
@@ -193,6 +198,7 @@ impl World {
                     }
                 }
                 body.postsolve(h);
+                body.flow(start + h, h);
             }
         }
         for hold in self.bodies.iter_mut().filter_map(|body| body.grab.as_mut()) {
@@ -222,6 +228,7 @@ impl Body {
                 .collect(),
             effects: Effects::default(),
             tethers: Vec::new(),
+            stitches: (body.stitches.clone(), Vec::new()),
             grab: None,
             ground: None,
             sticky_ground: None,
@@ -360,6 +367,15 @@ impl Body {
     fn postsolve(&mut self, h: f64) {
         for i in 0..self.x.len() {
             self.v[i] = (self.x[i] - self.p[i]) / h;
+        }
+    }
+
+    /// Lets rest values flow at the end of a substep, if it is time to.
+    fn flow(&mut self, time: f64, h: f64) {
+        if let Some(plasticity) = self.effects.plasticity
+            && let Some(seconds) = plasticity.due(time, h)
+        {
+            plasticity.flow_plainly(&self.effects, &mut self.topology, &self.x, seconds);
         }
     }
 
@@ -556,6 +572,57 @@ impl Body {
             for (i, gradient) in corners.into_iter().zip(row.gradients) {
                 self.x[i as usize] += gradient * (self.w[i as usize] * lambda);
             }
+        }
+    }
+
+    /// One sweep over its stitches, the first or the last of a substep of `h` seconds that ends at
+    /// `time`.
+    fn solve_stitches(
+        &mut self,
+        colliders: &[Collider],
+        time: f64,
+        h: f64,
+        (first, last): (bool, bool),
+    ) {
+        let (stitches, lambdas) = &mut self.stitches;
+        if first {
+            lambdas.clear();
+        }
+        lambdas.resize(stitches.all().len(), DVec3::ZERO);
+        let mut breaks = Vec::new();
+        for ((index, stitch), lambda) in stitches.all().iter().enumerate().zip(lambdas) {
+            let mut ends = vec![(&stitch.point, 1.0)];
+            let mut fixed = DVec3::ZERO;
+            match &stitch.to {
+                _ if stitch.broken => continue,
+                StitchEnd::Point(other) => ends.push((other, -1.0)),
+                StitchEnd::Collider { number, place } => match colliders.get(*number as usize) {
+                    Some(it) => fixed = Frame::of(&it.pose_at(time)).apply(place.as_dvec3()),
+                    None => continue,
+                },
+            }
+            let terms = ends.iter().flat_map(|&(point, sign)| {
+                let terms = point.terms();
+                terms.map(move |(i, b)| (i as usize, sign * f64::from(b)))
+            });
+            let terms: Vec<_> = terms.collect();
+            let d = terms.iter().fold(-fixed, |d, &(i, b)| d + self.x[i] * b);
+            let weight: f64 = terms.iter().map(|&(i, b)| b * b * self.w[i]).sum();
+            if weight == 0.0 {
+                continue;
+            }
+            let alpha = f64::from(stitch.compliance) / (h * h);
+            let change = -(d + *lambda * alpha) / (weight + alpha);
+            *lambda += change;
+            for (i, b) in terms {
+                self.x[i] += change * (b * self.w[i]);
+            }
+            if last && lambda.length() > f64::from(stitch.strength) * h * h {
+                breaks.push(index);
+            }
+        }
+        for index in breaks {
+            stitches.break_at(index);
         }
     }
 

@@ -7,7 +7,7 @@
 )]
 
 use super::{
-    ElasticKind,
+    ElasticKind, Stitches,
     advance::Stepper,
     bands::Piece,
     constraint::{grab::Grab, pressure::Walls},
@@ -32,6 +32,7 @@ pub(super) struct Shared<'a> {
     grab: *mut Option<Grab>,
     walls: *mut Walls,
     touched: AtomicBool,
+    stitches: *mut Stitches,
     lives: PhantomData<&'a mut ()>,
 }
 
@@ -70,6 +71,7 @@ impl<'a> Shared<'a> {
             grab: &raw mut body.effects.grab,
             walls: &raw mut body.lambdas.walls,
             touched: AtomicBool::new(false),
+            stitches: &raw mut *body.stitches,
             lives: PhantomData,
         }
     }
@@ -154,6 +156,15 @@ impl<'a> Shared<'a> {
     pub unsafe fn walls(&self) -> &mut Walls {
         // SAFETY: borrowed by `new`; theirs alone by the caller's promise.
         unsafe { &mut *self.walls }
+    }
+
+    /// The stitches.
+    ///
+    /// # Safety
+    /// As long as they live, nobody else asks for them.
+    pub unsafe fn stitches(&self) -> &mut Stitches {
+        // SAFETY: borrowed by `new`; theirs alone by the caller's promise.
+        unsafe { &mut *self.stitches }
     }
 }
 

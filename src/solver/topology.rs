@@ -1,12 +1,15 @@
 //! The immutable part of a body: rest shape, constraints with their rest values, and surface.
 //!
-//! Shared by all copies of a body through an `Arc`. Particles keep the order of the input;
+//! Shared by all copies of a body through an `Arc`; a body whose rest values [flow](super::Plasticity)
+//! has one of its own. Particles keep the order of the input;
 //! constraints are put in the order of their colours, which is both what the solver can run in
 //! parallel and an order that is stable (an order sorted by vertex makes Gauss–Seidel on rigid
 //! cloth explode). Rest values are rounded as the solver rounds the values that it compares with
 //! them, so that a body in its rest shape does not move by a bit.
 
 pub mod enclosure;
+mod flow;
+
 pub mod facets;
 pub mod frames;
 pub mod hinges;
@@ -14,6 +17,7 @@ mod struts;
 
 pub use enclosure::{Enclosure, NotClosed};
 pub use facets::Facets;
+pub use flow::RestValues;
 pub use frames::Frames;
 pub use hinges::{Cotangents, Hinges};
 
@@ -26,7 +30,7 @@ use super::{
 };
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// Edges as columns in the order of their colours.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -107,6 +111,8 @@ pub struct Topology {
     struts: Lazy<Edges>,
     /// What the surface encloses, for pressure; or why it is none.
     enclosure: Lazy<Result<Enclosure, NotClosed>>,
+    /// What it was before its rest values flowed.
+    original: Option<Arc<Topology>>,
 }
 
 /// A part that follows from the others, made when somebody first asks for it; it makes no
@@ -283,6 +289,7 @@ impl Topology {
             frames: Lazy::default(),
             struts: Lazy::default(),
             enclosure: Lazy::default(),
+            original: None,
         })
     }
 

@@ -7,7 +7,7 @@ use crate::{
 };
 use bevy::prelude::*;
 use pliant::{
-    effect::{EffectRegistry, Grab, Stretch},
+    effect::{Effect, EffectRegistry, Grab, Stitches, Stretch},
     simulation::{SoftBody, SolveSchedule, StepSchedule, SubstepSchedule, state_hash},
     solver::{Effects, ElasticKind, ForceKind, Particles, SurfacePoint, deform::Random},
 };
@@ -24,6 +24,9 @@ fn insert(app: &mut App, body: Entity, effect: &str) {
     let mut body = app.world_mut().entity_mut(body);
     match default {
         Some(insert) => insert(&mut body),
+        None if effect == Stitches::NAME => {
+            body.insert(Stitches::default());
+        }
         None => {
             let point = SurfacePoint::new(&[(0, 1.0)]).expect("sound");
             body.insert(Grab::on(point, Vec3::ZERO, 1.0, 1.0, 9.81));
@@ -39,6 +42,8 @@ fn remove(app: &mut App, body: Entity, effect: &str) {
 
 /// The effect that is not in the sweep but at the end of the first stage.
 const STICKY: &str = "sticky_ground";
+/// The one at the end of a substep.
+const PLASTIC: &str = "plasticity";
 
 /// What a tick must hold beside its own: each effect wakes sleepers when it changes, elastic ones
 /// keep multipliers, and tethers their pins.
@@ -56,13 +61,14 @@ fn assert_systems(app: &App, present: &[&'static str], own: usize) {
     let forces = ForceKind::ALL.map(ForceKind::name);
     let in_sweep = present
         .iter()
-        .filter(|name| **name != STICKY && !forces.contains(name));
+        .filter(|name| ![STICKY, PLASTIC].contains(name) && !forces.contains(name));
     assert_eq!(systems_of_sweep(app), in_sweep.copied().collect::<Vec<_>>());
     let before = present.iter().filter(|name| forces.contains(name));
     let mut in_substep: Vec<_> = before.copied().collect();
     in_substep.push("presolve");
     in_substep.extend(present.contains(&STICKY).then_some(STICKY));
     in_substep.extend(["solve", "postsolve"]);
+    in_substep.extend(present.contains(&PLASTIC).then_some(PLASTIC));
     assert_eq!(systems(app, SubstepSchedule), in_substep);
     let mut in_step = systems(app, StepSchedule);
     // Bevy's own points of synchronisation between systems come and go with them.

@@ -5,10 +5,11 @@ use crate::{
     mesh::Skin,
     scene::Look,
     solver::{
-        Body, Density, Effects, Mass, Particles, Quarantine, Topology,
+        Body, Density, Effects, Mass, Particles, Quarantine, Stitch, Stitches, Topology,
         advance::Stage,
         body::{INPUT, USER},
         rest::RestTimer,
+        topology::RestValues,
     },
 };
 use glam::Vec4;
@@ -28,6 +29,9 @@ pub struct StoredBody {
     added_mass: Vec<(u32, Mass)>,
     pins: Vec<u32>,
     effects: Effects,
+    stitches: Vec<Stitch>,
+    /// Rest values of a body that has flowed.
+    rest_values: Option<RestValues>,
     particles: Particles,
     tick_start: Vec<Vec4>,
     rest: RestTimer,
@@ -40,7 +44,7 @@ impl StoredBody {
     pub fn of(body: &Body, mesh: u32, skin: Option<u32>, look: Look) -> Self {
         let Body {
             name,
-            topology: _,
+            topology,
             particles,
             density,
             added_mass,
@@ -50,6 +54,7 @@ impl StoredBody {
             lambdas: _,
             // They follow from the pins.
             leads: _,
+            stitches,
             rest,
             asleep,
             quarantine,
@@ -64,6 +69,8 @@ impl StoredBody {
             added_mass: added_mass.clone(),
             pins: pins.clone(),
             effects: *effects,
+            stitches: stitches.all().to_vec(),
+            rest_values: topology.rest_values(),
             particles: particles.clone(),
             tick_start: tick_start.clone(),
             rest: *rest,
@@ -80,6 +87,12 @@ impl StoredBody {
         let Some(topology) = topologies.get(self.mesh as usize) else {
             let count = topologies.len();
             return Err(wrong(format!("there is no mesh {}, of {count}", self.mesh)));
+        };
+        let topology = match &self.rest_values {
+            None => Arc::clone(topology),
+            Some(values) => topology.flowed(values).ok_or_else(|| {
+                wrong("its rest values are not those of its mesh, or not finite".to_owned())
+            })?,
         };
         let count = topology.particles();
         for (what, column) in [
@@ -116,6 +129,8 @@ impl StoredBody {
                 "it is held by a particle that it does not have".to_owned(),
             ));
         }
+        let stitches = Stitches::new(self.stitches.clone(), count)
+            .map_err(|error| wrong(error.to_string()))?;
         let quarantine = match &self.quarantine {
             None => None,
             Some((vertex, stage)) => Some(Quarantine {
@@ -133,7 +148,8 @@ impl StoredBody {
             asleep: self.asleep,
             quarantine,
             tick_start: self.tick_start,
-            ..Body::new(self.name, Arc::clone(topology), self.density)
+            stitches,
+            ..Body::new(self.name, topology, self.density)
         })
     }
 }

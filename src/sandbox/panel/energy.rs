@@ -147,6 +147,14 @@ fn words(row: &str) -> (&'static str, &'static str) {
             "Hand",
             "What your hand gives to or takes from what it holds",
         ),
+        "plastic" => (
+            "Plastic flow",
+            "What is lost as rest lengths, angles and volumes flow after what is strained too far",
+        ),
+        "forces" => (
+            "Forces",
+            "What wind, drag and other forces give or take, besides gravity",
+        ),
         "integrator" => (
             "Integrator",
             "What implicit Euler takes even when every substep is solved to the end: less with \

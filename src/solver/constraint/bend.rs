@@ -82,14 +82,8 @@ impl Elastic<4, 1> for Bend {
     fn rows(&self, topology: &Topology, index: usize, points: [Point; 4]) -> [Row<4>; 1] {
         let hinges = topology.hinges();
         let x = points.map(|point| point.x);
-        let mut error = angle(x) - f64::from(hinges.rest_angle[index]);
-        if error > PI.into() {
-            error -= f64::from(TAU);
-        } else if error < (-PI).into() {
-            error += f64::from(TAU);
-        }
         [Row {
-            error,
+            error: wrapped(angle(x) - f64::from(hinges.rest_angle[index])),
             gradients: gradients(
                 x,
                 [0, 1].map(|kind: usize| hinges.floors[kind][index].into()),
@@ -106,6 +100,17 @@ impl Elastic<4, 1> for Bend {
 
     fn is_rigid(&self) -> bool {
         self.compliance_of(1.0) == 0.0
+    }
+}
+
+/// A difference of two angles [rad], the short way around.
+pub(super) fn wrapped(error: f64) -> f64 {
+    if error > PI.into() {
+        error - f64::from(TAU)
+    } else if error < (-PI).into() {
+        error + f64::from(TAU)
+    } else {
+        error
     }
 }
 

@@ -27,7 +27,7 @@ pub struct Hinges {
 }
 
 /// Below this share of its square at rest, a normal or an edge is too short to divide by.
-const FLOOR: f64 = 1e-4;
+pub(in crate::solver) const FLOOR: f64 = 1e-4;
 
 /// A triangle is flat below this share of the square of its longest edge: its normal is then within
 /// the rounding of its coordinates.
@@ -123,9 +123,10 @@ impl Topology {
     /// What the quadratic bending energy needs of its hinges, found when first asked for.
     #[must_use]
     pub fn cotangents(&self) -> &Cotangents {
-        self.cotangents
-            .0
-            .get_or_init(|| Cotangents::of(self.hinges(), &self.rest))
+        self.cotangents.0.get_or_init(|| match self.original() {
+            Some(original) => original.cotangents().clone(),
+            None => Cotangents::of(self.hinges(), &self.rest),
+        })
     }
 
     /// The hinges of its surface, found when they are first asked for.
