@@ -23,6 +23,8 @@ pub const PROBLEMS: &[BuiltinProblem] = problems![
     "hanging_mass",
     "spring_period",
     "spring_energy",
+    "spring_period_bdf2",
+    "spring_energy_bdf2",
     "pendulum_period",
     "pendulum_energy",
     "chain_0",

@@ -272,7 +272,10 @@ fn point(
         Some((time, Spread::of(time.ms_per_second.clone())))
     };
     let predicted = match setting.method {
-        Method::Xpbd => case.problem.reference.predicted(h),
+        Method::Xpbd => case
+            .problem
+            .reference
+            .predicted(h, case.world.settings.order),
         Method::Pbd => None,
     };
     Point {

@@ -107,12 +107,12 @@ fn reference(result: &ProblemResult) -> String {
         let Some(converged) = &case.converged else {
             continue;
         };
+        let asked = f64::from(case.case.world.settings.order.get());
         if let Some(order) = converged.order
-            && !FIRST_ORDER.contains(&order)
+            && !FIRST_ORDER.contains(&(order - asked + 1.0))
         {
             words += &format!(
-                " On {} the twin shows order {order:.2}, not the first order that is expected, up to \
-                 {} substeps.",
+                " On {} the twin shows order {order:.2}, not {asked} as is expected, up to {} substeps.",
                 case.case.level_name, converged.substeps
             );
         }
