@@ -4,11 +4,12 @@
 //! the answer moves with the sliders and the pins.
 
 use crate::{
-    analytic::{Catenary, Elastica},
+    analytic::{Balloon, Catenary, Elastica},
     solver::{Density, Effects, Topology, topology::Dimension},
 };
 use glam::{DVec3, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
+use std::f64::consts::{PI, TAU};
 
 /// A body, and the shape that it should have at rest. No body of that name, or one that is not as the
 /// shape wants it, has no answer.
@@ -21,6 +22,9 @@ pub enum Answer {
     /// A strip of cloth that is pinned in its first two rows at one end: the heavy elastica of its
     /// weight and its bending stiffness, held between the two rows.
     Strip(String),
+    /// A closed sphere that is filled: the size at which its skin holds what its filling pushes with,
+    /// as circles about its middle. Weight and what it lies on are left out.
+    Balloon(String),
 }
 
 /// A body as an answer needs it.
@@ -51,6 +55,8 @@ enum Shape {
     Catenary(Catenary),
     /// A strip and its length [m].
     Strip(Elastica, f64),
+    /// A sphere by its radius [m].
+    Sphere(f64),
 }
 
 /// Points of a drawn curve.
@@ -60,11 +66,16 @@ impl Curve {
     /// Points along it [m]; `None` where the shape does not exist.
     #[must_use]
     pub fn points(&self) -> Option<Vec<Vec3>> {
+        let [first, second] = self.axes;
         let (points, scale) = match self.shape {
             Shape::Catenary(cable) => (cable.points(PARTS)?, 1.0),
             Shape::Strip(strip, length) => (strip.points(PARTS as usize)?, length),
+            Shape::Sphere(radius) => {
+                let third = first.cross(second);
+                let circles = [second, third].map(|other| self.circle(first, other, radius));
+                return Some(circles.into_iter().flatten().collect());
+            }
         };
-        let [first, second] = self.axes;
         let place = |[a, b]: [f64; 2]| self.origin + (first * a + second * b) * scale;
         Some(
             points
@@ -73,6 +84,16 @@ impl Curve {
                 .collect(),
         )
     }
+
+    /// Points of a circle about the origin, through the ends of two axes, from the end of the first and
+    /// back to it.
+    fn circle(&self, first: DVec3, second: DVec3, radius: f64) -> impl Iterator<Item = Vec3> {
+        let origin = self.origin;
+        (0..=PARTS).map(move |part| {
+            let (up, along) = (TAU * f64::from(part) / f64::from(PARTS)).sin_cos();
+            (origin + (first * along + second * up) * radius).as_vec3()
+        })
+    }
 }
 
 impl Answer {
@@ -80,7 +101,7 @@ impl Answer {
     #[must_use]
     pub fn body(&self) -> &str {
         match self {
-            Self::Catenary(body) | Self::Strip(body) => body,
+            Self::Catenary(body) | Self::Strip(body) | Self::Balloon(body) => body,
         }
     }
 
@@ -90,6 +111,7 @@ impl Answer {
         match self {
             Self::Catenary(_) => "elastic catenary",
             Self::Strip(_) => "heavy elastica",
+            Self::Balloon(_) => "filled sphere",
         }
     }
 
@@ -97,11 +119,12 @@ impl Answer {
     #[must_use]
     pub fn curve(&self, subject: &Subject, gravity: Vec3) -> Option<Curve> {
         let gravity = gravity.as_dvec3();
-        let down = gravity.try_normalize()?;
+        let down = gravity.try_normalize();
         let weight = f64::from(subject.density.get()) * gravity.length();
         match self {
-            Self::Catenary(_) => catenary(subject, weight, down),
-            Self::Strip(_) => strip(subject, weight, down),
+            Self::Catenary(_) => catenary(subject, weight, down?),
+            Self::Strip(_) => strip(subject, weight, down?),
+            Self::Balloon(_) => balloon(subject),
         }
     }
 }
@@ -204,6 +227,62 @@ fn strip(subject: &Subject, weight: f64, down: DVec3) -> Option<Curve> {
         shape: Shape::Strip(Elastica { load, clamp }, length),
         origin,
         axes: [level, -down],
+    })
+}
+
+/// Distances from the middle that differ by less than this, as a share, are those of a sphere.
+const ROUND: f64 = 0.02;
+
+fn balloon(subject: &Subject) -> Option<Curve> {
+    let Subject {
+        topology, effects, ..
+    } = *subject;
+    let pressure = effects.pressure?;
+    let enclosure = topology.enclosure().ok()?;
+    let (rest, count) = (&topology.rest, topology.particles() as f64);
+    let middle = rest.iter().map(|x| x.as_dvec3()).sum::<DVec3>() / count;
+    let far = || rest.iter().map(|x| x.as_dvec3().distance(middle));
+    let radius = far().sum::<f64>() / count;
+    let is_round = far().all(|it| (it / radius - 1.0).abs() < ROUND);
+    // What else resists that a sphere grows.
+    let others = [
+        effects.weave.is_some(),
+        effects.struts.is_some(),
+        effects.strain_limit.is_some(),
+        effects.isometric_bend.is_some(),
+    ];
+    let held = subject.positions.iter().any(|x| x.w == 0.0);
+    if topology.dimension != Dimension::Sheet || !is_round || held || others.contains(&true) {
+        return None;
+    }
+    let membrane = effects.membrane.map_or(0.0, |skin| {
+        let [modulus, thickness, ratio] = [
+            skin.youngs_modulus.into(),
+            skin.thickness.into(),
+            skin.poisson_ratio.into(),
+        ]
+        .map(|number: f64| number);
+        modulus * thickness / (1.0 - ratio)
+    });
+    let area = 4.0 * PI * radius * radius;
+    let lattice = effects.stretch.map_or(0.0, |stretch| {
+        let lengths = topology.edges.rest_length.iter();
+        let stored = lengths.map(|&rest| f64::from(rest).powi(2) / stretch.compliance_of(rest));
+        stored.sum::<f64>() / (2.0 * area)
+    });
+    let radius = Balloon {
+        radius,
+        factor: pressure.own_volume(enclosure) / enclosure.rest_volume,
+        bulk_modulus: pressure.bulk_modulus.into(),
+        membrane,
+        lattice,
+    }
+    .filled_radius();
+    let places = (0..topology.particles()).map(|i| place(subject, i));
+    radius.is_finite().then_some(Curve {
+        shape: Shape::Sphere(radius),
+        origin: places.sum::<DVec3>() / count,
+        axes: [DVec3::X, DVec3::Y],
     })
 }
 

@@ -7,6 +7,7 @@ mod contract_order;
 mod contract_rooms;
 mod contract_speed;
 mod elastic_contract;
+mod equilibrium;
 mod fuzz_support;
 mod mesh_build;
 mod mesh_elements;

@@ -8,7 +8,7 @@ use pliant::{
         answer::Subject,
         run::{RunOptions, run},
     },
-    solver::{Body, Stiffness, Stretch, World},
+    solver::{Body, Damping, Iterations, Membrane, Stiffness, Stretch, Substeps, World},
 };
 
 fn scene(name: &str) -> (Scene, World) {
@@ -143,5 +143,41 @@ fn soft_strips_hang_near_their_elastica() {
         // a cell off where the bend is shorter than a cell, √(B/wL) = 0.024 m of the softest; and a
         // millimetre for what still swings.
         assert!(off < 0.026, "{}: {off} m off", answer.body());
+    }
+}
+
+#[test]
+fn a_balloon_that_floats_is_as_large_as_its_skin_and_its_filling_make_it() {
+    let (scene, mut world) = scene("balloon");
+    let answer = &scene.answers[0];
+    assert_eq!(answer.body(), "air");
+    // Nothing but the balloon, with sweeps enough to solve its springs to the end.
+    world.bodies.retain(|body| body.name == "air");
+    world.settings.gravity = Vec3::ZERO;
+    world.settings.substeps = Substeps::new(50).expect("sound");
+    world.settings.iterations = Iterations::new(8).expect("sound");
+    let damping = Damping::new(0.005).expect("sound");
+    let springs = world.bodies[0].effects.stretch;
+    let springs = springs.map(|springs| Stretch { damping, ..springs });
+    let membrane = Membrane {
+        damping,
+        ..Membrane::default()
+    };
+    for (stretch, membrane) in [(springs, None), (None, Some(membrane))] {
+        let mut world = world.clone();
+        let effects = &mut world.bodies[0].effects;
+        (effects.stretch, effects.membrane) = (stretch, membrane);
+        for _ in 0..90 {
+            world.tick();
+        }
+        let line = curve(answer, &world.bodies[0], Vec3::ZERO).expect("it has one");
+        let positions = &world.bodies[0].particles.positions;
+        let places = || positions.iter().map(|x| x.truncate());
+        let middle = places().sum::<Vec3>() / positions.len() as f32;
+        let radius = places().map(|x| x.distance(middle)).sum::<f32>() / positions.len() as f32;
+        let grown = radius / line[0].distance(middle) - 1.0;
+        // Of a mesh of 642 points area and volume differ from the sphere's by 1.4 and 2.1 %, at rest as when
+        // blown up by 9 %: of the strain of 0.09 at most (2.1 − 1.4) % are missing.
+        assert!(grown.abs() < 0.0007, "off by {grown} of its radius");
     }
 }
