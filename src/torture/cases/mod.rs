@@ -2,6 +2,7 @@
 
 mod company;
 mod contact;
+mod effects;
 mod elements;
 mod load;
 mod meshes;
@@ -29,6 +30,7 @@ pub const CASES: &[Case] = &[
     recovery::TENFOLD,
     elements::ELEMENT,
     elements::EDGE,
+    effects::EFFECTS,
     sameness::SAME,
     sameness::ORDER,
     sameness::FAR,
