@@ -1,4 +1,5 @@
-//! Marks over the picture: the spring that pulls a body with its force, and the pins.
+//! Marks over the picture: the spring that pulls a body with its force, the pins, and the stitches that
+//! hold.
 //!
 //! Painted by egui in screen space, so that they are smooth and legible on any adapter, and
 //! never take the pointer.
@@ -6,7 +7,7 @@
 use super::{camera::OrbitCamera, drag::Drag, drawn::Drawn};
 use crate::{
     simulation::{Pins, SimulationSettings, SoftBody},
-    solver::Grab,
+    solver::{Grab, StitchEnd, Stitches},
 };
 use bevy::prelude::*;
 use bevy_egui::{
@@ -20,6 +21,7 @@ use bevy_egui::{
 const SPRING: Color32 = Color32::from_rgb(30, 38, 52);
 const HALO: Color32 = Color32::from_rgba_premultiplied(150, 150, 150, 150);
 const PIN: Color32 = Color32::from_rgb(214, 60, 48);
+const THREAD: Color32 = Color32::from_rgb(250, 204, 21);
 /// Coils of the drawn spring, and their width [px].
 const COILS: (usize, f32) = (9, 5.0);
 
@@ -33,7 +35,10 @@ impl Plugin for OverlayPlugin {
             PostUpdate,
             EguiPostUpdateSet::EndPass.after(TransformSystems::Propagate),
         )
-        .add_systems(EguiPrimaryContextPass, (paint_pins, paint_spring).chain());
+        .add_systems(
+            EguiPrimaryContextPass,
+            (paint_pins, paint_stitches, paint_spring).chain(),
+        );
     }
 }
 
@@ -70,6 +75,37 @@ fn paint_pins(
             .filter_map(|&pin| drawn.particles.get(body.numbering.particle(pin) as usize));
         for at in points.filter_map(|x| screen.at(x.truncate())) {
             painter.circle(at, 4.0, PIN, Stroke::new(1.5, Color32::WHITE));
+        }
+    }
+    Ok(())
+}
+
+/// The points of stitches that are not broken, and threads between those of one body.
+fn paint_stitches(
+    mut contexts: EguiContexts,
+    camera: Single<(&Camera, &GlobalTransform), With<OrbitCamera>>,
+    bodies: Query<(&Stitches, &Drawn)>,
+) -> Result {
+    let painter = painter(contexts.ctx_mut()?);
+    let (camera, eye) = *camera;
+    let screen = Screen { camera, eye };
+    for (stitches, drawn) in &bodies {
+        for stitch in stitches.all().iter().filter(|stitch| !stitch.broken) {
+            let other = match &stitch.to {
+                StitchEnd::Point(other) => Some(other),
+                StitchEnd::Collider { .. } => None,
+            };
+            let ends = [Some(&stitch.point), other].map(|end| {
+                let end = end?;
+                screen.at(end.position(&drawn.particles))
+            });
+            if let [Some(from), Some(to)] = ends {
+                painter.line_segment([from, to], Stroke::new(3.5, SPRING));
+                painter.line_segment([from, to], Stroke::new(1.5, THREAD));
+            }
+            for at in ends.into_iter().flatten() {
+                painter.circle(at, 3.0, THREAD, Stroke::new(1.0, SPRING));
+            }
         }
     }
     Ok(())
