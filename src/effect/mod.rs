@@ -74,6 +74,7 @@ mod membrane;
 mod neo_hookean;
 mod pressure;
 mod registry;
+mod shape_matching;
 mod strain_limit;
 mod stretch;
 mod struts;
@@ -87,7 +88,8 @@ pub use registry::{
 
 pub use crate::solver::{
     Attract, Bend, Collide, Drag, Grab, Ground, IsometricBend, Membrane, NeoHookean, Pressure,
-    StickyGround, StrainLimit, Stretch, Struts, Tethers, Uniform, Volume, Vortex, Weave, Wind,
+    ShapeMatching, StickyGround, StrainLimit, Stretch, Struts, Tethers, Uniform, Volume, Vortex,
+    Weave, Wind,
 };
 
 pub(crate) use registry::{body_added, body_removed, follow_bodies, is_planned};
@@ -139,6 +141,7 @@ effects! {
     Weave,
     Struts,
     StrainLimit,
+    ShapeMatching,
     Pressure,
     Tethers,
     Grab,
@@ -185,9 +188,9 @@ mod reflection {
     //! exchange a valid value for a valid value.
 
     use crate::solver::quantity::{
-        Coefficient, Compliance, Damping, Filling, Finite, FlexuralRigidity, Friction, Length,
-        MembraneCompliance, PoissonRatio, Restitution, Slack, Stiffness, Strain, Thickness,
-        YoungsModulus,
+        Coefficient, Compliance, Damping, Filling, Finite, FlexuralRigidity, Frequency, Friction,
+        Length, MembraneCompliance, PoissonRatio, RegionSize, Restitution, Slack, Stiffness,
+        Strain, Thickness, YoungsModulus,
     };
     use bevy::reflect::{
         ReflectDeserialize, ReflectSerialize, impl_reflect_opaque, std_traits::ReflectDefault,
@@ -200,9 +203,11 @@ mod reflection {
     impl_reflect_opaque!((in pliant::solver) Coefficient(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Finite(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Length(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+    impl_reflect_opaque!((in pliant::solver) Frequency(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Friction(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) MembraneCompliance(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) PoissonRatio(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+    impl_reflect_opaque!((in pliant::solver) RegionSize(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Restitution(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Slack(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Stiffness(Clone, Debug, Default, PartialEq, Serialize, Deserialize));

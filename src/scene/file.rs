@@ -6,8 +6,8 @@ use crate::{
     mesh::{BuildOptions, Primitive, Treatment},
     solver::{
         Attract, Bend, Collide, ColliderShape, Deformation, Density, Drag, Ground, IsometricBend,
-        Mass, Membrane, NeoHookean, Path, Pressure, Settings, StickyGround, StrainLimit, Stretch,
-        Struts, Tethers, Uniform, Volume, Vortex, Weave, Wind,
+        Mass, Membrane, NeoHookean, Path, Pressure, Settings, ShapeMatching, StickyGround,
+        StrainLimit, Stretch, Struts, Tethers, Uniform, Volume, Vortex, Weave, Wind,
     },
 };
 use glam::{UVec3, Vec3};
@@ -153,6 +153,8 @@ pub struct SceneEffects {
     pub weave: Option<Weave>,
     /// No edge gets longer than a limit.
     pub strain_limit: Option<StrainLimit>,
+    /// Particles are drawn to where the rest shape would have them.
+    pub shape_matching: Option<ShapeMatching>,
     /// No particle goes farther from its nearest pin than at rest.
     pub tethers: Option<Tethers>,
     /// Springs through the body resist a change of length.

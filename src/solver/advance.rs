@@ -10,7 +10,7 @@ use super::{
     Collide, Effects, ElasticKind, ForceKind, Lambdas, Leads, Particles, Settings, Substep,
     Tethers, Threads, Topology,
     bands::Piece,
-    constraint::block::Put,
+    constraint::{block::Put, shape_matching::Sweep},
     contact::{
         collider::{self, Swept},
         ground,
@@ -75,6 +75,8 @@ pub enum Stage {
     StickyGround,
     /// The constraints of an elastic effect.
     Elastic(ElasticKind),
+    /// Particles are drawn to where the rest shape would have them.
+    ShapeMatching,
     /// The pressure of what fills the body.
     Pressure,
     /// Tethers to pins.
@@ -90,7 +92,12 @@ pub enum Stage {
 }
 
 /// What takes part in a sweep after the elastic effects.
-const AFTER: [Stage; 3] = [Stage::Pressure, Stage::Tethers, Stage::Grab];
+const AFTER: [Stage; 4] = [
+    Stage::ShapeMatching,
+    Stage::Pressure,
+    Stage::Tethers,
+    Stage::Grab,
+];
 
 /// A pass over all contacts.
 const CONTACTS: [Stage; 2] = [Stage::Ground, Stage::Collide];
@@ -148,6 +155,7 @@ impl Stage {
             Self::Presolve => "presolve",
             Self::StickyGround => "sticky_ground",
             Self::Elastic(kind) => kind.name(),
+            Self::ShapeMatching => "shape_matching",
             Self::Pressure => "pressure",
             Self::Tethers => "tethers",
             Self::Grab => "grab",
@@ -197,6 +205,7 @@ impl Stage {
             Self::Force(kind) => effects.has_force(kind),
             Self::StickyGround => effects.sticky_ground.is_some(),
             Self::Elastic(kind) => effects.has(kind),
+            Self::ShapeMatching => effects.shape_matching.is_some(),
             Self::Pressure => effects.pressure.is_some(),
             Self::Tethers => effects.tethers.is_some(),
             Self::Grab => effects.grab.is_some(),
@@ -233,6 +242,7 @@ impl Stage {
                 });
                 [first, second, loose, average]
             }
+            Self::ShapeMatching => one(Task::MatchShapes { iteration }, Side::Whole),
             Self::Pressure => one(Task::Pressure { iteration }, Side::Whole),
             Self::Tethers => one(Task::Tether, Side::Any),
             Self::Grab => one(Task::Grab { substep, iteration }, Side::Whole),
@@ -323,6 +333,7 @@ impl Stepper<'_> {
         let averages = any.averaging(any.sweeps() - 1).is_some();
         self.lambdas
             .make_sums(if averages { topology.particles() } else { 0 });
+        self.find_regions();
         let solve = Solve::of(&effects);
         let first = substeps.start;
         let mut forces = ForceKind::ALL
@@ -374,9 +385,17 @@ impl Stepper<'_> {
         if matches!(stage, Stage::Elastic(_)) && step.averaging(iteration).is_some() {
             self.lambdas.make_sums(self.topology.particles());
         }
+        self.find_regions();
         let tasks = stage.tasks(self.topology, self.effects, step, iteration);
         let sweeps = usize::from(matches!(stage, Stage::Elastic(_)));
         self.run(tasks, sweeps, means)
+    }
+
+    /// Brings the regions whose shapes are matched in line with their size.
+    pub(super) fn find_regions(&mut self) {
+        if let Some(effect) = &self.effects.shape_matching {
+            self.lambdas.matching.update(self.topology, effect);
+        }
     }
 
     fn run(
@@ -550,6 +569,18 @@ impl<'a> Context<'a> {
                 };
                 // SAFETY: the caller's promise.
                 unsafe { self.kernels.solve(kind, work) };
+            }
+            Task::MatchShapes { iteration } => {
+                if let Some(effect) = &self.effects.shape_matching {
+                    // SAFETY: shapes are matched on the whole body, which is one piece.
+                    let matching = unsafe { shared.matching() };
+                    let sweep = Sweep {
+                        h: self.compliant.into(),
+                        first: iteration == 0,
+                        share: self.any.method.share().into(),
+                    };
+                    matching.solve(self.topology, effect, sweep, part);
+                }
             }
             Task::Pressure { iteration } => {
                 if let Some(pressure) = &self.effects.pressure {

@@ -55,6 +55,7 @@ pub use constraint::{
     membrane::Membrane,
     neo_hookean::NeoHookean,
     pressure::Pressure,
+    shape_matching::{Matching, ShapeMatching},
     strain_limit::StrainLimit,
     stretch::Stretch,
     struts::Struts,
@@ -75,9 +76,9 @@ pub use modes::Modes;
 pub use particles::Particles;
 pub use quantity::{
     Coefficient, CollisionIterations, Compliance, Damping, Density, Filling, Finite,
-    FlexuralRigidity, Force, Friction, InvalidValue, Iterations, Length, Mass, MembraneCompliance,
-    Order, PoissonRatio, Rate, Restitution, Share, Slack, SmoothingIterations, Stiffness, Strain,
-    Substeps, Thickness, YoungsModulus,
+    FlexuralRigidity, Force, Frequency, Friction, InvalidValue, Iterations, Length, Mass,
+    MembraneCompliance, Order, PoissonRatio, Rate, RegionSize, Restitution, Share, Slack,
+    SmoothingIterations, Stiffness, Strain, Substeps, Thickness, YoungsModulus,
 };
 pub use rest::SleepSettings;
 pub use shape::RestShape;

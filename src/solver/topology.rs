@@ -10,12 +10,14 @@ pub mod enclosure;
 pub mod facets;
 pub mod frames;
 pub mod hinges;
+pub mod regions;
 mod struts;
 
 pub use enclosure::{Enclosure, NotClosed};
 pub use facets::Facets;
 pub use frames::Frames;
 pub use hinges::{Cotangents, Hinges};
+pub use regions::Regions;
 
 use super::{
     RestShape,

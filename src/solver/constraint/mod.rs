@@ -24,6 +24,7 @@ pub mod isometric_bend;
 pub mod membrane;
 pub mod neo_hookean;
 pub mod pressure;
+pub mod shape_matching;
 pub mod strain_limit;
 pub mod stretch;
 pub mod struts;
