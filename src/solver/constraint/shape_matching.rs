@@ -74,6 +74,9 @@ pub struct Matching {
     regions: Regions,
     /// λ of each region; λ/h² is a force over the root of a mass.
     lambdas: Vec<f64>,
+    /// The particles of a region that can move, with their parts of the mass [kg] and their ways x − g
+    /// [m]: room for the last sweep.
+    offs: Vec<(u32, f64, DVec3)>,
     /// How far the last sweep moves the particles [m].
     moves: Vec<DVec3>,
 }
@@ -140,7 +143,10 @@ impl Matching {
     /// Bytes of memory.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.regions.bytes() + size_of_val(&self.lambdas[..]) + size_of_val(&self.moves[..])
+        self.regions.bytes()
+            + size_of_val(&self.lambdas[..])
+            + size_of_val(&self.offs[..])
+            + size_of_val(&self.moves[..])
     }
 
     /// D of each region [m √kg].
@@ -230,27 +236,33 @@ impl Matching {
         let Self {
             regions,
             lambdas,
+            offs,
             moves,
             ..
         } = self;
         moves.fill(DVec3::ZERO);
         for (members, lambda) in regions.each().zip(lambdas) {
             let fit = Fit::of(members, regions, topology, &at);
-            let strain = fit.strain(&at);
+            offs.clear();
+            offs.extend(
+                fit.free(&at)
+                    .map(|(i, mass)| (i, mass, fit.off(i, at(i).x))),
+            );
+            let squares = offs
+                .iter()
+                .map(|(_, mass, off)| mass * off.length_squared());
+            let strain = squares.sum::<f64>().sqrt();
             if strain == 0.0 {
                 continue;
             }
-            let rate: f64 = fit
-                .free(&at)
-                .map(|(i, mass)| {
-                    let place = at(i);
-                    mass * fit.off(i, place.x).dot(place.x - place.p)
-                })
-                .sum();
-            let by = change(strain, rate / strain, lambda) / strain;
-            for (i, _) in fit.free(&at) {
-                let share = regions.shares()[i as usize];
-                moves[i as usize] += fit.off(i, at(i).x) * (share * by);
+            let rates = offs.iter().map(|&(i, mass, off)| {
+                let place = at(i);
+                mass * off.dot(place.x - place.p)
+            });
+            let rate = rates.sum::<f64>() / strain;
+            let by = change(strain, rate, lambda) / strain;
+            for &(i, _, off) in &*offs {
+                moves[i as usize] += off * (regions.shares()[i as usize] * by);
             }
         }
         moves
