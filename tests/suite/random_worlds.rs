@@ -291,7 +291,7 @@ fn soft(reach: Reach) -> impl Strategy<Value = Soft> {
     let inside = (
         prop::option::weighted(chance, elastic()),
         prop::option::weighted(chance, (power(-2.9..2.9), modulus)),
-        prop::option::weighted(chance, matched),
+        prop::option::weighted(chance / 2.0, matched),
     );
     let inside = if reach.held {
         inside.boxed()

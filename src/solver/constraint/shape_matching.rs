@@ -18,6 +18,9 @@
 //! it is for the whole body: with shares of masses, all regions together then move a particle no
 //! farther than to the mean of its goals, and such averaged Jacobi sweeps converge.
 //!
+//! To a [method](crate::solver::Method) without compliances all shapes are rigid; in classic PBD
+//! particles go its share of their ways.
+//!
 //! R is found by Horn's quaternions in `f64`, anew every time: a shape that is flat, mirrored or
 //! shrunk to a line or a point has one too, always the same. Pins are taken as a million times as
 //! heavy as all else, so that the goals hang on them.
