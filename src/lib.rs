@@ -70,6 +70,7 @@
 //! | [`Weave`](effect::Weave) | Green's strain of triangles along warp, weft and bias | compliances m/N, damping s |
 //! | [`Struts`](effect::Struts) | C = ‖x₁−x₀‖−L₀ on springs through the body [m] | compliance m/N, damping s |
 //! | [`StrainLimit`](effect::StrainLimit) | C = ‖x₁−x₀‖−(1+limit)L₀ ≤ 0 on edges [m] | limit |
+//! | [`ShapeMatching`](effect::ShapeMatching) | D² = Σ m‖x−g‖² of regions from their goals g [m √kg] | frequency Hz, region m, damping s |
 //! | [`Pressure`](effect::Pressure) | p = K(fV₀/V−1) within a closed surface [Pa] | filling f, bulk modulus K Pa |
 //! | [`Tethers`](effect::Tethers) | no particle farther from its nearest pin than at rest | slack |
 //! | [`Plasticity`](effect::Plasticity) | what is strained beyond a yield strain stays so | yields and limits, creep 1/s |

@@ -75,6 +75,7 @@ mod neo_hookean;
 mod plasticity;
 mod pressure;
 mod registry;
+mod shape_matching;
 mod stitches;
 mod strain_limit;
 mod stretch;
@@ -89,8 +90,8 @@ pub use registry::{
 
 pub use crate::solver::{
     Attract, Bend, Collide, Drag, Grab, Ground, IsometricBend, Membrane, NeoHookean, Plasticity,
-    Pressure, StickyGround, Stitches, StrainLimit, Stretch, Struts, Tethers, Uniform, Volume,
-    Vortex, Weave, Wind,
+    Pressure, ShapeMatching, StickyGround, Stitches, StrainLimit, Stretch, Struts, Tethers,
+    Uniform, Volume, Vortex, Weave, Wind,
 };
 
 pub(crate) use registry::{body_added, body_removed, follow_bodies, is_planned};
@@ -142,6 +143,7 @@ effects! {
     Weave,
     Struts,
     StrainLimit,
+    ShapeMatching,
     Pressure,
     Stitches,
     Tethers,
@@ -190,9 +192,9 @@ mod reflection {
     //! exchange a valid value for a valid value.
 
     use crate::solver::quantity::{
-        Coefficient, Compliance, Creep, Damping, Filling, Finite, FlexuralRigidity, Friction,
-        Length, MembraneCompliance, PlasticLimit, PoissonRatio, Restitution, Slack, Stiffness,
-        Strain, Thickness, Yield, YoungsModulus,
+        Coefficient, Compliance, Creep, Damping, Filling, Finite, FlexuralRigidity, Frequency,
+        Friction, Length, MembraneCompliance, PlasticLimit, PoissonRatio, RegionSize, Restitution,
+        Slack, Stiffness, Strain, Thickness, Yield, YoungsModulus,
     };
     use bevy::reflect::{
         ReflectDeserialize, ReflectSerialize, impl_reflect_opaque, std_traits::ReflectDefault,
@@ -205,9 +207,11 @@ mod reflection {
     impl_reflect_opaque!((in pliant::solver) Coefficient(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Finite(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Length(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+    impl_reflect_opaque!((in pliant::solver) Frequency(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Friction(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) MembraneCompliance(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) PoissonRatio(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+    impl_reflect_opaque!((in pliant::solver) RegionSize(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Restitution(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Slack(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Stiffness(Clone, Debug, Default, PartialEq, Serialize, Deserialize));

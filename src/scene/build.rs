@@ -291,6 +291,7 @@ fn body(
         membrane: spec.effects.membrane.or(made.membrane),
         weave: spec.effects.weave,
         strain_limit: spec.effects.strain_limit,
+        shape_matching: spec.effects.shape_matching,
         tethers: spec.effects.tethers,
         struts: spec.effects.struts,
         pressure: spec.effects.pressure,

@@ -7,7 +7,8 @@ use crate::{
     solver::{
         Attract, Bend, Collide, ColliderShape, Compliance, Deformation, Density, Drag, Force,
         Ground, IsometricBend, Mass, Membrane, NeoHookean, Path, Plasticity, Pressure, Settings,
-        StickyGround, StrainLimit, Stretch, Struts, Tethers, Uniform, Volume, Vortex, Weave, Wind,
+        ShapeMatching, StickyGround, StrainLimit, Stretch, Struts, Tethers, Uniform, Volume,
+        Vortex, Weave, Wind,
     },
 };
 use glam::{UVec3, Vec3};
@@ -156,6 +157,8 @@ pub struct SceneEffects {
     pub weave: Option<Weave>,
     /// No edge gets longer than a limit.
     pub strain_limit: Option<StrainLimit>,
+    /// Particles are drawn to where the rest shape would have them.
+    pub shape_matching: Option<ShapeMatching>,
     /// No particle goes farther from its nearest pin than at rest.
     pub tethers: Option<Tethers>,
     /// Springs through the body resist a change of length.

@@ -30,6 +30,7 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "compliance_ladder",
     "edges_and_volume",
     "rubber",
+    "shape_matching",
     "cantilever",
     "squashed",
     "shuffled",

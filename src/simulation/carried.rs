@@ -2,8 +2,8 @@
 
 use crate::solver::{
     Attract, Bend, Collide, Drag, Effects, Grab, Ground, IsometricBend, Membrane, NeoHookean,
-    Plasticity, Pressure, StickyGround, StrainLimit, Stretch, Struts, Tethers, Uniform, Volume,
-    Vortex, Weave, Wind,
+    Plasticity, Pressure, ShapeMatching, StickyGround, StrainLimit, Stretch, Struts, Tethers,
+    Uniform, Volume, Vortex, Weave, Wind,
 };
 use bevy::{ecs::query::QueryData, prelude::*};
 
@@ -60,6 +60,7 @@ carried! {
     membrane: Membrane,
     weave: Weave,
     strain_limit: StrainLimit,
+    shape_matching: ShapeMatching,
     tethers: Tethers,
     struts: Struts,
     pressure: Pressure,

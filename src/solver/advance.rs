@@ -10,7 +10,7 @@ use super::{
     Collide, Effects, ElasticKind, ForceKind, Lambdas, Leads, Particles, Settings, Stitches,
     Substep, Tethers, Threads, Topology,
     bands::Piece,
-    constraint::block::Put,
+    constraint::{block::Put, shape_matching::Sweep},
     contact::{
         collider::{self, Swept},
         ground,
@@ -77,6 +77,8 @@ pub enum Stage {
     StickyGround,
     /// The constraints of an elastic effect.
     Elastic(ElasticKind),
+    /// Particles are drawn to where the rest shape would have them.
+    ShapeMatching,
     /// The pressure of what fills the body.
     Pressure,
     /// Stitches between points of the body, and to colliders.
@@ -96,7 +98,8 @@ pub enum Stage {
 }
 
 /// What takes part in a sweep after the elastic effects.
-const AFTER: [Stage; 4] = [
+const AFTER: [Stage; 5] = [
+    Stage::ShapeMatching,
     Stage::Pressure,
     Stage::Stitches,
     Stage::Tethers,
@@ -160,6 +163,7 @@ impl Stage {
             Self::Presolve => "presolve",
             Self::StickyGround => "sticky_ground",
             Self::Elastic(kind) => kind.name(),
+            Self::ShapeMatching => "shape_matching",
             Self::Pressure => "pressure",
             Self::Stitches => "stitches",
             Self::Tethers => "tethers",
@@ -212,6 +216,7 @@ impl Stage {
             Self::Force(kind) => effects.has_force(kind),
             Self::StickyGround => effects.sticky_ground.is_some(),
             Self::Elastic(kind) => effects.has(kind),
+            Self::ShapeMatching => effects.shape_matching.is_some(),
             Self::Pressure => effects.pressure.is_some(),
             Self::Stitches => stitched,
             Self::Tethers => effects.tethers.is_some(),
@@ -252,6 +257,7 @@ impl Stage {
                 });
                 [first, second, loose, average]
             }
+            Self::ShapeMatching => one(Task::MatchShapes { iteration }, Side::Whole),
             Self::Pressure => one(Task::Pressure { iteration }, Side::Whole),
             Self::Stitches => {
                 let sweep = (iteration, step.sweeps());
@@ -357,6 +363,7 @@ impl Stepper<'_> {
         let averages = any.averaging(any.sweeps() - 1).is_some();
         self.lambdas
             .make_sums(if averages { topology.particles() } else { 0 });
+        self.find_regions();
         let solve = Solve::of(&effects, stitched);
         let first = substeps.start;
         let mut forces = ForceKind::ALL
@@ -414,10 +421,18 @@ impl Stepper<'_> {
         if matches!(stage, Stage::Elastic(_)) && step.averaging(iteration).is_some() {
             self.lambdas.make_sums(shape.particles());
         }
+        self.find_regions();
         let stitched = !self.stitches.is_empty();
         let tasks = stage.tasks(&shape, (self.effects, stitched), step, iteration);
         let sweeps = usize::from(matches!(stage, Stage::Elastic(_)));
         self.run(tasks, sweeps, means)
+    }
+
+    /// Brings the regions whose shapes are matched in line with their size.
+    pub(super) fn find_regions(&mut self) {
+        if let Some(effect) = &self.effects.shape_matching {
+            self.lambdas.matching.update(self.topology, effect);
+        }
     }
 
     /// Lets rest values flow at the end of a substep, if it is time to.
@@ -602,6 +617,18 @@ impl<'a> Context<'a> {
                 };
                 // SAFETY: the caller's promise.
                 unsafe { self.kernels.solve(kind, work) };
+            }
+            Task::MatchShapes { iteration } => {
+                if let Some(effect) = &self.effects.shape_matching {
+                    // SAFETY: shapes are matched on the whole body, which is one piece.
+                    let matching = unsafe { shared.matching() };
+                    let sweep = Sweep {
+                        h: self.compliant.into(),
+                        first: iteration == 0,
+                        share: self.any.method.share().into(),
+                    };
+                    matching.solve(self.topology, effect, sweep, part);
+                }
             }
             Task::Pressure { iteration } => {
                 if let Some(pressure) = &self.effects.pressure {

@@ -12,6 +12,7 @@ use super::{
         neo_hookean::NeoHookean,
         plasticity::Plasticity,
         pressure::{Pressure, Walls},
+        shape_matching::{Matching, ShapeMatching},
         stitches::Stitches,
         strain_limit::StrainLimit,
         stretch::Stretch,
@@ -57,6 +58,8 @@ pub struct Effects {
     pub weave: Option<Weave>,
     /// No edge gets longer than a limit.
     pub strain_limit: Option<StrainLimit>,
+    /// Particles are drawn to where the rest shape would have them.
+    pub shape_matching: Option<ShapeMatching>,
     /// No particle goes farther from its nearest pin than at rest.
     pub tethers: Option<Tethers>,
     /// Springs through the body resist a change of length.
@@ -76,21 +79,24 @@ pub struct Effects {
 }
 
 impl Effects {
-    /// How many constraints a body with these effects has.
+    /// How many constraints a body with these effects has; a filling is one, and so are the regions
+    /// whose shapes are matched, all together.
     #[must_use]
     pub fn constraints(&self, topology: &Topology) -> usize {
         let carried = ElasticKind::ALL.into_iter().filter(|&kind| self.has(kind));
         let elastic: usize = carried.map(|kind| kind.elements(topology)).sum();
-        elastic + usize::from(self.pressure.is_some())
+        let whole = [self.pressure.is_some(), self.shape_matching.is_some()];
+        elastic + whole.into_iter().filter(|carried| *carried).count()
     }
 
     /// What it is to sweep over these constraints so many times; to a filling, a triangle is what an
-    /// element is to others.
+    /// element is to others, and to shape matching, a particle.
     #[must_use]
     pub fn load(&self, topology: &Topology, sweeps: usize) -> Load {
         let walls = self.pressure.map_or(0, |_| topology.triangles.len());
+        let matched = self.shape_matching.map_or(0, |_| topology.particles());
         Load {
-            projections: (self.constraints(topology) + walls) * sweeps,
+            projections: (self.constraints(topology) + walls + matched) * sweeps,
             pieces: topology.bands.count(),
         }
     }
@@ -214,6 +220,9 @@ impl Body {
         }
         if self.effects.pressure.is_none() {
             self.lambdas.walls = Walls::default();
+        }
+        if self.effects.shape_matching.is_none() {
+            self.lambdas.matching = Matching::default();
         }
         if let Some(particle) = self.particles.first_not_finite() {
             freeze(&mut self.particles, &self.tick_start);

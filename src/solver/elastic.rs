@@ -20,6 +20,7 @@ use super::{
         membrane::Membrane,
         neo_hookean::NeoHookean,
         pressure::Walls,
+        shape_matching::Matching,
         strain_limit::StrainLimit,
         stretch::Stretch,
         struts::Struts,
@@ -136,6 +137,8 @@ pub struct Lambdas {
     columns: [Vec<f32>; ElasticKind::COUNT],
     /// What pressure keeps.
     pub walls: Walls,
+    /// The regions whose shapes are matched, with their multipliers.
+    pub matching: Matching,
     /// Room to add up the ways of averaged passes; zeros between them.
     sums: Vec<Vec4>,
 }
@@ -179,6 +182,7 @@ impl Lambdas {
         self.count() * size_of::<f32>()
             + size_of_val(&self.sums[..])
             + size_of_val(&self.walls.gradients[..])
+            + self.matching.bytes()
     }
 
     /// How many multipliers there are.

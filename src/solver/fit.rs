@@ -16,7 +16,12 @@ pub fn rotation_between(
             }
         }
     }
-    let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] = s;
+    rotation_of(s)
+}
+
+/// The same from the sums Σ a bᵀ of all pairs, row by row of a; the identity if they are all zero.
+pub fn rotation_of(sums: [[f64; 3]; 3]) -> DMat3 {
+    let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] = sums;
     let matrix = [
         [xx + yy + zz, yz - zy, zx - xz, xy - yx],
         [yz - zy, xx - yy - zz, xy + yx, zx + xz],
@@ -32,14 +37,25 @@ fn largest_eigenvector(mut a: [[f64; 4]; 4]) -> [f64; 4] {
     for (i, row) in vectors.iter_mut().enumerate() {
         row[i] = 1.0;
     }
-    // Converges quadratically: a handful of sweeps reach rounding, the rest cost nothing.
+    let largest = a
+        .as_flattened()
+        .iter()
+        .fold(0.0_f64, |most, x| most.max(x.abs()));
+    // What is smaller changes no bit of a vector.
+    let least = largest * f64::EPSILON * f64::EPSILON;
+    // Converges quadratically: a handful of sweeps reach rounding.
     for _ in 0..16 {
+        let mut done = true;
         for p in 0..3 {
             for q in p + 1..4 {
-                if a[p][q] != 0.0 {
+                if a[p][q].abs() > least {
                     rotate(&mut a, &mut vectors, p, q);
+                    done = false;
                 }
             }
+        }
+        if done {
+            break;
         }
     }
     let best = (1..4).fold(0, |best, i| if a[i][i] > a[best][best] { i } else { best });

@@ -28,6 +28,7 @@
 use super::{
     ForceKind, Friction, Lambdas, Particles, Stitches, Substep,
     advance::{Means, NotFinite, Solve, Stage, Stepper},
+    constraint::shape_matching::Place,
     elastic::{Elastic, Visit},
 };
 use glam::{DVec3, Vec4};
@@ -126,6 +127,7 @@ pub fn advance(
     substeps: Range<u32>,
     means: &Means,
 ) -> Result<Ledger, NotFinite> {
+    body.find_regions();
     let mut ledger = Ledger::default();
     let mut book = Book {
         errors: Errors::of(body),
@@ -187,8 +189,8 @@ impl Filled {
     }
 }
 
-/// C of the constraints of all elastic effects of a body at one time, with their α and τ [s], and its
-/// filling.
+/// C of the constraints of all elastic effects of a body and D of its regions at one time, with their α
+/// and τ [s], and its filling.
 #[derive(Debug, Default)]
 struct Errors(Vec<(f64, f64, f64)>, Option<Filled>);
 
@@ -206,7 +208,14 @@ impl Errors {
         }
         let mut collect = Collect(Vec::new(), body);
         body.effects.visit(&mut collect);
-        Self(collect.0, Filled::of(body))
+        let mut all = collect.0;
+        if let Some(effect) = &body.effects.shape_matching {
+            let (compliance, tau) = (effect.compliance(), effect.damping.get().into());
+            let at = Place::among(&body.particles.positions);
+            let strains = body.lambdas.matching.strains(body.topology, at);
+            all.extend(strains.map(|strain| (strain, compliance, tau)));
+        }
+        Self(all, Filled::of(body))
     }
 }
 

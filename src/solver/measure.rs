@@ -2,8 +2,8 @@
 //! of particles and constraints, so that they too are the same everywhere.
 
 use super::{
-    Effects, Lambdas, Particles, Pressure, Topology,
-    constraint::{pressure::Walls, volume::volume_and_gradients},
+    Effects, Lambdas, Matching, Particles, Pressure, Topology,
+    constraint::{pressure::Walls, shape_matching::Place, volume::volume_and_gradients},
     elastic::{Elastic, Visit},
 };
 use glam::{DVec3, Vec3, Vec4};
@@ -143,26 +143,34 @@ pub fn elastic_energy<const N: usize, const M: usize>(
         .sum()
 }
 
-/// Energy of all elastic effects of a body together [J], its particles being `at` places in m.
+/// Energy of all elastic effects of a body together [J], its particles being `at` places in m, with
+/// their inverse masses in 1/kg.
 #[must_use]
-pub fn elastic_energies(effects: &Effects, topology: &Topology, at: impl Fn(u32) -> DVec3) -> f64 {
+pub fn elastic_energies(
+    effects: &Effects,
+    topology: &Topology,
+    at: impl Fn(u32) -> (DVec3, f64),
+) -> f64 {
     struct Sum<'a, F>(f64, &'a Topology, F);
-    impl<F: Fn(u32) -> DVec3> Visit for Sum<'_, F> {
+    impl<F: Fn(u32) -> (DVec3, f64)> Visit for Sum<'_, F> {
         fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
-            // What it stores does not depend on masses.
-            let elements = effect.all_rows(self.1, |i| ((self.2)(i), 1.0));
+            let elements = effect.all_rows(self.1, &self.2);
             let rows = elements.flat_map(|(_, rows)| rows);
             self.0 += rows
                 .map(|row| stored(row.error, row.compliance))
                 .sum::<f64>();
         }
     }
-    let filling = effects
-        .pressure
-        .map_or(0.0, |pressure| pressure_energy(&pressure, topology, &at));
+    let filling = effects.pressure.map_or(0.0, |pressure| {
+        pressure_energy(&pressure, topology, |i| at(i).0)
+    });
+    let matched = effects.shape_matching.map_or(0.0, |effect| {
+        let at = |i: u32| Place::still(at(i));
+        Matching::of(topology, &effect).energy(topology, &effect, at)
+    });
     let mut sum = Sum(0.0, topology, at);
     effects.visit(&mut sum);
-    sum.0 + filling
+    sum.0 + filling + matched
 }
 
 /// Energy that a filling stores [J], the particles being `at` places in m.
@@ -284,6 +292,11 @@ pub fn residuals(
         h,
     };
     effects.visit(&mut sum);
+    if let Some(effect) = &effects.shape_matching {
+        let at = Place::among(positions);
+        let own = lambdas.matching.residual(topology, effect, h.into(), at);
+        sum.all.add(own);
+    }
     if let Some(pressure) = &effects.pressure {
         let own = pressure_residual(pressure, topology, positions, &lambdas.walls, h);
         sum.all.add(own);

@@ -56,6 +56,7 @@ pub use constraint::{
     neo_hookean::NeoHookean,
     plasticity::Plasticity,
     pressure::Pressure,
+    shape_matching::{Matching, ShapeMatching},
     stitches::{Stitch, StitchEnd, StitchError, Stitches},
     strain_limit::StrainLimit,
     stretch::Stretch,
@@ -77,9 +78,9 @@ pub use modes::Modes;
 pub use particles::Particles;
 pub use quantity::{
     Coefficient, CollisionIterations, Compliance, Creep, Damping, Density, Filling, Finite,
-    FlexuralRigidity, Force, Friction, InvalidValue, Iterations, Length, Mass, MembraneCompliance,
-    Order, PlasticLimit, PoissonRatio, Rate, Restitution, Share, Slack, SmoothingIterations,
-    Stiffness, Strain, Substeps, Thickness, Yield, YoungsModulus,
+    FlexuralRigidity, Force, Frequency, Friction, InvalidValue, Iterations, Length, Mass,
+    MembraneCompliance, Order, PlasticLimit, PoissonRatio, Rate, RegionSize, Restitution, Share,
+    Slack, SmoothingIterations, Stiffness, Strain, Substeps, Thickness, Yield, YoungsModulus,
 };
 pub use rest::SleepSettings;
 pub use shape::RestShape;

@@ -38,6 +38,8 @@ pub(super) enum Task {
         kind: ElasticKind,
         sweep: (u32, u32, bool),
     },
+    /// Particles are drawn to where the rest shape would have them: sweep number so-and-so.
+    MatchShapes { iteration: u32 },
     /// The pressure of what fills the body: sweep number so-and-so.
     Pressure { iteration: u32 },
     /// Every particle goes to the mean of where the constraints of an effect would have it.
@@ -61,6 +63,7 @@ impl Task {
             Self::Force { kind, .. } => Stage::Force(kind),
             Self::Fade | Self::Begin => Stage::Presolve,
             Self::Stick => Stage::StickyGround,
+            Self::MatchShapes { .. } => Stage::ShapeMatching,
             Self::Pressure { .. } => Stage::Pressure,
             Self::Elastic { kind, .. } | Self::Average { kind, .. } => Stage::Elastic(kind),
             Self::Stitch { .. } => Stage::Stitches,

@@ -168,6 +168,16 @@ quantity!(
     Slack(f32), "slack", default 0.0, "between 0 and 100", |v| (0.0..=100.0).contains(&v)
 );
 quantity!(
+    /// How often a second something swings, in Hz; ∞ is rigid.
+    Frequency(f32), "frequency", default 10.0,
+    "at least 1e-6 Hz, or inf for rigid", |v| v >= 1e-6
+);
+quantity!(
+    /// Size of the regions of a body in m; ∞ is all of it.
+    RegionSize(f32), "region", default f32::INFINITY,
+    "above 0 m, or inf for the whole body", |v| v > 0.0
+);
+quantity!(
     /// How much fills a closed surface: the volume that it would have by itself over the rest volume.
     Filling(f32), "factor", default 1.0, "between 0.001 and 1000 times the rest volume",
     |v| (1e-3..=1e3).contains(&v)
@@ -340,6 +350,8 @@ from_float!(
     Strain,
     Slack,
     Creep,
+    Frequency,
+    RegionSize,
     Filling,
     PlasticLimit,
     Yield,

@@ -5,9 +5,14 @@
 //! order of constraints from the fast bodies, so that both solve the same equations.
 
 use super::{
-    Effects, ElasticKind, Leads, Pressure, Settings, StitchEnd, Stitches, Substep, SurfacePoint,
-    Topology,
-    constraint::{block::DEPENDENT, pressure::Walls, tethers},
+    Effects, ElasticKind, Leads, Matching, Pressure, Settings, ShapeMatching, StitchEnd, Stitches,
+    Substep, SurfacePoint, Topology,
+    constraint::{
+        block::DEPENDENT,
+        pressure::Walls,
+        shape_matching::{self, Place},
+        tethers,
+    },
     contact::{Collider, ColliderShape, Pose},
     elastic::{Elastic, Point, Row, Visit},
     force::{Force, Moment, Mote, VisitForces},
@@ -65,6 +70,8 @@ pub struct Body {
     pub lambdas: [Vec<f64>; ElasticKind::COUNT],
     /// λ of the pressure.
     pub walls: Walls,
+    /// The regions whose shapes are matched: their one formula is in `f64`, and the fast solver has it too.
+    pub matching: Matching,
     /// What [steps of second order](super::history) need of the substep before.
     past: Past,
 }
@@ -235,6 +242,7 @@ impl Body {
             collide: None,
             lambdas: Default::default(),
             walls: Walls::default(),
+            matching: Matching::default(),
             past: Past::default(),
         };
         twin.carry(&body.effects);
@@ -252,6 +260,9 @@ impl Body {
             let leads = Leads::of(&self.topology, &places);
             let ways = leads.ways().map(|(i, pin, way)| (i, pin, way * most));
             self.tethers.extend(ways);
+        }
+        if let Some(effect) = &effects.shape_matching {
+            self.matching.update(&self.topology, effect);
         }
         self.grab = effects.grab.map(|grab| Hold {
             point: grab.point,
@@ -389,6 +400,11 @@ impl Body {
         }
         let effects = self.effects;
         effects.visit(&mut Pull(self));
+        if effects.shape_matching.is_some() {
+            let at = |i: u32| place(&self.x, &self.p, &self.w, i);
+            let moves = self.matching.pull(&self.topology, at);
+            go(&mut self.x, moves);
+        }
         if let (Some(_), Ok(enclosure)) = (effects.pressure, self.topology.enclosure()) {
             let at = |i: u32| self.x[i as usize];
             // There is nothing yet in the first substep.
@@ -450,9 +466,23 @@ impl Body {
         }
         let effects = self.effects;
         effects.visit(&mut Solve(self, sweep));
+        if let Some(effect) = &effects.shape_matching {
+            let Sweep {
+                h, first, share, ..
+            } = sweep;
+            let sweep = shape_matching::Sweep { h, first, share };
+            self.match_shapes(effect, sweep);
+        }
         if let Some(pressure) = effects.pressure {
             self.solve_pressure(&pressure, sweep.h, sweep.first);
         }
+    }
+
+    /// One sweep over the regions whose shapes are matched.
+    fn match_shapes(&mut self, effect: &ShapeMatching, sweep: shape_matching::Sweep) {
+        let at = |i: u32| place(&self.x, &self.p, &self.w, i);
+        let moves = self.matching.sweep(&self.topology, effect, sweep, at);
+        go(&mut self.x, moves);
     }
 
     /// One sweep of pressure.
@@ -746,6 +776,21 @@ impl Body {
             let now = (self.x[i] - self.p[i]).dot(normal);
             self.p[i] += normal * (now - leave);
         }
+    }
+}
+
+fn place(x: &[DVec3], p: &[DVec3], w: &[f64], i: u32) -> Place {
+    let i = i as usize;
+    Place {
+        x: x[i],
+        p: p[i],
+        w: w[i],
+    }
+}
+
+fn go(x: &mut [DVec3], moves: &[DVec3]) {
+    for (x, by) in x.iter_mut().zip(moves) {
+        *x += by;
     }
 }
 

@@ -10,7 +10,7 @@ use super::{
     ElasticKind, Stitches,
     advance::Stepper,
     bands::Piece,
-    constraint::{grab::Grab, pressure::Walls},
+    constraint::{grab::Grab, pressure::Walls, shape_matching::Matching},
     particles::Part,
 };
 use glam::Vec4;
@@ -31,6 +31,7 @@ pub(super) struct Shared<'a> {
     sums: (*mut Vec4, usize),
     grab: *mut Option<Grab>,
     walls: *mut Walls,
+    matching: *mut Matching,
     touched: AtomicBool,
     stitches: *mut Stitches,
     lives: PhantomData<&'a mut ()>,
@@ -70,6 +71,7 @@ impl<'a> Shared<'a> {
             lambdas: body.lambdas.columns().each_mut().map(column),
             grab: &raw mut body.effects.grab,
             walls: &raw mut body.lambdas.walls,
+            matching: &raw mut body.lambdas.matching,
             touched: AtomicBool::new(false),
             stitches: &raw mut *body.stitches,
             lives: PhantomData,
@@ -165,6 +167,15 @@ impl<'a> Shared<'a> {
     pub unsafe fn stitches(&self) -> &mut Stitches {
         // SAFETY: borrowed by `new`; theirs alone by the caller's promise.
         unsafe { &mut *self.stitches }
+    }
+
+    /// The regions whose shapes are matched.
+    ///
+    /// # Safety
+    /// As long as it lives, nobody else asks for it.
+    pub unsafe fn matching(&self) -> &mut Matching {
+        // SAFETY: borrowed by `new`; theirs alone by the caller's promise.
+        unsafe { &mut *self.matching }
     }
 }
 

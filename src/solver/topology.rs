@@ -13,6 +13,7 @@ mod flow;
 pub mod facets;
 pub mod frames;
 pub mod hinges;
+pub mod regions;
 mod struts;
 
 pub use enclosure::{Enclosure, NotClosed};
@@ -20,6 +21,7 @@ pub use facets::Facets;
 pub use flow::RestValues;
 pub use frames::Frames;
 pub use hinges::{Cotangents, Hinges};
+pub use regions::Regions;
 
 use super::{
     RestShape,

@@ -67,5 +67,8 @@ fn volumes(body: &Body, x: &[DVec3]) -> impl Iterator<Item = f64> {
 }
 
 fn elastic(body: &Body, x: &[DVec3]) -> f64 {
-    elastic_energies(&body.effects, &body.topology, |i| x[i as usize])
+    elastic_energies(&body.effects, &body.topology, |i| {
+        let i = i as usize;
+        (x[i], body.particles.positions[i].w.into())
+    })
 }

@@ -7,6 +7,7 @@
 
 use crate::solver::{
     Body, Rate, Substeps, World,
+    constraint::shape_matching::Place,
     elastic::{Elastic, Visit},
     measure::{self, SquareSum},
 };
@@ -106,6 +107,15 @@ fn dual_of(body: &Body, alone: &[DVec3]) -> (f64, f64) {
         enclosure.volume_and_gradients(&body.topology, at, &mut gradients);
         for (force, gradient) in forces.iter_mut().zip(gradients) {
             *force += gradient * body.lambdas.walls.multiplier;
+        }
+    }
+    if body.effects.shape_matching.is_some() {
+        let mut matching = body.lambdas.matching.clone();
+        let moves = matching.pull(&body.topology, Place::among(positions));
+        for ((force, by), x) in forces.iter_mut().zip(moves).zip(positions) {
+            if x.w > 0.0 {
+                *force += *by / f64::from(x.w);
+            }
         }
     }
     let (mut left, mut pulled) = (0.0, 0.0);

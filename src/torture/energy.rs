@@ -6,7 +6,8 @@
 //! little.
 
 use crate::solver::{
-    Body, World,
+    Body, Matching, ShapeMatching, World,
+    constraint::shape_matching::Place,
     elastic::{Elastic, Visit},
     measure::{self, gravitational_energy, kinetic_energy},
 };
@@ -63,7 +64,10 @@ impl Energy {
 
 fn elastic(body: &Body) -> f64 {
     let positions = &body.particles.positions;
-    let at = |i: u32| positions[i as usize].truncate().as_dvec3();
+    let at = |i: u32| {
+        let x = positions[i as usize];
+        (x.truncate().as_dvec3(), x.w.into())
+    };
     measure::elastic_energies(&body.effects, &body.topology, at)
 }
 
@@ -101,7 +105,21 @@ fn closing(body: &Body, h: f64) -> f64 {
         energy: 0.0,
     };
     body.effects.visit(&mut closing);
-    closing.energy + closing_volume(body, h)
+    closing.energy + closing_volume(body, h) + closing_shapes(body, h)
+}
+
+/// What regions that are rigid give when they close: Σ w‖∇D‖² is 1.
+fn closing_shapes(body: &Body, h: f64) -> f64 {
+    let rigid = |effect: &ShapeMatching| effect.compliance() == 0.0;
+    let Some(effect) = body.effects.shape_matching.filter(rigid) else {
+        return 0.0;
+    };
+    let matching = Matching::of(&body.topology, &effect);
+    let at = Place::among(&body.particles.positions);
+    let squares = matching
+        .strains(&body.topology, at)
+        .map(|strain| strain * strain);
+    0.5 * squares.sum::<f64>() / (h * h)
 }
 
 /// What a filling that keeps its volume gives when it closes.

@@ -10,8 +10,9 @@ use pliant::{
     mesh::Primitive,
     solver::{
         Body, Collide, Collider, ColliderShape, Compliance, Damping, Deformation, Density, Effects,
-        Filling, Friction, Ground, Instructions, Path, Pose, Pressure, RestShape, Restitution,
-        StickyGround, Stiffness, Stretch, Struts, Threads, Volume, World, deform::deform, measure,
+        Filling, Frequency, Friction, Ground, Instructions, Path, Pose, Pressure, RegionSize,
+        RestShape, Restitution, ShapeMatching, StickyGround, Stiffness, Stretch, Struts, Threads,
+        Volume, World, deform::deform, measure,
     },
 };
 use proptest::prelude::*;
@@ -39,6 +40,8 @@ struct Soft {
     struts: Option<(f32, f32)>,
     /// What it is filled with: factor, and bulk modulus [Pa].
     filling: Option<(f32, f32)>,
+    /// Its shape is matched: frequency [Hz], size of regions and damping [s].
+    matched: Option<(f32, f32, f32)>,
     /// Height of a ground below it, friction, restitution.
     ground: Option<(f32, f32, f32)>,
     sticky: bool,
@@ -123,6 +126,13 @@ impl Soft {
                 factor: Filling::new(factor).expect("in range"),
                 bulk_modulus: Stiffness::new(modulus).expect("in range"),
             }),
+            shape_matching: self
+                .matched
+                .map(|(frequency, region, damping)| ShapeMatching {
+                    frequency: Frequency::new(frequency).expect("in range"),
+                    region: RegionSize::new(region * self.scale).expect("in range"),
+                    damping: Damping::new(damping).expect("in range"),
+                }),
             ground: self.ground.map(|(below, friction, restitution)| Ground {
                 height: (self.position.y - 1.0 - below) * self.scale,
                 friction: Friction::new(friction).expect("in range"),
@@ -274,14 +284,19 @@ fn soft(reach: Reach) -> impl Strategy<Value = Soft> {
     let chance = 0.4;
     let friction = prop_oneof![0.0..2.0_f32, Just(100.0)];
     let modulus = prop_oneof![1 => Just(f32::INFINITY), 3 => power(-5.9..12.0)];
+    let frequency = prop_oneof![1 => Just(f32::INFINITY), 3 => power(-5.9..6.0)];
+    let region = prop_oneof![1 => Just(f32::INFINITY), 2 => power(-2.0..0.5)];
+    let shaken = prop_oneof![2 => Just(0.0_f32), 1 => 0.0..reach.damping];
+    let matched = (frequency, region, shaken);
     let inside = (
         prop::option::weighted(chance, elastic()),
         prop::option::weighted(chance, (power(-2.9..2.9), modulus)),
+        prop::option::weighted(chance / 2.0, matched),
     );
     let inside = if reach.held {
         inside.boxed()
     } else {
-        Just((None, None)).boxed()
+        Just((None, None, None)).boxed()
     };
     let held = (
         prop::option::weighted(chance, (0.0..1.0_f32, friction, 0.0..=1.0_f32)),
@@ -295,7 +310,7 @@ fn soft(reach: Reach) -> impl Strategy<Value = Soft> {
     (made, held, moved).prop_map(
         move |(
             (kind, cells, scale, density, stretch, volume),
-            (ground, sticky, collide, pins, deformation, (struts, filling)),
+            (ground, sticky, collide, pins, deformation, (struts, filling, matched)),
             (position, velocity, spin),
         )| Soft {
             kind,
@@ -306,6 +321,7 @@ fn soft(reach: Reach) -> impl Strategy<Value = Soft> {
             volume,
             struts,
             filling,
+            matched,
             ground: ground.filter(|_| reach.held),
             sticky: sticky && reach.held,
             collide,
@@ -558,6 +574,7 @@ fn block() -> Soft {
         volume: Some((0.0, 0.0)),
         struts: None,
         filling: None,
+        matched: None,
         ground: None,
         sticky: false,
         collide: false,
@@ -584,7 +601,7 @@ fn lone(soft: &Soft) -> Wild {
 /// A world is made of what it is said to be made of: otherwise nothing above would be tested.
 #[test]
 fn random_worlds_hold_everything() {
-    let seen = std::cell::RefCell::new([0_usize; 7]);
+    let seen = std::cell::RefCell::new([0_usize; 8]);
     fuzz("what there is", 200, &wild(ALL), |wild| {
         let world = wild.world();
         let mut seen = seen.borrow_mut();
@@ -599,6 +616,7 @@ fn random_worlds_hold_everything() {
             seen[4] += usize::from(effects.ground.is_some());
             seen[5] += usize::from(effects.collide.is_some());
             seen[6] += usize::from(effects.sticky_ground.is_some());
+            seen[7] += usize::from(effects.shape_matching.is_some());
         }
     });
     let seen = seen.into_inner();

@@ -239,7 +239,7 @@ fn forces_are_in_the_books_of_the_ledger() {
         let at = |i: u32| particles.positions[i as usize].truncate().as_dvec3();
         pliant::solver::measure::kinetic_energy(particles)
             + pliant::solver::measure::gravitational_energy(particles, Vec3::Y * -9.81)
-            + pliant::solver::measure::elastic_energies(&effects, topology, at)
+            + pliant::solver::measure::elastic_energies(&effects, topology, |i| (at(i), 1.0))
     };
     let start = energy(&world.bodies[0]);
     let mut books = Ledger::default();

@@ -329,7 +329,7 @@ fn triangles_that_collapsed_to_a_point_open_again() {
         }
         let energy = |body: &Body| {
             let at = |i: u32| body.particles.positions[i as usize].truncate().as_dvec3();
-            measure::elastic_energies(&effects, &body.topology, at)
+            measure::elastic_energies(&effects, &body.topology, |i| (at(i), 1.0))
         };
         let before = energy(&body);
         let mut world = world(settings(0.0, 60.0, 20, 1), body);

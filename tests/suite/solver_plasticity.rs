@@ -330,7 +330,10 @@ fn flow_only_takes_energy_and_the_ledger_says_how_much() {
     let settings = settings(G, 60.0, 20, 1);
     let energy = |body: &Body| {
         let (topology, particles) = (&body.topology, &body.particles);
-        let at = |i: u32| particles.positions[i as usize].truncate().as_dvec3();
+        let at = |i: u32| {
+            let x = particles.positions[i as usize];
+            (x.truncate().as_dvec3(), f64::from(x.w))
+        };
         measure::kinetic_energy(particles)
             + measure::gravitational_energy(particles, settings.gravity)
             + measure::elastic_energies(&body.effects, topology, at)

@@ -303,7 +303,7 @@ fn the_ledger_knows_what_a_gas_stores() {
         let at = |i: u32| positions[i as usize].truncate().as_dvec3();
         measure::kinetic_energy(&body.particles)
             + measure::gravitational_energy(&body.particles, settings.gravity)
-            + measure::elastic_energies(&body.effects, &body.topology, at)
+            + measure::elastic_energies(&body.effects, &body.topology, |i| (at(i), 1.0))
     };
     let plain = World::default();
     let before = held(&body);

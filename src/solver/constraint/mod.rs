@@ -25,6 +25,7 @@ pub mod membrane;
 pub mod neo_hookean;
 pub mod plasticity;
 pub mod pressure;
+pub mod shape_matching;
 pub mod stitches;
 pub mod strain_limit;
 pub mod stretch;

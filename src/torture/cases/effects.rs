@@ -2,9 +2,9 @@
 
 use super::*;
 use crate::solver::{
-    Damping, Deformation, Effects, FlexuralRigidity, IsometricBend, Membrane, MembraneCompliance,
-    NeoHookean, Plasticity, Pressure, Stiffness, StrainLimit, Struts, Tethers, Weave, Yield,
-    YoungsModulus,
+    Damping, Deformation, Effects, FlexuralRigidity, Frequency, IsometricBend, Membrane,
+    MembraneCompliance, NeoHookean, Plasticity, Pressure, RegionSize, ShapeMatching, Stiffness,
+    StrainLimit, Struts, Tethers, Weave, Yield, YoungsModulus,
 };
 
 /// How a body is deformed, by the value of the member.
@@ -56,6 +56,21 @@ fn effects(member: &Member) -> Result<Effects, TortureError> {
             }),
             ..edges
         },
+        "shape_matching" => Effects {
+            shape_matching: Some(ShapeMatching {
+                frequency: Frequency::new(5.0)?,
+                ..ShapeMatching::default()
+            }),
+            ..alone
+        },
+        "regions" => Effects {
+            shape_matching: Some(ShapeMatching {
+                frequency: Frequency::new(5.0)?,
+                region: RegionSize::new(0.5 * member.scale)?,
+                ..ShapeMatching::default()
+            }),
+            ..edges
+        },
         "plasticity" => Effects {
             plasticity: Some(Plasticity {
                 stretch_yield: Yield::new(0.05)?,
@@ -104,12 +119,19 @@ fn effects(member: &Member) -> Result<Effects, TortureError> {
 pub const EFFECTS: Case = Case {
     name: "effects",
     title: "Each of the other effects",
-    about: "A body that carries rubber, struts, pressure, plasticity, a membrane, a weave, isometric bending, a strain limit or tethers is squashed flat (value 0), put into one point (1), shuffled (2) or stretched threefold (3). For 5 s it has no more energy than at first; rubber is itself again then, within 2 %.",
+    about: "A body that carries rubber, struts, pressure, plasticity, shape matching (also of regions of half its size), a membrane, a weave, isometric bending, a strain limit or tethers is squashed flat (value 0), put into one point (1), shuffled (2) or stretched threefold (3). For 5 s it has no more energy than at first; rubber is itself again then, within 2 %.",
     seconds: |_| 5.0,
     family: || {
         let solids = family::variants(
             &members(&[Shape::Cube(3), Shape::Tetrahedron, Shape::Bar(8)]),
-            &["neo_hookean", "struts", "pressure", "plasticity"],
+            &[
+                "neo_hookean",
+                "struts",
+                "pressure",
+                "plasticity",
+                "shape_matching",
+                "regions",
+            ],
         );
         let sheets = family::variants(
             &members(&[Shape::Cloth(10), Shape::Cloth(3)]),

@@ -1,0 +1,135 @@
+//! Shape matching: particles are drawn to where the rest shape would have them.
+
+use super::{Effect, Figures, Parameter, Scale, component, parameter};
+use crate::{
+    simulation::{
+        Active, CurrentSubstep, EffectSystems, Multipliers, Profile, SoftBody, SolvePhase,
+        SolveSchedule, SolverThreads,
+    },
+    solver::{
+        Damping, Effects, Frequency, Leads, Matching, Particles, RegionSize, ShapeMatching,
+        Stitches,
+        advance::{Stage, Stepper},
+        constraint::shape_matching::Place,
+    },
+};
+use bevy::{
+    prelude::*,
+    reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
+};
+use std::sync::Arc;
+
+component!(ShapeMatching);
+impl_reflect!(
+    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
+    #[type_path = "pliant::effect"]
+    struct ShapeMatching {
+        frequency: Frequency,
+        region: RegionSize,
+        damping: Damping,
+    }
+);
+
+impl Effect for ShapeMatching {
+    const NAME: &'static str = "shape_matching";
+    const TITLE: &'static str = "Shape matching";
+    const SUMMARY: &'static str =
+        "Particles are drawn to where the rest shape would have them, as a whole or in regions.";
+    const PARAMETERS: &'static [Parameter<Self>] = &[
+        parameter!(
+            frequency: Frequency, "Frequency", "Hz",
+            "How often a second a deformed body swings about its shape; ∞ is rigid.",
+            (0.1, 100.0), Scale::LogarithmicToInfinity
+        ),
+        parameter!(
+            region: RegionSize, "Region", "m",
+            "Size of the overlapping parts whose shapes are matched: small ones let a body bend; ∞ is the whole body.",
+            (0.01, 10.0), Scale::LogarithmicToInfinity
+        ),
+        parameter!(
+            damping: Damping, "Damping", "s",
+            "The time over which a deformation dies away; 0 is none but the integrator's own.",
+            (1e-4, 1.0), Scale::LogarithmicFromZero
+        ),
+    ];
+
+    type State = ();
+    const IN_PLAN: bool = true;
+
+    fn add_systems(schedules: &mut Schedules) {
+        schedules.add_systems(
+            SolveSchedule,
+            solve
+                .in_set(EffectSystems(Self::NAME))
+                .in_set(SolvePhase::Elastic),
+        );
+    }
+
+    fn when_added() -> Option<Self> {
+        Some(Self::default())
+    }
+
+    fn when_removed(body: &mut EntityWorldMut) {
+        if let Some(mut multipliers) = body.get_mut::<Multipliers>() {
+            multipliers.0.matching = Matching::default();
+        }
+    }
+
+    fn figures(&self, body: &EntityRef, h: f32) -> Figures {
+        let (Some(topology), Some(particles), Some(multipliers)) = (
+            body.get::<SoftBody>(),
+            body.get::<Particles>(),
+            body.get::<Multipliers>(),
+        ) else {
+            return Figures::default();
+        };
+        let h = particles.history.seconds(h.into());
+        let at = || Place::among(&particles.positions);
+        let known = &multipliers.0.matching;
+        let found;
+        // Before the first substep after a change nobody has looked for them.
+        let matching = if known.is_of(topology, self) {
+            known
+        } else {
+            found = Matching::of(topology, self);
+            &found
+        };
+        Figures {
+            elements: matching.regions().count(),
+            energy: Some(matching.energy(topology, self, at())),
+            residual: matching.residual(topology, self, h, at()),
+            ..Figures::default()
+        }
+    }
+}
+
+/// One sweep over the regions of all bodies.
+fn solve(
+    current: Res<CurrentSubstep>,
+    threads: Res<SolverThreads>,
+    mut profile: ResMut<Profile>,
+    mut bodies: Query<(&SoftBody, &mut Particles, &ShapeMatching, &mut Multipliers), Active>,
+) {
+    let means = current.means(&threads);
+    profile.time(ShapeMatching::NAME, || {
+        for (body, mut particles, &effect, mut multipliers) in &mut bodies {
+            let mut stepper = Stepper {
+                topology: &mut Arc::clone(&body.0),
+                particles: &mut particles,
+                effects: &mut Effects {
+                    shape_matching: Some(effect),
+                    ..Effects::default()
+                },
+                lambdas: &mut multipliers.0,
+                leads: &Leads::default(),
+                stitches: &mut Stitches::default(),
+            };
+            let stage = Stage::ShapeMatching;
+            let sweep = stepper.stage(stage, &current.step, current.iteration, &means);
+            debug_assert!(
+                sweep.is_ok(),
+                "only the third stage looks for what is not finite"
+            );
+        }
+    });
+}

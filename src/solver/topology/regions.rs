@@ -1,0 +1,178 @@
+//! Regions: overlapping parts of a body whose shapes are matched.
+//!
+//! A region is what lies within half of its size from its centre, the way going along edges of
+//! elements, and all elements that reach out of that. The first particle is a centre, and so is each
+//! next one that is farther than that from all centres before it. So every element lies within a
+//! region as a whole, and nothing is torn from what is beside it. Ways go along the body, so that two
+//! fingers that are close to each other are not one region.
+
+use super::Topology;
+use std::{cmp::Reverse, collections::BinaryHeap};
+
+/// Regions of a body, and in how many of them each particle is.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Regions {
+    /// Where each begins among the members, and where the last ends.
+    starts: Vec<usize>,
+    /// Particles of all regions, those of each in ascending order.
+    members: Vec<u32>,
+    /// One over the number of regions that a particle is in; 0 without any.
+    shares: Vec<f64>,
+}
+
+impl Regions {
+    /// Regions of the given size [m]; ∞ is one of all particles. Vertices that no element uses are
+    /// in none.
+    #[must_use]
+    pub fn of(topology: &Topology, size: f32) -> Self {
+        let mut regions = Self {
+            starts: vec![0],
+            ..Self::default()
+        };
+        let acts: Vec<bool> = topology.measure().iter().map(|&m| m > 0.0).collect();
+        let particles = || (0..).zip(&acts).filter(|(_, acts)| **acts).map(|(i, _)| i);
+        if size == f32::INFINITY {
+            regions.add(particles().collect());
+        } else {
+            let mut search = Search::of(topology, f64::from(size) / 2.0);
+            for centre in particles() {
+                if !search.reached[centre as usize] {
+                    let mut members = search.around(centre);
+                    members.retain(|&i| acts[i as usize]);
+                    regions.add(members);
+                }
+            }
+        }
+        let mut counts = vec![0_u32; topology.particles()];
+        for &member in &regions.members {
+            counts[member as usize] += 1;
+        }
+        let share = |count: u32| {
+            if count > 0 {
+                1.0 / f64::from(count)
+            } else {
+                0.0
+            }
+        };
+        regions.shares = counts.into_iter().map(share).collect();
+        regions
+    }
+
+    /// A region of one particle has no shape, and is left out.
+    fn add(&mut self, members: Vec<u32>) {
+        if members.len() > 1 {
+            self.members.extend(members);
+            self.starts.push(self.members.len());
+        }
+    }
+
+    /// The particles of each region.
+    pub fn each(&self) -> impl Iterator<Item = &[u32]> + Clone {
+        self.starts
+            .windows(2)
+            .map(|ends| &self.members[ends[0]..ends[1]])
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.starts.len().saturating_sub(1)
+    }
+
+    /// One over the number of regions that each particle is in; 0 without any.
+    #[must_use]
+    pub fn shares(&self) -> &[f64] {
+        &self.shares
+    }
+
+    /// Bytes of memory.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.starts[..])
+            + size_of_val(&self.members[..])
+            + size_of_val(&self.shares[..])
+    }
+}
+
+/// Finds what is near.
+struct Search {
+    /// Where the neighbours of each particle begin, and where the last ones end.
+    starts: Vec<usize>,
+    /// Neighbours and how far they are at rest [m].
+    neighbours: Vec<(u32, f64)>,
+    /// How far to go [m].
+    reach: f64,
+    /// Ways from the centre [m], ∞ where none is known.
+    ways: Vec<f64>,
+    /// Which particles some centre has reached.
+    reached: Vec<bool>,
+}
+
+impl Search {
+    fn of(topology: &Topology, reach: f64) -> Self {
+        let mut pairs = Vec::new();
+        let mut add = |corners: &[u32]| {
+            for &a in corners {
+                let others = corners.iter().filter(|&&b| b != a);
+                pairs.extend(others.map(|&b| (a, b)));
+            }
+        };
+        topology.edges.ends().for_each(|ends| add(&ends));
+        topology
+            .tetrahedra
+            .corners()
+            .for_each(|corners| add(&corners));
+        topology.triangles.iter().for_each(|corners| add(corners));
+        pairs.sort_unstable();
+        pairs.dedup();
+        let count = topology.particles();
+        let mut starts = vec![0; count + 1];
+        for &(a, _) in &pairs {
+            starts[a as usize + 1] += 1;
+        }
+        for i in 1..starts.len() {
+            starts[i] += starts[i - 1];
+        }
+        let at = |i: u32| topology.rest[i as usize].as_dvec3();
+        Self {
+            starts,
+            neighbours: pairs
+                .into_iter()
+                .map(|(a, b)| (b, at(a).distance(at(b))))
+                .collect(),
+            reach,
+            ways: vec![f64::INFINITY; count],
+            reached: vec![false; count],
+        }
+    }
+
+    /// What is within reach of a centre (Dijkstra), and the neighbours of that.
+    fn around(&mut self, centre: u32) -> Vec<u32> {
+        let mut members = vec![centre];
+        let mut open = BinaryHeap::from([Reverse((0.0_f64.to_bits(), centre))]);
+        self.ways[centre as usize] = 0.0;
+        // The bits of numbers that are not negative are in the order of the numbers.
+        while let Some(Reverse((bits, particle))) = open.pop() {
+            let way = f64::from_bits(bits);
+            if way > self.ways[particle as usize] {
+                continue;
+            }
+            self.reached[particle as usize] = true;
+            let own = self.starts[particle as usize]..self.starts[particle as usize + 1];
+            for &(neighbour, length) in &self.neighbours[own] {
+                members.push(neighbour);
+                let through = way + length;
+                if through <= self.reach && through < self.ways[neighbour as usize] {
+                    self.ways[neighbour as usize] = through;
+                    open.push(Reverse((through.to_bits(), neighbour)));
+                }
+            }
+        }
+        members.sort_unstable();
+        members.dedup();
+        for &member in &members {
+            self.ways[member as usize] = f64::INFINITY;
+        }
+        members
+    }
+}
