@@ -8,7 +8,7 @@ use crate::{
         SoftBody, SolvePhase, SolveSchedule, SolverThreads, StepSchedule, StepSystems,
     },
     solver::{
-        Leads, Particles,
+        Direct, Factors, Leads, Particles,
         advance::{Stage, Stepper},
         elastic::Elastic,
         measure,
@@ -89,17 +89,21 @@ fn solve<const N: usize, const M: usize, E: Effect + Elastic<N, M>>(
     current: Res<CurrentSubstep>,
     threads: Res<SolverThreads>,
     mut profile: ResMut<Profile>,
-    mut bodies: Query<(&SoftBody, &mut Particles, &E, &mut Multipliers), Active>,
+    mut bodies: Query<(&SoftBody, &mut Particles, &E, &mut Multipliers, Has<Direct>), Active>,
 ) {
     let means = current.means(&threads);
     profile.time(E::NAME, || {
-        for (body, mut particles, effect, mut multipliers) in &mut bodies {
+        for (body, mut particles, effect, mut multipliers, directly) in &mut bodies {
+            if directly && E::KIND.is_solved_directly() {
+                continue;
+            }
             let mut stepper = Stepper {
                 topology: body,
                 particles: &mut particles,
                 effects: &mut (*effect).into(),
                 lambdas: &mut multipliers.0,
                 leads: &Leads::default(),
+                factors: &mut Factors::default(),
             };
             let stage = Stage::Elastic(E::KIND);
             let sweep = stepper.stage(stage, &current.step, current.iteration, &means);

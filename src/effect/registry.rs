@@ -118,6 +118,11 @@ pub trait Effect: Component<Mutability = Mutable> + Sized {
     fn figures(&self, _body: &EntityRef, _h: f32) -> Figures {
         Figures::default()
     }
+
+    /// What a user should know of the effect on a body that carries it, in a sentence.
+    fn note(&self, _body: &EntityRef) -> Option<&'static str> {
+        None
+    }
 }
 
 /// Everything about an effect that panels, files and commands need.
@@ -145,6 +150,8 @@ pub struct EffectInfo {
     pub remove: fn(&mut EntityWorldMut),
     /// Its figures on a body; `None` if the body does not carry it.
     pub figures: fn(&EntityRef, f32) -> Option<Figures>,
+    /// What a user should know of it on a body, in a sentence.
+    pub note: fn(&EntityRef) -> Option<&'static str>,
     /// Whether its systems are in the schedules now.
     pub runs: bool,
     in_plan: bool,
@@ -194,6 +201,7 @@ impl EffectInfo {
                 body.remove::<E>();
             },
             figures: |body, h| body.get::<E>().map(|effect| effect.figures(body, h)),
+            note: |body| body.get::<E>().and_then(|effect| effect.note(body)),
             runs: false,
             in_plan: E::IN_PLAN,
             add_systems: |schedules| {

@@ -7,7 +7,7 @@ use crate::{
     solver::{
         Body, Collider, Effects, Particles, Pose, Topology, World,
         contact::pose::rotation_degrees,
-        deform, measure,
+        deform, direct, measure,
         numbering::Numbering,
         topology::{Dimension, bounds},
     },
@@ -284,11 +284,21 @@ fn body(
         tethers: spec.effects.tethers,
         struts: spec.effects.struts,
         pressure: spec.effects.pressure,
+        direct: spec.effects.direct,
         grab: None,
         ground: spec.effects.ground,
         sticky_ground: spec.effects.sticky_ground,
         collide: spec.effects.collide,
     };
+    if body.effects.direct.is_some() && direct::work(topology, &body.effects).is_none() {
+        let most = direct::MOST_WORK / 1_000_000;
+        let message = format!(
+            "`direct` would take more than {most} million multiplications a substep for its {} particles; use \
+             fewer cells, or leave `direct` away",
+            topology.particles()
+        );
+        return Err(wrong(spec, message));
+    }
     Ok(body)
 }
 

@@ -5,9 +5,9 @@ use super::{Acceptance, Answer, SceneError, registry, spawn::CurrentScene};
 use crate::{
     mesh::{BuildOptions, Primitive, Treatment},
     solver::{
-        Attract, Bend, Collide, ColliderShape, Deformation, Density, Drag, Ground, IsometricBend,
-        Mass, Membrane, NeoHookean, Path, Pressure, Settings, StickyGround, StrainLimit, Stretch,
-        Struts, Tethers, Uniform, Volume, Vortex, Weave, Wind,
+        Attract, Bend, Collide, ColliderShape, Deformation, Density, Direct, Drag, Ground,
+        IsometricBend, Mass, Membrane, NeoHookean, Path, Pressure, Settings, StickyGround,
+        StrainLimit, Stretch, Struts, Tethers, Uniform, Volume, Vortex, Weave, Wind,
     },
 };
 use glam::{UVec3, Vec3};
@@ -159,6 +159,8 @@ pub struct SceneEffects {
     pub struts: Option<Struts>,
     /// What fills the closed surface pushes at it.
     pub pressure: Option<Pressure>,
+    /// The body is solved directly, not by sweeps.
+    pub direct: Option<Direct>,
     /// A ground with friction and bounce.
     pub ground: Option<Ground>,
     /// A ground that sticks.

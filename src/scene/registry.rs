@@ -31,6 +31,7 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "edges_and_volume",
     "rubber",
     "cantilever",
+    "stiff_beam",
     "squashed",
     "shuffled",
     "mirrored",

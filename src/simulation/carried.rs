@@ -1,9 +1,9 @@
 //! The effects that an entity carries, as the solver has them.
 
 use crate::solver::{
-    Attract, Bend, Collide, Drag, Effects, Grab, Ground, IsometricBend, Membrane, NeoHookean,
-    Pressure, StickyGround, StrainLimit, Stretch, Struts, Tethers, Uniform, Volume, Vortex, Weave,
-    Wind,
+    Attract, Bend, Collide, Direct, Drag, Effects, Grab, Ground, IsometricBend, Membrane,
+    NeoHookean, Pressure, StickyGround, StrainLimit, Stretch, Struts, Tethers, Uniform, Volume,
+    Vortex, Weave, Wind,
 };
 use bevy::{ecs::query::QueryData, prelude::*};
 
@@ -63,6 +63,7 @@ carried! {
     tethers: Tethers,
     struts: Struts,
     pressure: Pressure,
+    direct: Direct,
     grab: Grab,
     ground: Ground,
     sticky_ground: StickyGround,

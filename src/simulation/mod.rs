@@ -20,9 +20,9 @@ pub(crate) mod step;
 
 pub use action::{Action, ActionError, Actions, Applied, NewBody};
 pub use body::{
-    Active, AddedMass, Asleep, BodyDensity, BodyQuarantined, BodySkin, JustRestored, Multipliers,
-    Pins, Places, Quarantined, RestTimer, SceneEntity, SoftBody, SpawnOrder, TetherLeads,
-    TickStart,
+    Active, AddedMass, Asleep, BodyDensity, BodyQuarantined, BodySkin, DirectFactors, JustRestored,
+    Multipliers, Pins, Places, Quarantined, RestTimer, SceneEntity, SoftBody, SpawnOrder,
+    TetherLeads, TickStart,
 };
 pub use clock::{SimulationClock, SubstepTime, Tick};
 pub use ledger::{Energies, EnergyLedger};
@@ -35,6 +35,7 @@ pub use statistics::{Measuring, Statistics, state_hash};
 pub use step::{CurrentSubstep, Sleep, SolverThreads, tick};
 
 pub(crate) use begin::wake_changed;
+pub(crate) use carried::Carried;
 
 use crate::solver::Settings;
 use bevy::{

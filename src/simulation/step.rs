@@ -1,16 +1,16 @@
 //! Stepping: from real time to ticks, from ticks to substeps, from substeps to sweeps.
 
 use super::{
-    Asleep, ContactSchedule, EnergyLedger, Multipliers, Profile, RestTimer, SimulationClock,
-    SimulationSettings, SoftBody, SolveSchedule, SpawnOrder, StepSchedule, SubstepSchedule,
-    SubstepTime, TetherLeads, Tick, TickStart, body::Active, carried::Carried, profile::StageWatch,
-    quarantine::quarantine,
+    Asleep, ContactSchedule, DirectFactors, EnergyLedger, Multipliers, Profile, RestTimer,
+    SimulationClock, SimulationSettings, SoftBody, SolveSchedule, SpawnOrder, StepSchedule,
+    SubstepSchedule, SubstepTime, TetherLeads, Tick, TickStart, body::Active, carried::Carried,
+    profile::StageWatch, quarantine::quarantine,
 };
 use crate::{
     effect,
     solver::{
-        Collider, Effects, Grab, Lambdas, Leads, Ledger, Particles, Settings, SleepSettings,
-        Substep, Threads, Topology,
+        Collider, Effects, Factors, Grab, Lambdas, Leads, Ledger, Particles, Settings,
+        SleepSettings, Substep, Threads, Topology,
         advance::{Means, NotFinite, Stage, Stepper, Watch},
         contact::collider::{Sweep, Swept},
         lanes::Instructions,
@@ -167,6 +167,7 @@ type Stepped = (
     &'static mut Particles,
     &'static mut Multipliers,
     Option<&'static mut TetherLeads>,
+    Option<&'static mut DirectFactors>,
     Carried,
 );
 
@@ -178,6 +179,7 @@ pub(super) struct Job {
     particles: Particles,
     lambdas: Lambdas,
     leads: Leads,
+    factors: Factors,
     effects: Effects,
     ledger: Ledger,
     result: Result<(), NotFinite>,
@@ -270,12 +272,13 @@ fn advance_all(
     jobs.clear();
     let stepped = bodies.iter_mut(world);
     jobs.extend(stepped.map(
-        |(entity, body, mut particles, mut multipliers, leads, carried)| Job {
+        |(entity, body, mut particles, mut multipliers, leads, factors, carried)| Job {
             entity,
             topology: Arc::clone(&body.0),
             particles: take(&mut *particles),
             lambdas: take(&mut multipliers.0),
             leads: leads.map_or_else(Leads::default, |mut leads| take(&mut leads.0)),
+            factors: factors.map_or_else(Factors::default, |mut factors| take(&mut factors.0)),
             effects: carried.effects(),
             ledger: Ledger::default(),
             result: Ok(()),
@@ -303,6 +306,7 @@ fn advance_all(
             effects: &mut job.effects,
             lambdas: &mut job.lambdas,
             leads: &job.leads,
+            factors: &mut job.factors,
         };
         job.result = if booked {
             let books = ledger::advance(&mut stepper, substeps.clone(), &means);
@@ -319,13 +323,16 @@ fn advance_all(
     let passed = Duration::from_secs_f64(h * f64::from(substeps.len() as u32));
     world.resource_mut::<Time<SubstepTime>>().advance_by(passed);
     for job in jobs.drain(..) {
-        if let Ok((_, _, mut particles, mut multipliers, leads, _)) =
+        if let Ok((_, _, mut particles, mut multipliers, leads, factors, _)) =
             bodies.get_mut(world, job.entity)
         {
             *particles = job.particles;
             multipliers.0 = job.lambdas;
             if let Some(mut leads) = leads {
                 leads.0 = job.leads;
+            }
+            if let Some(mut factors) = factors {
+                factors.0 = job.factors;
             }
         }
         if let Some(held) = job.effects.grab
@@ -356,6 +363,7 @@ fn begin_all(world: &mut World, bodies: &mut QueryState<Stepped, Active>, step: 
                     effects: &mut carried.effects(),
                     lambdas: &mut Lambdas::default(),
                     leads: &Leads::default(),
+                    factors: &mut Factors::default(),
                 };
                 stepper.begin(step, &means);
             }
@@ -391,6 +399,7 @@ fn stage_of_all(
             effects: &mut Effects::default(),
             lambdas: &mut Lambdas::default(),
             leads: &Leads::default(),
+            factors: &mut Factors::default(),
         };
         if let Err(error) = stepper.stage(stage, &current.step, current.iteration, &means) {
             failed(entity, error);

@@ -7,8 +7,8 @@
 #![allow(unsafe_code, reason = "pieces are handed out by hand")]
 
 use super::{
-    Collide, Effects, ElasticKind, ForceKind, Lambdas, Leads, Particles, Settings, Substep,
-    Tethers, Threads, Topology,
+    Collide, Effects, ElasticKind, Factors, ForceKind, Lambdas, Leads, Particles, Settings,
+    Substep, Tethers, Threads, Topology,
     bands::Piece,
     constraint::block::Put,
     contact::{
@@ -16,6 +16,7 @@ use super::{
         ground,
     },
     crew::Crew,
+    direct::Given,
     elastic::{Kernels, Work},
     force::Moment,
     lanes::Instructions,
@@ -39,6 +40,8 @@ pub struct Stepper<'a> {
     pub lambdas: &'a mut Lambdas,
     /// Its tethers; none if it has none.
     pub leads: &'a Leads,
+    /// What it is solved with directly, if it is.
+    pub factors: &'a mut Factors,
 }
 
 /// What all bodies are stepped with.
@@ -77,6 +80,8 @@ pub enum Stage {
     Elastic(ElasticKind),
     /// The pressure of what fills the body.
     Pressure,
+    /// All elastic effects that are solved directly.
+    Direct,
     /// Tethers to pins.
     Tethers,
     /// The hold of a hand.
@@ -89,6 +94,9 @@ pub enum Stage {
     Postsolve,
 }
 
+/// What takes part in a sweep before the elastic effects.
+const BEFORE: [Stage; 1] = [Stage::Direct];
+
 /// What takes part in a sweep after the elastic effects.
 const AFTER: [Stage; 3] = [Stage::Pressure, Stage::Tethers, Stage::Grab];
 
@@ -98,14 +106,17 @@ const CONTACTS: [Stage; 2] = [Stage::Ground, Stage::Collide];
 impl Stage {
     /// What takes part in a sweep, in its order: what holds the body together, then hands. Contacts
     /// come after it.
-    const SWEEP: [Self; ElasticKind::COUNT + AFTER.len()] = {
-        let mut all = [Self::Presolve; ElasticKind::COUNT + AFTER.len()];
+    const SWEEP: [Self; BEFORE.len() + ElasticKind::COUNT + AFTER.len()] = {
+        let after = BEFORE.len() + ElasticKind::COUNT;
+        let mut all = [Self::Presolve; BEFORE.len() + ElasticKind::COUNT + AFTER.len()];
         let mut place = 0;
         while place < all.len() {
-            all[place] = if place < ElasticKind::COUNT {
-                Self::Elastic(ElasticKind::ALL[place])
+            all[place] = if place < BEFORE.len() {
+                BEFORE[place]
+            } else if place < after {
+                Self::Elastic(ElasticKind::ALL[place - BEFORE.len()])
             } else {
-                AFTER[place - ElasticKind::COUNT]
+                AFTER[place - after]
             };
             place += 1;
         }
@@ -149,6 +160,7 @@ impl Stage {
             Self::StickyGround => "sticky_ground",
             Self::Elastic(kind) => kind.name(),
             Self::Pressure => "pressure",
+            Self::Direct => "direct",
             Self::Tethers => "tethers",
             Self::Grab => "grab",
             Self::Ground => "ground",
@@ -196,8 +208,9 @@ impl Stage {
             Self::Presolve | Self::Postsolve => true,
             Self::Force(kind) => effects.has_force(kind),
             Self::StickyGround => effects.sticky_ground.is_some(),
-            Self::Elastic(kind) => effects.has(kind),
             Self::Pressure => effects.pressure.is_some(),
+            Self::Elastic(kind) => effects.sweeps(kind),
+            Self::Direct => effects.direct.is_some(),
             Self::Tethers => effects.tethers.is_some(),
             Self::Grab => effects.grab.is_some(),
             Self::Ground => effects.ground.is_some(),
@@ -234,6 +247,9 @@ impl Stage {
                 [first, second, loose, average]
             }
             Self::Pressure => one(Task::Pressure { iteration }, Side::Whole),
+            // Its iterations are its own.
+            Self::Direct if iteration > 0 => [None; 4],
+            Self::Direct => one(Task::Direct { substep }, Side::Whole),
             Self::Tethers => one(Task::Tether, Side::Any),
             Self::Grab => one(Task::Grab { substep, iteration }, Side::Whole),
             Self::Ground => one(Task::Ground, Side::Any),
@@ -558,6 +574,21 @@ impl<'a> Context<'a> {
                     let h = self.compliant;
                     pressure.solve(self.topology, part.positions, walls, h, iteration);
                 }
+            }
+            Task::Direct { substep } => {
+                // SAFETY: the whole body is one piece.
+                let (factors, lambdas) = unsafe { (shared.factors(), shared.all_lambdas()) };
+                factors.solve(Given {
+                    topology: self.topology,
+                    effects: &self.effects,
+                    part,
+                    lambdas,
+                    colliders: self.means.swept.of(substep),
+                    gravity: settings.gravity,
+                    h: self.h,
+                    iterations: settings.iterations.get(),
+                    instructions,
+                });
             }
             Task::Average { sweep, .. } => {
                 if let Some(averaging) = self.any.averaging(sweep) {

@@ -1,8 +1,8 @@
 //! A body without Bevy: topology, particles, and the effects that it carries.
 
 use super::{
-    Attract, Density, Drag, ElasticKind, Lambdas, Load, Mass, Particles, Topology, Uniform, Vortex,
-    Wind,
+    Attract, Density, Direct, Drag, ElasticKind, Factors, Lambdas, Load, Mass, Particles, Topology,
+    Uniform, Vortex, Wind,
     advance::{Means, NotFinite, Solve, Stage, Stepper},
     constraint::{
         bend::Bend,
@@ -61,6 +61,8 @@ pub struct Effects {
     pub struts: Option<Struts>,
     /// What fills the closed surface pushes at it.
     pub pressure: Option<Pressure>,
+    /// The body is solved directly, not by sweeps.
+    pub direct: Option<Direct>,
     /// A hand holds the body.
     pub grab: Option<Grab>,
     /// A ground with friction and bounce.
@@ -72,6 +74,12 @@ pub struct Effects {
 }
 
 impl Effects {
+    /// Whether it is carried, and sweeps go over its constraints.
+    #[must_use]
+    pub fn sweeps(&self, kind: ElasticKind) -> bool {
+        self.has(kind) && (self.direct.is_none() || !kind.is_solved_directly())
+    }
+
     /// How many constraints a body with these effects has.
     #[must_use]
     pub fn constraints(&self, topology: &Topology) -> usize {
@@ -128,6 +136,8 @@ pub struct Body {
     pub lambdas: Lambdas,
     /// Its tethers, if it has them; they follow from its pins when a tick begins.
     pub leads: Leads,
+    /// What it is solved with directly, if it is.
+    pub factors: Factors,
     /// How long it has been still.
     pub rest: RestTimer,
     /// Whether it sleeps.
@@ -154,6 +164,7 @@ impl Body {
             effects: Effects::default(),
             lambdas: Lambdas::default(),
             leads: Leads::default(),
+            factors: Factors::default(),
             rest: RestTimer::default(),
             asleep: false,
             quarantine: None,
@@ -233,6 +244,7 @@ impl Body {
             effects: &mut self.effects,
             lambdas: &mut self.lambdas,
             leads: &self.leads,
+            factors: &mut self.factors,
         }
     }
 

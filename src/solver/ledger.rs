@@ -26,7 +26,7 @@
 //! Rigid effects (α = 0) store nothing, and what they do goes to the sweeps.
 
 use super::{
-    ForceKind, Friction, Lambdas, Particles, Substep,
+    Factors, ForceKind, Friction, Lambdas, Particles, Substep,
     advance::{Means, NotFinite, Solve, Stage, Stepper},
     elastic::{Elastic, Visit},
 };
@@ -346,6 +346,7 @@ impl Book {
                 effects: &mut effects,
                 lambdas: &mut Lambdas::default(),
                 leads: body.leads,
+                factors: &mut Factors::default(),
             };
             without.stage(stage, step, iteration, means)?;
         }

@@ -19,6 +19,7 @@ pub fn solver_bytes(bodies: &[Body]) -> usize {
                 + body.tick_start.len() * size_of::<Vec4>()
                 + body.leads.bytes()
                 + body.lambdas.bytes()
+                + body.factors.bytes()
         })
         .sum()
 }

@@ -40,6 +40,8 @@ pub(super) enum Task {
     },
     /// The pressure of what fills the body: sweep number so-and-so.
     Pressure { iteration: u32 },
+    /// What else elastic effects do, as one system.
+    Direct { substep: u32 },
     /// Every particle goes to the mean of where the constraints of an effect would have it.
     Average { kind: ElasticKind, sweep: u32 },
     /// Tethers to pins.
@@ -60,6 +62,7 @@ impl Task {
             Self::Fade | Self::Begin => Stage::Presolve,
             Self::Stick => Stage::StickyGround,
             Self::Pressure { .. } => Stage::Pressure,
+            Self::Direct { .. } => Stage::Direct,
             Self::Elastic { kind, .. } | Self::Average { kind, .. } => Stage::Elastic(kind),
             Self::Tether => Stage::Tethers,
             Self::Grab { .. } => Stage::Grab,

@@ -7,7 +7,7 @@
 )]
 
 use super::{
-    ElasticKind,
+    ElasticKind, Factors,
     advance::Stepper,
     bands::Piece,
     constraint::{grab::Grab, pressure::Walls},
@@ -31,6 +31,7 @@ pub(super) struct Shared<'a> {
     sums: (*mut Vec4, usize),
     grab: *mut Option<Grab>,
     walls: *mut Walls,
+    factors: *mut Factors,
     touched: AtomicBool,
     lives: PhantomData<&'a mut ()>,
 }
@@ -69,6 +70,7 @@ impl<'a> Shared<'a> {
             lambdas: body.lambdas.columns().each_mut().map(column),
             grab: &raw mut body.effects.grab,
             walls: &raw mut body.lambdas.walls,
+            factors: &raw mut *body.factors,
             touched: AtomicBool::new(false),
             lives: PhantomData,
         }
@@ -106,6 +108,17 @@ impl<'a> Shared<'a> {
     pub unsafe fn lambdas(&self, kind: ElasticKind, range: Range<usize>) -> &mut [f32] {
         // SAFETY: the caller's promise.
         unsafe { self.lambdas[kind as usize].part(range) }
+    }
+
+    /// All multipliers, effect by effect; empty where they are not kept.
+    ///
+    /// # Safety
+    /// As long as they live, nobody else asks for any.
+    pub unsafe fn all_lambdas(&self) -> [&mut [f32]; ElasticKind::COUNT] {
+        // SAFETY: the caller's promise.
+        self.lambdas
+            .each_ref()
+            .map(|column| unsafe { column.part(0..column.len) })
     }
 
     /// A contact was made, or not.
@@ -154,6 +167,15 @@ impl<'a> Shared<'a> {
     pub unsafe fn walls(&self) -> &mut Walls {
         // SAFETY: borrowed by `new`; theirs alone by the caller's promise.
         unsafe { &mut *self.walls }
+    }
+
+    /// What it is solved with directly.
+    ///
+    /// # Safety
+    /// As long as it lives, nobody else asks for it.
+    pub unsafe fn factors(&self) -> &mut Factors {
+        // SAFETY: borrowed by `new`; theirs alone by the caller's promise.
+        unsafe { &mut *self.factors }
     }
 }
 

@@ -50,6 +50,8 @@ impl StoredBody {
             lambdas: _,
             // They follow from the pins.
             leads: _,
+            // They begin anew in each substep.
+            factors: _,
             rest,
             asleep,
             quarantine,

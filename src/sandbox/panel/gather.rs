@@ -181,6 +181,9 @@ fn effect(world: &World, info: &EffectInfo, bodies: &[Entity], shown: &[Entity])
         carriers_shown: carriers.len(),
         elements: 0,
         share: None,
+        note: carriers
+            .iter()
+            .find_map(|body| (info.note)(&world.entity(*body))),
         delivered: None,
         overpressure: None,
         switchable: info.insert_default.is_some(),

@@ -1,0 +1,89 @@
+//! Direct solution: all that holds a body together is solved as one system, not by sweeps.
+
+use super::{Effect, Parameter, component};
+use crate::{
+    simulation::{
+        Active, Carried, CurrentSubstep, DirectFactors, EffectSystems, Multipliers, Profile,
+        SoftBody, SolvePhase, SolveSchedule, SolverThreads,
+    },
+    solver::{
+        Direct, Leads, Particles,
+        advance::{Stage, Stepper},
+    },
+};
+use bevy::{
+    prelude::*,
+    reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
+};
+
+component!(Direct);
+impl_reflect!(
+    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
+    #[type_path = "pliant::effect"]
+    struct Direct {}
+);
+
+impl Effect for Direct {
+    const NAME: &'static str = "direct";
+    const TITLE: &'static str = "Direct solution";
+    const SUMMARY: &'static str = "Solves all that holds the body together as one system, for slender \
+                                   and stiff bodies that sweeps leave too soft.";
+    const PARAMETERS: &'static [Parameter<Self>] = &[];
+
+    type State = DirectFactors;
+    const IN_PLAN: bool = true;
+
+    fn add_systems(schedules: &mut Schedules) {
+        schedules.add_systems(
+            SolveSchedule,
+            solve
+                .in_set(EffectSystems(Self::NAME))
+                .in_set(SolvePhase::Elastic),
+        );
+    }
+
+    fn when_added() -> Option<Self> {
+        Some(Self::default())
+    }
+
+    fn note(&self, body: &EntityRef) -> Option<&'static str> {
+        body.get::<DirectFactors>()
+            .and_then(|factors| factors.0.done().why_swept())
+    }
+}
+
+/// The elastic effects of every body that is solved directly.
+fn solve(
+    current: Res<CurrentSubstep>,
+    threads: Res<SolverThreads>,
+    mut profile: ResMut<Profile>,
+    mut bodies: Query<
+        (
+            &SoftBody,
+            &mut Particles,
+            &mut Multipliers,
+            &mut DirectFactors,
+            Carried,
+        ),
+        (Active, With<Direct>),
+    >,
+) {
+    let means = current.means(&threads);
+    profile.time(Direct::NAME, || {
+        for (body, mut particles, mut multipliers, mut factors, carried) in &mut bodies {
+            let mut stepper = Stepper {
+                topology: body,
+                particles: &mut particles,
+                effects: &mut carried.effects(),
+                lambdas: &mut multipliers.0,
+                leads: &Leads::default(),
+                factors: &mut factors.0,
+            };
+            let solved = stepper.stage(Stage::Direct, &current.step, current.iteration, &means);
+            debug_assert!(
+                solved.is_ok(),
+                "only the third stage looks for what is not finite"
+            );
+        }
+    });
+}
