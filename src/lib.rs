@@ -71,7 +71,7 @@
 //! | [`Struts`](effect::Struts) | C = ‖x₁−x₀‖−L₀ on springs through the body [m] | compliance m/N, damping s |
 //! | [`StrainLimit`](effect::StrainLimit) | C = ‖x₁−x₀‖−(1+limit)L₀ ≤ 0 on edges [m] | limit |
 //! | [`Pressure`](effect::Pressure) | p = K(fV₀/V−1) within a closed surface [Pa] | filling f, bulk modulus K Pa |
-//! | [`Direct`](effect::Direct) | all that holds a body together, solved as one system instead of by sweeps | |
+//! | [`Direct`](effect::Direct) | edges, hinges, triangles and tetrahedra solved as one system instead of by sweeps | |
 //! | [`Tethers`](effect::Tethers) | no particle farther from its nearest pin than at rest | slack |
 //! | [`Grab`](effect::Grab) | a hand's spring, only while it holds | compliance m/N, strength N |
 //! | [`Ground`](effect::Ground) | a level ground | height m, friction, restitution |

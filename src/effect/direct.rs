@@ -4,11 +4,12 @@ use super::{Effect, Parameter, component};
 use crate::{
     simulation::{
         Active, Carried, CurrentSubstep, DirectFactors, EffectSystems, Multipliers, Profile,
-        SoftBody, SolvePhase, SolveSchedule, SolverThreads,
+        SoftBody, SolvePhase, SolveSchedule, SolverThreads, plain,
     },
     solver::{
-        Direct, Leads, Particles,
+        Direct, Leads, NeoHookean, Particles, Settings,
         advance::{Stage, Stepper},
+        direct,
     },
 };
 use bevy::{
@@ -46,9 +47,20 @@ impl Effect for Direct {
         Some(Self::default())
     }
 
-    fn note(&self, body: &EntityRef) -> Option<&'static str> {
-        body.get::<DirectFactors>()
-            .and_then(|factors| factors.0.done().why_swept())
+    fn unfit(body: &EntityRef, settings: &Settings) -> Option<String> {
+        let topology = &body.get::<SoftBody>()?.0;
+        let effects = plain::effects(*body);
+        direct::unfit(topology, &effects, settings.method).map(|reason| reason.to_string())
+    }
+
+    fn note(&self, body: &EntityRef, settings: &Settings) -> Option<&'static str> {
+        if !settings.method.has_direct() {
+            return Some("Swept, not solved: only XPBD is solved directly.");
+        }
+        if body.contains::<NeoHookean>() {
+            return Some("Neo-Hookean tetrahedra are swept, not solved.");
+        }
+        body.get::<DirectFactors>()?.0.done().why_swept()
     }
 }
 

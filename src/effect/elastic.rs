@@ -92,9 +92,10 @@ fn solve<const N: usize, const M: usize, E: Effect + Elastic<N, M>>(
     mut bodies: Query<(&SoftBody, &mut Particles, &E, &mut Multipliers, Has<Direct>), Active>,
 ) {
     let means = current.means(&threads);
+    let solved_directly = E::KIND.is_solved_directly() && current.step.method.has_direct();
     profile.time(E::NAME, || {
         for (body, mut particles, effect, mut multipliers, directly) in &mut bodies {
-            if directly && E::KIND.is_solved_directly() {
+            if directly && solved_directly {
                 continue;
             }
             let mut stepper = Stepper {

@@ -91,7 +91,18 @@ impl Scene {
             } else {
                 format!("{} {}", spec.name, number + 1)
             };
-            built.world.bodies.push(body(spec, name, &topology, place)?);
+            let body = body(spec, name, &topology, place)?;
+            if number == 0
+                && body.effects.direct.is_some()
+                && let Some(reason) =
+                    direct::unfit(&topology, &body.effects, built.world.settings.method)
+            {
+                return Err(wrong(
+                    spec,
+                    format!("it cannot be solved directly: {reason}"),
+                ));
+            }
+            built.world.bodies.push(body);
             built.skins.push(skin.clone());
             built.looks.push(look);
         }
@@ -290,15 +301,6 @@ fn body(
         sticky_ground: spec.effects.sticky_ground,
         collide: spec.effects.collide,
     };
-    if body.effects.direct.is_some() && direct::work(topology, &body.effects).is_none() {
-        let most = direct::MOST_WORK / 1_000_000;
-        let message = format!(
-            "`direct` would take more than {most} million multiplications a substep for its {} particles; use \
-             fewer cells, or leave `direct` away",
-            topology.particles()
-        );
-        return Err(wrong(spec, message));
-    }
     Ok(body)
 }
 

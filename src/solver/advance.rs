@@ -7,7 +7,7 @@
 #![allow(unsafe_code, reason = "pieces are handed out by hand")]
 
 use super::{
-    Collide, Effects, ElasticKind, Factors, ForceKind, Lambdas, Leads, Particles, Settings,
+    Collide, Effects, ElasticKind, Factors, ForceKind, Lambdas, Leads, Method, Particles, Settings,
     Substep, Tethers, Threads, Topology,
     bands::Piece,
     constraint::block::Put,
@@ -178,12 +178,13 @@ pub(super) struct Solve {
 }
 
 impl Solve {
-    /// Of a body that carries these effects.
-    pub fn of(effects: &Effects) -> Self {
-        let mut present = Stage::SWEEP.into_iter().filter(|stage| stage.acts(effects));
+    /// Of a body that carries these effects, by a method.
+    pub fn of(effects: &Effects, method: Method) -> Self {
+        let acts = |stage: &Stage| stage.acts(effects, method);
+        let mut present = Stage::SWEEP.into_iter().filter(acts);
         Self {
             sweep: std::array::from_fn(|_| present.next()),
-            contacts: CONTACTS.map(|stage| stage.acts(effects).then_some(stage)),
+            contacts: CONTACTS.map(|stage| acts(&stage).then_some(stage)),
         }
     }
 
@@ -202,15 +203,15 @@ impl Solve {
 type Tasks = iter::Flatten<std::array::IntoIter<Option<(Task, Side)>, 4>>;
 
 impl Stage {
-    /// Whether it does anything to a body that carries these effects.
-    fn acts(self, effects: &Effects) -> bool {
+    /// Whether it does anything to a body that carries these effects, by a method.
+    fn acts(self, effects: &Effects, method: Method) -> bool {
         match self {
             Self::Presolve | Self::Postsolve => true,
             Self::Force(kind) => effects.has_force(kind),
             Self::StickyGround => effects.sticky_ground.is_some(),
             Self::Pressure => effects.pressure.is_some(),
-            Self::Elastic(kind) => effects.sweeps(kind),
-            Self::Direct => effects.direct.is_some(),
+            Self::Elastic(kind) => effects.sweeps(kind, method),
+            Self::Direct => effects.is_direct(method),
             Self::Tethers => effects.tethers.is_some(),
             Self::Grab => effects.grab.is_some(),
             Self::Ground => effects.ground.is_some(),
@@ -230,7 +231,7 @@ impl Stage {
         let substep = step.index;
         let one = |task, side| [Some((task, side)), None, None, None];
         match self {
-            _ if !self.acts(effects) => [None; 4],
+            _ if !self.acts(effects, step.method) => [None; 4],
             Self::Force(kind) => one(Task::Force { kind, substep }, Side::Whole),
             Self::Presolve if step.method.keeps_speed().is_some() => {
                 let tasks = [Task::Fade, Task::Begin].map(|task| Some((task, Side::Any)));
@@ -247,9 +248,9 @@ impl Stage {
                 [first, second, loose, average]
             }
             Self::Pressure => one(Task::Pressure { iteration }, Side::Whole),
-            // Its iterations are its own.
-            Self::Direct if iteration > 0 => [None; 4],
-            Self::Direct => one(Task::Direct { substep }, Side::Whole),
+            // There is nothing to smooth.
+            Self::Direct if iteration >= step.iterations => [None; 4],
+            Self::Direct => one(Task::Direct { iteration }, Side::Whole),
             Self::Tethers => one(Task::Tether, Side::Any),
             Self::Grab => one(Task::Grab { substep, iteration }, Side::Whole),
             Self::Ground => one(Task::Ground, Side::Any),
@@ -339,7 +340,7 @@ impl Stepper<'_> {
         let averages = any.averaging(any.sweeps() - 1).is_some();
         self.lambdas
             .make_sums(if averages { topology.particles() } else { 0 });
-        let solve = Solve::of(&effects);
+        let solve = Solve::of(&effects, settings.method);
         let first = substeps.start;
         let mut forces = ForceKind::ALL
             .into_iter()
@@ -575,7 +576,7 @@ impl<'a> Context<'a> {
                     pressure.solve(self.topology, part.positions, walls, h, iteration);
                 }
             }
-            Task::Direct { substep } => {
+            Task::Direct { iteration } => {
                 // SAFETY: the whole body is one piece.
                 let (factors, lambdas) = unsafe { (shared.factors(), shared.all_lambdas()) };
                 factors.solve(Given {
@@ -583,10 +584,8 @@ impl<'a> Context<'a> {
                     effects: &self.effects,
                     part,
                     lambdas,
-                    colliders: self.means.swept.of(substep),
-                    gravity: settings.gravity,
                     h: self.h,
-                    iterations: settings.iterations.get(),
+                    iteration: (iteration, settings.iterations.get()),
                     instructions,
                 });
             }

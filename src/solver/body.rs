@@ -1,8 +1,8 @@
 //! A body without Bevy: topology, particles, and the effects that it carries.
 
 use super::{
-    Attract, Density, Direct, Drag, ElasticKind, Factors, Lambdas, Load, Mass, Particles, Topology,
-    Uniform, Vortex, Wind,
+    Attract, Density, Direct, Drag, ElasticKind, Factors, Lambdas, Load, Mass, Method, Particles,
+    Topology, Uniform, Vortex, Wind,
     advance::{Means, NotFinite, Solve, Stage, Stepper},
     constraint::{
         bend::Bend,
@@ -74,10 +74,16 @@ pub struct Effects {
 }
 
 impl Effects {
-    /// Whether it is carried, and sweeps go over its constraints.
+    /// Whether it is carried, and sweeps of a method go over its constraints.
     #[must_use]
-    pub fn sweeps(&self, kind: ElasticKind) -> bool {
-        self.has(kind) && (self.direct.is_none() || !kind.is_solved_directly())
+    pub fn sweeps(&self, kind: ElasticKind, method: Method) -> bool {
+        self.has(kind) && !(self.is_direct(method) && kind.is_solved_directly())
+    }
+
+    /// Whether the body is solved directly in a world of this method.
+    #[must_use]
+    pub fn is_direct(&self, method: Method) -> bool {
+        self.direct.is_some() && method.has_direct()
     }
 
     /// How many constraints a body with these effects has.
@@ -305,7 +311,7 @@ impl Body {
         if let Some(found) = spoilt_by(Stage::Presolve.name(), &again) {
             return found;
         }
-        for (stage, iteration) in Solve::of(&self.effects).stages(step) {
+        for (stage, iteration) in Solve::of(&self.effects, step.method).stages(step) {
             // Only the last stage looks for what is not finite.
             let _ = again.stepper().stage(stage, &step, iteration, means);
             if let Some(found) = spoilt_by(stage.name(), &again) {

@@ -257,7 +257,7 @@ impl Book {
         body.stage(Stage::Presolve, step, 0, means)?;
         self.begin(body.particles);
         self.contact(body, Stage::StickyGround, step, 0, means)?;
-        for (stage, iteration) in Solve::of(body.effects).stages(*step) {
+        for (stage, iteration) in Solve::of(body.effects, step.method).stages(*step) {
             if matches!(stage, Stage::Ground | Stage::Collide) {
                 self.contact(body, stage, step, iteration, means)?;
                 continue;

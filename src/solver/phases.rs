@@ -40,8 +40,8 @@ pub(super) enum Task {
     },
     /// The pressure of what fills the body: sweep number so-and-so.
     Pressure { iteration: u32 },
-    /// What else elastic effects do, as one system.
-    Direct { substep: u32 },
+    /// What elastic effects do as one system: iteration number so-and-so.
+    Direct { iteration: u32 },
     /// Every particle goes to the mean of where the constraints of an effect would have it.
     Average { kind: ElasticKind, sweep: u32 },
     /// Tethers to pins.

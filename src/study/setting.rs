@@ -49,8 +49,9 @@ impl Method {
                 }
             }
             Self::Direct => {
+                let method = world.settings.method;
                 let bodies = world.bodies.iter_mut();
-                for body in bodies.filter(|body| can_be_direct(body)) {
+                for body in bodies.filter(|body| can_be_direct(body, method)) {
                     body.effects.direct = Some(Direct {});
                 }
             }
@@ -63,7 +64,10 @@ impl Method {
         match self {
             Self::Xpbd => false,
             Self::Pbd => world.settings.method == solver::Method::Xpbd && !all_rigid(world),
-            Self::Direct => world.bodies.iter().any(can_be_direct),
+            Self::Direct => {
+                let method = world.settings.method;
+                world.bodies.iter().any(|body| can_be_direct(body, method))
+            }
         }
     }
 }
@@ -95,9 +99,9 @@ fn all_rigid(world: &World) -> bool {
     rigid.0
 }
 
-/// Whether a body is slender, and not too large to be solved directly.
-fn can_be_direct(body: &Body) -> bool {
-    is_slender(body) && direct::work(&body.topology, &body.effects).is_some()
+/// Whether a body is slender, and fit to be solved directly.
+fn can_be_direct(body: &Body, method: solver::Method) -> bool {
+    is_slender(body) && direct::unfit(&body.topology, &body.effects, method).is_none()
 }
 
 /// Whether a body is a solid at least four times as long as thick.

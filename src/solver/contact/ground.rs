@@ -52,7 +52,13 @@ pub fn solve(particles: Part, ground: &Ground, h: f32, gravity: Vec3) -> bool {
         .zip(particles.velocities.iter());
     for ((x, p), v) in state {
         if x.y < ground.height && x.w > 0.0 {
-            let surface = surface(ground, p.y, h, response.bounces(v.y));
+            let below = ground.height - p.y;
+            // One that bounces has had its previous position moved below by an earlier sweep.
+            let surface = if below > 0.0 && !response.bounces(v.y) {
+                ground.height - below * (1.0 - (h / UP_OVER).min(1.0))
+            } else {
+                ground.height
+            };
             let depth = surface - x.y;
             if depth > 0.0 {
                 response.apply(x, p, v.truncate(), Vec3::Y, depth, Vec3::ZERO);
@@ -62,17 +68,6 @@ pub fn solve(particles: Part, ground: &Ground, h: f32, gravity: Vec3) -> bool {
         }
     }
     touched
-}
-
-/// How high a particle comes up at least that began the substep at `from` [m]. One that bounces has had
-/// its previous position moved below by an earlier sweep.
-pub(in crate::solver) fn surface(ground: &Ground, from: f32, h: f32, bounces: bool) -> f32 {
-    let below = ground.height - from;
-    if below > 0.0 && !bounces {
-        ground.height - below * (1.0 - (h / UP_OVER).min(1.0))
-    } else {
-        ground.height
-    }
 }
 
 /// In the first stage, after the prediction: a particle below ground goes back to where it was,

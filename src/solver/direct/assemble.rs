@@ -18,25 +18,66 @@ const FLOOR: f64 = 1e-8;
 /// as long as at rest, a tetrahedron nearly flat.
 const FAR: f64 = 0.75;
 
+/// In what is minimised a row is at least as soft as this share of Σ w‖∇C‖². As stiff as it is, a rigid
+/// edge that turns would forbid all but the smallest steps, by what it is stretched in second order.
+const SOFTENED: f64 = 1e-2;
+
+/// An equation at the last assembly.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Kept {
+    /// (C + α̃λ + γ∇C·(x − p))/α'; 0, as all else, of what has no gradient.
+    residual: f64,
+    /// (1 + γ)/α'.
+    stiffness: f64,
+    /// C and γ(∇C·(x − p))².
+    error: f64,
+    lost: f64,
+    /// α̃, and what it is taken to be in what is minimised.
+    alpha: f64,
+    softened: f64,
+}
+
+impl Kept {
+    /// ½ (C − (α − α̃)λ)²/α and what damping adds, α being the softened one: an augmented Lagrangian, to
+    /// which the solution is a minimum with the λ of the solution.
+    fn merit(&self, error: f64, lost: f64, lambda: f64) -> f64 {
+        let off = error - (self.softened - self.alpha) * lambda;
+        if self.softened > 0.0 {
+            0.5 * (off * off + lost) / self.softened
+        } else {
+            0.0
+        }
+    }
+}
+
 /// The equations of one effect, as they were at the last assembly.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Column {
     /// The block of each pair of corners of each element.
     slots: Vec<u32>,
-    /// Of each equation: (C + α̃λ + γ∇C·(x − p))/α', (1 + γ)/α', and ∇C for each corner.
-    rows: Vec<(f64, f64)>,
+    /// Each equation, and its ∇C for each corner.
+    rows: Vec<Kept>,
     gradients: Vec<DVec3>,
     /// λ of each equation.
     pub lambdas: Vec<f64>,
-    /// What each edge pulls with, times h²; not used for others.
-    tensions: Vec<f64>,
+    /// λ after a whole step.
+    next: Vec<f64>,
+    /// What each edge or strut pulls with, times h², and its length [m]; not used for others.
+    tensions: Vec<(f64, f64)>,
 }
 
 impl Column {
     /// Before the first step of a substep: λ and tensions are 0.
     pub fn begin(&mut self) {
         self.lambdas.fill(0.0);
-        self.tensions.fill(0.0);
+        self.tensions.fill((0.0, 0.0));
+    }
+
+    /// Brings λ in line with a share of the step.
+    pub fn advance(&mut self, share: f64) {
+        for (lambda, next) in self.lambdas.iter_mut().zip(&self.next) {
+            *lambda += (next - *lambda) * share;
+        }
     }
 
     /// Bytes of memory.
@@ -45,6 +86,7 @@ impl Column {
             + size_of_val(&self.rows[..])
             + size_of_val(&self.gradients[..])
             + size_of_val(&self.lambdas[..])
+            + size_of_val(&self.next[..])
             + size_of_val(&self.tensions[..])
     }
 }
@@ -93,10 +135,11 @@ impl Visit for Prepare<'_> {
         column
             .slots
             .extend(pairs.map(|(a, b)| self.plan.block(place(a), place(b))));
-        column.rows = vec![(0.0, 0.0); count * M];
+        column.rows = vec![Kept::default(); count * M];
         column.gradients = vec![DVec3::ZERO; count * M * N];
         column.lambdas = vec![0.0; count * M];
-        column.tensions = vec![0.0; if N == 2 { count } else { 0 }];
+        column.next = vec![0.0; count * M];
+        column.tensions = vec![(0.0, 0.0); if N == 2 { count } else { 0 }];
     }
 }
 
@@ -139,8 +182,6 @@ pub(super) struct Assemble<'a> {
     pub matrix: &'a mut Matrix,
     /// M Δx, by the place of the particle.
     pub right: &'a mut [DVec3],
-    /// What [`Merit`] would find here.
-    pub merit: f64,
     /// Whether the body is far from its rest shape.
     pub far: bool,
 }
@@ -159,6 +200,7 @@ impl Visit for Assemble<'_> {
             gradients,
             lambdas,
             tensions,
+            ..
         } = &mut self.columns[E::KIND as usize];
         let elements = E::elements(places.topology).corners().enumerate();
         let pairs = N * (N - 1) / 2;
@@ -172,33 +214,33 @@ impl Visit for Assemble<'_> {
                 let weight: f64 = weights.map(|(g, point)| point.w * g.length_squared()).sum();
                 let alpha = row.compliance / (h * h);
                 let used = alpha.max(FLOOR * weight.max(row.least));
-                kept[number] = (0.0, 0.0);
+                kept[number] = Kept::default();
                 let sound = used > 0.0 && weight > 0.0;
                 if !sound {
                     continue;
                 }
                 self.far |= judged && row.error.abs() > FAR * row.scale.abs();
                 let lambda = lambdas[number];
-                let (off, moved) = (
-                    row.error - (used - alpha) * lambda,
-                    places.moved(corners, row),
-                );
-                self.merit += 0.5 * (off * off + gamma * moved * moved) / used;
+                let moved = places.moved(corners, row);
                 let residual = (row.error + alpha * lambda + gamma * moved) / used;
                 let stiffness = (1.0 + gamma) / used;
-                kept[number] = (residual, stiffness);
-                gradients[number * N..][..N].copy_from_slice(&row.gradients);
-                let taut = match tensions.get(index) {
-                    Some(tension) => {
-                        let length = points[0].x.distance(points[N - 1].x);
-                        if length > 0.0 {
-                            (tension / length).clamp(0.0, stiffness)
-                        } else {
-                            0.0
-                        }
-                    }
-                    None => 0.0,
+                kept[number] = Kept {
+                    residual,
+                    stiffness,
+                    error: row.error,
+                    lost: gamma * moved * moved,
+                    alpha,
+                    softened: used.max(SOFTENED * weight),
                 };
+                gradients[number * N..][..N].copy_from_slice(&row.gradients);
+                let taut = tensions.get_mut(index).map_or(0.0, |(tension, length)| {
+                    *length = points[0].x.distance(points[N - 1].x);
+                    if *length > 0.0 {
+                        (*tension / *length).clamp(0.0, stiffness)
+                    } else {
+                        0.0
+                    }
+                });
                 let (force, along) = (lambda - residual, stiffness - taut);
                 let mut slot = 0;
                 for i in 0..N {
@@ -226,7 +268,55 @@ impl Visit for Assemble<'_> {
     }
 }
 
-/// Adds up ½ (C − (α' − α̃)λ)²/α' and what damping adds, at x, with the α' of the last assembly.
+/// Finds λ after a whole step Δx.
+pub(super) struct Foresee<'a> {
+    pub topology: &'a Topology,
+    pub plan: &'a Plan,
+    pub columns: &'a mut Columns,
+    /// By the place of the particle [m].
+    pub step: &'a [DVec3],
+    /// Inverse masses [1/kg].
+    pub w: &'a [f64],
+    /// Adds up what [`Merit`] would find before the step.
+    pub sum: f64,
+    /// Whether an edge pulls so much more than was reckoned with that it matters.
+    pub tighter: bool,
+}
+
+impl Visit for Foresee<'_> {
+    fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, _: &E) {
+        if !E::KIND.is_solved_directly() {
+            return;
+        }
+        let Column {
+            rows,
+            gradients,
+            lambdas,
+            next,
+            tensions,
+            ..
+        } = &mut self.columns[E::KIND as usize];
+        let elements = E::elements(self.topology).corners().enumerate();
+        for (index, corners) in elements {
+            let steps = corners.map(|i| self.step[self.plan.place[i as usize] as usize]);
+            for number in index * M..(index + 1) * M {
+                let kept = &rows[number];
+                let both = gradients[number * N..].iter().zip(steps);
+                let moved: f64 = both.map(|(g, step)| g.dot(step)).sum();
+                next[number] = lambdas[number] - (kept.residual + kept.stiffness * moved);
+                self.sum += kept.merit(kept.error, kept.lost, next[number]);
+            }
+            if let Some((tension, length)) = tensions.get_mut(index) {
+                let now = (-next[index]).max(0.0);
+                let weight: f64 = corners.iter().map(|&i| self.w[i as usize]).sum();
+                self.tighter |= (now - *tension) * weight > *length;
+                *tension = now;
+            }
+        }
+    }
+}
+
+/// Adds up what is minimised at x, with the λ that was foreseen.
 pub(super) struct Merit<'a> {
     pub places: Places<'a>,
     pub columns: &'a Columns,
@@ -239,66 +329,16 @@ impl Visit for Merit<'_> {
             return;
         }
         let places = self.places;
-        let (h, gamma) = (places.h, f64::from(effect.damping().get()) / places.h);
-        let column = &self.columns[E::KIND as usize];
+        let gamma = f64::from(effect.damping().get()) / places.h;
+        let Column {
+            rows: kept, next, ..
+        } = &self.columns[E::KIND as usize];
         let elements = E::elements(places.topology).corners().enumerate();
         for (index, corners) in elements {
             let rows = effect.rows(places.topology, index, places.points(corners));
             for (number, row) in (index * M..).zip(&rows) {
-                let stiffness = column.rows[number].1;
-                if stiffness > 0.0 {
-                    let used = (1.0 + gamma) / stiffness;
-                    let alpha = row.compliance / (h * h);
-                    let off = row.error - (used - alpha) * column.lambdas[number];
-                    let moved = places.moved(corners, row);
-                    self.sum += 0.5 * (off * off + gamma * moved * moved) / used;
-                }
-            }
-        }
-    }
-}
-
-/// Brings λ in line with a share of the step Δx.
-pub(super) struct Advance<'a> {
-    pub topology: &'a Topology,
-    pub plan: &'a Plan,
-    pub columns: &'a mut Columns,
-    /// By the place of the particle [m].
-    pub step: &'a [DVec3],
-    pub share: f64,
-    /// Inverse masses [1/kg].
-    pub w: &'a [f64],
-    /// Whether an edge pulls so much more than was reckoned with that another step is needed.
-    pub tighter: bool,
-}
-
-impl Visit for Advance<'_> {
-    fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, _: &E) {
-        if !E::KIND.is_solved_directly() {
-            return;
-        }
-        let Column {
-            rows,
-            gradients,
-            lambdas,
-            tensions,
-            ..
-        } = &mut self.columns[E::KIND as usize];
-        let elements = E::elements(self.topology).corners().enumerate();
-        for (index, corners) in elements {
-            let steps = corners.map(|i| self.step[self.plan.place[i as usize] as usize]);
-            for number in index * M..(index + 1) * M {
-                let (residual, stiffness) = rows[number];
-                let both = gradients[number * N..].iter().zip(steps);
-                let moved: f64 = both.map(|(g, step)| g.dot(step)).sum();
-                lambdas[number] -= (residual + stiffness * moved) * self.share;
-            }
-            if let Some(tension) = tensions.get_mut(index) {
-                let now = (-lambdas[index]).max(0.0);
-                let weight: f64 = corners.iter().map(|&i| self.w[i as usize]).sum();
-                let length = f64::from(self.topology.edges.rest_length[index]);
-                self.tighter |= (now - *tension) * weight > length;
-                *tension = now;
+                let moved = places.moved(corners, row);
+                self.sum += kept[number].merit(row.error, gamma * moved * moved, next[number]);
             }
         }
     }

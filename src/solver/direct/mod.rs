@@ -10,39 +10,40 @@
 //!
 //! (M + Σ (1 + γ)/α' ∇Cᵀ∇C) Δx = M (y − x) + Σ ∇Cᵀ (λ − (C + α̃λ + γ∇C·(x − p))/α'),
 //!
-//! that a sparse Cholesky factorization solves to the end, anew in every substep. α' is α̃, but never
+//! that a sparse Cholesky factorization solves to the end, anew in every iteration. α' is α̃, but never
 //! less than a small share of Σ w‖∇C‖², so that what is rigid is stiff enough and still has digits.
 //! Everything is in `f64` and starts from nothing, so that no state outlives the substep.
 //!
 //! - An edge under tension also resists being turned, with force over length; without that a light
-//!   rope under a heavy weight flutters. Where that matters, a second step is taken that knows the
-//!   tensions of the first.
-//! - **Contacts** are rows of the same system: which act, stick or slide is found by a search over
-//!   sets that act. What they do to a particle is taken off again, and left to the stages of ground
-//!   and colliders, which follow and push just as far. So each stage moves what it answers for, as
-//!   with sweeps. Where the search finds nothing that will hold, no contact is foreseen. A hand pulls after all that,
-//!   and the body follows in the next substep.
-//! - A step that does not lower what it minimises is shortened. Where none helps, and where a body
-//!   is far from its rest shape, as one squashed flat or turned inside out is, the substep is swept:
+//!   rope under a heavy weight flutters. Where that matters, the system is made and solved once more,
+//!   with the tensions that the first solution has found.
+//! - An iteration is a Newton step, in the place of a sweep. All else that moves particles acts between
+//!   them as it does between sweeps: strain limits, pressure, tethers, hands, ground and colliders. What
+//!   they do to a particle is added to its y, so that the next step is of the whole body under these
+//!   pushes. Without them, one step is nearly always enough; with them, more bring the body nearer to
+//!   where it bears them, by about the share of its mass that they do not touch.
+//! - A step that does not lower what it minimises, an augmented Lagrangian, is shortened. Where none helps, and where a body
+//!   is far from its rest shape, as one squashed flat or turned inside out is, the iteration is a sweep:
 //!   a linear system knows nothing of where such a body should go, and sweeps recover.
-//! - Iterations are Newton steps; one is nearly always enough. Strain limits are no equations and are
-//!   swept afterwards, as are tethers.
+//! - It is XPBD: other [methods](super::Method) sweep. So are the equations of
+//!   [neo-Hookean](super::NeoHookean) tetrahedra, whose ∇C of one direction says nothing of how stiff
+//!   they are in the others, and strain limits, most of which say nothing at any time.
+//! - Smoothing iterations leave alone what is solved directly.
 
 mod assemble;
-mod contact;
 mod matrix;
 mod plan;
 
 use super::{
-    Effects, ElasticKind, Topology, constraint::Multipliers, contact::collider::Sweep, elastic,
-    lanes::Instructions, particles::Part,
+    Effects, ElasticKind, Method, Topology, constraint::Multipliers, elastic, lanes::Instructions,
+    particles::Part,
 };
-use assemble::{Advance, Assemble, Column, Columns, Links, Merit, Places, Prepare};
-use contact::Contact;
-use glam::{DVec3, Vec3};
-use matrix::{Block, Matrix, add_unit};
+use assemble::{Assemble, Column, Columns, Foresee, Links, Merit, Places, Prepare};
+use glam::{DVec3, Vec4};
+use matrix::{Matrix, add_unit};
 use plan::{Plan, TooLarge};
 use serde::{Deserialize, Serialize};
+use std::fmt;
 
 /// A body is solved directly, not by sweeps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -52,15 +53,15 @@ pub struct Direct {}
 /// Multiplications of a factorization at most: some 5 ms.
 pub const MOST_WORK: u64 = 20_000_000;
 
-/// Passes of the search for the contacts that act, at most.
-const PASSES: usize = 4;
+/// Systems of an iteration at most, each with the tensions that the one before has found.
+const PASSES: usize = 3;
 
 /// Shorter steps that are tried, and by how much each is.
 const TRIALS: usize = 5;
 const SHORTER: f64 = 0.4;
 
-/// What is minimised may rise by this share: sliding contacts have no potential.
-const SLACK: f64 = 1e-3;
+/// What is minimised may rise by this share, as rounding.
+const SLACK: f64 = 1e-6;
 
 /// The plan of a body that is solved directly, and the room that it works in. It follows from the
 /// topology and the effects, and is no part of the state.
@@ -71,8 +72,6 @@ pub struct Factors {
     plan: Option<Plan>,
     columns: Columns,
     matrix: Matrix,
-    /// The matrix without contacts.
-    elastic: (Vec<Block>, Vec<Block>),
     right: Vec<DVec3>,
     step: Vec<DVec3>,
     w: Vec<f64>,
@@ -80,9 +79,8 @@ pub struct Factors {
     predicted: Vec<DVec3>,
     previous: Vec<DVec3>,
     before: Vec<DVec3>,
-    /// What contacts have moved particles by [m].
-    pushed: Vec<DVec3>,
-    contacts: Vec<Contact>,
+    /// Positions that the last iteration left [m].
+    left: Vec<Vec4>,
     /// λ of sweeps.
     swept: [Vec<f32>; ElasticKind::COUNT],
     done: Done,
@@ -96,7 +94,7 @@ pub enum Done {
     Nothing,
     /// It was solved.
     Solved,
-    /// It was swept, because the body was far from its rest shape or no step helped.
+    /// An iteration was a sweep, because the body was far from its rest shape or no step helped.
     Swept,
     /// It was swept, because a factorization would take more than [`MOST_WORK`].
     TooLarge,
@@ -120,6 +118,52 @@ impl Done {
     }
 }
 
+/// Why a body should not carry [`Direct`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unfit {
+    /// The method is not XPBD.
+    Method,
+    /// It carries neo-Hookean tetrahedra.
+    NeoHookean,
+    /// A factorization would take more than [`MOST_WORK`]; how many particles there are.
+    TooLarge(usize),
+}
+
+impl fmt::Display for Unfit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Method => write!(
+                f,
+                "its system is that of XPBD, and the world has another method; choose XPBD"
+            ),
+            Self::NeoHookean => write!(
+                f,
+                "neo-Hookean tetrahedra are swept, as their equations do not make a system that tells how \
+                 stiff they are; use stretch and volume instead"
+            ),
+            Self::TooLarge(particles) => write!(
+                f,
+                "it would take more than {} million multiplications a substep for its {particles} \
+                 particles; use fewer cells",
+                MOST_WORK / 1_000_000
+            ),
+        }
+    }
+}
+
+/// Why a body with these effects should not be solved directly, if it should not.
+#[must_use]
+pub fn unfit(topology: &Topology, effects: &Effects, method: Method) -> Option<Unfit> {
+    if !method.has_direct() {
+        Some(Unfit::Method)
+    } else if effects.neo_hookean.is_some() {
+        Some(Unfit::NeoHookean)
+    } else {
+        let fits = work(topology, effects).is_some();
+        (!fits).then(|| Unfit::TooLarge(topology.particles()))
+    }
+}
+
 /// They follow from what a body is compared by.
 impl PartialEq for Factors {
     fn eq(&self, _: &Self) -> bool {
@@ -136,32 +180,18 @@ pub(super) struct Given<'a> {
     pub part: Part<'a>,
     /// Where λ is to be told; empty where nobody asks.
     pub lambdas: [&'a mut [f32]; ElasticKind::COUNT],
-    /// What colliders do in the substep.
-    pub colliders: &'a [Sweep],
-    pub gravity: Vec3,
     /// Length of the substep [s].
     pub h: f32,
-    /// Newton steps.
-    pub iterations: u32,
+    /// Which of how many iterations.
+    pub iteration: (u32, u32),
     pub instructions: Instructions,
 }
 
-/// How a Newton step went.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Step {
-    /// Done; whether edges have got so much tighter that another is needed.
-    Taken {
-        tighter: bool,
-    },
-    Refused,
-}
-
 impl ElasticKind {
-    /// Whether its equations are solved directly in a body that carries [`Direct`]. Limits are not:
-    /// most of them hold at any time, and say nothing.
+    /// Whether its equations are solved directly, by XPBD, in a body that carries [`Direct`].
     #[must_use]
     pub const fn is_solved_directly(self) -> bool {
-        !matches!(self, Self::StrainLimit)
+        !matches!(self, Self::StrainLimit | Self::NeoHookean)
     }
 }
 
@@ -198,17 +228,14 @@ impl Factors {
             &self.predicted,
             &self.previous,
             &self.before,
-            &self.pushed,
         ];
         let columns: usize = columns.iter().map(|all| size_of_val(&all[..])).sum();
         self.plan.as_ref().map_or(0, Plan::bytes)
             + self.columns.iter().map(Column::bytes).sum::<usize>()
             + self.matrix.bytes()
-            + size_of_val(&self.elastic.0[..])
-            + size_of_val(&self.elastic.1[..])
             + columns
             + size_of_val(&self.w[..])
-            + size_of_val(&self.contacts[..])
+            + size_of_val(&self.left[..])
             + self
                 .swept
                 .iter()
@@ -216,20 +243,31 @@ impl Factors {
                 .sum::<usize>()
     }
 
-    /// Moves the particles of a body to where its elastic effects bring them in the substep, and tells
+    /// Moves the particles of a body to where its elastic effects bring them in an iteration, and tells
     /// their multipliers.
     pub(super) fn solve(&mut self, mut given: Given) {
-        self.prepare(given.topology, given.effects);
-        self.done = if self.plan.is_none() {
-            Done::TooLarge
-        } else if self.solve_directly(&mut given) {
-            Done::Solved
-        } else {
-            Done::Swept
+        let first = given.iteration.0 == 0;
+        if first {
+            self.prepare(given.topology, given.effects);
+            self.done = Done::Solved;
+        }
+        let solved = self.plan.is_some() && {
+            if first {
+                self.begin(&given);
+            } else {
+                self.follow(&given);
+            }
+            self.solve_directly(&mut given)
         };
-        if self.done != Done::Solved {
+        if !solved {
+            self.done = match self.plan {
+                Some(_) => Done::Swept,
+                None => Done::TooLarge,
+            };
             self.sweep(&mut given);
         }
+        self.left.clear();
+        self.left.extend_from_slice(given.part.positions);
     }
 
     /// Makes a plan, if there is none for these effects.
@@ -257,21 +295,12 @@ impl Factors {
 
     /// Whether it could; if not, nothing has moved.
     fn solve_directly(&mut self, given: &mut Given) -> bool {
-        self.begin(given);
-        let mut steps = given.iterations;
-        let mut taken = 0;
-        while taken < steps {
-            match self.newton(given) {
-                Step::Refused if taken == 0 => return false,
-                Step::Refused => break,
-                // One more, if it would have been the last.
-                Step::Taken { tighter } => steps = steps.max(1 + u32::from(tighter)),
-            }
-            taken += 1;
+        if !self.newton(given) {
+            return false;
         }
-        for (i, x) in given.part.positions.iter_mut().enumerate() {
-            if x.w > 0.0 {
-                *x = (self.x[i] - self.pushed[i]).as_vec3().extend(x.w);
+        for (at, x) in given.part.positions.iter_mut().zip(&self.x) {
+            if at.w > 0.0 {
+                *at = x.as_vec3().extend(at.w);
             }
         }
         for (told, column) in given.lambdas.iter_mut().zip(&self.columns) {
@@ -282,43 +311,43 @@ impl Factors {
         true
     }
 
-    /// Reads the state, and finds what is touched.
+    /// Reads the state when a substep begins.
     fn begin(&mut self, given: &Given) {
         let part = &given.part;
-        let wide = |to: &mut Vec<DVec3>, from: &[glam::Vec4]| {
-            to.clear();
-            to.extend(from.iter().map(|x| x.truncate().as_dvec3()));
-        };
         wide(&mut self.x, &*part.positions);
         wide(&mut self.previous, &*part.previous);
         self.predicted.clone_from(&self.x);
         let count = self.x.len();
         self.w.clear();
         self.w.extend(part.positions.iter().map(|x| f64::from(x.w)));
-        for column in [&mut self.right, &mut self.step, &mut self.pushed] {
+        for column in [&mut self.right, &mut self.step] {
             column.clear();
             column.resize(count, DVec3::ZERO);
         }
         for column in &mut self.columns {
             column.begin();
         }
-        contact::find(
-            &mut self.contacts,
-            given.effects,
-            (&*part.positions, &*part.previous, &*part.velocities),
-            given.colliders,
-            given.h,
-            given.gravity,
-        );
     }
 
-    /// One Newton step.
-    fn newton(&mut self, given: &Given) -> Step {
+    /// Takes over what others have done to particles since the last iteration.
+    fn follow(&mut self, given: &Given) {
+        let part = &given.part;
+        wide(&mut self.previous, &*part.previous);
+        let since = part.positions.iter().zip(&self.left);
+        let known = self.x.iter_mut().zip(&mut self.predicted);
+        for ((now, left), (x, y)) in since.zip(known) {
+            let pushed = now.truncate().as_dvec3() - left.truncate().as_dvec3();
+            *x += pushed;
+            *y += pushed;
+        }
+    }
+
+    /// A Newton step; whether one was taken.
+    fn newton(&mut self, given: &Given) -> bool {
         let Self {
             plan: Some(plan),
             columns,
             matrix,
-            elastic,
             right,
             step,
             w,
@@ -326,175 +355,137 @@ impl Factors {
             predicted,
             previous,
             before,
-            pushed,
-            contacts,
             ..
         } = self
         else {
-            return Step::Refused;
+            return false;
         };
         let plan = &*plan;
         let (topology, effects) = (given.topology, given.effects);
-        matrix.reset(plan);
-        for (i, &w) in w.iter().enumerate() {
-            let place = plan.place[i] as usize;
-            let mass = if w > 0.0 { 1.0 / w } else { 1.0 };
-            add_unit(&mut matrix.diagonal[place], mass);
-            right[place] = (predicted[i] - x[i]) * mass;
-        }
-        let mut assemble = Assemble {
-            places: Places {
+        let inertia = |x: &[DVec3]| -> f64 {
+            let ways = x.iter().zip(&*predicted).zip(&*w);
+            let moving = ways.filter(|(_, w)| **w > 0.0);
+            moving
+                .map(|((x, y), w)| 0.5 * x.distance_squared(*y) / w)
+                .sum()
+        };
+        let h = f64::from(given.h);
+        let p = &previous[..];
+        let mut start = 0.0;
+        for _ in 0..PASSES {
+            matrix.reset(plan);
+            for (i, &w) in w.iter().enumerate() {
+                let place = plan.place[i] as usize;
+                let mass = if w > 0.0 { 1.0 / w } else { 1.0 };
+                add_unit(&mut matrix.diagonal[place], mass);
+                right[place] = (predicted[i] - x[i]) * mass;
+            }
+            let places = Places {
                 topology,
                 w,
                 x,
-                p: previous,
-                h: f64::from(given.h),
-            },
-            plan,
-            columns,
-            matrix,
-            right,
-            merit: 0.0,
-            far: false,
-        };
-        effects.visit(&mut assemble);
-        let (mut start, far) = (assemble.merit, assemble.far);
-        if far {
-            return Step::Refused;
-        }
-        if !contacts.is_empty() {
-            elastic.0.clone_from(&matrix.diagonal);
-            elastic.1.clone_from(&matrix.lower);
-        }
-        for pass in 0..PASSES {
-            if pass > 0 {
-                matrix.diagonal.clone_from(&elastic.0);
-                matrix.lower.clone_from(&elastic.1);
+                p,
+                h,
+            };
+            let mut assemble = Assemble {
+                places,
+                plan,
+                columns,
+                matrix,
+                right,
+                far: false,
+            };
+            effects.visit(&mut assemble);
+            if assemble.far {
+                return false;
             }
             step.clone_from(right);
-            for contact in contacts.iter_mut() {
-                let i = contact.particle;
-                contact.add(x[i], w[i], plan.place[i] as usize, matrix, step);
-            }
             matrix.factor(plan, given.instructions);
             matrix.solve(plan, step);
-            let mut changed = false;
-            for contact in contacts.iter_mut() {
-                let i = contact.particle;
-                changed |= contact.revise(x[i] + step[plan.place[i] as usize], w[i]);
-            }
-            if !changed {
+            let mut foresee = Foresee {
+                topology,
+                plan,
+                columns,
+                step,
+                w,
+                sum: inertia(x),
+                tighter: false,
+            };
+            effects.visit(&mut foresee);
+            start = foresee.sum;
+            if !foresee.tighter {
                 break;
             }
         }
-        let holds = |c: &Contact| {
-            c.holds(
-                x[c.particle] + step[plan.place[c.particle] as usize],
-                w[c.particle],
-            )
-        };
-        if !contacts.iter().all(holds) {
-            // Nothing foreseen is better than what will not be.
-            contacts.iter_mut().for_each(Contact::drop);
-            matrix.diagonal.clone_from(&elastic.0);
-            matrix.lower.clone_from(&elastic.1);
-            step.clone_from(right);
-            matrix.factor(plan, given.instructions);
-            matrix.solve(plan, step);
-        }
-        let rest = |x: &[DVec3]| {
-            let ways = x
-                .iter()
-                .zip(&*predicted)
-                .zip(&*w)
-                .filter(|(_, w)| **w > 0.0);
-            let inertia: f64 = ways
-                .map(|((x, y), w)| 0.5 * x.distance_squared(*y) / w)
-                .sum();
-            let contacts = contacts.iter();
-            let held: f64 = contacts
-                .map(|contact| contact.merit(x[contact.particle], w[contact.particle]))
-                .sum();
-            inertia + held
-        };
-        start += rest(x);
         before.clone_from(x);
         let mut share = 1.0;
         for _ in 0..TRIALS {
             for (i, x) in x.iter_mut().enumerate() {
                 *x = before[i] + step[plan.place[i] as usize] * share;
             }
+            let places = Places {
+                topology,
+                w,
+                x,
+                p,
+                h,
+            };
             let mut merit = Merit {
-                places: Places {
-                    topology,
-                    w,
-                    x,
-                    p: previous,
-                    h: f64::from(given.h),
-                },
+                places,
                 columns,
-                sum: rest(x),
+                sum: inertia(x),
             };
             effects.visit(&mut merit);
             if merit.sum <= start * (1.0 + SLACK) {
-                for pushed in pushed.iter_mut() {
-                    *pushed *= 1.0 - share;
+                for column in columns {
+                    column.advance(share);
                 }
-                for contact in &*contacts {
-                    let i = contact.particle;
-                    let end = before[i] + step[plan.place[i] as usize];
-                    pushed[i] += contact.moves(before[i], end, w[i]) * share;
-                }
-                let mut advance = Advance {
-                    topology,
-                    plan,
-                    columns,
-                    step,
-                    share,
-                    w: &*w,
-                    tighter: false,
-                };
-                effects.visit(&mut advance);
-                return Step::Taken {
-                    tighter: advance.tighter,
-                };
+                return true;
             }
             share *= SHORTER;
         }
         x.clone_from(before);
-        Step::Refused
+        false
     }
 
     /// Sweeps over all constraints that are else solved directly.
     fn sweep(&mut self, given: &mut Given) {
-        let sweeps = given.iterations;
+        let (iteration, iterations) = given.iteration;
         let Part {
             positions,
             previous,
             ..
         } = &mut given.part;
-        for sweep in 0..sweeps {
-            for kind in ElasticKind::ALL {
-                if !given.effects.has(kind) || !kind.is_solved_directly() {
-                    continue;
-                }
-                let lambdas = &mut self.swept[kind as usize];
-                lambdas.resize(kind.multipliers(given.topology), 0.0);
-                let multipliers = Multipliers::of_sweep(lambdas, (sweep, sweeps, true));
-                let state = (&mut **positions, &**previous);
-                elastic::sweep(
-                    (given.effects, kind),
-                    given.topology,
-                    given.h,
-                    state,
-                    multipliers,
-                );
+        for kind in ElasticKind::ALL {
+            if !given.effects.has(kind) || !kind.is_solved_directly() {
+                continue;
+            }
+            let swept = &mut self.swept[kind as usize];
+            swept.resize(kind.multipliers(given.topology), 0.0);
+            let solved = &mut self.columns[kind as usize].lambdas;
+            for (swept, solved) in swept.iter_mut().zip(&*solved) {
+                *swept = *solved as f32;
+            }
+            elastic::sweep(
+                (given.effects, kind),
+                given.topology,
+                given.h,
+                (&mut **positions, &**previous),
+                Multipliers::of_sweep(swept, (iteration, iterations, true)),
+            );
+            for (solved, swept) in solved.iter_mut().zip(&*swept) {
+                *solved = f64::from(*swept);
+            }
+            for (told, swept) in given.lambdas[kind as usize].iter_mut().zip(&*swept) {
+                *told = *swept;
             }
         }
-        for (told, swept) in given.lambdas.iter_mut().zip(&self.swept) {
-            for (told, lambda) in told.iter_mut().zip(swept) {
-                *told = *lambda;
-            }
-        }
+        wide(&mut self.x, &**positions);
     }
+}
+
+/// Copies positions to `f64`.
+fn wide(to: &mut Vec<DVec3>, from: &[Vec4]) {
+    to.clear();
+    to.extend(from.iter().map(|x| x.truncate().as_dvec3()));
 }
