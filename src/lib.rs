@@ -72,6 +72,7 @@
 //! | [`StrainLimit`](effect::StrainLimit) | C = ‖x₁−x₀‖−(1+limit)L₀ ≤ 0 on edges [m] | limit |
 //! | [`ShapeMatching`](effect::ShapeMatching) | D² = Σ m‖x−g‖² of regions from their goals g [m √kg] | frequency Hz, region m, damping s |
 //! | [`Pressure`](effect::Pressure) | p = K(fV₀/V−1) within a closed surface [Pa] | filling f, bulk modulus K Pa |
+//! | [`Direct`](effect::Direct) | edges, hinges, triangles and tetrahedra solved as one system instead of by sweeps | |
 //! | [`Tethers`](effect::Tethers) | no particle farther from its nearest pin than at rest | slack |
 //! | [`Plasticity`](effect::Plasticity) | what is strained beyond a yield strain stays so | yields and limits, creep 1/s |
 //! | [`Stitches`](effect::Stitches) | C = a−b = 0 between points of a body, and to colliders [m] | compliance m/N, strength N, each its own |

@@ -8,7 +8,7 @@ use crate::{
         SoftBody, SolvePhase, SolveSchedule, SolverThreads, StepSchedule, StepSystems,
     },
     solver::{
-        Leads, Particles, Stitches,
+        Direct, Factors, Leads, Particles, Stitches,
         advance::{Stage, Stepper},
         elastic::Elastic,
         measure,
@@ -90,11 +90,15 @@ fn solve<const N: usize, const M: usize, E: Effect + Elastic<N, M>>(
     current: Res<CurrentSubstep>,
     threads: Res<SolverThreads>,
     mut profile: ResMut<Profile>,
-    mut bodies: Query<(&SoftBody, &mut Particles, &E, &mut Multipliers), Active>,
+    mut bodies: Query<(&SoftBody, &mut Particles, &E, &mut Multipliers, Has<Direct>), Active>,
 ) {
     let means = current.means(&threads);
+    let solved_directly = E::KIND.is_solved_directly() && current.step.method.has_direct();
     profile.time(E::NAME, || {
-        for (body, mut particles, effect, mut multipliers) in &mut bodies {
+        for (body, mut particles, effect, mut multipliers, directly) in &mut bodies {
+            if directly && solved_directly {
+                continue;
+            }
             let mut stepper = Stepper {
                 topology: &mut Arc::clone(&body.0),
                 particles: &mut particles,
@@ -102,6 +106,7 @@ fn solve<const N: usize, const M: usize, E: Effect + Elastic<N, M>>(
                 lambdas: &mut multipliers.0,
                 leads: &Leads::default(),
                 stitches: &mut Stitches::default(),
+                factors: &mut Factors::default(),
             };
             let stage = Stage::Elastic(E::KIND);
             let sweep = stepper.stage(stage, &current.step, current.iteration, &means);

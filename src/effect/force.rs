@@ -7,8 +7,8 @@ use crate::{
         SubstepSchedule, step,
     },
     solver::{
-        Attract, Coefficient, Drag, Finite, Lambdas, Leads, Length, Particles, Stitches, Uniform,
-        Vortex, Wind,
+        Attract, Coefficient, Drag, Factors, Finite, Lambdas, Leads, Length, Particles, Stitches,
+        Uniform, Vortex, Wind,
         advance::{Stage, Stepper},
         force::Force,
     },
@@ -36,6 +36,7 @@ fn act<F: Effect + Force>(
                 lambdas: &mut Lambdas::default(),
                 leads: &Leads::default(),
                 stitches: &mut Stitches::default(),
+                factors: &mut Factors::default(),
             };
             let acted = stepper.stage(Stage::Force(F::KIND), &current.step, 0, &means);
             debug_assert!(

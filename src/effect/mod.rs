@@ -65,6 +65,7 @@
 
 mod bend;
 mod collide;
+mod direct;
 mod elastic;
 mod force;
 mod grab;
@@ -89,9 +90,9 @@ pub use registry::{
 };
 
 pub use crate::solver::{
-    Attract, Bend, Collide, Drag, Grab, Ground, IsometricBend, Membrane, NeoHookean, Plasticity,
-    Pressure, ShapeMatching, StickyGround, Stitches, StrainLimit, Stretch, Struts, Tethers,
-    Uniform, Volume, Vortex, Weave, Wind,
+    Attract, Bend, Collide, Direct, Drag, Grab, Ground, IsometricBend, Membrane, NeoHookean,
+    Plasticity, Pressure, ShapeMatching, StickyGround, Stitches, StrainLimit, Stretch, Struts,
+    Tethers, Uniform, Volume, Vortex, Weave, Wind,
 };
 
 pub(crate) use registry::{body_added, body_removed, follow_bodies, is_planned};
@@ -134,6 +135,7 @@ effects! {
     Vortex,
     Wind,
     Drag,
+    Direct,
     Stretch,
     Bend,
     IsometricBend,

@@ -7,7 +7,7 @@ use crate::{
         SolverThreads, SubstepSchedule, plain, step,
     },
     solver::{
-        Creep, Lambdas, Leads, Particles, PlasticLimit, Plasticity, Stitches, Yield,
+        Creep, Factors, Lambdas, Leads, Particles, PlasticLimit, Plasticity, Stitches, Yield,
         advance::{Stage, Stepper},
     },
 };
@@ -121,6 +121,7 @@ fn flow(
                 effects: &mut carried.effects(),
                 lambdas: &mut Lambdas::default(),
                 leads: &Leads::default(),
+                factors: &mut Factors::default(),
                 stitches: &mut Stitches::default(),
             };
             let flowed = stepper.stage(Stage::Flow, &current.step, 0, &means);

@@ -7,7 +7,7 @@ use crate::{
         SolveSchedule, SolverThreads,
     },
     solver::{
-        Effects, Filling, Leads, Particles, Pressure, Stiffness, Stitches,
+        Effects, Factors, Filling, Leads, Particles, Pressure, Settings, Stiffness, Stitches,
         advance::{Stage, Stepper},
         constraint::pressure::Walls,
         measure,
@@ -62,7 +62,7 @@ impl Effect for Pressure {
         Some(Self::default())
     }
 
-    fn unfit(body: &EntityRef) -> Option<String> {
+    fn unfit(body: &EntityRef, _: &Settings) -> Option<String> {
         let topology = &body.get::<SoftBody>()?.0;
         topology.enclosure().err().map(|reason| reason.to_string())
     }
@@ -113,6 +113,7 @@ pub fn solve(
                 lambdas: &mut multipliers.0,
                 leads: &Leads::default(),
                 stitches: &mut Stitches::default(),
+                factors: &mut Factors::default(),
             };
             let sweep = stepper.stage(Stage::Pressure, &current.step, current.iteration, &means);
             debug_assert!(

@@ -5,7 +5,7 @@ use crate::{
         Asleep, ContactSchedule, EffectSystems, RestTimer, SimulationClock, SoftBody,
         SolveSchedule, StepSchedule, StepSystems, SubstepSchedule, wake_changed,
     },
-    solver::{InvalidValue, measure::SquareSum},
+    solver::{InvalidValue, Settings, measure::SquareSum},
 };
 use bevy::{
     ecs::{
@@ -106,8 +106,8 @@ pub trait Effect: Component<Mutability = Mutable> + Sized {
         None
     }
 
-    /// Why a body is not fit for it; by default every body is.
-    fn unfit(_body: &EntityRef) -> Option<String> {
+    /// Why a body is not fit for it in a world of these settings; by default every body is.
+    fn unfit(_body: &EntityRef, _settings: &Settings) -> Option<String> {
         None
     }
 
@@ -117,6 +117,12 @@ pub trait Effect: Component<Mutability = Mutable> + Sized {
     /// Figures of the effect on a body that carries it, after a substep of `h` seconds.
     fn figures(&self, _body: &EntityRef, _h: f32) -> Figures {
         Figures::default()
+    }
+
+    /// What a user should know of the effect on a body that carries it, in a world of these settings, in
+    /// a sentence.
+    fn note(&self, _body: &EntityRef, _settings: &Settings) -> Option<&'static str> {
+        None
     }
 }
 
@@ -139,12 +145,14 @@ pub struct EffectInfo {
     pub set: fn(&mut EntityWorldMut, usize, f64) -> Option<Result<(), InvalidValue>>,
     /// Adds it to a body with its default parameters, if that makes sense.
     pub insert_default: Option<fn(&mut EntityWorldMut)>,
-    /// Why a body is not fit for it, if it is not.
-    pub unfit: fn(&EntityRef) -> Option<String>,
+    /// Why a body is not fit for it in a world of these settings, if it is not.
+    pub unfit: fn(&EntityRef, &Settings) -> Option<String>,
     /// Takes it away from a body.
     pub remove: fn(&mut EntityWorldMut),
     /// Its figures on a body; `None` if the body does not carry it.
     pub figures: fn(&EntityRef, f32) -> Option<Figures>,
+    /// What a user should know of it on a body in a world of these settings, in a sentence.
+    pub note: fn(&EntityRef, &Settings) -> Option<&'static str>,
     /// Whether its systems are in the schedules now.
     pub runs: bool,
     in_plan: bool,
@@ -194,6 +202,10 @@ impl EffectInfo {
                 body.remove::<E>();
             },
             figures: |body, h| body.get::<E>().map(|effect| effect.figures(body, h)),
+            note: |body, settings| {
+                body.get::<E>()
+                    .and_then(|effect| effect.note(body, settings))
+            },
             runs: false,
             in_plan: E::IN_PLAN,
             add_systems: |schedules| {

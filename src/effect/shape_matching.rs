@@ -7,8 +7,8 @@ use crate::{
         SolveSchedule, SolverThreads,
     },
     solver::{
-        Damping, Effects, Frequency, Leads, Matching, Particles, RegionSize, ShapeMatching,
-        Stitches,
+        Damping, Effects, Factors, Frequency, Leads, Matching, Particles, RegionSize,
+        ShapeMatching, Stitches,
         advance::{Stage, Stepper},
         constraint::shape_matching::Place,
     },
@@ -122,6 +122,7 @@ fn solve(
                 },
                 lambdas: &mut multipliers.0,
                 leads: &Leads::default(),
+                factors: &mut Factors::default(),
                 stitches: &mut Stitches::default(),
             };
             let stage = Stage::ShapeMatching;

@@ -7,7 +7,7 @@ use crate::{
         SolverThreads,
     },
     solver::{
-        Effects, Lambdas, Leads, Particles, Stitches,
+        Effects, Factors, Lambdas, Leads, Particles, Stitches,
         advance::{Stage, Stepper},
     },
 };
@@ -59,6 +59,7 @@ fn solve(
                 effects: &mut Effects::default(),
                 lambdas: &mut Lambdas::default(),
                 leads: &Leads::default(),
+                factors: &mut Factors::default(),
                 // That one breaks is no change that wakes a body.
                 stitches: stitches.bypass_change_detection(),
             };

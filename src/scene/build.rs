@@ -11,7 +11,7 @@ use crate::{
         Body, Collider, Effects, Particles, Pose, Stitch, StitchEnd, Stitches, SurfacePoint,
         Topology, World,
         contact::pose::rotation_degrees,
-        deform, measure,
+        deform, direct, measure,
         numbering::Numbering,
         topology::{Dimension, bounds},
     },
@@ -95,12 +95,18 @@ impl Scene {
             } else {
                 format!("{} {}", spec.name, number + 1)
             };
-            built.world.bodies.push(body(
-                spec,
-                name,
-                &topology,
-                (place, &built.world.colliders),
-            )?);
+            let body = body(spec, name, &topology, (place, &built.world.colliders))?;
+            if number == 0
+                && body.effects.direct.is_some()
+                && let Some(reason) =
+                    direct::unfit(&topology, &body.effects, built.world.settings.method)
+            {
+                return Err(wrong(
+                    spec,
+                    format!("it cannot be solved directly: {reason}"),
+                ));
+            }
+            built.world.bodies.push(body);
             built.skins.push(skin.clone());
             built.looks.push(look);
         }
@@ -296,6 +302,7 @@ fn body(
         struts: spec.effects.struts,
         pressure: spec.effects.pressure,
         plasticity: spec.effects.plasticity,
+        direct: spec.effects.direct,
         grab: None,
         ground: spec.effects.ground,
         sticky_ground: spec.effects.sticky_ground,

@@ -5,10 +5,10 @@ use super::{Acceptance, Answer, SceneError, registry, spawn::CurrentScene};
 use crate::{
     mesh::{BuildOptions, Primitive, Treatment},
     solver::{
-        Attract, Bend, Collide, ColliderShape, Compliance, Deformation, Density, Drag, Force,
-        Ground, IsometricBend, Mass, Membrane, NeoHookean, Path, Plasticity, Pressure, Settings,
-        ShapeMatching, StickyGround, StrainLimit, Stretch, Struts, Tethers, Uniform, Volume,
-        Vortex, Weave, Wind,
+        Attract, Bend, Collide, ColliderShape, Compliance, Deformation, Density, Direct, Drag,
+        Force, Ground, IsometricBend, Mass, Membrane, NeoHookean, Path, Plasticity, Pressure,
+        Settings, ShapeMatching, StickyGround, StrainLimit, Stretch, Struts, Tethers, Uniform,
+        Volume, Vortex, Weave, Wind,
     },
 };
 use glam::{UVec3, Vec3};
@@ -167,6 +167,8 @@ pub struct SceneEffects {
     pub pressure: Option<Pressure>,
     /// What is strained beyond a yield strain stays so.
     pub plasticity: Option<Plasticity>,
+    /// The body is solved directly, not by sweeps.
+    pub direct: Option<Direct>,
     /// A ground with friction and bounce.
     pub ground: Option<Ground>,
     /// A ground that sticks.

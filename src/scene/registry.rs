@@ -32,6 +32,7 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "rubber",
     "shape_matching",
     "cantilever",
+    "stiff_beam",
     "squashed",
     "shuffled",
     "mirrored",

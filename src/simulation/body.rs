@@ -2,7 +2,9 @@
 
 use crate::{
     mesh::Skin,
-    solver::{self, Density, Lambdas, Leads, Mass, Particles, Topology, body::set_inverse_masses},
+    solver::{
+        self, Density, Factors, Lambdas, Leads, Mass, Particles, Topology, body::set_inverse_masses,
+    },
 };
 use bevy::{
     ecs::component::{Mutable, StorageType},
@@ -57,6 +59,11 @@ pub struct Multipliers(pub Lambdas);
 /// The tethers of a body that carries [`Tethers`](crate::effect::Tethers): they follow from its pins.
 #[derive(Component, Debug, Clone, Default)]
 pub struct TetherLeads(pub(crate) Leads);
+
+/// What a body that carries [`Direct`](crate::effect::Direct) is solved with: it follows from its mesh
+/// and its effects.
+#[derive(Component, Debug, Clone, Default)]
+pub struct DirectFactors(pub(crate) Factors);
 
 /// The place of a body among bodies, of a collider among colliders: the order in which they came.
 /// Contacts, figures and hashes go by it, so that nothing depends on how the ECS stores entities

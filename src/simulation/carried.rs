@@ -1,9 +1,9 @@
 //! The effects that an entity carries, as the solver has them.
 
 use crate::solver::{
-    Attract, Bend, Collide, Drag, Effects, Grab, Ground, IsometricBend, Membrane, NeoHookean,
-    Plasticity, Pressure, ShapeMatching, StickyGround, StrainLimit, Stretch, Struts, Tethers,
-    Uniform, Volume, Vortex, Weave, Wind,
+    Attract, Bend, Collide, Direct, Drag, Effects, Grab, Ground, IsometricBend, Membrane,
+    NeoHookean, Plasticity, Pressure, ShapeMatching, StickyGround, StrainLimit, Stretch, Struts,
+    Tethers, Uniform, Volume, Vortex, Weave, Wind,
 };
 use bevy::{ecs::query::QueryData, prelude::*};
 
@@ -65,6 +65,7 @@ carried! {
     struts: Struts,
     pressure: Pressure,
     plasticity: Plasticity,
+    direct: Direct,
     grab: Grab,
     ground: Ground,
     sticky_ground: StickyGround,

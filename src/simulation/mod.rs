@@ -20,9 +20,9 @@ pub(crate) mod step;
 
 pub use action::{Action, ActionError, Actions, Applied, NewBody};
 pub use body::{
-    Active, AddedMass, Asleep, BodyDensity, BodyQuarantined, BodySkin, JustRestored, Multipliers,
-    Pins, Places, Quarantined, RestTimer, SceneEntity, SoftBody, SpawnOrder, TetherLeads,
-    TickStart,
+    Active, AddedMass, Asleep, BodyDensity, BodyQuarantined, BodySkin, DirectFactors, JustRestored,
+    Multipliers, Pins, Places, Quarantined, RestTimer, SceneEntity, SoftBody, SpawnOrder,
+    TetherLeads, TickStart,
 };
 pub(crate) use carried::Carried;
 pub use clock::{SimulationClock, SubstepTime, Tick};

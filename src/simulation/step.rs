@@ -1,16 +1,16 @@
 //! Stepping: from real time to ticks, from ticks to substeps, from substeps to sweeps.
 
 use super::{
-    Asleep, ContactSchedule, EnergyLedger, Multipliers, Profile, RestTimer, SimulationClock,
-    SimulationSettings, SoftBody, SolveSchedule, SpawnOrder, StepSchedule, SubstepSchedule,
-    SubstepTime, TetherLeads, Tick, TickStart, body::Active, carried::Carried, profile::StageWatch,
-    quarantine::quarantine,
+    Asleep, ContactSchedule, DirectFactors, EnergyLedger, Multipliers, Profile, RestTimer,
+    SimulationClock, SimulationSettings, SoftBody, SolveSchedule, SpawnOrder, StepSchedule,
+    SubstepSchedule, SubstepTime, TetherLeads, Tick, TickStart, body::Active, carried::Carried,
+    profile::StageWatch, quarantine::quarantine,
 };
 use crate::{
     effect,
     solver::{
-        Collider, Effects, Grab, Lambdas, Leads, Ledger, Particles, Settings, SleepSettings,
-        Stitches, Substep, Threads, Topology,
+        Collider, Effects, Factors, Grab, Lambdas, Leads, Ledger, Particles, Settings,
+        SleepSettings, Stitches, Substep, Threads, Topology,
         advance::{Means, NotFinite, Stage, Stepper, Watch},
         contact::collider::{Sweep, Swept},
         lanes::Instructions,
@@ -168,6 +168,7 @@ type Stepped = (
     &'static mut Multipliers,
     Option<&'static mut TetherLeads>,
     Option<&'static mut Stitches>,
+    Option<&'static mut DirectFactors>,
     Carried,
 );
 
@@ -180,6 +181,7 @@ pub(super) struct Job {
     lambdas: Lambdas,
     leads: Leads,
     stitches: Stitches,
+    factors: Factors,
     effects: Effects,
     ledger: Ledger,
     result: Result<(), NotFinite>,
@@ -284,7 +286,7 @@ fn advance_all(
     jobs.clear();
     let stepped = bodies.iter_mut(world);
     jobs.extend(stepped.map(
-        |(entity, mut body, mut particles, mut multipliers, leads, stitches, carried)| {
+        |(entity, mut body, mut particles, mut multipliers, leads, stitches, factors, carried)| {
             let effects = carried.effects();
             let flows = effects.plasticity.is_some();
             Job {
@@ -296,6 +298,7 @@ fn advance_all(
                 stitches: stitches.map_or_else(Stitches::default, |mut stitches| {
                     take(stitches.bypass_change_detection())
                 }),
+                factors: factors.map_or_else(Factors::default, |mut factors| take(&mut factors.0)),
                 effects,
                 ledger: Ledger::default(),
                 result: Ok(()),
@@ -325,6 +328,7 @@ fn advance_all(
             lambdas: &mut job.lambdas,
             leads: &job.leads,
             stitches: &mut job.stitches,
+            factors: &mut job.factors,
         };
         job.result = if booked {
             let books = ledger::advance(&mut stepper, substeps.clone(), &means);
@@ -341,7 +345,7 @@ fn advance_all(
     let passed = Duration::from_secs_f64(h * f64::from(substeps.len() as u32));
     world.resource_mut::<Time<SubstepTime>>().advance_by(passed);
     for job in jobs.drain(..) {
-        if let Ok((_, mut body, mut particles, mut multipliers, leads, stitches, _)) =
+        if let Ok((_, mut body, mut particles, mut multipliers, leads, stitches, factors, _)) =
             bodies.get_mut(world, job.entity)
         {
             body.bypass_change_detection().0 = job.topology;
@@ -352,6 +356,9 @@ fn advance_all(
             }
             if let Some(mut stitches) = stitches {
                 *stitches.bypass_change_detection() = job.stitches;
+            }
+            if let Some(mut factors) = factors {
+                factors.0 = job.factors;
             }
         }
         if let Some(held) = job.effects.grab
@@ -383,6 +390,7 @@ fn begin_all(world: &mut World, bodies: &mut QueryState<Stepped, Active>, step: 
                     lambdas: &mut Lambdas::default(),
                     leads: &Leads::default(),
                     stitches: &mut Stitches::default(),
+                    factors: &mut Factors::default(),
                 };
                 stepper.begin(step, &means);
             }
@@ -419,6 +427,7 @@ fn stage_of_all(
             lambdas: &mut Lambdas::default(),
             leads: &Leads::default(),
             stitches: &mut Stitches::default(),
+            factors: &mut Factors::default(),
         };
         if let Err(error) = stepper.stage(stage, &current.step, current.iteration, &means) {
             failed(entity, error);

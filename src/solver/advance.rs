@@ -7,8 +7,8 @@
 #![allow(unsafe_code, reason = "pieces are handed out by hand")]
 
 use super::{
-    Collide, Effects, ElasticKind, ForceKind, Lambdas, Leads, Particles, Settings, Stitches,
-    Substep, Tethers, Threads, Topology,
+    Collide, Effects, ElasticKind, Factors, ForceKind, Lambdas, Leads, Method, Particles, Settings,
+    Stitches, Substep, Tethers, Threads, Topology,
     bands::Piece,
     constraint::{block::Put, shape_matching::Sweep},
     contact::{
@@ -16,6 +16,7 @@ use super::{
         ground,
     },
     crew::Crew,
+    direct::Given,
     elastic::{Kernels, Work},
     force::Moment,
     lanes::Instructions,
@@ -41,6 +42,8 @@ pub struct Stepper<'a> {
     pub leads: &'a Leads,
     /// Its stitches; which are broken changes.
     pub stitches: &'a mut Stitches,
+    /// What it is solved with directly, if it is.
+    pub factors: &'a mut Factors,
 }
 
 /// What all bodies are stepped with.
@@ -83,6 +86,8 @@ pub enum Stage {
     Pressure,
     /// Stitches between points of the body, and to colliders.
     Stitches,
+    /// All elastic effects that are solved directly.
+    Direct,
     /// Tethers to pins.
     Tethers,
     /// The hold of a hand.
@@ -96,6 +101,9 @@ pub enum Stage {
     /// What is strained too far flows.
     Flow,
 }
+
+/// What takes part in a sweep before the elastic effects.
+const BEFORE: [Stage; 1] = [Stage::Direct];
 
 /// What takes part in a sweep after the elastic effects.
 const AFTER: [Stage; 5] = [
@@ -112,14 +120,17 @@ const CONTACTS: [Stage; 2] = [Stage::Ground, Stage::Collide];
 impl Stage {
     /// What takes part in a sweep, in its order: what holds the body together, then hands. Contacts
     /// come after it.
-    const SWEEP: [Self; ElasticKind::COUNT + AFTER.len()] = {
-        let mut all = [Self::Presolve; ElasticKind::COUNT + AFTER.len()];
+    const SWEEP: [Self; BEFORE.len() + ElasticKind::COUNT + AFTER.len()] = {
+        let after = BEFORE.len() + ElasticKind::COUNT;
+        let mut all = [Self::Presolve; BEFORE.len() + ElasticKind::COUNT + AFTER.len()];
         let mut place = 0;
         while place < all.len() {
-            all[place] = if place < ElasticKind::COUNT {
-                Self::Elastic(ElasticKind::ALL[place])
+            all[place] = if place < BEFORE.len() {
+                BEFORE[place]
+            } else if place < after {
+                Self::Elastic(ElasticKind::ALL[place - BEFORE.len()])
             } else {
-                AFTER[place - ElasticKind::COUNT]
+                AFTER[place - after]
             };
             place += 1;
         }
@@ -166,6 +177,7 @@ impl Stage {
             Self::ShapeMatching => "shape_matching",
             Self::Pressure => "pressure",
             Self::Stitches => "stitches",
+            Self::Direct => "direct",
             Self::Tethers => "tethers",
             Self::Grab => "grab",
             Self::Ground => "ground",
@@ -184,9 +196,9 @@ pub(super) struct Solve {
 }
 
 impl Solve {
-    /// Of a body that carries these effects, with stitches or without.
-    pub fn of(effects: &Effects, stitched: bool) -> Self {
-        let acts = |stage: &Stage| stage.acts(effects, stitched);
+    /// Of a body that carries these effects, with stitches or without, by a method.
+    pub fn of(effects: &Effects, stitched: bool, method: Method) -> Self {
+        let acts = |stage: &Stage| stage.acts(effects, stitched, method);
         let mut present = Stage::SWEEP.into_iter().filter(acts);
         Self {
             sweep: std::array::from_fn(|_| present.next()),
@@ -209,13 +221,15 @@ impl Solve {
 type Tasks = iter::Flatten<std::array::IntoIter<Option<(Task, Side)>, 4>>;
 
 impl Stage {
-    /// Whether it does anything to a body that carries these effects.
-    fn acts(self, effects: &Effects, stitched: bool) -> bool {
+    /// Whether it does anything to a body that carries these effects, with stitches or without, by a
+    /// method.
+    fn acts(self, effects: &Effects, stitched: bool, method: Method) -> bool {
         match self {
             Self::Presolve | Self::Postsolve => true,
             Self::Force(kind) => effects.has_force(kind),
             Self::StickyGround => effects.sticky_ground.is_some(),
-            Self::Elastic(kind) => effects.has(kind),
+            Self::Elastic(kind) => effects.sweeps(kind, method),
+            Self::Direct => effects.is_direct(method),
             Self::ShapeMatching => effects.shape_matching.is_some(),
             Self::Pressure => effects.pressure.is_some(),
             Self::Stitches => stitched,
@@ -241,7 +255,7 @@ impl Stage {
         match self {
             // It is no task on pieces: kernels hold on to rest values for as long as those run.
             Self::Flow => [None; 4],
-            _ if !self.acts(effects, stitched) => [None; 4],
+            _ if !self.acts(effects, stitched, step.method) => [None; 4],
             Self::Force(kind) => one(Task::Force { kind, substep }, Side::Whole),
             Self::Presolve if step.method.keeps_speed().is_some() => {
                 let tasks = [Task::Fade, Task::Begin].map(|task| Some((task, Side::Any)));
@@ -263,6 +277,9 @@ impl Stage {
                 let sweep = (iteration, step.sweeps());
                 one(Task::Stitch { substep, sweep }, Side::Whole)
             }
+            // There is nothing to smooth.
+            Self::Direct if iteration >= step.iterations => [None; 4],
+            Self::Direct => one(Task::Direct { iteration }, Side::Whole),
             Self::Tethers => one(Task::Tether, Side::Any),
             Self::Grab => one(Task::Grab { substep, iteration }, Side::Whole),
             Self::Ground => one(Task::Ground, Side::Any),
@@ -364,7 +381,7 @@ impl Stepper<'_> {
         self.lambdas
             .make_sums(if averages { topology.particles() } else { 0 });
         self.find_regions();
-        let solve = Solve::of(&effects, stitched);
+        let solve = Solve::of(&effects, stitched, settings.method);
         let first = substeps.start;
         let mut forces = ForceKind::ALL
             .into_iter()
@@ -637,6 +654,19 @@ impl<'a> Context<'a> {
                     let h = self.compliant;
                     pressure.solve(self.topology, part.positions, walls, h, iteration);
                 }
+            }
+            Task::Direct { iteration } => {
+                // SAFETY: the whole body is one piece.
+                let (factors, lambdas) = unsafe { (shared.factors(), shared.all_lambdas()) };
+                factors.solve(Given {
+                    topology: self.topology,
+                    effects: &self.effects,
+                    part,
+                    lambdas,
+                    h: self.h,
+                    iteration: (iteration, settings.iterations.get()),
+                    instructions,
+                });
             }
             Task::Average { sweep, .. } => {
                 if let Some(averaging) = self.any.averaging(sweep) {

@@ -1,8 +1,8 @@
 //! A body without Bevy: topology, particles, and the effects that it carries.
 
 use super::{
-    Attract, Density, Drag, ElasticKind, Lambdas, Load, Mass, Particles, Topology, Uniform, Vortex,
-    Wind,
+    Attract, Density, Direct, Drag, ElasticKind, Factors, Lambdas, Load, Mass, Method, Particles,
+    Topology, Uniform, Vortex, Wind,
     advance::{Means, NotFinite, Solve, Stage, Stepper},
     constraint::{
         bend::Bend,
@@ -68,6 +68,8 @@ pub struct Effects {
     pub pressure: Option<Pressure>,
     /// What is strained beyond a yield strain stays so.
     pub plasticity: Option<Plasticity>,
+    /// The body is solved directly, not by sweeps.
+    pub direct: Option<Direct>,
     /// A hand holds the body.
     pub grab: Option<Grab>,
     /// A ground with friction and bounce.
@@ -79,6 +81,18 @@ pub struct Effects {
 }
 
 impl Effects {
+    /// Whether it is carried, and sweeps of a method go over its constraints.
+    #[must_use]
+    pub fn sweeps(&self, kind: ElasticKind, method: Method) -> bool {
+        self.has(kind) && !(self.is_direct(method) && kind.is_solved_directly())
+    }
+
+    /// Whether the body is solved directly in a world of this method.
+    #[must_use]
+    pub fn is_direct(&self, method: Method) -> bool {
+        self.direct.is_some() && method.has_direct()
+    }
+
     /// How many constraints a body with these effects has; a filling is one, and so are the regions
     /// whose shapes are matched, all together.
     #[must_use]
@@ -140,6 +154,8 @@ pub struct Body {
     pub leads: Leads,
     /// Its stitches, broken ones too.
     pub stitches: Stitches,
+    /// What it is solved with directly, if it is.
+    pub factors: Factors,
     /// How long it has been still.
     pub rest: RestTimer,
     /// Whether it sleeps.
@@ -167,6 +183,7 @@ impl Body {
             lambdas: Lambdas::default(),
             leads: Leads::default(),
             stitches: Stitches::default(),
+            factors: Factors::default(),
             rest: RestTimer::default(),
             asleep: false,
             quarantine: None,
@@ -250,6 +267,7 @@ impl Body {
             lambdas: &mut self.lambdas,
             leads: &self.leads,
             stitches: &mut self.stitches,
+            factors: &mut self.factors,
         }
     }
 
@@ -310,7 +328,8 @@ impl Body {
         if let Some(found) = spoilt_by(Stage::Presolve.name(), &again) {
             return found;
         }
-        for (stage, iteration) in Solve::of(&self.effects, !self.stitches.is_empty()).stages(step) {
+        let solve = Solve::of(&self.effects, !self.stitches.is_empty(), step.method);
+        for (stage, iteration) in solve.stages(step) {
             // Only the last stage looks for what is not finite.
             let _ = again.stepper().stage(stage, &step, iteration, means);
             if let Some(found) = spoilt_by(stage.name(), &again) {

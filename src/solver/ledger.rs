@@ -26,7 +26,7 @@
 //! Rigid effects (α = 0) store nothing, and what they do goes to the sweeps.
 
 use super::{
-    ForceKind, Friction, Lambdas, Particles, Stitches, Substep,
+    Factors, ForceKind, Friction, Lambdas, Particles, Stitches, Substep,
     advance::{Means, NotFinite, Solve, Stage, Stepper},
     constraint::shape_matching::Place,
     elastic::{Elastic, Visit},
@@ -273,7 +273,8 @@ impl Book {
         body.stage(Stage::Presolve, step, 0, means)?;
         self.begin(body.particles);
         self.contact(body, Stage::StickyGround, step, 0, means)?;
-        for (stage, iteration) in Solve::of(body.effects, !body.stitches.is_empty()).stages(*step) {
+        let solve = Solve::of(body.effects, !body.stitches.is_empty(), step.method);
+        for (stage, iteration) in solve.stages(*step) {
             if matches!(stage, Stage::Ground | Stage::Collide) {
                 self.contact(body, stage, step, iteration, means)?;
                 continue;
@@ -363,6 +364,7 @@ impl Book {
                 lambdas: &mut Lambdas::default(),
                 leads: body.leads,
                 stitches: &mut Stitches::default(),
+                factors: &mut Factors::default(),
             };
             without.stage(stage, step, iteration, means)?;
         }

@@ -25,6 +25,7 @@ pub fn solver_bytes(bodies: &[Body]) -> usize {
                 + body.leads.bytes()
                 + body.lambdas.bytes()
                 + body.stitches.bytes()
+                + body.factors.bytes()
         })
         .sum()
 }

@@ -61,6 +61,13 @@ impl Method {
         self != Self::Xpbd
     }
 
+    /// Whether bodies can be solved [directly](super::direct) where they ask for it: their system is that
+    /// of XPBD.
+    #[must_use]
+    pub fn has_direct(self) -> bool {
+        self == Self::Xpbd
+    }
+
     /// The length [s] that a substep of `h` seconds is taken to have where compliance and damping are
     /// divided by it: one without end where they are not looked at.
     #[must_use]

@@ -20,6 +20,7 @@ pub mod contact;
 mod crew;
 pub mod deform;
 pub mod delivered;
+pub mod direct;
 pub mod elastic;
 mod fit;
 pub mod force;
@@ -68,6 +69,7 @@ pub use constraint::{
 pub use contact::{Collide, Collider, ColliderShape, Ground, Path, Pose, StickyGround};
 pub use deform::{Deformation, deform};
 pub use delivered::Delivered;
+pub use direct::{Direct, Factors};
 pub use elastic::{ElasticKind, Lambdas};
 pub use force::{Attract, Drag, ForceKind, Uniform, Vortex, Wind};
 pub use history::History;

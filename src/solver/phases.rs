@@ -42,6 +42,8 @@ pub(super) enum Task {
     MatchShapes { iteration: u32 },
     /// The pressure of what fills the body: sweep number so-and-so.
     Pressure { iteration: u32 },
+    /// What elastic effects do as one system: iteration number so-and-so.
+    Direct { iteration: u32 },
     /// Every particle goes to the mean of where the constraints of an effect would have it.
     Average { kind: ElasticKind, sweep: u32 },
     /// Stitches: sweep number so-and-so of so many.
@@ -65,6 +67,7 @@ impl Task {
             Self::Stick => Stage::StickyGround,
             Self::MatchShapes { .. } => Stage::ShapeMatching,
             Self::Pressure { .. } => Stage::Pressure,
+            Self::Direct { .. } => Stage::Direct,
             Self::Elastic { kind, .. } | Self::Average { kind, .. } => Stage::Elastic(kind),
             Self::Stitch { .. } => Stage::Stitches,
             Self::Tether => Stage::Tethers,

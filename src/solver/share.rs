@@ -7,7 +7,7 @@
 )]
 
 use super::{
-    ElasticKind, Stitches,
+    ElasticKind, Factors, Stitches,
     advance::Stepper,
     bands::Piece,
     constraint::{grab::Grab, pressure::Walls, shape_matching::Matching},
@@ -32,6 +32,7 @@ pub(super) struct Shared<'a> {
     grab: *mut Option<Grab>,
     walls: *mut Walls,
     matching: *mut Matching,
+    factors: *mut Factors,
     touched: AtomicBool,
     stitches: *mut Stitches,
     lives: PhantomData<&'a mut ()>,
@@ -72,6 +73,7 @@ impl<'a> Shared<'a> {
             grab: &raw mut body.effects.grab,
             walls: &raw mut body.lambdas.walls,
             matching: &raw mut body.lambdas.matching,
+            factors: &raw mut *body.factors,
             touched: AtomicBool::new(false),
             stitches: &raw mut *body.stitches,
             lives: PhantomData,
@@ -110,6 +112,17 @@ impl<'a> Shared<'a> {
     pub unsafe fn lambdas(&self, kind: ElasticKind, range: Range<usize>) -> &mut [f32] {
         // SAFETY: the caller's promise.
         unsafe { self.lambdas[kind as usize].part(range) }
+    }
+
+    /// All multipliers, effect by effect; empty where they are not kept.
+    ///
+    /// # Safety
+    /// As long as they live, nobody else asks for any.
+    pub unsafe fn all_lambdas(&self) -> [&mut [f32]; ElasticKind::COUNT] {
+        // SAFETY: the caller's promise.
+        self.lambdas
+            .each_ref()
+            .map(|column| unsafe { column.part(0..column.len) })
     }
 
     /// A contact was made, or not.
@@ -176,6 +189,15 @@ impl<'a> Shared<'a> {
     pub unsafe fn matching(&self) -> &mut Matching {
         // SAFETY: borrowed by `new`; theirs alone by the caller's promise.
         unsafe { &mut *self.matching }
+    }
+
+    /// What it is solved with directly.
+    ///
+    /// # Safety
+    /// As long as it lives, nobody else asks for it.
+    pub unsafe fn factors(&self) -> &mut Factors {
+        // SAFETY: borrowed by `new`; theirs alone by the caller's promise.
+        unsafe { &mut *self.factors }
     }
 }
 

@@ -163,6 +163,7 @@ fn mark<'a, C: Clone + 'static>(
     let colour = match method {
         Method::Xpbd => COLOURS[0],
         Method::Pbd => COLOURS[1],
+        Method::Direct => COLOURS[2],
     };
     let style = if settled {
         colour.filled()
@@ -172,5 +173,6 @@ fn mark<'a, C: Clone + 'static>(
     match method {
         Method::Xpbd => Circle::new(at, 4, style).into_dyn(),
         Method::Pbd => TriangleMarker::new(at, 5, style).into_dyn(),
+        Method::Direct => Cross::new(at, 4, style).into_dyn(),
     }
 }

@@ -272,7 +272,7 @@ fn point(
         Some((time, Spread::of(time.ms_per_second.clone())))
     };
     let predicted = match setting.method {
-        Method::Xpbd => case
+        Method::Xpbd | Method::Direct => case
             .problem
             .reference
             .predicted(h, case.world.settings.order),

@@ -1,7 +1,8 @@
 //! A way to solve: a method, and how many substeps and iterations.
 
 use crate::solver::{
-    self, Compliance, InvalidValue, Iterations, Share, Stiffness, Substeps, World,
+    self, Body, Compliance, Direct, InvalidValue, Iterations, Share, Stiffness, Substeps, World,
+    direct,
     elastic::{Elastic, Visit},
 };
 use serde::{Deserialize, Serialize};
@@ -17,11 +18,14 @@ pub enum Method {
     /// Classic position-based dynamics: the same with every compliance 0, so that stiffness is what
     /// the sweeps make of it.
     Pbd,
+    /// XPBD's equations solved directly, one Newton step an iteration; for slender solids, through
+    /// which sweeps pass a load on but slowly.
+    Direct,
 }
 
 impl Method {
     /// All of them.
-    pub const ALL: [Self; 2] = [Self::Xpbd, Self::Pbd];
+    pub const ALL: [Self; 3] = [Self::Xpbd, Self::Pbd, Self::Direct];
 
     /// What reports and commands call it.
     #[must_use]
@@ -29,25 +33,27 @@ impl Method {
         match self {
             Self::Xpbd => "xpbd",
             Self::Pbd => "pbd",
+            Self::Direct => "direct",
         }
     }
 
     /// Makes a world use it.
     pub fn apply(self, world: &mut World) {
-        if self == Self::Xpbd {
-            return;
-        }
-        let stiffness = Share::default();
-        world.settings.method = solver::Method::Pbd { stiffness };
-        // What is rigid stores no energy.
-        for body in &mut world.bodies {
-            if let Some(stretch) = &mut body.effects.stretch {
-                stretch.compliance = Compliance::default();
-                stretch.axial_stiffness = Stiffness::default();
+        match self {
+            Self::Xpbd => {}
+            Self::Pbd => {
+                let stiffness = Share::default();
+                world.settings.method = solver::Method::Pbd { stiffness };
+                for body in &mut world.bodies {
+                    make_rigid(body);
+                }
             }
-            if let Some(volume) = &mut body.effects.volume {
-                volume.compliance = Compliance::default();
-                volume.bulk_modulus = Stiffness::default();
+            Self::Direct => {
+                let method = world.settings.method;
+                let bodies = world.bodies.iter_mut();
+                for body in bodies.filter(|body| can_be_direct(body, method)) {
+                    body.effects.direct = Some(Direct {});
+                }
             }
         }
     }
@@ -55,18 +61,56 @@ impl Method {
     /// Whether it does anything else to this world than XPBD does.
     #[must_use]
     pub fn differs(self, world: &World) -> bool {
-        struct Rigid(bool);
-        impl Visit for Rigid {
-            fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
-                self.0 &= effect.is_rigid() && effect.damping().get() == 0.0;
+        match self {
+            Self::Xpbd => false,
+            Self::Pbd => world.settings.method == solver::Method::Xpbd && !all_rigid(world),
+            Self::Direct => {
+                let method = world.settings.method;
+                world.bodies.iter().any(|body| can_be_direct(body, method))
             }
         }
-        let mut rigid = Rigid(true);
-        for body in &world.bodies {
-            body.effects.visit(&mut rigid);
-        }
-        self == Self::Pbd && !rigid.0 && world.settings.method == solver::Method::Xpbd
     }
+}
+
+/// Edges and volumes without compliance, so that what is rigid stores no energy.
+fn make_rigid(body: &mut Body) {
+    if let Some(stretch) = &mut body.effects.stretch {
+        stretch.compliance = Compliance::default();
+        stretch.axial_stiffness = Stiffness::default();
+    }
+    if let Some(volume) = &mut body.effects.volume {
+        volume.compliance = Compliance::default();
+        volume.bulk_modulus = Stiffness::default();
+    }
+}
+
+/// Whether nothing in a world is soft or damped.
+fn all_rigid(world: &World) -> bool {
+    struct Rigid(bool);
+    impl Visit for Rigid {
+        fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
+            self.0 &= effect.is_rigid() && effect.damping().get() == 0.0;
+        }
+    }
+    let mut rigid = Rigid(true);
+    for body in &world.bodies {
+        body.effects.visit(&mut rigid);
+    }
+    rigid.0
+}
+
+/// Whether a body is slender, and fit to be solved directly.
+fn can_be_direct(body: &Body, method: solver::Method) -> bool {
+    is_slender(body) && direct::unfit(&body.topology, &body.effects, method).is_none()
+}
+
+/// Whether a body is a solid at least four times as long as thick.
+fn is_slender(body: &Body) -> bool {
+    let volumes = body.topology.tetrahedra.rest_volume.iter();
+    let volume: f64 = volumes.map(|&volume| f64::from(volume).abs()).sum();
+    let length = f64::from(body.topology.size);
+    // 4 × 4 times the volume of a bar, less rounding.
+    volume > 0.0 && length * length * length >= 15.9 * volume
 }
 
 /// A method with its substeps and iterations.

@@ -62,6 +62,7 @@ mod solver_closed_forms;
 mod solver_collider;
 mod solver_collision_iterations;
 mod solver_delivered;
+mod solver_direct;
 mod solver_force;
 mod solver_gradients;
 mod solver_ground;

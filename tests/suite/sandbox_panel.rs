@@ -61,6 +61,7 @@ fn stretch() -> EffectModel {
         carriers_shown: 2,
         elements: 1240,
         share: Some(0.4),
+        note: None,
         delivered: Some(DeliveredModel {
             got: 4e-5,
             unit: "m/N",
@@ -90,6 +91,7 @@ fn absent() -> EffectModel {
         carriers_shown: 0,
         elements: 0,
         share: None,
+        note: None,
         delivered: None,
         overpressure: None,
         parameters: Vec::new(),

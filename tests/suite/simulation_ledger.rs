@@ -3,8 +3,8 @@
 
 use crate::{
     support::{
-        assert_relative, body_of_masses, chain, damping, pinned, point, settings, stretch, with,
-        world,
+        assert_relative, body, body_of_masses, chain, cube, damping, elastic_on_ground, pinned,
+        point, settings, stretch, with, world,
     },
     support_app::{app_of, app_with, cubes, push, set, ticks},
 };
@@ -18,7 +18,7 @@ use pliant::{
     simulation::{
         Action, EnergyLedger, SolvePhase, SolveSchedule, plain, state_hash, statistics::measure,
     },
-    solver::{self, Effects, Friction, Ground, Ledger, Restitution, SurfacePoint, World},
+    solver::{self, Direct, Effects, Friction, Ground, Ledger, Restitution, SurfacePoint, World},
 };
 
 fn keep(app: &mut App) {
@@ -30,7 +30,7 @@ fn ledger(app: &App) -> &EnergyLedger {
 }
 
 /// The ledger of a world after some ticks.
-fn kept(world: &World, count: usize) -> EnergyLedger {
+pub fn kept(world: &World, count: usize) -> EnergyLedger {
     let (mut app, ..) = app_of(world);
     keep(&mut app);
     ticks(&mut app, count);
@@ -38,7 +38,7 @@ fn kept(world: &World, count: usize) -> EnergyLedger {
 }
 
 /// The largest of all that is in it [J].
-fn largest(ledger: &EnergyLedger) -> f64 {
+pub fn largest(ledger: &EnergyLedger) -> f64 {
     let held = [&ledger.start, &ledger.now].into_iter().flat_map(|held| {
         let elastic = held.elastic.values().copied();
         [held.kinetic, held.potential].into_iter().chain(elastic)
@@ -72,6 +72,25 @@ fn the_rows_add_up_to_the_change_on_every_scene_and_change_no_bit() {
             "{name}: {gap:e} of the largest term, {ledger:?}"
         );
     }
+}
+
+/// A cube that is solved directly slides to rest.
+#[test]
+fn what_is_solved_directly_is_booked_by_cause() {
+    let effects = Effects {
+        direct: Some(Direct {}),
+        ..elastic_on_ground()
+    };
+    let mut cube = with(body("cube", cube(0.3, 3), 300.0), effects);
+    cube.translate(Vec3::new(0.0, 0.16, 0.0));
+    cube.set_velocity(Vec3::new(0.5, 0.0, 0.0));
+    let ledger = kept(&world(settings(9.81, 60.0, 4, 4), cube), 60);
+    let gap = ledger.gap().abs() / largest(&ledger);
+    assert!(gap < 1e-4, "{gap:e}: {ledger:?}");
+    // Of ½ · 8.1 kg · (0.5 m/s)² most goes to friction. What is rigid takes the rest to itself: it drags
+    // the layer on the ground along, which ground has slowed down.
+    let friction = -ledger.solver.friction / ledger.start.kinetic;
+    assert!((0.5..1.0).contains(&friction), "{friction}: {ledger:?}");
 }
 
 /// Implicit Euler takes ½m(hg)² a substep of whatever falls freely. Positions down to −4.9 m are

@@ -55,6 +55,8 @@ impl StoredBody {
             // They follow from the pins.
             leads: _,
             stitches,
+            // They begin anew in each substep.
+            factors: _,
             rest,
             asleep,
             quarantine,

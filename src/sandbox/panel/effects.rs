@@ -75,6 +75,9 @@ fn running_effect(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &E
                 });
             }
         }
+        if let Some(note) = effect.note {
+            section::note(ui, note);
+        }
         if let Some(delivered) = &effect.delivered {
             delivered::show(ui, panel, effect.name, delivered);
         }

@@ -173,6 +173,7 @@ fn effect(world: &World, info: &EffectInfo, bodies: &[Entity], shown: &[Entity])
             parameter_of(parameter, values)
         })
         .collect();
+    let settings = world.resource::<SimulationSettings>();
     EffectModel {
         name: info.name,
         title: info.title,
@@ -181,6 +182,9 @@ fn effect(world: &World, info: &EffectInfo, bodies: &[Entity], shown: &[Entity])
         carriers_shown: carriers.len(),
         elements: 0,
         share: None,
+        note: carriers
+            .iter()
+            .find_map(|body| (info.note)(&world.entity(*body), settings)),
         delivered: None,
         overpressure: None,
         switchable: info.insert_default.is_some(),

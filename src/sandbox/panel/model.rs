@@ -162,6 +162,8 @@ pub struct EffectModel {
     pub switchable: bool,
     /// Its parameters, as the bodies of the scope have them; empty if none carries it.
     pub parameters: Vec<Parameter>,
+    /// What a user should know of it on the bodies of the scope, in a sentence.
+    pub note: Option<&'static str>,
     /// The compliance that the solver delivers, where it can be told.
     pub delivered: Option<DeliveredModel>,
     /// The least and the greatest overpressure of the bodies of the scope that it fills [Pa].

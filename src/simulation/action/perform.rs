@@ -32,10 +32,11 @@ pub fn perform(world: &mut World, action: &Action) -> Result<(), ActionError> {
         Action::AddEffect { body, effect } => {
             let info = find_effect(world, effect)?;
             let (present, unfit, add) = (info.present, info.unfit, info.insert_default);
+            let settings = **world.resource::<SimulationSettings>();
             let mut entity = body_mut(world, *body)?;
             if present(&EntityRef::from(&entity)) {
                 Ok(())
-            } else if let Some(reason) = unfit(&EntityRef::from(&entity)) {
+            } else if let Some(reason) = unfit(&EntityRef::from(&entity), &settings) {
                 let effect = effect.clone();
                 Err(ActionError::Unfit { effect, reason })
             } else if let Some(add) = add {

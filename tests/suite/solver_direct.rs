@@ -1,0 +1,501 @@
+//! Direct solution: the converged answer at one step, momentum, contact, and what is hostile.
+
+use crate::{
+    simulation_ledger::{kept, largest},
+    support::{
+        G, bits, body, body_of_masses, chain, cube, damping, elastic_on_ground, pinned, run,
+        settings, stretch, volume, with, world,
+    },
+    support_app::{app_of, done},
+};
+use glam::{DVec3, UVec2, UVec3, Vec2, Vec3};
+use pliant::{
+    mesh::Primitive,
+    simulation::Action,
+    solver::{
+        Bend, Body, Coefficient, Direct, Effects, Filling, Ground, IsometricBend, Membrane, Method,
+        NeoHookean, Order, Pressure, Share, Slack, Stiffness, Strain, StrainLimit, Struts, Tethers,
+        Threads, Volume, Weave, World, deform, deform::Deformation, direct, measure, reference,
+    },
+};
+
+const DIRECT: Option<Direct> = Some(Direct {});
+
+fn directly(effects: Effects) -> Effects {
+    Effects {
+        direct: DIRECT,
+        ..effects
+    }
+}
+
+/// A beam of `cells` × 1 × 1 cells of 0.1 m, with the material of the study's cantilevers.
+fn beam(cells: u32) -> Body {
+    let primitive = Primitive::Box {
+        size: Vec3::new(0.1 * cells as f32, 0.1, 0.1),
+        cells: UVec3::new(cells, 1, 1),
+    };
+    body("beam", primitive.build().expect("sound").shape, 200.0)
+}
+
+fn material() -> Effects {
+    Effects {
+        stretch: stretch(1e-5),
+        volume: Some(Volume {
+            bulk_modulus: Stiffness::new(2e6).expect("sound"),
+            ..Volume::default()
+        }),
+        ..Effects::default()
+    }
+}
+
+/// The beam held by its end at the smallest x.
+fn held(cells: u32) -> Body {
+    let body = beam(cells);
+    let left = |x: &Vec3| x.x < -0.05 * cells as f32 + 1e-4;
+    let vertices = (0..).zip(&body.topology.rest);
+    let pins: Vec<u32> = vertices
+        .filter(|(_, x)| left(x))
+        .map(|(i, _)| body.topology.vertex(i))
+        .collect();
+    assert_eq!(pins.len(), 4);
+    pinned(body, &pins)
+}
+
+/// Root mean square distance between a body and its twin, over the size of the body.
+fn apart(body: &Body, twin: &reference::Body) -> f64 {
+    let both = body.particles.positions.iter().zip(&twin.x);
+    let sum: f64 = both
+        .map(|(a, b)| a.truncate().as_dvec3().distance_squared(*b))
+        .sum();
+    (sum / twin.x.len() as f64).sqrt() / f64::from(body.topology.size)
+}
+
+/// How far a world is from its twin with so many sweeps, at most over `ticks` ticks.
+fn error(world: &World, sweeps: u32, ticks: u32) -> f64 {
+    let mut twin = reference::World::of(world);
+    twin.settings.iterations = settings(G, 60.0, 1, sweeps).iterations;
+    let mut fast = world.clone();
+    (0..ticks).fold(0.0, |most: f64, _| {
+        fast.tick();
+        twin.tick();
+        most.max(apart(&fast.bodies[0], &twin.bodies[0]))
+    })
+}
+
+#[test]
+fn one_substep_equals_the_converged_twin() {
+    // From a start that is a little off, one substep. What Newton leaves after a step is of second
+    // order in the turn of an element, here about 1e-3; positions near 0.4 m are rounded by 3e-8 m.
+    let rope = pinned(body("rope", chain(20, 0.05), 0.1), &[0]);
+    for (body, effects) in [
+        (held(8), material()),
+        (
+            held(4),
+            Effects {
+                stretch: stretch(1e-4).map(|stretch| pliant::solver::Stretch {
+                    damping: damping(0.01),
+                    ..stretch
+                }),
+                ..material()
+            },
+        ),
+        (
+            rope,
+            Effects {
+                stretch: stretch(1e-5),
+                ..Effects::default()
+            },
+        ),
+    ] {
+        let mut world = world(settings(G, 60.0, 4, 1), with(body, directly(effects)));
+        world.bodies[0].set_velocity(Vec3::new(0.0, -0.05, 0.02));
+        let once = error(&world, 2000, 1);
+        assert!(once < 2e-6, "{once}");
+    }
+}
+
+#[test]
+fn a_slender_beam_is_converged_at_one_substep_and_one_iteration() {
+    let body = held(8);
+    let directly = world(
+        settings(G, 60.0, 1, 1),
+        with(body.clone(), directly(material())),
+    );
+    let swept = world(settings(G, 60.0, 1, 1), with(body, material()));
+    let direct = error(&directly, 2000, 60);
+    assert!(direct < 1e-3, "direct: {direct}");
+    let sweep = error(&swept, 2000, 60);
+    assert!(sweep > 1e-2, "one sweep alone would do: {sweep}");
+}
+
+#[test]
+fn multipliers_are_forces() {
+    let body = pinned(body_of_masses(chain(1, 0.5), &[1.0, 1.0]), &[0]);
+    for compliance in [1e-3, 0.0] {
+        let effects = directly(Effects {
+            stretch: stretch(compliance),
+            ..Effects::default()
+        });
+        let mut world = world(settings(G, 60.0, 4, 1), with(body.clone(), effects));
+        // What swings at first is damped by the method; 20 s leave nothing of it.
+        run(&mut world, 20.0);
+        let h = world.settings.substep_seconds();
+        let lambdas = world.bodies[0]
+            .lambdas
+            .of(pliant::solver::ElasticKind::Stretch);
+        let force = -f64::from(lambdas[0]) / (h * h);
+        // Positions are rounded by 3e-8 m, which is as much as a force of m·3e-8/h² = 1.7e-3 N.
+        assert!((force - G).abs() < 4e-3, "{force} N at {compliance} m/N");
+    }
+}
+
+#[test]
+fn a_free_body_keeps_its_momentum() {
+    for effects in [
+        material(),
+        Effects {
+            stretch: stretch(0.0),
+            volume: volume(0.0),
+            ..Effects::default()
+        },
+    ] {
+        let mut body = with(beam(8), directly(effects));
+        body.set_velocity(Vec3::new(1.0, 0.5, 0.0));
+        for (place, v) in body.particles.velocities.iter_mut().enumerate() {
+            v.z += if place % 2 == 0 { 0.1 } else { -0.1 };
+        }
+        let before = measure::momentum(&body.particles);
+        let mut world = world(settings(0.0, 60.0, 4, 1), body);
+        run(&mut world, 1.0);
+        let after = measure::momentum(&world.bodies[0].particles);
+        // 240 roundings of positions near 1 m by 6e-8 m at most, each worth 6e-8/h = 1.4e-5 m/s of a
+        // particle, in random directions, over 36 particles: 1.4e-5 √240/√36 = 4e-5 of 1.1 m/s at most.
+        let off = (after - before).length() / before.length();
+        assert!(off < 4e-5, "{off}");
+    }
+}
+
+/// A cloth of 0.4 × 0.4 m, level, held by two corners.
+fn cloth() -> Body {
+    let primitive = Primitive::Cloth {
+        size: Vec2::splat(0.4),
+        cells: UVec2::splat(4),
+        diagonals: Default::default(),
+        shear: false,
+    };
+    let body = body("cloth", primitive.build().expect("sound").shape, 0.3);
+    pinned(body, &[0, 4])
+}
+
+#[test]
+fn every_effect_that_is_solved_gives_what_the_converged_twin_gives() {
+    // Eight Newton steps a substep leave rounding. Of four substeps of positions up to 0.3 m each is
+    // rounded by 1.5e-8 m, and begins the next with a velocity that is off by as much over h: 1.5e-8 m
+    // times 1 + 2 + 3 + 4, of a body of 0.57 m.
+    let soft = stretch(1e-4);
+    let alone = Effects::default();
+    let cloths = [
+        Effects {
+            stretch: soft,
+            bend: Some(Bend::default()),
+            ..alone
+        },
+        Effects {
+            stretch: soft,
+            isometric_bend: Some(IsometricBend::default()),
+            ..alone
+        },
+        Effects {
+            membrane: Some(Membrane::default()),
+            bend: Some(Bend::default()),
+            ..alone
+        },
+        Effects {
+            weave: Some(Weave::default()),
+            bend: Some(Bend::default()),
+            ..alone
+        },
+    ];
+    let solid = Effects {
+        stretch: soft,
+        struts: Some(Struts::default()),
+        volume: volume(1e-9),
+        ..alone
+    };
+    let block = pinned(body("block", cube(0.4, 2), 300.0), &[0, 1, 2]);
+    let cloths = cloths.map(|effects| (cloth(), effects));
+    for (body, effects) in cloths.into_iter().chain([(block, solid)]) {
+        for order in [1, 2] {
+            let mut world = world(
+                settings(G, 60.0, 4, 8),
+                with(body.clone(), directly(effects)),
+            );
+            world.settings.order = Order::new(order).expect("sound");
+            let off = error(&world, 4000, 1);
+            assert_eq!(world.bodies[0].quarantine, None);
+            assert!(off < 3e-7, "{off} of order {order}: {effects:?}");
+        }
+    }
+}
+
+#[test]
+fn only_xpbd_is_solved_directly() {
+    let beam = held(8);
+    for method in [
+        Method::Pbd {
+            stiffness: Share::new(0.5).expect("a share"),
+        },
+        Method::Jacobi {
+            own_weight: Coefficient::new(0.2).expect("sound"),
+            kept_speed: Share::new(0.99).expect("a share"),
+        },
+        Method::Verlet,
+    ] {
+        let swing = |effects: Effects| {
+            let mut world = world(settings(G, 60.0, 2, 3), with(beam.clone(), effects));
+            world.settings.method = method;
+            run(&mut world, 0.5);
+            bits(&world.bodies[0].particles.positions)
+        };
+        assert_eq!(swing(directly(material())), swing(material()), "{method:?}");
+        let why = direct::unfit(&beam.topology, &material(), method);
+        assert_eq!(why, Some(direct::Unfit::Method));
+    }
+    assert_eq!(
+        direct::unfit(&beam.topology, &material(), Method::Xpbd),
+        None
+    );
+}
+
+#[test]
+fn it_rests_on_the_ground() {
+    let rest = |substeps: u32, iterations: u32| {
+        let mut body = with(
+            beam(8),
+            directly(Effects {
+                ground: Some(Ground::default()),
+                ..material()
+            }),
+        );
+        body.translate(Vec3::new(0.0, 0.06, 0.0));
+        let mut world = world(settings(G, 60.0, substeps, iterations), body);
+        run(&mut world, 5.0);
+        let body = &world.bodies[0];
+        let heights = body.particles.positions.iter().map(|x| x.y);
+        let lowest = heights.clone().fold(f32::INFINITY, f32::min);
+        assert!(lowest.abs() < 1e-5, "lowest at {lowest} m");
+        let speed = measure::rms_speed(&body.particles);
+        assert!(speed < 1e-3, "{speed} m/s");
+        assert_eq!(body.factors.done(), direct::Done::Solved);
+        f64::from(heights.fold(0.0, f32::max))
+    };
+    // In a substep gravity moves all of it down by gh², and the ground moves the lower half up. In the
+    // steady state it moves it up by twice as much, which is by how much the beam is squashed.
+    for substeps in [1, 4] {
+        let h = 1.0 / (60.0 * f64::from(substeps));
+        let squashed = 0.1 - rest(substeps, 1);
+        let expected = 2.0 * G * h * h;
+        assert!(
+            (0.8..1.2).contains(&(squashed / expected)),
+            "{squashed} m, not {expected} m, at {substeps} substeps"
+        );
+        // Of what is squashed a further iteration leaves half.
+        let further = 0.1 - rest(substeps, 8);
+        assert!(further < 0.05 * squashed, "{further} m of {squashed} m");
+    }
+}
+
+#[test]
+fn what_else_moves_particles_acts_between_the_steps() {
+    // A light rope of rigid links, a limit and tethers too, and a hand: converged, all of them hold.
+    let all = Effects {
+        stretch: stretch(1e-3),
+        strain_limit: Some(StrainLimit {
+            limit: Strain::new(0.02).expect("sound"),
+        }),
+        tethers: Some(Tethers {
+            slack: Slack::new(0.01).expect("sound"),
+        }),
+        ..Effects::default()
+    };
+    let rope = pinned(body("rope", chain(20, 0.05), 1.0), &[0]);
+    let mut hanging = world(settings(G, 60.0, 4, 4), with(rope, directly(all)));
+    hanging.bodies[0].set_velocity(Vec3::new(1.0, 0.0, 0.0));
+    let ledger = kept(&hanging, 120);
+    let gap = ledger.gap().abs() / largest(&ledger);
+    assert!(gap < 1e-4, "{gap:e}: {ledger:?}");
+    run(&mut hanging, 2.0);
+    let hanging = &hanging.bodies[0];
+    assert_eq!(hanging.factors.done(), direct::Done::Solved);
+    let errors = measure::edge_errors(&hanging.topology, &hanging.particles.positions);
+    let worst = errors.fold(0.0, f64::max) / 0.05;
+    assert!(worst < 0.03, "strain {worst}");
+
+    // A filled box, and one of neo-Hookean tetrahedra, on the ground.
+    let pressure = Some(Pressure {
+        factor: Filling::new(1.2).expect("sound"),
+        ..Pressure::default()
+    });
+    let neo_hookean = Some(NeoHookean::default());
+    for (pressure, neo_hookean) in [(pressure, None), (None, neo_hookean)] {
+        let effects = directly(Effects {
+            stretch: stretch(1e-4),
+            pressure,
+            neo_hookean,
+            ground: Some(Ground::default()),
+            ..Effects::default()
+        });
+        let mut body = with(body("box", cube(0.4, 2), 100.0), effects);
+        body.translate(Vec3::new(0.0, 0.3, 0.0));
+        let mut resting = world(settings(G, 60.0, 8, 4), body);
+        let ledger = kept(&resting, 120);
+        let gap = ledger.gap().abs() / largest(&ledger);
+        assert!(gap < 1e-4, "{gap:e}: {ledger:?}");
+        run(&mut resting, 8.0);
+        let body = &resting.bodies[0];
+        assert_eq!(body.quarantine, None);
+        let speed = measure::rms_speed(&body.particles);
+        assert!(speed < 1e-2, "{speed} m/s with {neo_hookean:?}");
+    }
+}
+
+#[test]
+fn hostile_states_recover_as_they_do_by_sweeps() {
+    let shapes = [
+        Deformation::Squash(0.0),
+        Deformation::Squash(0.5),
+        Deformation::Line,
+        Deformation::Shuffle(3),
+        Deformation::Mirror,
+        Deformation::Scale(0.0),
+        Deformation::Scale(10.0),
+    ];
+    for effects in [material(), elastic_on_ground()] {
+        for shape in shapes {
+            let mut body = with(body("cube", cube(0.4, 3), 200.0), directly(effects));
+            deform(&mut body.particles, shape);
+            body.translate(Vec3::new(0.0, 0.5, 0.0));
+            let mut world = world(settings(G, 60.0, 8, 1), body);
+            world.sleep.enabled = false;
+            run(&mut world, 3.0);
+            let body = &world.bodies[0];
+            assert_eq!(body.quarantine, None, "{shape:?}");
+            let speed = measure::rms_speed(&body.particles);
+            // 3 s of falling make 29 m/s; what spins by then has less than as much again.
+            assert!(speed < 60.0, "{shape:?}: {speed} m/s");
+            let inverted = measure::inverted(&body.topology, &body.particles.positions);
+            assert_eq!(inverted, 0, "{shape:?}");
+        }
+    }
+}
+
+#[test]
+fn a_light_rope_holds_a_heavy_weight() {
+    let mut masses = [0.001; 21];
+    masses[20] = 1.0;
+    let effects = directly(Effects {
+        stretch: stretch(0.0),
+        ..Effects::default()
+    });
+    let body = pinned(body_of_masses(chain(20, 0.05), &masses), &[0]);
+    let mut world = world(settings(G, 60.0, 4, 1), with(body, effects));
+    world.bodies[0].set_velocity(Vec3::new(0.5, 0.0, 0.0));
+    for _ in 0..300 {
+        world.tick();
+        let body = &world.bodies[0];
+        assert_eq!(body.factors.done(), direct::Done::Solved);
+        let errors = measure::edge_errors(&body.topology, &body.particles.positions);
+        let worst = errors.fold(0.0, |most: f64, error| most.max((error / 0.05).abs()));
+        // What Newton leaves is of second order. At first, when links go 0.5 m/s and turn by 0.04 in a
+        // substep, half the square of that.
+        assert!(worst < 1e-3, "strain {worst}");
+    }
+}
+
+#[test]
+fn threads_iterations_and_copies_change_what_they_should() {
+    let swing = |threads: usize| {
+        let body = with(held(16), directly(material()));
+        let mut world = world(settings(G, 60.0, 2, 1), body);
+        let other = with(body_far(), directly(elastic_on_ground()));
+        world.bodies.push(other);
+        world.threads = Threads::new(threads).expect("sound");
+        run(&mut world, 1.0);
+        let all = world.bodies.iter();
+        all.map(|body| bits(&body.particles.positions))
+            .collect::<Vec<_>>()
+    };
+    let one = swing(1);
+    assert_eq!(one, swing(2));
+    assert_eq!(one, swing(8));
+}
+
+fn body_far() -> Body {
+    let mut body = body("cube", cube(0.5, 4), 300.0);
+    body.translate(Vec3::new(3.0, 0.4, 0.0));
+    body
+}
+
+#[test]
+fn what_is_too_large_is_swept_and_says_so() {
+    let large = body("large", cube(1.0, 14), 100.0);
+    assert_eq!(direct::work(&large.topology, &material()), None);
+    let small = held(8);
+    let work = direct::work(&small.topology, &material());
+    assert!(work.is_some_and(|work| work < 100_000), "{work:?}");
+    let effects = material();
+    let swept = |effects: Effects| {
+        let mut world = world(settings(G, 60.0, 1, 2), with(large.clone(), effects));
+        world.tick();
+        world
+    };
+    let asked = swept(directly(effects));
+    assert_eq!(asked.bodies[0].factors.done(), direct::Done::TooLarge);
+    assert!(direct::Done::TooLarge.why_swept().is_some());
+    let plain = swept(effects);
+    let centre = |world: &World| -> DVec3 { measure::centre_of_mass(&world.bodies[0].particles) };
+    assert!(centre(&asked).distance(centre(&plain)) < 1e-6);
+}
+
+#[test]
+fn it_is_refused_where_it_does_not_fit() {
+    let scene = |cells: u32, world: &str, effects: &str| {
+        let text = format!(
+            "Scene(title: \"t\", look_at: \"l\", world: ({world}), bodies: [(name: \"block\", primitive: \
+             Box(size: (1, 1, 1), cells: ({cells}, {cells}, {cells})), effects: ({effects} direct: ()))], \
+             acceptance: (seconds: 1.0))"
+        );
+        let scene: pliant::scene::Scene = text.parse().expect("sound");
+        scene
+            .build()
+            .map(|built| built.world.bodies[0].effects.direct)
+    };
+    let plain = "stretch: (), volume: (),";
+    assert_eq!(scene(3, "", plain).expect("small enough"), DIRECT);
+    for (cells, world, effects, reason) in [
+        (14, "", plain, "20 million"),
+        (3, "method: Verlet", plain, "choose XPBD"),
+        (3, "", "neo_hookean: (),", "neo-Hookean"),
+    ] {
+        let error = scene(cells, world, effects).expect_err(reason).to_string();
+        assert!(error.contains("block") && error.contains(reason), "{error}");
+    }
+
+    let mut body = with(body("block", cube(0.4, 2), 300.0), material());
+    body.effects.neo_hookean = Some(NeoHookean::default());
+    let (mut app, bodies, _) = app_of(&world(settings(G, 60.0, 1, 1), body));
+    let action = Action::AddEffect {
+        body: bodies[0],
+        effect: "direct".to_owned(),
+    };
+    let [error] = &done(&mut app, action.clone())[..] else {
+        panic!("it is not refused");
+    };
+    assert!(error.to_string().contains("neo-Hookean"), "{error}");
+    let remove = Action::RemoveEffect {
+        body: bodies[0],
+        effect: "neo_hookean".to_owned(),
+    };
+    assert_eq!(done(&mut app, remove), []);
+    assert_eq!(done(&mut app, action), []);
+}
