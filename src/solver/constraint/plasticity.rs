@@ -438,10 +438,13 @@ impl Blocks<4, 1> for Folds<'_> {
             block.column(simd, &weights[1]),
             block.column(simd, &weights[2]),
         );
-        for axis in 0..3 {
-            let d = (x[1][axis] - x[0][axis]) * k1
-                + (x[2][axis] - x[0][axis]) * k2
-                + (x[3][axis] - x[0][axis]) * k3;
+        let (d1, d2, d3) = (
+            difference(&x[1], &x[0]),
+            difference(&x[2], &x[0]),
+            difference(&x[3], &x[0]),
+        );
+        for ((d1, d2), d3) in d1.into_iter().zip(d2).zip(d3) {
+            let d = d1 * k1 + d2 * k2 + d3 * k3;
             square += d * d;
         }
         let start = block.column(simd, &self.cotangents.rest);

@@ -480,7 +480,7 @@ impl Factors {
                 *told = *swept;
             }
         }
-        wide(&mut self.x, &**positions);
+        wide(&mut self.x, positions);
     }
 }
 
