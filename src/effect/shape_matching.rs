@@ -71,7 +71,7 @@ impl Effect for ShapeMatching {
 
     fn when_removed(body: &mut EntityWorldMut) {
         if let Some(mut multipliers) = body.get_mut::<Multipliers>() {
-            multipliers.0.matching = Matching::default();
+            multipliers.0.matching = None;
         }
     }
 
@@ -85,10 +85,11 @@ impl Effect for ShapeMatching {
         };
         let h = particles.history.seconds(h.into());
         let at = || Place::among(&particles.positions);
-        let known = &multipliers.0.matching;
+        let known = multipliers.0.matching.as_deref();
+        let known = known.filter(|known| known.is_of(topology, self));
         let found;
         // Before the first substep after a change nobody has looked for them.
-        let matching = if known.is_of(topology, self) {
+        let matching = if let Some(known) = known {
             known
         } else {
             found = Matching::of(topology, self);

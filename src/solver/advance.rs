@@ -448,7 +448,8 @@ impl Stepper<'_> {
     /// Brings the regions whose shapes are matched in line with their size.
     pub(super) fn find_regions(&mut self) {
         if let Some(effect) = &self.effects.shape_matching {
-            self.lambdas.matching.update(self.topology, effect);
+            let matching = self.lambdas.matching.get_or_insert_default();
+            matching.update(self.topology, effect);
         }
     }
 
@@ -636,9 +637,9 @@ impl<'a> Context<'a> {
                 unsafe { self.kernels.solve(kind, work) };
             }
             Task::MatchShapes { iteration } => {
-                if let Some(effect) = &self.effects.shape_matching {
-                    // SAFETY: shapes are matched on the whole body, which is one piece.
-                    let matching = unsafe { shared.matching() };
+                // SAFETY: shapes are matched on the whole body, which is one piece.
+                let matching = unsafe { shared.matching() };
+                if let (Some(effect), Some(matching)) = (&self.effects.shape_matching, matching) {
                     let sweep = Sweep {
                         h: self.compliant.into(),
                         first: iteration == 0,

@@ -12,7 +12,7 @@ use super::{
         neo_hookean::NeoHookean,
         plasticity::Plasticity,
         pressure::{Pressure, Walls},
-        shape_matching::{Matching, ShapeMatching},
+        shape_matching::ShapeMatching,
         stitches::Stitches,
         strain_limit::StrainLimit,
         stretch::Stretch,
@@ -239,7 +239,7 @@ impl Body {
             self.lambdas.walls = Walls::default();
         }
         if self.effects.shape_matching.is_none() {
-            self.lambdas.matching = Matching::default();
+            self.lambdas.matching = None;
         }
         if let Some(particle) = self.particles.first_not_finite() {
             freeze(&mut self.particles, &self.tick_start);

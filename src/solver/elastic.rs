@@ -137,8 +137,8 @@ pub struct Lambdas {
     columns: [Vec<f32>; ElasticKind::COUNT],
     /// What pressure keeps.
     pub walls: Walls,
-    /// The regions whose shapes are matched, with their multipliers.
-    pub matching: Matching,
+    /// The regions whose shapes are matched, with their multipliers; none before the first substep.
+    pub matching: Option<Box<Matching>>,
     /// Room to add up the ways of averaged passes; zeros between them.
     sums: Vec<Vec4>,
 }
@@ -182,7 +182,10 @@ impl Lambdas {
         self.count() * size_of::<f32>()
             + size_of_val(&self.sums[..])
             + size_of_val(&self.walls.gradients[..])
-            + self.matching.bytes()
+            + self
+                .matching
+                .as_ref()
+                .map_or(0, |it| size_of::<Matching>() + it.bytes())
     }
 
     /// How many multipliers there are.

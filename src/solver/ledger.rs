@@ -209,10 +209,11 @@ impl Errors {
         let mut collect = Collect(Vec::new(), body);
         body.effects.visit(&mut collect);
         let mut all = collect.0;
-        if let Some(effect) = &body.effects.shape_matching {
+        let matching = &body.lambdas.matching;
+        if let (Some(effect), Some(matching)) = (&body.effects.shape_matching, matching) {
             let (compliance, tau) = (effect.compliance(), effect.damping.get().into());
             let at = Place::among(&body.particles.positions);
-            let strains = body.lambdas.matching.strains(body.topology, at);
+            let strains = matching.strains(body.topology, at);
             all.extend(strains.map(|strain| (strain, compliance, tau)));
         }
         Self(all, Filled::of(body))

@@ -292,9 +292,9 @@ pub fn residuals(
         h,
     };
     effects.visit(&mut sum);
-    if let Some(effect) = &effects.shape_matching {
+    if let (Some(effect), Some(matching)) = (&effects.shape_matching, &lambdas.matching) {
         let at = Place::among(positions);
-        let own = lambdas.matching.residual(topology, effect, h.into(), at);
+        let own = matching.residual(topology, effect, h.into(), at);
         sum.all.add(own);
     }
     if let Some(pressure) = &effects.pressure {

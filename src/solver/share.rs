@@ -31,7 +31,7 @@ pub(super) struct Shared<'a> {
     sums: (*mut Vec4, usize),
     grab: *mut Option<Grab>,
     walls: *mut Walls,
-    matching: *mut Matching,
+    matching: *mut Option<Box<Matching>>,
     factors: *mut Factors,
     touched: AtomicBool,
     stitches: *mut Stitches,
@@ -186,9 +186,9 @@ impl<'a> Shared<'a> {
     ///
     /// # Safety
     /// As long as it lives, nobody else asks for it.
-    pub unsafe fn matching(&self) -> &mut Matching {
+    pub unsafe fn matching(&self) -> Option<&mut Matching> {
         // SAFETY: borrowed by `new`; theirs alone by the caller's promise.
-        unsafe { &mut *self.matching }
+        unsafe { (*self.matching).as_deref_mut() }
     }
 
     /// What it is solved with directly.

@@ -109,8 +109,8 @@ fn dual_of(body: &Body, alone: &[DVec3]) -> (f64, f64) {
             *force += gradient * body.lambdas.walls.multiplier;
         }
     }
-    if body.effects.shape_matching.is_some() {
-        let mut matching = body.lambdas.matching.clone();
+    let matching = body.lambdas.matching.clone();
+    if let (Some(_), Some(mut matching)) = (body.effects.shape_matching, matching) {
         let moves = matching.pull(&body.topology, Place::among(positions));
         for ((force, by), x) in forces.iter_mut().zip(moves).zip(positions) {
             if x.w > 0.0 {

@@ -63,10 +63,13 @@ const SHORTER: f64 = 0.4;
 /// What is minimised may rise by this share, as rounding.
 const SLACK: f64 = 1e-6;
 
-/// The plan of a body that is solved directly, and the room that it works in. It follows from the
-/// topology and the effects, and is no part of the state.
+/// The plan of a body that is solved directly, and the room that it works in; nothing for other bodies.
+/// It follows from the topology and the effects, and is no part of the state.
 #[derive(Debug, Clone, Default)]
-pub struct Factors {
+pub struct Factors(Option<Box<Room>>);
+
+#[derive(Debug, Clone, Default)]
+struct Room {
     /// Which effects of how many particles `plan` is for.
     planned: Option<(u32, usize)>,
     plan: Option<Plan>,
@@ -214,13 +217,27 @@ fn plan(topology: &Topology, effects: &Effects) -> Result<Plan, TooLarge> {
 impl Factors {
     /// What became of the last substep.
     #[must_use]
-    pub const fn done(&self) -> Done {
-        self.done
+    pub fn done(&self) -> Done {
+        self.0.as_ref().map_or(Done::Nothing, |room| room.done)
     }
 
     /// Bytes of memory.
     #[must_use]
     pub fn bytes(&self) -> usize {
+        let room = self.0.as_ref();
+        room.map_or(0, |room| size_of::<Room>() + room.bytes())
+    }
+
+    /// Moves the particles of a body to where its elastic effects bring them in an iteration, and tells
+    /// their multipliers.
+    pub(super) fn solve(&mut self, given: Given) {
+        self.0.get_or_insert_default().solve(given);
+    }
+}
+
+impl Room {
+    /// Bytes of memory of its columns.
+    fn bytes(&self) -> usize {
         let columns = [
             &self.right,
             &self.step,
@@ -243,9 +260,7 @@ impl Factors {
                 .sum::<usize>()
     }
 
-    /// Moves the particles of a body to where its elastic effects bring them in an iteration, and tells
-    /// their multipliers.
-    pub(super) fn solve(&mut self, mut given: Given) {
+    fn solve(&mut self, mut given: Given) {
         let first = given.iteration.0 == 0;
         if first {
             self.prepare(given.topology, given.effects);
