@@ -2,7 +2,8 @@
 //! table. `cargo bench --bench effects`.
 //!
 //! A body that carries the effect alone, begun anew in every round stretched by a fifth, against the same
-//! body without any. Effects of no element of their own are told by the particle.
+//! body without any. What acts on particles is told by the particle, wind and pressure by the triangle, and
+//! plasticity is beside edges: what it takes more than those alone, by the edge.
 
 use bevy::{
     math::{UVec2, UVec3, Vec2, Vec3},
@@ -14,7 +15,7 @@ use pliant::{
     mesh::Primitive,
     prelude::*,
     simulation::{SolverThreads, plain, tick},
-    solver::{Body, Threads, World},
+    solver::{Body, Collider, ColliderShape, Pose, Threads, World},
 };
 use std::{
     sync::Arc,
@@ -45,33 +46,70 @@ fn main() -> anyhow::Result<()> {
     let registry = names.world_mut().resource::<EffectRegistry>();
     let effects: Vec<_> = registry.iter().cloned().collect();
     for effect in &effects {
-        let Some(insert) = effect.insert_default else {
+        // What is solved directly is not swept: that is compared in `benches/README.md`.
+        let Some(insert) = effect.insert_default.filter(|_| effect.name != "direct") else {
             continue;
         };
         // The cloth, unless the effect has something to do only on the block.
-        let mut best: Option<(&str, usize, f64)> = None;
         for (name, world) in &shapes {
-            let mut without = app(world)?;
-            let mut with = app(world)?;
+            let world = given(world, effect.name)?;
+            let mut without = app(&world)?;
+            let mut with = app(&world)?;
             let body = body(&mut with);
             insert(&mut with.world_mut().entity_mut(body));
             let [alone, acting] = times(&mut without, &mut with);
             let entity = with.world().entity(body);
-            let elements = (effect.figures)(&entity, 1e-3).map_or(0, |figures| figures.elements);
-            let particles = world.bodies[0].particles.len();
-            if best.is_none_or(|(_, known, _)| known == particles && elements > particles) {
-                let count = if elements == 0 { particles } else { elements };
-                best = Some((name, count, (acting - alone) / count as f64));
+            let topology = &world.bodies[0].topology;
+            let elements = match effect.name {
+                "shape_matching" => topology.particles(),
+                "wind" => topology.triangles.len(),
+                // Its one filling works on every triangle.
+                "pressure" if topology.enclosure().is_ok() => topology.triangles.len(),
+                "pressure" => 0,
+                name if BY_PARTICLE.contains(&name) => topology.particles(),
+                _ => (effect.figures)(&entity, 1e-3).map_or(0, |figures| figures.elements),
+            };
+            if elements > 0 {
+                let nanoseconds = (acting - alone) / elements as f64;
+                println!(
+                    "| `{}` | {name} | {elements} | {nanoseconds:.1} |",
+                    effect.name
+                );
+                break;
             }
-        }
-        if let Some((shape, elements, nanoseconds)) = best {
-            println!(
-                "| `{}` | {shape} | {elements} | {nanoseconds:.2} |",
-                effect.name
-            );
         }
     }
     Ok(())
+}
+
+/// Effects that act on particles one by one.
+const BY_PARTICLE: [&str; 7] = [
+    "uniform",
+    "attract",
+    "vortex",
+    "drag",
+    "ground",
+    "sticky_ground",
+    "collide",
+];
+
+/// A world with what an effect needs beside it to do anything.
+fn given(world: &World, effect: &str) -> anyhow::Result<World> {
+    let mut world = world.clone();
+    match effect {
+        "plasticity" => {
+            world.bodies[0].effects.stretch = Some(Stretch {
+                compliance: Compliance::new(1e-3)?,
+                ..Stretch::default()
+            });
+        }
+        "collide" => {
+            let ball = ColliderShape::Sphere { radius: 0.1 };
+            world.colliders.push(Collider::new(ball, Pose::default())?);
+        }
+        _ => {}
+    }
+    Ok(world)
 }
 
 fn world(primitive: &Primitive) -> anyhow::Result<World> {
