@@ -234,9 +234,12 @@ impl EffectInfo {
             .position(|parameter| parameter.name == name)
     }
 
-    /// Names of the parameters, for messages.
+    /// Names of the parameters, for messages; “none” if there are none.
     #[must_use]
     pub fn parameter_names(&self) -> String {
+        if self.parameters.is_empty() {
+            return "none".to_owned();
+        }
         let names: Vec<_> = self.parameters.iter().map(|p| p.name).collect();
         names.join(", ")
     }

@@ -8,8 +8,8 @@ use crate::{
     mesh::{self, FileMesh, Skin, SoftMesh},
     simulation::Places,
     solver::{
-        Body, Collider, Effects, Particles, Pose, Stitch, StitchEnd, Stitches, SurfacePoint,
-        Topology, World,
+        Body, Collider, Effects, Particles, Pose, Stitch, StitchEnd, StitchError, Stitches,
+        SurfacePoint, Topology, World,
         contact::pose::rotation_degrees,
         deform, direct, measure,
         numbering::Numbering,
@@ -450,9 +450,10 @@ fn stitches(spec: &BodySpec, body: &Body, colliders: &[Collider]) -> Result<Stit
             StitchTo::Collider(number) => {
                 let count = colliders.len();
                 let Some(collider) = colliders.get((number as usize).wrapping_sub(1)) else {
-                    return Err(format!(
-                        "there is no collider {number}; there are {count}, from 1"
-                    ));
+                    return Err(match count {
+                        0 => format!("there is no collider {number}; the scene has none"),
+                        _ => format!("there is no collider {number}; there are 1 to {count}"),
+                    });
                 };
                 let fits = held.fits(body.particles.len());
                 let here = if fits {
@@ -475,10 +476,18 @@ fn stitches(spec: &BodySpec, body: &Body, colliders: &[Collider]) -> Result<Stit
         })
     };
     let all = spec.stitches.iter().enumerate().map(|(index, it)| {
-        stitch(it).map_err(|message| wrong(spec, format!("stitch {index}: {message}")))
+        stitch(it).map_err(|message| wrong(spec, format!("stitch {}: {message}", index + 1)))
     });
     let all = all.collect::<Result<Vec<_>, _>>()?;
-    Stitches::new(all, body.particles.len()).map_err(|error| wrong(spec, error.to_string()))
+    let stitches = Stitches::new(all, body.particles.len()).map_err(|error| match error {
+        // A scene file numbers particles as its mesh does.
+        StitchError::SharedParticle { stitch, particle } => StitchError::SharedParticle {
+            stitch,
+            particle: body.topology.vertex(particle as usize),
+        },
+        other => other,
+    });
+    stitches.map_err(|error| wrong(spec, error.to_string()))
 }
 
 fn collider(spec: &ColliderSpec) -> Result<Collider, crate::solver::InvalidValue> {

@@ -85,6 +85,24 @@ fn sleep_can_be_switched_off_and_until_it_comes_it_costs_no_bit() {
     assert!(!never.bodies[0].asleep);
 }
 
+/// What rests exactly is passed over while it sleeps, and would not move by a bit if it were not.
+#[test]
+fn a_body_in_its_rest_shape_has_the_same_bits_asleep_and_awake() {
+    let mut sleeps = dropped();
+    sleeps.settings.set_gravity(Vec3::ZERO).expect("sound");
+    let mut wakes = sleeps.clone();
+    wakes.sleep.enabled = false;
+    support::run(&mut sleeps, 5.0);
+    support::run(&mut wakes, 5.0);
+    assert!(sleeps.bodies[0].asleep && !wakes.bodies[0].asleep);
+    let [sleeper, other] = [&sleeps, &wakes].map(|world| &world.bodies[0].particles);
+    assert_eq!(
+        support::bits(&sleeper.positions),
+        support::bits(&other.positions)
+    );
+    assert_eq!(measure::rms_speed(other), 0.0);
+}
+
 /// Fails unless the sleeper wakes at the next tick after something was done.
 #[track_caller]
 fn assert_wakes(what: &str, disturb: impl FnOnce(&mut World, Entity)) {

@@ -187,7 +187,10 @@ fn what_cannot_be_stitched_is_refused() {
         )
     };
     for (to, reason) in [
-        ("Collider(1)", "there is no collider 1; there are 0"),
+        (
+            "Collider(1)",
+            "stitch 1: there is no collider 1; the scene has none",
+        ),
         ("Point(Particle(99))", "does not have"),
         ("Point(Particle(0))", "hang on particle 0"),
         ("Point(Triangle((1, 2, 3), (0, 0, 0)))", "is no point"),

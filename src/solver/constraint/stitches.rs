@@ -46,17 +46,23 @@ pub struct Stitch {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum StitchError {
     /// It names a particle that there is not.
-    #[error("stitch {stitch} names a particle that the body does not have; it has {particles}")]
+    #[error(
+        "stitch {} names a particle that the body does not have; it has {particles}",
+        stitch + 1
+    )]
     NoSuchParticle {
-        /// Which one, from 0.
+        /// Which one, from 0; messages count from 1.
         stitch: usize,
         /// How many particles there are.
         particles: usize,
     },
     /// Both its ends hang on one particle.
-    #[error("both ends of stitch {stitch} hang on particle {particle}; stitch it to another")]
+    #[error(
+        "both ends of stitch {} hang on particle {particle}; stitch it to another",
+        stitch + 1
+    )]
     SharedParticle {
-        /// Which one, from 0.
+        /// Which one, from 0; messages count from 1.
         stitch: usize,
         /// The particle.
         particle: u32,
