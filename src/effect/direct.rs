@@ -7,8 +7,8 @@ use crate::{
         SoftBody, SolvePhase, SolveSchedule, SolverThreads, plain,
     },
     solver::{
-        Direct, Leads, NeoHookean, Particles, Settings, Stitches,
-        advance::{Stage, Stepper},
+        Direct, NeoHookean, Particles, Settings,
+        advance::{Spare, Stage, Stepper},
         direct,
     },
 };
@@ -84,20 +84,14 @@ fn solve(
     let means = current.means(&threads);
     profile.time(Direct::NAME, || {
         for (body, mut particles, mut multipliers, mut factors, carried) in &mut bodies {
+            let mut topology = Arc::clone(&body.0);
+            let mut spare = Spare::of(carried.effects());
             let mut stepper = Stepper {
-                topology: &mut Arc::clone(&body.0),
-                particles: &mut particles,
-                effects: &mut carried.effects(),
                 lambdas: &mut multipliers.0,
-                leads: &Leads::default(),
-                stitches: &mut Stitches::default(),
                 factors: &mut factors.0,
+                ..spare.stepper(&mut topology, &mut particles)
             };
-            let solved = stepper.stage(Stage::Direct, &current.step, current.iteration, &means);
-            debug_assert!(
-                solved.is_ok(),
-                "only the third stage looks for what is not finite"
-            );
+            stepper.act(Stage::Direct, &current.step, current.iteration, &means);
         }
     });
 }

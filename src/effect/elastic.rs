@@ -8,8 +8,8 @@ use crate::{
         SoftBody, SolvePhase, SolveSchedule, SolverThreads, StepSchedule, StepSystems,
     },
     solver::{
-        Direct, Factors, Leads, Particles, Stitches,
-        advance::{Stage, Stepper},
+        Direct, Particles,
+        advance::{Spare, Stage, Stepper},
         elastic::Elastic,
         measure,
     },
@@ -60,14 +60,13 @@ pub(super) fn figures<const N: usize, const M: usize, E: Elastic<N, M>>(
         return Figures::default();
     };
     let h = particles.history.seconds(h.into()) as f32;
-    let positions = &particles.positions;
     let multipliers = body
         .get::<Multipliers>()
         .map_or(&[][..], |all| all.0.of(E::KIND));
     Figures {
         elements: E::KIND.elements(topology),
-        energy: Some(measure::elastic_energy(effect, topology, positions)),
-        residual: measure::residual(effect, topology, positions, multipliers, h),
+        energy: Some(measure::elastic_energy(effect, topology, particles)),
+        residual: measure::residual(effect, topology, particles, multipliers, h),
         ..Figures::default()
     }
 }
@@ -99,20 +98,17 @@ fn solve<const N: usize, const M: usize, E: Effect + Elastic<N, M>>(
             if directly && solved_directly {
                 continue;
             }
+            let mut topology = Arc::clone(&body.0);
+            let mut spare = Spare::of((*effect).into());
             let mut stepper = Stepper {
-                topology: &mut Arc::clone(&body.0),
-                particles: &mut particles,
-                effects: &mut (*effect).into(),
                 lambdas: &mut multipliers.0,
-                leads: &Leads::default(),
-                stitches: &mut Stitches::default(),
-                factors: &mut Factors::default(),
+                ..spare.stepper(&mut topology, &mut particles)
             };
-            let stage = Stage::Elastic(E::KIND);
-            let sweep = stepper.stage(stage, &current.step, current.iteration, &means);
-            debug_assert!(
-                sweep.is_ok(),
-                "only the third stage looks for what is not finite"
+            stepper.act(
+                Stage::Elastic(E::KIND),
+                &current.step,
+                current.iteration,
+                &means,
             );
         }
     });

@@ -7,9 +7,8 @@ use crate::{
         SubstepSchedule, step,
     },
     solver::{
-        Attract, Coefficient, Drag, Factors, Finite, Lambdas, Leads, Length, Particles, Stitches,
-        Uniform, Vortex, Wind,
-        advance::{Stage, Stepper},
+        Attract, Coefficient, Drag, Finite, Length, Particles, Uniform, Vortex, Wind,
+        advance::{Spare, Stage},
         force::Force,
     },
 };
@@ -29,20 +28,10 @@ fn act<F: Effect + Force>(
     let means = current.means(&threads);
     profile.time(F::NAME, || {
         for (body, mut particles, force) in &mut bodies {
-            let mut stepper = Stepper {
-                topology: &mut Arc::clone(&body.0),
-                particles: &mut particles,
-                effects: &mut (*force).into(),
-                lambdas: &mut Lambdas::default(),
-                leads: &Leads::default(),
-                stitches: &mut Stitches::default(),
-                factors: &mut Factors::default(),
-            };
-            let acted = stepper.stage(Stage::Force(F::KIND), &current.step, 0, &means);
-            debug_assert!(
-                acted.is_ok(),
-                "only the third stage looks for what is not finite"
-            );
+            let mut topology = Arc::clone(&body.0);
+            let mut spare = Spare::of((*force).into());
+            let mut stepper = spare.stepper(&mut topology, &mut particles);
+            stepper.act(Stage::Force(F::KIND), &current.step, 0, &means);
         }
     });
 }

@@ -56,15 +56,9 @@ pub fn solve(
     profile.time(Grab::NAME, || {
         for (mut particles, mut grab) in &mut bodies {
             let h = current.seconds(&particles);
-            let Particles {
-                positions,
-                previous,
-                ..
-            } = &mut *particles;
             // The multiplier is state, not a parameter that somebody changed.
             grab.bypass_change_detection().solve(
-                positions,
-                previous,
+                particles.as_part(),
                 h,
                 (step.index, step.count),
                 current.iteration,

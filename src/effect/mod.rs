@@ -53,8 +53,11 @@
 //! fn blow(step: Res<CurrentSubstep>, mut bodies: Query<(&mut Particles, &Breeze), Active>) {
 //!     let h = step.step.h;
 //!     for (mut particles, breeze) in &mut bodies {
-//!         for x in particles.positions.iter_mut().filter(|x| x.w > 0.0) {
-//!             x.x += breeze.acceleration * h * h;
+//!         let Particles { positions, displacements, .. } = &mut *particles;
+//!         for (x, u) in positions.iter().zip(displacements) {
+//!             if x.w > 0.0 {
+//!                 u.x += breeze.acceleration * h * h;
+//!             }
 //!         }
 //!     }
 //! }

@@ -7,8 +7,8 @@ use crate::{
         SolverThreads, SubstepSchedule, plain, step,
     },
     solver::{
-        Creep, Factors, Lambdas, Leads, Particles, PlasticLimit, Plasticity, Stitches, Yield,
-        advance::{Stage, Stepper},
+        Creep, Particles, PlasticLimit, Plasticity, Yield,
+        advance::{Spare, Stage},
     },
 };
 use bevy::{
@@ -114,21 +114,11 @@ fn flow(
     let means = current.means(&threads);
     profile.time(Plasticity::NAME, || {
         for (mut body, mut particles, carried) in &mut bodies {
-            let mut stepper = Stepper {
-                // Who draws the body need not look at it again.
-                topology: &mut body.bypass_change_detection().0,
-                particles: &mut particles,
-                effects: &mut carried.effects(),
-                lambdas: &mut Lambdas::default(),
-                leads: &Leads::default(),
-                factors: &mut Factors::default(),
-                stitches: &mut Stitches::default(),
-            };
-            let flowed = stepper.stage(Stage::Flow, &current.step, 0, &means);
-            debug_assert!(
-                flowed.is_ok(),
-                "only the third stage looks for what is not finite"
-            );
+            let mut spare = Spare::of(carried.effects());
+            // Who draws the body need not look at it again.
+            let topology = &mut body.bypass_change_detection().0;
+            let mut stepper = spare.stepper(topology, &mut particles);
+            stepper.act(Stage::Flow, &current.step, 0, &means);
         }
     });
 }

@@ -7,8 +7,8 @@ use crate::{
         SolveSchedule, SolverThreads,
     },
     solver::{
-        Effects, Factors, Filling, Leads, Particles, Pressure, Settings, Stiffness, Stitches,
-        advance::{Stage, Stepper},
+        Effects, Filling, Particles, Pressure, Settings, Stiffness,
+        advance::{Spare, Stage, Stepper},
         constraint::pressure::Walls,
         measure,
     },
@@ -82,12 +82,12 @@ impl Effect for Pressure {
             return Figures::default();
         };
         let h = particles.history.seconds(h.into()) as f32;
-        let (positions, walls) = (&particles.positions, &multipliers.0.walls);
-        let at = |i: u32| positions[i as usize].truncate().as_dvec3();
+        let walls = &multipliers.0.walls;
+        let at = |i: u32| particles.position(i as usize);
         Figures {
             elements: usize::from(topology.enclosure().is_ok()),
             energy: Some(measure::pressure_energy(self, topology, at)),
-            residual: measure::pressure_residual(self, topology, positions, walls, h),
+            residual: measure::pressure_residual(self, topology, particles, walls, h),
             overpressure: walls.overpressure(h.into()),
         }
     }
@@ -103,23 +103,16 @@ pub fn solve(
     let means = current.means(&threads);
     profile.time(Pressure::NAME, || {
         for (body, mut particles, &pressure, mut multipliers) in &mut bodies {
+            let mut topology = Arc::clone(&body.0);
+            let mut spare = Spare::of(Effects {
+                pressure: Some(pressure),
+                ..Effects::default()
+            });
             let mut stepper = Stepper {
-                topology: &mut Arc::clone(&body.0),
-                particles: &mut particles,
-                effects: &mut Effects {
-                    pressure: Some(pressure),
-                    ..Effects::default()
-                },
                 lambdas: &mut multipliers.0,
-                leads: &Leads::default(),
-                stitches: &mut Stitches::default(),
-                factors: &mut Factors::default(),
+                ..spare.stepper(&mut topology, &mut particles)
             };
-            let sweep = stepper.stage(Stage::Pressure, &current.step, current.iteration, &means);
-            debug_assert!(
-                sweep.is_ok(),
-                "only the third stage looks for what is not finite"
-            );
+            stepper.act(Stage::Pressure, &current.step, current.iteration, &means);
         }
     });
 }

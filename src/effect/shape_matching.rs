@@ -7,9 +7,8 @@ use crate::{
         SolveSchedule, SolverThreads,
     },
     solver::{
-        Damping, Effects, Factors, Frequency, Leads, Matching, Particles, RegionSize,
-        ShapeMatching, Stitches,
-        advance::{Stage, Stepper},
+        Damping, Effects, Frequency, Matching, Particles, RegionSize, ShapeMatching,
+        advance::{Spare, Stage, Stepper},
         constraint::shape_matching::Place,
     },
 };
@@ -84,7 +83,7 @@ impl Effect for ShapeMatching {
             return Figures::default();
         };
         let h = particles.history.seconds(h.into());
-        let at = || Place::among(&particles.positions);
+        let at = || Place::among(particles);
         let known = multipliers.0.matching.as_deref();
         let known = known.filter(|known| known.is_of(topology, self));
         let found;
@@ -114,23 +113,20 @@ fn solve(
     let means = current.means(&threads);
     profile.time(ShapeMatching::NAME, || {
         for (body, mut particles, &effect, mut multipliers) in &mut bodies {
+            let mut topology = Arc::clone(&body.0);
+            let mut spare = Spare::of(Effects {
+                shape_matching: Some(effect),
+                ..Effects::default()
+            });
             let mut stepper = Stepper {
-                topology: &mut Arc::clone(&body.0),
-                particles: &mut particles,
-                effects: &mut Effects {
-                    shape_matching: Some(effect),
-                    ..Effects::default()
-                },
                 lambdas: &mut multipliers.0,
-                leads: &Leads::default(),
-                factors: &mut Factors::default(),
-                stitches: &mut Stitches::default(),
+                ..spare.stepper(&mut topology, &mut particles)
             };
-            let stage = Stage::ShapeMatching;
-            let sweep = stepper.stage(stage, &current.step, current.iteration, &means);
-            debug_assert!(
-                sweep.is_ok(),
-                "only the third stage looks for what is not finite"
+            stepper.act(
+                Stage::ShapeMatching,
+                &current.step,
+                current.iteration,
+                &means,
             );
         }
     });

@@ -7,8 +7,8 @@ use crate::{
         SolverThreads,
     },
     solver::{
-        Effects, Factors, Lambdas, Leads, Particles, Stitches,
-        advance::{Stage, Stepper},
+        Particles, Stitches,
+        advance::{Spare, Stage, Stepper},
     },
 };
 use bevy::prelude::*;
@@ -53,21 +53,14 @@ fn solve(
     let means = current.means(&threads);
     profile.time(Stitches::NAME, || {
         for (body, mut particles, mut stitches) in &mut bodies {
+            let mut topology = Arc::clone(&body.0);
+            let mut spare = Spare::default();
             let mut stepper = Stepper {
-                topology: &mut Arc::clone(&body.0),
-                particles: &mut particles,
-                effects: &mut Effects::default(),
-                lambdas: &mut Lambdas::default(),
-                leads: &Leads::default(),
-                factors: &mut Factors::default(),
                 // That one breaks is no change that wakes a body.
                 stitches: stitches.bypass_change_detection(),
+                ..spare.stepper(&mut topology, &mut particles)
             };
-            let sweep = stepper.stage(Stage::Stitches, &current.step, current.iteration, &means);
-            debug_assert!(
-                sweep.is_ok(),
-                "only the third stage looks for what is not finite"
-            );
+            stepper.act(Stage::Stitches, &current.step, current.iteration, &means);
         }
     });
 }

@@ -142,7 +142,7 @@ fn interpolate(
             if still && !particles.is_changed() {
                 return;
             }
-            let between = start.0.iter().zip(&particles.positions);
+            let between = start.positions.iter().zip(&particles.positions);
             let between = between.map(|(a, b)| a.lerp(*b, share));
             place(&mut drawn, body, skin, between);
             *shown = Shown {

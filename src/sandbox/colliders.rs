@@ -77,5 +77,6 @@ fn drawn_time(clock: &SimulationClock, tick_seconds: f64) -> f64 {
 }
 
 fn transform(pose: &Pose) -> Transform {
-    Transform::from_translation(pose.translation).with_rotation(Quat::from_mat3(&pose.rotation))
+    Transform::from_translation(pose.translation.as_vec3())
+        .with_rotation(Quat::from_mat3(&pose.rotation.as_mat3()))
 }

@@ -8,8 +8,8 @@ use crate::{
     mesh::{self, FileMesh, Skin, SoftMesh},
     simulation::Places,
     solver::{
-        Body, Collider, Effects, Particles, Pose, Stitch, StitchEnd, StitchError, Stitches,
-        SurfacePoint, Topology, World,
+        Body, Collider, Effects, Pose, Stitch, StitchEnd, StitchError, Stitches, SurfacePoint,
+        Topology, World,
         contact::pose::rotation_degrees,
         deform, direct, measure,
         numbering::Numbering,
@@ -255,9 +255,9 @@ fn body(
     let density = spec.density.or(of_material).unwrap_or_default();
     let mut body = Body::new(name, Arc::clone(topology), density);
     let turn = rotation_degrees(spec.rotation);
-    for (x, rest) in body.particles.positions.iter_mut().zip(&topology.rest) {
+    for (i, rest) in topology.rest.iter().enumerate() {
         let turned: DVec3 = turn * rest.as_dvec3() + place.as_dvec3();
-        *x = turned.as_vec3().extend(0.0);
+        body.particles.set_position(i, turned);
     }
     body.added_mass.clone_from(&spec.added_mass);
     if let Some(&(particle, _)) = spec
@@ -275,10 +275,8 @@ fn body(
     for &deformation in &spec.start {
         deform(&mut body.particles, deformation);
     }
-    body.particles
-        .previous
-        .clone_from(&body.particles.positions);
-    body.tick_start.clone_from(&body.particles.positions);
+    let start = &mut body.tick_start.positions;
+    start.clone_from(&body.particles.positions);
     body.set_velocity(spec.velocity);
     turn_by(&mut body, spec.spin);
     check_start(spec, &body)?;
@@ -347,17 +345,12 @@ fn material(spec: &BodySpec, topology: &Topology) -> Result<Option<&'static Mate
 
 /// Refuses a body that numbers, each of them finite, have put beyond all of them.
 fn check_start(spec: &BodySpec, body: &Body) -> Result<(), SceneError> {
-    let Particles {
-        positions,
-        velocities,
-        ..
-    } = &body.particles;
-    let lost = |(x, v): (&Vec4, &Vec4)| !x.is_finite() || !v.is_finite();
-    let Some(particle) = positions.iter().zip(velocities).position(lost) else {
+    let Some(particle) = body.particles.first_not_finite() else {
         return Ok(());
     };
     let vertex = body.topology.vertex(particle);
-    let [x, v] = [positions[particle], velocities[particle]].map(Vec4::truncate);
+    let x = body.particles.positions[particle].truncate();
+    let v = body.particles.velocity(particle);
     let message = format!(
         "particle {vertex} would begin at {x} m with {v} m/s, but both must be finite; use smaller \
          numbers for its spacing, start, velocity or spin"
@@ -371,14 +364,12 @@ fn turn_by(body: &mut Body, spin: Vec3) {
         return;
     }
     let middle = measure::centre_of_mass(&body.particles).as_vec3();
-    let Particles {
-        positions,
-        velocities,
-        ..
-    } = &mut body.particles;
-    for (v, x) in velocities.iter_mut().zip(positions) {
+    let particles = &mut body.particles;
+    for i in 0..particles.len() {
+        let x = particles.positions[i];
         if x.w > 0.0 {
-            *v += spin.cross(x.truncate() - middle).extend(0.0);
+            let turned = spin.cross(x.truncate() - middle);
+            particles.set_velocity(i, particles.velocity(i) + turned);
         }
     }
 }
@@ -463,7 +454,7 @@ fn stitches(spec: &BodySpec, body: &Body, colliders: &[Collider]) -> Result<Stit
                 };
                 StitchEnd::Collider {
                     number: number - 1,
-                    place: collider.pose_at(0.0).undo(here),
+                    place: collider.pose_at(0.0).undo(here.as_dvec3()).as_vec3(),
                 }
             }
         };
@@ -497,8 +488,8 @@ fn collider(spec: &ColliderSpec) -> Result<Collider, crate::solver::InvalidValue
         }
     }
     let start = Pose {
-        rotation: rotation_degrees(spec.rotation).as_mat3(),
-        translation: spec.position,
+        rotation: rotation_degrees(spec.rotation),
+        translation: spec.position.as_dvec3(),
     };
     Collider::moving(spec.shape, start, spec.path.clone())
 }

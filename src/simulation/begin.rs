@@ -35,7 +35,7 @@ pub(super) fn check_input(
 ) {
     for (entity, name, body, mut particles, start) in &mut bodies {
         if let Some(particle) = particles.first_not_finite() {
-            freeze(&mut particles, start);
+            freeze(&mut particles, &start.positions);
             let quarantine = Quarantine {
                 vertex: body.vertex(particle),
                 stage: INPUT,
@@ -78,7 +78,7 @@ pub(super) fn wake_touched(
     for (entity, particles, start, collide, grab, stitches, mut timer) in &mut sleepers {
         let passed = collide.is_some() && disturbed(&particles.positions, &swept);
         let pulled = stitches.is_some_and(|stitches| stitches.are_pulled(&swept));
-        if passed || pulled || grab.is_some() || written(particles, start) {
+        if passed || pulled || grab.is_some() || written(particles, &start.positions) {
             timer.0.reset();
             commands.entity(entity).remove::<Asleep>();
         }
@@ -123,6 +123,6 @@ pub(super) fn forget_restored(mut commands: Commands, restored: Query<Entity, Wi
 /// Remembers where the tick begins.
 pub(super) fn remember_start(mut bodies: Query<(&Particles, &mut TickStart)>) {
     for (particles, mut start) in &mut bodies {
-        start.0.clone_from(&particles.positions);
+        start.0.clone_from(particles);
     }
 }

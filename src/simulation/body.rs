@@ -44,9 +44,9 @@ pub struct Pins(pub Vec<u32>);
 #[derive(Component, Debug, Clone, PartialEq, Default, Deref, DerefMut)]
 pub struct AddedMass(pub Vec<(u32, Mass)>);
 
-/// Positions at the start of the last tick, or of the one under way [m]; w is the inverse mass.
+/// The state at the start of the last tick, or of the one under way.
 #[derive(Component, Debug, Clone, PartialEq, Default, Deref)]
-pub struct TickStart(pub(crate) Vec<Vec4>);
+pub struct TickStart(pub(crate) Particles);
 
 /// How long the body has been still.
 #[derive(Component, Debug, Clone, Copy, Default)]
@@ -194,5 +194,5 @@ pub(super) fn complete_body(
         *particles = Particles::at_rest(body.rest.iter().copied());
     }
     set_inverse_masses(&mut particles.positions, body, density.0, added_mass, pins);
-    start.0.clone_from(&particles.positions);
+    start.0.clone_from(&particles);
 }

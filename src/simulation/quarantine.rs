@@ -16,7 +16,7 @@ pub(super) fn quarantine(world: &mut World, entity: Entity, error: NotFinite) {
     let quarantine = body.find_cause(error, &means);
     let mut entity_mut = world.entity_mut(entity);
     if let Some(mut particles) = entity_mut.get_mut::<Particles>() {
-        freeze(&mut particles, &body.tick_start);
+        freeze(&mut particles, &body.tick_start.positions);
     }
     entity_mut.insert(Quarantined(quarantine.clone()));
     let text = message(entity, world.get::<Name>(entity), &quarantine);

@@ -11,7 +11,7 @@ use crate::{
     solver::{
         Collider, Effects, Factors, Grab, Lambdas, Leads, Ledger, Particles, Settings,
         SleepSettings, Stitches, Substep, Threads, Topology,
-        advance::{Means, NotFinite, Stage, Stepper, Watch},
+        advance::{Means, NotFinite, Spare, Stage, Stepper, Watch},
         contact::collider::{Sweep, Swept},
         lanes::Instructions,
         ledger,
@@ -383,15 +383,9 @@ fn begin_all(world: &mut World, bodies: &mut QueryState<Stepped, Active>, step: 
         world.resource_scope(|world, threads: Mut<SolverThreads>| {
             let means = current.means(&threads);
             for (_, body, mut particles, .., carried) in bodies.iter_mut(world) {
-                let mut stepper = Stepper {
-                    topology: &mut Arc::clone(&body.0),
-                    particles: &mut particles,
-                    effects: &mut carried.effects(),
-                    lambdas: &mut Lambdas::default(),
-                    leads: &Leads::default(),
-                    stitches: &mut Stitches::default(),
-                    factors: &mut Factors::default(),
-                };
+                let mut topology = Arc::clone(&body.0);
+                let mut spare = Spare::of(carried.effects());
+                let mut stepper = spare.stepper(&mut topology, &mut particles);
                 stepper.begin(step, &means);
             }
         });
@@ -420,15 +414,9 @@ fn stage_of_all(
 ) {
     let means = current.means(threads);
     for (entity, body, mut particles) in bodies {
-        let mut stepper = Stepper {
-            topology: &mut Arc::clone(&body.0),
-            particles: &mut particles,
-            effects: &mut Effects::default(),
-            lambdas: &mut Lambdas::default(),
-            leads: &Leads::default(),
-            stitches: &mut Stitches::default(),
-            factors: &mut Factors::default(),
-        };
+        let mut topology = Arc::clone(&body.0);
+        let mut spare = Spare::default();
+        let mut stepper = spare.stepper(&mut topology, &mut particles);
         if let Err(error) = stepper.stage(stage, &current.step, current.iteration, &means) {
             failed(entity, error);
         }
@@ -508,10 +496,10 @@ pub(super) fn fall_asleep(
     for (entity, mut particles, mut start, mut timer) in &mut bodies {
         if timer
             .0
-            .observe(&start, &particles.positions, seconds, &sleep.0)
+            .observe(&start.positions, &particles.positions, seconds, &sleep.0)
         {
-            particles.velocities.fill(Vec4::ZERO);
-            start.0.clone_from(&particles.positions);
+            particles.stop();
+            start.0.clone_from(&particles);
             commands.entity(entity).insert(Asleep);
         }
     }

@@ -46,6 +46,44 @@ pub struct Stepper<'a> {
     pub factors: &'a mut Factors,
 }
 
+/// Effects that one stage is about, and room for the parts of a body that it does without.
+#[derive(Debug, Default)]
+pub struct Spare {
+    effects: Effects,
+    lambdas: Lambdas,
+    leads: Leads,
+    stitches: Stitches,
+    factors: Factors,
+}
+
+impl Spare {
+    /// With these effects, and nothing else.
+    #[must_use]
+    pub fn of(effects: Effects) -> Self {
+        Self {
+            effects,
+            ..Self::default()
+        }
+    }
+
+    /// These particles with it.
+    pub fn stepper<'a>(
+        &'a mut self,
+        topology: &'a mut Arc<Topology>,
+        particles: &'a mut Particles,
+    ) -> Stepper<'a> {
+        Stepper {
+            topology,
+            particles,
+            effects: &mut self.effects,
+            lambdas: &mut self.lambdas,
+            leads: &self.leads,
+            stitches: &mut self.stitches,
+            factors: &mut self.factors,
+        }
+    }
+}
+
 /// What all bodies are stepped with.
 #[derive(Debug, Clone, Copy)]
 pub struct Means<'a> {
@@ -305,12 +343,19 @@ impl Stepper<'_> {
     /// before anything else of it; [`advance`](Self::advance) does.
     pub fn begin(&mut self, step: &Substep, means: &Means) {
         if means.settings.order.get() == 1 {
-            self.particles.history.forget();
+            self.begin_first_order(means);
             return;
         }
         let restarts = self.meets(step, means);
         let h = means.settings.substep_seconds();
         self.particles.look_back(h, restarts);
+    }
+
+    /// Steps of implicit Euler do not look back.
+    fn begin_first_order(&mut self, means: &Means) {
+        self.particles.history.forget();
+        let h = means.settings.substep_seconds() as f32;
+        self.particles.set_substep_seconds(h);
     }
 
     /// Whether a particle is in touch with the ground or a collider, or will be at the end of a substep
@@ -328,17 +373,14 @@ impl Stepper<'_> {
         if height.is_none() && colliders.is_empty() {
             return false;
         }
-        let h = step.h;
-        let state = self
-            .particles
-            .positions
-            .iter()
-            .zip(&self.particles.velocities);
-        let mut moving = state.filter(|(x, _)| x.w > 0.0);
-        moving.any(|(x, v)| {
-            let from = x.truncate();
-            let to = from + (v.truncate() + step.gravity * h) * h;
-            height.is_some_and(|height| from.y.min(to.y) <= height)
+        let h = f64::from(step.h);
+        let gravity = step.gravity.as_dvec3();
+        let particles = &*self.particles;
+        let moving = (0..particles.len()).filter(|&i| particles.positions[i].w > 0.0);
+        moving.into_iter().any(|i| {
+            let from = particles.position(i);
+            let to = from + (particles.velocity_f64(i) + gravity * h) * h;
+            height.is_some_and(|height| from.y.min(to.y) <= f64::from(height))
                 || colliders.iter().any(|collider| {
                     let (from, to) = (collider.from.undo(from), collider.to.undo(to));
                     collider.shape.exit(from, to).is_some()
@@ -349,12 +391,12 @@ impl Stepper<'_> {
     /// Does some substeps of a tick.
     ///
     /// # Errors
-    /// [`NotFinite`] when a position no longer is; the body is then as it was left at that place,
-    /// `previous` holding finite positions.
+    /// [`NotFinite`] when a displacement no longer is; the body is then as it was left at that place,
+    /// its positions being finite.
     pub fn advance(&mut self, substeps: Range<u32>, means: &Means) -> Result<(), NotFinite> {
         let second = means.settings.order.get() == 2;
         if !second {
-            self.particles.history.forget();
+            self.begin_first_order(means);
         }
         if !second && self.effects.plasticity.is_none() {
             return self.advance_together(substeps, means);
@@ -416,7 +458,7 @@ impl Stepper<'_> {
         let end = substeps
             .last()
             .map(|substep| (Task::End { substep }, Side::Any));
-        self.run(tasks.chain(end), sweeps, means)
+        self.run(topology, tasks.chain(end), sweeps, means)
     }
 
     /// Does one stage of a substep.
@@ -442,7 +484,13 @@ impl Stepper<'_> {
         let stitched = !self.stitches.is_empty();
         let tasks = stage.tasks(&shape, (self.effects, stitched), step, iteration);
         let sweeps = usize::from(matches!(stage, Stage::Elastic(_)));
-        self.run(tasks, sweeps, means)
+        self.run(&shape, tasks, sweeps, means)
+    }
+
+    /// Does one stage that is not the last, which alone looks for what is not finite.
+    pub fn act(&mut self, stage: Stage, step: &Substep, iteration: u32, means: &Means) {
+        let done = self.stage(stage, step, iteration, means);
+        debug_assert!(done.is_ok(), "{stage:?} looks for what is not finite");
     }
 
     /// Brings the regions whose shapes are matched in line with their size.
@@ -470,15 +518,15 @@ impl Stepper<'_> {
 
     fn run(
         &mut self,
+        topology: &Topology,
         tasks: impl Iterator<Item = (Task, Side)> + Clone + Send + Sync,
         sweeps: usize,
         means: &Means,
     ) -> Result<(), NotFinite> {
-        let topology = Arc::clone(self.topology);
         let bands = &topology.bands;
-        let projections = self.effects.constraints(&topology) * sweeps;
+        let projections = self.effects.constraints(topology) * sweeps;
         let phases = Phases::new(tasks, bands);
-        let context = Context::new(&topology, self, means);
+        let context = Context::new(topology, self, means);
         let shared = Shared::new(self);
         // SAFETY: pieces of a phase share no particle and no constraint, and a phase begins when
         // all pieces of the one before are done.
@@ -507,7 +555,6 @@ struct Context<'a> {
     /// Any substep of the tick, for what they have in common.
     any: Substep,
     /// Length of a substep [s], as implicit Euler has it.
-    seconds: f64,
     h: f32,
     /// The same as compliances have it by the method.
     compliant: f32,
@@ -522,7 +569,6 @@ impl<'a> Context<'a> {
             .particles
             .history
             .seconds(means.settings.substep_seconds());
-        let seconds = h;
         let compliant = means.settings.method.compliant_seconds(h) as f32;
         let h = h as f32;
         Self {
@@ -530,7 +576,6 @@ impl<'a> Context<'a> {
             effects: **effects,
             means,
             any: means.settings.substep(0),
-            seconds,
             h,
             compliant,
             kernels: Kernels::new(effects, topology, compliant),
@@ -592,7 +637,7 @@ impl<'a> Context<'a> {
                 let h = settings.substep_seconds();
                 let moment = Moment {
                     time: self.means.time + h * f64::from(substep),
-                    h: self.seconds,
+                    h: self.h.into(),
                 };
                 self.effects.push(kind, self.topology, moment, part);
             }
@@ -653,7 +698,7 @@ impl<'a> Context<'a> {
                     // SAFETY: pressure is on the whole body, which is one piece.
                     let walls = unsafe { shared.walls() };
                     let h = self.compliant;
-                    pressure.solve(self.topology, part.positions, walls, h, iteration);
+                    pressure.solve(self.topology, part, walls, h, iteration);
                 }
             }
             Task::Direct { iteration } => {
@@ -685,13 +730,13 @@ impl<'a> Context<'a> {
                 let colliders = self.means.swept.of(substep);
                 // SAFETY: stitches are on the whole body, which is one piece.
                 let stitches = unsafe { shared.stitches() };
-                stitches.solve(part.positions, colliders, self.h, sweep);
+                stitches.solve(part, colliders, self.h, sweep);
             }
             Task::Grab { substep, iteration } => {
                 // SAFETY: a hand is on the whole body, which is one piece.
                 if let Some(grab) = unsafe { shared.grab() } {
                     let place = (substep, settings.substeps.get());
-                    grab.solve(part.positions, part.previous, self.h, place, iteration);
+                    grab.solve(part, self.h, place, iteration);
                 }
             }
             Task::Ground => {

@@ -1,8 +1,8 @@
 //! A body without Bevy: topology, particles, and the effects that it carries.
 
 use super::{
-    Attract, Density, Direct, Drag, ElasticKind, Factors, Lambdas, Load, Mass, Method, Particles,
-    Topology, Uniform, Vortex, Wind,
+    Attract, Density, Direct, Drag, ElasticKind, Factors, ForceKind, Lambdas, Load, Mass, Method,
+    Particles, Topology, Uniform, Vortex, Wind,
     advance::{Means, NotFinite, Solve, Stage, Stepper},
     constraint::{
         bend::Bend,
@@ -22,7 +22,6 @@ use super::{
         weave::Weave,
     },
     contact::{Collide, Ground, StickyGround},
-    particles::first_not_finite,
     rest::RestTimer,
 };
 use glam::{Vec3, Vec4};
@@ -162,8 +161,8 @@ pub struct Body {
     pub asleep: bool,
     /// Set when the body turned non-finite.
     pub quarantine: Option<Quarantine>,
-    /// Positions at the start of the tick [m].
-    pub tick_start: Vec<Vec4>,
+    /// The state at the start of the tick; nothing but positions before the first.
+    pub tick_start: Particles,
 }
 
 impl Body {
@@ -173,7 +172,7 @@ impl Body {
         let particles = Particles::at_rest(topology.rest.iter().copied());
         let mut body = Self {
             name: name.into(),
-            tick_start: particles.positions.clone(),
+            tick_start: particles.only_positions(),
             particles,
             topology,
             density,
@@ -206,25 +205,16 @@ impl Body {
 
     /// Moves the whole body by `offset` [m].
     pub fn translate(&mut self, offset: Vec3) {
-        for x in &mut self.particles.positions {
-            *x += offset.extend(0.0);
-        }
-        self.particles
-            .previous
-            .clone_from(&self.particles.positions);
-        self.tick_start.clone_from(&self.particles.positions);
+        self.particles.translate(offset.as_dvec3());
+        let start = &mut self.tick_start.positions;
+        start.clone_from(&self.particles.positions);
     }
 
     /// Gives every particle that can move the same velocity [m/s].
     pub fn set_velocity(&mut self, velocity: Vec3) {
-        for (v, x) in self
-            .particles
-            .velocities
-            .iter_mut()
-            .zip(&self.particles.positions)
-        {
-            if x.w > 0.0 {
-                *v = velocity.extend(0.0);
+        for i in 0..self.particles.len() {
+            if self.particles.positions[i].w > 0.0 {
+                self.particles.set_velocity(i, velocity);
             }
         }
     }
@@ -242,14 +232,14 @@ impl Body {
             self.lambdas.matching = None;
         }
         if let Some(particle) = self.particles.first_not_finite() {
-            freeze(&mut self.particles, &self.tick_start);
+            freeze(&mut self.particles, &self.tick_start.positions);
             self.quarantine = Some(Quarantine {
                 vertex: self.topology.vertex(particle),
                 stage: INPUT,
             });
         }
         self.find_leads();
-        self.tick_start.clone_from(&self.particles.positions);
+        self.tick_start.clone_from(&self.particles);
     }
 
     fn find_leads(&mut self) {
@@ -277,7 +267,7 @@ impl Body {
         let substeps = 0..means.settings.substeps.get();
         if let Err(error) = self.stepper().advance(substeps, means) {
             self.quarantine = Some(self.find_cause(error, means));
-            freeze(&mut self.particles, &self.tick_start);
+            freeze(&mut self.particles, &self.tick_start.positions);
         }
     }
 
@@ -290,50 +280,57 @@ impl Body {
             }
             return;
         }
-        let before = &self.tick_start;
+        let before = &self.tick_start.positions;
         if self
             .rest
             .observe(before, &self.particles.positions, seconds, settings)
         {
             self.asleep = true;
-            self.tick_start.clone_from(&self.particles.positions);
-            self.particles.velocities.fill(Vec4::ZERO);
+            self.particles.stop();
+            self.tick_start.clone_from(&self.particles);
         }
     }
 
-    /// Does a substep that went wrong again, stage by stage, to name the first particle and the
-    /// stage that did it; the particle of the error if it was none of them.
+    /// Does a tick that went wrong again up to the substep in which it did, and that stage by stage, to
+    /// name the first particle and the stage that did it; the particle of the error if it was none of
+    /// them.
     #[must_use]
     pub fn find_cause(&self, error: NotFinite, means: &Means) -> Quarantine {
         let mut again = self.clone();
+        again.particles.clone_from(&self.tick_start);
         again.find_leads();
-        let Particles {
-            positions,
-            previous,
-            velocities,
-            history,
-        } = &mut again.particles;
-        let step = means.settings.substep(error.substep);
-        let h = history.seconds(means.settings.substep_seconds()) as f32;
-        positions.clone_from(previous);
-        for (x, v) in positions.iter_mut().zip(velocities) {
-            *x += *v * h;
-        }
         let spoilt_by = |stage, body: &Self| {
-            first_not_finite(&body.particles.positions).map(|particle| Quarantine {
-                vertex: body.topology.vertex(particle),
-                stage,
-            })
+            body.particles
+                .first_not_finite()
+                .map(|particle| Quarantine {
+                    vertex: body.topology.vertex(particle),
+                    stage,
+                })
         };
-        if let Some(found) = spoilt_by(Stage::Presolve.name(), &again) {
-            return found;
-        }
-        let solve = Solve::of(&self.effects, !self.stitches.is_empty(), step.method);
-        for (stage, iteration) in solve.stages(step) {
-            // Only the last stage looks for what is not finite.
-            let _ = again.stepper().stage(stage, &step, iteration, means);
-            if let Some(found) = spoilt_by(stage.name(), &again) {
+        let step = means.settings.substep(error.substep);
+        // What was broken or flowed in the tick is so from its start: the same substep need not come
+        // out to the bit.
+        if again.stepper().advance(0..error.substep, means).is_ok() {
+            let mut stepper = again.stepper();
+            stepper.begin(&step, means);
+            for kind in ForceKind::ALL {
+                let stage = Stage::Force(kind);
+                // Only the last stage looks for what is not finite.
+                let _ = again.stepper().stage(stage, &step, 0, means);
+                if let Some(found) = spoilt_by(stage.name(), &again) {
+                    return found;
+                }
+            }
+            let _ = again.stepper().stage(Stage::Presolve, &step, 0, means);
+            if let Some(found) = spoilt_by(Stage::Presolve.name(), &again) {
                 return found;
+            }
+            let solve = Solve::of(&self.effects, !self.stitches.is_empty(), step.method);
+            for (stage, iteration) in solve.stages(step) {
+                let _ = again.stepper().stage(stage, &step, iteration, means);
+                if let Some(found) = spoilt_by(stage.name(), &again) {
+                    return found;
+                }
             }
         }
         Quarantine {
@@ -346,8 +343,7 @@ impl Body {
 /// Puts particles back to a state that was finite, at rest.
 pub fn freeze(particles: &mut Particles, finite: &[Vec4]) {
     particles.positions.copy_from_slice(finite);
-    particles.previous.copy_from_slice(finite);
-    particles.velocities.fill(Vec4::ZERO);
+    particles.settle();
 }
 
 /// Writes 1/m into w: mass from density and added masses [kg], 0 for pins and for particles that

@@ -3,7 +3,7 @@
 //! They move the particles that are not pinned and stop them; rest shapes stay as they are.
 
 use super::{Particles, topology::bounds};
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 /// A state to start from, made from the state that is there.
@@ -30,11 +30,7 @@ pub fn deform(particles: &mut Particles, deformation: Deformation) {
         Deformation::Shuffle(seed) => seed,
         _ => 0,
     });
-    for (x, v) in particles
-        .positions
-        .iter_mut()
-        .zip(&mut particles.velocities)
-    {
+    for x in &mut particles.positions {
         let place = x.truncate();
         let moved = match deformation {
             Deformation::Squash(factor) if factor.is_finite() => {
@@ -51,10 +47,9 @@ pub fn deform(particles: &mut Particles, deformation: Deformation) {
         };
         if x.w > 0.0 {
             *x = moved.extend(x.w);
-            *v = Vec4::ZERO;
         }
     }
-    particles.previous.clone_from(&particles.positions);
+    particles.settle();
 }
 
 /// Evenly spread numbers from a seed, the same on every machine (SplitMix64, Steele and others

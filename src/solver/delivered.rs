@@ -33,12 +33,11 @@
 //! balance with a load, the true ones have the least ΣαF².
 //!
 //! **When it says nothing.** It is `None` when no element carries a force; when the mean strain
-//! under load is within the rounding of f32 positions, as in free fall; and when elements are
+//! under load is within the rounding of a rest length to f32, as in free fall; and when elements are
 //! strained against their own force, on the whole, because others overrule them. In a body that
 //! swings or is hit it holds for the forces of that one substep, which may be far from those of
 //! its rest: what is stiff against waves may be soft against weight. Read it when the body is
-//! calm, or add up [`Work`] over many ticks. A force too small to move a particle by half of the
-//! last digit of its position is not seen by anybody, and so not here either.
+//! calm, or add up [`Work`] over many ticks.
 
 use super::{Damping, Particles, Settings, Topology, elastic::Elastic};
 
@@ -94,16 +93,14 @@ impl Work {
     ) -> Self {
         let mut all = Self::default();
         let tau = f64::from(effect.damping().get());
-        let rows = effect.rows_of(topology, &particles.positions);
+        let rows = effect.rows_of(topology, particles);
         let rows = rows.flat_map(|(corners, rows)| rows.map(|row| (corners, row)));
         for ((corners, row), &lambda) in rows.zip(multipliers) {
             let force = -f64::from(lambda) / (h * h);
-            let (mut speed, mut rounding) = (0.0, HALF_ULP * row.scale.abs());
+            let rounding = HALF_ULP * row.scale.abs();
+            let mut speed = 0.0;
             for (gradient, i) in row.gradients.iter().zip(corners) {
-                let x = particles.positions[i as usize].truncate().as_dvec3();
-                let v = particles.velocities[i as usize].truncate().as_dvec3();
-                speed += gradient.dot(v);
-                rounding += gradient.length() * HALF_ULP * x.abs().max_element();
+                speed += gradient.dot(particles.velocity_f64(i as usize));
             }
             let strain = row.error + tau * speed;
             all.force_squared += force * force;

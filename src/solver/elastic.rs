@@ -10,7 +10,7 @@
 //! [`Elastic`], and a line in the list of [`elastic_effects`] here.
 
 use super::{
-    Damping, Effects, Topology,
+    Damping, Effects, Particles, Topology,
     bands::Piece,
     constraint::{
         Multipliers,
@@ -111,15 +111,15 @@ pub trait Elastic<const N: usize, const M: usize>: Copy + Into<Effects> {
         })
     }
 
-    /// The same for particles of the fast solver.
+    /// The same for particles of the fast solver between substeps.
     fn rows_of(
         &self,
         topology: &Topology,
-        positions: &[Vec4],
+        particles: &Particles,
     ) -> impl Iterator<Item = ([u32; N], [Row<N>; M])> {
         self.all_rows(topology, |i| {
-            let x = positions[i as usize];
-            (x.truncate().as_dvec3(), f64::from(x.w))
+            let i = i as usize;
+            (particles.position(i), f64::from(particles.positions[i].w))
         })
     }
 }
@@ -320,13 +320,13 @@ macro_rules! elastic_effects {
             (effects, kind): (&Effects, ElasticKind),
             topology: &Topology,
             h: f32,
-            (positions, previous): (&mut [Vec4], &[Vec4]),
+            part: Part,
             multipliers: Multipliers,
         ) {
             let kernels = Kernels::new(effects, topology, h);
             match kind {
                 $(ElasticKind::$kind => if let Some(kernel) = &kernels.$field {
-                    solve_all(kernel, positions, previous, multipliers);
+                    solve_all(kernel, part, multipliers);
                 },)*
             }
         }
@@ -404,18 +404,9 @@ impl Work<'_> {
             // SAFETY: a constraint is in one batch, a batch on one piece.
             let column = unsafe { self.shared.lambdas(kind, column) };
             let multipliers = Multipliers::of_sweep(column, self.sweep);
-            let particles = (
-                self.part.positions,
-                &*self.part.previous,
-                self.piece.particles.start,
-            );
-            solve_batch(
-                kernel,
-                index,
-                particles,
-                multipliers,
-                (self.put, self.instructions),
-            );
+            let particles = (self.part, self.piece.particles.start);
+            let means = (self.put, self.instructions);
+            solve_batch(kernel, index, particles, multipliers, means);
         }
     }
 }

@@ -4,7 +4,7 @@
 //! width is the same on every machine, so that the order of operations on each particle is too:
 //! where registers are narrower, one operation here is two or eight there, with the same bits.
 //!
-//! [`gather`] and [`scatter`] look at no index: their caller has done so, once for all blocks of a
+//! Gathering and scattering look at no index: their caller has done so, once for all blocks of a
 //! batch.
 
 #![allow(
@@ -112,45 +112,133 @@ by_quarters!(fearless_simd::Neon);
 /// x, y, z and w of a particle in each lane.
 pub type Columns<L> = [f32x8<L>; 4];
 
-/// Corner by corner the particles of the constraints of a block.
-///
-/// # Safety
-/// All particles that `corners` names can be read from `origin`, which is where particle 0 is or
-/// would be.
+/// x, y and z of a vector in each lane.
+pub type Vectors<L> = [f32x8<L>; 3];
+
+/// Where the columns of a body's particles begin, so that what is the offset of a particle in one is
+/// that in all.
+#[derive(Debug, Clone, Copy)]
+pub struct Origins {
+    /// Positions p [m], with inverse masses in w.
+    pub positions: *const Vec4,
+    /// Displacements u [m].
+    pub displacements: *mut Vec4,
+    /// Carry c [m].
+    pub carry: *const Vec4,
+}
+
+/// Rows of a column of particles, two lanes in each: k and k + 4.
 #[inline(always)]
-pub unsafe fn gather<L: Lanes, const N: usize>(
+unsafe fn rows<L: Lanes, const N: usize>(
     simd: L,
     origin: *const Vec4,
     corners: &[[Corner; N]; WIDTH],
-) -> [Columns<L>; N] {
-    let row = |lane: usize, corner: usize| {
+    corner: usize,
+) -> [f32x8<L>; 4] {
+    let row = |lane: usize| {
         // SAFETY: the caller's promise.
         let particle = unsafe { &*origin.wrapping_byte_add(corners[lane][corner].offset()) };
         f32x4::simd_from(simd, particle.to_array())
     };
-    let mut columns = [[f32x8::splat(simd, 0.0); 4]; N];
-    for (corner, columns) in columns.iter_mut().enumerate() {
-        *columns = simd.transpose([
-            simd.combine_f32x4(row(0, corner), row(4, corner)),
-            simd.combine_f32x4(row(1, corner), row(5, corner)),
-            simd.combine_f32x4(row(2, corner), row(6, corner)),
-            simd.combine_f32x4(row(3, corner), row(7, corner)),
-        ]);
-    }
-    columns
+    [
+        simd.combine_f32x4(row(0), row(4)),
+        simd.combine_f32x4(row(1), row(5)),
+        simd.combine_f32x4(row(2), row(6)),
+        simd.combine_f32x4(row(3), row(7)),
+    ]
 }
 
-/// Puts the corners of the first `lanes` constraints of a block back.
+/// The particles of the constraints of a block, as seen from the first corner of each.
+///
+/// The differences are taken before rows become columns, so that displacements cost loads, but no
+/// shuffles.
+#[derive(Debug, Clone, Copy)]
+pub struct Gathered<L: Lanes, const N: usize> {
+    /// Corner by corner (pₖ − p₀) + (uₖ − u₀) in x, y and z [m], and the inverse mass in w [1/kg].
+    pub shape: [Columns<L>; N],
+    /// Corner by corner how much farther than the first it has gone since the substep began,
+    /// (uₖ − u₀) − (cₖ − c₀) [m]; zeros unless asked for.
+    pub motion: [Vectors<L>; N],
+}
+
+/// Reads the particles of a block, their motion if `MOVED`.
 ///
 /// # Safety
-/// All particles that `corners` names can be written at `origin`, which is where particle 0 is or
+/// All particles that `corners` names can be read from the origins, which are where particle 0 is or
 /// would be.
 #[inline(always)]
-pub unsafe fn scatter<L: Lanes, const N: usize>(
+pub unsafe fn gather<L: Lanes, const N: usize, const MOVED: bool>(
+    simd: L,
+    origins: Origins,
+    corners: &[[Corner; N]; WIDTH],
+) -> Gathered<L, N> {
+    let zero = f32x8::splat(simd, 0.0);
+    let no_mass = simd.combine_f32x4(
+        f32x4::simd_from(simd, [1.0, 1.0, 1.0, 0.0]),
+        f32x4::simd_from(simd, [1.0, 1.0, 1.0, 0.0]),
+    );
+    let Origins {
+        positions,
+        displacements,
+        carry,
+    } = origins;
+    // SAFETY: the caller's promise.
+    let (p0, u0) = unsafe {
+        (
+            rows(simd, positions, corners, 0),
+            rows(simd, displacements, corners, 0),
+        )
+    };
+    let c0 = if MOVED {
+        // SAFETY: the caller's promise.
+        unsafe { rows(simd, carry, corners, 0) }
+    } else {
+        [zero; 4]
+    };
+    let from = p0.map(|row| row * no_mass);
+    let mut shape = [[zero; 4]; N];
+    let mut motion = [[zero; 3]; N];
+    shape[0][3] = simd.transpose(p0)[3];
+    for corner in 1..N {
+        // SAFETY: the caller's promise.
+        let (p, u) = unsafe {
+            (
+                rows(simd, positions, corners, corner),
+                rows(simd, displacements, corners, corner),
+            )
+        };
+        let (mut apart, mut moved) = (p, u);
+        for k in 0..4 {
+            moved[k] = u[k] - u0[k];
+            apart[k] = (p[k] - from[k]) + moved[k];
+        }
+        shape[corner] = simd.transpose(apart);
+        if MOVED {
+            // SAFETY: the caller's promise.
+            let c = unsafe { rows(simd, carry, corners, corner) };
+            for k in 0..4 {
+                moved[k] -= c[k] - c0[k];
+            }
+            let [x, y, z, _] = simd.transpose(moved);
+            motion[corner] = [x, y, z];
+        }
+    }
+    Gathered { shape, motion }
+}
+
+/// Adds to the elements of the corners of the first `lanes` constraints of a block, and `count` to w of
+/// each.
+///
+/// # Safety
+/// All elements that `corners` names can be read and written at `origin`, which is where element 0 is
+/// or would be.
+#[inline(always)]
+pub unsafe fn scatter_add<L: Lanes, const N: usize>(
     simd: L,
     origin: *mut Vec4,
     corners: &[[Corner; N]; WIDTH],
-    columns: [Columns<L>; N],
+    moves: [Vectors<L>; N],
+    count: f32,
     lanes: usize,
 ) {
     let put = |lane: usize, corner: usize, particle: f32x4<L>| {
@@ -160,9 +248,13 @@ pub unsafe fn scatter<L: Lanes, const N: usize>(
             unsafe { *place = Vec4::from_array(particle.into()) };
         }
     };
-    for (corner, columns) in columns.into_iter().enumerate() {
-        for (k, row) in simd.transpose(columns).into_iter().enumerate() {
-            let (low, high) = simd.split_f32x8(row);
+    let count = f32x8::splat(simd, count);
+    for (corner, [x, y, z]) in moves.into_iter().enumerate() {
+        // SAFETY: the caller's promise.
+        let now = unsafe { rows(simd, origin, corners, corner) };
+        let by = simd.transpose([x, y, z, count]);
+        for (k, (now, by)) in now.into_iter().zip(by).enumerate() {
+            let (low, high) = simd.split_f32x8(now + by);
             put(k, corner, low);
             put(k + WIDTH / 2, corner, high);
         }

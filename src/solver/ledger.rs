@@ -20,14 +20,14 @@
 //! In a substep of second order Δv has one more share, by which the last two states have changed v
 //! before it: the integrator's.
 //!
-//! Velocities are rounded when gravity is added and positions when they are predicted; what that
-//! does is **rounding**, apart from all of these.
+//! Displacements are rounded when constraints move them; what that does is **rounding**, apart from all
+//! of these.
 //!
 //! Rigid effects (α = 0) store nothing, and what they do goes to the sweeps.
 
 use super::{
-    Factors, ForceKind, Friction, Lambdas, Particles, Stitches, Substep,
-    advance::{Means, NotFinite, Solve, Stage, Stepper},
+    ForceKind, Friction, Particles, Substep,
+    advance::{Means, NotFinite, Solve, Spare, Stage, Stepper},
     constraint::shape_matching::Place,
     elastic::{Elastic, Visit},
 };
@@ -149,9 +149,11 @@ struct Book {
     /// The state at the start of the substep.
     start: Particles,
     /// Velocities that the substep begins with [m/s].
-    leapt: Vec<Vec4>,
+    leapt: Vec<DVec3>,
     /// Velocities after forces from outside have acted [m/s].
-    forced: Vec<Vec4>,
+    forced: Vec<DVec3>,
+    /// Carry before contacts and after them [m].
+    carry: [Vec<Vec4>; 2],
     /// Ways x − p of the particles before the part that is under way [m].
     before: Vec<DVec3>,
     /// Shares of them by cause [m].
@@ -178,8 +180,7 @@ impl Filled {
     fn of(body: &Stepper) -> Option<Self> {
         let pressure = body.effects.pressure?;
         let enclosure = body.topology.enclosure().ok()?;
-        let positions = &body.particles.positions;
-        let at = |i: u32| positions[i as usize].truncate().as_dvec3();
+        let at = |i: u32| body.particles.position(i as usize);
         let volume = enclosure.volume(body.topology, at);
         Some(Self {
             volume,
@@ -200,7 +201,7 @@ impl Errors {
         impl Visit for Collect<'_> {
             fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
                 let tau = f64::from(effect.damping().get());
-                let rows = effect.rows_of(self.1.topology, &self.1.particles.positions);
+                let rows = effect.rows_of(self.1.topology, self.1.particles);
                 let rows = rows.flat_map(|(_, rows)| rows);
                 self.0
                     .extend(rows.map(|row| (row.error, row.compliance, tau)));
@@ -212,7 +213,7 @@ impl Errors {
         let matching = &body.lambdas.matching;
         if let (Some(effect), Some(matching)) = (&body.effects.shape_matching, matching) {
             let (compliance, tau) = (effect.compliance(), effect.damping.get().into());
-            let at = Place::among(&body.particles.positions);
+            let at = Place::among(body.particles);
             let strains = matching.strains(body.topology, at);
             all.extend(strains.map(|strain| (strain, compliance, tau)));
         }
@@ -266,13 +267,14 @@ impl Book {
     ) -> Result<Ledger, NotFinite> {
         self.start.clone_from(body.particles);
         body.begin(step, means);
-        self.leapt.clone_from(&body.particles.velocities);
+        velocities(&mut self.leapt, body.particles);
         for kind in ForceKind::ALL {
             body.stage(Stage::Force(kind), step, 0, means)?;
         }
-        self.forced.clone_from(&body.particles.velocities);
+        velocities(&mut self.forced, body.particles);
         body.stage(Stage::Presolve, step, 0, means)?;
         self.begin(body.particles);
+        self.carry[0].clone_from(&body.particles.carry);
         self.contact(body, Stage::StickyGround, step, 0, means)?;
         let solve = Solve::of(body.effects, !body.stitches.is_empty(), step.method);
         for (stage, iteration) in solve.stages(*step) {
@@ -287,6 +289,7 @@ impl Book {
             body.stage(stage, step, iteration, means)?;
             self.credit(body.particles, cause);
         }
+        self.carry[1].clone_from(&body.particles.carry);
         body.stage(Stage::Postsolve, step, 0, means)?;
         let h = body.particles.history.seconds(f64::from(step.h));
         let errors = Errors::of(body);
@@ -354,19 +357,13 @@ impl Book {
         let mut smooth = std::mem::take(&mut self.smooth);
         smooth.clone_from(body.particles);
         if let (Stage::StickyGround, Some(sticky)) = (stage, effects.sticky_ground) {
-            for x in smooth.positions.iter_mut().filter(|x| x.w > 0.0) {
-                x.y = x.y.max(sticky.height);
+            let particles = smooth.positions.iter().zip(&mut smooth.displacements);
+            for (p, u) in particles.filter(|(p, _)| p.w > 0.0) {
+                u.y = u.y.max(sticky.height - p.y);
             }
         } else {
-            let mut without = Stepper {
-                topology: &mut *body.topology,
-                particles: &mut smooth,
-                effects: &mut effects,
-                lambdas: &mut Lambdas::default(),
-                leads: body.leads,
-                stitches: &mut Stitches::default(),
-                factors: &mut Factors::default(),
-            };
+            let mut spare = Spare::of(effects);
+            let mut without = spare.stepper(&mut *body.topology, &mut smooth);
             without.stage(stage, step, iteration, means)?;
         }
         self.credit(&smooth, Cause::Contact);
@@ -417,14 +414,14 @@ impl Book {
                 continue;
             }
             let mass = 1.0 / f64::from(x.w);
-            let start = self.start.velocities[index].truncate().as_dvec3();
-            let end = particles.velocities[index].truncate().as_dvec3();
+            let start = self.start.velocity_f64(index);
+            let end = particles.velocity_f64(index);
             let (mean, change) = (0.5 * (start + end), end - start);
             let [elastic, hand, contact, friction] =
                 [&self.elastic, &self.hand, &self.contact, &self.friction]
                     .map(|column| column[index] / h);
-            let leapt = self.leapt[index].truncate().as_dvec3();
-            let forces = self.forced[index].truncate().as_dvec3() - leapt;
+            let leapt = self.leapt[index];
+            let forces = self.forced[index] - leapt;
             let faded = (forces + leapt + fall) * -lost;
             let leap = leapt - start;
             let rounding =
@@ -432,8 +429,9 @@ impl Book {
             sum.damping += mass * faded.dot(mean);
             sum.forces += mass * forces.dot(mean);
             sum.hand += mass * hand.dot(mean);
-            // A bounce moves the previous position, which is height that the particle does not fall.
-            let from = self.start.positions[index] - particles.previous[index];
+            // A bounce moves the place where the substep began, which is height that the particle does not
+            // fall.
+            let from = self.carry[0][index] - self.carry[1][index];
             let lent = if second {
                 0.0
             } else {
@@ -445,7 +443,7 @@ impl Book {
             sum.integrator -= 0.5 * mass * (fall + elastic).dot(change);
             if second {
                 // Gravity has acted over ⅔h of what the particle has fallen since the substep before.
-                let way = (*x - self.start.positions[index]).truncate().as_dvec3();
+                let way = particles.position(index) - self.start.position(index);
                 sum.integrator += mass * (leap.dot(mean) + fall.dot(end) - gravity.dot(way));
             }
             elastic_work += mass * elastic.dot(end);
@@ -458,6 +456,11 @@ impl Book {
 
 /// Ways of the particles since the start of the substep [m].
 fn ways(particles: &Particles) -> impl Iterator<Item = DVec3> {
-    let both = particles.positions.iter().zip(&particles.previous);
-    both.map(|(x, p)| x.truncate().as_dvec3() - p.truncate().as_dvec3())
+    (0..particles.len()).map(|i| particles.motion(i))
+}
+
+/// Copies velocities [m/s].
+fn velocities(to: &mut Vec<DVec3>, particles: &Particles) {
+    to.clear();
+    to.extend((0..particles.len()).map(|i| particles.velocity_f64(i)));
 }

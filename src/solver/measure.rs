@@ -12,26 +12,28 @@ fn mass(x: &Vec4) -> f64 {
     if x.w > 0.0 { 1.0 / f64::from(x.w) } else { 0.0 }
 }
 
-fn sum_over(particles: &Particles, term: impl Fn(f64, DVec3, DVec3) -> f64) -> f64 {
-    particles
-        .positions
-        .iter()
-        .zip(&particles.velocities)
-        .map(|(x, v)| term(mass(x), x.truncate().as_dvec3(), v.truncate().as_dvec3()))
-        .sum()
+/// A term of mass [kg], position [m] and velocity [m/s] of each particle.
+fn terms<T>(
+    particles: &Particles,
+    term: impl Fn(f64, DVec3, DVec3) -> T,
+) -> impl Iterator<Item = T> {
+    (0..particles.len()).map(move |i| {
+        let mass = mass(&particles.positions[i]);
+        term(mass, particles.position(i), particles.velocity_f64(i))
+    })
 }
 
 /// Kinetic energy [J] of the particles that can move.
 #[must_use]
 pub fn kinetic_energy(particles: &Particles) -> f64 {
-    sum_over(particles, |m, _, v| 0.5 * m * v.length_squared())
+    terms(particles, |m, _, v| 0.5 * m * v.length_squared()).sum()
 }
 
 /// Potential energy in a uniform gravity [J], zero at the origin, of the particles that can move.
 #[must_use]
 pub fn gravitational_energy(particles: &Particles, gravity: Vec3) -> f64 {
     let gravity = gravity.as_dvec3();
-    sum_over(particles, |m, x, _| -m * gravity.dot(x))
+    terms(particles, |m, x, _| -m * gravity.dot(x)).sum()
 }
 
 /// Linear momentum [kg·m/s].
@@ -47,13 +49,7 @@ pub fn angular_momentum(particles: &Particles) -> DVec3 {
 }
 
 fn moments(particles: &Particles, term: impl Fn(f64, DVec3, DVec3) -> DVec3) -> DVec3 {
-    particles
-        .positions
-        .iter()
-        .zip(&particles.velocities)
-        .fold(DVec3::ZERO, |sum, (x, v)| {
-            sum + term(mass(x), x.truncate().as_dvec3(), v.truncate().as_dvec3())
-        })
+    terms(particles, term).fold(DVec3::ZERO, |sum, moment| sum + moment)
 }
 
 /// Centre of mass of the particles that can move [m]; the origin if none can.
@@ -70,11 +66,7 @@ pub fn centre_of_mass(particles: &Particles) -> DVec3 {
 /// Root mean square speed [m/s].
 #[must_use]
 pub fn rms_speed(particles: &Particles) -> f64 {
-    let sum: f64 = particles
-        .velocities
-        .iter()
-        .map(|v| v.truncate().as_dvec3().length_squared())
-        .sum();
+    let sum: f64 = terms(particles, |_, _, v| v.length_squared()).sum();
     (sum / particles.len().max(1) as f64).sqrt()
 }
 
@@ -135,9 +127,9 @@ pub fn inverted(topology: &Topology, positions: &[Vec4]) -> usize {
 pub fn elastic_energy<const N: usize, const M: usize>(
     effect: &impl Elastic<N, M>,
     topology: &Topology,
-    positions: &[Vec4],
+    particles: &Particles,
 ) -> f64 {
-    let rows = effect.rows_of(topology, positions);
+    let rows = effect.rows_of(topology, particles);
     rows.flat_map(|(_, rows)| rows)
         .map(|row| stored(row.error, row.compliance))
         .sum()
@@ -186,7 +178,7 @@ pub fn pressure_energy(pressure: &Pressure, topology: &Topology, at: impl Fn(u32
 pub fn pressure_residual(
     pressure: &Pressure,
     topology: &Topology,
-    positions: &[Vec4],
+    particles: &Particles,
     walls: &Walls,
     h: f32,
 ) -> SquareSum {
@@ -196,7 +188,7 @@ pub fn pressure_residual(
     if walls.gradients.is_empty() {
         return SquareSum::default();
     }
-    let at = |i: u32| positions[i as usize].truncate().as_dvec3();
+    let at = |i: u32| particles.position(i as usize);
     let volume = enclosure.volume(topology, at);
     let left = pressure.residual(enclosure, volume, walls.multiplier, h.into());
     SquareSum {
@@ -243,12 +235,12 @@ impl SquareSum {
 pub fn residual<const N: usize, const M: usize>(
     effect: &impl Elastic<N, M>,
     topology: &Topology,
-    positions: &[Vec4],
+    particles: &Particles,
     multipliers: &[f32],
     h: f32,
 ) -> SquareSum {
     let per_step = 1.0 / (f64::from(h) * f64::from(h));
-    let rows = effect.rows_of(topology, positions);
+    let rows = effect.rows_of(topology, particles);
     rows.flat_map(|(_, rows)| rows)
         .zip(multipliers)
         .filter(|(row, _)| row.scale != 0.0)
@@ -266,39 +258,39 @@ pub fn residual<const N: usize, const M: usize>(
 pub fn residuals(
     effects: &Effects,
     topology: &Topology,
-    positions: &[Vec4],
+    particles: &Particles,
     lambdas: &Lambdas,
     h: f32,
 ) -> SquareSum {
     struct Sum<'a> {
         all: SquareSum,
         topology: &'a Topology,
-        positions: &'a [Vec4],
+        particles: &'a Particles,
         lambdas: &'a Lambdas,
         h: f32,
     }
     impl Visit for Sum<'_> {
         fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
             let lambda = self.lambdas.of(E::KIND);
-            let own = residual(effect, self.topology, self.positions, lambda, self.h);
+            let own = residual(effect, self.topology, self.particles, lambda, self.h);
             self.all.add(own);
         }
     }
     let mut sum = Sum {
         all: SquareSum::default(),
         topology,
-        positions,
+        particles,
         lambdas,
         h,
     };
     effects.visit(&mut sum);
     if let (Some(effect), Some(matching)) = (&effects.shape_matching, &lambdas.matching) {
-        let at = Place::among(positions);
+        let at = Place::among(particles);
         let own = matching.residual(topology, effect, h.into(), at);
         sum.all.add(own);
     }
     if let Some(pressure) = &effects.pressure {
-        let own = pressure_residual(pressure, topology, positions, &lambdas.walls, h);
+        let own = pressure_residual(pressure, topology, particles, &lambdas.walls, h);
         sum.all.add(own);
     }
     sum.all
@@ -328,12 +320,16 @@ pub fn shape_error(topology: &Topology, positions: &[Vec4]) -> f64 {
     (sum / count).sqrt() / f64::from(topology.size)
 }
 
-/// Hash of the bits of positions and velocities: equal states have equal hashes.
+/// Hash of the bits of positions, displacements and carries: equal states have equal hashes.
 #[must_use]
 pub fn state_hash<'a>(bodies: impl Iterator<Item = &'a Particles>) -> u64 {
     let mut hash = FNV_START;
     for particles in bodies {
-        for element in particles.positions.iter().chain(&particles.velocities) {
+        for element in particles
+            .columns()
+            .into_iter()
+            .flat_map(|(_, column)| column)
+        {
             for number in element.to_array() {
                 hash = fnv1a_on(hash, &number.to_bits().to_le_bytes());
             }

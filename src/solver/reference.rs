@@ -19,7 +19,7 @@ use super::{
     history::SHARE,
     method::Averaging,
 };
-use glam::{DMat3, DVec3, Vec4};
+use glam::{DVec3, Vec4};
 use std::{cell::Cell, sync::Arc};
 
 /// Bodies and colliders in f64.
@@ -46,8 +46,10 @@ pub struct Body {
     pub topology: Arc<Topology>,
     /// Positions x [m].
     pub x: Vec<DVec3>,
-    /// Positions at the start of the substep p [m].
+    /// Positions at the start of the substep p [m]; a bounce lowers them.
     pub p: Vec<DVec3>,
+    /// The same as they were before any bounce [m].
+    from: Vec<DVec3>,
     /// Velocities v [m/s].
     pub v: Vec<DVec3>,
     /// Inverse masses w [1/kg], 0 for pins.
@@ -219,14 +221,17 @@ impl Body {
     /// The same body in f64.
     #[must_use]
     pub fn of(body: &super::Body) -> Self {
-        let wide = |elements: &[Vec4]| -> Vec<DVec3> {
-            elements.iter().map(|x| x.truncate().as_dvec3()).collect()
-        };
+        let particles = &body.particles;
+        let each = 0..particles.len();
         let mut twin = Self {
             topology: Arc::clone(&body.topology),
-            x: wide(&body.particles.positions),
-            p: wide(&body.particles.previous),
-            v: wide(&body.particles.velocities),
+            x: each.clone().map(|i| particles.position(i)).collect(),
+            p: each
+                .clone()
+                .map(|i| particles.position(i) - particles.motion(i))
+                .collect(),
+            from: each.clone().map(|i| particles.position(i)).collect(),
+            v: each.map(|i| particles.velocity_f64(i)).collect(),
             w: body
                 .particles
                 .positions
@@ -323,7 +328,6 @@ impl Body {
             height.is_some_and(|height| from.y.min(to.y) <= height)
                 || self.collide.is_some()
                     && swept.clone().any(|(shape, start, end)| {
-                        let (start, end) = (Frame::of(&start), Frame::of(&end));
                         exit(shape, start.undo(from), end.undo(to)).is_some()
                     })
         });
@@ -358,6 +362,7 @@ impl Body {
     fn presolve(&mut self, h: f64, gravity: DVec3) {
         for i in 0..self.x.len() {
             self.p[i] = self.x[i];
+            self.from[i] = self.x[i];
             if self.w[i] > 0.0 {
                 self.v[i] += gravity * h;
                 self.x[i] += self.v[i] * h;
@@ -627,7 +632,7 @@ impl Body {
                 _ if stitch.broken => continue,
                 StitchEnd::Point(other) => ends.push((other, -1.0)),
                 StitchEnd::Collider { number, place } => match colliders.get(*number as usize) {
-                    Some(it) => fixed = Frame::of(&it.pose_at(time)).apply(place.as_dvec3()),
+                    Some(it) => fixed = it.pose_at(time).apply(place.as_dvec3()),
                     None => continue,
                 },
             }
@@ -710,11 +715,12 @@ impl Body {
             return;
         };
         for i in 0..self.x.len() {
-            let bounces = restitution > 0.0 && self.v[i].y < -2.0 * h * gravity.length();
+            let approach = (self.x[i] - self.p[i]).y / h;
+            let bounces = restitution > 0.0 && approach < -2.0 * h * gravity.length();
             let below = if bounces {
                 0.0
             } else {
-                (height - self.p[i].y).max(0.0)
+                (height - self.from[i].y).max(0.0)
             };
             let left = below * (1.0 - (h / UP_OVER).min(1.0));
             let depth = height - left - self.x[i].y;
@@ -736,7 +742,6 @@ impl Body {
         let Some((friction, restitution)) = self.collide else {
             return;
         };
-        let (from, to) = (Frame::of(from), Frame::of(to));
         for i in 0..self.x.len() {
             if self.w[i] == 0.0 {
                 continue;
@@ -762,6 +767,7 @@ impl Body {
         carried: DVec3,
     ) {
         self.past.touched = true;
+        let approach = (self.x[i] - self.p[i] - carried).dot(normal) / h;
         self.x[i] += normal * depth;
         let slip = (self.x[i] - self.p[i] - carried).reject_from_normalized(normal);
         let hold = friction * depth;
@@ -770,7 +776,6 @@ impl Body {
         } else {
             slip * (hold / slip.length())
         };
-        let approach = (self.v[i] - carried / h).dot(normal);
         if restitution > 0.0 && approach < -2.0 * h * gravity {
             let leave = -restitution * approach * h + carried.dot(normal);
             let now = (self.x[i] - self.p[i]).dot(normal);
@@ -855,29 +860,6 @@ fn eliminate<const M: usize>(
         solution[i] = (right[i] - known) * inverse[i];
     }
     solution
-}
-
-/// A pose in f64.
-struct Frame {
-    rotation: DMat3,
-    translation: DVec3,
-}
-
-impl Frame {
-    fn of(pose: &Pose) -> Self {
-        Self {
-            rotation: pose.rotation.as_dmat3(),
-            translation: pose.translation.as_dvec3(),
-        }
-    }
-
-    fn apply(&self, x: DVec3) -> DVec3 {
-        self.rotation * x + self.translation
-    }
-
-    fn undo(&self, x: DVec3) -> DVec3 {
-        self.rotation.transpose() * (x - self.translation)
-    }
 }
 
 /// Normal and depth for a point that went from `from` to `to`, in the collider's frame; how it is

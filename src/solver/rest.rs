@@ -69,7 +69,7 @@ impl RestTimer {
 /// Whether somebody moved or kicked a sleeper since `start`: it does neither by itself.
 #[must_use]
 pub fn written(particles: &Particles, start: &[Vec4]) -> bool {
-    particles.positions != start || particles.velocities.iter().any(|v| *v != Vec4::ZERO)
+    particles.positions != start || !particles.is_still()
 }
 
 /// Whether a collider that moves during a tick comes near a body at these positions.

@@ -24,8 +24,8 @@ use std::{
 /// The parts of a [`Stepper`] that change, for threads to take pieces of.
 pub(super) struct Shared<'a> {
     positions: *mut Vec4,
-    previous: *mut Vec4,
-    velocities: *mut Vec4,
+    displacements: *mut Vec4,
+    carry: *mut Vec4,
     particles: usize,
     lambdas: [Column; ElasticKind::COUNT],
     sums: (*mut Vec4, usize),
@@ -53,7 +53,7 @@ impl<'a> Shared<'a> {
         let particles = &mut *body.particles;
         let count = particles.positions.len();
         assert!(
-            particles.previous.len() == count && particles.velocities.len() == count,
+            particles.displacements.len() == count && particles.carry.len() == count,
             "particles have columns of different lengths"
         );
         let column = |multipliers: &mut Vec<f32>| Column {
@@ -62,8 +62,8 @@ impl<'a> Shared<'a> {
         };
         Self {
             positions: particles.positions.as_mut_ptr(),
-            previous: particles.previous.as_mut_ptr(),
-            velocities: particles.velocities.as_mut_ptr(),
+            displacements: particles.displacements.as_mut_ptr(),
+            carry: particles.carry.as_mut_ptr(),
             particles: count,
             sums: {
                 let sums = body.lambdas.sums();
@@ -99,8 +99,8 @@ impl<'a> Shared<'a> {
         unsafe {
             Part {
                 positions: slice::from_raw_parts_mut(self.positions.add(start), count),
-                previous: slice::from_raw_parts_mut(self.previous.add(start), count),
-                velocities: slice::from_raw_parts_mut(self.velocities.add(start), count),
+                displacements: slice::from_raw_parts_mut(self.displacements.add(start), count),
+                carry: slice::from_raw_parts_mut(self.carry.add(start), count),
             }
         }
     }

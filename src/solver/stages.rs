@@ -1,10 +1,20 @@
 //! The first and the last of the three stages; the constraints between them are in
 //! [`constraint`](super::constraint) and [`contact`](super::contact).
 //!
-//! Symplectic Euler on positions: `v += hg; p = x; x += hv`, then the constraints move x, then
-//! `v = (x − p)/h`. Pinned particles (inverse mass 0) are not moved by a bit.
-//! Source: Müller and others, *Position Based Dynamics* (2007), algorithm 1; Macklin and others,
-//! *Small Steps in Physics Simulation* (2019), algorithm 1.
+//! Symplectic Euler on [displacements](super::particles): with x = p + u and the start of the substep
+//! at p + c, the method's `v += hg; p = x; x += hv`, constraints that move x, and `v = (x − p)/h` are
+//!
+//! - first stage: u += h²g, where u = c + hv was left by the substep before;
+//! - last stage: p′ = fl(p + u), c′ = (p + u) − p′, which is exact, and u′ = c′ + (u − c), as
+//!   u − c = hv.
+//!
+//! What u is rounded by would be lost to the velocity, always to the same side where gravity adds the
+//! same in each substep: it goes into c, so that u − c is exact, and the position bears it instead.
+//!
+//! Pinned particles (inverse mass 0) are not moved by a bit.
+//! Sources: Müller and others, *Position Based Dynamics* (2007), algorithm 1; Macklin and others,
+//! *Small Steps in Physics Simulation* (2019), algorithm 1; Knuth, *The Art of Computer Programming*
+//! 2, theorem 4.2.2C (the rounding of a sum is a number itself, and found by two subtractions: Dekker 1971).
 
 use super::{
     lanes::{Instructions, Lanes, Work},
@@ -18,13 +28,13 @@ pub fn presolve(part: Part, h: f32, gravity: Vec3, instructions: Instructions) {
     instructions.run(Pass::<false, true> { part, h, gravity });
 }
 
-/// Turns positions back into velocities after a substep of `h` seconds.
+/// Puts positions forward and keeps velocities, after a substep of `h` seconds.
 ///
 /// # Errors
-/// The place of the first particle whose position is not finite; velocities are untouched then,
-/// and `previous` holds the last finite positions.
+/// The place of the first particle whose displacement or velocity is not finite; nothing has moved
+/// then.
 pub fn postsolve(part: Part, h: f32, instructions: Instructions) -> Result<(), usize> {
-    check(&part)?;
+    check(&part, h)?;
     let gravity = Vec3::ZERO;
     instructions.run(Pass::<true, false> { part, h, gravity });
     Ok(())
@@ -35,7 +45,7 @@ pub fn postsolve(part: Part, h: f32, instructions: Instructions) -> Result<(), u
 /// # Errors
 /// As [`postsolve`].
 pub fn turn(part: Part, h: f32, gravity: Vec3, instructions: Instructions) -> Result<(), usize> {
-    check(&part)?;
+    check(&part, h)?;
     instructions.run(Pass::<true, true> { part, h, gravity });
     Ok(())
 }
@@ -43,25 +53,26 @@ pub fn turn(part: Part, h: f32, gravity: Vec3, instructions: Instructions) -> Re
 /// Before the first stage: a velocity keeps a share of what it will be after gravity [m/s²] has acted
 /// over a substep of `h` seconds.
 pub fn fade(part: Part, h: f32, gravity: Vec3, kept: f32) {
-    let lost = (gravity * (h * (1.0 - kept))).extend(0.0);
-    for v in part.velocities {
-        *v = *v * kept - lost;
+    let lost = (gravity * (h * h * (1.0 - kept))).extend(0.0);
+    for (u, c) in part.displacements.iter_mut().zip(&*part.carry) {
+        *u = *c + ((*u - *c) * kept - lost);
     }
 }
 
 /// Moves every particle by the mean of the ways that are added up in xyz of `sums` and counted in w,
 /// its own place counting as `own_weight` of them; leaves zeros there.
 pub fn average(part: Part, sums: &mut [Vec4], own_weight: f32) {
-    for (x, sum) in part.positions.iter_mut().zip(sums) {
+    let particles = part.positions.iter().zip(part.displacements);
+    for ((x, u), sum) in particles.zip(sums) {
         if x.w > 0.0 && sum.w > 0.0 {
-            *x += (sum.truncate() / (sum.w + own_weight)).extend(0.0);
+            *u += (sum.truncate() / (sum.w + own_weight)).extend(0.0);
         }
         *sum = Vec4::ZERO;
     }
 }
 
-fn check(part: &Part) -> Result<(), usize> {
-    first_not_finite(part.positions).map_or(Ok(()), Err)
+fn check(part: &Part, h: f32) -> Result<(), usize> {
+    first_not_finite(part.displacements, 1.0 / h).map_or(Ok(()), Err)
 }
 
 /// A pass over all particles that ends a substep, begins one, or both.
@@ -74,62 +85,67 @@ struct Pass<'a, const END: bool, const BEGIN: bool> {
 impl<const END: bool, const BEGIN: bool> Work for Pass<'_, END, BEGIN> {
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
-        let h = self.h;
-        let push = (self.gravity * h).extend(0.0);
+        let push = (self.gravity * (self.h * self.h)).extend(0.0);
         let push_pair = pair(simd, &[push, push]);
         let (positions, last_position) = self.part.positions.as_chunks_mut::<2>();
-        let (previous, last_previous) = self.part.previous.as_chunks_mut::<2>();
-        let (velocities, last_velocity) = self.part.velocities.as_chunks_mut::<2>();
-        for ((x, p), v) in positions.iter_mut().zip(previous).zip(velocities) {
-            if x[0].w == 0.0 || x[1].w == 0.0 {
-                one::<END, BEGIN>(&mut x[0], &mut p[0], &mut v[0], h, push);
-                one::<END, BEGIN>(&mut x[1], &mut p[1], &mut v[1], h, push);
+        let (displacements, last_displacement) = self.part.displacements.as_chunks_mut::<2>();
+        let (carry, last_carry) = self.part.carry.as_chunks_mut::<2>();
+        for ((p, u), c) in positions.iter_mut().zip(displacements).zip(carry) {
+            if p[0].w == 0.0 || p[1].w == 0.0 {
+                one::<END, BEGIN>(&mut p[0], &mut u[0], &mut c[0], push);
+                one::<END, BEGIN>(&mut p[1], &mut u[1], &mut c[1], push);
                 continue;
             }
-            let now = pair(simd, x);
-            let mut speed = if END {
-                (now - pair(simd, p)) / h
-            } else {
-                pair(simd, v)
-            };
-            if BEGIN {
-                speed += push_pair;
-                *x = unpair(simd, now + speed * h);
-                *p = unpair(simd, now);
+            let (mut moved, mut left) = (pair(simd, u), pair(simd, c));
+            if END {
+                let (place, off) = exact_sum(pair(simd, p), moved);
+                *p = unpair(simd, place);
+                let (next, lost) = exact_sum(moved, off - left);
+                (moved, left) = (next, off - lost);
             }
-            *v = unpair(simd, speed);
+            if BEGIN {
+                let (next, lost) = exact_sum(moved, push_pair);
+                (moved, left) = (next, left - lost);
+            }
+            *u = unpair(simd, moved);
+            *c = unpair(simd, left);
         }
-        for ((x, p), v) in last_position
+        for ((p, u), c) in last_position
             .iter_mut()
-            .zip(last_previous)
-            .zip(last_velocity)
+            .zip(last_displacement)
+            .zip(last_carry)
         {
-            one::<END, BEGIN>(x, p, v, h, push);
+            one::<END, BEGIN>(p, u, c, push);
         }
     }
 }
 
 #[inline(always)]
-fn one<const END: bool, const BEGIN: bool>(
-    x: &mut Vec4,
-    p: &mut Vec4,
-    v: &mut Vec4,
-    h: f32,
-    push: Vec4,
-) {
+fn one<const END: bool, const BEGIN: bool>(p: &mut Vec4, u: &mut Vec4, c: &mut Vec4, push: Vec4) {
+    if p.w == 0.0 {
+        *u = *c;
+        return;
+    }
     if END {
-        // w of x and p is the same inverse mass, so that w of v stays 0.
-        *v = (*x - *p) / h;
+        let (place, off) = exact_sum(*p, *u);
+        let (next, lost) = exact_sum(*u, off - *c);
+        (*p, *u, *c) = (place, next, off - lost);
     }
     if BEGIN {
-        *p = *x;
-        if x.w > 0.0 {
-            *v += push;
-            *x += *v * h;
-        } else {
-            *v = Vec4::ZERO;
-        }
+        let (next, lost) = exact_sum(*u, push);
+        (*u, *c) = (next, *c - lost);
     }
+}
+
+/// a + b rounded, and what was lost: together they are exact where ‖a‖ ≥ ‖b‖, and within half of the
+/// last digit of b elsewhere. The inverse mass in w of `a` stays, as w of `b` is 0.
+#[inline(always)]
+fn exact_sum<T>(a: T, b: T) -> (T, T)
+where
+    T: Copy + std::ops::Add<Output = T> + std::ops::Sub<Output = T>,
+{
+    let sum = a + b;
+    (sum, b - (sum - a))
 }
 
 #[inline(always)]

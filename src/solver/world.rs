@@ -87,7 +87,7 @@ impl World {
 
 fn wakes(body: &Body, colliders: &[Sweep]) -> bool {
     body.effects.grab.is_some()
-        || written(&body.particles, &body.tick_start)
+        || written(&body.particles, &body.tick_start.positions)
         || body.stitches.are_pulled(colliders)
         || (body.effects.collide.is_some() && disturbed(&body.particles.positions, colliders))
 }

@@ -170,8 +170,8 @@ fn projected(world: &World, substeps: u32) -> Result<World, InvalidValue> {
     twin.project(PROJECTIONS);
     let mut world = world.clone();
     for (body, exact) in world.bodies.iter_mut().zip(&twin.bodies) {
-        for (x, exact) in body.particles.positions.iter_mut().zip(&exact.x) {
-            *x = exact.as_vec3().extend(x.w);
+        for (i, exact) in exact.x.iter().enumerate() {
+            body.particles.set_position(i, *exact);
         }
     }
     Ok(world)

@@ -37,16 +37,10 @@ pub fn residuals(world: &World) -> Option<Residuals> {
         .bodies
         .iter()
         .map(|body| {
-            let all = body
-                .particles
-                .positions
-                .iter()
-                .zip(&body.particles.velocities);
-            all.map(|(x, v)| {
-                let (x, v) = (x.truncate().as_dvec3(), v.truncate().as_dvec3());
-                x + (v + gravity * h) * h
-            })
-            .collect()
+            let particles = &body.particles;
+            let all = 0..particles.len();
+            all.map(|i| particles.position(i) + (particles.velocity_f64(i) + gravity * h) * h)
+                .collect()
         })
         .collect();
     world.tick();
@@ -73,8 +67,8 @@ pub fn residuals(world: &World) -> Option<Residuals> {
 }
 
 fn primal_of(body: &Body, h: f32) -> SquareSum {
-    let positions = &body.particles.positions;
-    measure::residuals(&body.effects, &body.topology, positions, &body.lambdas, h)
+    let particles = &body.particles;
+    measure::residuals(&body.effects, &body.topology, particles, &body.lambdas, h)
 }
 
 /// Adds up ∇C λ over the constraints of all effects.
@@ -83,7 +77,7 @@ struct Pull<'a>(&'a Body, Vec<DVec3>);
 impl Visit for Pull<'_> {
     fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
         let Self(body, forces) = self;
-        let elements = effect.rows_of(&body.topology, &body.particles.positions);
+        let elements = effect.rows_of(&body.topology, &body.particles);
         let lambdas = body.lambdas.of(E::KIND).chunks_exact(M);
         for ((corners, rows), lambdas) in elements.zip(lambdas) {
             for (row, &lambda) in rows.iter().zip(lambdas) {
@@ -103,7 +97,7 @@ fn dual_of(body: &Body, alone: &[DVec3]) -> (f64, f64) {
     let mut forces = pull.1;
     if let (Some(_), Ok(enclosure)) = (body.effects.pressure, body.topology.enclosure()) {
         let mut gradients = vec![DVec3::ZERO; positions.len()];
-        let at = |i: u32| positions[i as usize].truncate().as_dvec3();
+        let at = |i: u32| body.particles.position(i as usize);
         enclosure.volume_and_gradients(&body.topology, at, &mut gradients);
         for (force, gradient) in forces.iter_mut().zip(gradients) {
             *force += gradient * body.lambdas.walls.multiplier;
@@ -111,7 +105,7 @@ fn dual_of(body: &Body, alone: &[DVec3]) -> (f64, f64) {
     }
     let matching = body.lambdas.matching.clone();
     if let (Some(_), Some(mut matching)) = (body.effects.shape_matching, matching) {
-        let moves = matching.pull(&body.topology, Place::among(positions));
+        let moves = matching.pull(&body.topology, Place::among(&body.particles));
         for ((force, by), x) in forces.iter_mut().zip(moves).zip(positions) {
             if x.w > 0.0 {
                 *force += *by / f64::from(x.w);

@@ -88,7 +88,7 @@ impl Solver {
         match self {
             Self::Fast(world) => {
                 for body in &mut world.bodies {
-                    body.particles.velocities.fill(glam::Vec4::ZERO);
+                    body.particles.stop();
                 }
             }
             Self::Twin(world) => {
@@ -104,8 +104,8 @@ impl Solver {
         match self {
             Self::Fast(world) => {
                 for (body, from) in world.bodies.iter_mut().zip(&state.bodies) {
-                    for (x, from) in body.particles.positions.iter_mut().zip(&from.x) {
-                        *x = from.as_vec3().extend(x.w);
+                    for (i, from) in from.x.iter().enumerate() {
+                        body.particles.set_position(i, *from);
                     }
                 }
             }
@@ -122,23 +122,19 @@ impl Solver {
     #[must_use]
     pub fn state(&self) -> State {
         let mass = |w: f64| if w > 0.0 { 1.0 / w } else { 0.0 };
-        let wide = |column: &[glam::Vec4]| -> Vec<DVec3> {
-            let elements = column.iter();
-            elements.map(|x| x.truncate().as_dvec3()).collect()
-        };
         let bodies = match self {
             Self::Fast(world) => world
                 .bodies
                 .iter()
-                .map(|body| BodyState {
-                    x: wide(&body.particles.positions),
-                    v: wide(&body.particles.velocities),
-                    m: body
-                        .particles
-                        .positions
-                        .iter()
-                        .map(|x| mass(f64::from(x.w)))
-                        .collect(),
+                .map(|body| {
+                    let particles = &body.particles;
+                    let all = 0..particles.len();
+                    let w = |i: usize| f64::from(particles.positions[i].w);
+                    BodyState {
+                        x: all.clone().map(|i| particles.position(i)).collect(),
+                        v: all.clone().map(|i| particles.velocity_f64(i)).collect(),
+                        m: all.map(|i| mass(w(i))).collect(),
+                    }
                 })
                 .collect(),
             Self::Twin(world) => world

@@ -63,10 +63,10 @@ impl Energy {
 }
 
 fn elastic(body: &Body) -> f64 {
-    let positions = &body.particles.positions;
+    let particles = &body.particles;
     let at = |i: u32| {
-        let x = positions[i as usize];
-        (x.truncate().as_dvec3(), x.w.into())
+        let i = i as usize;
+        (particles.position(i), particles.positions[i].w.into())
     };
     measure::elastic_energies(&body.effects, &body.topology, at)
 }
@@ -84,7 +84,7 @@ impl Visit for Closing<'_> {
             return;
         }
         let positions = &self.body.particles.positions;
-        let rows = effect.rows_of(&self.body.topology, positions);
+        let rows = effect.rows_of(&self.body.topology, &self.body.particles);
         for (corners, row) in rows.flat_map(|(corners, rows)| rows.map(|row| (corners, row))) {
             let terms = corners.iter().zip(row.gradients);
             let weight: f64 = terms
@@ -115,7 +115,7 @@ fn closing_shapes(body: &Body, h: f64) -> f64 {
         return 0.0;
     };
     let matching = Matching::of(&body.topology, &effect);
-    let at = Place::among(&body.particles.positions);
+    let at = Place::among(&body.particles);
     let squares = matching
         .strains(&body.topology, at)
         .map(|strain| strain * strain);
@@ -133,7 +133,7 @@ fn closing_volume(body: &Body, h: f64) -> f64 {
     }
     let positions = &body.particles.positions;
     let mut gradients = vec![DVec3::ZERO; positions.len()];
-    let at = |i: u32| positions[i as usize].truncate().as_dvec3();
+    let at = |i: u32| body.particles.position(i as usize);
     let volume = enclosure.volume_and_gradients(&body.topology, at, &mut gradients);
     let error = volume - pressure.own_volume(enclosure);
     let weight = enclosure.weight(&gradients, |i| f64::from(positions[i].w));

@@ -281,9 +281,9 @@ fn mass(particles: &Particles) -> f64 {
 }
 
 fn carried(particles: &Particles) -> f64 {
-    let state = particles.positions.iter().zip(&particles.velocities);
-    let free = state.filter(|(x, _)| x.w > 0.0);
-    free.map(|(x, v)| v.truncate().as_dvec3().length() / f64::from(x.w))
+    let w = |i: usize| f64::from(particles.positions[i].w);
+    let free = (0..particles.len()).filter(|&i| w(i) > 0.0);
+    free.map(|i| particles.velocity_f64(i).length() / w(i))
         .sum()
 }
 

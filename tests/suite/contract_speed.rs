@@ -7,7 +7,7 @@ use crate::{
     support_app::{app_of, ticks},
 };
 use bevy::prelude::{App, IntoScheduleConfigs};
-use glam::{UVec2, UVec3, Vec2, Vec3};
+use glam::{DVec3, UVec2, UVec3, Vec2, Vec3};
 use pliant::{
     mesh::Primitive,
     scene::{
@@ -68,7 +68,7 @@ fn crowd() -> World {
         travel: Vec3::new(0.0, 0.3, 0.4),
         period: 0.7,
     };
-    let ball = Collider::moving(ball, Pose::at(Vec3::new(5.0, 0.3, 0.0)), shake).expect("sound");
+    let ball = Collider::moving(ball, Pose::at(DVec3::new(5.0, 0.3, 0.0)), shake).expect("sound");
     World {
         settings: settings(9.81, 60.0, 4, 2),
         bodies,

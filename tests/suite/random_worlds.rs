@@ -152,14 +152,15 @@ impl Soft {
         body.translate(self.position * self.scale);
         if let Some(deformation) = self.deformation {
             deform(&mut body.particles, deformation);
-            body.tick_start.clone_from(&body.particles.positions);
+            body.tick_start.clone_from(&body.particles);
         }
         let middle = measure::centre_of_mass(&body.particles).as_vec3();
         let particles = &mut body.particles;
-        for (v, x) in particles.velocities.iter_mut().zip(&particles.positions) {
+        for i in 0..particles.len() {
+            let x = particles.positions[i];
             if x.w > 0.0 {
                 let turn = self.spin.cross(x.truncate() - middle);
-                *v = (self.velocity * self.scale + turn).extend(0.0);
+                particles.set_velocity(i, self.velocity * self.scale + turn);
             }
         }
         body
@@ -195,7 +196,7 @@ impl Wild {
                 },
                 _ => Path::Still,
             };
-            Collider::moving(shape, Pose::at(place * scale), path).expect("sound")
+            Collider::moving(shape, Pose::at((place * scale).as_dvec3()), path).expect("sound")
         });
         let mut world = World {
             settings: settings(0.0, self.rate, self.substeps, self.iterations),
@@ -387,11 +388,8 @@ fn any_world_stays_finite_or_is_named_keeps_its_pins_and_repeats() {
         for tick in 1..=TICKS {
             world.tick();
             for (body, pins) in world.bodies.iter().zip(&pins) {
-                let mut state = body
-                    .particles
-                    .positions
-                    .iter()
-                    .chain(&body.particles.velocities);
+                let columns = body.particles.columns().into_iter();
+                let mut state = columns.flat_map(|(_, column)| column);
                 assert!(state.all(|v| v.is_finite()), "not finite after tick {tick}");
                 for &(particle, place) in pins {
                     let now = body.particles.positions[particle];
@@ -399,10 +397,7 @@ fn any_world_stays_finite_or_is_named_keeps_its_pins_and_repeats() {
                 }
                 if let Some(quarantine) = &body.quarantine {
                     assert!((quarantine.vertex as usize) < body.particles.len());
-                    assert!(
-                        !quarantine.stage.is_empty()
-                            && body.particles.velocities.iter().all(|v| *v == Vec4::ZERO)
-                    );
+                    assert!(!quarantine.stage.is_empty() && body.particles.is_still());
                 }
             }
         }

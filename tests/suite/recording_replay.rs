@@ -402,7 +402,7 @@ fn a_ground_raised_beyond_all_bounds_freezes_the_body_at_a_state_worth_having() 
     );
     let frozen = app.world().get::<Particles>(body).expect("a body");
     assert_eq!(frozen.positions, before.positions, "where the tick began");
-    assert!(frozen.velocities.iter().all(|v| *v == Vec4::ZERO));
+    assert!(frozen.is_still());
     // The cause is still there: it is caught again, in the next tick.
     push(&mut app, Action::Restore { body });
     ticks(&mut app, 1);

@@ -69,8 +69,8 @@ fn colliders_equal_the_twin() {
                 restitution,
             });
             let pose = Pose {
-                rotation: rotation(DVec3::new(0.3, 1.0, 0.2), 0.7).as_mat3(),
-                translation: Vec3::new(0.1, -0.2, 0.05),
+                rotation: rotation(DVec3::new(0.3, 1.0, 0.2), 0.7),
+                translation: DVec3::new(0.1, -0.2, 0.05),
             };
             let mut world = world(settings(60.0), body);
             world.colliders = vec![Collider::moving(shape, pose, path.clone()).expect("sound")];

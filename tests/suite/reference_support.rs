@@ -40,8 +40,9 @@ pub fn random_body<const N: usize>(count: u32, seed: u32) -> Body {
         }
     }
     body.update_masses();
-    for v in &mut body.particles.velocities {
-        *v = random_vector(&mut random, 20.0).extend(0.0);
+    for i in 0..body.particles.len() {
+        let v = random_vector(&mut random, 20.0);
+        body.particles.set_velocity(i, v);
     }
     body
 }
@@ -55,9 +56,10 @@ pub fn step(mut world: World) -> Vec<[(DVec3, DVec3); 2]> {
     let (fast, twin) = (&world.bodies[0].particles, &twin.bodies[0]);
     (0..fast.len())
         .map(|i| {
-            let x = fast.positions[i].truncate().as_dvec3();
-            let v = fast.velocities[i].truncate().as_dvec3();
-            [(x, twin.x[i]), (v, twin.v[i])]
+            [
+                (fast.position(i), twin.x[i]),
+                (fast.velocity_f64(i), twin.v[i]),
+            ]
         })
         .collect()
 }

@@ -124,7 +124,7 @@ fn eventful() -> solver::World {
         travel: Vec3::new(0.6, 0.0, 0.0),
         period: 1.0,
     };
-    let start = Pose::at(Vec3::new(-0.5, 0.3, 0.0));
+    let start = Pose::at(Vec3::new(-0.5, 0.3, 0.0).as_dvec3());
     let ball = ColliderShape::Sphere { radius: 0.1 };
     world.colliders = vec![Collider::moving(ball, start, path).expect("sound")];
     world
@@ -343,7 +343,7 @@ fn a_body_in_quarantine_loses_its_ghost_and_the_others_keep_theirs() {
     command(&mut app, GhostCommand::Toggle);
     updates(&mut app, 10);
     let mut particles = app.world_mut().get_mut::<Particles>(bodies[0]);
-    particles.as_mut().expect("a body").velocities[0].x = f32::NAN;
+    particles.as_mut().expect("a body").displacements[0].x = f32::NAN;
     updates(&mut app, 5);
     assert_eq!(followed(&app), bodies[1..]);
     let ghost = ghost(&app);

@@ -71,10 +71,10 @@ fn half_a_second(app: &mut App) -> (f64, f64) {
 /// Puts a body to sleep: stopped, as one that moves would wake at once.
 fn lull(app: &mut App, body: Entity) {
     let mut entity = app.world_mut().entity_mut(body);
-    let start = entity.get::<TickStart>().expect("a body").to_vec();
+    let start = Particles::clone(entity.get::<TickStart>().expect("a body"));
     let mut particles = entity.get_mut::<Particles>().expect("a body");
-    particles.positions = start;
-    particles.velocities.fill(Vec4::ZERO);
+    *particles = start;
+    particles.stop();
     entity.insert(Asleep);
 }
 

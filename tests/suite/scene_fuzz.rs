@@ -185,12 +185,9 @@ fn steps(world: &mut World) {
         world.tick();
     }
     for body in &world.bodies {
-        let state = body
-            .particles
-            .positions
-            .iter()
-            .chain(&body.particles.velocities);
-        let finite = state.clone().all(|v| v.is_finite());
+        let columns = body.particles.columns().into_iter();
+        let mut state = columns.flat_map(|(_, column)| column);
+        let finite = state.all(|v| v.is_finite());
         assert!(finite, "{} is not finite: {:?}", body.name, body.quarantine);
         if let Some(quarantine) = &body.quarantine {
             assert!((quarantine.vertex as usize) < body.particles.len());

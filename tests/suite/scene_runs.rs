@@ -1,7 +1,7 @@
 //! Promises that every built-in scene keeps when it runs: it is accepted, it is the same with Bevy
 //! and without, and the same twice.
 
-use crate::support::bits;
+use crate::support::state_bits;
 use pliant::{
     scene::{
         Scene,
@@ -86,9 +86,7 @@ fn differences(one: &World, other: &World) -> Vec<String> {
         .iter()
         .zip(&other.bodies)
         .filter(|(a, b)| {
-            bits(&a.particles.positions) != bits(&b.particles.positions)
-                || bits(&a.particles.velocities) != bits(&b.particles.velocities)
-                || a.asleep != b.asleep
+            state_bits(&a.particles) != state_bits(&b.particles) || a.asleep != b.asleep
         })
         .map(|(body, _)| body.name.clone())
         .collect()

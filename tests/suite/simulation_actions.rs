@@ -40,12 +40,7 @@ fn a_grabbed_body_follows_the_hand_and_keeps_its_speed_when_let_go() {
     }
     assert!(done(&mut app, Action::Release { body }).is_empty());
     assert!(app.world().get::<Grab>(body).is_none());
-    let speed: f32 = particles(&app, body)
-        .velocities
-        .iter()
-        .map(|v| v.x)
-        .sum::<f32>()
-        / 8.0;
+    let speed: f32 = particles(&app, body).velocities().map(|v| v.x).sum::<f32>() / 8.0;
     assert!(
         (2.0..4.5).contains(&speed),
         "it goes on at {speed} m/s of the hand's 3"

@@ -168,7 +168,8 @@ fn colliders_come_and_go_and_move() {
     let shape = ColliderShape::Box {
         size: Vec3::new(10.0, 1.0, 10.0),
     };
-    let floor = Collider::new(shape, Pose::at(Vec3::new(0.0, -0.5, 0.0))).expect("sound");
+    let floor =
+        Collider::new(shape, Pose::at(Vec3::new(0.0, -0.5, 0.0).as_dvec3())).expect("sound");
     let floor = app.world_mut().spawn(floor).id();
     let lowest = |app: &App| {
         let particles = app.world().get::<Particles>(bodies[0]).expect("a body");

@@ -252,7 +252,8 @@ fn edits_and_effects_of_a_users_own_are_told_apart() {
 
     fn shake(mut bodies: Query<&mut solver::Particles>) {
         for mut particles in &mut bodies {
-            particles.positions.iter_mut().for_each(|x| x.y += 1e-4);
+            let displacements = &mut particles.displacements;
+            displacements.iter_mut().for_each(|u| u.y += 1e-4);
         }
     }
     let mut app = app_with(|app| {

@@ -83,8 +83,15 @@ fn a_tick_runs_its_stages_in_the_documented_order_as_often_as_asked() {
 /// Moves every particle that can move up by a fixed way in each sweep.
 fn lift(mut bodies: Query<&mut Particles, Active>) {
     for mut particles in &mut bodies {
-        for x in particles.positions.iter_mut().filter(|x| x.w > 0.0) {
-            x.y += 1e-4;
+        let Particles {
+            positions,
+            displacements,
+            ..
+        } = &mut *particles;
+        for (x, u) in positions.iter().zip(displacements) {
+            if x.w > 0.0 {
+                u.y += 1e-4;
+            }
         }
     }
 }
@@ -192,8 +199,15 @@ impl Effect for Breeze {
 fn blow(current: Res<CurrentSubstep>, mut bodies: Query<(&mut Particles, &Breeze), Active>) {
     let h = current.step.h;
     for (mut particles, wind) in &mut bodies {
-        for x in particles.positions.iter_mut().filter(|x| x.w > 0.0) {
-            x.x += wind.acceleration * h * h;
+        let Particles {
+            positions,
+            displacements,
+            ..
+        } = &mut *particles;
+        for (x, u) in positions.iter().zip(displacements) {
+            if x.w > 0.0 {
+                u.x += wind.acceleration * h * h;
+            }
         }
     }
 }

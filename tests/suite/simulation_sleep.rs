@@ -178,15 +178,16 @@ fn a_sleeper_wakes_when_gravity_or_substeps_change() {
 fn a_sleeper_wakes_when_a_particle_is_moved_or_its_velocity_written() {
     assert_wakes("a kick", |world, body| {
         let mut particles = world.get_mut::<solver::Particles>(body).expect("a body");
-        for v in &mut particles.velocities {
-            v.y = 2.0;
+        for i in 0..particles.len() {
+            let v = particles.velocity(i);
+            particles.set_velocity(i, v.with_y(2.0));
         }
     });
 }
 
 fn ball(at: Vec3, velocity: Vec3) -> Collider {
     let shape = ColliderShape::Sphere { radius: 0.3 };
-    Collider::moving(shape, Pose::at(at), Path::Line { velocity }).expect("sound")
+    Collider::moving(shape, Pose::at(at.as_dvec3()), Path::Line { velocity }).expect("sound")
 }
 
 #[test]

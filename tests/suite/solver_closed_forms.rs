@@ -111,7 +111,7 @@ fn a_spring_loses_energy_as_the_discrete_method_does() {
         let energy = |world: &World| {
             let body = &world.bodies[0];
             measure::kinetic_energy(&body.particles)
-                + measure::elastic_energy(&effect, &body.topology, &body.particles.positions)
+                + measure::elastic_energy(&effect, &body.topology, &body.particles)
         };
         let start = energy(&fast);
         let n = 40;

@@ -35,8 +35,8 @@ fn between(walls: [Vec3; 2], body: Body) -> World {
     for normal in walls {
         let turn = (-normal.x).asin().to_degrees();
         let pose = Pose {
-            translation: normal * -0.5,
-            rotation: rotation_degrees(Vec3::Z * turn).as_mat3(),
+            translation: normal.as_dvec3() * -0.5,
+            rotation: rotation_degrees(Vec3::Z * turn),
         };
         let wall = Collider::new(ColliderShape::Box { size }, pose);
         world.colliders.push(wall.expect("sound"));

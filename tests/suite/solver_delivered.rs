@@ -5,7 +5,6 @@ use crate::support::{
     G, assert_relative, body, body_of_masses, chain, cube, damping, pinned, settings, stretch,
     volume, with, world,
 };
-use glam::Vec4;
 use pliant::solver::{
     Delivered, Effects, ElasticKind, Lambdas, Stretch, World,
     delivered::{CLOSE, Work},
@@ -20,11 +19,12 @@ const RATE: f64 = 60.0;
 fn settle(world: &mut World, seconds: f64) {
     for _ in 0..(seconds * RATE) as usize {
         world.tick();
-        for v in &mut world.bodies[0].particles.velocities {
-            *v *= 0.8;
+        let particles = &mut world.bodies[0].particles;
+        for i in 0..particles.len() {
+            particles.set_velocity(i, particles.velocity(i) * 0.8);
         }
     }
-    world.bodies[0].particles.velocities.fill(Vec4::ZERO);
+    world.bodies[0].particles.stop();
 }
 
 /// Masses of 1 kg on links of a millimetre, hanging from a pin.
@@ -72,10 +72,13 @@ fn delivered(world: &World) -> Delivered {
 /// Σ of the weights times how far each came down from its place at rest, twice the work [J].
 fn lowered(world: &World) -> f64 {
     let body = &world.bodies[0];
-    let particles = body.particles.positions.iter().zip(&body.topology.rest);
+    let particles = (0..).zip(&body.particles.positions);
     particles
-        .filter(|(x, _)| x.w > 0.0)
-        .map(|(x, rest)| G / f64::from(x.w) * f64::from(rest.y - x.y))
+        .filter(|(_, x)| x.w > 0.0)
+        .map(|(i, x)| {
+            let down = f64::from(body.topology.rest[i].y) - body.particles.position(i).y;
+            G / f64::from(x.w) * down
+        })
         .sum()
 }
 

@@ -18,7 +18,7 @@ fn random_edge(random: &mut Random) -> (Body, [DVec3; 2]) {
     for x in &mut body.particles.positions {
         *x += random_vector(random, 1.0).extend(0.0);
     }
-    let ends = [0, 1].map(|i: usize| body.particles.positions[i].truncate().as_dvec3());
+    let ends = [0, 1].map(|i: usize| body.particles.position(i));
     (body, ends)
 }
 
@@ -49,7 +49,7 @@ fn edges_push_along_the_central_differences_of_their_length() {
                 "twin: {moved}, not {}",
                 expected[i]
             );
-            let moved = (body.particles.positions[i].truncate().as_dvec3() - ends[i]) / w;
+            let moved = (body.particles.predicted(i) - ends[i]) / w;
             // Places below 2 m, known to 2⁻²⁴ m, and a direction known to that over the length.
             assert!(
                 moved.distance(expected[i]) < 1e-4,
@@ -108,18 +108,18 @@ fn a_grab_pushes_along_the_central_differences_of_its_distance() {
             max_force: Force::default(),
             multiplier: 0.0,
         };
-        let previous = body.particles.previous.clone();
-        grab.solve(&mut body.particles.positions, &previous, 0.01, (0, 1), 0);
+        grab.solve(body.particles.as_part(), 0.01, (0, 1), 0);
         for i in 0..4 {
             let expected = gradients[i] * (-distance(&start) / weight * w[i]);
-            let moved = body.particles.positions[i].truncate().as_dvec3() - start[i];
+            let moved = body.particles.predicted(i) - start[i];
             // Numbers below 16 m after a dozen operations.
             assert!(
                 moved.distance(expected) < 3e-5,
                 "{i} moved by {moved}, not {expected}"
             );
         }
-        let held = point.position(&body.particles.positions);
+        let moved = (0..4).map(|i| body.particles.predicted(i).as_vec3().extend(0.0));
+        let held = point.position(&moved.collect::<Vec<_>>());
         assert!(held.distance(target) < 1e-5, "the point is in the hand");
     }
 }
@@ -130,26 +130,17 @@ fn a_grab_never_pulls_harder_than_its_limit() {
     let point = SurfacePoint::new(&[(1, 1.0)]).expect("sound");
     let target = Vec3::new(1000.0, 0.0, 0.0);
     let mut grab = Grab::on(point, target, 1.0, 0.5, 9.81);
-    let previous = body.particles.previous.clone();
     for iteration in 0..10 {
-        grab.solve(
-            &mut body.particles.positions,
-            &previous,
-            0.01,
-            (0, 1),
-            iteration,
-        );
+        grab.solve(body.particles.as_part(), 0.01, (0, 1), iteration);
     }
     assert_eq!(
         f64::from(grab.force(0.01)).round(),
         (50.0 * 9.81_f64).round()
     );
     // F h²/m of a kilogram.
-    let moved = body.particles.positions[1]
-        .truncate()
-        .distance(Vec3::new(0.0, -0.5, 0.0));
+    let moved = body.particles.predicted(1).distance(DVec3::NEG_Y * 0.5);
     assert!(
-        (f64::from(moved) - 50.0 * 9.81 * 1e-4).abs() < 1e-5,
+        (moved - 50.0 * 9.81 * 1e-4).abs() < 1e-5,
         "moved by {moved}"
     );
 }

@@ -9,20 +9,19 @@ use crate::{
     },
     support_app::{app_of, cubes, ticks},
 };
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 use pliant::{
     simulation::state_hash,
-    solver::{Effects, World, measure},
+    solver::{Effects, Particles, World, measure},
 };
 use std::f32::consts::TAU;
 
 /// [s]
 const HOUR: f64 = 3600.0;
 
-fn farthest(from: &[Vec4], to: &[Vec4]) -> f64 {
-    let ways = from.iter().zip(to);
-    ways.map(|(a, b)| (*b - *a).truncate().as_dvec3().length())
-        .fold(0.0, f64::max)
+fn farthest(from: &Particles, to: &Particles) -> f64 {
+    let ways = (0..from.len()).map(|i| to.position(i).distance(from.position(i)));
+    ways.fold(0.0, f64::max)
 }
 
 /// How far rounding may leave what rests from where it was [m]. All stands within 0.4 m of the
@@ -55,7 +54,7 @@ fn what_rests_does_not_creep_in_an_hour_and_memory_does_not_grow() {
     run(&mut world, HOUR - 60.0);
     assert_eq!(allocation::held(), held, "bytes");
     for (before, after) in start.bodies.iter().zip(&world.bodies) {
-        let way = farthest(&before.particles.positions, &after.particles.positions);
+        let way = farthest(&before.particles, &after.particles);
         assert!(way <= RESTS, "{} crept {way:e} m", after.name);
     }
 }
@@ -83,14 +82,15 @@ fn a_spinning_pair_slows_within_an_hour_as_the_method_says() {
     let mut pair = with(pair, effects);
     pair.translate(Vec3::new(0.0, radius, 0.0));
     let particles = &mut pair.particles;
-    for (x, v) in particles.positions.iter().zip(&mut particles.velocities) {
-        *v = (Vec3::Z * omega).cross(x.truncate()).extend(0.0);
+    for i in 0..particles.len() {
+        let place = particles.positions[i].truncate();
+        particles.set_velocity(i, (Vec3::Z * omega).cross(place));
     }
     let mut world = world(settings(0.0, 30.0, substeps, 1), pair);
     let h = world.settings.substep_seconds();
     let omega_0 = f64::from(omega);
     let spin = |world: &World| {
-        let [a, b] = [0, 1].map(|i| world.bodies[0].particles.positions[i].truncate().as_dvec3());
+        let [a, b] = [0, 1].map(|i| world.bodies[0].particles.position(i));
         let inertia = 2.0 * (a.distance(b) / 2.0).powi(2);
         let middle = measure::centre_of_mass(&world.bodies[0].particles);
         let momentum = measure::momentum(&world.bodies[0].particles);

@@ -59,8 +59,8 @@ fn a_squashed_body_has_lost_that_share_of_its_volume() {
 #[test]
 fn energies_and_momenta_of_two_masses_are_those_of_the_textbook() {
     let mut body = body_of_masses(chain(1, 2.0), &[1.0, 3.0]);
-    body.particles.velocities[0] = Vec3::new(4.0, 0.0, 0.0).extend(0.0);
-    body.particles.velocities[1] = Vec3::new(0.0, 0.0, 2.0).extend(0.0);
+    body.particles.set_velocity(0, Vec3::new(4.0, 0.0, 0.0));
+    body.particles.set_velocity(1, Vec3::new(0.0, 0.0, 2.0));
     let state = &body.particles;
     let gravity = Vec3::new(0.0, -10.0, 0.0);
     assert_relative(
@@ -93,7 +93,7 @@ fn a_stretched_edge_stores_half_its_square_over_its_compliance_and_a_rigid_one_n
     body.particles.positions[1].y = -1.5;
     let energy = |compliance: f32| {
         let effect = stretch(compliance).expect("given");
-        measure::elastic_energy(&effect, &body.topology, &body.particles.positions)
+        measure::elastic_energy(&effect, &body.topology, &body.particles)
     };
     assert_relative(energy(0.25), 0.5 * 0.25 / 0.25, 1e-6, "energy");
     assert_eq!(energy(0.0), 0.0);
@@ -114,7 +114,7 @@ fn what_is_left_of_the_equations_falls_with_iterations() {
         let sum = measure::residual(
             &body.effects.stretch.expect("given"),
             &body.topology,
-            &body.particles.positions,
+            &body.particles,
             body.lambdas.of(ElasticKind::Stretch),
             world.settings.substep_seconds() as f32,
         );

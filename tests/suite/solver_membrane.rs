@@ -2,7 +2,7 @@
 //! against the material that was asked for.
 
 use crate::support::{
-    bits, body, damping, pinned, random_vector, run, settings, sweep, with, world,
+    body, damping, pinned, random_vector, run, settings, state_bits, sweep, with, world,
 };
 use glam::{DVec3, UVec2, Vec2, Vec3};
 use pliant::{
@@ -83,8 +83,10 @@ fn points(body: &Body, corners: [u32; 3], x: &[DVec3]) -> [Point; 3] {
 }
 
 fn places(body: &Body) -> Vec<DVec3> {
-    let positions = body.particles.positions.iter();
-    positions.map(|x| x.truncate().as_dvec3()).collect()
+    let particles = &body.particles;
+    (0..particles.len())
+        .map(|i| particles.predicted(i))
+        .collect()
 }
 
 fn corners(body: &Body) -> [u32; 3] {
@@ -141,9 +143,7 @@ fn off_the_twin<E: Elastic<3, 3>>(effect: &E, size: f64, change: impl Fn(DVec3) 
         *x = change(x.truncate().as_dvec3() / size).as_vec3().extend(x.w)
             * Vec3::splat(size as f32).extend(1.0);
     }
-    body.particles
-        .previous
-        .clone_from(&body.particles.positions);
+    body.particles.settle();
     let mut twin = reference::Body::of(&body);
     twin.solve(effect, 0.01, true);
     sweep(&mut body, effect, 0.01, Multipliers::Unused);
@@ -306,10 +306,10 @@ fn a_sheet_in_its_rest_shape_does_not_move_by_a_bit() {
             Effects::from(weave([0.0; 3])),
         ] {
             let body = with(body("sheet", shape.clone(), 1.0), effects);
-            let before = bits(&body.particles.positions);
+            let before = state_bits(&body.particles);
             let mut world = world(settings(0.0, 60.0, 10, 2), body);
             run(&mut world, 0.5);
-            assert_eq!(before, bits(&world.bodies[0].particles.positions));
+            assert_eq!(before, state_bits(&world.bodies[0].particles));
         }
     }
 }
@@ -328,7 +328,7 @@ fn triangles_that_collapsed_to_a_point_open_again() {
             *x = Vec3::ZERO.extend(x.w);
         }
         let energy = |body: &Body| {
-            let at = |i: u32| body.particles.positions[i as usize].truncate().as_dvec3();
+            let at = |i: u32| body.particles.position(i as usize);
             measure::elastic_energies(&effects, &body.topology, |i| (at(i), 1.0))
         };
         let before = energy(&body);

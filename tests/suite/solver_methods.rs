@@ -138,13 +138,8 @@ fn a_substep_of_every_method_equals_the_twins() {
         let mut twin = reference::World::of(&fast);
         fast.tick();
         twin.tick();
-        for (x, expected) in fast.bodies[0]
-            .particles
-            .positions
-            .iter()
-            .zip(&twin.bodies[0].x)
-        {
-            let error = x.truncate().as_dvec3().distance(*expected);
+        for (i, expected) in twin.bodies[0].x.iter().enumerate() {
+            let error = fast.bodies[0].particles.position(i).distance(*expected);
             // Some 30 operations a constraint on lengths of 1 m, some 30 constraints a particle, seven
             // sweeps, none of which makes a difference grow.
             assert!(error < 7.0 * 30.0 * 8.0 * EPSILON, "{name}: {error}");
@@ -228,7 +223,7 @@ fn strains(iterations: u32) -> (Vec<f64>, f64) {
     };
     net.pins = (0..121).filter(rim).collect();
     net.update_masses();
-    net.particles.previous.clone_from(&net.particles.positions);
+    net.particles.settle();
     let mut world = world(settings(0.0, 60.0, 1, 10), net);
     world.settings.smoothing_iterations = smoothing(iterations);
     run(&mut world, 10.0);
@@ -313,7 +308,7 @@ fn the_lab_has_every_edge_once() {
 fn a_particle_of_the_lab_falls_at_its_terminal_speed() {
     let mut world = lab(32, body_of_masses(point(), &[1.0]));
     run(&mut world, 0.0333 * 1000.0);
-    let speed = -f64::from(world.bodies[0].particles.velocities[0].y);
+    let speed = -world.bodies[0].particles.velocity_f64(0).y;
     // 0.99¹⁰⁰⁰ = 4e-5 of it is still to come.
     support::assert_relative(speed, 9.8 * 0.0333 * 0.99 / 0.01, 0.01, "the speed");
 }
@@ -386,8 +381,8 @@ impl Port {
     fn take(&mut self, body: &Body) {
         for vertex in 0..441 {
             let particle = body.topology.numbering.particle(vertex) as usize;
-            self.x[vertex as usize] = body.particles.positions[particle].truncate();
-            self.v[vertex as usize] = body.particles.velocities[particle].truncate();
+            self.x[vertex as usize] = body.particles.position(particle).as_vec3();
+            self.v[vertex as usize] = body.particles.velocity(particle);
         }
     }
 
@@ -396,8 +391,8 @@ impl Port {
         let mut most = (0.0_f32, 0.0_f32);
         for vertex in 0..441 {
             let particle = body.topology.numbering.particle(vertex) as usize;
-            let x = body.particles.positions[particle].truncate();
-            let v = body.particles.velocities[particle].truncate();
+            let x = body.particles.position(particle).as_vec3();
+            let v = body.particles.velocity(particle);
             most.0 = most.0.max(x.distance(self.x[vertex as usize]));
             most.1 = most.1.max(v.distance(self.v[vertex as usize]));
         }
@@ -427,7 +422,7 @@ fn the_lab_equals_a_hand_written_one() {
         let body = &world.bodies[0];
         for (particle, x) in exact.bodies[0].x.iter().enumerate() {
             let vertex = body.topology.vertex(particle) as usize;
-            let found = body.particles.positions[particle].truncate().as_dvec3();
+            let found = body.particles.position(particle);
             worst = worst.max(found.distance(*x));
             worst_of_port = worst_of_port.max(port.x[vertex].as_dvec3().distance(*x));
         }
@@ -518,13 +513,13 @@ fn no_particle_of_the_lab_enters_its_ball_and_one_at_the_centre_comes_out() {
     let middle = cloth.topology.numbering.particle(220) as usize;
     let mut world = lab(32, cloth);
     world.settings.collision_iterations = CollisionIterations::new(1).expect("in range");
-    let ball = Collider::new(ColliderShape::Sphere { radius: 2.7 }, Pose::at(centre));
+    let ball = Collider::new(
+        ColliderShape::Sphere { radius: 2.7 },
+        Pose::at(centre.as_dvec3()),
+    );
     world.colliders.push(ball.expect("sound"));
-    let body = &mut world.bodies[0].particles;
-    for column in [&mut body.positions, &mut body.previous] {
-        let w = column[middle].w;
-        column[middle] = centre.extend(w);
-    }
+    let particles = &mut world.bodies[0].particles;
+    particles.set_position(middle, centre.as_dvec3());
     for _ in 0..150 {
         world.tick();
         let body = &world.bodies[0];

@@ -2,7 +2,7 @@
 
 use crate::{
     support::{
-        G, assert_relative, bits, body, body_of_masses, chain, cube, pinned, run, settings,
+        G, assert_relative, body, body_of_masses, chain, cube, pinned, run, settings, state_bits,
         stretch, tetrahedron, volume, with, world,
     },
     support_app::{app_of, app_with, ticks},
@@ -48,7 +48,6 @@ fn held_edge(length: f32, plasticity: Plasticity) -> Body {
     };
     let mut body = with(pinned(body("edge", chain(1, 1.0), 1.0), &[0, 1]), effects);
     body.particles.positions[1].y = -length;
-    body.particles.previous[1].y = -length;
     body
 }
 
@@ -125,7 +124,7 @@ fn below_the_yield_strain_no_bit_changes() {
     let after = |plasticity| {
         let mut world = world(settings(G, 60.0, 10, 2), strip(plasticity));
         run(&mut world, 1.0);
-        bits(&world.bodies[0].particles.positions)
+        state_bits(&world.bodies[0].particles)
     };
     let never = Plasticity {
         bend_yield: Yield::new(1e4).expect("sound"),
@@ -271,7 +270,7 @@ fn threads_and_schedules_change_no_bit_of_what_has_flowed() {
         [&mut app, &mut by_schedules].map(|app| plain::capture(app.world_mut()));
     let state = |world: &World| {
         let body = &world.bodies[0];
-        (bits(&body.particles.positions), body.topology.rest_values())
+        (state_bits(&body.particles), body.topology.rest_values())
     };
     assert!(state(&alone).1.is_some());
     assert!(state(&alone) == state(&many), "by threads");
@@ -331,8 +330,8 @@ fn flow_only_takes_energy_and_the_ledger_says_how_much() {
     let energy = |body: &Body| {
         let (topology, particles) = (&body.topology, &body.particles);
         let at = |i: u32| {
-            let x = particles.positions[i as usize];
-            (x.truncate().as_dvec3(), f64::from(x.w))
+            let i = i as usize;
+            (particles.position(i), f64::from(particles.positions[i].w))
         };
         measure::kinetic_energy(particles)
             + measure::gravitational_energy(particles, settings.gravity)

@@ -50,7 +50,7 @@ fn balloon(cells: u32, compliance: f32, pressure: Pressure) -> Body {
 
 fn volume(body: &Body) -> f64 {
     let enclosure = body.topology.enclosure().expect("closed");
-    let at = |i: u32| body.particles.positions[i as usize].truncate().as_dvec3();
+    let at = |i: u32| body.particles.position(i as usize);
     enclosure.volume(&body.topology, at)
 }
 
@@ -128,25 +128,19 @@ fn pressure_equals_the_twin() {
         for x in &mut fast.particles.positions {
             *x += random_vector(&mut random, 0.02).extend(0.0);
         }
-        fast.particles
-            .previous
-            .clone_from(&fast.particles.positions);
+        fast.particles.settle();
         let mut twin = reference::Body::of(&fast);
         for iteration in 0..4 {
-            let positions = &mut fast.particles.positions;
+            let part = fast.particles.as_part();
             let walls = &mut fast.lambdas.walls;
-            pressure.solve(&fast.topology, positions, walls, 0.002, iteration);
+            pressure.solve(&fast.topology, part, walls, 0.002, iteration);
             twin.solve_pressure(&pressure, f64::from(0.002_f32), iteration == 0);
         }
-        let size = fast
-            .particles
-            .positions
-            .iter()
-            .map(|x| x.truncate().length())
-            .fold(0.0, f32::max);
-        for (x, twin) in fast.particles.positions.iter().zip(&twin.x) {
+        let places = (0..fast.particles.len()).map(|i| fast.particles.predicted(i));
+        let size = places.clone().map(DVec3::length).fold(0.0, f64::max);
+        for (x, twin) in places.zip(&twin.x) {
             // Four roundings of positions of up to `size`, each felt by the next volumes alike.
-            let off = x.truncate().as_dvec3().distance(*twin) / f64::from(size);
+            let off = x.distance(*twin) / size;
             assert!(
                 off < 16.0 * f64::from(f32::EPSILON),
                 "{factor} {modulus}: off by {off}"
@@ -299,8 +293,7 @@ fn the_ledger_knows_what_a_gas_stores() {
     let mut body = balloon(3, 1e-3, filled(2.0, AIR));
     let settings = settings(9.81, 60.0, 20, 2);
     let held = |body: &Body| {
-        let positions = &body.particles.positions;
-        let at = |i: u32| positions[i as usize].truncate().as_dvec3();
+        let at = |i: u32| body.particles.position(i as usize);
         measure::kinetic_energy(&body.particles)
             + measure::gravitational_energy(&body.particles, settings.gravity)
             + measure::elastic_energies(&body.effects, &body.topology, |i| (at(i), 1.0))

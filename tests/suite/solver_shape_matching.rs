@@ -66,14 +66,12 @@ fn crumpled(mut body: Body, random: &mut Random, half: f32) -> Body {
     for x in &mut body.particles.positions {
         *x += random_vector(random, half).extend(0.0);
     }
-    body.particles
-        .previous
-        .clone_from(&body.particles.positions);
+    body.particles.settle();
     body
 }
 
 fn strains(body: &Body, effect: &ShapeMatching) -> Vec<f64> {
-    let at = Place::among(&body.particles.positions);
+    let at = Place::among(&body.particles);
     let matching = Matching::of(&body.topology, effect);
     matching.strains(&body.topology, at).collect()
 }
@@ -127,7 +125,7 @@ fn a_sweep_goes_down_the_gradient_and_neither_pushes_nor_turns() {
             ..matching(10.0, size)
         };
         let positions = &body.particles.positions;
-        let at = Place::among(positions);
+        let at = Place::among(&body.particles);
         let mut found = Matching::of(&body.topology, &rigid);
         let half = |at: &dyn Fn(u32) -> Place| -> f64 {
             let strains = Matching::of(&body.topology, &rigid);
@@ -265,13 +263,9 @@ fn a_pinned_body_hangs_by_g_over_the_square_of_its_frequency() {
 fn without_limit_the_body_is_rigid() {
     let mut body = with(body("bar", bar(), 1000.0), of(matching(RIGID, WHOLE)));
     let spin = Vec3::new(0.5, 3.0, 1.0);
-    for (v, x) in body
-        .particles
-        .velocities
-        .iter_mut()
-        .zip(&body.particles.positions)
-    {
-        *v = spin.cross(x.truncate()).extend(0.0);
+    for i in 0..body.particles.len() {
+        let x = body.particles.positions[i].truncate();
+        body.particles.set_velocity(i, spin.cross(x));
     }
     let mut world = world(settings(0.0, 60.0, 20, 1), body);
     let turning = |world: &World| measure::angular_momentum(&world.bodies[0].particles);
@@ -308,8 +302,10 @@ fn free_bodies_keep_their_momenta() {
         world.bodies[0].set_velocity(Vec3::X);
         if effect.compliance() == 0.0 {
             // Out of shape, it would close in one substep, with a speed of that over h.
-            for v in &mut world.bodies[0].particles.velocities {
-                *v += random_vector(&mut random, 1.0).extend(0.0);
+            let particles = &mut world.bodies[0].particles;
+            for i in 0..particles.len() {
+                let v = particles.velocity(i) + random_vector(&mut random, 1.0);
+                particles.set_velocity(i, v);
             }
         }
         let momenta = |world: &World| {
@@ -321,9 +317,8 @@ fn free_bodies_keep_their_momenta() {
         };
         let swing = |world: &World| -> f64 {
             let particles = &world.bodies[0].particles;
-            let places = particles.positions.iter().zip(&particles.velocities);
-            let each =
-                places.map(|(x, v)| f64::from(x.truncate().length() * v.truncate().length() / x.w));
+            let places = particles.positions.iter().zip(particles.velocities());
+            let each = places.map(|(x, v)| f64::from(x.truncate().length() * v.length() / x.w));
             each.sum()
         };
         let (before, mut most) = (momenta(&world), swing(&world));
@@ -444,14 +439,9 @@ fn the_twin_does_the_same_and_threads_and_masses_change_nothing() {
         let mut twin = reference::World::of(&one);
         one.tick();
         twin.tick();
-        for (x, twin) in one.bodies[0]
-            .particles
-            .positions
-            .iter()
-            .zip(&twin.bodies[0].x)
-        {
+        for (i, twin) in twin.bodies[0].x.iter().enumerate() {
             // Four substeps of places below 1 m, and of speeds that are rounded with them.
-            assert!(x.truncate().as_dvec3().distance(*twin) < 3e-6);
+            assert!(one.bodies[0].particles.position(i).distance(*twin) < 3e-6);
         }
         for threads in [2, 8] {
             let mut more = world(settings(G, 60.0, 4, 3), start.clone());
@@ -495,7 +485,7 @@ fn energy_is_what_the_ledger_says() {
         x.x *= 1.1;
     }
     let energy = |body: &Body| {
-        let at = Place::among(&body.particles.positions);
+        let at = Place::among(&body.particles);
         Matching::of(&body.topology, &effect).energy(&body.topology, &effect, at)
             + measure::kinetic_energy(&body.particles)
     };
@@ -623,8 +613,9 @@ fn steps_of_second_order_keep_the_swing() {
         let energy = |world: &World| {
             let body = &world.bodies[0];
             let at = |i: u32| {
-                let x = body.particles.positions[i as usize];
-                (x.truncate().as_dvec3(), f64::from(x.w))
+                let i = i as usize;
+                let w = body.particles.positions[i].w;
+                (body.particles.position(i), f64::from(w))
             };
             measure::kinetic_energy(&body.particles)
                 + measure::elastic_energies(&effects, &body.topology, at)

@@ -1,8 +1,8 @@
-//! The three stages: predict, project, velocity from positions; A1 to A4 and A11 of the methods.
+//! The three stages: predict, project, put positions forward; A1 to A4 and A11 of the methods.
 
 use crate::support::{
     self, G, bits, body, body_of_masses, chain, cube, elastic_on_ground, pinned, point, position,
-    settings, stretch, tetrahedron, with, world,
+    settings, state_bits, stretch, tetrahedron, with, world,
 };
 use glam::{DVec3, Vec3, Vec4};
 use pliant::solver::{Body, Effects, RestShape, StickyGround, World, measure, reference};
@@ -91,34 +91,45 @@ fn a_hanging_chain_equals_a_loop_of_ten_lines_to_the_bit() {
     world.bodies[0].set_velocity(Vec3::new(0.4, 0.0, 0.2));
 
     let state = &world.bodies[0].particles;
-    let mut x: Vec<Vec3> = state.positions.iter().map(|x| x.truncate()).collect();
-    let mut v: Vec<Vec3> = state.velocities.iter().map(|v| v.truncate()).collect();
+    // Position p, displacement u and carry c: a particle is at p + u, and was at p + c.
+    let [mut p, mut u, mut c]: [Vec<Vec3>; 3] = state
+        .columns()
+        .map(|(_, column)| column.iter().map(|x| x.truncate()).collect());
     let w: Vec<f32> = state.positions.iter().map(|x| x.w).collect();
     let rest = world.bodies[0].topology.edges.rest_length.clone();
     let (h, gravity) = ((1.0_f64 / 600.0) as f32, Vec3::new(0.0, -9.81, 0.0));
     let alpha = 1e-4 * (1.0 / (h * h));
+    assert_eq!(state.substep_seconds(), h, "as long as those to come");
+    // A sum, and what rounding took from it.
+    let sum = |a: Vec3, b: Vec3| (a + b, b - ((a + b) - a));
     for _ in 0..600 {
-        let p = x.clone();
         for i in 1..3 {
-            v[i] += gravity * h;
-            x[i] += v[i] * h;
+            let (moved, lost) = sum(u[i], gravity * (h * h));
+            (u[i], c[i]) = (moved, c[i] - lost);
         }
         let mut lambda = [0.0; 2];
         for edge in [0, 1].repeat(3) {
-            let d = x[edge + 1] - x[edge];
-            let n = d / d.length();
-            let change =
-                -(d.length() - rest[edge] + alpha * lambda[edge]) / (w[edge] + w[edge + 1] + alpha);
-            lambda[edge] += change;
-            x[edge] += -n * (w[edge] * change);
-            x[edge + 1] += n * (w[edge + 1] * change);
+            let d = (p[edge + 1] - p[edge]) + (u[edge + 1] - u[edge]);
+            let error = rest[edge] - d.length() - alpha * lambda[edge];
+            let scale = error / ((w[edge] + w[edge + 1] + alpha) * d.length());
+            lambda[edge] += scale * d.length();
+            u[edge] += d * -(w[edge] * scale);
+            u[edge + 1] += d * (w[edge + 1] * scale);
         }
-        v = (0..3).map(|i| (x[i] - p[i]) / h).collect();
+        for i in 1..3 {
+            let (place, off) = sum(p[i], u[i]);
+            let (moved, lost) = sum(u[i], off - c[i]);
+            (p[i], u[i], c[i]) = (place, moved, off - lost);
+        }
     }
 
     support::run(&mut world, 1.0);
-    let expected: Vec<Vec4> = (0..3).map(|i| x[i].extend(w[i])).collect();
-    assert_eq!(bits(&world.bodies[0].particles.positions), bits(&expected));
+    let column = |x: &[Vec3], w: &[f32]| -> Vec<Vec4> {
+        x.iter().zip(w).map(|(x, w)| x.extend(*w)).collect()
+    };
+    let expected = [column(&p, &w), column(&u, &[0.0; 3]), column(&c, &[0.0; 3])];
+    let expected = expected.map(|column| bits(&column));
+    assert_eq!(state_bits(&world.bodies[0].particles), expected);
 }
 
 #[test]
@@ -132,7 +143,7 @@ fn a_sticky_ground_puts_a_particle_back_to_where_it_was_at_ground_level() {
     // It would have gone to x = 3.083; sticking, it keeps x and z and loses all its speed along
     // the ground.
     assert_eq!(position(&world, 0), Vec3::new(3.0, 0.25, -2.0));
-    let velocity = world.bodies[0].particles.velocities[0];
+    let velocity = world.bodies[0].particles.velocity(0);
     assert_eq!((velocity.x, velocity.z), (0.0, 0.0));
     support::run(&mut world, 1.0);
     assert_eq!(position(&world, 0), Vec3::new(3.0, 0.25, -2.0));
@@ -152,13 +163,15 @@ fn pinned_particles_move_by_exactly_nothing_for_ten_thousand_frames() {
     body.translate(Vec3::new(0.1, 0.7, -1.3));
     body.set_velocity(Vec3::new(3.0, 0.0, 1.0));
     let mut world = world(settings(G, 60.0, 10, 1), body);
-    let before = bits(&world.bodies[0].particles.positions);
+    let before = state_bits(&world.bodies[0].particles);
     for _ in 0..10_000 {
         world.tick();
     }
-    let after = bits(&world.bodies[0].particles.positions);
-    assert_eq!((before[0], before[2]), (after[0], after[2]));
-    assert_ne!(before[1], after[1], "the others do move");
+    let after = state_bits(&world.bodies[0].particles);
+    for (before, after) in before.iter().zip(&after) {
+        assert_eq!((before[0], before[2]), (after[0], after[2]));
+    }
+    assert_ne!(before[0][1], after[0][1], "the others do move");
 }
 
 /// A tumbling tetrahedron, and how much of its momentum [kg·m/s] the rounding of a substep to f32
@@ -173,7 +186,7 @@ fn tumbling(gravity: f64) -> (World, f64) {
         support::elastic(),
     );
     body.set_velocity(Vec3::new(1.0, 2.0, -3.0));
-    body.particles.velocities[0] += Vec4::new(4.0, 0.0, 5.0, 0.0);
+    body.particles.set_velocity(0, Vec3::new(5.0, 2.0, 2.0));
     let mass = 1000.0 / 24.0;
     let rounding = mass * 2.0_f64.powi(-22) / 12.0_f64.sqrt() * 600.0 * (68.0 * 3.0_f64).sqrt();
     (world(settings(gravity, 60.0, 10, 4), body), rounding)

@@ -108,8 +108,9 @@ fn two_points_meet_and_momentum_stays() {
     let mut random = Random::new(5);
     for _ in 0..100 {
         let mut body = body_of_masses(loose(), &[1.0, 2.0, 3.0, 5.0]);
-        for v in &mut body.particles.velocities {
-            *v = random_vector(&mut random, 1.0).extend(0.0);
+        for i in 0..body.particles.len() {
+            let v = random_vector(&mut random, 1.0);
+            body.particles.set_velocity(i, v);
         }
         let (one, other) = (at(&[(0, 0.3), (1, 0.7)]), at(&[(2, 1.0), (3, 1.0)]));
         let positions = &mut body.particles.positions;
@@ -122,9 +123,9 @@ fn two_points_meet_and_momentum_stays() {
         let mut world = world(settings(0.0, 60.0, 10, 1), body);
         let momentum = |world: &World| {
             let particles = &world.bodies[0].particles;
-            let both = particles.velocities.iter().zip(&particles.positions);
-            both.fold(DVec3::ZERO, |sum, (v, x)| {
-                sum + v.truncate().as_dvec3() / f64::from(x.w)
+            let each = particles.positions.iter().enumerate();
+            each.fold(DVec3::ZERO, |sum, (i, x)| {
+                sum + particles.velocity_f64(i) / f64::from(x.w)
             })
         };
         let before = momentum(&world);
@@ -152,10 +153,10 @@ fn the_twin_is_stitched_too() {
         }
         let broken = world.bodies[0].stitches.broken();
         assert_eq!(broken, twin.bodies[0].stitches.0.broken());
-        let place = world.bodies[0].particles.positions[0];
+        let place = world.bodies[0].particles.position(0);
         // A place below 2 m that is rounded by 6e-8 m makes every later one of 600 substeps as much
         // wrong again, as its speed goes on: a random walk, to 600^1.5 times that.
-        let apart = twin.bodies[0].x[0].distance(place.truncate().as_dvec3());
+        let apart = twin.bodies[0].x[0].distance(place);
         assert!(apart < 600.0_f64.powf(1.5) * 6e-8, "{apart} m apart");
     }
 }

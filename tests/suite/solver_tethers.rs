@@ -1,8 +1,8 @@
 //! Tethers: what hangs on pins does not get longer, and what is slack does not notice.
 
 use crate::support::{
-    G, bits, body, body_of_masses, chain, pinned, random_vector, run, settings, stretch, with,
-    world,
+    G, body, body_of_masses, chain, pinned, random_vector, run, settings, state_bits, stretch,
+    with, world,
 };
 use glam::{UVec2, Vec2, Vec3};
 use pliant::{
@@ -80,7 +80,7 @@ fn slack_tethers_change_no_bit() {
         );
         world.bodies[0].set_velocity(Vec3::new(0.3, 0.0, -0.2));
         run(&mut world, 2.0);
-        bits(&world.bodies[0].particles.positions)
+        state_bits(&world.bodies[0].particles)
     };
     for pins in [&[0][..], &[], &[3, 30]] {
         assert_eq!(swing(None, pins), swing(tethers(50.0), pins));
@@ -113,7 +113,7 @@ fn the_twin_holds_particles_where_the_fast_solver_does() {
         &world.bodies[0].particles.positions,
     );
     for (i, pin, way) in ways.ways() {
-        let x = |i: usize| world.bodies[0].particles.positions[i].truncate().as_dvec3();
+        let x = |i: usize| world.bodies[0].particles.position(i);
         // Places below 4 m, known to 2⁻²³ m, after a handful of operations.
         assert!(x(i).distance(twin.bodies[0].x[i]) < 2e-6);
         let far = x(i).distance(x(pin)) / (way * 1.05) - 1.0;
@@ -163,7 +163,7 @@ fn threads_change_no_bit_of_what_tethers_do() {
         let mut world = world(settings(G, 60.0, 2, 1), body);
         world.threads = Threads::new(threads).expect("a sound number");
         run(&mut world, 0.3);
-        bits(&world.bodies[0].particles.positions)
+        state_bits(&world.bodies[0].particles)
     };
     let one = fall(1);
     assert_eq!(one, fall(2));

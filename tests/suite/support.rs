@@ -4,8 +4,8 @@ use glam::{UVec3, Vec3, Vec4};
 use pliant::{
     mesh::Primitive,
     solver::{
-        Body, Compliance, Damping, Density, Effects, Ground, Iterations, Mass, Rate, RestShape,
-        Settings, Stretch, Substeps, Topology, Volume, World,
+        Body, Compliance, Damping, Density, Effects, Ground, Iterations, Mass, Particles, Rate,
+        RestShape, Settings, Stretch, Substeps, Topology, Volume, World,
         constraint::Multipliers,
         deform::Random,
         elastic::{self, Elastic},
@@ -190,6 +190,18 @@ pub fn bits(column: &[Vec4]) -> Vec<[u32; 4]> {
         .collect()
 }
 
+/// The bits of a whole state, column by column.
+pub fn state_bits(particles: &Particles) -> [Vec<[u32; 4]>; 3] {
+    particles.columns().map(|(_, column)| bits(column))
+}
+
+/// Where sweeps have left particles [m], rounded as positions are, with inverse masses.
+pub fn predicted(particles: &Particles) -> Vec<Vec4> {
+    let each = (0..).zip(&particles.positions);
+    each.map(|(i, x)| particles.predicted(i).as_vec3().extend(x.w))
+        .collect()
+}
+
 /// Fails unless `value` is within `tolerance` of `expected`, relative to it.
 #[track_caller]
 pub fn assert_relative(value: f64, expected: f64, tolerance: f64, what: &str) {
@@ -200,17 +212,15 @@ pub fn assert_relative(value: f64, expected: f64, tolerance: f64, what: &str) {
     );
 }
 
-/// One sweep over all constraints of an effect of a body, with substeps of `h` seconds.
+/// One sweep over all constraints of an effect of a body, with substeps of `h` seconds. It displaces
+/// particles: where they are afterwards is told by `predicted`.
 pub fn sweep<const N: usize, const M: usize, E: Elastic<N, M>>(
     body: &mut Body,
     effect: &E,
     h: f32,
     multipliers: Multipliers,
 ) {
-    let particles = (
-        &mut body.particles.positions[..],
-        &body.particles.previous[..],
-    );
+    let particles = body.particles.as_part();
     let effects = (*effect).into();
     let sweep = (&effects, E::KIND);
     elastic::sweep(sweep, &body.topology, h, particles, multipliers);

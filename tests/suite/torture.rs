@@ -188,8 +188,10 @@ fn what_must_always_hold_is_watched() {
     assert_eq!(found(|_| ()), Vec::<&str>::new());
     assert_eq!(found_of_a_free_one(|_| ()), Vec::<&str>::new());
     let faster = |world: &mut World| {
-        for v in &mut world.bodies[0].particles.velocities {
-            *v *= 1.1;
+        let particles = &mut world.bodies[0].particles;
+        for i in 0..particles.len() {
+            let v = particles.velocity(i);
+            particles.set_velocity(i, v * 1.1);
         }
     };
     assert_eq!(

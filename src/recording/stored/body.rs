@@ -74,7 +74,7 @@ impl StoredBody {
             stitches: stitches.all().to_vec(),
             rest_values: topology.rest_values(),
             particles: particles.clone(),
-            tick_start: tick_start.clone(),
+            tick_start: tick_start.positions.clone(),
             rest: *rest,
             asleep: *asleep,
             quarantine: quarantine
@@ -97,12 +97,8 @@ impl StoredBody {
             })?,
         };
         let count = topology.particles();
-        for (what, column) in [
-            ("positions", &self.particles.positions),
-            ("previous positions", &self.particles.previous),
-            ("velocities", &self.particles.velocities),
-            ("positions at the start of the tick", &self.tick_start),
-        ] {
+        let start = ("positions at the start of the tick", &self.tick_start[..]);
+        for (what, column) in self.particles.columns().into_iter().chain([start]) {
             if column.len() != count {
                 let found = column.len();
                 return Err(wrong(format!(
@@ -110,9 +106,8 @@ impl StoredBody {
                 )));
             }
         }
-        for (what, column) in self.particles.history.columns() {
-            if ![0, count].contains(&column.len()) {
-                let found = column.len();
+        for (what, found) in self.particles.history.columns() {
+            if ![0, count].contains(&found) {
                 return Err(wrong(format!(
                     "{found} {what}, but its mesh has {count} vertices"
                 )));
@@ -141,6 +136,15 @@ impl StoredBody {
                     .ok_or_else(|| wrong(format!("there is no stage called “{stage}”")))?,
             }),
         };
+        let seconds = self.particles.substep_seconds();
+        if !(seconds.is_finite() && seconds > 0.0) {
+            return Err(wrong(format!(
+                "its substeps are {seconds} s long, but must be finite and above 0"
+            )));
+        }
+        // Whoever goes on from there begins a tick, which takes all of the state.
+        let mut tick_start = self.particles.clone();
+        tick_start.positions = self.tick_start;
         Ok(Body {
             particles: self.particles,
             added_mass: self.added_mass,
@@ -149,7 +153,7 @@ impl StoredBody {
             rest: self.rest,
             asleep: self.asleep,
             quarantine,
-            tick_start: self.tick_start,
+            tick_start,
             stitches,
             ..Body::new(self.name, topology, self.density)
         })

@@ -112,7 +112,7 @@ fn moved(world: &World, ghost: &Ghost) -> bool {
         let body = body.filter(|body| !body.contains::<Quarantined>());
         let start = body.and_then(|body| body.get::<TickStart>());
         start.is_some_and(|start| {
-            let mut pairs = start.iter().zip(&seen.positions);
+            let mut pairs = start.positions.iter().zip(&seen.positions);
             pairs.any(|(a, b)| a.truncate() != b.truncate())
         })
     })

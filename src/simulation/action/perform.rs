@@ -82,8 +82,8 @@ pub fn perform(world: &mut World, action: &Action) -> Result<(), ActionError> {
             let mut entity = body_mut(world, *body)?;
             if let Some(mut particles) = entity.get_mut::<Particles>() {
                 deform(&mut particles, *deformation);
-                let positions = particles.positions.clone();
-                entity.insert(TickStart(positions));
+                let start = particles.clone();
+                entity.insert(TickStart(start));
             }
             entity.remove::<Quarantined>();
             wake(&mut entity);

@@ -10,11 +10,11 @@
 //! is that of Bridson, Marino and Fedkiw (2003). An angle is compared with the one at rest the short
 //! way around, so that nothing jumps when a fold goes past ±π, but only when it is π away from rest.
 
-use super::block::{Block, Blocks, LaneRow, cross, difference, dot, solve_rows};
+use super::block::{Block, Blocks, LaneRow, Projection, cross, difference, dot, solve_rows};
 use crate::solver::{
     Damping, FlexuralRigidity, Topology,
     elastic::{Elastic, ElasticKind, Point, Row},
-    lanes::{Columns, Lanes, arc_tangent},
+    lanes::{Columns, Lanes, Vectors, arc_tangent},
     order::Elements,
     topology::{
         Hinges,
@@ -156,10 +156,10 @@ impl Blocks<4, 1> for Kernel<'_> {
         &self,
         simd: L,
         block: &Block<4>,
-        x: &mut [Columns<L>; 4],
-        previous: Option<[Columns<L>; 4]>,
+        x: &[Columns<L>; 4],
+        moved: Option<&[Vectors<L>; 4]>,
         lambda: Option<[f32x8<L>; 1]>,
-    ) -> [f32x8<L>; 1] {
+    ) -> Projection<L, 4, 1> {
         let Coefficients { alpha, gamma } = self.coefficients;
         let zero = f32x8::splat(simd, 0.0);
         let [least_normal, least_edge] =
@@ -194,6 +194,6 @@ impl Blocks<4, 1> for Kernel<'_> {
             alpha: block.column(simd, &self.hinges.flexibility) * alpha,
             least: zero,
         };
-        solve_rows(simd, &[row], x, previous, lambda, gamma)
+        solve_rows(simd, &[row], x, moved, lambda, gamma)
     }
 }

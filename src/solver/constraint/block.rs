@@ -11,8 +11,11 @@
 
 use super::Multipliers;
 use crate::solver::{
-    lanes::{Columns, Instructions, Lanes, WIDTH, Work, gather, scatter},
+    lanes::{
+        Columns, Gathered, Instructions, Lanes, Origins, Vectors, WIDTH, Work, gather, scatter_add,
+    },
     order::{Batch, Corner, Elements},
+    particles::Part,
 };
 use fearless_simd::{f32x8, prelude::*};
 use glam::Vec4;
@@ -29,17 +32,40 @@ pub trait Blocks<const N: usize, const M: usize>: Sync {
     /// Whether they are damped.
     fn damped(&self) -> bool;
 
-    /// Moves the corners of a block and returns the change of its multipliers. `lambda` is there
-    /// if they may differ from zero, `previous`, the corners at the start of the substep, if the
-    /// constraints are damped.
+    /// How far the corners of a block have to go [m], and the change of its multipliers.
+    ///
+    /// `x` are the corners as seen from the first, which is at the origin, with inverse masses. `moved`,
+    /// how much farther than the first they have gone since the substep began, is there if the
+    /// constraints are damped, `lambda` if multipliers may differ from zero. (Where all corners go alike,
+    /// no constraint changes, so that what the first has moved does not matter.)
     fn project<L: Lanes>(
         &self,
         simd: L,
         block: &Block<N>,
-        x: &mut [Columns<L>; N],
-        previous: Option<[Columns<L>; N]>,
+        x: &[Columns<L>; N],
+        moved: Option<&[Vectors<L>; N]>,
         lambda: Option<[f32x8<L>; M]>,
-    ) -> [f32x8<L>; M];
+    ) -> Projection<L, N, M>;
+}
+
+/// What the projection of a block asks for.
+#[derive(Debug, Clone, Copy)]
+pub struct Projection<L: Lanes, const N: usize, const M: usize> {
+    /// How far each corner goes [m]; −0 leaves it as it is, to the bit.
+    pub moves: [Vectors<L>; N],
+    /// By how much multipliers change.
+    pub change: [f32x8<L>; M],
+}
+
+impl<L: Lanes, const N: usize, const M: usize> Projection<L, N, M> {
+    /// Every corner stays as it is, to the bit.
+    #[inline(always)]
+    pub(crate) fn still(simd: L, change: [f32x8<L>; M]) -> Self {
+        Self {
+            moves: [[f32x8::splat(simd, -0.0); 3]; N],
+            change,
+        }
+    }
 }
 
 /// Up to eight constraints that share no particle. Lanes without one repeat the last.
@@ -91,20 +117,14 @@ impl Put<'_> {
 /// One sweep in the given order, on one thread.
 pub(crate) fn solve_all<const N: usize, const M: usize, B: Blocks<N, M>>(
     blocks: &B,
-    positions: &mut [Vec4],
-    previous: &[Vec4],
+    mut part: Part,
     mut multipliers: Multipliers,
 ) {
     for (index, batch) in blocks.elements().batches().iter().enumerate() {
         let constraints = batch.constraints();
         let multipliers = multipliers.part(constraints.start * M..constraints.end * M);
-        solve_batch(
-            blocks,
-            index,
-            (positions, previous, 0),
-            multipliers,
-            (Put::Whole, Instructions::default()),
-        );
+        let means = (Put::Whole, Instructions::default());
+        solve_batch(blocks, index, (part.reborrow(), 0), multipliers, means);
     }
 }
 
@@ -116,23 +136,31 @@ pub(crate) fn solve_all<const N: usize, const M: usize, B: Blocks<N, M>>(
 pub(crate) fn solve_batch<const N: usize, const M: usize, B: Blocks<N, M>>(
     blocks: &B,
     index: usize,
-    (positions, previous, base): (&mut [Vec4], &[Vec4], usize),
+    (part, base): (Part, usize),
     multipliers: Multipliers,
     (put, instructions): (Put, Instructions),
 ) {
     let batch = &blocks.elements().batches()[index];
     let reach = batch.particles();
+    let Part {
+        positions,
+        displacements,
+        carry,
+    } = part;
+    let count = positions.len();
     assert!(
-        reach.is_empty()
-            || base <= reach.start && reach.end <= base + positions.len().min(previous.len()),
-        "constraints on particles {reach:?} were given {} from {base} on",
-        positions.len()
+        displacements.len() == count && carry.len() == count,
+        "particles have columns of different lengths"
+    );
+    assert!(
+        reach.is_empty() || base <= reach.start && reach.end <= base + count,
+        "constraints on particles {reach:?} were given {count} from {base} on"
     );
     let target = match put {
         Put::Whole => Target::Whole,
         Put::Share(share) => Target::Share(share),
         Put::Sum { sums, alike } => {
-            assert!(sums.len() == positions.len(), "a sum for each particle");
+            assert!(sums.len() == count, "a sum for each particle");
             let sums = sums.as_mut_ptr().wrapping_sub(base);
             Target::Sum { sums, alike }
         }
@@ -142,8 +170,11 @@ pub(crate) fn solve_batch<const N: usize, const M: usize, B: Blocks<N, M>>(
         blocks,
         batch,
         target,
-        origin: positions.as_mut_ptr().wrapping_sub(base),
-        previous: previous.as_ptr().wrapping_sub(base),
+        origins: Origins {
+            positions: positions.as_ptr().wrapping_sub(base),
+            displacements: displacements.as_mut_ptr().wrapping_sub(base),
+            carry: carry.as_ptr().wrapping_sub(base),
+        },
     };
     if !B::APART || !whole {
         return instructions.run(Any::<_, N, M>(sweep, multipliers.kept()));
@@ -166,14 +197,13 @@ enum Target {
 
 /// The constraints of a batch and where their particles are.
 ///
-/// Invariant: all particles in the reach of the batch can be read and written at `origin` and at the
-/// sums of `target`, and read at `previous`, and nobody else does so.
+/// Invariant: all particles in the reach of the batch can be read at the origins, and their
+/// displacements and sums written, and nobody else does so.
 struct Sweep<'a, B> {
     blocks: &'a B,
     batch: &'a Batch,
     target: Target,
-    origin: *mut Vec4,
-    previous: *const Vec4,
+    origins: Origins,
 }
 
 /// A sweep that nobody will ask for multipliers.
@@ -226,7 +256,7 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> Work
         self.0.each::<N, M>(
             #[inline(always)]
             |sweep, block| {
-                sweep.project::<L, N, M>(simd, block, DAMPED, None);
+                sweep.project::<L, N, M, DAMPED>(simd, block, None);
             },
         );
     }
@@ -245,7 +275,7 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> Work
                 let start = (block.first - offset) * M;
                 let part = &mut multipliers[start..start + block.lanes * M];
                 let lambda = load_rows::<L, M>(simd, part);
-                let change = sweep.project::<L, N, M>(simd, block, DAMPED, Some(lambda));
+                let change = sweep.project::<L, N, M, DAMPED>(simd, block, Some(lambda));
                 store_rows(part, lambda, change);
             },
         );
@@ -307,27 +337,23 @@ impl<'a, B> Sweep<'a, B> {
 
     /// Projects the constraints of a block of the batch.
     #[inline(always)]
-    fn project<L: Lanes, const N: usize, const M: usize>(
+    fn project<L: Lanes, const N: usize, const M: usize, const DAMPED: bool>(
         &self,
         simd: L,
         block: &Block<N>,
-        damped: bool,
         lambda: Option<[f32x8<L>; M]>,
     ) -> [f32x8<L>; M]
     where
         B: Blocks<N, M>,
     {
+        let Origins { displacements, .. } = self.origins;
         // SAFETY: the block is one of the batch, whose particles can be read there.
-        let mut x = unsafe { gather(simd, self.origin, block.corners) };
-        let previous = if damped {
-            // SAFETY: as above.
-            Some(unsafe { gather(simd, self.previous, block.corners) })
-        } else {
-            None
-        };
-        let change = self.blocks.project(simd, block, &mut x, previous, lambda);
-        // SAFETY: as above; and they can be written there.
-        unsafe { scatter(simd, self.origin, block.corners, x, block.lanes) };
+        let gathered = unsafe { gather::<L, N, DAMPED>(simd, self.origins, block.corners) };
+        let Gathered { shape, motion } = gathered;
+        let moved = DAMPED.then_some(&motion);
+        let Projection { moves, change } = self.blocks.project(simd, block, &shape, moved, lambda);
+        // SAFETY: as above; and displacements can be written there.
+        unsafe { scatter_add(simd, displacements, block.corners, moves, 0.0, block.lanes) };
         change
     }
 
@@ -344,54 +370,33 @@ impl<'a, B> Sweep<'a, B> {
         B: Blocks<N, M>,
     {
         // SAFETY: the block is one of the batch, whose particles can be read there.
-        let mut x = unsafe { gather(simd, self.origin, block.corners) };
+        let gathered = unsafe {
+            if damped {
+                gather::<L, N, true>(simd, self.origins, block.corners)
+            } else {
+                gather::<L, N, false>(simd, self.origins, block.corners)
+            }
+        };
+        let Gathered { mut shape, motion } = gathered;
         if let Target::Sum { alike: true, .. } = self.target {
-            for corner in &mut x {
+            for corner in &mut shape {
                 corner[3] = f32x8::splat(simd, 1.0);
             }
         }
-        let previous = if damped {
-            // SAFETY: as above.
-            Some(unsafe { gather(simd, self.previous, block.corners) })
-        } else {
-            None
+        let moved = damped.then_some(&motion);
+        let Projection { mut moves, change } =
+            self.blocks
+                .project(simd, block, &shape, moved, Some(lambda));
+        let (target, count) = match self.target {
+            Target::Whole => (self.origins.displacements, 0.0),
+            Target::Share(share) => {
+                moves = moves.map(|way| way.map(|way| way * share));
+                (self.origins.displacements, 0.0)
+            }
+            Target::Sum { sums, .. } => (sums, 1.0),
         };
-        let change = self
-            .blocks
-            .project(simd, block, &mut x, previous, Some(lambda));
-        let mut target = self.origin;
-        if !matches!(self.target, Target::Whole) {
-            // SAFETY: as above.
-            let start = unsafe { gather(simd, self.origin, block.corners) };
-            for (x, start) in x.iter_mut().zip(&start) {
-                for axis in 0..3 {
-                    x[axis] -= start[axis];
-                }
-            }
-            match self.target {
-                Target::Sum { sums, .. } => {
-                    target = sums;
-                    // SAFETY: as above.
-                    let sum = unsafe { gather(simd, sums, block.corners) };
-                    for (x, sum) in x.iter_mut().zip(&sum) {
-                        for axis in 0..3 {
-                            x[axis] += sum[axis];
-                        }
-                        x[3] = sum[3] + 1.0;
-                    }
-                }
-                Target::Share(share) => {
-                    for (x, start) in x.iter_mut().zip(&start) {
-                        for axis in 0..3 {
-                            x[axis] = start[axis] + x[axis] * share;
-                        }
-                    }
-                }
-                Target::Whole => {}
-            }
-        }
         // SAFETY: as above; and they can be written there.
-        unsafe { scatter(simd, target, block.corners, x, block.lanes) };
+        unsafe { scatter_add(simd, target, block.corners, moves, count, block.lanes) };
         change
     }
 }
@@ -453,7 +458,7 @@ pub(crate) struct LaneRow<L: Lanes, const N: usize> {
 }
 
 /// Solves the `M` equations of each element together: (∇C W ∇Cᵀ(1 + γ) + α̃) Δλ = −(C + α̃λ +
-/// γ∇C·(x − p)), moves the particles, and returns Δλ.
+/// γ∇C·(x − p)), and tells how far the particles go.
 ///
 /// By elimination without exchange. An equation that says what those before it have said already,
 /// to within rounding, is left out.
@@ -461,11 +466,11 @@ pub(crate) struct LaneRow<L: Lanes, const N: usize> {
 pub(crate) fn solve_rows<L: Lanes, const N: usize, const M: usize>(
     simd: L,
     rows: &[LaneRow<L, N>; M],
-    x: &mut [Columns<L>; N],
-    previous: Option<[Columns<L>; N]>,
+    x: &[Columns<L>; N],
+    moved: Option<&[Vectors<L>; N]>,
     lambda: Option<[f32x8<L>; M]>,
     gamma: f32,
-) -> [f32x8<L>; M] {
+) -> Projection<L, N, M> {
     let zero = f32x8::splat(simd, 0.0);
     let one = f32x8::splat(simd, 1.0);
     let mut matrix = [[zero; M]; M];
@@ -476,11 +481,11 @@ pub(crate) fn solve_rows<L: Lanes, const N: usize, const M: usize>(
         if let Some(lambda) = &lambda {
             error += row.alpha * lambda[i];
         }
-        if let Some(p) = &previous {
+        if let Some(moved) = moved {
             let mut sum = zero;
-            for corner in 0..N {
-                let moved = difference(&x[corner], &p[corner]);
-                sum += dot(&row.gradients[corner], &moved);
+            // The first has not moved against itself.
+            for (gradient, moved) in row.gradients.iter().zip(moved).skip(1) {
+                sum += dot(gradient, moved);
             }
             error += sum * gamma;
         }
@@ -524,13 +529,20 @@ pub(crate) fn solve_rows<L: Lanes, const N: usize, const M: usize>(
         }
         change[i] = sum * inverse[i];
     }
-    for (corner, x) in x.iter_mut().enumerate() {
-        for (row, &change) in rows.iter().zip(&change) {
-            let step = x[3] * change;
-            add_scaled(x, &row.gradients[corner], step);
+    let mut moves = [[zero; 3]; N];
+    for (corner, way) in moves.iter_mut().enumerate() {
+        for (k, (row, &change)) in rows.iter().zip(&change).enumerate() {
+            let own = scaled(&row.gradients[corner], x[corner][3] * change);
+            for axis in 0..3 {
+                way[axis] = if k == 0 {
+                    own[axis]
+                } else {
+                    way[axis] + own[axis]
+                };
+            }
         }
     }
-    change
+    Projection { moves, change }
 }
 
 /// An equation of which less than this share is left once those before it hold says nothing new.
@@ -558,10 +570,8 @@ pub(crate) fn cross<L: Lanes>(a: &[f32x8<L>; 3], b: &[f32x8<L>; 3]) -> [f32x8<L>
     ]
 }
 
-/// x += d s.
+/// d s.
 #[inline(always)]
-pub(crate) fn add_scaled<L: Lanes>(x: &mut Columns<L>, d: &[f32x8<L>; 3], s: f32x8<L>) {
-    for (x, d) in x.iter_mut().zip(d) {
-        *x += *d * s;
-    }
+pub(crate) fn scaled<L: Lanes>(d: &Vectors<L>, s: f32x8<L>) -> Vectors<L> {
+    [d[0] * s, d[1] * s, d[2] * s]
 }

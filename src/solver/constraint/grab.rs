@@ -3,9 +3,8 @@
 //! C = ‖a − t‖ [m] with a = Σ bᵢxᵢ a weighted point of the body, so ∇ᵢC = bᵢ n. The force is
 //! limited, so that no fling, however fast, tears through what holds the body together.
 
-use super::{at, push};
-use crate::solver::{Compliance, Damping, Force};
-use glam::{Vec3, Vec4};
+use crate::solver::{Compliance, Damping, Force, particles::Part};
+use glam::{DVec3, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
 /// A point of a body as a weighted mean of particles.
@@ -63,8 +62,33 @@ impl SurfacePoint {
     #[must_use]
     pub fn position(&self, positions: &[Vec4]) -> Vec3 {
         self.terms().fold(Vec3::ZERO, |sum, (particle, weight)| {
-            sum + at(positions, particle) * weight
+            sum + positions[particle as usize].truncate() * weight
         })
+    }
+
+    /// The mean of what `at` says of its particles.
+    pub(in crate::solver) fn mean(&self, at: impl Fn(usize) -> DVec3) -> DVec3 {
+        self.terms().fold(DVec3::ZERO, |sum, (particle, weight)| {
+            sum + at(particle as usize) * f64::from(weight)
+        })
+    }
+
+    /// Σ b²w of its particles [1/kg].
+    pub(in crate::solver) fn inverse_mass(&self, positions: &[Vec4]) -> f64 {
+        let terms = self.terms().map(|(particle, b)| {
+            let b = f64::from(b);
+            b * b * f64::from(positions[particle as usize].w)
+        });
+        terms.sum()
+    }
+
+    /// Moves its particles by b w Δλ∇C.
+    pub(in crate::solver) fn push(&self, part: &mut Part, change: DVec3) {
+        for (particle, b) in self.terms() {
+            let i = particle as usize;
+            let share = f64::from(b) * f64::from(part.positions[i].w);
+            part.shift(i, change * share);
+        }
     }
 
     /// The particle with the largest weight.
@@ -162,8 +186,7 @@ impl Grab {
     /// One sweep: substep number `substep` of `substeps`, each `h` seconds long.
     pub fn solve(
         &mut self,
-        positions: &mut [Vec4],
-        previous: &[Vec4],
+        mut part: Part,
         h: f32,
         (substep, substeps): (u32, u32),
         iteration: u32,
@@ -171,31 +194,27 @@ impl Grab {
         if iteration == 0 {
             self.multiplier = 0.0;
         }
-        let travel = (self.target - self.from) / substeps as f32;
-        let target = self.from + travel * (substep + 1) as f32;
-        let held = self.point.position(positions);
+        let h = f64::from(h);
+        let (from, target) = (self.from.as_dvec3(), self.target.as_dvec3());
+        let travel = (target - from) / f64::from(substeps);
+        let target = from + travel * f64::from(substep + 1);
+        let held = self.point.mean(|i| part.predicted(i));
         let d = held - target;
         let distance = d.length();
-        let weight: f32 = self
-            .point
-            .terms()
-            .map(|(particle, b)| b * b * positions[particle as usize].w)
-            .sum();
+        let weight = self.point.inverse_mass(part.positions);
         if weight == 0.0 || distance == 0.0 {
             return;
         }
         let direction = d / distance;
-        let alpha = self.compliance.get() / (h * h);
-        let gamma = self.damping.get() / h;
-        let moved = direction.dot(held - self.point.position(previous) - travel);
-        let change = -(distance + alpha * self.multiplier + gamma * moved)
-            / ((1.0 + gamma) * weight + alpha);
-        let limit = self.max_force.get() * h * h;
-        let next = (self.multiplier + change).clamp(-limit, limit);
-        let change = next - self.multiplier;
-        self.multiplier = next;
-        for (particle, b) in self.point.terms() {
-            push(positions, particle, change, direction * b);
-        }
+        let alpha = f64::from(self.compliance) / (h * h);
+        let gamma = f64::from(self.damping.get()) / h;
+        let moved = direction.dot(held - self.point.mean(|i| part.start(i)) - travel);
+        let multiplier = f64::from(self.multiplier);
+        let change =
+            -(distance + alpha * multiplier + gamma * moved) / ((1.0 + gamma) * weight + alpha);
+        let limit = f64::from(self.max_force.get()) * h * h;
+        let next = (multiplier + change).clamp(-limit, limit);
+        self.multiplier = next as f32;
+        self.point.push(&mut part, direction * (next - multiplier));
     }
 }

@@ -9,11 +9,11 @@
 //! 2e sin(θ/2), and does not know to which side a fold is: a surface that is not flat at rest may
 //! snap through.
 
-use super::block::{Block, Blocks, LaneRow, difference, dot, solve_rows};
+use super::block::{Block, Blocks, LaneRow, Projection, difference, dot, solve_rows};
 use crate::solver::{
     Damping, FlexuralRigidity, Topology,
     elastic::{Elastic, ElasticKind, Point, Row},
-    lanes::{Columns, Lanes},
+    lanes::{Columns, Lanes, Vectors},
     order::Elements,
     topology::{Hinges, hinges::Cotangents},
 };
@@ -113,10 +113,10 @@ impl Blocks<4, 1> for Kernel<'_> {
         &self,
         simd: L,
         block: &Block<4>,
-        x: &mut [Columns<L>; 4],
-        previous: Option<[Columns<L>; 4]>,
+        x: &[Columns<L>; 4],
+        moved: Option<&[Vectors<L>; 4]>,
         lambda: Option<[f32x8<L>; 1]>,
-    ) -> [f32x8<L>; 1] {
+    ) -> Projection<L, 4, 1> {
         let zero = f32x8::splat(simd, 0.0);
         let [k1, k2, k3] =
             [0, 1, 2].map(|k: usize| block.column(simd, &self.cotangents.weights[k]));
@@ -147,6 +147,6 @@ impl Blocks<4, 1> for Kernel<'_> {
             alpha: block.column(simd, &self.cotangents.area) * self.alpha,
             least: zero,
         };
-        solve_rows(simd, &[row], x, previous, lambda, self.gamma)
+        solve_rows(simd, &[row], x, moved, lambda, self.gamma)
     }
 }

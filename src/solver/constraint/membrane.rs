@@ -14,11 +14,11 @@
 //! FᵀF is compared with the one at rest as the kernel computes it, so that a body in its rest shape
 //! does not move by a bit.
 
-use super::block::{Block, Blocks, LaneRow, difference, dot, solve_rows};
+use super::block::{Block, Blocks, LaneRow, Projection, difference, dot, solve_rows};
 use crate::solver::{
     Damping, PoissonRatio, Thickness, Topology, YoungsModulus,
     elastic::{Elastic, ElasticKind, Point, Row},
-    lanes::{Columns, Lanes, WIDTH},
+    lanes::{Columns, Lanes, Vectors, WIDTH},
     order::Elements,
     topology::Facets,
 };
@@ -236,10 +236,10 @@ impl<const ISOTROPIC: bool> Blocks<3, 3> for Kernel<'_, ISOTROPIC> {
         &self,
         simd: L,
         block: &Block<3>,
-        x: &mut [Columns<L>; 3],
-        previous: Option<[Columns<L>; 3]>,
+        x: &[Columns<L>; 3],
+        moved: Option<&[Vectors<L>; 3]>,
         lambda: Option<[f32x8<L>; 3]>,
-    ) -> [f32x8<L>; 3] {
+    ) -> Projection<L, 3, 3> {
         let zero = f32x8::splat(simd, 0.0);
         let p = block.column(simd, &self.facets.inverse[0]);
         let q = block.column(simd, &self.facets.inverse[1]);
@@ -291,16 +291,9 @@ impl<const ISOTROPIC: bool> Blocks<3, 3> for Kernel<'_, ISOTROPIC> {
             });
         }
         let [Some(first), Some(second), Some(third)] = rows else {
-            return [zero; 3];
+            unreachable!("every row has been made");
         };
-        solve_rows(
-            simd,
-            &[first, second, third],
-            x,
-            previous,
-            lambda,
-            self.gamma,
-        )
+        solve_rows(simd, &[first, second, third], x, moved, lambda, self.gamma)
     }
 }
 

@@ -34,7 +34,6 @@ pub mod tethers;
 pub mod volume;
 pub mod weave;
 
-use glam::{Vec3, Vec4};
 use std::ops::Range;
 
 /// What a sweep does with the multipliers λ of its constraints.
@@ -85,15 +84,4 @@ impl<'a> Multipliers<'a> {
             Self::Next(column) => Some(column),
         }
     }
-}
-
-/// Position of particle `i` [m].
-fn at(positions: &[Vec4], i: u32) -> Vec3 {
-    positions[i as usize].truncate()
-}
-
-/// Moves particle `i` by w Δλ ∇C.
-fn push(positions: &mut [Vec4], i: u32, change: f32, gradient: Vec3) {
-    let x = &mut positions[i as usize];
-    *x += (gradient * (x.w * change)).extend(0.0);
 }

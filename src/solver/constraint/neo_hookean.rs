@@ -29,11 +29,11 @@
 //! and only D drives the element on. Otherwise those of a body that was thrown together regain
 //! their volumes before their shapes, wound around an edge twice, and stay so.
 
-use super::block::{Block, Blocks, LaneRow, cross, difference, dot, solve_rows};
+use super::block::{Block, Blocks, LaneRow, Projection, cross, difference, dot, solve_rows};
 use crate::solver::{
     Damping, PoissonRatio, Topology, YoungsModulus,
     elastic::{Elastic, ElasticKind, Point, Row},
-    lanes::{Columns, Lanes},
+    lanes::{Columns, Lanes, Vectors},
     order::Elements,
     topology::{Frames, Tetrahedra},
 };
@@ -246,24 +246,24 @@ impl Blocks<4, 2> for Kernel<'_> {
         &self,
         simd: L,
         block: &Block<4>,
-        x: &mut [Columns<L>; 4],
-        previous: Option<[Columns<L>; 4]>,
+        x: &[Columns<L>; 4],
+        moved: Option<&[Vectors<L>; 4]>,
         lambda: Option<[f32x8<L>; 2]>,
-    ) -> [f32x8<L>; 2] {
+    ) -> Projection<L, 4, 2> {
         let zero = f32x8::splat(simd, 0.0);
         let one = f32x8::splat(simd, 1.0);
         let mut inverse = [[zero; 3]; 3];
         // F − 1, column by column.
         let mut h = [[zero; 3]; 3];
         for k in 0..3 {
-            let mut moved = difference(&x[k + 1], &x[0]);
+            let mut strained = difference(&x[k + 1], &x[0]);
             for axis in 0..3 {
-                moved[axis] -= block.column(simd, &self.frames.edges[k][axis]);
+                strained[axis] -= block.column(simd, &self.frames.edges[k][axis]);
                 inverse[k][axis] = block.column(simd, &self.frames.inverse[k][axis]);
             }
             for column in 0..3 {
                 for axis in 0..3 {
-                    h[column][axis] += moved[axis] * inverse[k][column];
+                    h[column][axis] += strained[axis] * inverse[k][column];
                 }
             }
         }
@@ -350,7 +350,7 @@ impl Blocks<4, 2> for Kernel<'_> {
                 least: floor,
             },
         ];
-        solve_rows(simd, &rows, x, previous, lambda, self.gamma)
+        solve_rows(simd, &rows, x, moved, lambda, self.gamma)
     }
 }
 

@@ -21,12 +21,13 @@
 use super::{
     Multipliers,
     bend::wrapped,
-    block::{Block, Blocks, cross, difference, dot, solve_all},
+    block::{Block, Blocks, Projection, cross, difference, dot, solve_all},
 };
 use crate::solver::{
     Creep, Effects, Particles, PlasticLimit, Topology, Yield,
-    lanes::{Columns, Lanes, arc_tangent},
+    lanes::{Columns, Lanes, Vectors, arc_tangent},
     order::Elements,
+    particles::Part,
     topology::{
         self, Cotangents, Edges, Hinges, Tetrahedra,
         hinges::{FLOOR, angle},
@@ -90,25 +91,32 @@ impl Plasticity {
         seconds: f64,
     ) {
         let (original, own) = Topology::own(topology);
+        // Between substeps particles are at p + c.
         let Particles {
             positions,
-            previous,
+            displacements,
+            carry,
             ..
         } = particles;
+        let mut part = Part {
+            positions,
+            displacements: carry,
+            carry: displacements,
+        };
         let law = |yields, limit| Law::new(yields, limit, self.creep, seconds);
         if effects.stretch.is_some()
             && let Some(law) = law(self.stretch_yield, self.stretch_limit)
         {
             let edges = &original.edges;
             let rest = Multipliers::Next(&mut own.edges.rest_length);
-            solve_all(&Lengths { edges, law }, positions, previous, rest);
+            solve_all(&Lengths { edges, law }, part.reborrow(), rest);
         }
         if effects.volume.is_some()
             && let Some(law) = law(self.volume_yield, self.volume_limit)
         {
             let tetrahedra = &original.tetrahedra;
             let rest = Multipliers::Next(&mut own.tetrahedra.rest_volume);
-            solve_all(&Volumes { tetrahedra, law }, positions, previous, rest);
+            solve_all(&Volumes { tetrahedra, law }, part.reborrow(), rest);
         }
         let Some(law) = law(self.bend_yield, self.bend_limit) else {
             return;
@@ -116,7 +124,7 @@ impl Plasticity {
         let hinges = original.hinges();
         if effects.bend.is_some() {
             let rest = Multipliers::Next(own.rest_angles_mut());
-            solve_all(&Angles { hinges, law }, positions, previous, rest);
+            solve_all(&Angles { hinges, law }, part.reborrow(), rest);
         }
         if effects.isometric_bend.is_some() {
             let cotangents = original.cotangents();
@@ -126,7 +134,7 @@ impl Plasticity {
                 law,
             };
             let rest = Multipliers::Next(own.rest_folds_mut());
-            solve_all(&folds, positions, previous, rest);
+            solve_all(&folds, part.reborrow(), rest);
         }
     }
 
@@ -304,17 +312,18 @@ impl Blocks<2, 1> for Lengths<'_> {
         &self,
         simd: L,
         block: &Block<2>,
-        [a, b]: &mut [Columns<L>; 2],
-        _: Option<[Columns<L>; 2]>,
+        [a, b]: &[Columns<L>; 2],
+        _: Option<&[Vectors<L>; 2]>,
         rest: Option<[f32x8<L>; 1]>,
-    ) -> [f32x8<L>; 1] {
+    ) -> Projection<L, 2, 1> {
         let Some([rest]) = rest else {
-            return [f32x8::splat(simd, -0.0)];
+            return Projection::still(simd, [f32x8::splat(simd, -0.0)]);
         };
         let d = difference(b, a);
         let size = block.column(simd, &self.edges.rest_length);
         let values = [dot(&d, &d).sqrt(), rest, size];
-        [self.law.change(simd, values, self.law.bounds(size))]
+        let change = self.law.change(simd, values, self.law.bounds(size));
+        Projection::still(simd, [change])
     }
 }
 
@@ -338,12 +347,12 @@ impl Blocks<4, 1> for Volumes<'_> {
         &self,
         simd: L,
         block: &Block<4>,
-        x: &mut [Columns<L>; 4],
-        _: Option<[Columns<L>; 4]>,
+        x: &[Columns<L>; 4],
+        _: Option<&[Vectors<L>; 4]>,
         rest: Option<[f32x8<L>; 1]>,
-    ) -> [f32x8<L>; 1] {
+    ) -> Projection<L, 4, 1> {
         let Some([rest]) = rest else {
-            return [f32x8::splat(simd, -0.0)];
+            return Projection::still(simd, [f32x8::splat(simd, -0.0)]);
         };
         let (a, b, c) = (
             difference(&x[1], &x[0]),
@@ -353,7 +362,8 @@ impl Blocks<4, 1> for Volumes<'_> {
         let now = dot(&a, &cross(&b, &c)) * (1.0 / 6.0);
         let start = block.column(simd, &self.tetrahedra.rest_volume);
         let values = [now, rest, start.abs()];
-        [self.law.change(simd, values, self.law.bounds(start))]
+        let change = self.law.change(simd, values, self.law.bounds(start));
+        Projection::still(simd, [change])
     }
 }
 
@@ -377,12 +387,12 @@ impl Blocks<4, 1> for Angles<'_> {
         &self,
         simd: L,
         block: &Block<4>,
-        x: &mut [Columns<L>; 4],
-        _: Option<[Columns<L>; 4]>,
+        x: &[Columns<L>; 4],
+        _: Option<&[Vectors<L>; 4]>,
         rest: Option<[f32x8<L>; 1]>,
-    ) -> [f32x8<L>; 1] {
+    ) -> Projection<L, 4, 1> {
         let Some([rest]) = rest else {
-            return [f32x8::splat(simd, -0.0)];
+            return Projection::still(simd, [f32x8::splat(simd, -0.0)]);
         };
         let floor = block.column(simd, &self.hinges.floors[1]);
         let edge = difference(&x[1], &x[0]);
@@ -399,7 +409,8 @@ impl Blocks<4, 1> for Angles<'_> {
         let size = block.column(simd, &self.hinges.flexibility) * at_rest;
         let reach = size * self.law.limit;
         let bounds = [(start - reach).max(-PI), (start + reach).min(PI)];
-        [self.law.change(simd, [rest + error, rest, size], bounds)]
+        let change = self.law.change(simd, [rest + error, rest, size], bounds);
+        Projection::still(simd, [change])
     }
 }
 
@@ -424,12 +435,12 @@ impl Blocks<4, 1> for Folds<'_> {
         &self,
         simd: L,
         block: &Block<4>,
-        x: &mut [Columns<L>; 4],
-        _: Option<[Columns<L>; 4]>,
+        x: &[Columns<L>; 4],
+        _: Option<&[Vectors<L>; 4]>,
         rest: Option<[f32x8<L>; 1]>,
-    ) -> [f32x8<L>; 1] {
+    ) -> Projection<L, 4, 1> {
         let Some([rest]) = rest else {
-            return [f32x8::splat(simd, -0.0)];
+            return Projection::still(simd, [f32x8::splat(simd, -0.0)]);
         };
         let mut square = f32x8::splat(simd, 0.0);
         let weights = &self.cotangents.weights;
@@ -451,6 +462,7 @@ impl Blocks<4, 1> for Folds<'_> {
         let size = block.column(simd, &self.cotangents.area);
         let reach = size * self.law.limit;
         let bounds = [(start - reach).max(0.0), start + reach];
-        [self.law.change(simd, [square.sqrt(), rest, size], bounds)]
+        let change = self.law.change(simd, [square.sqrt(), rest, size], bounds);
+        Projection::still(simd, [change])
     }
 }

@@ -11,8 +11,8 @@
 //! equation for Δλ, solved as it stands: the volume that it aims at is always above 0, so that a gas
 //! cannot be pushed through itself. With K → ∞ it is XPBD's Δλ = (fV₀ − V)/Σw‖∇V‖².
 
-use crate::solver::{Filling, Stiffness, Topology, topology::Enclosure};
-use glam::{DVec3, Vec4};
+use crate::solver::{Filling, Stiffness, Topology, particles::Part, topology::Enclosure};
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 /// A closed surface is filled.
@@ -75,7 +75,7 @@ impl Pressure {
     pub fn solve(
         &self,
         topology: &Topology,
-        positions: &mut [Vec4],
+        mut part: Part,
         walls: &mut Walls,
         h: f32,
         iteration: u32,
@@ -86,13 +86,13 @@ impl Pressure {
         if iteration == 0 {
             walls.multiplier = 0.0;
         }
-        let at = |i: u32| positions[i as usize].truncate().as_dvec3();
-        let weight = |i: usize| f64::from(positions[i].w);
+        let at = |i: u32| part.predicted(i as usize);
+        let weight = |i: usize| f64::from(part.positions[i].w);
         let change = walls.sweep(self, (topology, enclosure), at, weight, h.into());
-        for (x, gradient) in positions.iter_mut().zip(&walls.gradients) {
-            if x.w > 0.0 {
-                let place = x.truncate().as_dvec3() + *gradient * (f64::from(x.w) * change);
-                *x = place.as_vec3().extend(x.w);
+        for (i, gradient) in walls.gradients.iter().enumerate() {
+            let w = f64::from(part.positions[i].w);
+            if w > 0.0 {
+                part.shift(i, *gradient * (w * change));
             }
         }
     }

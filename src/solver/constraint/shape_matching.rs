@@ -26,10 +26,10 @@
 //! heavy as all else, so that the goals hang on them.
 
 use crate::solver::{
-    Damping, Frequency, RegionSize, Topology, fit, measure::SquareSum, particles::Part,
+    Damping, Frequency, Particles, RegionSize, Topology, fit, measure::SquareSum, particles::Part,
     topology::Regions,
 };
-use glam::{DMat3, DVec3, Vec4};
+use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -97,10 +97,10 @@ pub struct Sweep {
 
 impl Place {
     /// Particles of the fast solver as they are between substeps.
-    pub fn among(positions: &[Vec4]) -> impl Fn(u32) -> Self {
+    pub fn among(particles: &Particles) -> impl Fn(u32) -> Self {
         |i| {
-            let x = positions[i as usize];
-            Self::still((x.truncate().as_dvec3(), x.w.into()))
+            let i = i as usize;
+            Self::still((particles.position(i), particles.positions[i].w.into()))
         }
     }
 
@@ -277,28 +277,19 @@ impl Matching {
         topology: &Topology,
         effect: &ShapeMatching,
         sweep: Sweep,
-        part: Part,
+        mut part: Part,
     ) {
-        let Part {
-            positions,
-            previous,
-            ..
-        } = part;
-        if self.moves.len() != positions.len() {
+        if self.moves.len() != part.positions.len() {
             return;
         }
-        let moves = self.sweep(topology, effect, sweep, |i| {
-            let (x, p) = (positions[i as usize], previous[i as usize]);
-            Place {
-                x: x.truncate().as_dvec3(),
-                p: p.truncate().as_dvec3(),
-                w: x.w.into(),
-            }
+        let moves = self.sweep(topology, effect, sweep, |i| Place {
+            x: part.predicted(i as usize),
+            p: part.start(i as usize),
+            w: part.positions[i as usize].w.into(),
         });
-        for (x, &by) in positions.iter_mut().zip(moves) {
+        for (i, &by) in moves.iter().enumerate() {
             if by != DVec3::ZERO {
-                let to = x.truncate().as_dvec3() + by;
-                *x = to.as_vec3().extend(x.w);
+                part.shift(i, by);
             }
         }
     }

@@ -9,8 +9,8 @@
 //!
 //! What it does to one end it does to the other, so that momentum stays; a collider takes what comes.
 
-use crate::solver::{Compliance, Force, SurfacePoint, contact::collider::Sweep};
-use glam::{Vec3, Vec4};
+use crate::solver::{Compliance, Force, SurfacePoint, contact::collider::Sweep, particles::Part};
+use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// What a point is stitched to.
@@ -76,7 +76,7 @@ pub struct Stitches {
     all: Vec<Stitch>,
     /// λ of each.
     #[serde(skip)]
-    lambdas: Vec<Vec3>,
+    lambdas: Vec<DVec3>,
 }
 
 impl Stitches {
@@ -101,7 +101,7 @@ impl Stitches {
                 return Err(StitchError::SharedParticle { stitch, particle });
             }
         }
-        let lambdas = vec![Vec3::ZERO; all.len()];
+        let lambdas = vec![DVec3::ZERO; all.len()];
         Ok(Self { all, lambdas })
     }
 
@@ -156,7 +156,10 @@ impl Stitches {
 
     /// What each pulls with [N], after a substep of `h` seconds.
     pub fn forces(&self, h: f32) -> impl Iterator<Item = f32> {
-        self.lambdas.iter().map(move |l| l.length() / (h * h))
+        let square = f64::from(h) * f64::from(h);
+        self.lambdas
+            .iter()
+            .map(move |lambda| (lambda.length() / square) as f32)
     }
 
     /// Bytes of memory.
@@ -168,56 +171,43 @@ impl Stitches {
     /// One sweep, the `iteration`th of so many, of a substep of `h` seconds.
     pub(crate) fn solve(
         &mut self,
-        positions: &mut [Vec4],
+        mut part: Part,
         colliders: &[Sweep],
         h: f32,
         (iteration, iterations): (u32, u32),
     ) {
+        let square = f64::from(h) * f64::from(h);
         // What was read from a file has none yet.
-        self.lambdas.resize(self.all.len(), Vec3::ZERO);
+        self.lambdas.resize(self.all.len(), DVec3::ZERO);
         for (stitch, lambda) in self.all.iter_mut().zip(&mut self.lambdas) {
             if iteration == 0 {
-                *lambda = Vec3::ZERO;
+                *lambda = DVec3::ZERO;
             }
             if stitch.broken {
                 continue;
             }
             let (there, other) = match stitch.to {
-                StitchEnd::Point(other) => (other.position(positions), Some(other)),
+                StitchEnd::Point(other) => (other.mean(|i| part.predicted(i)), Some(other)),
                 StitchEnd::Collider { number, place } => match colliders.get(number as usize) {
-                    Some(collider) => (collider.to.apply(place), None),
+                    Some(collider) => (collider.to.apply(place.as_dvec3()), None),
                     None => continue,
                 },
             };
-            let weight = weight(&stitch.point, positions)
-                + other.map_or(0.0, |other| weight(&other, positions));
+            let weight = stitch.point.inverse_mass(part.positions)
+                + other.map_or(0.0, |other| other.inverse_mass(part.positions));
             if weight == 0.0 {
                 continue;
             }
-            let d = stitch.point.position(positions) - there;
-            let alpha = stitch.compliance.get() / (h * h);
+            let d = stitch.point.mean(|i| part.predicted(i)) - there;
+            let alpha = f64::from(stitch.compliance) / square;
             let change = (d + *lambda * alpha) * (-1.0 / (weight + alpha));
             *lambda += change;
-            push(&stitch.point, positions, change);
+            stitch.point.push(&mut part, change);
             if let Some(other) = other {
-                push(&other, positions, -change);
+                other.push(&mut part, -change);
             }
-            let most = stitch.strength.get() * h * h;
+            let most = f64::from(stitch.strength.get()) * square;
             stitch.broken = iteration + 1 == iterations && lambda.length_squared() > most * most;
         }
-    }
-}
-
-/// Σ b²w of a point.
-fn weight(point: &SurfacePoint, positions: &[Vec4]) -> f32 {
-    let terms = point.terms();
-    terms.map(|(i, b)| b * b * positions[i as usize].w).sum()
-}
-
-/// Moves the particles of a point by b w Δλ.
-fn push(point: &SurfacePoint, positions: &mut [Vec4], change: Vec3) {
-    for (i, b) in point.terms() {
-        let x = &mut positions[i as usize];
-        *x += (change * (b * x.w)).extend(0.0);
     }
 }

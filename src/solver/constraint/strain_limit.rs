@@ -4,11 +4,11 @@
 //! a rigid one is to its length. λ/h² is the force that the edge pulls with, in N (negative). One
 //! sweep leaves what rigid edges leave: more substeps, or more iterations, hold the limit better.
 
-use super::block::{Block, Blocks, add_scaled, difference, dot};
+use super::block::{Block, Blocks, Projection, difference, dot, scaled};
 use crate::solver::{
     Damping, Strain, Topology,
     elastic::{Elastic, ElasticKind, Point, Row},
-    lanes::{Columns, Lanes},
+    lanes::{Columns, Lanes, Vectors},
     order::Elements,
     topology::Edges,
 };
@@ -91,29 +91,27 @@ impl Blocks<2, 1> for Kernel<'_> {
         &self,
         simd: L,
         block: &Block<2>,
-        [a, b]: &mut [Columns<L>; 2],
-        _: Option<[Columns<L>; 2]>,
+        [a, b]: &[Columns<L>; 2],
+        _: Option<&[Vectors<L>; 2]>,
         _: Option<[f32x8<L>; 1]>,
-    ) -> [f32x8<L>; 1] {
+    ) -> Projection<L, 2, 1> {
         let zero = f32x8::splat(simd, 0.0);
         let d = difference(b, a);
         let length = dot(&d, &d).sqrt();
         let error = length - block.column(simd, &self.edges.rest_length) * self.most;
         let weight = a[3] + b[3];
         let acts = error.simd_gt(0.0) & weight.simd_gt(0.0);
+        // Adding 0 would make +0 of −0: what does not act is left as it is.
+        let stays = f32x8::splat(simd, -0.0);
         if !acts.any_true() {
-            return [zero];
+            return Projection::still(simd, [zero]);
         }
         let change = -(error / weight);
         let scale = change / length;
-        let (mut moved_a, mut moved_b) = (*a, *b);
-        add_scaled(&mut moved_a, &d, -(a[3] * scale));
-        add_scaled(&mut moved_b, &d, b[3] * scale);
-        // Adding a step of 0 would make +0 of −0: what does not act is left as it is.
-        for axis in 0..3 {
-            a[axis] = acts.select(moved_a[axis], a[axis]);
-            b[axis] = acts.select(moved_b[axis], b[axis]);
+        let moves = [scaled(&d, -(a[3] * scale)), scaled(&d, b[3] * scale)];
+        Projection {
+            moves: moves.map(|way| way.map(|way| acts.select(way, stays))),
+            change: [acts.select(change, zero)],
         }
-        [acts.select(change, zero)]
     }
 }

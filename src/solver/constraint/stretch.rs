@@ -3,11 +3,11 @@
 //! λ/h² is the force that the edge pulls with, in N (negative when it pulls). Compliance is in
 //! m/N: an edge under a force F settles at C = αF.
 
-use super::block::{Block, Blocks, add_scaled, difference, dot};
+use super::block::{Block, Blocks, Projection, difference, dot, scaled};
 use crate::solver::{
     Compliance, Damping, Stiffness, Topology,
     elastic::{Elastic, ElasticKind, Point, Row},
-    lanes::{Columns, Lanes, WIDTH},
+    lanes::{Columns, Lanes, Vectors, WIDTH},
     order::Elements,
     topology::Edges,
 };
@@ -141,18 +141,17 @@ impl Blocks<2, 1> for Kernel<'_> {
         &self,
         simd: L,
         block: &Block<2>,
-        [a, b]: &mut [Columns<L>; 2],
-        previous: Option<[Columns<L>; 2]>,
+        [a, b]: &[Columns<L>; 2],
+        moved: Option<&[Vectors<L>; 2]>,
         lambda: Option<[f32x8<L>; 1]>,
-    ) -> [f32x8<L>; 1] {
+    ) -> Projection<L, 2, 1> {
         let Coefficients {
             alpha,
             alpha_per_length,
             gamma,
         } = self.coefficients;
         let rest_length = block.column(simd, &self.edges.rest_length);
-        let apart = difference(b, a);
-        let mut d = apart;
+        let mut d = difference(b, a);
         let mut length = dot(&d, &d).sqrt();
         let weight = a[3] + b[3];
         let alpha = rest_length * alpha_per_length + alpha;
@@ -171,14 +170,14 @@ impl Blocks<2, 1> for Kernel<'_> {
         if let Some([lambda]) = lambda {
             error -= alpha * lambda;
         }
-        if let Some([pa, pb]) = previous {
-            let moved = difference(&apart, &difference(&pb, &pa));
-            error -= dot(&d, &moved) / length * gamma;
+        if let Some([_, apart]) = moved {
+            error -= dot(&d, apart) / length * gamma;
         }
         let scale = error / denominator;
-        add_scaled(a, &d, -(a[3] * scale));
-        add_scaled(b, &d, b[3] * scale);
-        [scale * length]
+        Projection {
+            moves: [scaled(&d, -(a[3] * scale)), scaled(&d, b[3] * scale)],
+            change: [scale * length],
+        }
     }
 }
 

@@ -143,12 +143,16 @@ impl Leads {
             return;
         };
         let most = 1.0 + tethers.slack.get();
-        for (x, lead) in part.positions.iter_mut().zip(leads) {
-            let d = x.truncate() - lead.truncate();
-            let (square, length) = (d.length_squared(), lead.w * most);
-            if square > length * length {
-                let back = lead.truncate() + d * (length / square.sqrt());
-                *x = back.extend(x.w);
+        let particles = part.positions.iter().zip(part.displacements);
+        for ((p, u), lead) in particles.zip(leads) {
+            let d = (*p - *lead).truncate() + u.truncate();
+            let length = lead.w * most;
+            if d.length_squared() > length * length {
+                // To the last digit of the displacement, not of the position.
+                let d =
+                    p.truncate().as_dvec3() - lead.truncate().as_dvec3() + u.truncate().as_dvec3();
+                let back = held(d, length.into()) - d;
+                *u = (u.truncate().as_dvec3() + back).as_vec3().extend(0.0);
             }
         }
     }

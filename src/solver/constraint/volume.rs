@@ -5,11 +5,11 @@
 //! matters: a mirrored element has V = −V₀ and is driven through flat back to V₀, which its
 //! absolute value would never do.
 
-use super::block::{Block, Blocks, add_scaled, cross, difference, dot};
+use super::block::{Block, Blocks, Projection, cross, difference, dot, scaled};
 use crate::solver::{
     Compliance, Damping, Stiffness, Topology,
     elastic::{Elastic, ElasticKind, Point, Row},
-    lanes::{Columns, Lanes, WIDTH},
+    lanes::{Columns, Lanes, Vectors, WIDTH},
     order::Elements,
     topology::{self, Tetrahedra},
 };
@@ -164,10 +164,10 @@ impl Blocks<4, 1> for Kernel<'_> {
         &self,
         simd: L,
         block: &Block<4>,
-        x: &mut [Columns<L>; 4],
-        previous: Option<[Columns<L>; 4]>,
+        x: &[Columns<L>; 4],
+        moved: Option<&[Vectors<L>; 4]>,
         lambda: Option<[f32x8<L>; 1]>,
-    ) -> [f32x8<L>; 1] {
+    ) -> Projection<L, 4, 1> {
         const SIXTH: f32 = 1.0 / 6.0;
         let Coefficients {
             alpha,
@@ -203,24 +203,26 @@ impl Blocks<4, 1> for Kernel<'_> {
         if let Some([lambda]) = lambda {
             error -= alpha * lambda;
         }
-        if let Some(p) = previous {
-            let first = difference(&x[0], &p[0]);
+        if let Some(moved) = moved {
             let mut sum = f32x8::splat(simd, 0.0);
             for k in 0..3 {
-                let moved = difference(&difference(&x[k + 1], &p[k + 1]), &first);
-                sum += dot(&gradients[k], &moved);
+                sum += dot(&gradients[k], &moved[k + 1]);
             }
             error -= sum * (SIXTH * gamma);
         }
         let change = error / denominator;
         let step = change * SIXTH;
         let first = sum(&gradients);
-        let [x0, x1, x2, x3] = x;
-        add_scaled(x0, &first, -(x0[3] * step));
-        add_scaled(x1, &gradients[0], x1[3] * step);
-        add_scaled(x2, &gradients[1], x2[3] * step);
-        add_scaled(x3, &gradients[2], x3[3] * step);
-        [change]
+        let [g1, g2, g3] = &gradients;
+        Projection {
+            moves: [
+                scaled(&first, -(x[0][3] * step)),
+                scaled(g1, x[1][3] * step),
+                scaled(g2, x[2][3] * step),
+                scaled(g3, x[3][3] * step),
+            ],
+            change: [change],
+        }
     }
 }
 

@@ -1,8 +1,8 @@
 //! Rigid colliders, still or moving on a given path, and how a body answers to them.
 
-use super::{ColliderShape, Path, Pose, Response};
+use super::{Answer, ColliderShape, Path, Pose, Response, Touch};
 use crate::solver::{Friction, InvalidValue, Restitution, Settings, particles::Part};
-use glam::Vec3;
+use glam::{DVec3, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
 /// A rigid shape that bodies with [`Collide`] cannot enter. It is not moved by them.
@@ -83,7 +83,8 @@ impl Sweep {
     /// Whether it may touch anything in a box, both ends of its way and all between counted.
     #[must_use]
     pub fn near(&self, low: Vec3, high: Vec3) -> bool {
-        let reach = Vec3::splat(self.shape.reach());
+        let (low, high) = (low.as_dvec3(), high.as_dvec3());
+        let reach = DVec3::splat(self.shape.reach().into());
         let (a, b) = (self.from.translation, self.to.translation);
         (a.min(b) - reach).cmple(high).all() && (a.max(b) + reach).cmpge(low).all()
     }
@@ -145,30 +146,62 @@ impl PartialEq for Swept {
 /// one to push.
 pub fn solve(particles: Part, collide: &Collide, collider: &Sweep, h: f32, gravity: Vec3) -> bool {
     let mut any = false;
-    let response = Response::new(
-        collide.friction.get(),
-        collide.restitution.get(),
-        h,
-        gravity,
-    );
+    let response = Response::new(collide.friction, collide.restitution, h, gravity);
+    let near = Reach::of(collider);
     let state = particles
         .positions
-        .iter_mut()
-        .zip(particles.previous)
-        .zip(particles.velocities.iter());
-    for ((x, p), v) in state {
-        if x.w == 0.0 {
+        .iter()
+        .zip(particles.displacements)
+        .zip(particles.carry);
+    for ((p, u), c) in state {
+        if p.w == 0.0 || !near.has(*p, *u) {
             continue;
         }
-        let to = collider.to.undo(x.truncate());
-        let from = collider.from.undo(p.truncate());
+        let [place, moved, began] = [*p, *u, *c].map(|x| x.truncate().as_dvec3());
+        let to = collider.to.undo(place + moved);
+        let from = collider.from.undo(place + began);
         if let Some(exit) = collider.shape.exit(from, to) {
             let touched = to + exit.normal * exit.depth;
             let carried = collider.to.apply(touched) - collider.from.apply(touched);
-            let normal = collider.to.rotation * exit.normal;
-            response.apply(x, p, v.truncate(), normal, exit.depth, carried);
+            let Answer { shift, lowered } = response.apply(&Touch {
+                motion: moved - began,
+                normal: collider.to.rotation * exit.normal,
+                depth: exit.depth,
+                carried,
+            });
+            *u = (moved + shift).as_vec3().extend(0.0);
+            *c = (began + lowered).as_vec3().extend(0.0);
             any = true;
         }
     }
     any
+}
+
+/// A ball that holds a collider all the way through a substep: what stays outside of it is not looked
+/// at any closer.
+#[derive(Debug, Clone, Copy)]
+struct Reach {
+    middle: Vec4,
+    radius: f32,
+}
+
+impl Reach {
+    fn of(collider: &Sweep) -> Self {
+        let (from, to) = (collider.from.translation, collider.to.translation);
+        let middle = ((from + to) / 2.0).as_vec3();
+        let radius = collider.shape.reach() + (from.distance(to) / 2.0) as f32;
+        // More than all roundings here.
+        let margin = 1e-5 * (radius + middle.length());
+        Self {
+            middle: middle.extend(0.0),
+            radius: radius + margin,
+        }
+    }
+
+    /// Whether a particle that goes from p by u can be in it.
+    fn has(self, p: Vec4, u: Vec4) -> bool {
+        let apart = (p - self.middle).truncate();
+        let most = self.radius * 1.00001 + u.truncate().length();
+        apart.length_squared() <= most * most
+    }
 }

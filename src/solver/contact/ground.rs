@@ -1,8 +1,8 @@
 //! A level ground, in two models: one with Coulomb friction and bounce, one that sticks.
 
-use super::Response;
+use super::{Answer, Response, Touch};
 use crate::solver::{Friction, Restitution, particles::Part, quantity::finite};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::{Deserialize, Deserializer, Serialize, de::Error as _};
 
 /// The body rests on a level ground with friction and bounce.
@@ -38,31 +38,43 @@ fn finite_height<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f32, D::E
 ///
 /// Put onto the ground at once, a body that begins half below it would leave as fast as a substep is
 /// short: half a metre in 1/600 s is 300 m/s.
-const UP_OVER: f32 = 0.4;
+const UP_OVER: f64 = 0.4;
 
 /// Puts every particle that is below ground back onto it; one that began the substep below, towards
 /// it. Says whether there was one.
 pub fn solve(particles: Part, ground: &Ground, h: f32, gravity: Vec3) -> bool {
     let mut touched = false;
-    let response = Response::new(ground.friction.get(), ground.restitution.get(), h, gravity);
+    let response = Response::new(ground.friction, ground.restitution, h, gravity);
+    let height = f64::from(ground.height);
+    let come_up = (f64::from(h) / UP_OVER).min(1.0);
     let state = particles
         .positions
-        .iter_mut()
-        .zip(particles.previous)
-        .zip(particles.velocities.iter());
-    for ((x, p), v) in state {
-        if x.y < ground.height && x.w > 0.0 {
-            let below = ground.height - p.y;
-            // One that bounces has had its previous position moved below by an earlier sweep.
-            let surface = if below > 0.0 && !response.bounces(v.y) {
-                ground.height - below * (1.0 - (h / UP_OVER).min(1.0))
+        .iter()
+        .zip(particles.displacements)
+        .zip(particles.carry);
+    for ((p, u), c) in state {
+        if (p.y - ground.height) + u.y < 0.0 && p.w > 0.0 {
+            let (moved, began) = (u.truncate().as_dvec3(), c.truncate().as_dvec3());
+            let base = f64::from(p.y) - height;
+            let motion = moved - began;
+            // Of the position alone: to have been rounded, or to have bounced in an earlier sweep, is not
+            // to be below ground.
+            let below = -base;
+            let surface = if below > 0.0 && !response.bounces(motion.y / response.h) {
+                -below * (1.0 - come_up)
             } else {
-                ground.height
+                0.0
             };
-            let depth = surface - x.y;
+            let depth = surface - (base + moved.y);
             if depth > 0.0 {
-                response.apply(x, p, v.truncate(), Vec3::Y, depth, Vec3::ZERO);
-                x.y = surface;
+                let Answer { shift, lowered } = response.apply(&Touch {
+                    motion,
+                    normal: DVec3::Y,
+                    depth,
+                    carried: DVec3::ZERO,
+                });
+                *u = (moved + shift).as_vec3().extend(0.0);
+                *c = (began + lowered).as_vec3().extend(0.0);
                 touched = true;
             }
         }
@@ -74,10 +86,11 @@ pub fn solve(particles: Part, ground: &Ground, h: f32, gravity: Vec3) -> bool {
 /// at ground level. Says whether there was one.
 pub fn stick(particles: Part, ground: &StickyGround) -> bool {
     let mut touched = false;
-    for (x, p) in particles.positions.iter_mut().zip(particles.previous) {
-        if x.y < ground.height && x.w > 0.0 {
-            *x = *p;
-            x.y = ground.height;
+    let state = particles.positions.iter().zip(particles.displacements);
+    for ((p, u), c) in state.zip(&*particles.carry) {
+        if (p.y - ground.height) + u.y < 0.0 && p.w > 0.0 {
+            *u = *c;
+            u.y = ground.height - p.y;
             touched = true;
         }
     }

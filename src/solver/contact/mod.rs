@@ -5,8 +5,11 @@
 //! that nothing moves a particle back inside after them.
 //! Friction is Coulomb's on positions: a particle pushed out by a depth d has its slip over the
 //! surface shortened by at most µd, which is the friction cone of forces, as both are multiplied
-//! by h²/m. A bounce is made by moving the particle's previous position, so that the velocity of
-//! the third stage comes out as −e times the approach.
+//! by h²/m. A bounce is made by moving the place at which the particle began the substep, its carry, so
+//! that the velocity of the third stage comes out as −e times the approach.
+//!
+//! Where something touches, everything is in `f64` and goes into the displacement: a depth that was
+//! rounded as a position is would be a speed.
 
 pub mod collider;
 pub mod ground;
@@ -20,65 +23,88 @@ pub use path::Path;
 pub use pose::Pose;
 pub use shape::ColliderShape;
 
-use glam::{Vec3, Vec4};
+use super::{Friction, Restitution};
+use glam::{DVec3, Vec3};
 
 /// How a touched surface answers.
 #[derive(Debug, Clone, Copy)]
 struct Response {
-    friction: f32,
-    restitution: f32,
-    h: f32,
+    friction: f64,
+    restitution: f64,
+    h: f64,
     /// Slower approaches than this do not bounce [m/s]: it is what gravity adds in two substeps,
     /// so that a body at rest stays at rest.
-    slowest_bounce: f32,
+    slowest_bounce: f64,
 }
 
 impl Response {
-    fn new(friction: f32, restitution: f32, h: f32, gravity: Vec3) -> Self {
+    fn new(friction: Friction, restitution: Restitution, h: f32, gravity: Vec3) -> Self {
+        let h = f64::from(h);
         Self {
-            friction,
-            restitution,
+            friction: friction.into(),
+            restitution: restitution.into(),
             h,
-            slowest_bounce: 2.0 * h * gravity.length(),
+            slowest_bounce: 2.0 * h * gravity.as_dvec3().length(),
         }
     }
 
     /// Whether what comes at this speed away from the surface [m/s], negative towards it, bounces.
-    fn bounces(&self, approach: f32) -> bool {
+    fn bounces(&self, approach: f64) -> bool {
         self.restitution > 0.0 && approach < -self.slowest_bounce
     }
 
-    /// Puts a particle that is `depth` inside a surface back onto it.
+    /// Puts a particle that is `depth` inside a surface [m] back onto it, and says how far it has come
+    /// by friction.
     ///
-    /// `carried` is how far the surface itself went this substep [m], `velocity` the particle's
-    /// own before the substep's constraints [m/s].
-    fn apply(
-        &self,
-        position: &mut Vec4,
-        previous: &mut Vec4,
-        velocity: Vec3,
-        normal: Vec3,
-        depth: f32,
-        carried: Vec3,
-    ) {
-        let x = position.truncate() + normal * depth;
-        let slip = x - previous.truncate() - carried;
+    /// `motion` is how far it went this substep [m], `carried` how far the surface itself went there
+    /// [m].
+    fn apply(&self, touch: &Touch) -> Answer {
+        let Touch {
+            motion,
+            normal,
+            depth,
+            carried,
+        } = *touch;
+        let slip = motion + normal * depth - carried;
         let slip = slip - normal * slip.dot(normal);
         let distance = slip.length();
         let hold = self.friction * depth;
-        let x = if distance <= hold {
-            x - slip
+        let back = if distance <= hold {
+            slip
         } else {
-            x - slip * (hold / distance)
+            slip * (hold / distance)
         };
-        *position = x.extend(position.w);
-
-        let approach = (velocity - carried / self.h).dot(normal);
-        if self.bounces(approach) {
+        let shift = normal * depth - back;
+        let approach = (motion - carried).dot(normal) / self.h;
+        let lowered = if self.bounces(approach) {
             let leave = (-self.restitution * approach) * self.h + carried.dot(normal);
-            let p = previous.truncate();
-            let now = (x - p).dot(normal);
-            *previous = (p + normal * (now - leave)).extend(previous.w);
-        }
+            let now = (motion + shift).dot(normal);
+            normal * (now - leave)
+        } else {
+            DVec3::ZERO
+        };
+        Answer { shift, lowered }
     }
+}
+
+/// A particle inside a surface.
+#[derive(Debug, Clone, Copy)]
+struct Touch {
+    /// How far the particle went this substep [m].
+    motion: DVec3,
+    /// Outward normal of the surface.
+    normal: DVec3,
+    /// How far it has to go along the normal [m].
+    depth: f64,
+    /// How far the surface itself went there [m].
+    carried: DVec3,
+}
+
+/// What becomes of a particle that has touched a surface.
+#[derive(Debug, Clone, Copy)]
+struct Answer {
+    /// How far it goes [m].
+    shift: DVec3,
+    /// How far the place goes at which it began the substep [m], which is what makes it bounce.
+    lowered: DVec3,
 }

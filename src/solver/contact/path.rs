@@ -2,7 +2,7 @@
 
 use super::{Pose, pose::rotation};
 use crate::solver::quantity::{InvalidValue, finite};
-use glam::{DMat3, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// How a collider moves from where it was put. Times are in s since the scene began.
@@ -95,7 +95,7 @@ impl Path {
     #[must_use]
     pub fn pose(&self, start: &Pose, time: f64) -> Pose {
         let shifted = |by: DVec3| Pose {
-            translation: (start.translation.as_dvec3() + by).as_vec3(),
+            translation: start.translation + by,
             ..*start
         };
         match self {
@@ -109,9 +109,9 @@ impl Path {
             Self::Spin { axis, rate } => {
                 let turns = f64::from(*rate) * time;
                 let angle = core::f64::consts::TAU * (turns - libm::floor(turns));
-                let spun: DMat3 = rotation(axis.as_dvec3(), angle) * start.rotation.as_dmat3();
+                let spun = rotation(axis.as_dvec3(), angle) * start.rotation;
                 Pose {
-                    rotation: spun.as_mat3(),
+                    rotation: spun,
                     ..*start
                 }
             }

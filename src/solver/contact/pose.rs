@@ -1,42 +1,43 @@
-//! Where a rigid thing is: a rotation and a translation.
+//! Where a rigid thing is: a rotation and a translation, in `f64`, as what moves by little in a substep
+//! must not move by roundings.
 
-use glam::{DMat3, DVec3, Mat3, Vec3};
+use glam::{DMat3, DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// A rotation, then a translation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
     /// Rotation, orthonormal. A matrix, as glam's quaternions round differently by platform.
-    pub rotation: Mat3,
+    pub rotation: DMat3,
     /// Translation [m].
-    pub translation: Vec3,
+    pub translation: DVec3,
 }
 
 impl Default for Pose {
     fn default() -> Self {
-        Self::at(Vec3::ZERO)
+        Self::at(DVec3::ZERO)
     }
 }
 
 impl Pose {
     /// Unrotated, at a place [m].
     #[must_use]
-    pub const fn at(translation: Vec3) -> Self {
+    pub const fn at(translation: DVec3) -> Self {
         Self {
-            rotation: Mat3::IDENTITY,
+            rotation: DMat3::IDENTITY,
             translation,
         }
     }
 
     /// From the thing's own frame to the world.
     #[must_use]
-    pub fn apply(&self, x: Vec3) -> Vec3 {
+    pub fn apply(&self, x: DVec3) -> DVec3 {
         self.rotation * x + self.translation
     }
 
     /// From the world to the thing's own frame.
     #[must_use]
-    pub fn undo(&self, x: Vec3) -> Vec3 {
+    pub fn undo(&self, x: DVec3) -> DVec3 {
         self.rotation.transpose() * (x - self.translation)
     }
 }

@@ -1,7 +1,7 @@
 //! Shapes of colliders, in their own frame: where a moving point is pushed out.
 
 use crate::solver::quantity::{InvalidValue, Length};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// A convex shape about the origin.
@@ -31,9 +31,9 @@ pub enum ColliderShape {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exit {
     /// Outward normal of the surface there.
-    pub normal: Vec3,
+    pub normal: DVec3,
     /// Distance to go along the normal [m].
-    pub depth: f32,
+    pub depth: f64,
 }
 
 impl ColliderShape {
@@ -64,14 +64,16 @@ impl ColliderShape {
 
     /// Signed distance of a point to the surface [m], negative inside.
     #[must_use]
-    pub fn distance(&self, x: Vec3) -> f32 {
+    pub fn distance(&self, x: DVec3) -> f64 {
         match *self {
-            Self::Sphere { radius } => x.length() - radius,
+            Self::Sphere { radius } => x.length() - f64::from(radius),
             Self::Box { size } => {
-                let q = x.abs() - size / 2.0;
-                q.max(Vec3::ZERO).length() + q.max_element().min(0.0)
+                let q = x.abs() - size.as_dvec3() / 2.0;
+                q.max(DVec3::ZERO).length() + q.max_element().min(0.0)
             }
-            Self::Capsule { radius, length } => (x - on_axis(x, length)).length() - radius,
+            Self::Capsule { radius, length } => {
+                (x - on_axis(x, length.into())).length() - f64::from(radius)
+            }
         }
     }
 
@@ -82,7 +84,7 @@ impl ColliderShape {
     /// happens with a fast collider, is brought back to where it went in. A point that lay on the
     /// surface may have begun inside by a rounding: it came in where it was.
     #[must_use]
-    pub fn exit(&self, from: Vec3, to: Vec3) -> Option<Exit> {
+    pub fn exit(&self, from: DVec3, to: DVec3) -> Option<Exit> {
         let step = to - from;
         let nearest = (self.distance(to) < 0.0).then(|| self.nearest_exit(to));
         if nearest.is_some_and(|exit| exit.normal.dot(step) <= 0.0) {
@@ -102,13 +104,15 @@ impl ColliderShape {
         entered.or(nearest)
     }
 
-    fn nearest_exit(&self, x: Vec3) -> Exit {
+    fn nearest_exit(&self, x: DVec3) -> Exit {
         match *self {
-            Self::Sphere { radius } => round_exit(x, radius, Vec3::Y),
+            Self::Sphere { radius } => round_exit(x, radius.into(), DVec3::Y),
             // Along its axis a point would stay inside for long.
-            Self::Capsule { radius, length } => round_exit(x - on_axis(x, length), radius, Vec3::X),
+            Self::Capsule { radius, length } => {
+                round_exit(x - on_axis(x, length.into()), radius.into(), DVec3::X)
+            }
             Self::Box { size } => {
-                let gaps = size / 2.0 - x.abs();
+                let gaps = size.as_dvec3() / 2.0 - x.abs();
                 let axis = least_axis(gaps);
                 Exit {
                     normal: axis * if x.dot(axis) < 0.0 { -1.0 } else { 1.0 },
@@ -119,23 +123,25 @@ impl ColliderShape {
     }
 
     /// Where a point that starts outside and goes by `step` first meets the surface.
-    fn entry(&self, from: Vec3, step: Vec3) -> Option<Vec3> {
+    fn entry(&self, from: DVec3, step: DVec3) -> Option<DVec3> {
         let t = match *self {
-            Self::Sphere { radius } => enter_sphere(from, step, radius),
-            Self::Box { size } => enter_box(from, step, size / 2.0),
-            Self::Capsule { radius, length } => enter_capsule(from, step, radius, length),
+            Self::Sphere { radius } => enter_sphere(from, step, radius.into()),
+            Self::Box { size } => enter_box(from, step, size.as_dvec3() / 2.0),
+            Self::Capsule { radius, length } => {
+                enter_capsule(from, step, radius.into(), length.into())
+            }
         }?;
         (t <= 1.0).then(|| from + step * t)
     }
 }
 
 /// The point of a capsule's axis nearest to x.
-fn on_axis(x: Vec3, length: f32) -> Vec3 {
-    Vec3::new(0.0, x.y.clamp(-length / 2.0, length / 2.0), 0.0)
+fn on_axis(x: DVec3, length: f64) -> DVec3 {
+    DVec3::new(0.0, x.y.clamp(-length / 2.0, length / 2.0), 0.0)
 }
 
 /// Out of a ball; a point at its very centre leaves along `any`.
-fn round_exit(x: Vec3, radius: f32, any: Vec3) -> Exit {
+fn round_exit(x: DVec3, radius: f64, any: DVec3) -> Exit {
     let distance = x.length();
     Exit {
         normal: if distance > 0.0 { x / distance } else { any },
@@ -143,18 +149,18 @@ fn round_exit(x: Vec3, radius: f32, any: Vec3) -> Exit {
     }
 }
 
-fn least_axis(v: Vec3) -> Vec3 {
+fn least_axis(v: DVec3) -> DVec3 {
     if v.y <= v.x && v.y <= v.z {
-        Vec3::Y
+        DVec3::Y
     } else if v.x <= v.z {
-        Vec3::X
+        DVec3::X
     } else {
-        Vec3::Z
+        DVec3::Z
     }
 }
 
 /// Smaller root of ‖from + t step‖ = radius; one below 0 by a rounding counts as 0.
-fn enter_sphere(from: Vec3, step: Vec3, radius: f32) -> Option<f32> {
+fn enter_sphere(from: DVec3, step: DVec3, radius: f64) -> Option<f64> {
     let a = step.length_squared();
     let b = from.dot(step);
     let c = from.length_squared() - radius * radius;
@@ -164,8 +170,8 @@ fn enter_sphere(from: Vec3, step: Vec3, radius: f32) -> Option<f32> {
 
 /// Slabs: the latest of the entries, if it is before the earliest of the exits and that is still
 /// to come; one below 0 by a rounding counts as 0.
-fn enter_box(from: Vec3, step: Vec3, half: Vec3) -> Option<f32> {
-    let (mut enter, mut leave) = (f32::NEG_INFINITY, f32::INFINITY);
+fn enter_box(from: DVec3, step: DVec3, half: DVec3) -> Option<f64> {
+    let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
     for axis in 0..3 {
         let (x, d, half) = (from[axis], step[axis], half[axis]);
         if d == 0.0 {
@@ -182,16 +188,16 @@ fn enter_box(from: Vec3, step: Vec3, half: Vec3) -> Option<f32> {
 }
 
 /// The cylinder's side, where it is hit between the ends; else the first of the two end balls.
-fn enter_capsule(from: Vec3, step: Vec3, radius: f32, length: f32) -> Option<f32> {
-    let flat = |v: Vec3| Vec3::new(v.x, 0.0, v.z);
+fn enter_capsule(from: DVec3, step: DVec3, radius: f64, length: f64) -> Option<f64> {
+    let flat = |v: DVec3| DVec3::new(v.x, 0.0, v.z);
     if let Some(t) = enter_sphere(flat(from), flat(step), radius)
         && (from.y + t * step.y).abs() <= length / 2.0
     {
         return Some(t);
     }
-    let end = Vec3::new(0.0, length / 2.0, 0.0);
+    let end = DVec3::new(0.0, length / 2.0, 0.0);
     [end, -end]
         .into_iter()
         .filter_map(|end| enter_sphere(from - end, step, radius))
-        .reduce(f32::min)
+        .reduce(f64::min)
 }

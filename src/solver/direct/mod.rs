@@ -82,7 +82,7 @@ struct Room {
     predicted: Vec<DVec3>,
     previous: Vec<DVec3>,
     before: Vec<DVec3>,
-    /// Positions that the last iteration left [m].
+    /// Displacements that the last iteration left [m].
     left: Vec<Vec4>,
     /// λ of sweeps.
     swept: [Vec<f32>; ElasticKind::COUNT],
@@ -282,7 +282,7 @@ impl Room {
             self.sweep(&mut given);
         }
         self.left.clear();
-        self.left.extend_from_slice(given.part.positions);
+        self.left.extend_from_slice(given.part.displacements);
     }
 
     /// Makes a plan, if there is none for these effects.
@@ -313,9 +313,14 @@ impl Room {
         if !self.newton(given) {
             return false;
         }
-        for (at, x) in given.part.positions.iter_mut().zip(&self.x) {
-            if at.w > 0.0 {
-                *at = x.as_vec3().extend(at.w);
+        let Part {
+            positions,
+            displacements,
+            ..
+        } = &mut given.part;
+        for ((p, u), x) in positions.iter().zip(displacements.iter_mut()).zip(&self.x) {
+            if p.w > 0.0 {
+                *u = (*x - p.truncate().as_dvec3()).as_vec3().extend(0.0);
             }
         }
         for (told, column) in given.lambdas.iter_mut().zip(&self.columns) {
@@ -329,8 +334,8 @@ impl Room {
     /// Reads the state when a substep begins.
     fn begin(&mut self, given: &Given) {
         let part = &given.part;
-        wide(&mut self.x, &*part.positions);
-        wide(&mut self.previous, &*part.previous);
+        predicted(&mut self.x, part);
+        started(&mut self.previous, part);
         self.predicted.clone_from(&self.x);
         let count = self.x.len();
         self.w.clear();
@@ -347,8 +352,8 @@ impl Room {
     /// Takes over what others have done to particles since the last iteration.
     fn follow(&mut self, given: &Given) {
         let part = &given.part;
-        wide(&mut self.previous, &*part.previous);
-        let since = part.positions.iter().zip(&self.left);
+        started(&mut self.previous, part);
+        let since = part.displacements.iter().zip(&self.left);
         let known = self.x.iter_mut().zip(&mut self.predicted);
         for ((now, left), (x, y)) in since.zip(known) {
             let pushed = now.truncate().as_dvec3() - left.truncate().as_dvec3();
@@ -466,11 +471,6 @@ impl Room {
     /// Sweeps over all constraints that are else solved directly.
     fn sweep(&mut self, given: &mut Given) {
         let (iteration, iterations) = given.iteration;
-        let Part {
-            positions,
-            previous,
-            ..
-        } = &mut given.part;
         for kind in ElasticKind::ALL {
             if !given.effects.has(kind) || !kind.is_solved_directly() {
                 continue;
@@ -485,7 +485,7 @@ impl Room {
                 (given.effects, kind),
                 given.topology,
                 given.h,
-                (&mut **positions, &**previous),
+                given.part.reborrow(),
                 Multipliers::of_sweep(swept, (iteration, iterations, true)),
             );
             for (solved, swept) in solved.iter_mut().zip(&*swept) {
@@ -495,12 +495,18 @@ impl Room {
                 *told = *swept;
             }
         }
-        wide(&mut self.x, positions);
+        predicted(&mut self.x, &given.part);
     }
 }
 
-/// Copies positions to `f64`.
-fn wide(to: &mut Vec<DVec3>, from: &[Vec4]) {
+/// Where particles are in the course of the substep [m].
+fn predicted(to: &mut Vec<DVec3>, part: &Part) {
     to.clear();
-    to.extend(from.iter().map(|x| x.truncate().as_dvec3()));
+    to.extend((0..part.positions.len()).map(|i| part.predicted(i)));
+}
+
+/// Where they were when it began [m].
+fn started(to: &mut Vec<DVec3>, part: &Part) {
+    to.clear();
+    to.extend((0..part.positions.len()).map(|i| part.start(i)));
 }

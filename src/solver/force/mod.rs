@@ -20,7 +20,7 @@ pub use vortex::Vortex;
 pub use wind::Wind;
 
 use super::{Effects, Topology, particles::Part};
-use glam::DVec3;
+use glam::{DVec3, Vec4};
 use std::cell::Cell;
 
 /// A particle as a force sees it.
@@ -70,23 +70,29 @@ pub trait VisitForces {
 fn on_particles(force: &impl Force, topology: &Topology, moment: Moment, part: Part) {
     let Part {
         positions,
-        velocities,
-        ..
+        displacements,
+        carry,
     } = part;
-    let velocities = Cell::from_mut(velocities).as_slice_of_cells();
+    let wide = |x: Vec4| x.truncate().as_dvec3();
+    let displacements = Cell::from_mut(displacements).as_slice_of_cells();
+    let carry = Cell::from_mut(carry).as_slice_of_cells();
     let at = |i: u32| {
-        let x = positions[i as usize];
+        let i = i as usize;
+        let (x, c) = (positions[i], wide(carry[i].get()));
         Mote {
-            x: x.truncate().as_dvec3(),
-            v: velocities[i as usize].get().truncate().as_dvec3(),
+            x: wide(x) + c,
+            v: (wide(displacements[i].get()) - c) / moment.h,
             w: x.w.into(),
         }
     };
     force.act(topology, moment, at, |i, change| {
         if positions[i as usize].w > 0.0 {
-            let v = &velocities[i as usize];
-            let now = v.get().truncate().as_dvec3() + change;
-            v.set(now.as_vec3().extend(0.0));
+            let (u, c) = (&displacements[i as usize], &carry[i as usize]);
+            let now = wide(u.get()) + change * moment.h;
+            u.set(now.as_vec3().extend(0.0));
+            // What u is rounded by is not lost to the velocity, as in the first stage.
+            let lost = now - wide(u.get());
+            c.set((wide(c.get()) - lost).as_vec3().extend(0.0));
         }
     });
 }

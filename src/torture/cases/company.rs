@@ -83,7 +83,7 @@ pub const NOT_FINITE: Case = Case {
         let last = particles.len() - 1;
         match member.variant.split_once('_') {
             Some((_, "position")) => particles.positions[last].y = number,
-            Some((_, "velocity")) => particles.velocities[last].y = number,
+            Some((_, "velocity")) => particles.set_velocity(last, Vec3::Y * number),
             _ => particles.positions[last].w = number,
         }
         Ok(())

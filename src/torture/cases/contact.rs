@@ -9,9 +9,9 @@ fn deepest(world: &World) -> f64 {
     let inside = world.colliders.iter().flat_map(|collider| {
         let pose = collider.pose_at(world.time);
         let positions = world.bodies[0].particles.positions.iter();
-        positions.map(move |x| -collider.shape.distance(pose.undo(x.truncate())))
+        positions.map(move |x| -collider.shape.distance(pose.undo(x.truncate().as_dvec3())))
     });
-    f64::from(inside.fold(0.0, f32::max))
+    inside.fold(0.0, f64::max)
 }
 
 fn not_inside(run: &Run, limit: f64) -> Figure {
@@ -31,7 +31,7 @@ fn plate(member: &Member, along: Vec3, far: f32, path: Path) -> Result<Collider,
     let place = along * ((far + 0.5) * s);
     Ok(Collider::moving(
         ColliderShape::Box { size },
-        Pose::at(place),
+        Pose::at(place.as_dvec3()),
         path,
     )?)
 }
@@ -130,7 +130,7 @@ pub const STRUCK: Case = Case {
     }),
     during: nothing,
     judge: |run| {
-        let front = f64::from(run.end.colliders[0].pose_at(run.end.time).translation.x)
+        let front = run.end.colliders[0].pose_at(run.end.time).translation.x
             + 0.5 * f64::from(run.member.scale);
         let positions = run.end.bodies[0].particles.positions.iter();
         let behind = positions
@@ -260,7 +260,7 @@ pub const OVERLAP: Case = Case {
                 size: Vec3::splat(0.5 * s),
             }
         };
-        let pose = Pose::at(Vec3::new(0.05, -0.4, 0.1) * s);
+        let pose = Pose::at((Vec3::new(0.05, -0.4, 0.1) * s).as_dvec3());
         world.colliders = vec![Collider::new(shape, pose)?];
         Ok(())
     }),

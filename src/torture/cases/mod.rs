@@ -64,7 +64,7 @@ pub(super) fn deformed(member: &Member, world: &mut World, how: Deformation) {
     for body in &mut world.bodies {
         stand_up(member, body);
         deform(&mut body.particles, how);
-        body.tick_start.clone_from(&body.particles.positions);
+        body.tick_start.clone_from(&body.particles);
     }
 }
 
@@ -73,10 +73,8 @@ fn place(body: &mut Body, to: impl Fn(Vec4) -> Vec4) {
     for x in &mut body.particles.positions {
         *x = to(*x);
     }
-    body.particles
-        .previous
-        .clone_from(&body.particles.positions);
-    body.tick_start.clone_from(&body.particles.positions);
+    body.particles.settle();
+    body.tick_start.clone_from(&body.particles);
 }
 
 /// Pins the vertices of which `which` is true, by where they are.
@@ -127,12 +125,12 @@ fn edge_strain(body: &Body, limit: f64) -> Figure {
 /// How many of the numbers of two states differ in a bit.
 fn different_bits(a: &Body, b: &Body) -> usize {
     let (a, b) = (&a.particles, &b.particles);
-    let columns = [(&a.positions, &b.positions), (&a.velocities, &b.velocities)];
+    let columns = a.columns().into_iter().zip(b.columns());
     let differ = |(a, b): (&Vec4, &Vec4)| {
         let bits = |v: &Vec4| v.to_array().map(f32::to_bits);
         bits(a) != bits(b)
     };
-    let counts = columns.iter().map(|(a, b)| {
+    let counts = columns.map(|((_, a), (_, b))| {
         let pairs = a.iter().zip(b.iter()).filter(|pair| differ(*pair)).count();
         pairs + a.len().abs_diff(b.len())
     });

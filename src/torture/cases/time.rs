@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::solver::{Deformation, Ground, Rate, Substeps, deform};
+use glam::Vec3;
 
 /// How far the centre of mass of a falling body is from where symplectic Euler puts it, over its
 /// way; `rate` is that of each tick.
@@ -205,13 +206,10 @@ pub const HOUR: Case = Case {
             _ => {
                 let body = &mut world.bodies[0];
                 deform(&mut body.particles, Deformation::Scale(1.0));
-                let state = body
-                    .particles
-                    .velocities
-                    .iter_mut()
-                    .zip(&body.particles.positions);
-                for (v, x) in state {
-                    *v = Vec4::new(-x.z, 0.0, x.x, 0.0) * SPIN;
+                for i in 0..body.particles.len() {
+                    let x = body.particles.positions[i];
+                    let turned = Vec3::new(-x.z, 0.0, x.x) * SPIN;
+                    body.particles.set_velocity(i, turned);
                 }
                 return Ok(());
             }
