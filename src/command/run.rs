@@ -225,10 +225,11 @@ pub fn in_words(title: &str, run: &Run) -> String {
     } else {
         format!("not accepted:\n  {}", run.reasons.join("\n  "))
     };
+    let times = run.median_times();
     format!(
         "{title}: {:.3} s in {} ticks of {} substeps and {} iterations\n\
          {} bodies ({} asleep), {} particles, constraints: {}\n\
-         {:.3} ms a tick (median, {}), energy {:.6} J, volume error {:.3} %, residual {:.2e}\n\
+         {:.3} ms per tick in the solver (median, {}; measuring {:.3}, ECS {:.3}), energy {:.6} J, volume error {:.3} %, residual {:.2e}\n\
          {}state {:016x}, {verdict}\n",
         last.time,
         last.tick,
@@ -238,11 +239,13 @@ pub fn in_words(title: &str, run: &Run) -> String {
         last.asleep,
         last.particles,
         constraints.join(", "),
-        run.median_tick_ms(),
+        times.solver,
         match run.world.threads.count() {
             1 => "1 thread".to_owned(),
             count => format!("{count} threads"),
         },
+        times.measuring,
+        times.ecs,
         last.energy(),
         last.volume_error * 100.0,
         last.residual,

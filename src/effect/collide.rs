@@ -61,7 +61,7 @@ pub fn solve(
             let h = current.seconds(&particles);
             for collider in current.colliders() {
                 if collider::solve(particles.as_part(), collide, collider, h, gravity) {
-                    particles.history.touch();
+                    particles.touch();
                 }
             }
         }

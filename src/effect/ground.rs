@@ -88,7 +88,7 @@ pub fn solve(
         for (mut particles, ground) in &mut bodies {
             let h = current.seconds(&particles);
             if ground::solve(particles.as_part(), ground, h, gravity) {
-                particles.history.touch();
+                particles.touch();
             }
         }
     });
@@ -138,7 +138,7 @@ pub fn stick(
     profile.time(StickyGround::NAME, || {
         for (mut particles, sticky) in &mut bodies {
             if ground::stick(particles.as_part(), sticky) {
-                particles.history.touch();
+                particles.touch();
             }
         }
     });

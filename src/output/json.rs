@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 #[must_use]
 pub fn run(scene: &str, run: &Run) -> Value {
     let last = run.history.last().cloned().unwrap_or_default();
+    let times = run.median_times();
     let mut object = json!({
         "scene": scene,
         "seconds": run.seconds,
@@ -21,7 +22,9 @@ pub fn run(scene: &str, run: &Run) -> Value {
         "particles": last.particles,
         "constraints": last.constraints,
         "systems": run.systems,
-        "ms_per_tick": run.median_tick_ms(),
+        "ms_per_tick": times.solver,
+        "measuring_ms_per_tick": times.measuring,
+        "ecs_ms_per_tick": times.ecs,
         "finite": last.finite,
         "energy_j": last.energy(),
         "kinetic_j": last.kinetic,

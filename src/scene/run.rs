@@ -36,13 +36,24 @@ pub struct RunOptions {
     pub acceptance: Option<super::Acceptance>,
 }
 
+/// Real time of a tick [ms].
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct TickTimes {
+    /// In the solver.
+    pub solver: f64,
+    /// For figures of the state.
+    pub measuring: f64,
+    /// In the ECS around them.
+    pub ecs: f64,
+}
+
 /// A run and its outcome.
 #[derive(Debug)]
 pub struct Run {
     /// Figures before the first tick and after each.
     pub history: Vec<Statistics>,
-    /// Real time of each tick [ms].
-    pub tick_ms: Vec<f64>,
+    /// Real time of each tick.
+    pub times: Vec<TickTimes>,
     /// What did not hold, a sentence each.
     pub reasons: Vec<String>,
     /// What the systems in the substep are for, in the order in which they run.
@@ -66,12 +77,19 @@ impl Run {
         self.reasons.is_empty()
     }
 
-    /// Real time of a tick, median [ms].
+    /// Real time of a tick, the median of each part.
     #[must_use]
-    pub fn median_tick_ms(&self) -> f64 {
-        let mut sorted = self.tick_ms.clone();
-        sorted.sort_by(f64::total_cmp);
-        sorted.get(sorted.len() / 2).copied().unwrap_or_default()
+    pub fn median_times(&self) -> TickTimes {
+        let median = |part: fn(&TickTimes) -> f64| {
+            let mut sorted: Vec<f64> = self.times.iter().map(part).collect();
+            sorted.sort_by(f64::total_cmp);
+            sorted.get(sorted.len() / 2).copied().unwrap_or_default()
+        };
+        TickTimes {
+            solver: median(|times| times.solver),
+            measuring: median(|times| times.measuring),
+            ecs: median(|times| times.ecs),
+        }
     }
 }
 
@@ -139,11 +157,17 @@ pub fn run_in(app: &mut App, options: &RunOptions, mut progress: impl FnMut(f64)
         .unwrap_or(DEFAULT_SECONDS);
     let ticks = (seconds * settings.rate.get()).round().max(1.0) as u64;
     let mut history = vec![measure(world)];
-    let mut tick_ms = Vec::new();
+    let mut times = Vec::new();
     for done in 1..=ticks {
         tick(world);
         let profile = world.resource::<crate::simulation::Profile>();
-        tick_ms.push(profile.tick().as_secs_f64() * 1e3);
+        let [solver, measuring, ecs] = [profile.solver(), profile.measuring(), profile.ecs()]
+            .map(|spent| spent.as_secs_f64() * 1e3);
+        times.push(TickTimes {
+            solver,
+            measuring,
+            ecs,
+        });
         history.push(world.resource::<Statistics>().clone());
         progress(done as f64 / ticks as f64);
     }
@@ -155,7 +179,7 @@ pub fn run_in(app: &mut App, options: &RunOptions, mut progress: impl FnMut(f64)
     Run {
         reasons: acceptance.unwrap_or(&nothing).judge(&start, &end, &history),
         history,
-        tick_ms,
+        times,
         systems: system_names(world),
         ledger: world.remove_resource().filter(|_| options.ledger),
         settings,

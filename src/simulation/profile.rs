@@ -20,14 +20,25 @@ impl Watch for StageWatch {
     }
 }
 
+/// The part of a tick in which figures of the state are taken.
+pub const MEASURING: &str = "measuring";
+
+/// What a tick took.
+#[derive(Debug, Clone, Copy, Default)]
+struct Spent {
+    all: Duration,
+    solver: Duration,
+    measuring: Duration,
+}
+
 /// Real time spent in ticks, and in each effect and stage if `by_part` is on.
 #[derive(Resource, Debug, Clone, Default)]
 pub struct Profile {
     /// Whether each effect and stage is timed; default false, as looking at a clock twice a
     /// system a substep is not free.
     pub by_part: bool,
-    running: Duration,
-    tick: Duration,
+    running: Spent,
+    tick: Spent,
     /// Of the tick under way.
     running_parts: Vec<(&'static str, Duration)>,
     /// Of the last whole tick.
@@ -35,10 +46,29 @@ pub struct Profile {
 }
 
 impl Profile {
-    /// Real time of the last whole tick.
+    /// Real time of the last whole tick: solver, measuring, and what the ECS takes around them.
     #[must_use]
     pub const fn tick(&self) -> Duration {
-        self.tick
+        self.tick.all
+    }
+
+    /// What the solver took of it: its substeps.
+    #[must_use]
+    pub const fn solver(&self) -> Duration {
+        self.tick.solver
+    }
+
+    /// What it took to take figures of the state, for those who look at them.
+    #[must_use]
+    pub const fn measuring(&self) -> Duration {
+        self.tick.measuring
+    }
+
+    /// What is left: schedules, masses, sleep, moving bodies into the solver and back.
+    #[must_use]
+    pub fn ecs(&self) -> Duration {
+        let known = self.tick.solver + self.tick.measuring;
+        self.tick.all.saturating_sub(known)
     }
 
     /// Real time of each effect and stage in the last whole tick, in the order in which they ran.
@@ -81,14 +111,27 @@ impl Profile {
         }
     }
 
+    /// Adds real time of the solver in the tick under way.
+    pub(super) fn solve(&mut self, spent: Duration) {
+        self.running.solver += spent;
+    }
+
+    /// Adds real time that figures took in it.
+    pub(super) fn measure(&mut self, spent: Duration) {
+        self.running.measuring += spent;
+        if self.by_part {
+            self.add(MEASURING, spent);
+        }
+    }
+
     pub(super) fn begin_tick(&mut self) {
-        self.running = Duration::ZERO;
+        self.running = Spent::default();
         self.running_parts.clear();
     }
 
     /// Adds real time that was spent in the tick, and closes it if it has `ended`.
     pub(super) fn spend(&mut self, spent: Duration, ended: bool) {
-        self.running += spent;
+        self.running.all += spent;
         if ended {
             self.tick = self.running;
             self.parts.clone_from(&self.running_parts);

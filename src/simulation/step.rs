@@ -241,11 +241,14 @@ pub(super) fn run_substeps(
             next = substeps.end;
             advance_all(world, bodies, &mut jobs, substeps);
         } else {
-            // Of first order there is nothing to do but to forget, once.
-            if next == 0 || settings.order.get() > 1 {
+            let started = Instant::now();
+            // Otherwise there is nothing to do but to forget, once.
+            if next == 0 || settings.begins_each_substep() {
                 begin_all(world, bodies, &settings.substep(next));
             }
             run_schedule(world, settings.substep(next));
+            let mut profile = world.resource_mut::<Profile>();
+            profile.solve(started.elapsed());
             world.resource_mut::<EnergyLedger>().book(None);
             next += 1;
         }
@@ -337,9 +340,11 @@ fn advance_all(
             stepper.advance(substeps.clone(), &means)
         };
     });
+    let spent = started.elapsed();
+    let mut profile = world.resource_mut::<Profile>();
+    profile.solve(spent);
     if let Some(watch) = &watch {
-        let spent = started.elapsed();
-        world.resource_mut::<Profile>().share_out(spent, watch);
+        profile.share_out(spent, watch);
     }
     let h = world.resource::<UnderWay>().settings.substep_seconds();
     let passed = Duration::from_secs_f64(h * f64::from(substeps.len() as u32));
@@ -382,10 +387,17 @@ fn begin_all(world: &mut World, bodies: &mut QueryState<Stepped, Active>, step: 
     world.resource_scope(|world, current: Mut<CurrentSubstep>| {
         world.resource_scope(|world, threads: Mut<SolverThreads>| {
             let means = current.means(&threads);
-            for (_, body, mut particles, .., carried) in bodies.iter_mut(world) {
+            for (_, body, mut particles, _, _, mut stitches, _, carried) in bodies.iter_mut(world) {
                 let mut topology = Arc::clone(&body.0);
                 let mut spare = Spare::of(carried.effects());
-                let mut stepper = spare.stepper(&mut topology, &mut particles);
+                let mut none = Stitches::default();
+                let mut stepper = Stepper {
+                    stitches: match &mut stitches {
+                        Some(stitches) => stitches.bypass_change_detection(),
+                        None => &mut none,
+                    },
+                    ..spare.stepper(&mut topology, &mut particles)
+                };
                 stepper.begin(step, &means);
             }
         });
@@ -419,6 +431,8 @@ fn stage_of_all(
         let mut stepper = spare.stepper(&mut topology, &mut particles);
         if let Err(error) = stepper.stage(stage, &current.step, current.iteration, &means) {
             failed(entity, error);
+        } else if stage == Stage::Postsolve {
+            stepper.end();
         }
     }
 }

@@ -344,6 +344,7 @@ impl Stepper<'_> {
     pub fn begin(&mut self, step: &Substep, means: &Means) {
         if means.settings.order.get() == 1 {
             self.begin_first_order(means);
+            self.note_spin(means);
             return;
         }
         let restarts = self.meets(step, means);
@@ -394,22 +395,29 @@ impl Stepper<'_> {
     /// [`NotFinite`] when a displacement no longer is; the body is then as it was left at that place,
     /// its positions being finite.
     pub fn advance(&mut self, substeps: Range<u32>, means: &Means) -> Result<(), NotFinite> {
-        let second = means.settings.order.get() == 2;
-        if !second {
+        let begins = means.settings.begins_each_substep();
+        if !begins {
             self.begin_first_order(means);
         }
-        if !second && self.effects.plasticity.is_none() {
+        if !begins && self.effects.plasticity.is_none() {
             return self.advance_together(substeps, means);
         }
         for index in substeps {
             let step = means.settings.substep(index);
-            if second {
+            if begins {
                 self.begin(&step, means);
             }
             self.advance_together(index..index + 1, means)?;
+            self.end();
             self.flow(&step, means);
         }
         Ok(())
+    }
+
+    /// Ends a substep: what was [begun](Self::begin) and is to be done after the last stage, before
+    /// anything flows; [`advance`](Self::advance) does.
+    pub fn end(&mut self) {
+        self.restore_spin();
     }
 
     /// Does substeps between which nothing flows and nobody looks back.
@@ -541,7 +549,7 @@ impl Stepper<'_> {
             })
         };
         if shared.touched() {
-            self.particles.history.touch();
+            self.particles.touch();
         }
         result
     }

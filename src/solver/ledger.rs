@@ -152,6 +152,8 @@ struct Book {
     leapt: Vec<DVec3>,
     /// Velocities after forces from outside have acted [m/s].
     forced: Vec<DVec3>,
+    /// Velocities before angular momentum is given back [m/s].
+    turned: Vec<DVec3>,
     /// Carry before contacts and after them [m].
     carry: [Vec<Vec4>; 2],
     /// Ways x − p of the particles before the part that is under way [m].
@@ -291,6 +293,8 @@ impl Book {
         }
         self.carry[1].clone_from(&body.particles.carry);
         body.stage(Stage::Postsolve, step, 0, means)?;
+        velocities(&mut self.turned, body.particles);
+        body.end();
         let h = body.particles.history.seconds(f64::from(step.h));
         let errors = Errors::of(body);
         let stored = Stored::between(&self.errors, &errors, h);
@@ -424,8 +428,17 @@ impl Book {
             let forces = self.forced[index] - leapt;
             let faded = (forces + leapt + fall) * -lost;
             let leap = leapt - start;
-            let rounding =
-                change - leap - fall - forces - faded - elastic - hand - contact - friction;
+            let turned = end - self.turned[index];
+            let rounding = change
+                - leap
+                - fall
+                - forces
+                - faded
+                - elastic
+                - hand
+                - contact
+                - friction
+                - turned;
             sum.damping += mass * faded.dot(mean);
             sum.forces += mass * forces.dot(mean);
             sum.hand += mass * hand.dot(mean);
@@ -440,7 +453,8 @@ impl Book {
             sum.contact += mass * (contact.dot(mean) + lent);
             sum.friction += mass * friction.dot(mean);
             sum.rounding += mass * rounding.dot(mean);
-            sum.integrator -= 0.5 * mass * (fall + elastic).dot(change);
+            // To give back angular momentum undoes what the integrator took of it.
+            sum.integrator += mass * (turned.dot(mean) - 0.5 * (fall + elastic).dot(change));
             if second {
                 // Gravity has acted over ⅔h of what the particle has fallen since the substep before.
                 let way = particles.position(index) - self.start.position(index);

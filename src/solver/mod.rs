@@ -40,6 +40,7 @@ pub mod reference;
 pub mod rest;
 mod shape;
 mod share;
+mod spin;
 pub mod stages;
 mod substep;
 #[cfg(feature = "parallel")]
@@ -80,7 +81,7 @@ pub use modes::Modes;
 pub use particles::Particles;
 pub use quantity::{
     Coefficient, CollisionIterations, Compliance, Creep, Damping, Density, Filling, Finite,
-    FlexuralRigidity, Force, Frequency, Friction, InvalidValue, Iterations, Length, Mass,
+    FlexuralRigidity, Force, Frequency, Friction, InvalidValue, Iterations, KeepSpin, Length, Mass,
     MembraneCompliance, Order, PlasticLimit, PoissonRatio, Rate, RegionSize, Restitution, Share,
     Slack, SmoothingIterations, Stiffness, Strain, Substeps, Thickness, Yield, YoungsModulus,
 };

@@ -31,6 +31,9 @@ pub struct Particles {
     h: f32,
     /// What they were one substep ago, for [steps of second order](super::history).
     pub history: History,
+    /// Angular momentum about the center of mass when the substep began [kg·m²/s], if it is to be kept.
+    #[serde(skip)]
+    pub(super) spin: Option<DVec3>,
 }
 
 impl Clone for Particles {
@@ -48,12 +51,14 @@ impl Clone for Particles {
             carry,
             h,
             history,
+            spin,
         } = self;
         positions.clone_from(&from.positions);
         displacements.clone_from(&from.displacements);
         carry.clone_from(&from.carry);
         *h = from.h;
         history.clone_from(&from.history);
+        *spin = from.spin;
     }
 }
 
@@ -65,6 +70,7 @@ impl Default for Particles {
             carry: Vec::new(),
             h: FIRST_SUBSTEP,
             history: History::default(),
+            spin: None,
         }
     }
 }
@@ -125,6 +131,14 @@ impl Particles {
         self.displacements[i] = displacement.as_vec3().extend(0.0);
     }
 
+    /// Adds to the velocity of a particle [m/s]. What the displacement is rounded by is not lost to it.
+    pub fn accelerate(&mut self, i: usize, change: DVec3) {
+        let wanted = wide(self.displacements[i]) + change * f64::from(self.h);
+        self.displacements[i] = wanted.as_vec3().extend(0.0);
+        let lost = wanted - wide(self.displacements[i]);
+        self.carry[i] = (wide(self.carry[i]) - lost).as_vec3().extend(0.0);
+    }
+
     /// Puts a particle somewhere [m], with the velocity that it has.
     pub fn set_position(&mut self, i: usize, position: DVec3) {
         let motion = self.motion(i);
@@ -179,6 +193,12 @@ impl Particles {
     /// The same where displacements are to be written anyhow.
     pub(super) fn begin_with_substep(&mut self, h: f32) {
         self.h = h;
+    }
+
+    /// A contact was made in the substep under way.
+    pub fn touch(&mut self) {
+        self.history.touch();
+        self.spin = None;
     }
 
     /// All of them, to be stepped.

@@ -323,6 +323,10 @@ quantity!(
     Order(u32), "order", default 1, "1 or 2", |v| v == 1 || v == 2
 );
 quantity!(
+    /// Whether free bodies keep their angular momentum: 1 if they do.
+    KeepSpin(u32), "keep_spin", default 0, "0 or 1", |v| v <= 1
+);
+quantity!(
     /// A share.
     Share(f32), "a share", default 1.0, "between 0 and 1", |v| (0.0..=1.0).contains(&v)
 );
@@ -371,7 +375,8 @@ from_whole!(
     Iterations, "iterations", "a whole number between 1 and 10000";
     CollisionIterations, "collision_iterations", "a whole number between 0 and 10000";
     SmoothingIterations, "smoothing_iterations", "a whole number between 0 and 10000";
-    Order, "order", "1 or 2"
+    Order, "order", "1 or 2";
+    KeepSpin, "keep_spin", "0 or 1"
 );
 
 impl TryFrom<f64> for Rate {

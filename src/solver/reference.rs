@@ -18,6 +18,7 @@ use super::{
     force::{Force, Moment, Mote, VisitForces},
     history::SHARE,
     method::Averaging,
+    spin::{Motion, is_free},
 };
 use glam::{DVec3, Vec4};
 use std::{cell::Cell, sync::Arc};
@@ -181,6 +182,7 @@ impl World {
                 } else {
                     whole
                 };
+                let spin = body.spin(&self.settings);
                 body.push_by_forces(Moment { time: start, h });
                 if let Some(kept) = step.method.keeps_speed() {
                     for v in &mut body.v {
@@ -207,6 +209,9 @@ impl World {
                     }
                 }
                 body.postsolve(h);
+                if let Some(spin) = spin.filter(|_| !body.past.touched) {
+                    body.turn_to(spin);
+                }
                 body.flow(start + h, h);
             }
         }
@@ -377,6 +382,30 @@ impl Body {
                 self.x[i].y = height;
                 self.past.touched = true;
             }
+        }
+    }
+
+    /// Angular momentum that is to be kept in a substep, if it is: see [`spin`](super::spin).
+    fn spin(&mut self, settings: &Settings) -> Option<DVec3> {
+        self.past.touched = false;
+        let asked = settings.keep_spin.get() == 1 && settings.order.get() == 1;
+        let free = asked
+            && settings.method.keeps_speed().is_none()
+            && is_free(&self.effects, &self.stitches.0)
+            && self.w.iter().all(|w| *w > 0.0);
+        free.then(|| self.motion().angular)
+    }
+
+    fn motion(&self) -> Motion {
+        Motion::of(|i| (1.0 / self.w[i], self.x[i], self.v[i]), self.x.len())
+    }
+
+    /// Turns all velocities alike, to this angular momentum.
+    fn turn_to(&mut self, angular: DVec3) {
+        let motion = self.motion();
+        let turn = motion.turn_to(angular);
+        for (v, x) in self.v.iter_mut().zip(&self.x) {
+            *v += turn.cross(*x - motion.center);
         }
     }
 

@@ -1,8 +1,8 @@
 //! What a substep is given: its length, its place in the tick, gravity.
 
 use super::{
-    CollisionIterations, InvalidValue, Iterations, Method, Order, Rate, SmoothingIterations,
-    Substeps, method::Averaging, quantity::finite,
+    CollisionIterations, InvalidValue, Iterations, KeepSpin, Method, Order, Rate,
+    SmoothingIterations, Substeps, method::Averaging, quantity::finite,
 };
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -31,6 +31,9 @@ pub struct Settings {
     pub method: Method,
     /// Order of the steps in time: 1, the default, is implicit Euler, 2 is [BDF2](super::history).
     pub order: Order,
+    /// Whether free bodies [keep their angular momentum](super::spin): 0, the default, or 1. Steps of
+    /// second order lose so little of it that they look at this not.
+    pub keep_spin: KeepSpin,
 }
 
 #[derive(Deserialize)]
@@ -44,6 +47,7 @@ struct Unchecked {
     smoothing_iterations: SmoothingIterations,
     method: Method,
     order: Order,
+    keep_spin: KeepSpin,
 }
 
 impl Default for Unchecked {
@@ -57,6 +61,7 @@ impl Default for Unchecked {
             smoothing_iterations,
             method,
             order,
+            keep_spin,
         } = Settings::default();
         Self {
             gravity,
@@ -67,6 +72,7 @@ impl Default for Unchecked {
             smoothing_iterations,
             method,
             order,
+            keep_spin,
         }
     }
 }
@@ -83,6 +89,7 @@ impl TryFrom<Unchecked> for Settings {
             smoothing_iterations: unchecked.smoothing_iterations,
             method: unchecked.method,
             order: unchecked.order,
+            keep_spin: unchecked.keep_spin,
             ..Self::default()
         };
         settings.set_gravity(unchecked.gravity)?;
@@ -101,6 +108,7 @@ impl Default for Settings {
             smoothing_iterations: SmoothingIterations::default(),
             method: Method::default(),
             order: Order::default(),
+            keep_spin: KeepSpin::default(),
         }
     }
 }
@@ -135,6 +143,13 @@ impl Settings {
     #[must_use]
     pub fn substep_seconds(&self) -> f64 {
         1.0 / (self.rate.get() * f64::from(self.substeps.get()))
+    }
+
+    /// Whether there is something to be done where each substep of a body begins: not for steps of first
+    /// order that keep no angular momentum.
+    #[must_use]
+    pub fn begins_each_substep(&self) -> bool {
+        self.order.get() > 1 || self.keep_spin.get() == 1
     }
 
     /// Substep number `index` of a tick.

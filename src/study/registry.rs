@@ -50,6 +50,7 @@ pub const PROBLEMS: &[BuiltinProblem] = problems![
     "rubber_block",
     "flight_momentum",
     "flight_spin",
+    "flight_spin_kept",
     "jelly_cube",
 ];
 

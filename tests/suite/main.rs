@@ -80,6 +80,7 @@ mod solver_recovery;
 mod solver_second_order;
 mod solver_shape_matching;
 mod solver_slips;
+mod solver_spin;
 mod solver_stages;
 mod solver_stitches;
 mod solver_strain_limit;

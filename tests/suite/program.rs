@@ -58,6 +58,8 @@ fn run_prints_one_object_with_all_figures() {
         "constraints",
         "systems",
         "ms_per_tick",
+        "measuring_ms_per_tick",
+        "ecs_ms_per_tick",
         "finite",
         "energy_j",
         "momentum",

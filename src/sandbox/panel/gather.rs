@@ -233,12 +233,13 @@ fn parameter_of(
 }
 
 /// The world's settings in the order of their rows.
-const ROWS: [&str; 9] = [
+const ROWS: [&str; 10] = [
     "substeps",
     "iterations",
     "smoothing_iterations",
     "collision_iterations",
     "order",
+    "keep_spin",
     "rate",
     "gravity_x",
     "gravity_y",
@@ -306,6 +307,12 @@ fn words(setting: &str) -> Option<(&'static str, &'static str, Track)> {
             "Order of the steps in time: 1 is implicit Euler, which brakes what swings; 2 is BDF2, which \
              hardly does, and begins anew at contacts.",
             Track::new(1.0..=2.0, Spread::Integer),
+        ),
+        "keep_spin" => (
+            "Conserve spin",
+            "1: bodies in free flight keep their angular momentum, of which implicit Euler loses 2πhω a \
+             turn. 0: they do not.",
+            Track::new(0.0..=1.0, Spread::Integer),
         ),
         "smoothing_iterations" => (
             "Smoothing",

@@ -8,7 +8,7 @@ use crate::{
         SimulationSettings, SoftBody, TickStart, plain,
     },
     solver::{
-        CollisionIterations, Grab, InvalidValue, Iterations, Order, Particles, Rate,
+        CollisionIterations, Grab, InvalidValue, Iterations, KeepSpin, Order, Particles, Rate,
         SmoothingIterations, Substeps, SurfacePoint, deform,
     },
 };
@@ -247,6 +247,7 @@ fn set_setting(world: &mut World, name: &str, value: f64) -> Result<(), ActionEr
             "substeps" => Substeps::try_from(value).map(|count| settings.substeps = count),
             "iterations" => Iterations::try_from(value).map(|count| settings.iterations = count),
             "order" => Order::try_from(value).map(|order| settings.order = order),
+            "keep_spin" => KeepSpin::try_from(value).map(|kept| settings.keep_spin = kept),
             "smoothing_iterations" => SmoothingIterations::try_from(value)
                 .map(|count| settings.smoothing_iterations = count),
             "collision_iterations" => CollisionIterations::try_from(value)

@@ -1,7 +1,7 @@
 //! The settings of the world by name.
 
 /// Names, units and meanings of the settings that [`Action::SetSetting`] reaches.
-pub const SETTINGS: [(&str, &str, &str); 9] = [
+pub const SETTINGS: [(&str, &str, &str); 10] = [
     ("gravity_x", "m/s²", "gravity to the right"),
     ("gravity_y", "m/s²", "gravity upwards"),
     ("gravity_z", "m/s²", "gravity towards the viewer"),
@@ -11,6 +11,11 @@ pub const SETTINGS: [(&str, &str, &str); 9] = [
         "order",
         "",
         "order of the steps in time: 1 is implicit Euler, 2 is BDF2",
+    ),
+    (
+        "keep_spin",
+        "",
+        "whether free bodies keep their angular momentum: 0 or 1",
     ),
     ("iterations", "", "sweeps over all constraints a substep"),
     (
@@ -36,6 +41,7 @@ pub fn setting(settings: &crate::solver::Settings, name: &str) -> Option<f64> {
         "substeps" => settings.substeps.get().into(),
         "iterations" => settings.iterations.get().into(),
         "order" => settings.order.get().into(),
+        "keep_spin" => settings.keep_spin.get().into(),
         "smoothing_iterations" => settings.smoothing_iterations.get().into(),
         "collision_iterations" => settings.collision_iterations.get().into(),
         _ => return None,
