@@ -197,6 +197,18 @@ pub fn progress_bar() -> ProgressBar {
     bar
 }
 
+/// Where substeps are too short for single precision, a line that says so.
+fn unresolved(run: &Run) -> String {
+    let substeps = run.settings.substeps.get();
+    match run.world.resolved_substeps() {
+        Some(most) if substeps > most => format!(
+            "single precision resolves up to {most} substeps here: beyond, rounding moves particles by more \
+             than gravity does in a substep, and forces are mostly noise\n"
+        ),
+        _ => String::new(),
+    }
+}
+
 /// The energy ledger for people.
 fn books(ledger: &EnergyLedger) -> String {
     let other = [("other", ledger.other)];
@@ -230,7 +242,7 @@ pub fn in_words(title: &str, run: &Run) -> String {
         "{title}: {:.3} s in {} ticks of {} substeps and {} iterations\n\
          {} bodies ({} asleep), {} particles, constraints: {}\n\
          {:.3} ms per tick in the solver (median, {}; measuring {:.3}, ECS {:.3}), energy {:.6} J, volume error {:.3} %, residual {:.2e}\n\
-         {}state {:016x}, {verdict}\n",
+         {}{}state {:016x}, {verdict}\n",
         last.time,
         last.tick,
         run.settings.substeps.get(),
@@ -249,6 +261,7 @@ pub fn in_words(title: &str, run: &Run) -> String {
         last.energy(),
         last.volume_error * 100.0,
         last.residual,
+        unresolved(run),
         run.ledger.as_ref().map(books).unwrap_or_default(),
         run.state_hash,
     )

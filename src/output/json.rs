@@ -25,6 +25,7 @@ pub fn run(scene: &str, run: &Run) -> Value {
         "ms_per_tick": times.solver,
         "measuring_ms_per_tick": times.measuring,
         "ecs_ms_per_tick": times.ecs,
+        "resolved_substeps": run.world.resolved_substeps(),
         "finite": last.finite,
         "energy_j": last.energy(),
         "kinetic_j": last.kinetic,

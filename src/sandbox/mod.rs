@@ -34,6 +34,7 @@ pub mod pick;
 pub mod picture;
 pub mod pointer;
 pub mod record;
+pub mod resolution;
 pub mod screenshot;
 pub mod settings;
 pub mod solver_view;
@@ -170,6 +171,7 @@ impl PluginGroup for SandboxPlugins {
             .add(theme::ThemePlugin)
             .add(panel::PanelPlugin)
             .add(throughput::ThroughputPlugin)
+            .add(resolution::ResolutionPlugin)
             .add(accuracy::AccuracyPlugin)
             .add(gallery::GalleryPlugin)
             .add(ghost::GhostPlugin)

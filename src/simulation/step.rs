@@ -507,11 +507,10 @@ pub(super) fn fall_asleep(
     >,
 ) {
     let seconds = under_way.settings.tick_seconds() as f32;
+    let gravity = under_way.settings.gravity.length();
     for (entity, mut particles, mut start, mut timer) in &mut bodies {
-        if timer
-            .0
-            .observe(&start.positions, &particles.positions, seconds, &sleep.0)
-        {
+        let ways = (&start.positions[..], &particles.positions[..]);
+        if timer.0.observe(ways, seconds, gravity, &sleep.0) {
             particles.stop();
             start.0.clone_from(&particles);
             commands.entity(entity).insert(Asleep);

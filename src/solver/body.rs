@@ -271,8 +271,8 @@ impl Body {
         }
     }
 
-    /// Ends a tick of `seconds`: falls asleep if it has been still for long enough.
-    pub fn end_tick(&mut self, seconds: f32, settings: &super::rest::SleepSettings) {
+    /// Ends a tick of `seconds` under gravity [m/s²]: falls asleep if it has been still for long enough.
+    pub fn end_tick(&mut self, seconds: f32, gravity: Vec3, settings: &super::rest::SleepSettings) {
         if self.effects.grab.is_some() {
             self.rest.reset();
             if let Some(grab) = &mut self.effects.grab {
@@ -280,11 +280,11 @@ impl Body {
             }
             return;
         }
-        let before = &self.tick_start.positions;
-        if self
-            .rest
-            .observe(before, &self.particles.positions, seconds, settings)
-        {
+        let ways = (
+            &self.tick_start.positions[..],
+            &self.particles.positions[..],
+        );
+        if self.rest.observe(ways, seconds, gravity.length(), settings) {
             self.asleep = true;
             self.particles.stop();
             self.tick_start.clone_from(&self.particles);

@@ -37,6 +37,7 @@ pub mod particles;
 mod phases;
 pub mod quantity;
 pub mod reference;
+pub mod resolution;
 pub mod rest;
 mod shape;
 mod share;

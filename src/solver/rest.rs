@@ -34,16 +34,22 @@ impl Default for SleepSettings {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct RestTimer {
     still_for: f32,
+    /// Root mean square speed in the first tick of that [m/s].
+    speed: f32,
 }
 
+/// A body is at rest where forces balance: where what is left of them speeds it up by less than this
+/// share of gravity. Without it what begins to fall in a gravity of 1e-3 m/s² would fall asleep.
+const BALANCED: f32 = 0.1;
+
 impl RestTimer {
-    /// Looks at a tick of `seconds` that took particles from `before` to `after`; true when it is
-    /// time to sleep.
+    /// Looks at a tick of `seconds` under gravity of some strength [m/s²] that took particles from
+    /// `before` to `after`; true when it is time to sleep.
     pub fn observe(
         &mut self,
-        before: &[Vec4],
-        after: &[Vec4],
+        (before, after): (&[Vec4], &[Vec4]),
         seconds: f32,
+        gravity: f32,
         settings: &SleepSettings,
     ) -> bool {
         let moved: f32 = before
@@ -52,12 +58,17 @@ impl RestTimer {
             .map(|(a, b)| (b.truncate() - a.truncate()).length_squared())
             .sum();
         let limit = settings.speed * seconds;
-        if moved <= limit * limit * after.len() as f32 {
-            self.still_for += seconds;
-        } else {
+        if moved > limit * limit * after.len() as f32 {
             self.still_for = 0.0;
+            return false;
         }
-        settings.enabled && self.still_for >= settings.after
+        let speed = (moved / after.len().max(1) as f32).sqrt() / seconds;
+        if self.still_for == 0.0 {
+            self.speed = speed;
+        }
+        let balanced = speed - self.speed <= BALANCED * gravity * self.still_for;
+        self.still_for += seconds;
+        settings.enabled && self.still_for >= settings.after && (balanced || gravity == 0.0)
     }
 
     /// Starts to count anew.

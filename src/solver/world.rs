@@ -65,7 +65,7 @@ impl World {
                 body.advance(&Means { threads, ..means });
             }
             if body.is_active() {
-                body.end_tick(seconds as f32, sleep);
+                body.end_tick(seconds as f32, settings.gravity, sleep);
             }
         };
         let sweeps = settings.substeps.get() as usize * settings.substep(0).sweeps() as usize;
@@ -76,6 +76,14 @@ impl World {
         threads.for_each(bodies, load, &step);
         self.time += seconds;
         self.tick += 1;
+    }
+
+    /// The most substeps a tick that single precision [resolves](super::resolution) here; `None` if any
+    /// number.
+    #[must_use]
+    pub fn resolved_substeps(&self) -> Option<u32> {
+        let gravity = self.settings.gravity.as_dvec3().length();
+        super::resolution::most_substeps(&self.bodies, self.settings.tick_seconds(), gravity)
     }
 
     /// Hash of the state of all bodies.

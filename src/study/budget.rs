@@ -54,7 +54,7 @@ impl Budget {
         let powers = |most: u32| (0..).map(|n| 1 << n).take_while(|&n| n <= most).collect();
         Self {
             name: "full",
-            substeps: powers(256),
+            substeps: powers(1024),
             iterations: powers(64),
             finer: (vec![1, 4, 16, 64, 256], vec![1, 4, 16]),
             run: 80_000_000,

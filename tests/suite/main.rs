@@ -77,6 +77,7 @@ mod solver_plasticity;
 mod solver_pressure;
 mod solver_quantity;
 mod solver_recovery;
+mod solver_resolution;
 mod solver_second_order;
 mod solver_shape_matching;
 mod solver_slips;

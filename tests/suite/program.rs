@@ -58,6 +58,7 @@ fn run_prints_one_object_with_all_figures() {
         "constraints",
         "systems",
         "ms_per_tick",
+        "resolved_substeps",
         "measuring_ms_per_tick",
         "ecs_ms_per_tick",
         "finite",

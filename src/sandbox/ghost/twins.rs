@@ -137,11 +137,12 @@ impl Twins {
             for (w, x) in body.w.iter_mut().zip(&seen.positions) {
                 *w = f64::from(x.w);
             }
+            let gravity = twin.world.settings.gravity.length();
             let before = twin.positions();
             twin.world.tick();
             let seconds = settings.tick_seconds() as f32;
             let after = twin.positions();
-            twin.still = twin.rest.observe(&before, &after, seconds, &self.sleep);
+            twin.still = twin.rest.observe((&before[..], &after[..]), seconds, gravity, &self.sleep);
         }
         let before = self.twins.len();
         self.twins.retain(Twin::finite);
