@@ -37,7 +37,7 @@
 //!
 //! | module | what is in it | knows |
 //! |---|---|---|
-//! | [`solver`] | particles, topology, the three stages, constraints, contacts, the f64 twin | `glam` |
+//! | [`solver`] | particles, topology, the three stages, constraints, contacts, the f64 twin, static equilibrium | `glam` |
 //! | [`analytic`] | shapes at rest that mathematics knows | nothing |
 //! | [`mesh`] | primitives, files, filling a surface with tetrahedra, embedding it | `solver` |
 //! | [`simulation`], [`effect`] | schedules, clock, sleep, quarantine; components and their systems | `solver`, Bevy |

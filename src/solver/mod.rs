@@ -9,7 +9,8 @@
 //!   effects that it carries, and [`World`] steps bodies without Bevy.
 //! - [`stages`], [`constraint`] and [`contact`] are the three stages as plain functions; Bevy
 //!   systems call the same.
-//! - [`reference`](mod@reference) is the method again in f64, to measure errors against.
+//! - [`reference`](mod@reference) is the method again in f64, to measure errors against;
+//!   [`equilibrium`] is where it comes to rest, without any steps.
 
 pub mod advance;
 pub mod bands;
@@ -22,6 +23,7 @@ pub mod deform;
 pub mod delivered;
 pub mod direct;
 pub mod elastic;
+pub mod equilibrium;
 mod fit;
 pub mod force;
 pub mod history;

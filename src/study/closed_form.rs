@@ -126,6 +126,18 @@ pub enum Reference {
         /// Gravity [m/s²].
         gravity: f64,
     },
+    /// How far the end of a slender beam hangs down [m] that is clamped at the other and bends under its own
+    /// weight, ρgL⁴/(8EI) (Euler and Bernoulli; Timoshenko, *Strength of Materials*, part 1). To first order in it.
+    ClampedBeam {
+        /// Mass per length [kg/m].
+        density: f64,
+        /// Length [m].
+        length: f64,
+        /// Bending stiffness EI [N·m²].
+        stiffness: f64,
+        /// Gravity [m/s²].
+        gravity: f64,
+    },
     /// How far the end of a strip hangs down [m] that is held level at the other and bends under its
     /// own weight, however far: the heavy elastica Bθ″ + w(L − s) cos θ = 0 (Wang, *A Critical Review
     /// of the Heavy Elastica*, 1986).
@@ -209,6 +221,12 @@ impl Reference {
                 drop: 0.0,
             }
             .middle()?,
+            Self::ClampedBeam {
+                density,
+                length,
+                stiffness,
+                gravity,
+            } => density * gravity * length.powi(4) / (8.0 * stiffness),
             Self::HeavyElastica {
                 density,
                 length,
@@ -268,6 +286,7 @@ impl Reference {
             Self::NarrowedBar { .. } => "−νFb/(EA)",
             Self::ConfinedBlock { .. } => "−ρgH/(2K)",
             Self::ElasticCatenary { .. } => "the sag of an elastic catenary",
+            Self::ClampedBeam { .. } => "ρgL⁴/(8EI)",
             Self::HeavyElastica { .. } => "the heavy elastica",
         }
     }

@@ -1,17 +1,22 @@
-//! The converged answer on a mesh, by the f64 twin.
+//! The converged answer on a mesh, in f64.
 //!
-//! Of what moves: at h, h/2 and h/4, and what these tend to (Richardson 1911), with the order that
-//! they show. Of what rests: at h and h/2, with multipliers that are kept from substep to substep,
-//! so that where it rests is where the equations are solved and owes nothing to h or to how many
-//! sweeps there are; what is left between the two is how far the search for rest may be off.
+//! Of what rests: the [static equilibrium](equilibrium) by Newton's method, which takes no time steps and
+//! costs less than a second. Where that does not apply, as on a ground or with pressure, the f64 twin at h
+//! and h/2, with multipliers that are kept from substep to substep, so that where it rests is where the
+//! equations are solved and owes nothing to h or to how many sweeps there are; what is left between the two
+//! is how far the search for rest may be off.
+//!
+//! Of what moves: the twin at h, h/2 and h/4, and what these tend to (Richardson 1911), with the order that
+//! they show.
 
 use super::{
     StudyError,
-    observe::{Observed, distance},
+    observe::{Observe, Observed, distance},
     problem::{Case, Twin},
     setting::Setting,
     state::Solver,
 };
+use crate::solver::equilibrium::{self, Equilibrium};
 use serde::{Deserialize, Serialize};
 
 /// The converged answer.
@@ -28,8 +33,25 @@ pub struct Converged {
     pub uncertainty: f64,
     /// Whether every run came to rest, where that was asked for.
     pub settled: bool,
-    /// Substeps of the finest run.
+    /// Substeps of the finest run; 0 where there was none.
     pub substeps: u32,
+    /// The method that found it.
+    #[serde(default)]
+    pub found_by: FoundBy,
+}
+
+/// How a converged answer was found.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FoundBy {
+    /// By time steps of the f64 twin.
+    #[default]
+    Stepping,
+    /// As the static equilibrium, by Newton's method.
+    Equilibrium {
+        /// Residual force over applied force.
+        residual: f64,
+    },
 }
 
 /// What is between answers that are to count as the same, as a share of what is observed: the
@@ -39,12 +61,63 @@ const SAME: f64 = 1e-7;
 /// Orders of convergence that a first-order method may show.
 pub const FIRST_ORDER: std::ops::RangeInclusive<f64> = 0.8..=1.2;
 
+/// By Newton's method where that applies, by the twin else.
+///
+/// # Errors
+/// [`StudyError::Value`] for settings out of their range.
+pub fn converge(case: &Case) -> Result<Converged, StudyError> {
+    by_equilibrium(case).map_or_else(|| by_stepping(case), Ok)
+}
+
+/// Whether the answer is to be found as a static equilibrium, without the twin.
+#[must_use]
+pub fn has_equilibrium(case: &Case) -> bool {
+    let Observe::Rest { quantity, .. } = &case.problem.observe else {
+        return false;
+    };
+    let body = case.world.bodies.get(quantity.subject().0);
+    body.is_some_and(|body| equilibrium::refusal(body, &case.world.settings).is_none())
+}
+
+/// The static equilibrium; `None` where nothing that rests is observed, or none was found.
+#[must_use]
+pub fn by_equilibrium(case: &Case) -> Option<Converged> {
+    let Observe::Rest { quantity, .. } = &case.problem.observe else {
+        return None;
+    };
+    let (body, _) = quantity.subject();
+    let Equilibrium {
+        x,
+        neighbor,
+        residual,
+        ..
+    } = equilibrium::find(case.world.bodies.get(body)?, &case.world.settings).ok()?;
+    let mut state = case.start.clone();
+    let mut observed = |x| {
+        state.bodies[body].x = x;
+        case.problem
+            .observe
+            .at_rest(&state, &case.start, &case.world)
+    };
+    let (value, beside) = (observed(x)?, observed(neighbor)?);
+    // Positions are rounded, whatever the search says.
+    let rounding = f64::EPSILON * case.start.reach();
+    Some(Converged {
+        values: vec![value],
+        order: None,
+        uncertainty: (value - beside).abs().max(rounding),
+        settled: true,
+        substeps: 0,
+        found_by: FoundBy::Equilibrium { residual },
+    })
+}
+
 /// Runs the twin. A body at rest is found by the fast solver first, then by the twin from there:
 /// the twin decides, and gets there sooner.
 ///
 /// # Errors
 /// [`StudyError::Value`] for settings out of their range.
-pub fn converge(case: &Case) -> Result<Converged, StudyError> {
+pub fn by_stepping(case: &Case) -> Result<Converged, StudyError> {
     let Twin {
         substeps,
         iterations,
@@ -83,6 +156,7 @@ pub fn converge(case: &Case) -> Result<Converged, StudyError> {
         order: None,
         settled: seen.iter().all(|observed| observed.settled),
         substeps: substeps * 2,
+        found_by: FoundBy::Stepping,
     })
 }
 
@@ -113,6 +187,7 @@ fn limit(seen: &[Observed], substeps: u32) -> Converged {
         order,
         settled: seen.iter().all(|observed| observed.settled),
         substeps,
+        found_by: FoundBy::Stepping,
     }
 }
 

@@ -152,8 +152,28 @@ pub(super) fn sentences(study: &Study) -> Vec<String> {
             doubtful.join(", ")
         ));
     }
+    let unknown: Vec<String> = study
+        .problems
+        .iter()
+        .flat_map(|problem| &problem.cases)
+        .filter(|case| case.converged.is_none())
+        .map(|case| case.case.id())
+        .collect();
+    if !unknown.is_empty() {
+        sentences.push(format!(
+            "There is no converged answer, and so no error, for {}.",
+            unknown.join(", ")
+        ));
+    }
     if sentences.is_empty() {
-        sentences.push("Nowhere in what was tried.".to_owned());
+        let points = study.problems.iter().flat_map(|problem| &problem.cases);
+        let points = points.flat_map(|case| &case.points);
+        sentences.push(match points.filter(|point| point.run.is_none()).count() {
+            0 => "Nowhere in what was tried.".to_owned(),
+            skipped => {
+                format!("Nowhere in what was tried; {skipped} settings were skipped as too costly.")
+            }
+        });
     }
     sentences
 }

@@ -199,6 +199,15 @@ impl Observe {
         matches!(self, Self::EnergyLoss { .. } | Self::Drift { .. })
     }
 
+    /// What is observed of bodies that rest at `state`, where it is about that.
+    #[must_use]
+    pub fn at_rest(&self, state: &State, start: &State, world: &World) -> Option<f64> {
+        match self {
+            Self::Rest { quantity, .. } => Some(quantity.of(state, start, world)),
+            _ => None,
+        }
+    }
+
     /// Runs and observes. `start` is where the world begins, `world` what it is made of: the
     /// solver may have come nearer to rest, or use another compliance.
     pub fn run(&self, solver: &mut Solver, start: &State, world: &World) -> Observed {

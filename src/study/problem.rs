@@ -63,7 +63,7 @@ pub struct Level {
     pub bodies: Vec<BodySpec>,
 }
 
-/// The twin is run with these settings and with twice as many substeps; with four times as many
+/// Where what is observed is not a [static equilibrium](super::converge), the twin is run with these settings and with twice as many substeps; with four times as many
 /// too if what is observed moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]

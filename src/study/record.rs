@@ -46,7 +46,8 @@ pub struct ProblemText {
 pub struct ReferenceRecord {
     /// The case.
     pub case: String,
-    /// The answer; none if the twin would take more than the budget has.
+    /// The answer; none if there is no static equilibrium and the twin would take more than the budget
+    /// has.
     pub converged: Option<Converged>,
 }
 

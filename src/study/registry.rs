@@ -43,6 +43,7 @@ pub const PROBLEMS: &[BuiltinProblem] = problems![
     "cantilever_4",
     "cantilever_8",
     "cantilever_16",
+    "fem_beam",
     "twisted_bar",
     "bulk_block",
     "rubber_hanging",

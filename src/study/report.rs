@@ -114,6 +114,7 @@ fn case_json(result: &CaseResult) -> Value {
         "answer": result.answer(),
         "order": result.converged.as_ref().and_then(|converged| converged.order),
         "settled": result.converged.as_ref().map(|converged| converged.settled),
+        "found_by": result.converged.as_ref().map(|converged| converged.found_by),
         "uncertainty": result
             .converged
             .as_ref()

@@ -207,6 +207,29 @@ impl State {
         }
     }
 
+    /// Takes away the places of another.
+    pub fn subtract(&mut self, other: &Self) {
+        for (body, other) in self.bodies.iter_mut().zip(&other.bodies) {
+            for (x, other) in body.x.iter_mut().zip(&other.x) {
+                *x -= *other;
+            }
+        }
+    }
+
+    /// Mass of all particles that can move [kg].
+    #[must_use]
+    pub fn mass(&self) -> f64 {
+        self.bodies.iter().flat_map(|body| &body.m).sum()
+    }
+
+    /// Σ m‖x‖ [kg·m].
+    #[must_use]
+    pub fn weighted_length(&self) -> f64 {
+        let bodies = self.bodies.iter();
+        let all = bodies.flat_map(|body| body.m.iter().zip(&body.x));
+        all.map(|(m, x)| m * x.length()).sum()
+    }
+
     /// Scales the places.
     pub fn scale(&mut self, factor: f64) {
         for x in self.bodies.iter_mut().flat_map(|body| &mut body.x) {

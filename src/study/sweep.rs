@@ -105,7 +105,11 @@ fn answers(
     let mut tasks: Vec<(u64, Task)> = Vec::new();
     for case in cases {
         if !done.contains(&(case.id(), None, false)) {
-            let work = TWIN_SLOWNESS * budget::twin_work(case).min(budget.twin);
+            let work = if converge::has_equilibrium(case) {
+                0
+            } else {
+                TWIN_SLOWNESS * budget::twin_work(case).min(budget.twin)
+            };
             tasks.push((work, Task::Reference(case)));
         }
         for setting in budget.settings(case) {
@@ -153,8 +157,10 @@ const TWIN_SLOWNESS: u64 = 4;
 fn perform(task: Task, budget: &Budget) -> Result<Record, StudyError> {
     match task {
         Task::Reference(case) => {
-            let affordable = budget.affords_twin(case);
-            let converged = affordable.then(|| converge::converge(case)).transpose()?;
+            let converged = match converge::by_equilibrium(case) {
+                None if budget.affords_twin(case) => Some(converge::by_stepping(case)?),
+                found => found,
+            };
             Ok(Record::Reference(ReferenceRecord {
                 case: case.id(),
                 converged,

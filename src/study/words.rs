@@ -3,7 +3,7 @@
 use super::{
     Study, accident,
     closed_form::Reference,
-    converge::FIRST_ORDER,
+    converge::{FIRST_ORDER, FoundBy},
     floor, growth, losses, overview,
     report::TARGETS,
     results::{CaseResult, Point, ProblemResult},
@@ -40,8 +40,8 @@ pub(super) fn beginning(study: &Study) -> Vec<Block> {
         Block::Text(
             "Costs are milliseconds of one thread for a simulated second, medians; a setting is \
              *substeps × iterations* a tick. **Solver error** is the distance to the converged \
-             answer of the same mesh, the f64 twin with small steps; **mesh error** is the distance \
-             of that answer to the continuum. They are never added up."
+             answer of the same mesh: its static equilibrium, or the f64 twin with small steps; **mesh \
+             error** is the distance of that answer to the continuum. They are never added up."
                 .to_owned(),
         ),
     ];
@@ -114,6 +114,14 @@ fn reference(result: &ProblemResult) -> String {
             words += &format!(
                 " On {} the twin shows order {order:.2}, not {asked} as is expected, up to {} substeps.",
                 case.case.level_name, converged.substeps
+            );
+        }
+        if let FoundBy::Equilibrium { residual } = converged.found_by {
+            words += &format!(
+                " On {} the converged answer is the static equilibrium by Newton's method, where {} of the \
+                 load is left.",
+                case.case.level_name,
+                number(residual)
             );
         }
         if !converged.settled {
@@ -211,7 +219,8 @@ fn gaps(result: &ProblemResult) -> Option<String> {
     }
     if !unknown.is_empty() {
         words.push(format!(
-            "the twin was too costly or did not stay finite on {}, so there are only times",
+            "there is no converged answer on {}, where the twin was too costly or did not stay finite, so \
+             there are only times",
             unknown.join(", ")
         ));
     }
@@ -305,8 +314,9 @@ pub(super) fn end(study: &Study) -> Vec<Block> {
              softness of a solver that does too little."
                 .to_owned(),
             "The converged answer of what moves is that of the f64 twin at h, h/2 and h/4, extrapolated; \
-             of what rests, that of the twin with multipliers kept from substep to substep, where \
-             C + αλ/h² = 0 and forces balance."
+             of what rests, the static equilibrium, the least of Σ ½C²/α less the work of the load, by \
+             Newton's method in f64; where contacts or other forces without an energy act, that of the \
+             twin with multipliers kept from substep to substep, where C + αλ/h² = 0 and forces balance."
                 .to_owned(),
             "Primal residual: C + αλ/h² over rest lengths and volumes, root mean square. Dual residual: \
              what M(x − x̃) and Σ∇C λ differ by, over the first."

@@ -63,6 +63,7 @@ mod solver_collider;
 mod solver_collision_iterations;
 mod solver_delivered;
 mod solver_direct;
+mod solver_equilibrium;
 mod solver_force;
 mod solver_gradients;
 mod solver_ground;

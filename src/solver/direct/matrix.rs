@@ -8,18 +8,20 @@ use crate::solver::lanes::{Instructions, Lanes, Work};
 use glam::DVec3;
 
 /// Three columns of a block, each padded to four numbers.
-pub(super) type Block = [[f64; 4]; 3];
+pub(in crate::solver) type Block = [[f64; 4]; 3];
 
 /// A pivot that is less than this share of its diagonal is lost to rounding.
 const LOST: f64 = 1e-14;
 
 /// The matrix; once factored, the diagonal holds the inverses of the factors of its blocks.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Matrix {
+pub(in crate::solver) struct Matrix {
     pub diagonal: Vec<Block>,
     pub lower: Vec<Block>,
     /// Where a row is in the column under way.
     places: Vec<u32>,
+    /// Whether no pivot of the last factorization was lost or negative.
+    definite: bool,
 }
 
 impl Matrix {
@@ -35,7 +37,14 @@ impl Matrix {
 
     /// Factors it.
     pub fn factor(&mut self, plan: &Plan, instructions: Instructions) {
+        self.definite = true;
         instructions.run(Factor(self, plan));
+    }
+
+    /// Whether it was positive definite when it was factored, to within rounding. If not, solutions are
+    /// those of another matrix.
+    pub fn was_definite(&self) -> bool {
+        self.definite
     }
 
     /// Solves for the right-hand side `x`, in its place.
@@ -87,7 +96,7 @@ impl Matrix {
 }
 
 /// block += s g hᵀ.
-pub(super) fn add_outer(block: &mut Block, g: DVec3, h: DVec3, s: f64) {
+pub(in crate::solver) fn add_outer(block: &mut Block, g: DVec3, h: DVec3, s: f64) {
     for (column, h) in block.iter_mut().zip(h.to_array()) {
         let g = g * (h * s);
         column[0] += g.x;
@@ -97,7 +106,7 @@ pub(super) fn add_outer(block: &mut Block, g: DVec3, h: DVec3, s: f64) {
 }
 
 /// block += s · 1.
-pub(super) fn add_unit(block: &mut Block, s: f64) {
+pub(in crate::solver) fn add_unit(block: &mut Block, s: f64) {
     block[0][0] += s;
     block[1][1] += s;
     block[2][2] += s;
@@ -135,8 +144,9 @@ fn factor_column(matrix: &mut Matrix, plan: &Plan, column: usize) {
             take_product(target, s, &m);
         }
     }
-    let inverse = inverse_factor(&diagonal);
+    let (inverse, definite) = inverse_factor(&diagonal);
     matrix.diagonal[column] = inverse;
+    matrix.definite &= definite;
     for target in mine {
         let s = *target;
         for r in 0..4 {
@@ -158,29 +168,32 @@ fn take_product(t: &mut Block, s: &Block, m: &Block) {
     }
 }
 
-/// Inverse of the lower Cholesky factor of a block. A pivot lost to rounding keeps its diagonal.
+/// Inverse of the lower Cholesky factor of a block, and whether it has one. A pivot lost to rounding keeps
+/// its diagonal.
 #[inline(always)]
-fn inverse_factor(a: &Block) -> Block {
-    let a00 = root(a[0][0], a[0][0]);
+fn inverse_factor(a: &Block) -> (Block, bool) {
+    let (a00, first) = root(a[0][0], a[0][0]);
     let (b, c) = (a[0][1] / a00, a[0][2] / a00);
-    let a11 = root(a[1][1] - b * b, a[1][1]);
+    let (a11, second) = root(a[1][1] - b * b, a[1][1]);
     let e = (a[1][2] - c * b) / a11;
-    let a22 = root(a[2][2] - c * c - e * e, a[2][2]);
+    let (a22, third) = root(a[2][2] - c * c - e * e, a[2][2]);
     let (i, j, k) = (1.0 / a00, 1.0 / a11, 1.0 / a22);
     let ij = -b * i * j;
-    [
+    let inverse = [
         [i, ij, -(c * i + e * ij) * k, 0.0],
         [0.0, j, -e * j * k, 0.0],
         [0.0, 0.0, k, 0.0],
-    ]
+    ];
+    (inverse, first & second & third)
 }
 
+/// The root of a pivot, and whether it is above 0 by more than rounding.
 #[inline(always)]
-fn root(left: f64, whole: f64) -> f64 {
+fn root(left: f64, whole: f64) -> (f64, bool) {
     if left > whole * LOST {
-        left.sqrt()
+        (left.sqrt(), true)
     } else {
         // Never 0, so that nothing is divided by it.
-        (whole.max(0.0) + f64::MIN_POSITIVE).sqrt()
+        ((whole.max(0.0) + f64::MIN_POSITIVE).sqrt(), false)
     }
 }

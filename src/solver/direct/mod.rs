@@ -31,8 +31,8 @@
 //! - Smoothing iterations leave alone what is solved directly.
 
 mod assemble;
-mod matrix;
-mod plan;
+pub(super) mod matrix;
+pub(super) mod plan;
 
 use super::{
     Effects, ElasticKind, Method, Topology, constraint::Multipliers, elastic, lanes::Instructions,

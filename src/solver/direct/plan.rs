@@ -4,7 +4,7 @@ use std::{collections::BTreeSet, ops::Range};
 
 /// Order of elimination and pattern of a factor of 3 × 3 blocks.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Plan {
+pub(in crate::solver) struct Plan {
     /// Place of each particle in the order.
     pub place: Vec<u32>,
     /// Where the blocks of each column begin, and where the last one ends.
@@ -21,7 +21,7 @@ pub(super) struct Plan {
 
 /// A body whose factorization would take more multiplications than are allowed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct TooLarge;
+pub(in crate::solver) struct TooLarge;
 
 impl Plan {
     /// By minimum degree, ties by number. `links` are the pairs of particles that share an element.
