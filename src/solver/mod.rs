@@ -43,7 +43,7 @@ pub mod resolution;
 pub mod rest;
 mod shape;
 mod share;
-mod spin;
+pub mod spin;
 pub mod stages;
 mod substep;
 #[cfg(feature = "parallel")]

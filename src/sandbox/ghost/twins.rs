@@ -142,7 +142,9 @@ impl Twins {
             twin.world.tick();
             let seconds = settings.tick_seconds() as f32;
             let after = twin.positions();
-            twin.still = twin.rest.observe((&before[..], &after[..]), seconds, gravity, &self.sleep);
+            twin.still =
+                twin.rest
+                    .observe((&before[..], &after[..]), seconds, gravity, &self.sleep);
         }
         let before = self.twins.len();
         self.twins.retain(Twin::finite);

@@ -8,9 +8,9 @@
 //! tend to where they come to rest.
 //!
 //! - [`refusal`]: which bodies have no such energy, or one that this module does not know.
-//! - [`energy`]: E, its gradient and its second derivatives, from the [rows](super::elastic::Elastic::rows)
+//! - `energy`: E, its gradient and its second derivatives, from the [rows](super::elastic::Elastic::rows)
 //!   of every elastic effect.
-//! - [`search`]: Newton's method with a line search, by the sparse Cholesky factorization of the
+//! - `search`: Newton's method with a line search, by the sparse Cholesky factorization of the
 //!   [direct solver](super::direct).
 //!
 //! Rigid rows (α = 0) are held by an augmented Lagrangian: a small compliance, and multipliers that are
