@@ -198,8 +198,8 @@ mod reflection {
 
     use crate::solver::quantity::{
         Coefficient, Compliance, Creep, Damping, Filling, Finite, FlexuralRigidity, Frequency,
-        Friction, Length, MembraneCompliance, PlasticLimit, PoissonRatio, RegionSize, Restitution,
-        Slack, Stiffness, Strain, Thickness, Yield, YoungsModulus,
+        Friction, Length, MembraneCompliance, PlasticLimit, PoissonRatio, RegionSize, RepairTime,
+        Restitution, Slack, Stiffness, Strain, Thickness, Yield, YoungsModulus,
     };
     use bevy::reflect::{
         ReflectDeserialize, ReflectSerialize, impl_reflect_opaque, std_traits::ReflectDefault,
@@ -207,6 +207,7 @@ mod reflection {
 
     impl_reflect_opaque!((in pliant::solver) Compliance(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Damping(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+    impl_reflect_opaque!((in pliant::solver) RepairTime(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Filling(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) FlexuralRigidity(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
     impl_reflect_opaque!((in pliant::solver) Coefficient(Clone, Debug, Default, PartialEq, Serialize, Deserialize));

@@ -1,7 +1,7 @@
 //! Volume: tetrahedra resist a change of volume.
 
 use super::{Effect, Parameter, Scale, component, elastic::elastic, parameter};
-use crate::solver::{Compliance, Damping, Stiffness, Volume};
+use crate::solver::{Compliance, Damping, RepairTime, Stiffness, Volume};
 use bevy::{
     prelude::*,
     reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
@@ -15,6 +15,7 @@ impl_reflect!(
         compliance: Compliance,
         bulk_modulus: Stiffness,
         damping: Damping,
+        repair: RepairTime,
     }
 );
 
@@ -37,6 +38,11 @@ impl Effect for Volume {
             damping: Damping, "Damping", "s",
             "The time over which a change of volume dies away; 0 is none but the integrator's own.",
             (1e-4, 0.03), Scale::LogarithmicFromZero
+        ),
+        parameter!(
+            repair: RepairTime, "Repair time", "s",
+            "The time over which tetrahedra that are inside out are drawn back to their shape, without gaining speed; ∞ is never.",
+            (0.01, 1.0), Scale::LogarithmicToInfinity
         ),
     ];
 

@@ -242,8 +242,10 @@ pub(super) fn run_substeps(
             advance_all(world, bodies, &mut jobs, substeps);
         } else {
             let started = Instant::now();
-            // Otherwise there is nothing to do but to forget, once.
-            if next == 0 || settings.begins_each_substep() {
+            // Otherwise there is nothing to do but to forget and to look for damage, once.
+            let mut all = bodies.iter(world);
+            let repaired = all.any(|(_, _, particles, ..)| particles.repair.is_needed());
+            if next == 0 || repaired || settings.begins_each_substep() {
                 begin_all(world, bodies, &settings.substep(next));
             }
             run_schedule(world, settings.substep(next));

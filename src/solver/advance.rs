@@ -342,6 +342,15 @@ impl Stepper<'_> {
     /// Begins a substep: where steps are of second order, with what the last two states tell. To be done
     /// before anything else of it; [`advance`](Self::advance) does.
     pub fn begin(&mut self, step: &Substep, means: &Means) {
+        if step.index == 0 {
+            self.look_for_damage(means);
+        }
+        self.draw(means);
+        self.begin_drawn(step, means);
+    }
+
+    /// The rest of it, once what is under repair has been drawn.
+    pub(super) fn begin_drawn(&mut self, step: &Substep, means: &Means) {
         if means.settings.order.get() == 1 {
             self.begin_first_order(means);
             self.note_spin(means);
@@ -399,13 +408,18 @@ impl Stepper<'_> {
         if !begins {
             self.begin_first_order(means);
         }
-        if !begins && self.effects.plasticity.is_none() {
+        if substeps.start == 0 {
+            self.look_for_damage(means);
+        }
+        let repaired = self.particles.repair.is_needed();
+        if !begins && !repaired && self.effects.plasticity.is_none() {
             return self.advance_together(substeps, means);
         }
         for index in substeps {
             let step = means.settings.substep(index);
+            self.draw(means);
             if begins {
-                self.begin(&step, means);
+                self.begin_drawn(&step, means);
             }
             self.advance_together(index..index + 1, means)?;
             self.end();
@@ -418,6 +432,7 @@ impl Stepper<'_> {
     /// anything flows; [`advance`](Self::advance) does.
     pub fn end(&mut self) {
         self.restore_spin();
+        self.stiffen();
     }
 
     /// Does substeps between which nothing flows and nobody looks back.

@@ -20,6 +20,8 @@
 //! In a substep of second order Δv has one more share, by which the last two states have changed v
 //! before it: the integrator's.
 //!
+//! What [repair](super::repair) of collapsed elements gives or takes is a row of its own.
+//!
 //! Displacements are rounded when constraints move them; what that does is **rounding**, apart from all
 //! of these.
 //!
@@ -30,6 +32,7 @@ use super::{
     advance::{Means, NotFinite, Solve, Spare, Stage, Stepper},
     constraint::shape_matching::Place,
     elastic::{Elastic, Visit},
+    measure::{gravitational_energy, kinetic_energy},
 };
 use glam::{DVec3, Vec4};
 use std::ops::{AddAssign, Range};
@@ -55,12 +58,14 @@ pub struct Ledger {
     pub sweeps: f64,
     /// By rounding to `f32`.
     pub rounding: f64,
+    /// By [repair](super::repair) of what has collapsed or is inside out.
+    pub repair: f64,
 }
 
 impl Ledger {
     /// The rows with their names, in the order in which they are shown.
     #[must_use]
-    pub const fn rows(&self) -> [(&'static str, f64); 9] {
+    pub const fn rows(&self) -> [(&'static str, f64); 10] {
         [
             ("damping", self.damping),
             ("friction", self.friction),
@@ -71,6 +76,7 @@ impl Ledger {
             ("integrator", self.integrator),
             ("sweeps", self.sweeps),
             ("rounding", self.rounding),
+            ("repair", self.repair),
         ]
     }
 
@@ -93,6 +99,7 @@ impl AddAssign for Ledger {
             integrator,
             sweeps,
             rounding,
+            repair,
         } = other;
         self.damping += damping;
         self.friction += friction;
@@ -103,6 +110,7 @@ impl AddAssign for Ledger {
         self.integrator += integrator;
         self.sweeps += sweeps;
         self.rounding += rounding;
+        self.repair += repair;
     }
 }
 
@@ -267,8 +275,9 @@ impl Book {
         step: &Substep,
         means: &Means,
     ) -> Result<Ledger, NotFinite> {
+        let drawn = self.draw(body, step, means);
         self.start.clone_from(body.particles);
-        body.begin(step, means);
+        body.begin_drawn(step, means);
         velocities(&mut self.leapt, body.particles);
         for kind in ForceKind::ALL {
             body.stage(Stage::Force(kind), step, 0, means)?;
@@ -294,12 +303,35 @@ impl Book {
         self.carry[1].clone_from(&body.particles.carry);
         body.stage(Stage::Postsolve, step, 0, means)?;
         velocities(&mut self.turned, body.particles);
-        body.end();
+        body.restore_spin();
         let h = body.particles.history.seconds(f64::from(step.h));
         let errors = Errors::of(body);
         let stored = Stored::between(&self.errors, &errors, h);
         self.errors = errors;
-        Ok(self.close(body.particles, step, stored))
+        let mut ledger = self.close(body.particles, step, stored);
+        let fast = kinetic_energy(body.particles);
+        body.stiffen();
+        ledger.repair += drawn + kinetic_energy(body.particles) - fast;
+        Ok(ledger)
+    }
+
+    /// Draws what is under repair, and says what came to the body by it [J].
+    fn draw(&mut self, body: &mut Stepper, step: &Substep, means: &Means) -> f64 {
+        let mechanical = |particles: &Particles| {
+            kinetic_energy(particles) + gravitational_energy(particles, step.gravity)
+        };
+        if step.index == 0 {
+            body.look_for_damage(means);
+        }
+        let before = mechanical(body.particles);
+        body.draw(means);
+        if !body.particles.repair.is_needed() {
+            return 0.0;
+        }
+        let errors = Errors::of(body);
+        let stored = Stored::between(&self.errors, &errors, step.h.into());
+        self.errors = errors;
+        mechanical(body.particles) - before + stored.change
     }
 
     fn begin(&mut self, particles: &Particles) {

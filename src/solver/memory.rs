@@ -31,7 +31,7 @@ pub fn solver_bytes(bodies: &[Body]) -> usize {
 }
 
 fn state(particles: &Particles) -> usize {
-    3 * particles.len() * size_of::<Vec4>() + particles.history.bytes()
+    3 * particles.len() * size_of::<Vec4>() + particles.history.bytes() + particles.repair.bytes()
 }
 
 fn topology(topology: &Topology) -> usize {

@@ -39,6 +39,7 @@ pub mod particles;
 mod phases;
 pub mod quantity;
 pub mod reference;
+pub mod repair;
 pub mod resolution;
 pub mod rest;
 mod shape;
@@ -85,9 +86,11 @@ pub use particles::Particles;
 pub use quantity::{
     Coefficient, CollisionIterations, Compliance, Creep, Damping, Density, Filling, Finite,
     FlexuralRigidity, Force, Frequency, Friction, InvalidValue, Iterations, KeepSpin, Length, Mass,
-    MembraneCompliance, Order, PlasticLimit, PoissonRatio, Rate, RegionSize, Restitution, Share,
-    Slack, SmoothingIterations, Stiffness, Strain, Substeps, Thickness, Yield, YoungsModulus,
+    MembraneCompliance, Order, PlasticLimit, PoissonRatio, Rate, RegionSize, RepairTime,
+    Restitution, Share, Slack, SmoothingIterations, Stiffness, Strain, Substeps, Thickness, Yield,
+    YoungsModulus,
 };
+pub use repair::Repair;
 pub use rest::SleepSettings;
 pub use shape::RestShape;
 pub use substep::{Settings, Substep};

@@ -10,7 +10,7 @@
 //! stage adds gravity to u, constraints and contacts write u, and the third stage puts the position
 //! forward by it.
 
-use super::History;
+use super::{History, Repair};
 use glam::{DVec3, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
@@ -31,6 +31,8 @@ pub struct Particles {
     h: f32,
     /// What they were one substep ago, for [steps of second order](super::history).
     pub history: History,
+    /// What of the body is [under repair](super::repair).
+    pub repair: Repair,
     /// Angular momentum about the center of mass when the substep began [kg·m²/s], if it is to be kept.
     #[serde(skip)]
     pub(super) spin: Option<DVec3>,
@@ -51,6 +53,7 @@ impl Clone for Particles {
             carry,
             h,
             history,
+            repair,
             spin,
         } = self;
         positions.clone_from(&from.positions);
@@ -58,6 +61,7 @@ impl Clone for Particles {
         carry.clone_from(&from.carry);
         *h = from.h;
         history.clone_from(&from.history);
+        repair.clone_from(&from.repair);
         *spin = from.spin;
     }
 }
@@ -70,6 +74,7 @@ impl Default for Particles {
             carry: Vec::new(),
             h: FIRST_SUBSTEP,
             history: History::default(),
+            repair: Repair::default(),
             spin: None,
         }
     }
@@ -149,6 +154,15 @@ impl Particles {
         self.displacements[i] = (carry + motion).as_vec3().extend(0.0);
     }
 
+    /// Moves a particle before a substep [m], with the velocity that it has. Contacts do not take it to have
+    /// been there before: it goes into the carry.
+    pub(super) fn shift(&mut self, i: usize, by: DVec3) {
+        let motion = self.motion(i);
+        let carry = (wide(self.carry[i]) + by).as_vec3();
+        self.carry[i] = carry.extend(0.0);
+        self.displacements[i] = (carry.as_dvec3() + motion).as_vec3().extend(0.0);
+    }
+
     /// Takes the velocity of all particles.
     pub fn stop(&mut self) {
         self.displacements.clone_from(&self.carry);
@@ -163,6 +177,7 @@ impl Particles {
             column.resize(count, Vec4::ZERO);
         }
         self.history.forget();
+        self.repair = Repair::default();
     }
 
     /// Whether no particle moves.
@@ -198,6 +213,7 @@ impl Particles {
     /// A contact was made in the substep under way.
     pub fn touch(&mut self) {
         self.history.touch();
+        self.repair.touch();
         self.spin = None;
     }
 

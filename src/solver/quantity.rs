@@ -201,6 +201,10 @@ quantity!(
     Damping(f32), "damping", default 0.0, "between 0 and 1000 s", |v| (0.0..=1000.0).contains(&v)
 );
 quantity!(
+    /// Time over which a collapsed element is drawn back to its shape [s].
+    RepairTime(f32), "repair", default 0.05, "at least 0.001 s, or inf for never", |v| v >= 0.001
+);
+quantity!(
     /// Mass per measure of a body: kg/m³ of a solid, kg/m² of a cloth, kg/m of a rope.
     Density(f32), "density", default 1000.0,
     "between 1e-9 and 1e9 (kg/m³ for a solid, kg/m² for a cloth, kg/m for a rope)",
@@ -360,6 +364,7 @@ from_float!(
     PlasticLimit,
     Yield,
     Damping,
+    RepairTime,
     Density,
     Mass,
     Friction,

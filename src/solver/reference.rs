@@ -5,8 +5,8 @@
 //! order of constraints from the fast bodies, so that both solve the same equations.
 
 use super::{
-    Effects, ElasticKind, Leads, Matching, Pressure, Settings, ShapeMatching, StitchEnd, Stitches,
-    Substep, SurfacePoint, Topology,
+    Effects, ElasticKind, Leads, Matching, Pressure, Repair, Settings, ShapeMatching, StitchEnd,
+    Stitches, Substep, SurfacePoint, Topology,
     constraint::{
         block::DEPENDENT,
         pressure::Walls,
@@ -18,6 +18,7 @@ use super::{
     force::{Force, Moment, Mote, VisitForces},
     history::SHARE,
     method::Averaging,
+    repair::{self, Motes},
     spin::{Motion, is_free},
 };
 use glam::{DVec3, Vec4};
@@ -75,6 +76,8 @@ pub struct Body {
     pub walls: Walls,
     /// The regions whose shapes are matched: their one formula is in `f64`, and the fast solver has it too.
     pub matching: Matching,
+    /// What of it is under repair.
+    repair: Repair,
     /// What [steps of second order](super::history) need of the substep before.
     past: Past,
 }
@@ -169,6 +172,10 @@ impl World {
             let step = self.settings.substep(index);
             for body in &mut self.bodies {
                 let (whole, end) = (h, start + h);
+                if index == 0 {
+                    body.look_for_damage(self.settings.tick_seconds());
+                }
+                body.draw(h);
                 let h = if self.settings.order.get() == 2 && !self.keeps_multipliers {
                     let colliders = self.colliders.iter();
                     let swept = colliders.map(|collider| {
@@ -212,6 +219,7 @@ impl World {
                 if let Some(spin) = spin.filter(|_| !body.past.touched) {
                     body.turn_to(spin);
                 }
+                body.stiffen();
                 body.flow(start + h, h);
             }
         }
@@ -219,6 +227,28 @@ impl World {
             hold.from = hold.target;
         }
         self.time += self.settings.tick_seconds();
+    }
+}
+
+impl Motes for Body {
+    fn inverse_mass(&self, i: usize) -> f64 {
+        self.w[i]
+    }
+
+    fn position(&self, i: usize) -> DVec3 {
+        self.x[i]
+    }
+
+    fn velocity(&self, i: usize) -> DVec3 {
+        self.v[i]
+    }
+
+    fn shift(&mut self, i: usize, by: DVec3) {
+        self.x[i] += by;
+    }
+
+    fn accelerate(&mut self, i: usize, change: DVec3) {
+        self.v[i] += change;
     }
 }
 
@@ -253,6 +283,7 @@ impl Body {
             lambdas: Default::default(),
             walls: Walls::default(),
             matching: Matching::default(),
+            repair: Repair::default(),
             past: Past::default(),
         };
         twin.carry(&body.effects);
@@ -394,6 +425,30 @@ impl Body {
             && is_free(&self.effects, &self.stitches.0)
             && self.w.iter().all(|w| *w > 0.0);
         free.then(|| self.motion().angular)
+    }
+
+    /// Looks for what is to be [repaired](super::repair) in a tick of so many seconds.
+    fn look_for_damage(&mut self, seconds: f64) {
+        let mut repair = std::mem::take(&mut self.repair);
+        if let Some(time) = repair::time(&self.effects) {
+            repair.look(&Arc::clone(&self.topology), time, seconds, self);
+            self.repair = repair;
+        }
+    }
+
+    fn draw(&mut self, h: f64) {
+        let mut repair = std::mem::take(&mut self.repair);
+        repair.draw(&Arc::clone(&self.topology), h, self);
+        self.repair = repair;
+    }
+
+    fn stiffen(&mut self) {
+        let mut repair = std::mem::take(&mut self.repair);
+        if self.past.touched {
+            repair.touch();
+        }
+        repair.stiffen(self);
+        self.repair = repair;
     }
 
     fn motion(&self) -> Motion {

@@ -70,7 +70,7 @@ fn mote(particles: &Particles) -> impl Fn(usize) -> (f64, DVec3, DVec3) {
 }
 
 /// How a body moves as a whole.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Motion {
     /// Center of mass [m].
     pub center: DVec3,

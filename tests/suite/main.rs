@@ -78,6 +78,7 @@ mod solver_plasticity;
 mod solver_pressure;
 mod solver_quantity;
 mod solver_recovery;
+mod solver_repair;
 mod solver_resolution;
 mod solver_second_order;
 mod solver_shape_matching;

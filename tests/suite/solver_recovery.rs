@@ -1,7 +1,7 @@
 //! A8: edges and volume are both needed; and the hard cases that they get a body out of.
 
-use crate::support::{self, body, cube, elastic, settings, stretch, volume, with, world};
-use pliant::solver::{Deformation, Effects, World, deform, measure};
+use crate::support::{self, body, cube, elastic, settings, stretch, with, world};
+use pliant::solver::{Deformation, Effects, RepairTime, Volume, World, deform, measure};
 
 /// A soft cube of 27 particles after a deformation, without gravity.
 fn deformed(effects: Effects, deformation: Deformation) -> World {
@@ -26,8 +26,12 @@ fn a_body_squashed_flat_comes_back_with_edges_and_volume_and_with_neither_alone(
         stretch: stretch(0.0),
         ..Effects::default()
     };
+    // Repair would draw it back whatever it is made of.
     let only_volume = Effects {
-        volume: volume(0.0),
+        volume: Some(Volume {
+            repair: RepairTime::new(f32::INFINITY).expect("a time"),
+            ..Volume::default()
+        }),
         ..Effects::default()
     };
     let after = [elastic(), only_edges, only_volume].map(|effects| {

@@ -113,6 +113,12 @@ impl StoredBody {
                 )));
             }
         }
+        let repaired = self.particles.repair.len();
+        if ![0, count].contains(&repaired) {
+            return Err(wrong(format!(
+                "{repaired} times of repair, but its mesh has {count} vertices"
+            )));
+        }
         let masses = self.added_mass.iter().map(|(vertex, _)| *vertex);
         let frozen = self.quarantine.iter().map(|(vertex, _)| *vertex);
         let mut named = self.pins.iter().copied().chain(masses).chain(frozen);

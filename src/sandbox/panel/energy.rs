@@ -170,6 +170,11 @@ fn words(row: &str) -> (&'static str, &'static str) {
             "Rounding",
             "What rounding positions and velocities to f32 gives or takes",
         ),
+        "repair" => (
+            "Repair",
+            "What is taken of the speed of tetrahedra that are inside out, and of what is stored in \
+             them, while they are drawn back to their shape",
+        ),
         _ => (
             "Edits and sleep",
             "What changed between ticks: parameters, bodies that came or went or were pushed out \

@@ -15,7 +15,7 @@ use crate::solver::{
         Columns, Gathered, Instructions, Lanes, Origins, Vectors, WIDTH, Work, gather, scatter_add,
     },
     order::{Batch, Corner, Elements},
-    particles::Part,
+    particles::{Part, Particles},
 };
 use fearless_simd::{f32x8, prelude::*};
 use glam::Vec4;
@@ -184,6 +184,83 @@ pub(crate) fn solve_batch<const N: usize, const M: usize, B: Blocks<N, M>>(
         (None, true) => instructions.run(Lean::<_, N, M, true>(sweep)),
         (Some(kept), false) => instructions.run(Kept::<_, N, M, false>(sweep, kept)),
         (Some(kept), true) => instructions.run(Kept::<_, N, M, true>(sweep, kept)),
+    }
+}
+
+/// A question that is asked of constraints.
+pub(crate) trait Ask<const N: usize> {
+    /// Whether it holds for any of a block, `x` being the corners as seen from the first.
+    fn holds<L: Lanes>(&self, simd: L, block: &Block<N>, x: &[Columns<L>; N]) -> bool;
+}
+
+/// Whether something holds for any constraint where inertia takes its particles in the next substep.
+///
+/// # Panics
+/// If there are fewer particles than constraints are on.
+pub(crate) fn any<const N: usize>(
+    elements: &Elements<N>,
+    particles: &Particles,
+    instructions: Instructions,
+    ask: &impl Ask<N>,
+) -> bool {
+    let count = particles.len();
+    assert!(
+        particles.displacements.len() == count && particles.carry.len() == count,
+        "particles have columns of different lengths"
+    );
+    let reach = elements.batches().iter().map(|it| it.particles().end);
+    assert!(
+        reach.max().unwrap_or(0) <= count,
+        "constraints have particles"
+    );
+    let mut found = false;
+    instructions.run(Questioned {
+        elements,
+        origins: Origins {
+            positions: particles.positions.as_ptr(),
+            displacements: particles.displacements.as_ptr().cast_mut(),
+            carry: particles.carry.as_ptr(),
+        },
+        ask,
+        found: &mut found,
+    });
+    found
+}
+
+/// All constraints, and where their particles are.
+///
+/// Invariant: all particles can be read at the origins. Nothing is written there.
+struct Questioned<'a, const N: usize, A> {
+    elements: &'a Elements<N>,
+    origins: Origins,
+    ask: &'a A,
+    found: &'a mut bool,
+}
+
+impl<const N: usize, A: Ask<N>> Work for Questioned<'_, N, A> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, simd: L) {
+        for batch in self.elements.batches() {
+            for (first, group) in self.elements.groups(batch) {
+                for (first, chunk) in (first..).step_by(WIDTH).zip(group.chunks(WIDTH)) {
+                    let mut corners = [chunk[0]; WIDTH];
+                    corners[..chunk.len()].copy_from_slice(chunk);
+                    corners[chunk.len()..].fill(chunk[chunk.len() - 1]);
+                    let block = Block {
+                        corners: &corners,
+                        first,
+                        lanes: chunk.len(),
+                    };
+                    // SAFETY: the invariant.
+                    let gathered =
+                        unsafe { gather::<L, N, false>(simd, self.origins, block.corners) };
+                    if self.ask.holds(simd, &block, &gathered.shape) {
+                        *self.found = true;
+                        return;
+                    }
+                }
+            }
+        }
     }
 }
 

@@ -5,11 +5,11 @@
 //! matters: a mirrored element has V = −V₀ and is driven through flat back to V₀, which its
 //! absolute value would never do.
 
-use super::block::{Block, Blocks, Projection, cross, difference, dot, scaled};
+use super::block::{Ask, Block, Blocks, Projection, any, cross, difference, dot, scaled};
 use crate::solver::{
-    Compliance, Damping, Stiffness, Topology,
+    Compliance, Damping, Particles, RepairTime, Stiffness, Topology,
     elastic::{Elastic, ElasticKind, Point, Row},
-    lanes::{Columns, Lanes, Vectors, WIDTH},
+    lanes::{Columns, Instructions, Lanes, Vectors, WIDTH},
     order::Elements,
     topology::{self, Tetrahedra},
 };
@@ -29,6 +29,9 @@ pub struct Volume {
     /// Damping τ [s], see the [module](super); default 0. With one sweep a substep, more than some
     /// 0.05 s on nearly incompressible elements does not calm a body but makes it flutter.
     pub damping: Damping,
+    /// Time over which what is inside out or has collapsed is [drawn back](crate::solver::repair) [s];
+    /// default 0.05, ∞ is never.
+    pub repair: RepairTime,
 }
 
 /// The parameters as a substep of a given length needs them.
@@ -84,6 +87,47 @@ pub(crate) fn gradients([x0, x1, x2, x3]: [DVec3; 4]) -> [DVec3; 4] {
     let (a, b, c) = (x1 - x0, x2 - x0, x3 - x0);
     let (g1, g2, g3) = (b.cross(c) / 6.0, c.cross(a) / 6.0, a.cross(b) / 6.0);
     [-(g1 + g2 + g3), g1, g2, g3]
+}
+
+/// Whether a tetrahedron has less than this share of its rest volume, or will have in the next substep
+/// where inertia alone takes it.
+pub(crate) fn any_below(
+    share: f32,
+    topology: &Topology,
+    particles: &Particles,
+    instructions: Instructions,
+) -> bool {
+    let tetrahedra = &topology.tetrahedra;
+    any(
+        &tetrahedra.elements,
+        particles,
+        instructions,
+        &Below { share, tetrahedra },
+    )
+}
+
+struct Below<'a> {
+    share: f32,
+    tetrahedra: &'a Tetrahedra,
+}
+
+impl Ask<4> for Below<'_> {
+    #[inline(always)]
+    fn holds<L: Lanes>(&self, simd: L, block: &Block<4>, x: &[Columns<L>; 4]) -> bool {
+        let rest_volume = block.column(simd, &self.tetrahedra.rest_volume);
+        let (a, b, c) = (
+            difference(&x[1], &x[0]),
+            difference(&x[2], &x[0]),
+            difference(&x[3], &x[0]),
+        );
+        let volume = dot(&a, &cross(&b, &c));
+        let last = f32x8::splat(simd, 0.0);
+        // Lanes without a constraint repeat the last, but their rest volumes are 0.
+        let told = rest_volume.abs().simd_gt(last);
+        let share = volume / told.select(rest_volume, f32x8::splat(simd, 1.0));
+        let share = told.select(share, f32x8::splat(simd, f32::INFINITY));
+        share.simd_lt(self.share * 6.0).any_true()
+    }
 }
 
 impl Elastic<4, 1> for Volume {

@@ -1,0 +1,550 @@
+//! Repair of tetrahedra that have collapsed or are inside out, without velocity.
+//!
+//! A [volume](super::Volume) constraint pushes an inverted element right within a substep, over a good
+//! part of its size, and what a substep moves leaves with a velocity of metres per millisecond: a body
+//! that was folded through itself explodes, and what turns right turns its neighbors inside out. So where
+//! an element has less than a hundredth of its rest volume when a tick begins, it and the elements that touch
+//! it are drawn back to their shape at rest, in position alone. Elements that hang together are one
+//! region. In each substep of h seconds, with masses mᵢ and the repair time T:
+//!
+//! 1. Before anything else, the particles of a region go a share 1 − e^(−h(1 + t/T)/T), t being the time
+//!    for which the body has been under repair, of the way to the goals
+//!    gᵢ = R(qᵢ − q̄) + x̄ of shape matching (Müller, Heidelberger, Teschner and Gross 2005): the rest
+//!    shape, moved and turned to fit best. Forces, constraints and contacts then act as ever.
+//! 2. Then, and after the third stage, a region keeps its momentum and its angular momentum, and nothing
+//!    else of its velocities: it moves as if it were rigid. That of a whole body is the angular momentum of
+//!    before, as over the ways that such constraints push particles Σ m r × v is no measure of what turns.
+//!    Where it would turn with more energy as it has become more compact, it turns with as much as before.
+//!    Where the body touches something in the substep, contacts may brake the region, but not speed it
+//!    up: what is drawn into the ground and pushed out again is not thrown.
+//!
+//! So what the goals and the constraints move leaves no velocity behind. A region stays under repair until
+//! it is within [`DONE`] of its shape, so that it is not let go with most of the way still to go. With
+//! pins in it a region has no velocity, and pins weigh a million times as much as all else in the fit.
+//!
+//! Where pins or contacts hold elements inside out, no repair helps: a body that has been under repair
+//! for [`PATIENCE`] repair times is left alone until it has been in order for ten times as long.
+//!
+//! Bodies in order pay for one look at each tetrahedron a tick. A repair time of ∞ does not even look.
+//! Bodies that flow are not repaired: their rest positions are not what they tend to. Nor is rubber
+//! ([`NeoHookean`](super::NeoHookean)), which recovers by its own forces.
+
+use super::{
+    Effects, Particles, Topology,
+    advance::{Means, Stepper},
+    constraint::volume,
+    fit,
+    spin::Motion,
+    topology,
+};
+use glam::{DMat3, DVec3};
+use serde::{Deserialize, Serialize};
+use std::iter;
+
+/// Below this share of its rest volume an element has collapsed.
+pub const COLLAPSED: f64 = 0.01;
+
+/// A region is let go when it is no farther from its shape at rest than this share of its size, root mean
+/// square.
+pub const DONE: f64 = 0.01;
+
+/// After how many repair times in a row a body is given up.
+pub const PATIENCE: f64 = 40.0;
+
+/// A pin counts as this many times all of a region that can move.
+const HEAVY: f64 = 1e6;
+
+/// What of a body is under repair: nothing of a body in order. Room that was needed once is kept.
+#[derive(Debug, Default, Serialize, Deserialize)]
+pub struct Repair(Option<Box<UnderRepair>>);
+
+#[derive(Debug, Default, Serialize, Deserialize)]
+struct UnderRepair {
+    /// Which particles are drawn back; empty where none is.
+    drawn: Vec<bool>,
+    /// T [s].
+    time: f64,
+    /// For how long the body has been under repair [s], less a tenth of the time in order since.
+    spent: f64,
+    /// Found when a tick begins.
+    #[serde(skip)]
+    regions: Regions,
+}
+
+/// Particles region by region, and room to find them in.
+#[derive(Debug, Default)]
+struct Regions {
+    members: Vec<u32>,
+    /// Where each region ends.
+    ends: Vec<usize>,
+    collapsed: Vec<bool>,
+    parent: Vec<u32>,
+    /// Velocity [m/s], angular momentum [kg·m²/s] and energy of turning [J] of each where the substep
+    /// begins.
+    motions: Vec<(DVec3, DVec3, f64)>,
+    /// Whether the body touches something in the substep.
+    touched: bool,
+}
+
+impl Clone for Repair {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Into the room that is there.
+    fn clone_from(&mut self, from: &Self) {
+        let Some(from) = &from.0 else {
+            self.0 = None;
+            return;
+        };
+        let repair = self.0.get_or_insert_default();
+        repair.drawn.clone_from(&from.drawn);
+        (repair.time, repair.spent) = (from.time, from.spent);
+        let (regions, from) = (&mut repair.regions, &from.regions);
+        regions.members.clone_from(&from.members);
+        regions.ends.clone_from(&from.ends);
+        regions.collapsed.clone_from(&from.collapsed);
+        regions.parent.clone_from(&from.parent);
+        regions.motions.clone_from(&from.motions);
+        regions.touched = from.touched;
+    }
+}
+
+/// Regions follow from what is drawn, and room is no part of the state.
+impl PartialEq for Repair {
+    fn eq(&self, other: &Self) -> bool {
+        let state = |it: &Self| {
+            let repair = it.0.as_ref();
+            repair.map_or((Vec::new(), 0.0), |it| (it.drawn.clone(), it.spent))
+        };
+        state(self) == state(other)
+    }
+}
+
+impl Regions {
+    fn clear(&mut self) {
+        self.members.clear();
+        self.ends.clear();
+        self.motions.clear();
+    }
+
+    fn each(&self) -> impl Iterator<Item = &[u32]> {
+        let starts = iter::once(&0).chain(&self.ends);
+        let bounds = starts.zip(&self.ends);
+        bounds.map(|(&start, &end)| &self.members[start..end])
+    }
+}
+
+/// Particles that can be repaired.
+pub(super) trait Motes {
+    /// Inverse mass [1/kg].
+    fn inverse_mass(&self, i: usize) -> f64;
+    /// Position where a substep begins or ends [m].
+    fn position(&self, i: usize) -> DVec3;
+    /// Velocity [m/s].
+    fn velocity(&self, i: usize) -> DVec3;
+    /// Moves it [m]; its velocity stays.
+    fn shift(&mut self, i: usize, by: DVec3);
+    /// Adds to its velocity [m/s].
+    fn accelerate(&mut self, i: usize, change: DVec3);
+}
+
+impl Motes for Particles {
+    fn inverse_mass(&self, i: usize) -> f64 {
+        self.positions[i].w.into()
+    }
+
+    fn position(&self, i: usize) -> DVec3 {
+        self.position(i)
+    }
+
+    fn velocity(&self, i: usize) -> DVec3 {
+        self.velocity_f64(i)
+    }
+
+    fn shift(&mut self, i: usize, by: DVec3) {
+        self.shift(i, by);
+    }
+
+    fn accelerate(&mut self, i: usize, change: DVec3) {
+        self.accelerate(i, change);
+    }
+}
+
+impl Repair {
+    /// Whether anything is under repair.
+    #[must_use]
+    pub fn is_needed(&self) -> bool {
+        !self.is_empty()
+    }
+
+    /// How many particles are under repair.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        let drawn = self.0.iter().flat_map(|repair| &repair.drawn);
+        drawn.filter(|drawn| **drawn).count()
+    }
+
+    /// How many particles it is of; none for a body in order.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.0.as_ref().map_or(0, |repair| repair.drawn.len())
+    }
+
+    /// Whether nothing is under repair.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Bytes of memory.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.0.as_ref().map_or(0, |repair| {
+            let regions = &repair.regions;
+            size_of_val(&repair.drawn[..])
+                + size_of_val(&regions.members[..])
+                + size_of_val(&regions.ends[..])
+                + size_of_val(&regions.collapsed[..])
+                + size_of_val(&regions.parent[..])
+                + size_of_val(&regions.motions[..])
+        })
+    }
+
+    /// Finds what is to be repaired in a tick of `seconds`: what has collapsed, and what is still under
+    /// repair.
+    pub(super) fn look(
+        &mut self,
+        topology: &Topology,
+        time: f64,
+        seconds: f64,
+        motes: &impl Motes,
+    ) {
+        let mut repair = self.0.take().unwrap_or_default();
+        repair.time = time;
+        repair.spent += seconds;
+        if repair.spent > PATIENCE * time {
+            repair.spent = 2.0 * PATIENCE * time;
+            repair.drawn.clear();
+            repair.regions.clear();
+            self.0 = Some(repair);
+            return;
+        }
+        repair.drawn.resize(topology.particles(), false);
+        repair.find_regions(topology);
+        for region in repair.regions.each() {
+            if Whole::of(region, motes).off(region, topology, motes) < DONE {
+                for &i in region {
+                    repair.drawn[i as usize] = false;
+                }
+            }
+        }
+        let tetrahedra = &topology.tetrahedra;
+        let collapsed = &mut repair.regions.collapsed;
+        collapsed.clear();
+        collapsed.resize(topology.particles(), false);
+        for (corners, &rest) in tetrahedra.corners().zip(&tetrahedra.rest_volume) {
+            let x = corners.map(|i| motes.position(i as usize));
+            if topology::volume(x) / f64::from(rest) < COLLAPSED {
+                for i in corners {
+                    collapsed[i as usize] = true;
+                }
+            }
+        }
+        for corners in tetrahedra.corners() {
+            if corners.iter().any(|&i| collapsed[i as usize]) {
+                for i in corners {
+                    repair.drawn[i as usize] = true;
+                }
+            }
+        }
+        if repair.drawn.contains(&true) {
+            repair.find_regions(topology);
+        } else {
+            repair.drawn.clear();
+        }
+        self.0 = Some(repair);
+    }
+
+    /// Nothing has collapsed in a tick of `seconds`.
+    fn is_in_order(&mut self, seconds: f64) {
+        if let Some(repair) = &mut self.0 {
+            repair.spent = (repair.spent - 0.1 * seconds).max(0.0);
+        }
+    }
+
+    /// Draws all regions towards their shapes at rest, in a substep of `h` seconds.
+    pub(super) fn draw(&mut self, topology: &Topology, h: f64, motes: &mut impl Motes) {
+        let Some(repair) = &mut self.0 else { return };
+        let mut motions = std::mem::take(&mut repair.regions.motions);
+        motions.clear();
+        let share = -(-h * (1.0 + repair.spent / repair.time) / repair.time).exp_m1();
+        for region in repair.regions.each() {
+            let whole = Whole::of(region, motes);
+            let (rotation, rest_center) = whole.fit(region, topology, motes);
+            let goal = |i: u32| rotation * (rest(topology, i) - rest_center) + whole.motion.center;
+            for &i in region {
+                let (i, goal) = (i as usize, goal(i));
+                if motes.inverse_mass(i) > 0.0 {
+                    motes.shift(i, (goal - motes.position(i)) * share);
+                }
+            }
+            whole.stiffen(region, motes);
+            motions.push((whole.velocity, whole.motion.angular, whole.turning));
+        }
+        repair.regions.motions = motions;
+        repair.regions.touched = false;
+    }
+
+    /// The body touches something in the substep under way.
+    pub(super) fn touch(&mut self) {
+        if let Some(repair) = &mut self.0 {
+            repair.regions.touched = true;
+        }
+    }
+
+    /// Leaves all regions nothing of their velocities but what a rigid body has.
+    pub(super) fn stiffen(&self, motes: &mut impl Motes) {
+        let Some(repair) = &self.0 else { return };
+        let Regions {
+            motions, touched, ..
+        } = &repair.regions;
+        for (region, &(before, angular, turning)) in repair.regions.each().zip(motions) {
+            let mut whole = Whole::of(region, motes);
+            whole.turning = turning;
+            if region.len() == repair.drawn.len() {
+                whole.motion.angular = angular;
+            }
+            if *touched {
+                let change = whole.velocity - before;
+                // As far as it brakes.
+                let share = -before.dot(change) / change.length_squared();
+                whole.velocity = before + change * share.max(0.0).min(1.0);
+            }
+            whole.stiffen(region, motes);
+        }
+    }
+}
+
+impl UnderRepair {
+    /// Particles under repair that elements join: regions by their first particle, each in ascending
+    /// order.
+    fn find_regions(&mut self, topology: &Topology) {
+        let Self { drawn, regions, .. } = self;
+        let Regions {
+            members,
+            ends,
+            parent,
+            motions,
+            ..
+        } = regions;
+        members.reserve(drawn.len());
+        ends.reserve(drawn.len());
+        motions.reserve(drawn.len());
+        parent.clear();
+        parent.extend(0..drawn.len() as u32);
+        for corners in topology.tetrahedra.corners() {
+            if corners.iter().all(|&i| drawn[i as usize]) {
+                for &i in &corners[1..] {
+                    // The root is the least of its region.
+                    let (a, b) = (root(parent, corners[0]), root(parent, i));
+                    parent[a.max(b) as usize] = a.min(b);
+                }
+            }
+        }
+        members.clear();
+        members.extend((0..drawn.len() as u32).filter(|&i| drawn[i as usize]));
+        for &i in &*members {
+            parent[i as usize] = root(parent, i);
+        }
+        members.sort_unstable_by_key(|&i| (parent[i as usize], i));
+        let mut end = 0;
+        ends.clear();
+        for region in members.chunk_by(|&a, &b| parent[a as usize] == parent[b as usize]) {
+            end += region.len();
+            ends.push(end);
+        }
+    }
+}
+
+fn root(parent: &mut [u32], mut i: u32) -> u32 {
+    while parent[i as usize] != i {
+        parent[i as usize] = parent[parent[i as usize] as usize];
+        i = parent[i as usize];
+    }
+    i
+}
+
+fn rest(topology: &Topology, i: u32) -> DVec3 {
+    topology.rest[i as usize].as_dvec3()
+}
+
+/// A region as a whole.
+struct Whole {
+    /// Mass that a pin is taken to have [kg].
+    pin: f64,
+    pinned: bool,
+    /// All masses [kg].
+    mass: f64,
+    /// Velocity of it [m/s].
+    velocity: DVec3,
+    /// How the region moves beside that.
+    motion: Motion,
+    /// Energy of that if it were rigid [J].
+    turning: f64,
+}
+
+impl Whole {
+    fn of(region: &[u32], motes: &impl Motes) -> Self {
+        let weights = region.iter().map(|&i| motes.inverse_mass(i as usize));
+        let light: f64 = weights.clone().filter(|w| *w > 0.0).map(|w| 1.0 / w).sum();
+        let mut whole = Self {
+            pin: if light > 0.0 { HEAVY * light } else { 1.0 },
+            pinned: weights.into_iter().any(|w| w == 0.0),
+            mass: 0.0,
+            velocity: DVec3::ZERO,
+            motion: Motion::default(),
+            turning: 0.0,
+        };
+        for &i in region {
+            let mass = whole.mass_of(i, motes);
+            whole.mass += mass;
+            whole.velocity += motes.velocity(i as usize) * mass;
+        }
+        whole.velocity /= whole.mass;
+        whole.motion = whole.motion_of(region, motes);
+        let angular = whole.motion.angular;
+        let turn = whole.motion.turn_to(angular * 2.0);
+        whole.turning = 0.5 * turn.dot(angular);
+        whole
+    }
+
+    /// How far it is from its shape at rest, over its size, root mean square.
+    fn off(&self, region: &[u32], topology: &Topology, motes: &impl Motes) -> f64 {
+        let (rotation, rest_center) = self.fit(region, topology, motes);
+        let (mut off, mut size) = (0.0, 0.0);
+        for &i in region {
+            let arm = rest(topology, i) - rest_center;
+            let goal = rotation * arm + self.motion.center;
+            let mass = self.mass_of(i, motes);
+            off += mass * goal.distance_squared(motes.position(i as usize));
+            size += mass * arm.length_squared();
+        }
+        (off / size).sqrt()
+    }
+
+    /// How a region moves beside the velocity of its center of mass.
+    fn motion_of(&self, region: &[u32], motes: &impl Motes) -> Motion {
+        let at = |place: usize| {
+            let i = region[place];
+            let (x, v) = (motes.position(i as usize), motes.velocity(i as usize));
+            (self.mass_of(i, motes), x, v - self.velocity)
+        };
+        Motion::of(at, region.len())
+    }
+
+    /// Gives a region, wherever its particles are now, the velocities of a rigid body with the momenta
+    /// that it had; none where it is pinned.
+    fn stiffen(&self, region: &[u32], motes: &mut impl Motes) {
+        let now = self.motion_of(region, motes);
+        let mut turn = now.turn_to(now.angular + self.motion.angular);
+        let turning = 0.5 * turn.dot(self.motion.angular);
+        if turning > self.turning {
+            turn *= (self.turning / turning).sqrt();
+        }
+        for &i in region {
+            let i = i as usize;
+            if motes.inverse_mass(i) > 0.0 {
+                let rigid = match self.pinned {
+                    true => DVec3::ZERO,
+                    false => self.velocity + turn.cross(motes.position(i) - now.center),
+                };
+                motes.accelerate(i, rigid - motes.velocity(i));
+            }
+        }
+    }
+
+    fn mass_of(&self, i: u32, motes: &impl Motes) -> f64 {
+        match motes.inverse_mass(i as usize) {
+            w if w > 0.0 => 1.0 / w,
+            _ => self.pin,
+        }
+    }
+
+    /// The rotation that fits the shape at rest best, and the center of mass of that [m].
+    fn fit(&self, region: &[u32], topology: &Topology, motes: &impl Motes) -> (DMat3, DVec3) {
+        let terms = region
+            .iter()
+            .map(|&i| rest(topology, i) * self.mass_of(i, motes));
+        let center = terms.sum::<DVec3>() / self.mass;
+        let mut spread = [[0.0; 3]; 3];
+        for &i in region {
+            let mass = self.mass_of(i, motes);
+            let from = rest(topology, i) - center;
+            let to = motes.position(i as usize) - self.motion.center;
+            for (j, row) in spread.iter_mut().enumerate() {
+                for (k, cell) in row.iter_mut().enumerate() {
+                    *cell += mass * (from[j] * to[k]);
+                }
+            }
+        }
+        (fit::rotation_of(spread), center)
+    }
+}
+
+/// T of a body that carries these effects, if it is to be repaired [s].
+pub(super) fn time(effects: &Effects) -> Option<f64> {
+    let volume = effects.volume?;
+    let time = f64::from(volume.repair.get());
+    let by_itself = effects.neo_hookean.is_some() || effects.plasticity.is_some();
+    (time.is_finite() && !by_itself).then_some(time)
+}
+
+impl Stepper<'_> {
+    /// Begins a tick: looks for what is to be repaired.
+    pub(super) fn look_for_damage(&mut self, means: &Means) {
+        let Some(time) = time(self.effects) else {
+            self.particles.repair = Repair::default();
+            return;
+        };
+        let particles = &mut *self.particles;
+        if particles.repair.is_empty()
+            && !volume::any_below(
+                COLLAPSED as f32,
+                self.topology,
+                particles,
+                means.instructions,
+            )
+        {
+            particles.repair.is_in_order(means.settings.tick_seconds());
+            return;
+        }
+        let mut repair = std::mem::take(&mut particles.repair);
+        let seconds = means.settings.tick_seconds();
+        repair.look(self.topology, time, seconds, &*particles);
+        particles.repair = repair;
+    }
+
+    /// Begins a substep: draws what is under repair towards its shape at rest.
+    pub(super) fn draw(&mut self, means: &Means) {
+        let particles = &mut *self.particles;
+        if particles.repair.is_needed() {
+            let mut repair = std::mem::take(&mut particles.repair);
+            let h = means.settings.substep_seconds();
+            repair.draw(self.topology, h, particles);
+            particles.repair = repair;
+        }
+    }
+
+    /// Ends it: what is under repair moves as if it were rigid.
+    pub(super) fn stiffen(&mut self) {
+        let particles = &mut *self.particles;
+        if particles.repair.is_needed() {
+            let repair = std::mem::take(&mut particles.repair);
+            repair.stiffen(particles);
+            particles.repair = repair;
+        }
+    }
+}
