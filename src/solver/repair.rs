@@ -22,7 +22,8 @@
 //! it is within [`DONE`] of its shape, so that it is not let go with most of the way still to go. With
 //! pins in it a region has no velocity, and pins weigh a million times as much as all else in the fit.
 //!
-//! Where pins or contacts hold elements inside out, no repair helps: a body that has been under repair
+//! Where only slivers turn over, less than [`LITTLE`] of a body, it is left to the constraints. Where pins
+//! or contacts hold elements inside out, no repair helps: a body that has been under repair
 //! for [`PATIENCE`] repair times is left alone until it has been in order for ten times as long.
 //!
 //! Bodies in order pay for one look at each tetrahedron a tick. A repair time of ∞ does not even look.
@@ -43,6 +44,10 @@ use std::iter;
 
 /// Below this share of its rest volume an element has collapsed.
 pub const COLLAPSED: f64 = 0.01;
+
+/// Of a body less of which has collapsed, as a share of its volume, nothing is drawn: constraints bring it
+/// back by themselves, and a region that is drawn among others that swing would disturb them.
+pub const LITTLE: f64 = 0.02;
 
 /// A region is let go when it is no farther from its shape at rest than this share of its size, root mean
 /// square.
@@ -245,13 +250,19 @@ impl Repair {
         let collapsed = &mut repair.regions.collapsed;
         collapsed.clear();
         collapsed.resize(topology.particles(), false);
+        let (mut lost, mut whole) = (0.0, 0.0);
         for (corners, &rest) in tetrahedra.corners().zip(&tetrahedra.rest_volume) {
-            let x = corners.map(|i| motes.position(i as usize));
-            if topology::volume(x) / f64::from(rest) < COLLAPSED {
+            let (x, rest) = (corners.map(|i| motes.position(i as usize)), f64::from(rest));
+            whole += rest;
+            if topology::volume(x) / rest < COLLAPSED {
+                lost += rest;
                 for i in corners {
                     collapsed[i as usize] = true;
                 }
             }
+        }
+        if lost < LITTLE * whole {
+            collapsed.fill(false);
         }
         for corners in tetrahedra.corners() {
             if corners.iter().any(|&i| collapsed[i as usize]) {

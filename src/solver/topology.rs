@@ -28,7 +28,7 @@ use super::{
     bands::{Bands, SMALLEST_CUT},
     constraint::volume::volume_and_gradients,
     numbering::Numbering,
-    order::Elements,
+    order::{Elements, Painting},
 };
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
@@ -275,8 +275,9 @@ impl Topology {
 
         let (low, high) = bounds(rest.iter().copied());
         let bands = Bands::cut(count, reaches(&ends).chain(reaches(&corners)));
+        let is_sheet = dimension == Dimension::Sheet;
         Ok(Self {
-            edges: Edges::new(&ends, &rest, &bands),
+            edges: Edges::new(&ends, &rest, &bands, is_sheet),
             tetrahedra: Tetrahedra::new(&corners, &rest, &bands),
             bands,
             triangles,
@@ -391,8 +392,12 @@ impl Edges {
         self.elements.bytes() + size_of_val(&self.rest_length[..])
     }
 
-    fn new(ends: &[[u32; 2]], rest: &[Vec3], bands: &Bands) -> Self {
-        let (elements, _) = Elements::new(ends, bands, false);
+    fn new(ends: &[[u32; 2]], rest: &[Vec3], bands: &Bands, scattered: bool) -> Self {
+        let how = Painting {
+            scattered,
+            ..Painting::default()
+        };
+        let (elements, _) = Elements::new(ends, bands, how);
         Self {
             rest_length: elements
                 .corners()
@@ -411,7 +416,11 @@ impl Tetrahedra {
     }
 
     fn new(corners: &[[u32; 4]], rest: &[Vec3], bands: &Bands) -> Self {
-        let (elements, _) = Elements::new(corners, bands, true);
+        let how = Painting {
+            odd_first: true,
+            ..Painting::default()
+        };
+        let (elements, _) = Elements::new(corners, bands, how);
         let rest_volume: Vec<f32> = elements
             .corners()
             .map(|c| volume_and_gradients(c.map(|i| rest[i as usize])).0)

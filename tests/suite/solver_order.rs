@@ -8,7 +8,7 @@ use pliant::{
         RestShape, Topology,
         bands::{Bands, SMALLEST_CUT},
         colouring::MOST_COLOURS,
-        order::Elements,
+        order::{Elements, Painting},
     },
 };
 use proptest::prelude::*;
@@ -27,7 +27,14 @@ fn order<const N: usize>(
     odd_first: bool,
 ) -> (Bands, Elements<N>, Vec<u32>) {
     let bands = Bands::cut(particles, reaches(constraints));
-    let (elements, stored) = Elements::new(constraints, &bands, odd_first);
+    let (elements, stored) = Elements::new(
+        constraints,
+        &bands,
+        Painting {
+            odd_first,
+            scattered: odd_first,
+        },
+    );
     (bands, elements, stored)
 }
 

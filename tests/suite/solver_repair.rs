@@ -1,7 +1,7 @@
 //! Tetrahedra that have collapsed or are inside out are drawn back to their shape without speed.
 
-use crate::support::{body, cube, elastic, pinned, settings, with, world};
-use glam::{DVec3, Vec3};
+use crate::support::{body, cube, elastic, pinned, settings, stretch, volume, with, world};
+use glam::Vec3;
 use pliant::solver::{Deformation, Effects, RepairTime, Volume, World, deform, measure, reference};
 
 /// Volumes and edges, both rigid, repaired over `seconds`.
@@ -84,15 +84,15 @@ fn a_body_that_is_inside_out_comes_back_without_gaining_speed() {
     }
 }
 
-/// A body keeps the angular momentum that it had while it opens, but for what f32 rounds of displacements of some 3 mm in
-/// ten substeps.
+/// A body keeps the angular momentum that it had while it opens, but for what f32 rounds, 6e-8, of ways
+/// of 5 cm a substep, 30 m/s, at an arm of 0.35 m, on 125 kg, in ten substeps.
 #[test]
 fn repair_keeps_angular_momentum() {
     let mut world = thrown(repaired(0.05), Deformation::Squash(0.0), 3.0);
     let before = measure::angular_momentum(&world.bodies[0].particles);
     world.tick();
     let after = measure::angular_momentum(&world.bodies[0].particles);
-    let limit = 10.0 * 6e-8 * before.length();
+    let limit = 10.0 * 6e-8 * 30.0 * 0.35 * 125.0;
     assert!((after - before).length() < limit, "{before} {after}");
 }
 
@@ -159,17 +159,27 @@ fn what_pins_hold_inside_out_is_given_up() {
     assert!(world.bodies[0].particles.repair.is_empty());
 }
 
-/// The twin in f64 does the same, as long as rounding has not grown.
+/// The twin in f64 does the same. Soft springs, as rigid ones that are far from satisfied make much of what is
+/// rounded.
 #[test]
 fn the_twin_repairs_alike() {
-    let mut fast = thrown(repaired(0.05), Deformation::Squash(0.0), 3.0);
+    let soft = Effects {
+        stretch: stretch(1e-2),
+        volume: volume(1e-6),
+        ..Effects::default()
+    };
+    let mut fast = thrown(soft, Deformation::Scale(0.15), 3.0);
     let mut twin = reference::World::of(&fast);
-    fast.tick();
-    twin.tick();
+    let before = fast.bodies[0].particles.position(0).length();
+    for _ in 0..3 {
+        fast.tick();
+        twin.tick();
+    }
     let particles = &fast.bodies[0].particles;
     let off = (0..particles.len()).map(|i| particles.position(i).distance(twin.bodies[0].x[i]));
     let off = off.fold(0.0, f64::max);
-    // Sweeps double a difference every other substep at most; f32 resolves 3e-8 of 0.5 m.
-    assert!(off < 3e-8 * 2.0_f64.powi(10), "{off} m");
-    assert!(particles.position(0).distance(DVec3::ZERO) > 0.1);
+    // Each of 30 substeps rounds a displacement of up to 5 cm by 6e-8, which goes on as a speed: n²/2 times.
+    assert!(off < 0.05 * 6e-8 * 30.0 * 30.0 / 2.0, "{off} m");
+    let after = particles.position(0).length();
+    assert!(after > 2.0 * before, "{before} m, {after} m");
 }

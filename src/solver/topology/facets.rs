@@ -1,7 +1,7 @@
 //! Facets: the triangles of a surface with their rest shapes, for membranes.
 
 use super::{Bands, Topology, hinges::has_area};
-use crate::solver::order::Elements;
+use crate::solver::order::{Elements, Painting};
 use glam::{DVec3, Vec3};
 
 /// Triangles as columns in the order of their colours.
@@ -42,7 +42,7 @@ impl Facets {
             .copied()
             .filter(|corners| has_area(corners.map(at)))
             .collect();
-        let (elements, _) = Elements::new(&corners, bands, false);
+        let (elements, _) = Elements::new(&corners, bands, Painting::default());
         let mut facets = Self {
             elements,
             ..Self::default()

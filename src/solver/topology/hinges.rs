@@ -1,7 +1,7 @@
 //! Hinges: pairs of triangles of a surface with a common edge, for bending.
 
 use super::{Bands, Topology};
-use crate::solver::order::Elements;
+use crate::solver::order::{Elements, Painting};
 use glam::{DVec3, Vec3};
 
 /// Hinges as columns in the order of their colours.
@@ -39,7 +39,11 @@ impl Hinges {
     #[must_use]
     pub fn of(triangles: &[[u32; 3]], rest: &[Vec3], bands: &Bands) -> Self {
         let corners = pairs(triangles, rest);
-        let (elements, _) = Elements::new(&corners, bands, true);
+        let how = Painting {
+            odd_first: true,
+            ..Painting::default()
+        };
+        let (elements, _) = Elements::new(&corners, bands, how);
         let mut hinges = Self {
             elements,
             ..Self::default()
