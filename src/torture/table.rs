@@ -137,6 +137,29 @@ pub fn summary(rows: &[Row]) -> String {
     )
 }
 
+/// What fails of what is marked, member by member, a line each.
+#[must_use]
+pub fn known_failures(rows: &[Row]) -> Vec<String> {
+    let marked = rows.iter().filter(|row| row.mark.is_some());
+    let lines = marked.flat_map(|row| {
+        let failed = row.outcomes.iter().filter(|outcome| !outcome.passed());
+        failed.filter_map(move |outcome| {
+            let figure = outcome.worst()?;
+            Some(format!(
+                "{} {} {}: {} {} {}, at most {}",
+                row.case.name,
+                outcome.number,
+                outcome.member,
+                figure.name,
+                number(figure.value),
+                figure.unit,
+                number(figure.limit),
+            ))
+        })
+    });
+    lines.collect()
+}
+
 /// Why what is marked is marked, a line each.
 #[must_use]
 pub fn marks(rows: &[Row]) -> Vec<String> {

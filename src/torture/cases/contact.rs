@@ -146,13 +146,7 @@ pub const STRUCK: Case = Case {
     },
     outside: Outside::Work,
     any_body: false,
-    marks: &[
-        BOILS,
-        Mark {
-            applies: |member| is_solid(member) && member.compliance >= 1e-4,
-            ..SWINGS
-        },
-    ],
+    marks: &[],
 };
 
 /// How long a hand pulls [s].
@@ -221,8 +215,8 @@ pub const DRAGGED: Case = Case {
     any_body: false,
     marks: &[
         Mark {
-            applies: |member| is_solid(member) && member.compliance > 0.0,
-            ..SWINGS
+            applies: |member| is_solid(member) && member.compliance >= 1e-5,
+            reason: "soft edges swing on for longer than the second that they are given",
         },
         Mark {
             applies: |member| member.shape.kind() != Kind::Tetrahedra,

@@ -156,11 +156,6 @@ fn can_boil(member: &Member) -> bool {
         && !matches!(member.shape, Tetrahedron | Sliver | Bar(_) | Cube(..=3))
 }
 
-/// A solid that is not rigid and undamped.
-fn is_soft(member: &Member) -> bool {
-    is_solid(member) && (member.compliance > 0.0 || member.damping > 0.0)
-}
-
 fn is_cloth(member: &Member) -> bool {
     member.shape.kind() == Kind::Cloth
 }
@@ -173,17 +168,11 @@ fn can_fold(member: &Member) -> bool {
 /// A large solid whose elements are inside out at random, and undamped, does not come to order.
 const BOILS: Mark = Mark {
     applies: can_boil,
-    reason: "in a larger solid an element that turns right turns others inside out; rigid and undamped, it boils on",
-};
-
-/// What opens rigidly swings.
-const SWINGS: Mark = Mark {
-    applies: is_soft,
-    reason: "rigid volumes open at once and throw soft edges far, which swing on for longer than the time given, or lie folded; damping makes what is rigid close more slowly",
+    reason: "particles leave a ball on all sides: the body is stretched around it, slips off, and closes with what the stretch has stored",
 };
 
 /// Edges of a cloth can push against each other.
 const FOLDS: Mark = Mark {
     applies: can_fold,
-    reason: "edges alone push against each other in a fold or along a line and cannot get out of it: nothing says to which side a triangle opens, as bending would",
+    reason: "edges alone push against each other in a fold or along a line and cannot get out of it: nothing says to which side a triangle opens, as bending would; where they are rigid they go on moving, at up to 10 lengths a second, even in a medium with a drag of 10/s",
 };

@@ -250,10 +250,7 @@ pub const HOUR: Case = Case {
     },
     outside: Outside::Nothing,
     any_body: false,
-    marks: &[Mark {
-        applies: |member| is_solid(member) && member.compliance > 0.0,
-        reason: "a soft solid goes on settling by a few ten-thousandths of its length",
-    }],
+    marks: &[],
 };
 
 /// How fast it spins [rad/s].
