@@ -328,11 +328,12 @@ impl Repair {
             if region.len() == repair.drawn.len() {
                 whole.motion.angular = angular;
             }
-            if *touched {
-                let change = whole.velocity - before;
+            let change = whole.velocity - before;
+            let size = change.length_squared();
+            if *touched && size > 0.0 {
                 // As far as it brakes.
-                let share = -before.dot(change) / change.length_squared();
-                whole.velocity = before + change * share.max(0.0).min(1.0);
+                let share = (-before.dot(change) / size).clamp(0.0, 1.0);
+                whole.velocity = before + change * share;
             }
             whole.stiffen(region, motes);
         }
