@@ -215,7 +215,10 @@ pub const DRAGGED: Case = Case {
     any_body: false,
     marks: &[
         Mark {
-            applies: |member| is_solid(member) && member.compliance >= 1e-5,
+            applies: |member| {
+                let least = if member.quick { 1e-5 } else { 1e-6 };
+                is_solid(member) && member.compliance >= least
+            },
             reason: "soft edges swing on for longer than the second that they are given",
         },
         Mark {

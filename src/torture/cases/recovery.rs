@@ -38,6 +38,12 @@ fn all_kinds() -> Vec<Member> {
     ])
 }
 
+/// What is soft, or of uneven elements, needs longer.
+const SWINGS: Mark = Mark {
+    applies: is_solid,
+    reason: "soft edges swing on, and 1970 uneven elements are on their way, for longer than the time given; of members that a quick run leaves out",
+};
+
 /// A sweep carries a correction one link on.
 const SLOW: Mark = Mark {
     applies: |member| member.shape == Shape::Rope(64),
@@ -71,7 +77,13 @@ pub const LINE: Case = again(
     "All particles are on one vertical line. As squashed.",
     all_kinds,
     |_| Deformation::Line,
-    &[FOLDS],
+    &[
+        FOLDS,
+        Mark {
+            applies: |member| !member.quick && is_cloth(member),
+            ..FOLDS
+        },
+    ],
 );
 
 pub const SHUFFLED: Case = Case {
@@ -83,7 +95,19 @@ pub const SHUFFLED: Case = Case {
         "Every particle is put anywhere in the body's box. Within 5 s as squashed, within 2 %.",
         all_kinds,
         |member| Deformation::Shuffle(member.seed),
-        &[FOLDS],
+        &[
+            FOLDS,
+            Mark {
+                applies: |member| !member.quick && is_solid(member) && member.compliance >= 1e-2,
+                ..SWINGS
+            },
+            Mark {
+                applies: |member| {
+                    !member.quick && member.shape == Shape::Rope(64) && member.damping > 0.0
+                },
+                ..SLOW
+            },
+        ],
     )
 };
 
@@ -122,6 +146,13 @@ pub const TENFOLD: Case = Case {
         all_kinds,
         |_| Deformation::Scale(10.0),
         &[
+            Mark {
+                applies: |member| {
+                    let soft = member.compliance > 0.0 || member.damping > 0.0;
+                    !member.quick && is_solid(member) && (soft || member.shape == Shape::Bunny)
+                },
+                ..SWINGS
+            },
             FOLDS,
             SLOW,
             Mark {
