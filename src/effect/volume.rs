@@ -41,7 +41,7 @@ impl Effect for Volume {
         ),
         parameter!(
             repair: RepairTime, "Repair time", "s",
-            "The time over which tetrahedra that are inside out are drawn back to their shape, without gaining speed; ∞ is never.",
+            "Time constant for recovering collapsed or inverted tetrahedra without adding velocity; ∞ disables recovery.",
             (0.01, 1.0), Scale::LogarithmicToInfinity
         ),
     ];

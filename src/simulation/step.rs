@@ -244,7 +244,7 @@ pub(super) fn run_substeps(
             let started = Instant::now();
             // Otherwise there is nothing to do but to forget and to look for damage, once.
             let mut all = bodies.iter(world);
-            let repaired = all.any(|(_, _, particles, ..)| particles.repair.is_needed());
+            let repaired = all.any(|(_, _, particles, ..)| !particles.repair.is_empty());
             if next == 0 || repaired || settings.begins_each_substep() {
                 begin_all(world, bodies, &settings.substep(next));
             }

@@ -411,7 +411,7 @@ impl Stepper<'_> {
         if substeps.start == 0 {
             self.look_for_damage(means);
         }
-        let repaired = self.particles.repair.is_needed();
+        let repaired = !self.particles.repair.is_empty();
         if !begins && !repaired && self.effects.plasticity.is_none() {
             return self.advance_together(substeps, means);
         }

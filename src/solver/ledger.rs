@@ -325,7 +325,7 @@ impl Book {
         }
         let before = mechanical(body.particles);
         body.draw(means);
-        if !body.particles.repair.is_needed() {
+        if body.particles.repair.is_empty() {
             return 0.0;
         }
         let errors = Errors::of(body);

@@ -201,7 +201,7 @@ quantity!(
     Damping(f32), "damping", default 0.0, "between 0 and 1000 s", |v| (0.0..=1000.0).contains(&v)
 );
 quantity!(
-    /// Time over which a collapsed element is drawn back to its shape [s].
+    /// Time constant for recovering collapsed elements [s].
     RepairTime(f32), "repair", default 0.05, "at least 0.001 s, or inf for never", |v| v >= 0.001
 );
 quantity!(

@@ -427,7 +427,7 @@ impl Body {
         free.then(|| self.motion().angular)
     }
 
-    /// Looks for what is to be [repaired](super::repair) in a tick of so many seconds.
+    /// Finds collapsed elements at the start of a tick of `seconds`, see [`repair`](super::repair).
     fn look_for_damage(&mut self, seconds: f64) {
         let mut repair = std::mem::take(&mut self.repair);
         if let Some(time) = repair::time(&self.effects) {

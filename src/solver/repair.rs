@@ -1,39 +1,37 @@
-//! Repair of tetrahedra that have collapsed or are inside out, without velocity.
+//! Recovery of collapsed and inverted tetrahedra without added velocity.
 //!
-//! A [volume](super::Volume) constraint pushes an inverted element right within a substep, over a good
-//! part of its size, and what a substep moves leaves with a velocity of metres per millisecond: a body
-//! that was folded through itself explodes, and what turns right turns its neighbors inside out. So where
-//! an element has less than a hundredth of its rest volume when a tick begins, it and the elements that touch
-//! it are drawn back to their shape at rest, in position alone. Elements that hang together are one
-//! region. In each substep of h seconds, with masses mᵢ and the repair time T:
+//! A [volume](super::Volume) constraint corrects an inverted element within one substep. The correction is
+//! of the order of the element's size, so it would leave with a velocity of meters per millisecond, make
+//! the body explode and invert neighboring elements. Instead, collapsed elements (below
+//! [`COLLAPSED`] of their rest volume when a tick begins) and the elements that share a particle with them
+//! are moved back to their rest shape. Elements that share particles form a region. In each substep of
+//! length h, with the repair time T and the time t that the body has been under repair:
 //!
-//! 1. Before anything else, the particles of a region go a share 1 − e^(−h(1 + t/T)/T), t being the time
-//!    for which the body has been under repair, of the way to the goals
-//!    gᵢ = R(qᵢ − q̄) + x̄ of shape matching (Müller, Heidelberger, Teschner and Gross 2005): the rest
-//!    shape, moved and turned to fit best. Forces, constraints and contacts then act as ever.
-//! 2. Then, and after the third stage, a region keeps its momentum and its angular momentum, and nothing
-//!    else of its velocities: it moves as if it were rigid. That of a whole body is the angular momentum of
-//!    before, as over the ways that such constraints push particles Σ m r × v is no measure of what turns.
-//!    Where it would turn with more energy as it has become more compact, it turns with as much as before.
-//!    Where the body touches something in the substep, contacts may brake the region, but not speed it
-//!    up: what is drawn into the ground and pushed out again is not thrown.
+//! 1. The particles of a region move by the fraction 1 − e^(−h(1 + t/T)/T) towards the shape-matching goals
+//!    gᵢ = R(qᵢ − q̄) + x̄ (Müller, Heidelberger, Teschner and Gross 2005), with velocities unchanged. Forces,
+//!    constraints and contacts then act as usual.
+//! 2. After this and after the third stage, velocities of a region are replaced by those of a rigid body of
+//!    the same momentum and angular momentum. A region that is the whole body keeps the angular momentum from
+//!    before the substep, because Σ m r × v does not measure rotation over such large corrections.
+//!    Rotational energy never increases: the angular velocity is scaled down where the region has become
+//!    more compact. If the body has a contact in the substep, contacts can only slow a region down.
 //!
-//! So what the goals and the constraints move leaves no velocity behind. A region stays under repair until
-//! it is within [`DONE`] of its shape, so that it is not let go with most of the way still to go. With
-//! pins in it a region has no velocity, and pins weigh a million times as much as all else in the fit.
+//! A region with pins gets no velocity, and pins dominate the fit. A region is released when it is within
+//! [`DONE`] of its rest shape.
 //!
-//! Where only slivers turn over, less than [`LITTLE`] of a body, it is left to the constraints. Where pins
-//! or contacts hold elements inside out, no repair helps: a body that has been under repair
-//! for [`PATIENCE`] repair times is left alone until it has been in order for ten times as long.
+//! Nothing is done while less than [`LITTLE`] of the body's volume has collapsed: constraints recover single
+//! slivers, and moving a region among vibrating neighbors disturbs them. After [`PATIENCE`] repair times
+//! recovery is suspended (pins or contacts can hold elements inverted) until the body has been without repair
+//! for ten times as long.
 //!
-//! Bodies in order pay for one look at each tetrahedron a tick. A repair time of ∞ does not even look.
-//! Bodies that flow are not repaired: their rest positions are not what they tend to. Nor is rubber
-//! ([`NeoHookean`](super::NeoHookean)), which recovers by its own forces.
+//! Cost for a body without collapsed elements: one pass over its tetrahedra per tick; none with a repair
+//! time of ∞. Not for plastic bodies, whose rest positions are not their equilibrium, and not for
+//! [`NeoHookean`](super::NeoHookean), which recovers by its own forces.
 
 use super::{
     Effects, Particles, Topology,
     advance::{Means, Stepper},
-    constraint::volume,
+    constraint::{shape_matching::HEAVY, volume},
     fit,
     spin::Motion,
     topology,
@@ -42,24 +40,19 @@ use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 use std::iter;
 
-/// Below this share of its rest volume an element has collapsed.
+/// Fraction of its rest volume below which an element has collapsed.
 pub const COLLAPSED: f64 = 0.01;
 
-/// Of a body less of which has collapsed, as a share of its volume, nothing is drawn: constraints bring it
-/// back by themselves, and a region that is drawn among others that swing would disturb them.
+/// Fraction of the rest volume of a body that must have collapsed for a repair to begin.
 pub const LITTLE: f64 = 0.02;
 
-/// A region is let go when it is no farther from its shape at rest than this share of its size, root mean
-/// square.
+/// RMS distance from its rest shape, relative to its RMS size, at which a region is released.
 pub const DONE: f64 = 0.01;
 
-/// After how many repair times in a row a body is given up.
+/// Number of repair times after which recovery is suspended.
 pub const PATIENCE: f64 = 40.0;
 
-/// A pin counts as this many times all of a region that can move.
-const HEAVY: f64 = 1e6;
-
-/// What of a body is under repair: nothing of a body in order. Room that was needed once is kept.
+/// Recovery state of a body; empty while nothing is under repair. Allocations are kept.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub struct Repair(Option<Box<UnderRepair>>);
 
@@ -98,7 +91,7 @@ impl Clone for Repair {
         copy
     }
 
-    /// Into the room that is there.
+    /// Reuses allocations. Regions are not copied: they are found when a tick begins.
     fn clone_from(&mut self, from: &Self) {
         let Some(from) = &from.0 else {
             self.0 = None;
@@ -107,13 +100,6 @@ impl Clone for Repair {
         let repair = self.0.get_or_insert_default();
         repair.drawn.clone_from(&from.drawn);
         (repair.time, repair.spent) = (from.time, from.spent);
-        let (regions, from) = (&mut repair.regions, &from.regions);
-        regions.members.clone_from(&from.members);
-        regions.ends.clone_from(&from.ends);
-        regions.collapsed.clone_from(&from.collapsed);
-        regions.parent.clone_from(&from.parent);
-        regions.motions.clone_from(&from.motions);
-        regions.touched = from.touched;
     }
 }
 
@@ -179,19 +165,6 @@ impl Motes for Particles {
 }
 
 impl Repair {
-    /// Whether anything is under repair.
-    #[must_use]
-    pub fn is_needed(&self) -> bool {
-        !self.is_empty()
-    }
-
-    /// How many particles are under repair.
-    #[must_use]
-    pub fn count(&self) -> usize {
-        let drawn = self.0.iter().flat_map(|repair| &repair.drawn);
-        drawn.filter(|drawn| **drawn).count()
-    }
-
     /// How many particles it is of; none for a body in order.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -229,7 +202,6 @@ impl Repair {
     ) {
         let mut repair = self.0.take().unwrap_or_default();
         repair.time = time;
-        repair.spent += seconds;
         if repair.spent > PATIENCE * time {
             repair.spent = 2.0 * PATIENCE * time;
             repair.drawn.clear();
@@ -272,18 +244,13 @@ impl Repair {
             }
         }
         if repair.drawn.contains(&true) {
+            repair.spent += seconds;
             repair.find_regions(topology);
         } else {
             repair.drawn.clear();
+            repair.recuperate(seconds);
         }
         self.0 = Some(repair);
-    }
-
-    /// Nothing has collapsed in a tick of `seconds`.
-    fn is_in_order(&mut self, seconds: f64) {
-        if let Some(repair) = &mut self.0 {
-            repair.spent = (repair.spent - 0.1 * seconds).max(0.0);
-        }
     }
 
     /// Draws all regions towards their shapes at rest, in a substep of `h` seconds.
@@ -341,6 +308,11 @@ impl Repair {
 }
 
 impl UnderRepair {
+    /// Nothing is under repair in a tick of `seconds`.
+    fn recuperate(&mut self, seconds: f64) {
+        self.spent = (self.spent - 0.1 * seconds).max(0.0);
+    }
+
     /// Particles under repair that elements join: regions by their first particle, each in ascending
     /// order.
     fn find_regions(&mut self, topology: &Topology) {
@@ -491,18 +463,10 @@ impl Whole {
             .iter()
             .map(|&i| rest(topology, i) * self.mass_of(i, motes));
         let center = terms.sum::<DVec3>() / self.mass;
-        let mut spread = [[0.0; 3]; 3];
-        for &i in region {
-            let mass = self.mass_of(i, motes);
-            let from = rest(topology, i) - center;
-            let to = motes.position(i as usize) - self.motion.center;
-            for (j, row) in spread.iter_mut().enumerate() {
-                for (k, cell) in row.iter_mut().enumerate() {
-                    *cell += mass * (from[j] * to[k]);
-                }
-            }
-        }
-        (fit::rotation_of(spread), center)
+        let each = || region.iter();
+        let from = each().map(|&i| (rest(topology, i) - center) * self.mass_of(i, motes));
+        let to = each().map(|&i| motes.position(i as usize) - self.motion.center);
+        (fit::rotation_between(from, to), center)
     }
 }
 
@@ -530,7 +494,9 @@ impl Stepper<'_> {
                 means.instructions,
             )
         {
-            particles.repair.is_in_order(means.settings.tick_seconds());
+            if let Some(repair) = &mut particles.repair.0 {
+                repair.recuperate(means.settings.tick_seconds());
+            }
             return;
         }
         let mut repair = std::mem::take(&mut particles.repair);
@@ -542,7 +508,7 @@ impl Stepper<'_> {
     /// Begins a substep: draws what is under repair towards its shape at rest.
     pub(super) fn draw(&mut self, means: &Means) {
         let particles = &mut *self.particles;
-        if particles.repair.is_needed() {
+        if !particles.repair.is_empty() {
             let mut repair = std::mem::take(&mut particles.repair);
             let h = means.settings.substep_seconds();
             repair.draw(self.topology, h, particles);
@@ -553,7 +519,7 @@ impl Stepper<'_> {
     /// Ends it: what is under repair moves as if it were rigid.
     pub(super) fn stiffen(&mut self) {
         let particles = &mut *self.particles;
-        if particles.repair.is_needed() {
+        if !particles.repair.is_empty() {
             let repair = std::mem::take(&mut particles.repair);
             repair.stiffen(particles);
             particles.repair = repair;

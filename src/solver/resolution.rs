@@ -31,7 +31,7 @@ pub fn shortest_substep(body: &Body, gravity: f64) -> f64 {
 /// The most substeps a tick that single precision resolves for all of these bodies, at least 1; `None` if any
 /// number of them, or without gravity.
 #[must_use]
-pub fn most_substeps(bodies: &[Body], tick_seconds: f64, gravity: f64) -> Option<u32> {
+pub fn max_substeps(bodies: &[Body], tick_seconds: f64, gravity: f64) -> Option<u32> {
     if gravity <= 0.0 {
         return None;
     }

@@ -81,7 +81,7 @@ pub(super) struct Motion {
 }
 
 impl Motion {
-    /// Of so many particles with mass [kg], position [m] and velocity [m/s].
+    /// Of `count` particles; `at` gives mass [kg], position [m] and velocity [m/s].
     pub fn of(at: impl Fn(usize) -> (f64, DVec3, DVec3), count: usize) -> Self {
         let (mut mass, mut center) = (0.0, DVec3::ZERO);
         for i in 0..count {

@@ -83,7 +83,7 @@ impl World {
     #[must_use]
     pub fn resolved_substeps(&self) -> Option<u32> {
         let gravity = self.settings.gravity.as_dvec3().length();
-        super::resolution::most_substeps(&self.bodies, self.settings.tick_seconds(), gravity)
+        super::resolution::max_substeps(&self.bodies, self.settings.tick_seconds(), gravity)
     }
 
     /// Hash of the state of all bodies.

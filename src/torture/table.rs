@@ -1,6 +1,6 @@
 //! The table of what came out: a row for each case, kind of body and mark.
 
-use super::{Figure, Row};
+use super::{Figure, Outcome, Row};
 use serde_json::{Value, json};
 
 /// What is above the columns.
@@ -144,16 +144,11 @@ pub fn known_failures(rows: &[Row]) -> Vec<String> {
     let lines = marked.flat_map(|row| {
         let failed = row.outcomes.iter().filter(|outcome| !outcome.passed());
         failed.filter_map(move |outcome| {
-            let figure = outcome.worst()?;
             Some(format!(
-                "{} {} {}: {} {} {}, at most {}",
+                "{} {} {}",
                 row.case.name,
                 outcome.number,
-                outcome.member,
-                figure.name,
-                number(figure.value),
-                figure.unit,
-                number(figure.limit),
+                worst(outcome)?
             ))
         })
     });
@@ -177,21 +172,29 @@ pub fn marks(rows: &[Row]) -> Vec<String> {
         .collect()
 }
 
+/// A member with its worst figure.
+fn worst(outcome: &Outcome) -> Option<String> {
+    let figure = outcome.worst()?;
+    Some(format!(
+        "{}: {} {} {}, at most {}",
+        outcome.member,
+        figure.name,
+        number(figure.value),
+        figure.unit,
+        number(figure.limit),
+    ))
+}
+
 /// The members of a row that fail, a line each, with the command that runs each again.
 #[must_use]
 pub fn failures(row: &Row) -> Vec<String> {
     let failed = row.outcomes.iter().filter(|outcome| !outcome.passed());
     let lines = failed.filter_map(|outcome| {
-        let figure = outcome.worst()?;
         Some(format!(
-            "pliant torture {} --member {}   # {}: {} {} {}, at most {}",
+            "pliant torture {} --member {}   # {}",
             row.case.name,
             outcome.number,
-            outcome.member,
-            figure.name,
-            number(figure.value),
-            figure.unit,
-            number(figure.limit),
+            worst(outcome)?,
         ))
     });
     lines.collect()

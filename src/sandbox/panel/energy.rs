@@ -172,8 +172,7 @@ fn words(row: &str) -> (&'static str, &'static str) {
         ),
         "repair" => (
             "Repair",
-            "What is taken of the speed of tetrahedra that are inside out, and of what is stored in \
-             them, while they are drawn back to their shape",
+            "Energy removed or added while inverted tetrahedra are moved back to their rest shape",
         ),
         _ => (
             "Edits and sleep",

@@ -242,22 +242,18 @@ impl<const N: usize, A: Ask<N>> Work for Questioned<'_, N, A> {
     fn run<L: Lanes>(self, simd: L) {
         for batch in self.elements.batches() {
             for (first, group) in self.elements.groups(batch) {
-                for (first, chunk) in (first..).step_by(WIDTH).zip(group.chunks(WIDTH)) {
-                    let mut corners = [chunk[0]; WIDTH];
-                    corners[..chunk.len()].copy_from_slice(chunk);
-                    corners[chunk.len()..].fill(chunk[chunk.len() - 1]);
-                    let block = Block {
-                        corners: &corners,
-                        first,
-                        lanes: chunk.len(),
-                    };
-                    // SAFETY: the invariant.
-                    let gathered =
-                        unsafe { gather::<L, N, false>(simd, self.origins, block.corners) };
-                    if self.ask.holds(simd, &block, &gathered.shape) {
-                        *self.found = true;
-                        return;
-                    }
+                padded(
+                    (first, group),
+                    #[inline(always)]
+                    |block| {
+                        // SAFETY: the invariant.
+                        let gathered =
+                            unsafe { gather::<L, N, false>(simd, self.origins, block.corners) };
+                        *self.found |= self.ask.holds(simd, block, &gathered.shape);
+                    },
+                );
+                if *self.found {
+                    return;
                 }
             }
         }
@@ -359,6 +355,24 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> Work
     }
 }
 
+/// Constraints of one color block by block, the last one padded; `first` is the number of the first.
+#[inline(always)]
+fn padded<const N: usize>(
+    (first, group): (usize, &[[Corner; N]]),
+    mut solve: impl FnMut(&Block<N>),
+) {
+    for (first, chunk) in (first..).step_by(WIDTH).zip(group.chunks(WIDTH)) {
+        let mut corners = [chunk[0]; WIDTH];
+        corners[..chunk.len()].copy_from_slice(chunk);
+        corners[chunk.len()..].fill(chunk[chunk.len() - 1]);
+        solve(&Block {
+            corners: &corners,
+            first,
+            lanes: chunk.len(),
+        });
+    }
+}
+
 impl<'a, B> Sweep<'a, B> {
     /// Block by block.
     #[inline(always)]
@@ -368,20 +382,11 @@ impl<'a, B> Sweep<'a, B> {
     {
         for (first, group) in self.blocks.elements().groups(self.batch) {
             if !B::APART {
-                let firsts = (first..).step_by(WIDTH);
-                for (first, chunk) in firsts.zip(group.chunks(WIDTH)) {
-                    let mut corners = [chunk[0]; WIDTH];
-                    corners[..chunk.len()].copy_from_slice(chunk);
-                    corners[chunk.len()..].fill(chunk[chunk.len() - 1]);
-                    solve(
-                        self,
-                        &Block {
-                            corners: &corners,
-                            first,
-                            lanes: chunk.len(),
-                        },
-                    );
-                }
+                padded(
+                    (first, group),
+                    #[inline(always)]
+                    |block| solve(self, block),
+                );
                 continue;
             }
             let (full, rest) = group.as_chunks::<WIDTH>();

@@ -55,7 +55,7 @@ impl ShapeMatching {
 }
 
 /// A pin counts as this many times all of a region that can move.
-const HEAVY: f64 = 1e6;
+pub(crate) const HEAVY: f64 = 1e6;
 
 /// A particle as shape matching sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -29,8 +29,8 @@ pub struct Volume {
     /// Damping τ [s], see the [module](super); default 0. With one sweep a substep, more than some
     /// 0.05 s on nearly incompressible elements does not calm a body but makes it flutter.
     pub damping: Damping,
-    /// Time over which what is inside out or has collapsed is [drawn back](crate::solver::repair) [s];
-    /// default 0.05, ∞ is never.
+    /// Time constant T for [recovering](crate::solver::repair) collapsed or inverted tetrahedra [s]; default
+    /// 0.05, ∞ disables recovery.
     pub repair: RepairTime,
 }
 
@@ -89,7 +89,7 @@ pub(crate) fn gradients([x0, x1, x2, x3]: [DVec3; 4]) -> [DVec3; 4] {
     [-(g1 + g2 + g3), g1, g2, g3]
 }
 
-/// Whether a tetrahedron has less than this share of its rest volume, or will have in the next substep
+/// Whether a tetrahedron has less than this fraction of its rest volume, or will have in the next substep
 /// where inertia alone takes it.
 pub(crate) fn any_below(
     share: f32,
