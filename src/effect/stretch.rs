@@ -1,7 +1,7 @@
 //! Stretch: edges resist a change of length.
 
 use super::{Effect, Parameter, Scale, component, elastic::elastic, parameter};
-use crate::solver::{Compliance, Damping, Stiffness, Stretch};
+use crate::solver::{Compliance, Damping, RepairTime, Stiffness, Stretch};
 use bevy::{
     prelude::*,
     reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
@@ -15,6 +15,7 @@ impl_reflect!(
         compliance: Compliance,
         axial_stiffness: Stiffness,
         damping: Damping,
+        repair: RepairTime,
     }
 );
 
@@ -37,6 +38,11 @@ impl Effect for Stretch {
             damping: Damping, "Damping", "s",
             "The time over which a stretch dies away; 0 is none but the integrator's own.",
             (1e-4, 1.0), Scale::LogarithmicFromZero
+        ),
+        parameter!(
+            repair: RepairTime, "Repair time", "s",
+            "Time constant for recovering crushed or overstretched edges of cloth without adding velocity; ∞ disables recovery. Ropes and solids ignore it.",
+            (0.01, 1.0), Scale::LogarithmicToInfinity
         ),
     ];
 

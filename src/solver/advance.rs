@@ -688,7 +688,7 @@ impl<'a> Context<'a> {
                     // SAFETY: the caller's promise.
                     Some(averaging) => Put::Sum {
                         sums: unsafe { shared.sums(piece) },
-                        alike: averaging.alike,
+                        masses: averaging.masses,
                     },
                     None => Put::of_share(self.any.method.share()),
                 };

@@ -42,8 +42,22 @@ pub enum Method {
 pub(super) struct Averaging {
     /// How many constraints a particle's own place counts for.
     pub own_weight: f32,
-    /// Whether particles are all of the same mass to constraints.
-    pub alike: bool,
+    /// What particles weigh to constraints.
+    pub masses: Masses,
+}
+
+/// What particles weigh to constraints while the ways are averaged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) enum Masses {
+    /// What they are.
+    #[default]
+    Own,
+    /// All the same.
+    Equal,
+    /// What they are, but a pin only as much as the lightest other particle of the constraint (which makes
+    /// the pin no lighter: it still does not move). Otherwise a constraint with a pin asks its other
+    /// particles for all of its error, one without a pin for a share, and errors would come to rest unevenly.
+    PinsLikeOthers,
 }
 
 impl Method {
@@ -89,7 +103,7 @@ impl Method {
             Self::Xpbd | Self::Pbd { .. } => None,
             Self::Jacobi { own_weight, .. } => Some(Averaging {
                 own_weight: own_weight.get(),
-                alike: true,
+                masses: Masses::Equal,
             }),
             Self::Verlet => Some(Averaging::default()),
         }

@@ -17,8 +17,8 @@ use super::{
     elastic::{Elastic, Point, Row, Visit},
     force::{Force, Moment, Mote, VisitForces},
     history::SHARE,
-    method::Averaging,
-    repair::{self, Motes},
+    method::{Averaging, Masses},
+    repair::{Motes, Repairable},
     spin::{Motion, is_free},
 };
 use glam::{DVec3, Vec4};
@@ -173,7 +173,7 @@ impl World {
             for body in &mut self.bodies {
                 let (whole, end) = (h, start + h);
                 if index == 0 {
-                    body.look_for_damage(self.settings.tick_seconds());
+                    body.look_for_damage(&self.settings);
                 }
                 body.draw(h);
                 let h = if self.settings.order.get() == 2 && !self.keeps_multipliers {
@@ -427,11 +427,12 @@ impl Body {
         free.then(|| self.motion().angular)
     }
 
-    /// Finds collapsed elements at the start of a tick of `seconds`, see [`repair`](super::repair).
-    fn look_for_damage(&mut self, seconds: f64) {
+    /// Finds damaged elements at the start of a tick, see [`repair`](super::repair).
+    fn look_for_damage(&mut self, settings: &Settings) {
         let mut repair = std::mem::take(&mut self.repair);
-        if let Some(time) = repair::time(&self.effects) {
-            repair.look(&Arc::clone(&self.topology), time, seconds, self);
+        let topology = Arc::clone(&self.topology);
+        if let Some(body) = Repairable::of(&self.effects, &topology, settings) {
+            repair.look(&body, settings.tick_seconds(), self);
             self.repair = repair;
         }
     }
@@ -595,7 +596,7 @@ impl Body {
         &mut self,
         effect: &E,
         Sweep { h, first, .. }: Sweep,
-        Averaging { own_weight, alike }: Averaging,
+        Averaging { own_weight, masses }: Averaging,
     ) {
         let topology = Arc::clone(&self.topology);
         let mut lambdas = std::mem::take(&mut self.lambdas[E::KIND as usize]);
@@ -608,10 +609,14 @@ impl Body {
         let elements = E::elements(&topology).corners().enumerate();
         for ((index, corners), lambda) in elements.zip(lambdas.chunks_exact(M)) {
             let mut points = self.points(corners);
-            if alike {
-                for point in &mut points {
-                    point.w = 1.0;
-                }
+            let lightest = points.iter().map(|point| point.w).fold(0.0, f64::max);
+            for point in &mut points {
+                point.w = match masses {
+                    Masses::Own => point.w,
+                    Masses::Equal => 1.0,
+                    Masses::PinsLikeOthers if point.w > 0.0 => point.w,
+                    Masses::PinsLikeOthers => lightest,
+                };
             }
             let rows = effect.rows(&topology, index, points);
             let way = corners.map(|i| self.x[i as usize] - self.p[i as usize]);

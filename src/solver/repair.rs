@@ -1,11 +1,22 @@
-//! Recovery of collapsed and inverted tetrahedra without added velocity.
+//! Recovery of collapsed and inverted elements without added velocity.
 //!
-//! A [volume](super::Volume) constraint corrects an inverted element within one substep. The correction is
-//! of the order of the element's size, so it would leave with a velocity of meters per millisecond, make
-//! the body explode and invert neighboring elements. Instead, collapsed elements (below
-//! [`COLLAPSED`] of their rest volume when a tick begins) and the elements that share a particle with them
-//! are moved back to their rest shape. Elements that share particles form a region. In each substep of
-//! length h, with the repair time T and the time t that the body has been under repair:
+//! A constraint corrects an inverted element within one substep. The correction is of the order of the
+//! element's size, so it would leave with a velocity of meters per millisecond, make the body explode and
+//! invert neighboring elements. Instead, damaged elements and those that share a particle with them are moved
+//! back to their rest shape. What counts as damaged when a tick begins:
+//!
+//! - of a body with [`Volume`](super::Volume): a tetrahedron below [`COLLAPSED`] of its rest volume;
+//! - of a sheet (triangles, no tetrahedra) with [`Stretch`](super::Stretch): an edge shorter than [`CRUSHED`]
+//!   of its rest length; and after [`LASTING`] repair times in which it has not changed, a tangled hinge: two
+//!   triangles folded over by more than 120°, one of whose edges a single projection would still change by more
+//!   than [`TANGLED`] of its length. Stiff edges that push against each other in a tangle neither come to rest
+//!   nor come apart. A fold without strain is no damage, nor is strain without a fold: where too few sweeps
+//!   carry a load, edges are long, and should be seen to be. For the same reason no hinge counts while the
+//!   edges are longer than at rest by [`LOADED`] on the average. Sheets are repaired with XPBD only, not with
+//!   methods that are there to be compared with others' programs.
+//!
+//! Elements that share particles form a region. In each substep of length h, with the repair time T and the
+//! time t that the body has been under repair:
 //!
 //! 1. The particles of a region move by the fraction 1 − e^(−h(1 + t/T)/T) towards the shape-matching goals
 //!    gᵢ = R(qᵢ − q̄) + x̄ (Müller, Heidelberger, Teschner and Gross 2005), with velocities unchanged. Forces,
@@ -17,34 +28,48 @@
 //!    more compact. If the body has a contact in the substep, contacts can only slow a region down.
 //!
 //! A region with pins gets no velocity, and pins dominate the fit. A region is released when it is within
-//! [`DONE`] of its rest shape.
+//! [`DONE`] of its rest shape and nothing in it is tangled.
 //!
-//! Nothing is done while less than [`LITTLE`] of the body's volume has collapsed: constraints recover single
-//! slivers, and moving a region among vibrating neighbors disturbs them. After [`PATIENCE`] repair times
-//! recovery is suspended (pins or contacts can hold elements inverted) until the body has been without repair
-//! for ten times as long.
+//! Nothing is done while less than [`LITTLE`] of a solid or [`MANY`] of the edges of a sheet have collapsed and
+//! less than [`FEW`] of its hinges are tangled: constraints recover single slivers, and moving a region among
+//! vibrating neighbors disturbs them. After [`PATIENCE`] repair times recovery is suspended (pins or contacts
+//! can hold elements inverted) until the body has been without repair for ten times as long.
 //!
-//! Cost for a body without collapsed elements: one pass over its tetrahedra per tick; none with a repair
-//! time of ∞. Not for plastic bodies, whose rest positions are not their equilibrium, and not for
+//! Cost for a body without damage: one pass over its tetrahedra or edges per tick; none with a repair time of
+//! ∞. Not for plastic bodies, whose rest positions are not their equilibrium, and not for
 //! [`NeoHookean`](super::NeoHookean), which recovers by its own forces.
 
+mod damage;
+
+pub(super) use damage::Repairable;
+pub use damage::{COLLAPSED, CRUSHED, LOADED, TANGLED};
+
 use super::{
-    Effects, Particles, Topology,
+    Particles, Topology,
     advance::{Means, Stepper},
-    constraint::{shape_matching::HEAVY, volume},
+    constraint::shape_matching::HEAVY,
     fit,
     spin::Motion,
-    topology,
 };
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 use std::iter;
 
-/// Fraction of its rest volume below which an element has collapsed.
-pub const COLLAPSED: f64 = 0.01;
+/// Number of repair times for which a hinge may be tangled.
+pub const LASTING: f64 = 3.0;
 
-/// Fraction of the rest volume of a body that must have collapsed for a repair to begin.
+/// Fraction of the rest volume of a solid that must have collapsed for a repair to begin.
 pub const LITTLE: f64 = 0.02;
+
+/// Fraction of the edges of a sheet, by length, that must have collapsed for a repair to begin. Too few sweeps
+/// can crush some for a moment where a sheet swings under its weight.
+pub const MANY: f64 = 0.1;
+
+/// Change of the strain of a tangled hinge from tick to tick below which it does not come apart by itself.
+pub const STEADY: f64 = 0.05;
+
+/// Fraction of the hinges of a sheet, by length, that must be tangled for a repair to begin.
+pub const FEW: f64 = 0.004;
 
 /// RMS distance from its rest shape, relative to its RMS size, at which a region is released.
 pub const DONE: f64 = 0.01;
@@ -64,6 +89,8 @@ struct UnderRepair {
     time: f64,
     /// For how long the body has been under repair [s], less a tenth of the time in order since.
     spent: f64,
+    /// For how long each particle has been in a tangled hinge [s], and the strain there; empty where none is.
+    tangled: Vec<[f32; 2]>,
     /// Found when a tick begins.
     #[serde(skip)]
     regions: Regions,
@@ -75,7 +102,9 @@ struct Regions {
     members: Vec<u32>,
     /// Where each region ends.
     ends: Vec<usize>,
-    collapsed: Vec<bool>,
+    damaged: Vec<bool>,
+    /// Greatest strain of a tangled hinge at each particle.
+    strains: Vec<f32>,
     parent: Vec<u32>,
     /// Velocity [m/s], angular momentum [kg·m²/s] and energy of turning [J] of each where the substep
     /// begins.
@@ -99,6 +128,7 @@ impl Clone for Repair {
         };
         let repair = self.0.get_or_insert_default();
         repair.drawn.clone_from(&from.drawn);
+        repair.tangled.clone_from(&from.tangled);
         (repair.time, repair.spent) = (from.time, from.spent);
     }
 }
@@ -108,7 +138,9 @@ impl PartialEq for Repair {
     fn eq(&self, other: &Self) -> bool {
         let state = |it: &Self| {
             let repair = it.0.as_ref();
-            repair.map_or((Vec::new(), 0.0), |it| (it.drawn.clone(), it.spent))
+            repair.map_or((Vec::new(), Vec::new(), 0.0), |it| {
+                (it.drawn.clone(), it.tangled.clone(), it.spent)
+            })
         };
         state(self) == state(other)
     }
@@ -183,69 +215,79 @@ impl Repair {
         self.0.as_ref().map_or(0, |repair| {
             let regions = &repair.regions;
             size_of_val(&repair.drawn[..])
+                + size_of_val(&repair.tangled[..])
                 + size_of_val(&regions.members[..])
                 + size_of_val(&regions.ends[..])
-                + size_of_val(&regions.collapsed[..])
+                + size_of_val(&regions.damaged[..])
+                + size_of_val(&regions.strains[..])
                 + size_of_val(&regions.parent[..])
                 + size_of_val(&regions.motions[..])
         })
     }
 
-    /// Finds what is to be repaired in a tick of `seconds`: what has collapsed, and what is still under
+    /// Finds what is to be repaired in a tick of `seconds`: what is damaged, and what is still under
     /// repair.
-    pub(super) fn look(
-        &mut self,
-        topology: &Topology,
-        time: f64,
-        seconds: f64,
-        motes: &impl Motes,
-    ) {
+    pub(super) fn look(&mut self, body: &Repairable, seconds: f64, motes: &impl Motes) {
+        let topology = body.topology;
         let mut repair = self.0.take().unwrap_or_default();
-        repair.time = time;
-        if repair.spent > PATIENCE * time {
-            repair.spent = 2.0 * PATIENCE * time;
+        repair.time = body.time;
+        if repair.spent > PATIENCE * body.time {
+            repair.spent = 2.0 * PATIENCE * body.time;
             repair.drawn.clear();
             repair.regions.clear();
             self.0 = Some(repair);
             return;
         }
         repair.drawn.resize(topology.particles(), false);
-        repair.find_regions(topology);
+        repair.find_regions(body);
+        let mut damaged = std::mem::take(&mut repair.regions.damaged);
+        damaged.clear();
+        damaged.resize(topology.particles(), false);
+        let mut strains = std::mem::take(&mut repair.regions.strains);
+        strains.clear();
+        strains.resize(topology.particles(), 0.0_f32);
+        body.tangles(motes, |corners, strain| {
+            for &i in corners {
+                let most = &mut strains[i as usize];
+                *most = most.max(strain as f32);
+            }
+            mark(&mut damaged, corners);
+            true
+        });
         for region in repair.regions.each() {
-            if Whole::of(region, motes).off(region, topology, motes) < DONE {
+            let off = || Whole::of(region, motes).off(region, topology, motes);
+            if !region.iter().any(|&i| damaged[i as usize]) && off() < DONE {
                 for &i in region {
                     repair.drawn[i as usize] = false;
                 }
             }
         }
-        let tetrahedra = &topology.tetrahedra;
-        let collapsed = &mut repair.regions.collapsed;
-        collapsed.clear();
-        collapsed.resize(topology.particles(), false);
-        let (mut lost, mut whole) = (0.0, 0.0);
-        for (corners, &rest) in tetrahedra.corners().zip(&tetrahedra.rest_volume) {
-            let (x, rest) = (corners.map(|i| motes.position(i as usize)), f64::from(rest));
-            whole += rest;
-            if topology::volume(x) / rest < COLLAPSED {
-                lost += rest;
-                for i in corners {
-                    collapsed[i as usize] = true;
-                }
+        repair.count_tangles(&strains, seconds);
+        repair.regions.strains = strains;
+        damaged.fill(false);
+        let lasts = |i: u32| {
+            let tangled = repair.tangled.get(i as usize);
+            tangled.is_some_and(|&[seconds, _]| f64::from(seconds) > LASTING * body.time)
+        };
+        let lasting = |corners: &[u32]| corners.iter().all(|&i| lasts(i));
+        if body.tangles(motes, |corners, _| lasting(corners)) >= FEW {
+            body.tangles(motes, |corners, _| {
+                mark(&mut damaged, corners);
+                true
+            });
+        }
+        if body.collapsed(motes, |_| ()) >= body.least() {
+            body.collapsed(motes, |corners| mark(&mut damaged, corners));
+        }
+        body.each(|corners, _| {
+            if corners.iter().any(|&i| damaged[i as usize]) {
+                mark(&mut repair.drawn, corners);
             }
-        }
-        if lost < LITTLE * whole {
-            collapsed.fill(false);
-        }
-        for corners in tetrahedra.corners() {
-            if corners.iter().any(|&i| collapsed[i as usize]) {
-                for i in corners {
-                    repair.drawn[i as usize] = true;
-                }
-            }
-        }
+        });
+        repair.regions.damaged = damaged;
         if repair.drawn.contains(&true) {
             repair.spent += seconds;
-            repair.find_regions(topology);
+            repair.find_regions(body);
         } else {
             repair.drawn.clear();
             repair.recuperate(seconds);
@@ -308,6 +350,20 @@ impl Repair {
 }
 
 impl UnderRepair {
+    /// Takes note of the strain of tangled hinges at each particle, 0 where there is none, in a tick of
+    /// `seconds`.
+    fn count_tangles(&mut self, strains: &[f32], seconds: f64) {
+        if strains.iter().all(|&strain| strain == 0.0) {
+            self.tangled.clear();
+            return;
+        }
+        self.tangled.resize(strains.len(), [0.0; 2]);
+        for ([time, before], &strain) in self.tangled.iter_mut().zip(strains) {
+            let steady = strain > 0.0 && f64::from((strain - *before).abs()) < STEADY;
+            (*time, *before) = (if steady { *time + seconds as f32 } else { 0.0 }, strain);
+        }
+    }
+
     /// Nothing is under repair in a tick of `seconds`.
     fn recuperate(&mut self, seconds: f64) {
         self.spent = (self.spent - 0.1 * seconds).max(0.0);
@@ -315,7 +371,7 @@ impl UnderRepair {
 
     /// Particles under repair that elements join: regions by their first particle, each in ascending
     /// order.
-    fn find_regions(&mut self, topology: &Topology) {
+    fn find_regions(&mut self, body: &Repairable) {
         let Self { drawn, regions, .. } = self;
         let Regions {
             members,
@@ -329,7 +385,7 @@ impl UnderRepair {
         motions.reserve(drawn.len());
         parent.clear();
         parent.extend(0..drawn.len() as u32);
-        for corners in topology.tetrahedra.corners() {
+        body.each(|corners, _| {
             if corners.iter().all(|&i| drawn[i as usize]) {
                 for &i in &corners[1..] {
                     // The root is the least of its region.
@@ -337,7 +393,7 @@ impl UnderRepair {
                     parent[a.max(b) as usize] = a.min(b);
                 }
             }
-        }
+        });
         members.clear();
         members.extend((0..drawn.len() as u32).filter(|&i| drawn[i as usize]));
         for &i in &*members {
@@ -350,6 +406,12 @@ impl UnderRepair {
             end += region.len();
             ends.push(end);
         }
+    }
+}
+
+fn mark(particles: &mut [bool], corners: &[u32]) {
+    for &i in corners {
+        particles[i as usize] = true;
     }
 }
 
@@ -470,39 +532,23 @@ impl Whole {
     }
 }
 
-/// T of a body that carries these effects, if it is to be repaired [s].
-pub(super) fn time(effects: &Effects) -> Option<f64> {
-    let volume = effects.volume?;
-    let time = f64::from(volume.repair.get());
-    let by_itself = effects.neo_hookean.is_some() || effects.plasticity.is_some();
-    (time.is_finite() && !by_itself).then_some(time)
-}
-
 impl Stepper<'_> {
     /// Begins a tick: looks for what is to be repaired.
     pub(super) fn look_for_damage(&mut self, means: &Means) {
-        let Some(time) = time(self.effects) else {
+        let settings = means.settings;
+        let Some(body) = Repairable::of(self.effects, self.topology, settings) else {
             self.particles.repair = Repair::default();
             return;
         };
-        let particles = &mut *self.particles;
-        if particles.repair.is_empty()
-            && !volume::any_below(
-                COLLAPSED as f32,
-                self.topology,
-                particles,
-                means.instructions,
-            )
-        {
-            if let Some(repair) = &mut particles.repair.0 {
-                repair.recuperate(means.settings.tick_seconds());
-            }
-            return;
+        let seconds = settings.tick_seconds();
+        let mut repair = std::mem::take(&mut self.particles.repair);
+        if !repair.is_empty() || body.may_be_damaged(self.particles, means.instructions) {
+            repair.look(&body, seconds, &*self.particles);
+        } else if let Some(repair) = &mut repair.0 {
+            repair.tangled.clear();
+            repair.recuperate(seconds);
         }
-        let mut repair = std::mem::take(&mut particles.repair);
-        let seconds = means.settings.tick_seconds();
-        repair.look(self.topology, time, seconds, &*particles);
-        particles.repair = repair;
+        self.particles.repair = repair;
     }
 
     /// Begins a substep: draws what is under repair towards its shape at rest.

@@ -2,7 +2,9 @@
 
 use super::{
     CollisionIterations, InvalidValue, Iterations, KeepSpin, Method, Order, Rate,
-    SmoothingIterations, Substeps, method::Averaging, quantity::finite,
+    SmoothingIterations, Substeps,
+    method::{Averaging, Masses},
+    quantity::finite,
 };
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -217,6 +219,10 @@ impl Substep {
     pub(super) fn averaging(&self, iteration: u32) -> Option<Averaging> {
         let smooths = iteration >= self.iterations;
         let of_method = self.method.averaging();
-        of_method.or_else(|| smooths.then(Averaging::default))
+        let smoothing = Averaging {
+            masses: Masses::PinsLikeOthers,
+            ..Averaging::default()
+        };
+        of_method.or(smooths.then_some(smoothing))
     }
 }

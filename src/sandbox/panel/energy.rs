@@ -172,7 +172,7 @@ fn words(row: &str) -> (&'static str, &'static str) {
         ),
         "repair" => (
             "Repair",
-            "Energy removed or added while inverted tetrahedra are moved back to their rest shape",
+            "Energy removed or added while collapsed elements are moved back to their rest shape",
         ),
         _ => (
             "Edits and sleep",

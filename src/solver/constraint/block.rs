@@ -14,6 +14,7 @@ use crate::solver::{
     lanes::{
         Columns, Gathered, Instructions, Lanes, Origins, Vectors, WIDTH, Work, gather, scatter_add,
     },
+    method::Masses,
     order::{Batch, Corner, Elements},
     particles::{Part, Particles},
 };
@@ -98,8 +99,8 @@ pub(crate) enum Put<'a> {
     Sum {
         /// The sums, one for each particle.
         sums: &'a mut [Vec4],
-        /// Whether all particles are taken to be of the same mass.
-        alike: bool,
+        /// What particles weigh.
+        masses: Masses,
     },
 }
 
@@ -159,10 +160,10 @@ pub(crate) fn solve_batch<const N: usize, const M: usize, B: Blocks<N, M>>(
     let target = match put {
         Put::Whole => Target::Whole,
         Put::Share(share) => Target::Share(share),
-        Put::Sum { sums, alike } => {
+        Put::Sum { sums, masses } => {
             assert!(sums.len() == count, "a sum for each particle");
             let sums = sums.as_mut_ptr().wrapping_sub(base);
-            Target::Sum { sums, alike }
+            Target::Sum { sums, masses }
         }
     };
     let whole = matches!(target, Target::Whole);
@@ -265,7 +266,7 @@ impl<const N: usize, A: Ask<N>> Work for Questioned<'_, N, A> {
 enum Target {
     Whole,
     Share(f32),
-    Sum { sums: *mut Vec4, alike: bool },
+    Sum { sums: *mut Vec4, masses: Masses },
 }
 
 /// The constraints of a batch and where their particles are.
@@ -460,10 +461,8 @@ impl<'a, B> Sweep<'a, B> {
             }
         };
         let Gathered { mut shape, motion } = gathered;
-        if let Target::Sum { alike: true, .. } = self.target {
-            for corner in &mut shape {
-                corner[3] = f32x8::splat(simd, 1.0);
-            }
+        if let Target::Sum { masses, .. } = self.target {
+            weigh(simd, &mut shape, masses);
         }
         let moved = damped.then_some(&motion);
         let Projection { mut moves, change } =
@@ -480,6 +479,22 @@ impl<'a, B> Sweep<'a, B> {
         // SAFETY: as above; and they can be written there.
         unsafe { scatter_add(simd, target, block.corners, moves, count, block.lanes) };
         change
+    }
+}
+
+/// Gives corners the inverse masses with which the ways are averaged.
+#[inline(always)]
+fn weigh<L: Lanes, const N: usize>(simd: L, corners: &mut [Columns<L>; N], masses: Masses) {
+    let zero = f32x8::splat(simd, 0.0);
+    let lightest = corners
+        .iter()
+        .fold(zero, |most, corner| most.max(corner[3]));
+    for corner in corners {
+        corner[3] = match masses {
+            Masses::Own => corner[3],
+            Masses::Equal => f32x8::splat(simd, 1.0),
+            Masses::PinsLikeOthers => corner[3].simd_gt(0.0).select(corner[3], lightest),
+        };
     }
 }
 

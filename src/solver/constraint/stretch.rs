@@ -3,11 +3,11 @@
 //! λ/h² is the force that the edge pulls with, in N (negative when it pulls). Compliance is in
 //! m/N: an edge under a force F settles at C = αF.
 
-use super::block::{Block, Blocks, Projection, difference, dot, scaled};
+use super::block::{Ask, Block, Blocks, Projection, any, difference, dot, scaled};
 use crate::solver::{
-    Compliance, Damping, Stiffness, Topology,
+    Compliance, Damping, Particles, RepairTime, Stiffness, Topology,
     elastic::{Elastic, ElasticKind, Point, Row},
-    lanes::{Columns, Lanes, Vectors, WIDTH},
+    lanes::{Columns, Instructions, Lanes, Vectors, WIDTH},
     order::Elements,
     topology::Edges,
 };
@@ -26,6 +26,9 @@ pub struct Stretch {
     pub axial_stiffness: Stiffness,
     /// Damping τ [s], see the [module](super); default 0.
     pub damping: Damping,
+    /// Time constant [s] for recovering crushed and overstretched edges of a sheet without adding velocity;
+    /// default 0.05, ∞ never. Rope and solids ignore it.
+    pub repair: RepairTime,
 }
 
 /// The parameters as a substep of a given length needs them.
@@ -110,6 +113,45 @@ pub(super) fn edge_row([a, b]: [Point; 2], rest_length: f32, compliance: f64) ->
         compliance,
         scale: f64::from(rest_length),
         least: 0.0,
+    }
+}
+
+/// Whether an edge is shorter than the first of these fractions of its rest length, or a projection would
+/// lengthen it by more than the second, or will where inertia alone takes it in the next substep.
+pub(crate) fn any_short(
+    bounds: [f32; 2],
+    kernel: &Kernel,
+    particles: &Particles,
+    instructions: Instructions,
+) -> bool {
+    let short = Short { bounds, kernel };
+    any(&kernel.edges.elements, particles, instructions, &short)
+}
+
+struct Short<'a> {
+    bounds: [f32; 2],
+    kernel: &'a Kernel<'a>,
+}
+
+impl Ask<2> for Short<'_> {
+    #[inline(always)]
+    fn holds<L: Lanes>(&self, simd: L, block: &Block<2>, [a, b]: &[Columns<L>; 2]) -> bool {
+        let Coefficients {
+            alpha,
+            alpha_per_length,
+            ..
+        } = self.kernel.coefficients;
+        let [crushed, tangled] = self.bounds;
+        // Lanes without a constraint have a rest length of 0, and nothing is shorter.
+        let rest_length = block.column(simd, &self.kernel.edges.rest_length);
+        let d = difference(b, a);
+        let length = dot(&d, &d).sqrt();
+        let weight = a[3] + b[3];
+        let given = rest_length * alpha_per_length + alpha;
+        let crushed = length.simd_lt(rest_length * crushed);
+        let change = (rest_length - length) * weight;
+        let tangled = change.simd_gt(rest_length * tangled * (weight + given));
+        (crushed | tangled).any_true()
     }
 }
 
