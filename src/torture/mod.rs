@@ -11,13 +11,15 @@
 //! One definition, three ways to run it: [`suite::run`] for the program and the tests;
 //! [`run::run_given`] for a body that somebody has.
 //!
-//! A case that does not pass stays in the table, with those members that do not [marked](Mark).
+//! A member that is known not to pass stays in the table and is listed in [`EXPECTED_FAILURES`].
 //!
 //! To add one: a `Case` in a file of `cases`, and a line in [`CASES`].
 
+pub mod advice;
 mod cases;
 mod energy;
 mod error;
+mod expected;
 mod family;
 mod figure;
 pub mod filmstrip;
@@ -29,9 +31,11 @@ pub mod suite;
 pub mod table;
 pub mod watch;
 
+pub use advice::Advice;
 pub use cases::CASES;
 pub use energy::Energy;
 pub use error::TortureError;
+pub use expected::{EXPECTED_FAILURES, ExpectedFailure};
 pub use figure::Figure;
 pub use member::Member;
 pub use run::{Outcome, Run};
@@ -64,8 +68,6 @@ pub struct Case {
     pub outside: Outside,
     /// Whether it makes sense for any body that somebody has.
     pub any_body: bool,
-    /// Members that do not pass, and why.
-    pub marks: &'static [Mark],
 }
 
 /// What is done to a world before its first tick.
@@ -86,15 +88,6 @@ pub enum Outside {
     Work,
     /// One is made not finite.
     Poison,
-}
-
-/// Members of a case that are not expected to pass.
-#[derive(Debug, Clone, Copy)]
-pub struct Mark {
-    /// Which.
-    pub applies: fn(&Member) -> bool,
-    /// Why they do not pass.
-    pub reason: &'static str,
 }
 
 impl Case {
@@ -138,10 +131,12 @@ impl Case {
         }
     }
 
-    /// The first mark that applies to a member.
+    /// Why a member is known not to pass, if it is.
     #[must_use]
-    pub fn mark_of(&self, member: &Member) -> Option<&'static Mark> {
-        self.marks.iter().find(|mark| (mark.applies)(member))
+    pub fn expected_failure(&self, member: &Member) -> Option<&'static ExpectedFailure> {
+        let name = member.to_string();
+        let of_case = EXPECTED_FAILURES.iter().filter(|it| it.case == self.name);
+        of_case.into_iter().find(|it| it.members.contains(&&*name))
     }
 }
 

@@ -29,7 +29,7 @@ pub fn write(folder: &Path, rows: &[Row]) -> Result<(), TortureError> {
             table::HEAD.map(str::to_owned).to_vec(),
             rows.iter().map(|row| table::cells(row).to_vec()).collect(),
         ),
-        Block::List(table::marks(rows)),
+        Block::List(table::expected_failures(rows)),
         Block::List(table::slowest(rows).into_iter().collect()),
     ];
     let crews = Crews::start()?;
@@ -77,10 +77,9 @@ pub fn write(folder: &Path, rows: &[Row]) -> Result<(), TortureError> {
 }
 
 fn heading(row: &Row) -> String {
-    let marked = row.mark.map_or("", |_| ", marked");
     let count = row.outcomes.len();
     format!(
-        "{}{marked}: {count} members, {}",
+        "{}: {count} members, {}",
         row.kind.name(),
         table::verdict(row)
     )

@@ -28,6 +28,8 @@ pub struct Outcome {
     pub figures: Vec<Figure>,
     /// The slowest frames over the median, see [`slowest`].
     pub slowest: f64,
+    /// Time that its ticks took, but for those in which all slept [s].
+    pub seconds: f64,
     /// What was seen; only where it was asked for.
     pub watch: Option<Watch>,
     /// The bodies at the end; only where it was asked for.
@@ -142,7 +144,7 @@ pub fn prepared(
     Ok((member, world))
 }
 
-fn run_world(
+pub(super) fn run_world(
     case: &Case,
     (number, member): (usize, &Member),
     mut world: World,
@@ -189,6 +191,7 @@ fn run_world(
         member: *member,
         figures,
         slowest: slowest(&times),
+        seconds: times.iter().sum(),
         watch: film.then_some(run.watch),
         world: film.then_some(run.end),
     })

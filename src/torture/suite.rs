@@ -1,7 +1,7 @@
 //! Runs many members of many cases, whole members at the same time, and sums up what came out.
 
 use super::{
-    CASES, Case, Kind, Mark, Member, Outcome, TortureError,
+    CASES, Case, EXPECTED_FAILURES, ExpectedFailure, Kind, Member, Outcome, TortureError,
     run::{Crews, run_member},
 };
 use crate::solver::Threads;
@@ -32,15 +32,15 @@ pub struct Job {
     pub member: Member,
 }
 
-/// The members that came out alike: of one case and one kind of body, marked or not.
+/// The members that came out alike: of one case and one kind of body, expected to fail for one reason or to pass.
 #[derive(Debug, Clone)]
 pub struct Row {
     /// The case.
     pub case: &'static Case,
     /// What the bodies are held together by.
     pub kind: Kind,
-    /// Why they are not expected to pass.
-    pub mark: Option<&'static Mark>,
+    /// Why they are not expected to pass, if they are not.
+    pub expected: Option<&'static ExpectedFailure>,
     /// What came out for each.
     pub outcomes: Vec<Outcome>,
 }
@@ -172,32 +172,31 @@ pub fn run(
 
 fn add(rows: &mut Vec<Row>, job: &Job, outcome: Outcome) {
     let kind = job.member.shape.kind();
-    let mark = job.case.mark_of(&job.member);
-    let same_mark = |other: Option<&Mark>| other.map(|m| m.reason) == mark.map(|m| m.reason);
+    let expected = job.case.expected_failure(&job.member);
     let known = rows
         .iter_mut()
-        .find(|row| row.case.name == job.case.name && row.kind == kind && same_mark(row.mark));
+        .find(|row| row.case.name == job.case.name && row.kind == kind && row.expected == expected);
     match known {
         Some(row) => row.outcomes.push(outcome),
         None => rows.push(Row {
             case: job.case,
             kind,
-            mark,
+            expected,
             outcomes: vec![outcome],
         }),
     }
 }
 
-/// By case in the order of the table, then kind, then what is not marked first.
+/// By case in the order of the table, then kind, then what is expected to pass first.
 fn place(row: &Row) -> (usize, Kind, usize) {
     let case = CASES.iter().position(|case| case.name == row.case.name);
-    let mark = row.mark.and_then(|mark| {
-        let mut marks = row.case.marks.iter();
-        marks.position(|other| other.reason == mark.reason)
+    let expected = row.expected.and_then(|it| {
+        let mut all = EXPECTED_FAILURES.iter();
+        all.position(|other| other == it)
     });
     (
         case.unwrap_or(CASES.len()),
         row.kind,
-        mark.map_or(0, |mark| mark + 1),
+        expected.map_or(0, |place| place + 1),
     )
 }

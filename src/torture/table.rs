@@ -1,4 +1,4 @@
-//! The table of what came out: a row for each case, kind of body and mark.
+//! The table of what came out: a row for each case, kind of body and reason to fail.
 
 use super::{Figure, Outcome, Row};
 use serde_json::{Value, json};
@@ -36,16 +36,14 @@ pub fn cells(row: &Row) -> [String; 8] {
     ]
 }
 
-/// `passes`, or how many do not; what is marked says so.
+/// `passes`, or how many do not; whether that was expected.
 #[must_use]
 pub fn verdict(row: &Row) -> String {
-    let outcome = match row.failed() {
-        0 => "passes".to_owned(),
-        failed => format!("{failed} fail"),
-    };
-    match row.mark {
-        Some(_) => format!("marked, {outcome}"),
-        None => outcome,
+    match (row.failed(), row.expected) {
+        (0, None) => "passes".to_owned(),
+        (0, Some(_)) => "unexpected pass".to_owned(),
+        (failed, None) => format!("{failed} fail"),
+        (failed, Some(_)) => format!("{failed} fail, as expected"),
     }
 }
 
@@ -106,7 +104,7 @@ pub fn json(rows: &[Row]) -> Value {
             "limit": figure.map(|figure| figure.limit),
             "unit": figure.map(|figure| figure.unit),
             "passed": row.passed(),
-            "marked": row.mark.map(|mark| mark.reason),
+            "expected_failure": row.expected.map(|it| it.reason),
         })
     };
     rows.iter().map(object).collect()
@@ -116,60 +114,55 @@ pub fn json(rows: &[Row]) -> Value {
 #[must_use]
 pub fn summary(rows: &[Row]) -> String {
     let members = |which: &dyn Fn(&Row) -> usize| rows.iter().map(which).sum::<usize>();
-    let failed = |marked: bool| {
-        members(&|row| {
-            if row.mark.is_some() == marked {
-                row.failed()
-            } else {
-                0
-            }
-        })
+    let failed = members(&|row| {
+        if row.expected.is_none() {
+            row.failed()
+        } else {
+            0
+        }
+    });
+    let known = members(&|row| {
+        if row.expected.is_some() {
+            row.failed()
+        } else {
+            0
+        }
+    });
+    let passes = members(&|row| row.expected.map_or(0, |_| row.outcomes.len())) - known;
+    let unexpected = match passes {
+        0 => String::new(),
+        passes => format!(", {passes} unexpected passes"),
     };
     let mut cases: Vec<&str> = rows.iter().map(|row| row.case.name).collect();
     cases.dedup();
     format!(
-        "{} members of {} cases: {} fail, and {} of {} that are marked.",
+        "{} members of {} cases: {failed} unexpected failures{unexpected}, {known} expected failures.",
         members(&|row| row.outcomes.len()),
         cases.len(),
-        failed(false),
-        failed(true),
-        members(&|row| row.mark.map_or(0, |_| row.outcomes.len())),
     )
 }
 
-/// What fails of what is marked, member by member, a line each.
+/// The members that are expected to fail, a line each, with what came out and why.
 #[must_use]
-pub fn known_failures(rows: &[Row]) -> Vec<String> {
-    let marked = rows.iter().filter(|row| row.mark.is_some());
-    let lines = marked.flat_map(|row| {
-        let failed = row.outcomes.iter().filter(|outcome| !outcome.passed());
-        failed.filter_map(move |outcome| {
+pub fn expected_failures(rows: &[Row]) -> Vec<String> {
+    let rows = rows.iter().filter_map(|row| Some((row, row.expected?)));
+    let lines = rows.flat_map(|(row, expected)| {
+        row.outcomes.iter().filter_map(move |outcome| {
+            let pass = if outcome.passed() {
+                " (unexpected pass)"
+            } else {
+                ""
+            };
             Some(format!(
-                "{} {} {}",
+                "{} {} {}{pass}: {}",
                 row.case.name,
                 outcome.number,
-                worst(outcome)?
+                worst(outcome)?,
+                expected.reason,
             ))
         })
     });
     lines.collect()
-}
-
-/// Why what is marked is marked, a line each.
-#[must_use]
-pub fn marks(rows: &[Row]) -> Vec<String> {
-    let marked = rows.iter().filter_map(|row| Some((row, row.mark?)));
-    marked
-        .map(|(row, mark)| {
-            let (failed, all) = (row.failed(), row.outcomes.len());
-            format!(
-                "{}, {}: {failed} of {all} fail: {}",
-                row.case.name,
-                row.kind.name(),
-                mark.reason
-            )
-        })
-        .collect()
 }
 
 /// A member with its worst figure.

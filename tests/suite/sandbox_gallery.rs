@@ -24,8 +24,9 @@ fn verdict(value: f64) -> Verdict {
         member: "cube3".to_owned(),
         members: 12,
         failed: usize::from(value > 1.0),
-        marked_failed: 0,
-        marked: None,
+        expected_failed: 0,
+        expected: None,
+        advice: None,
         figures: vec![Figure::new(
             "distance to rest shape",
             value,
@@ -147,14 +148,26 @@ fn the_gallery_is_whole_in_every_window_and_says_what_came_of_a_case() {
     assert!(words.contains("all 12 pass; the worst is cube3"), "{words}");
     let figure = "distance to rest shape: 0.2, at most 1 % of size";
     assert!(words.contains(figure), "{words}");
-    let marked = Verdict {
-        marked_failed: 2,
+    let expected = Verdict {
+        expected_failed: 2,
         ..verdict(0.2)
     };
-    let (.., words) = drawn(&card(Some(marked)), LARGE, None);
-    assert!(words.contains("10 of 12 pass, 2 are marked"), "{words}");
+    let (.., words) = drawn(&card(Some(expected)), LARGE, None);
+    assert!(
+        words.contains("10 of 12 pass, 2 fail as expected"),
+        "{words}"
+    );
     let (.., words) = drawn(&card(Some(verdict(3.0))), LARGE, None);
     assert!(words.contains("1 of 12 do not pass"), "{words}");
+    let pressed = drawn(&card(Some(verdict(3.0))), LARGE, Some("gallery.advise")).0;
+    assert_eq!(pressed, [GalleryCommand::Advise(0, On::Own)]);
+    let advised = Verdict {
+        advice: Some("passes at 20×1".to_owned()),
+        ..verdict(3.0)
+    };
+    let (_, places, words) = drawn(&card(Some(advised)), LARGE, None);
+    assert!(words.contains("It passes at 20×1."), "{words}");
+    assert!(places.get("gallery.advise").is_none());
 }
 
 fn soft_cube() -> Body {
@@ -228,4 +241,22 @@ fn the_body_on_screen_begins_where_the_judged_one_does() {
         count += 1;
     }
     assert!(count >= 5, "{count}");
+}
+
+#[test]
+fn settings_that_pass_are_looked_for_on_a_thread() {
+    let case = Case::named("plates").expect("a case");
+    let member = "cube3,compliance=1e-4,damping=0.02".to_owned();
+    let worker = Worker::advise(case, Subject::Own, member).expect("a thread");
+    for _ in 0..6000 {
+        for news in worker.news() {
+            if let News::Advised(words) = news {
+                let words = words.expect("it can be run");
+                assert!(words.contains("passes at 10×4"), "{words}");
+                return;
+            }
+        }
+        thread::sleep(Duration::from_millis(10));
+    }
+    panic!("no advice in a minute");
 }

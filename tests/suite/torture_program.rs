@@ -33,7 +33,7 @@ fn json_is_an_array_of_objects_with_all_that_the_table_has() {
             assert!(row[number].is_number(), "{number}: {row}");
         }
         assert_eq!(row["passed"], true);
-        assert_eq!(row["marked"], Value::Null);
+        assert_eq!(row["expected_failure"], Value::Null);
     }
 }
 
@@ -98,4 +98,29 @@ fn a_report_stands_alone_and_has_pictures() {
         assert!(svg.contains("</svg>"));
     }
     fs::remove_dir_all(folder).expect("it was made here");
+}
+
+/// A body squeezed between plates keeps its volume with four times the iterations and not with one; a ball that rolls
+/// rolls at any settings.
+#[test]
+fn advice_names_the_cheapest_settings_that_pass() {
+    let output = torture(&["plates", "--member", "13", "--advise", "--json"]);
+    assert!(output.status.success(), "{}", words(&output.stderr));
+    let json: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert!(json["cases"][0]["expected_failure"].is_string(), "{json}");
+    let advice = &json["advice"][0];
+    assert_eq!(advice["member"], "cube3,compliance=1e-4,damping=0.02");
+    let found = &advice["passes_with"];
+    assert_eq!(
+        (found["substeps"].as_u64(), found["iterations"].as_u64()),
+        (Some(10), Some(4))
+    );
+    assert_eq!(found["direct"], false);
+    assert!(
+        found["time_ratio"]
+            .as_f64()
+            .is_some_and(|ratio| ratio > 0.0)
+    );
+    let text = words(&torture(&["plates", "--member", "13", "--advise"]).stdout);
+    assert!(text.contains("passes at 10×4"), "{text}");
 }

@@ -48,7 +48,7 @@ pub struct Line {
     pub about: &'static str,
     /// Whether it can be done to the body on screen.
     pub any_body: bool,
-    /// Whether it passed on the body on screen and on its own, and whether that was marked.
+    /// Whether it passed on the body on screen and on its own, and whether that was expected to fail.
     pub verdicts: [Option<(bool, bool)>; 2],
     /// How much is done of what runs.
     pub running: Option<f32>,
@@ -162,8 +162,8 @@ fn case(ui: &mut Ui, card: &Card, (number, line): (usize, &Line), answer: &mut A
                     continue;
                 }
                 let mut button = Button::new(RichText::new(text).small());
-                if let Some((passed, marked)) = verdict {
-                    button = button.stroke(Stroke::new(1.5, verdict_colour(passed, marked)));
+                if let Some((passed, expected)) = verdict {
+                    button = button.stroke(Stroke::new(1.5, verdict_colour(passed, expected)));
                 }
                 let button = button.min_size(vec2(BUTTON, 18.0));
                 let button = ui.add_enabled(enabled, button);
@@ -181,9 +181,9 @@ fn case(ui: &mut Ui, card: &Card, (number, line): (usize, &Line), answer: &mut A
     });
 }
 
-/// Green for what passes, amber for what is marked, red for what fails; the words say it too.
-fn verdict_colour(passed: bool, marked: bool) -> Color32 {
-    match (passed, marked) {
+/// Green for what passes, amber for what is expected to fail, red for what fails; the words say it too.
+fn verdict_colour(passed: bool, expected: bool) -> Color32 {
+    match (passed, expected) {
         (true, _) => theme::ACCENT,
         (false, true) => theme::CHANGED,
         (false, false) => theme::ALARM,
@@ -200,7 +200,7 @@ fn foot(ui: &mut Ui, card: &Card, pictures: bool, answer: &mut Answer) {
     };
     ui.separator();
     let title = card.lines.get(*number).map_or("", |line| line.title);
-    let colour = verdict_colour(verdict.passed(), verdict.marked.is_some());
+    let colour = verdict_colour(verdict.passed(), verdict.expected.is_some());
     let text = RichText::new(format!("{title}: {}", words(*on, verdict)));
     ui.add(Label::new(text.color(colour)).wrap());
     for figure in verdict.figures.iter().take(4) {
@@ -212,9 +212,32 @@ fn foot(ui: &mut Ui, card: &Card, pictures: bool, answer: &mut Answer) {
         let text = RichText::new(figure_words(figure)).small().color(colour);
         ui.add(Label::new(text).wrap());
     }
-    if let Some(reason) = verdict.marked {
-        let text = format!("Marked: {reason}");
+    if let Some(reason) = verdict.expected {
+        let text = format!("Expected to fail: {reason}");
         ui.add(Label::new(RichText::new(text).small().color(theme::CHANGED)).wrap());
+    }
+    match &verdict.advice {
+        Some(advice) => {
+            let text = RichText::new(format!("It {advice}."))
+                .small()
+                .color(theme::STRONG);
+            ui.add(Label::new(text).wrap());
+        }
+        None if !verdict.passed() => {
+            let runs = card.lines.iter().any(|line| line.running.is_some());
+            let button = ui
+                .add_enabled(!runs, Button::new("Find settings that pass"))
+                .on_hover_text(
+                    "Tries more substeps, more iterations and the direct solver, the cheapest first",
+                );
+            answer
+                .places
+                .note("gallery.advise", &button, ui.clip_rect());
+            if button.clicked() {
+                answer.commands.push(GalleryCommand::Advise(*number, *on));
+            }
+        }
+        None => {}
     }
     if pictures {
         strip(ui, &verdict.film);
@@ -240,16 +263,16 @@ fn words(on: On, verdict: &Verdict) -> String {
         member,
         members,
         failed,
-        marked_failed,
+        expected_failed,
         ..
     } = verdict;
-    let passed = members - failed - marked_failed;
-    match (on, failed, marked_failed) {
+    let passed = members - failed - expected_failed;
+    match (on, failed, expected_failed) {
         (On::This, ..) => format!("this body {outcome}."),
         (On::Own, 0, 0) => format!("all {members} pass; the worst is {member}."),
-        (On::Own, 0, marked) => format!(
-            "{passed} of {members} pass, {marked} are marked as known not to; the worst of the \
-             others is {member}."
+        (On::Own, 0, expected) => format!(
+            "{passed} of {members} pass, {expected} fail as expected; the worst of the others is \
+             {member}."
         ),
         (On::Own, failed, _) => {
             format!("{failed} of {members} do not pass; {member} {outcome}.")

@@ -42,6 +42,8 @@ pub enum GalleryCommand {
     Stop,
     /// Show the figures and the pictures of a case, by its number in the table.
     Look(usize),
+    /// Look for settings with which a case passes, by its number in the table.
+    Advise(usize, On),
     /// Record a case as it was run last on a body on screen, in a file of its own.
     Save(usize),
 }
@@ -114,6 +116,10 @@ fn carry_out(world: &mut World) {
                 gallery.waiting = (1..CASES.len()).rev().collect();
                 start(world, 0, On::Own);
             }
+            GalleryCommand::Advise(case, on) => {
+                gallery.waiting.clear();
+                advise(world, case, on);
+            }
             GalleryCommand::Stop => {
                 gallery.waiting.clear();
                 gallery.running = None;
@@ -183,6 +189,24 @@ fn start(world: &mut World, number: usize, on: On) {
     }
 }
 
+/// Begins to look for settings with which a case passes that was run.
+fn advise(world: &mut World, number: usize, on: On) {
+    let mut gallery = world.resource_mut::<Gallery>();
+    let (Some(case), Some(verdict)) = (CASES.get(number), gallery.verdicts.get(&(number, on)))
+    else {
+        return;
+    };
+    let member = verdict.member.clone();
+    let subject = match (on, gallery.subjects.get(&number)) {
+        (On::This, Some((body, settings))) => Subject::This(Box::new(body.clone()), *settings),
+        _ => Subject::Own,
+    };
+    match Worker::advise(case, subject, member) {
+        Ok(worker) => gallery.running = Some((number, on, worker, 0.0)),
+        Err(error) => gallery.trouble = Some(format!("No thread to run it on: {error}")),
+    }
+}
+
 /// The body that is shown in the panel, or else the first.
 fn subject(world: &mut World) -> Option<Entity> {
     match world.resource::<PanelState>().scope {
@@ -202,10 +226,23 @@ fn listen(world: &mut World) {
     };
     let (case, on) = (*case, *on);
     let mut ended = None;
+    let mut advised = None;
     for news in worker.news() {
         match news {
             News::Share(done) => *share = done,
             News::Ended(outcome) => ended = Some(outcome),
+            News::Advised(words) => advised = Some(words),
+        }
+    }
+    if let Some(words) = advised {
+        gallery.running = None;
+        match words {
+            Ok(words) => {
+                if let Some(verdict) = gallery.verdicts.get_mut(&(case, on)) {
+                    verdict.advice = Some(words);
+                }
+            }
+            Err(reason) => gallery.trouble = Some(reason),
         }
     }
     let Some(outcome) = ended else {
@@ -248,7 +285,7 @@ fn card(world: &mut World) -> Result {
         any_body: case.any_body,
         verdicts: [On::This, On::Own].map(|on| {
             let verdict = gallery.verdicts.get(&(number, on))?;
-            Some((verdict.passed(), verdict.marked.is_some()))
+            Some((verdict.passed(), verdict.expected.is_some()))
         }),
         running: gallery
             .running

@@ -14,10 +14,12 @@ pub struct Verdict {
     pub members: usize,
     /// How many of them did not pass, though nothing is said of them.
     pub failed: usize,
-    /// How many did not pass and are marked.
-    pub marked_failed: usize,
+    /// How many did not pass, as expected.
+    pub expected_failed: usize,
     /// Why it is not expected to pass, if it is not.
-    pub marked: Option<&'static str>,
+    pub expected: Option<&'static str>,
+    /// Settings with which it passes, in words, once they are looked for.
+    pub advice: Option<String>,
     /// All figures, the worst first.
     pub figures: Vec<Figure>,
     /// The start, the worst moment and the end.
@@ -34,33 +36,34 @@ impl Verdict {
         }
     }
 
-    /// Of a family: the worst member that is not marked, or else the worst of the marked ones.
+    /// Of a family: the worst member that is expected to pass, or else the worst of the others.
     /// `film` is that member, run again to be seen.
     #[must_use]
-    pub fn of_family(rows: &[Row], film: &Outcome, marked: Option<&'static str>) -> Self {
+    pub fn of_family(rows: &[Row], film: &Outcome, expected: Option<&'static str>) -> Self {
         let count = |of: &dyn Fn(&Row) -> usize| rows.iter().map(of).sum();
-        let failed = |marked: bool| {
-            count(&|row| match row.mark.is_some() == marked {
+        let failed = |expected: bool| {
+            count(&|row| match row.expected.is_some() == expected {
                 true => row.failed(),
                 false => 0,
             })
         };
         Self {
             failed: failed(false),
-            marked_failed: failed(true),
-            ..Self::of(film, count(&|row| row.outcomes.len()), marked)
+            expected_failed: failed(true),
+            ..Self::of(film, count(&|row| row.outcomes.len()), expected)
         }
     }
 
-    fn of(outcome: &Outcome, members: usize, marked: Option<&'static str>) -> Self {
+    fn of(outcome: &Outcome, members: usize, expected: Option<&'static str>) -> Self {
         let mut figures = outcome.figures.clone();
         figures.sort_by(|a, b| b.load().total_cmp(&a.load()));
         Self {
             member: outcome.member.to_string(),
             members,
             failed: 0,
-            marked_failed: 0,
-            marked,
+            expected_failed: 0,
+            expected,
+            advice: None,
             figures,
             film: frames(outcome).unwrap_or_default(),
         }

@@ -6,7 +6,9 @@ use crate::{
     scene::{BuiltScene, Look},
     solver::{Body, Settings},
     torture::{
-        Case, Options, TortureError, jobs,
+        Advice, Case, Options, TortureError,
+        advice::{NOTHING, advise, advise_given},
+        jobs,
         run::{Crews, prepared, run_given, run_member},
         suite,
     },
@@ -37,6 +39,8 @@ pub enum News {
     Share(f32),
     /// It is over: what came of it, or why it could not be run.
     Ended(Result<Verdict, String>),
+    /// With which settings it passes, in words, or why that could not be found.
+    Advised(Result<String, String>),
 }
 
 /// Runs a case on a body and records it, so that `pliant replay` runs it again anywhere.
@@ -101,10 +105,59 @@ impl Worker {
         })
     }
 
+    /// Begins to look for settings with which a case passes, on a body or on the member of its own that is
+    /// named.
+    ///
+    /// # Errors
+    /// When the system refuses to start a thread.
+    pub fn advise(case: &'static Case, subject: Subject, member: String) -> io::Result<Self> {
+        let (sender, news) = mpsc::channel();
+        thread::Builder::new()
+            .name("advice".to_owned())
+            .spawn(move || {
+                let advice = find_settings(case, subject, member);
+                let words = advice.map(|advice| {
+                    advice.map_or_else(|| NOTHING.to_owned(), |advice| advice.to_string())
+                });
+                let words = words.map_err(|error| error.to_string());
+                // Whoever asked may be gone.
+                let _heard = sender.send(News::Advised(words));
+            })?;
+        Ok(Self {
+            news: Mutex::new(news),
+        })
+    }
+
     /// What has been found since the last time.
     pub fn news(&self) -> Vec<News> {
         let news = self.news.lock().unwrap_or_else(PoisonError::into_inner);
         news.try_iter().collect()
+    }
+}
+
+fn find_settings(
+    case: &'static Case,
+    subject: Subject,
+    member: String,
+) -> Result<Option<Advice>, TortureError> {
+    match subject {
+        Subject::This(body, settings) => {
+            let failed = run_given(case, (*body).clone(), settings)?;
+            advise_given(case, &body, settings, &failed)
+        }
+        Subject::Own => {
+            let options = Options {
+                cases: vec![case.name.to_owned()],
+                member: Some(member),
+                quick: false,
+            };
+            let crews = Crews::start()?;
+            let Some(job) = jobs(&options)?.pop() else {
+                return Ok(None);
+            };
+            let failed = run_member(case, (job.number, &job.member), &crews, false)?;
+            advise(case, &failed, &crews)
+        }
     }
 }
 
@@ -125,8 +178,8 @@ fn own(case: &'static Case, sender: &Sender<News>) -> Result<Verdict, TortureErr
         let worst = row.worst().and_then(|outcome| outcome.worst());
         worst.map_or(0.0, crate::torture::Figure::load)
     };
-    let worst = |marked: bool| {
-        let rows = rows.iter().filter(|row| row.mark.is_some() == marked);
+    let worst = |expected: bool| {
+        let rows = rows.iter().filter(|row| row.expected.is_some() == expected);
         rows.max_by(|a, b| load(a).total_cmp(&load(b)))
     };
     let row = worst(false).or_else(|| worst(true));
@@ -138,6 +191,6 @@ fn own(case: &'static Case, sender: &Sender<News>) -> Result<Verdict, TortureErr
     };
     let member = (outcome.number, &outcome.member);
     let film = run_member(case, member, &Crews::start()?, true)?;
-    let mark = row.mark.map(|mark| mark.reason);
-    Ok(Verdict::of_family(&rows, &film, mark))
+    let expected = row.expected.map(|it| it.reason);
+    Ok(Verdict::of_family(&rows, &film, expected))
 }

@@ -107,7 +107,6 @@ pub const NOT_FINITE: Case = Case {
     },
     outside: Outside::Poison,
     any_body: false,
-    marks: &[],
 };
 
 pub const CROWD: Case = Case {
@@ -131,5 +130,4 @@ pub const CROWD: Case = Case {
     judge: |run| Ok(vec![disturbed(run)?]),
     outside: Outside::Work,
     any_body: false,
-    marks: &[],
 };

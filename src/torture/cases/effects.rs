@@ -169,5 +169,4 @@ pub const EFFECTS: Case = Case {
     },
     outside: Outside::Nothing,
     any_body: false,
-    marks: &[],
 };

@@ -57,7 +57,6 @@ pub const ELEMENT: Case = Case {
     },
     outside: Outside::Nothing,
     any_body: false,
-    marks: &[],
 };
 
 pub const EDGE: Case = Case {
@@ -74,5 +73,4 @@ pub const EDGE: Case = Case {
     judge: |run| Ok(vec![edge_strain(&run.end.bodies[0], 1e-5)]),
     outside: Outside::Nothing,
     any_body: false,
-    marks: &[],
 };

@@ -107,5 +107,4 @@ pub const MESHES: Case = Case {
     },
     outside: Outside::Nothing,
     any_body: false,
-    marks: &[],
 };

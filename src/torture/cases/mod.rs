@@ -11,12 +11,12 @@ mod sameness;
 mod time;
 
 use super::{
-    Case, Figure, Kind, Mark, Member, Outside, Run, Shape, Start, TortureError,
+    Case, Figure, Kind, Member, Outside, Run, Shape, Start, TortureError,
     family::{self, Axes},
     nothing,
     watch::{ROUNDING, strains},
 };
-use crate::solver::{Body, Deformation, World, deform, measure};
+use crate::solver::{Body, Coefficient, Deformation, Drag, World, deform, measure};
 use glam::Vec4;
 
 /// All cases, in the order of the table.
@@ -94,6 +94,18 @@ fn pin_top(body: &mut Body) {
     pin(body, |x| x.y >= top);
 }
 
+/// Puts all bodies into a medium of this linear drag [1/s].
+fn medium(world: &mut World, linear: f32) -> Result<(), TortureError> {
+    let drag = Drag {
+        linear: Coefficient::new(linear)?,
+        ..Drag::default()
+    };
+    for body in &mut world.bodies {
+        body.effects.drag = Some(drag);
+    }
+    Ok(())
+}
+
 /// Whether a body is itself again: no element inside out and its rest shape within `limit`, a share
 /// of its size; of a cloth or a rope, which fold as they like, edges within `limit` of their length.
 fn shape_figures(body: &Body, limit: f64) -> Vec<Figure> {
@@ -147,32 +159,3 @@ fn catch_up(world: &mut World, other: &World) {
 fn is_solid(member: &Member) -> bool {
     member.shape.kind() == Kind::Tetrahedra
 }
-
-/// An undamped solid of many elements.
-fn can_boil(member: &Member) -> bool {
-    use Shape::{Bar, Cube, Sliver, Tetrahedron};
-    is_solid(member)
-        && member.damping == 0.0
-        && !matches!(member.shape, Tetrahedron | Sliver | Bar(_) | Cube(..=3))
-}
-
-fn is_cloth(member: &Member) -> bool {
-    member.shape.kind() == Kind::Cloth
-}
-
-/// A cloth that has more than nine cells.
-fn can_fold(member: &Member) -> bool {
-    matches!(member.shape, Shape::Cloth(4..))
-}
-
-/// A large solid whose elements are inside out at random, and undamped, does not come to order.
-const BOILS: Mark = Mark {
-    applies: can_boil,
-    reason: "particles leave a ball on all sides: the body is stretched around it, slips off, and closes with what the stretch has stored",
-};
-
-/// Edges of a cloth can push against each other.
-const FOLDS: Mark = Mark {
-    applies: can_fold,
-    reason: "edges alone push against each other in a fold or along a line and cannot get out of it: nothing says to which side a triangle opens, as bending would; where they are rigid they go on moving, at up to 10 lengths a second, even in a medium with a drag of 10/s",
-};
