@@ -9,7 +9,7 @@ use pliant::{
         run::{headless, run},
     },
     simulation::{plain, tick},
-    solver::World,
+    solver::{Substeps, World},
 };
 use std::{
     sync::{
@@ -53,6 +53,23 @@ fn every_scene_is_accepted_by_its_own_figures() {
         run(&built, &scene.run_options(), |_| ())
             .expect("nothing is overridden")
             .reasons
+    });
+}
+
+/// What a scene promises is no accident of its settings: it holds with 10 and with 100 substeps a tick as well.
+#[test]
+fn every_scene_is_accepted_with_few_and_with_many_substeps() {
+    in_every_scene(|_, scene| {
+        let reasons = [10, 100].map(|substeps| {
+            let mut built = scene.build().expect("a sound scene");
+            built.world.settings.substeps = Substeps::new(substeps).expect("a number");
+            let reasons = run(&built, &scene.run_options(), |_| ())
+                .expect("nothing is overridden")
+                .reasons;
+            let named = reasons.into_iter();
+            named.map(move |reason| format!("{substeps} substeps: {reason}"))
+        });
+        reasons.into_iter().flatten().collect()
     });
 }
 
