@@ -40,6 +40,7 @@ pub const CASES: &[Case] = &[
     load::EXTREMES,
     load::IMPOSSIBLE,
     time::STEPS,
+    time::FINE,
     time::SETTLES,
     time::HOUR,
     contact::PLATES,
