@@ -3,9 +3,7 @@
 use super::{FAILED, run::progress_bar, say, say_line};
 use clap::Args;
 use pliant::torture::{
-    Advice, CASES, Job, Options, Outcome, Row,
-    advice::{self, Change},
-    jobs, report,
+    Advice, CASES, Job, Options, Outcome, Row, advice, jobs, report,
     run::Crews,
     suite,
     table::{self, number},
@@ -15,7 +13,7 @@ use std::{path::PathBuf, process::ExitCode};
 
 /// Shows that the hard cases stay stable: each over a family of bodies, judged by figures.
 ///
-/// Takes some five minutes on two cores, half a minute with --quick. The exit code is 1 if a member
+/// Takes some two minutes on two cores, half a minute with --quick. The exit code is 1 if a member
 /// fails that is not expected to.
 ///
 /// Example: pliant torture squashed shuffled --quick --report torture
@@ -27,7 +25,7 @@ pub struct TortureCommand {
     #[arg(value_name = "CASE")]
     cases: Vec<String>,
 
-    /// Take less than two minutes: smaller bodies, fewer mixtures
+    /// Smaller bodies and fewer mixtures
     #[arg(long)]
     quick: bool,
 
@@ -40,7 +38,7 @@ pub struct TortureCommand {
     list: bool,
 
     /// Find the cheapest settings with which each member that fails would pass: more substeps, more
-    /// iterations, solved directly (takes minutes for each)
+    /// iterations, the direct solver (takes seconds to minutes for each)
     #[arg(long)]
     advise: bool,
 
@@ -152,7 +150,7 @@ fn advice_json(advice: &[(&str, &Outcome, Option<Advice>)]) -> Value {
             "passes_with": advice.map(|it| json!({
                 "substeps": it.substeps,
                 "iterations": it.iterations,
-                "direct": it.change == Change::Direct,
+                "direct": it.direct,
                 "time_ratio": it.time,
             })),
         })

@@ -41,7 +41,7 @@ impl Effect for Stretch {
         ),
         parameter!(
             repair: RepairTime, "Repair time", "s",
-            "Time constant for recovering crushed or overstretched edges of cloth without adding velocity; ∞ disables recovery. Ropes and solids ignore it.",
+            "Time constant for recovering crushed or tangled cloth without adding velocity; ∞ disables recovery. Ropes and solids ignore it.",
             (0.01, 1.0), Scale::LogarithmicToInfinity
         ),
     ];

@@ -240,9 +240,6 @@ impl Repair {
         }
         repair.drawn.resize(topology.particles(), false);
         repair.find_regions(body);
-        let mut damaged = std::mem::take(&mut repair.regions.damaged);
-        damaged.clear();
-        damaged.resize(topology.particles(), false);
         let mut strains = std::mem::take(&mut repair.regions.strains);
         strains.clear();
         strains.resize(topology.particles(), 0.0_f32);
@@ -251,33 +248,27 @@ impl Repair {
                 let most = &mut strains[i as usize];
                 *most = most.max(strain as f32);
             }
-            mark(&mut damaged, corners);
             true
         });
         for region in repair.regions.each() {
             let off = || Whole::of(region, motes).off(region, topology, motes);
-            if !region.iter().any(|&i| damaged[i as usize]) && off() < DONE {
+            if !region.iter().any(|&i| strains[i as usize] > 0.0) && off() < DONE {
                 for &i in region {
                     repair.drawn[i as usize] = false;
                 }
             }
         }
         repair.count_tangles(&strains, seconds);
-        repair.regions.strains = strains;
-        damaged.fill(false);
-        let lasts = |i: u32| {
-            let tangled = repair.tangled.get(i as usize);
-            tangled.is_some_and(|&[seconds, _]| f64::from(seconds) > LASTING * body.time)
-        };
-        let lasting = |corners: &[u32]| corners.iter().all(|&i| lasts(i));
-        if body.tangles(motes, |corners, _| lasting(corners)) >= FEW {
-            body.tangles(motes, |corners, _| {
-                mark(&mut damaged, corners);
-                true
-            });
+        let mut damaged = std::mem::take(&mut repair.regions.damaged);
+        damaged.clear();
+        damaged.resize(topology.particles(), false);
+        if body.collapsed(motes, |corners| mark(&mut damaged, corners)) < body.least() {
+            damaged.fill(false);
         }
-        if body.collapsed(motes, |_| ()) >= body.least() {
-            body.collapsed(motes, |corners| mark(&mut damaged, corners));
+        if body.tangles(motes, |corners, _| repair.has_lasted(corners)) >= FEW {
+            for (damaged, &strain) in damaged.iter_mut().zip(&strains) {
+                *damaged |= strain > 0.0;
+            }
         }
         body.each(|corners, _| {
             if corners.iter().any(|&i| damaged[i as usize]) {
@@ -285,6 +276,7 @@ impl Repair {
             }
         });
         repair.regions.damaged = damaged;
+        repair.regions.strains = strains;
         if repair.drawn.contains(&true) {
             repair.spent += seconds;
             repair.find_regions(body);
@@ -362,6 +354,14 @@ impl UnderRepair {
             let steady = strain > 0.0 && f64::from((strain - *before).abs()) < STEADY;
             (*time, *before) = (if steady { *time + seconds as f32 } else { 0.0 }, strain);
         }
+    }
+
+    /// Whether these particles have been in tangled hinges for long enough.
+    fn has_lasted(&self, corners: &[u32]) -> bool {
+        corners.iter().all(|&i| {
+            let tangled = self.tangled.get(i as usize);
+            tangled.is_some_and(|&[seconds, _]| f64::from(seconds) > LASTING * self.time)
+        })
     }
 
     /// Nothing is under repair in a tick of `seconds`.

@@ -1,4 +1,4 @@
-//! Where a member fails at its settings: the cheapest settings with which it passes.
+//! The cheapest settings with which a failing member passes.
 
 use super::{
     Case, Member, Outcome, TortureError,
@@ -10,60 +10,43 @@ use std::fmt;
 /// Settings with which a case passes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Advice {
-    /// What to change.
-    pub change: Change,
-    /// Substeps a tick.
+    /// Substeps per tick.
     pub substeps: u32,
-    /// Iterations a substep.
+    /// Iterations per substep.
     pub iterations: u32,
-    /// What its ticks took over what they took at the settings that fail; of one run each.
+    /// Whether bodies are solved directly.
+    pub direct: bool,
+    /// Run time relative to that at the settings that fail; of one run each.
     pub time: f64,
 }
 
-/// What is changed of settings.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Change {
-    /// So many times the substeps.
-    Substeps(u32),
-    /// So many times the iterations.
-    Iterations(u32),
-    /// Bodies are solved directly.
-    Direct,
-}
-
-/// What is tried, by the number of sweeps that it costs. A factorization costs some tens of sweeps of a small
-/// body.
-const TRIALS: [Change; 13] = {
-    use Change::{Direct, Iterations, Substeps};
-    [
-        Substeps(2),
-        Iterations(2),
-        Substeps(4),
-        Iterations(4),
-        Substeps(8),
-        Iterations(8),
-        Substeps(16),
-        Iterations(16),
-        Direct,
-        Substeps(32),
-        Iterations(32),
-        Substeps(64),
-        Iterations(64),
-    ]
-};
+/// Settings to try in ascending order of cost: factors for substeps and for iterations, and whether to solve
+/// directly. A factorization costs some tens of iterations of a small body.
+const TRIALS: [(u32, u32, bool); 13] = [
+    (2, 1, false),
+    (1, 2, false),
+    (4, 1, false),
+    (1, 4, false),
+    (8, 1, false),
+    (1, 8, false),
+    (16, 1, false),
+    (1, 16, false),
+    (1, 1, true),
+    (32, 1, false),
+    (1, 32, false),
+    (64, 1, false),
+    (1, 64, false),
+];
 
 impl fmt::Display for Advice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
-            change,
             substeps,
             iterations,
+            direct,
             time,
         } = self;
-        let direct = match change {
-            Change::Direct => ", solved directly",
-            _ => "",
-        };
+        let direct = if *direct { ", solved directly" } else { "" };
         write!(
             f,
             "passes at {substeps}×{iterations} (substeps × iterations){direct}, in about {time:.1} × the time"
@@ -71,11 +54,11 @@ impl fmt::Display for Advice {
     }
 }
 
-/// What is said where nothing that is tried passes.
+/// The message where none of [`TRIALS`] passes.
 pub const NOTHING: &str = "passes with none of these: up to 64 × the substeps, up to 64 × the iterations, solved directly";
 
-/// The first of what is tried with which a member passes; none if it is none. `failed` is what came out at the
-/// member's own settings.
+/// The cheapest settings tried with which a member passes; `None` if it passes with none. `failed` is its outcome
+/// at its own settings.
 ///
 /// # Errors
 /// [`TortureError`] for a member that cannot be built.
@@ -88,7 +71,7 @@ pub fn advise(
     search(
         (member.substeps, member.iterations),
         failed,
-        |change, substeps, iterations| {
+        |substeps, iterations, direct| {
             let member = Member {
                 substeps,
                 iterations,
@@ -96,7 +79,7 @@ pub fn advise(
             };
             let mut world = member.world()?;
             case.begin(&member, &mut world)?;
-            if change == Change::Direct && !solve_directly(&mut world) {
+            if direct && !solve_directly(&mut world) {
                 return Ok(None);
             }
             let run = run_world(case, (failed.number, &member), world, crews, false);
@@ -105,7 +88,7 @@ pub fn advise(
     )
 }
 
-/// The same of a body that somebody has, at the settings of its scene.
+/// The cheapest settings tried with which a user's body passes a case; `settings` are those of its scene.
 ///
 /// # Errors
 /// [`TortureError`] if threads cannot be had.
@@ -117,21 +100,21 @@ pub fn advise_given(
 ) -> Result<Option<Advice>, TortureError> {
     let crews = Crews::start()?;
     let own = (settings.substeps.get(), settings.iterations.get());
-    search(own, failed, |change, substeps, iterations| {
+    search(own, failed, |substeps, iterations, direct| {
         let settings = Settings {
             substeps: Substeps::new(substeps)?,
             iterations: Iterations::new(iterations)?,
             ..settings
         };
         let (member, mut world) = prepared(case, body.clone(), settings)?;
-        if change == Change::Direct && !solve_directly(&mut world) {
+        if direct && !solve_directly(&mut world) {
             return Ok(None);
         }
         run_world(case, (1, &member), world, &crews, false).map(Some)
     })
 }
 
-/// Whether any body of a world can be solved directly that is not yet.
+/// Switches the direct solver on where it fits. Returns whether any body has it now that had it not.
 fn solve_directly(world: &mut World) -> bool {
     let method = world.settings.method;
     let mut any = false;
@@ -148,25 +131,21 @@ fn solve_directly(world: &mut World) -> bool {
 fn search(
     (substeps, iterations): (u32, u32),
     failed: &Outcome,
-    run: impl Fn(Change, u32, u32) -> Result<Option<Outcome>, TortureError>,
+    run: impl Fn(u32, u32, bool) -> Result<Option<Outcome>, TortureError>,
 ) -> Result<Option<Advice>, TortureError> {
-    for change in TRIALS {
-        let (substeps, iterations) = match change {
-            Change::Substeps(times) => (substeps * times, iterations),
-            Change::Iterations(times) => (substeps, iterations * times),
-            Change::Direct => (substeps, iterations),
-        };
+    for (times_substeps, times_iterations, direct) in TRIALS {
+        let (substeps, iterations) = (substeps * times_substeps, iterations * times_iterations);
         if Substeps::new(substeps).is_err() || Iterations::new(iterations).is_err() {
             continue;
         }
-        let Some(outcome) = run(change, substeps, iterations)? else {
+        let Some(outcome) = run(substeps, iterations, direct)? else {
             continue;
         };
         if outcome.passed() {
             return Ok(Some(Advice {
-                change,
                 substeps,
                 iterations,
+                direct,
                 time: outcome.seconds / failed.seconds,
             }));
         }

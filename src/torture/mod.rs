@@ -135,8 +135,8 @@ impl Case {
     #[must_use]
     pub fn expected_failure(&self, member: &Member) -> Option<&'static ExpectedFailure> {
         let name = member.to_string();
-        let of_case = EXPECTED_FAILURES.iter().filter(|it| it.case == self.name);
-        of_case.into_iter().find(|it| it.members.contains(&&*name))
+        let mut all = EXPECTED_FAILURES.iter();
+        all.find(|it| it.case == self.name && it.members.contains(&&*name))
     }
 }
 

@@ -7,11 +7,11 @@
 //! of ten before they fall; on 200 × 200 particles by more than f32 can hold. An order that jumps
 //! about, as colours do, carries nothing far.
 
-use crate::support::{body, with};
+use crate::support::{body, rms_strain, with};
 use glam::{UVec2, Vec2, Vec3};
 use pliant::{
     mesh::Primitive,
-    solver::{Effects, Rate, RestShape, Stretch, Substeps, World, deform::Random, measure},
+    solver::{Effects, Rate, RestShape, Stretch, Substeps, World, deform::Random},
 };
 
 const SIDE: u32 = 200;
@@ -61,13 +61,7 @@ fn strain(shape: RestShape) -> f64 {
     world.settings.substeps = Substeps::new(SUBSTEPS).expect("sound");
     world.bodies.push(body);
     (0..FRAMES).for_each(|_| world.tick());
-    let body = &world.bodies[0];
-    let edges = &body.topology.edges;
-    let errors = measure::edge_errors(&body.topology, &body.particles.positions);
-    let squares = errors
-        .zip(&edges.rest_length)
-        .map(|(error, &rest)| (error / f64::from(rest)).powi(2));
-    (squares.sum::<f64>() / edges.rest_length.len() as f64).sqrt()
+    rms_strain(&world.bodies[0])
 }
 
 /// The same by a loop of plain Gauss–Seidel in the order given; equal masses.

@@ -3,8 +3,8 @@
 use crate::{
     reference_support::{EPSILON, random_body},
     support::{
-        self, G, body, body_of_masses, chain, cube, elastic_on_ground, pinned, point, position,
-        run, settings, stretch, volume, with, world,
+        self, G, body, body_of_masses, chain, cube, edge_strains, elastic_on_ground, pinned, point,
+        position, rms_strain, run, settings, stretch, volume, with, world,
     },
     support_app::{app_of, ticks},
 };
@@ -228,12 +228,8 @@ fn strains(iterations: u32) -> (Vec<f64>, f64) {
     world.settings.smoothing_iterations = smoothing(iterations);
     run(&mut world, 10.0);
     let body = &world.bodies[0];
-    let rest = &body.topology.edges.rest_length;
-    let errors = measure::edge_errors(&body.topology, &body.particles.positions);
-    let strains = errors
-        .zip(rest)
-        .map(|(error, rest)| error / f64::from(*rest));
-    (strains.collect(), measure::rms_speed(&body.particles))
+    let strains = edge_strains(body).collect();
+    (strains, measure::rms_speed(&body.particles))
 }
 
 fn spread(strains: &[f64]) -> f64 {
@@ -453,19 +449,6 @@ fn the_order_of_edges_and_of_triangles_does_not_matter() {
     assert!(apart < 30.0 * 8e-6, "{apart}");
 }
 
-/// Root mean square and greatest strain of the edges of a cloth.
-fn strain_of(body: &Body) -> [f64; 2] {
-    let rest = &body.topology.edges.rest_length;
-    let errors = measure::edge_errors(&body.topology, &body.particles.positions);
-    let strains: Vec<f64> = errors
-        .zip(rest)
-        .map(|(error, rest)| error / f64::from(*rest))
-        .collect();
-    let squares: f64 = strains.iter().map(|strain| strain * strain).sum();
-    let most = strains.iter().copied().fold(0.0, f64::max);
-    [(squares / strains.len() as f64).sqrt(), most]
-}
-
 const BEGIN: &str = "<!-- the cloth lab: begin -->\n";
 const END: &str = "<!-- the cloth lab: end -->";
 
@@ -479,7 +462,8 @@ fn what_stiffness_costs_in_the_lab_is_in_the_readme() {
     for passes in [1, 2, 4, 8, 16, 32, 64, 128, 256] {
         let mut world = lab(passes, cloth(|_| ()));
         run(&mut world, 20.0);
-        let [mean, most] = strain_of(&world.bodies[0]);
+        let body = &world.bodies[0];
+        let (mean, most) = (rms_strain(body), edge_strains(body).fold(0.0, f64::max));
         assert!(
             mean < before,
             "{mean} by {passes}, {before} by half of them"

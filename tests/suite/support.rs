@@ -9,6 +9,7 @@ use pliant::{
         constraint::Multipliers,
         deform::Random,
         elastic::{self, Elastic},
+        measure,
     },
 };
 use std::sync::Arc;
@@ -174,6 +175,21 @@ pub fn run(world: &mut World, seconds: f64) {
 /// Position of a particle of the first body [m].
 pub fn position(world: &World, particle: usize) -> Vec3 {
     world.bodies[0].particles.positions[particle].truncate()
+}
+
+/// Strain of each edge of a body.
+pub fn edge_strains(body: &Body) -> impl Iterator<Item = f64> {
+    let errors = measure::edge_errors(&body.topology, &body.particles.positions);
+    let lengths = &body.topology.edges.rest_length;
+    errors
+        .zip(lengths)
+        .map(|(error, &length)| error / f64::from(length))
+}
+
+/// Root mean square strain of the edges of a body.
+pub fn rms_strain(body: &Body) -> f64 {
+    let squares = edge_strains(body).map(|strain| strain * strain);
+    (squares.sum::<f64>() / body.topology.edges.rest_length.len() as f64).sqrt()
 }
 
 /// A random vector with coordinates between −`half` and `half`.

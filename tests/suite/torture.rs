@@ -55,9 +55,9 @@ fn renewed(file: &Path, between: &str) -> (String, String) {
     (text, right)
 }
 
-/// Every member of the quick set passes but those that are expected to fail, which all do, and README and docs/robustness.md tell what came
-/// out, to the digit: figures are the same on every machine. After a change that is meant to
-/// alter them, `PLIANT_MINT=1 cargo test --release the_quick_set` writes both anew.
+/// Every member of the quick set passes but the expected failures, which all fail, and README and
+/// docs/robustness.md have these figures to the digit, as they are the same on every machine. After a change that is
+/// meant to alter them, `PLIANT_MINT=1 cargo test --release the_quick_set` writes both anew.
 #[test]
 fn the_quick_set_passes_and_the_documents_tell_what_came_out() {
     let rows = rows(&quick(), suite::threads(0).expect("threads"));
@@ -91,7 +91,7 @@ fn the_quick_set_passes_and_the_documents_tell_what_came_out() {
     }
 }
 
-/// Nobody is expected to fail who is not there, or for two reasons.
+/// Every expected failure names a member of its case, and no member twice.
 #[test]
 fn expected_failures_are_of_members_that_there_are() {
     let mut seen = Vec::new();

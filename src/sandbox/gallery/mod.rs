@@ -189,7 +189,7 @@ fn start(world: &mut World, number: usize, on: On) {
     }
 }
 
-/// Begins to look for settings with which a case passes that was run.
+/// Begins to look for settings with which a case passes that failed.
 fn advise(world: &mut World, number: usize, on: On) {
     let mut gallery = world.resource_mut::<Gallery>();
     let (Some(case), Some(verdict)) = (CASES.get(number), gallery.verdicts.get(&(number, on)))
@@ -198,8 +198,9 @@ fn advise(world: &mut World, number: usize, on: On) {
     };
     let member = verdict.member.clone();
     let subject = match (on, gallery.subjects.get(&number)) {
+        (On::Own, _) => Subject::Own,
         (On::This, Some((body, settings))) => Subject::This(Box::new(body.clone()), *settings),
-        _ => Subject::Own,
+        (On::This, None) => return,
     };
     match Worker::advise(case, subject, member) {
         Ok(worker) => gallery.running = Some((number, on, worker, 0.0)),
@@ -225,36 +226,29 @@ fn listen(world: &mut World) {
         return;
     };
     let (case, on) = (*case, *on);
-    let mut ended = None;
-    let mut advised = None;
+    let mut last = None;
     for news in worker.news() {
         match news {
             News::Share(done) => *share = done,
-            News::Ended(outcome) => ended = Some(outcome),
-            News::Advised(words) => advised = Some(words),
+            news => last = Some(news),
         }
     }
-    if let Some(words) = advised {
-        gallery.running = None;
-        match words {
-            Ok(words) => {
-                if let Some(verdict) = gallery.verdicts.get_mut(&(case, on)) {
-                    verdict.advice = Some(words);
-                }
-            }
-            Err(reason) => gallery.trouble = Some(reason),
-        }
-    }
-    let Some(outcome) = ended else {
+    let Some(last) = last else {
         return;
     };
     gallery.running = None;
-    match outcome {
-        Ok(verdict) => {
+    match last {
+        News::Ended(Ok(verdict)) => {
             gallery.verdicts.insert((case, on), verdict);
             gallery.looked_at = Some((case, on));
         }
-        Err(reason) => gallery.trouble = Some(reason),
+        News::Advised(Ok(words)) => {
+            if let Some(verdict) = gallery.verdicts.get_mut(&(case, on)) {
+                verdict.advice = Some(words);
+            }
+        }
+        News::Ended(Err(reason)) | News::Advised(Err(reason)) => gallery.trouble = Some(reason),
+        News::Share(_) => {}
     }
     if let Some(next) = gallery.waiting.pop() {
         start(world, next, On::Own);

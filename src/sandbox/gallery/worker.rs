@@ -39,7 +39,7 @@ pub enum News {
     Share(f32),
     /// It is over: what came of it, or why it could not be run.
     Ended(Result<Verdict, String>),
-    /// With which settings it passes, in words, or why that could not be found.
+    /// The settings with which it passes, in words, or why the search failed.
     Advised(Result<String, String>),
 }
 
@@ -86,42 +86,44 @@ impl Worker {
     /// # Errors
     /// When the system refuses to start a thread.
     pub fn start(case: &'static Case, subject: Subject) -> io::Result<Self> {
-        let (sender, news) = mpsc::channel();
-        thread::Builder::new()
-            .name("hard case".to_owned())
-            .spawn(move || {
-                let outcome = match subject {
-                    Subject::This(body, settings) => {
-                        run_given(case, *body, settings).map(|outcome| Verdict::of_this(&outcome))
-                    }
-                    Subject::Own => own(case, &sender),
-                };
-                let outcome = outcome.map_err(|error| error.to_string());
-                // Whoever asked may be gone.
-                let _heard = sender.send(News::Ended(outcome));
-            })?;
-        Ok(Self {
-            news: Mutex::new(news),
+        Self::spawn("hard case", move |sender| {
+            let outcome = match subject {
+                Subject::This(body, settings) => {
+                    run_given(case, *body, settings).map(|outcome| Verdict::of_this(&outcome))
+                }
+                Subject::Own => own(case, sender),
+            };
+            News::Ended(outcome.map_err(|error| error.to_string()))
         })
     }
 
-    /// Begins to look for settings with which a case passes, on a body or on the member of its own that is
-    /// named.
+    /// Begins to look for settings with which a case passes: on a body, or on the named member of the case's own
+    /// family.
     ///
     /// # Errors
     /// When the system refuses to start a thread.
     pub fn advise(case: &'static Case, subject: Subject, member: String) -> io::Result<Self> {
+        Self::spawn("advice", move |_| {
+            let advice = find_settings(case, subject, member);
+            let words = advice.map(|advice| {
+                advice.map_or_else(|| NOTHING.to_owned(), |advice| advice.to_string())
+            });
+            News::Advised(words.map_err(|error| error.to_string()))
+        })
+    }
+
+    /// Starts a thread whose last news is what `work` returns.
+    fn spawn(
+        name: &str,
+        work: impl FnOnce(&Sender<News>) -> News + Send + 'static,
+    ) -> io::Result<Self> {
         let (sender, news) = mpsc::channel();
         thread::Builder::new()
-            .name("advice".to_owned())
+            .name(name.to_owned())
             .spawn(move || {
-                let advice = find_settings(case, subject, member);
-                let words = advice.map(|advice| {
-                    advice.map_or_else(|| NOTHING.to_owned(), |advice| advice.to_string())
-                });
-                let words = words.map_err(|error| error.to_string());
+                let last = work(&sender);
                 // Whoever asked may be gone.
-                let _heard = sender.send(News::Advised(words));
+                let _heard = sender.send(last);
             })?;
         Ok(Self {
             news: Mutex::new(news),

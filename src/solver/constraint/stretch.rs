@@ -26,8 +26,8 @@ pub struct Stretch {
     pub axial_stiffness: Stiffness,
     /// Damping τ [s], see the [module](super); default 0.
     pub damping: Damping,
-    /// Time constant [s] for recovering crushed and overstretched edges of a sheet without adding velocity;
-    /// default 0.05, ∞ never. Rope and solids ignore it.
+    /// Time constant [s] for recovering crushed and tangled edges of a sheet without adding velocity, see
+    /// [`repair`](crate::solver::repair); default 0.05, ∞ disables recovery. Ropes and solids ignore it.
     pub repair: RepairTime,
 }
 

@@ -5,7 +5,7 @@ use crate::solver::{
     Effects, Instructions, Method, Particles, Settings, Stretch, Topology,
     constraint::{stretch, volume},
     elastic::Elastic,
-    topology,
+    topology::{self, Dimension},
 };
 use glam::DVec3;
 
@@ -41,13 +41,12 @@ enum Elements {
 }
 
 impl<'a> Repairable<'a> {
-    /// None if the body is not to be repaired.
+    /// `None` if the body is not to be repaired.
     pub fn of(effects: &Effects, topology: &'a Topology, settings: &Settings) -> Option<Self> {
         if effects.neo_hookean.is_some() || effects.plasticity.is_some() {
             return None;
         }
-        let is_sheet = topology.tetrahedra.corners().len() == 0 && !topology.triangles.is_empty();
-        let is_sheet = is_sheet && settings.method == Method::Xpbd;
+        let is_sheet = topology.dimension == Dimension::Sheet && settings.method == Method::Xpbd;
         let h = settings.substep_seconds();
         let (time, elements) = match (effects.volume, effects.stretch) {
             (Some(volume), _) => (volume.repair, Elements::Tetrahedra),
@@ -95,7 +94,7 @@ impl<'a> Repairable<'a> {
         }
     }
 
-    /// Which fraction must have collapsed for a repair to begin.
+    /// Fraction of the body that must have collapsed for a repair to begin.
     pub const fn least(&self) -> f64 {
         match self.elements {
             Elements::Tetrahedra => LITTLE,
@@ -103,7 +102,7 @@ impl<'a> Repairable<'a> {
         }
     }
 
-    /// Visits the particles of elements that have collapsed; which fraction of the body they are.
+    /// Visits the particles of each collapsed element. Returns the fraction of the body that has collapsed.
     pub fn collapsed(&self, motes: &impl Motes, mut visit: impl FnMut(&[u32])) -> f64 {
         let (mut lost, mut whole) = (0.0, 0.0);
         self.each(|corners, rest| {
@@ -121,9 +120,8 @@ impl<'a> Repairable<'a> {
         if lost > 0.0 { lost / whole } else { 0.0 }
     }
 
-    /// Visits the particles of hinges that are tangled, with the greatest strain that a projection would take
-    /// from an edge; which fraction of the sheet's hinges, by length, those
-    /// are for which `visit` is true.
+    /// Visits the particles of each tangled hinge, and the greatest strain that a projection would take from one of
+    /// its edges. Returns the fraction of all hinges, by length, for which `visit` returned true.
     pub fn tangles(&self, motes: &impl Motes, mut visit: impl FnMut(&[u32], f64) -> bool) -> f64 {
         let Elements::Edges(stretch, h) = self.elements else {
             return 0.0;
