@@ -37,9 +37,9 @@
 //!
 //! | module | what is in it | knows |
 //! |---|---|---|
-//! | [`solver`] | particles, topology, the three stages, constraints, contacts, the f64 twin, static equilibrium | `glam` |
-//! | [`analytic`] | shapes at rest that mathematics knows | nothing |
-//! | [`mesh`] | primitives, files, filling a surface with tetrahedra, embedding it | `solver` |
+//! | [`solver`] | a package of its own: particles, topology, the three stages, constraints, contacts, the f64 reference, static equilibrium | `glam` |
+//! | [`analytic`] | shapes at rest that mathematics knows; part of the solver's package | nothing |
+//! | [`mesh`] | a package of its own: primitives, files, filling a surface with tetrahedra, embedding it | `solver` |
 //! | [`simulation`], [`effect`] | schedules, clock, sleep, quarantine; components and their systems | `solver`, Bevy |
 //! | [`scene`] | scene files, their registry, their acceptance | all above |
 //! | [`recording`] | snapshots of the whole state, recordings of what was done, replays | all above |
@@ -91,10 +91,8 @@
 //! Metres, kilograms, seconds, newtons, everywhere. Numbers that must lie in a range are types
 //! that cannot hold another ([`solver::quantity`]).
 
-pub mod analytic;
 pub mod bench;
 pub mod effect;
-pub mod mesh;
 pub mod output;
 pub mod prelude;
 pub mod recording;
@@ -102,9 +100,11 @@ pub mod recording;
 pub mod sandbox;
 pub mod scene;
 pub mod simulation;
-pub mod solver;
 pub mod study;
 pub mod torture;
+
+pub use pliant_mesh as mesh;
+pub use pliant_solver::{self as solver, analytic};
 
 use bevy::{
     app::PluginGroupBuilder,

@@ -1,21 +1,7 @@
 //! Bend: hinges resist a change of their angle.
 
-use super::{Effect, Parameter, Scale, component, elastic::elastic, parameter};
+use super::{Effect, Parameter, Scale, elastic::elastic, parameter};
 use crate::solver::{Bend, Damping, FlexuralRigidity};
-use bevy::{
-    prelude::*,
-    reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
-};
-
-component!(Bend);
-impl_reflect!(
-    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
-    #[type_path = "pliant::effect"]
-    struct Bend {
-        stiffness: FlexuralRigidity,
-        damping: Damping,
-    }
-);
 
 impl Effect for Bend {
     const NAME: &'static str = "bend";

@@ -1,24 +1,11 @@
 //! Collide: rigid colliders keep a body out.
 
-use super::{Effect, Parameter, Scale, component, parameter};
+use super::{Effect, Parameter, Scale, parameter};
 use crate::{
     simulation::{Active, ContactSchedule, CurrentSubstep, EffectSystems, Profile},
     solver::{Collide, Friction, Particles, Restitution, contact::collider},
 };
-use bevy::{
-    prelude::*,
-    reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
-};
-
-component!(Collide);
-impl_reflect!(
-    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
-    #[type_path = "pliant::effect"]
-    struct Collide {
-        friction: Friction,
-        restitution: Restitution,
-    }
-);
+use bevy::prelude::*;
 
 impl Effect for Collide {
     const NAME: &'static str = "collide";

@@ -1,6 +1,6 @@
 //! Direct solution: all that holds a body together is solved as one system, not by sweeps.
 
-use super::{Effect, Parameter, component};
+use super::{Effect, Parameter};
 use crate::{
     simulation::{
         Active, Carried, CurrentSubstep, DirectFactors, EffectSystems, Multipliers, Profile,
@@ -12,18 +12,8 @@ use crate::{
         direct,
     },
 };
-use bevy::{
-    prelude::*,
-    reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
-};
+use bevy::prelude::*;
 use std::sync::Arc;
-
-component!(Direct);
-impl_reflect!(
-    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
-    #[type_path = "pliant::effect"]
-    struct Direct {}
-);
 
 impl Effect for Direct {
     const NAME: &'static str = "direct";

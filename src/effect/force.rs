@@ -1,6 +1,6 @@
 //! Forces from outside: uniform, point, vortex, wind, drag.
 
-use super::{Effect, Parameter, Scale, component, parameter};
+use super::{Effect, Parameter, Scale, parameter};
 use crate::{
     simulation::{
         Active, CurrentSubstep, EffectSystems, Profile, SoftBody, SolverSystems, SolverThreads,
@@ -12,10 +12,7 @@ use crate::{
         force::Force,
     },
 };
-use bevy::{
-    prelude::*,
-    reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
-};
+use bevy::prelude::*;
 use std::sync::Arc;
 
 /// Lets a force act on every body that asks for it, before the first stage.
@@ -58,17 +55,6 @@ macro_rules! force {
     };
 }
 
-component!(Uniform);
-impl_reflect!(
-    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
-    #[type_path = "pliant::effect"]
-    struct Uniform {
-        x: Finite,
-        y: Finite,
-        z: Finite,
-    }
-);
-
 impl Effect for Uniform {
     const NAME: &'static str = "uniform";
     const TITLE: &'static str = "Uniform force";
@@ -81,19 +67,6 @@ impl Effect for Uniform {
 
     force!();
 }
-
-component!(Attract);
-impl_reflect!(
-    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
-    #[type_path = "pliant::effect"]
-    struct Attract {
-        x: Finite,
-        y: Finite,
-        z: Finite,
-        strength: Finite,
-        radius: Length,
-    }
-);
 
 impl Effect for Attract {
     const NAME: &'static str = "attract";
@@ -117,19 +90,6 @@ impl Effect for Attract {
 
     force!();
 }
-
-component!(Vortex);
-impl_reflect!(
-    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
-    #[type_path = "pliant::effect"]
-    struct Vortex {
-        x: Finite,
-        z: Finite,
-        turning: Finite,
-        radius: Length,
-        coupling: Coefficient,
-    }
-);
 
 impl Effect for Vortex {
     const NAME: &'static str = "vortex";
@@ -157,22 +117,6 @@ impl Effect for Vortex {
 
     force!();
 }
-
-component!(Wind);
-impl_reflect!(
-    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
-    #[type_path = "pliant::effect"]
-    struct Wind {
-        x: Finite,
-        y: Finite,
-        z: Finite,
-        turbulence: Coefficient,
-        scale: Length,
-        density: Coefficient,
-        drag: Coefficient,
-        lift: Coefficient,
-    }
-);
 
 impl Effect for Wind {
     const NAME: &'static str = "wind";
@@ -211,16 +155,6 @@ impl Effect for Wind {
 
     force!();
 }
-
-component!(Drag);
-impl_reflect!(
-    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
-    #[type_path = "pliant::effect"]
-    struct Drag {
-        linear: Coefficient,
-        quadratic: Coefficient,
-    }
-);
 
 impl Effect for Drag {
     const NAME: &'static str = "drag";

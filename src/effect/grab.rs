@@ -1,13 +1,11 @@
 //! Grab: a hand holds a body at a point. On a body only while it is held.
 
-use super::{Effect, Figures, Parameter, Scale, component, parameter};
+use super::{Effect, Figures, Parameter, Scale, parameter};
 use crate::{
     simulation::{Active, CurrentSubstep, EffectSystems, Profile, SolvePhase, SolveSchedule},
     solver::{Compliance, Force, Grab, Particles},
 };
 use bevy::prelude::*;
-
-component!(Grab);
 
 impl Effect for Grab {
     const NAME: &'static str = "grab";

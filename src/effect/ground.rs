@@ -1,6 +1,6 @@
 //! The two grounds: one with friction and bounce, one that sticks.
 
-use super::{Effect, Parameter, Scale, component, parameter};
+use super::{Effect, Parameter, Scale, parameter};
 use crate::{
     simulation::{
         Active, ContactSchedule, CurrentSubstep, EffectSystems, Profile, SolverSystems,
@@ -10,30 +10,7 @@ use crate::{
         Friction, Ground, Particles, Restitution, StickyGround, contact::ground, quantity::finite,
     },
 };
-use bevy::{
-    prelude::*,
-    reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
-};
-
-component!(Ground);
-impl_reflect!(
-    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
-    #[type_path = "pliant::effect"]
-    struct Ground {
-        height: f32,
-        friction: Friction,
-        restitution: Restitution,
-    }
-);
-
-component!(StickyGround);
-impl_reflect!(
-    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
-    #[type_path = "pliant::effect"]
-    struct StickyGround {
-        height: f32,
-    }
-);
+use bevy::prelude::*;
 
 impl Effect for Ground {
     const NAME: &'static str = "ground";

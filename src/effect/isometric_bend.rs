@@ -1,21 +1,7 @@
 //! Isometric bend: hinges resist bending by a quadratic energy.
 
-use super::{Effect, Parameter, Scale, component, elastic::elastic, parameter};
+use super::{Effect, Parameter, Scale, elastic::elastic, parameter};
 use crate::solver::{Damping, FlexuralRigidity, IsometricBend};
-use bevy::{
-    prelude::*,
-    reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
-};
-
-component!(IsometricBend);
-impl_reflect!(
-    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
-    #[type_path = "pliant::effect"]
-    struct IsometricBend {
-        stiffness: FlexuralRigidity,
-        damping: Damping,
-    }
-);
 
 impl Effect for IsometricBend {
     const NAME: &'static str = "isometric_bend";

@@ -1,23 +1,7 @@
 //! Membrane: triangles of the surface resist being strained, the same in all directions.
 
-use super::{Effect, Parameter, Scale, component, elastic::elastic, parameter};
+use super::{Effect, Parameter, Scale, elastic::elastic, parameter};
 use crate::solver::{Damping, Membrane, PoissonRatio, Thickness, YoungsModulus};
-use bevy::{
-    prelude::*,
-    reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
-};
-
-component!(Membrane);
-impl_reflect!(
-    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
-    #[type_path = "pliant::effect"]
-    struct Membrane {
-        youngs_modulus: YoungsModulus,
-        poisson_ratio: PoissonRatio,
-        thickness: Thickness,
-        damping: Damping,
-    }
-);
 
 impl Effect for Membrane {
     const NAME: &'static str = "membrane";

@@ -159,18 +159,6 @@ effects! {
     Plasticity,
 }
 
-/// Makes a plain struct of the solver a component of Bevy.
-macro_rules! component {
-    ($name:ident) => {
-        impl bevy::ecs::component::Component for $name {
-            const STORAGE_TYPE: bevy::ecs::component::StorageType =
-                bevy::ecs::component::StorageType::Table;
-            type Mutability = bevy::ecs::component::Mutable;
-        }
-    };
-}
-pub(crate) use component;
-
 /// A parameter that is a field of a checked type: field and type, title, unit, help, useful range,
 /// scale.
 macro_rules! parameter {
@@ -191,40 +179,3 @@ macro_rules! parameter {
     };
 }
 pub(crate) use parameter;
-
-mod reflection {
-    //! Reflection of the solver's checked numbers: opaque, so that reflection too can only
-    //! exchange a valid value for a valid value.
-
-    use crate::solver::quantity::{
-        Coefficient, Compliance, Creep, Damping, Filling, Finite, FlexuralRigidity, Frequency,
-        Friction, Length, MembraneCompliance, PlasticLimit, PoissonRatio, RegionSize, RepairTime,
-        Restitution, Slack, Stiffness, Strain, Thickness, Yield, YoungsModulus,
-    };
-    use bevy::reflect::{
-        ReflectDeserialize, ReflectSerialize, impl_reflect_opaque, std_traits::ReflectDefault,
-    };
-
-    impl_reflect_opaque!((in pliant::solver) Compliance(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
-    impl_reflect_opaque!((in pliant::solver) Damping(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
-    impl_reflect_opaque!((in pliant::solver) RepairTime(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
-    impl_reflect_opaque!((in pliant::solver) Filling(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
-    impl_reflect_opaque!((in pliant::solver) FlexuralRigidity(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
-    impl_reflect_opaque!((in pliant::solver) Coefficient(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
-    impl_reflect_opaque!((in pliant::solver) Finite(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
-    impl_reflect_opaque!((in pliant::solver) Length(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
-    impl_reflect_opaque!((in pliant::solver) Frequency(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
-    impl_reflect_opaque!((in pliant::solver) Friction(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
-    impl_reflect_opaque!((in pliant::solver) MembraneCompliance(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
-    impl_reflect_opaque!((in pliant::solver) PoissonRatio(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
-    impl_reflect_opaque!((in pliant::solver) RegionSize(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
-    impl_reflect_opaque!((in pliant::solver) Restitution(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
-    impl_reflect_opaque!((in pliant::solver) Slack(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
-    impl_reflect_opaque!((in pliant::solver) Stiffness(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
-    impl_reflect_opaque!((in pliant::solver) Strain(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
-    impl_reflect_opaque!((in pliant::solver) Thickness(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
-    impl_reflect_opaque!((in pliant::solver) Creep(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
-    impl_reflect_opaque!((in pliant::solver) PlasticLimit(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
-    impl_reflect_opaque!((in pliant::solver) Yield(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
-    impl_reflect_opaque!((in pliant::solver) YoungsModulus(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
-}

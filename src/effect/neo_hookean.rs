@@ -1,22 +1,7 @@
 //! Neo-Hookean elasticity: tetrahedra of rubber.
 
-use super::{Effect, Parameter, Scale, component, elastic::elastic, parameter};
+use super::{Effect, Parameter, Scale, elastic::elastic, parameter};
 use crate::solver::{Damping, NeoHookean, PoissonRatio, YoungsModulus};
-use bevy::{
-    prelude::*,
-    reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
-};
-
-component!(NeoHookean);
-impl_reflect!(
-    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
-    #[type_path = "pliant::effect"]
-    struct NeoHookean {
-        youngs_modulus: YoungsModulus,
-        poisson_ratio: PoissonRatio,
-        damping: Damping,
-    }
-);
 
 impl Effect for NeoHookean {
     const NAME: &'static str = "neo_hookean";

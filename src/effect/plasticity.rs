@@ -1,6 +1,6 @@
 //! Plasticity: what is strained beyond a yield strain stays so.
 
-use super::{Effect, Figures, Parameter, Scale, component, parameter};
+use super::{Effect, Figures, Parameter, Scale, parameter};
 use crate::{
     simulation::{
         Active, Carried, CurrentSubstep, EffectSystems, Profile, SoftBody, SolverSystems,
@@ -11,25 +11,7 @@ use crate::{
         advance::{Spare, Stage},
     },
 };
-use bevy::{
-    prelude::*,
-    reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
-};
-
-component!(Plasticity);
-impl_reflect!(
-    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
-    #[type_path = "pliant::effect"]
-    struct Plasticity {
-        stretch_yield: Yield,
-        bend_yield: Yield,
-        volume_yield: Yield,
-        creep: Creep,
-        stretch_limit: PlasticLimit,
-        bend_limit: PlasticLimit,
-        volume_limit: PlasticLimit,
-    }
-);
+use bevy::prelude::*;
 
 impl Effect for Plasticity {
     const NAME: &'static str = "plasticity";
@@ -87,11 +69,7 @@ impl Effect for Plasticity {
     }
 
     fn when_added() -> Option<Self> {
-        Some(Self {
-            stretch_yield: Yield::of(0.05),
-            bend_yield: Yield::of(5.0),
-            ..Self::default()
-        })
+        Some(Self::typical())
     }
 
     fn figures(&self, body: &EntityRef, _h: f32) -> Figures {

@@ -1,6 +1,6 @@
 //! Pressure: what fills a closed surface pushes its walls apart.
 
-use super::{Effect, Figures, Parameter, Scale, component, parameter};
+use super::{Effect, Figures, Parameter, Scale, parameter};
 use crate::{
     simulation::{
         Active, CurrentSubstep, EffectSystems, Multipliers, Profile, SoftBody, SolvePhase,
@@ -13,21 +13,8 @@ use crate::{
         measure,
     },
 };
-use bevy::{
-    prelude::*,
-    reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
-};
+use bevy::prelude::*;
 use std::sync::Arc;
-
-component!(Pressure);
-impl_reflect!(
-    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
-    #[type_path = "pliant::effect"]
-    struct Pressure {
-        factor: Filling,
-        bulk_modulus: Stiffness,
-    }
-);
 
 impl Effect for Pressure {
     const NAME: &'static str = "pressure";

@@ -1,6 +1,6 @@
 //! Shape matching: particles are drawn to where the rest shape would have them.
 
-use super::{Effect, Figures, Parameter, Scale, component, parameter};
+use super::{Effect, Figures, Parameter, Scale, parameter};
 use crate::{
     simulation::{
         Active, CurrentSubstep, EffectSystems, Multipliers, Profile, SoftBody, SolvePhase,
@@ -12,22 +12,8 @@ use crate::{
         constraint::shape_matching::Place,
     },
 };
-use bevy::{
-    prelude::*,
-    reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
-};
+use bevy::prelude::*;
 use std::sync::Arc;
-
-component!(ShapeMatching);
-impl_reflect!(
-    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
-    #[type_path = "pliant::effect"]
-    struct ShapeMatching {
-        frequency: Frequency,
-        region: RegionSize,
-        damping: Damping,
-    }
-);
 
 impl Effect for ShapeMatching {
     const NAME: &'static str = "shape_matching";

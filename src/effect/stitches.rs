@@ -1,6 +1,6 @@
 //! Stitches: points that are held together until they are pulled too hard.
 
-use super::{Effect, Figures, Parameter, component};
+use super::{Effect, Figures, Parameter};
 use crate::{
     simulation::{
         Active, CurrentSubstep, EffectSystems, Profile, SoftBody, SolvePhase, SolveSchedule,
@@ -13,8 +13,6 @@ use crate::{
 };
 use bevy::prelude::*;
 use std::sync::Arc;
-
-component!(Stitches);
 
 impl Effect for Stitches {
     const NAME: &'static str = "stitches";

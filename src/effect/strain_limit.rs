@@ -1,20 +1,7 @@
 //! Strain limit: no edge gets longer than a limit.
 
-use super::{Effect, Parameter, Scale, component, elastic::elastic, parameter};
+use super::{Effect, Parameter, Scale, elastic::elastic, parameter};
 use crate::solver::{Strain, StrainLimit};
-use bevy::{
-    prelude::*,
-    reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
-};
-
-component!(StrainLimit);
-impl_reflect!(
-    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
-    #[type_path = "pliant::effect"]
-    struct StrainLimit {
-        limit: Strain,
-    }
-);
 
 impl Effect for StrainLimit {
     const NAME: &'static str = "strain_limit";

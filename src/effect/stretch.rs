@@ -1,23 +1,7 @@
 //! Stretch: edges resist a change of length.
 
-use super::{Effect, Parameter, Scale, component, elastic::elastic, parameter};
+use super::{Effect, Parameter, Scale, elastic::elastic, parameter};
 use crate::solver::{Compliance, Damping, RepairTime, Stiffness, Stretch};
-use bevy::{
-    prelude::*,
-    reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
-};
-
-component!(Stretch);
-impl_reflect!(
-    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
-    #[type_path = "pliant::effect"]
-    struct Stretch {
-        compliance: Compliance,
-        axial_stiffness: Stiffness,
-        damping: Damping,
-        repair: RepairTime,
-    }
-);
 
 impl Effect for Stretch {
     const NAME: &'static str = "stretch";

@@ -1,21 +1,7 @@
 //! Struts: springs through the body hold it open.
 
-use super::{Effect, Parameter, Scale, component, elastic::elastic, parameter};
+use super::{Effect, Parameter, Scale, elastic::elastic, parameter};
 use crate::solver::{Compliance, Damping, Struts};
-use bevy::{
-    prelude::*,
-    reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
-};
-
-component!(Struts);
-impl_reflect!(
-    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
-    #[type_path = "pliant::effect"]
-    struct Struts {
-        compliance: Compliance,
-        damping: Damping,
-    }
-);
 
 impl Effect for Struts {
     const NAME: &'static str = "struts";

@@ -1,6 +1,6 @@
 //! Tethers: no particle goes farther from its nearest pin than the way to it is long at rest.
 
-use super::{Effect, Figures, Parameter, Scale, component, parameter};
+use super::{Effect, Figures, Parameter, Scale, parameter};
 use crate::{
     simulation::{
         Active, EffectSystems, Profile, SoftBody, SolvePhase, SolveSchedule, StepSchedule,
@@ -8,19 +8,7 @@ use crate::{
     },
     solver::{Particles, Slack, Tethers},
 };
-use bevy::{
-    prelude::*,
-    reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
-};
-
-component!(Tethers);
-impl_reflect!(
-    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
-    #[type_path = "pliant::effect"]
-    struct Tethers {
-        slack: Slack,
-    }
-);
+use bevy::prelude::*;
 
 impl Effect for Tethers {
     const NAME: &'static str = "tethers";

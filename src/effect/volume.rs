@@ -1,23 +1,7 @@
 //! Volume: tetrahedra resist a change of volume.
 
-use super::{Effect, Parameter, Scale, component, elastic::elastic, parameter};
+use super::{Effect, Parameter, Scale, elastic::elastic, parameter};
 use crate::solver::{Compliance, Damping, RepairTime, Stiffness, Volume};
-use bevy::{
-    prelude::*,
-    reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
-};
-
-component!(Volume);
-impl_reflect!(
-    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
-    #[type_path = "pliant::effect"]
-    struct Volume {
-        compliance: Compliance,
-        bulk_modulus: Stiffness,
-        damping: Damping,
-        repair: RepairTime,
-    }
-);
 
 impl Effect for Volume {
     const NAME: &'static str = "volume";

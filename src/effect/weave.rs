@@ -1,23 +1,7 @@
 //! Weave: triangles of the surface resist being strained along warp, weft and bias.
 
-use super::{Effect, Parameter, Scale, component, elastic::elastic, parameter};
+use super::{Effect, Parameter, Scale, elastic::elastic, parameter};
 use crate::solver::{Damping, MembraneCompliance, Weave};
-use bevy::{
-    prelude::*,
-    reflect::{ReflectDeserialize, ReflectSerialize, impl_reflect},
-};
-
-component!(Weave);
-impl_reflect!(
-    #[reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize)]
-    #[type_path = "pliant::effect"]
-    struct Weave {
-        warp: MembraneCompliance,
-        weft: MembraneCompliance,
-        bias: MembraneCompliance,
-        damping: Damping,
-    }
-);
 
 impl Effect for Weave {
     const NAME: &'static str = "weave";

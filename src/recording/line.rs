@@ -1,10 +1,8 @@
 //! The lines of a recording.
 
 use super::{Snapshot, error::LineError};
-use crate::{
-    mesh::read::base64,
-    simulation::{Action, SpawnOrder},
-};
+use crate::simulation::{Action, SpawnOrder};
+use base64::{Engine, prelude::BASE64_STANDARD as BASE64};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// The version of the format.
@@ -101,12 +99,12 @@ pub fn hex(hash: u64) -> String {
 
 /// A state as lines have it.
 pub fn state(snapshot: &Snapshot) -> String {
-    base64::encode(&snapshot.to_bytes())
+    BASE64.encode(snapshot.to_bytes())
 }
 
 /// The state that a line has.
 pub fn snapshot(text: &str) -> Result<Snapshot, LineError> {
-    let bytes = base64::decode(text).ok_or(LineError::NotBase64)?;
+    let bytes = BASE64.decode(text).map_err(|_| LineError::NotBase64)?;
     Ok(Snapshot::from_bytes(&bytes)?)
 }
 

@@ -6,10 +6,7 @@ use crate::{
         self, Density, Factors, Lambdas, Leads, Mass, Particles, Topology, body::set_inverse_masses,
     },
 };
-use bevy::{
-    ecs::component::{Mutable, StorageType},
-    prelude::*,
-};
+use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -26,11 +23,6 @@ use std::sync::Arc;
     SpawnOrder
 )]
 pub struct SoftBody(pub Arc<Topology>);
-
-impl Component for Particles {
-    const STORAGE_TYPE: StorageType = StorageType::Table;
-    type Mutability = Mutable;
-}
 
 /// Mass per measure: kg/m³ of a solid, kg/m² of a cloth, kg/m of a rope; default 1000.
 #[derive(Component, Debug, Clone, Copy, PartialEq, Default, Deref, DerefMut)]
@@ -127,12 +119,6 @@ pub struct BodyQuarantined {
 
 /// Bodies that are stepped.
 pub type Active = (With<SoftBody>, Without<Asleep>, Without<Quarantined>);
-
-/// A rigid shape that bodies with [`Collide`](crate::effect::Collide) cannot enter.
-impl Component for solver::Collider {
-    const STORAGE_TYPE: StorageType = StorageType::Table;
-    type Mutability = Mutable;
-}
 
 /// The place that the next body or collider gets.
 #[derive(Resource, Debug, Default)]

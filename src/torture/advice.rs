@@ -54,7 +54,7 @@ impl fmt::Display for Advice {
     }
 }
 
-/// The message where none of [`TRIALS`] passes.
+/// The message where none of the settings tried passes.
 pub const NOTHING: &str = "passes with none of these: up to 64 × the substeps, up to 64 × the iterations, solved directly";
 
 /// The cheapest settings tried with which a member passes; `None` if it passes with none. `failed` is its outcome

@@ -1,0 +1,234 @@
+//! Fills a surface of unit size with a lattice of tetrahedra, and judges the result by its volume.
+
+use glam::{DVec3, UVec3};
+
+use super::thin::keep_thin_parts;
+use crate::{
+    MeshError, TetMesh,
+    clean::{counted, keep_used},
+    component_of_each,
+    elements::{surface_volume, tetrahedron_volume},
+    enclosure::Enclosure,
+    lattice::{Lattice, stuff},
+    orient::{Borders, borders},
+    tetrahedra_volume,
+};
+
+/// The volume of a filling may differ from that of its surface by this share.
+const TOLERANCE: f64 = 0.05;
+/// A filling that keeps to the surface is taken as it is if it lacks no more than this share.
+const GOOD: f64 = 0.02;
+/// The resolutions that are tried when none is given.
+const AUTOMATIC: [u32; 4] = [12, 18, 27, 40];
+/// How far the tetrahedra may reach beyond the surface, in cells, to make up for parts too fine for
+/// them and for the volume between a curved surface and their flat faces.
+const FARTHEST: f64 = 0.2;
+/// Distances are cut off here, in cells: farther than the ends of a cut edge can be.
+const LIMIT: f64 = 1.05;
+/// Halvings of that distance until the volume fits. Five leave 0.006 cells, less than 1 % of the
+/// volume of a ball of ten cells.
+const HALVINGS: u32 = 5;
+/// A piece with less than this share of the largest piece's volume is dust.
+const DUST: f64 = 0.01;
+/// A surface whose area vector is a larger share of its area is a sheet. A closed surface has 0, a
+/// box without lid 0.2, a half sphere 0.5, a sheet 1.
+const SHEET: f64 = 0.6;
+/// Points along the longest side at which the volume of a surface that is not simple is sampled.
+const SAMPLES: f64 = 24.0;
+
+/// The tetrahedra inside of a surface, with `cells` cubes along the longest side or as many as the
+/// volume needs.
+pub(super) fn fill(
+    vertices: &[DVec3],
+    triangles: &[[u32; 3]],
+    cells: Option<u32>,
+    notes: &mut Vec<String>,
+) -> Result<TetMesh, MeshError> {
+    let solid = Solid::new(vertices, triangles, notes)?;
+    let volume = solid.volume();
+    if volume <= 0.0 {
+        return Err(MeshError::unusable(
+            "the surface encloses no volume",
+            "close it, or use it as a shell",
+        ));
+    }
+    let tries = cells.as_ref().map_or(&AUTOMATIC[..], std::slice::from_ref);
+    let mut filling = TetMesh::default();
+    let mut used = 0;
+    let mut error = f64::NEG_INFINITY;
+    for &cells in tries {
+        used = cells;
+        filling = solid.fill(cells, volume)?;
+        error = volume_of(&filling) / volume - 1.0;
+        if error.abs() <= TOLERANCE {
+            break;
+        }
+    }
+    drop_dust(&mut filling, notes);
+    if cells.is_none() && used > AUTOMATIC[0] {
+        notes.push(format!(
+            "{used} cells along the longest side, as the surface has fine parts"
+        ));
+    }
+    if error.abs() > TOLERANCE {
+        notes.push(format!(
+            "the tetrahedra hold {:.0} % {} volume than the surface: more cells follow it closer",
+            100.0 * error.abs(),
+            if error < 0.0 { "less" } else { "more" }
+        ));
+    }
+    keep_used(&mut filling.vertices, &mut filling.tetrahedra);
+    Ok(filling)
+}
+
+/// A surface as the boundary of something.
+struct Solid<'a> {
+    vertices: &'a [DVec3],
+    triangles: &'a [[u32; 3]],
+    enclosure: Enclosure,
+    half_extent: DVec3,
+    closed: bool,
+}
+
+impl<'a> Solid<'a> {
+    fn new(
+        vertices: &'a [DVec3],
+        triangles: &'a [[u32; 3]],
+        notes: &mut Vec<String>,
+    ) -> Result<Self, MeshError> {
+        let Borders { open, branching } = borders(triangles);
+        if open > 0 {
+            let (mut vector, mut area) = (DVec3::ZERO, 0.0);
+            for t in triangles {
+                let [a, b, c] = t.map(|i| vertices[i as usize]);
+                let own = (b - a).cross(c - a);
+                vector += own;
+                area += own.length();
+            }
+            let rim = counted(open, "boundary edge", "boundary edges");
+            if vector.length() > SHEET * area {
+                return Err(MeshError::unusable(
+                    format!(
+                        "the surface is open: {rim}, and it is more a sheet than a hull, so it has no volume"
+                    ),
+                    "close it, or use it as a shell",
+                ));
+            }
+            notes.push(format!(
+                "the surface is open ({rim}); its holes were bridged"
+            ));
+        }
+        let half_extent = vertices
+            .iter()
+            .fold(DVec3::ZERO, |most, p| most.max(p.abs()));
+        Ok(Self {
+            vertices,
+            triangles,
+            enclosure: Enclosure::new(vertices, triangles),
+            half_extent,
+            closed: open == 0 && branching == 0,
+        })
+    }
+
+    /// The volume that counts as inside. A closed surface that overlaps nothing says it itself; of
+    /// any other it is sampled.
+    fn volume(&self) -> f64 {
+        let spacing = 1.0 / SAMPLES;
+        let count = (self.half_extent * 2.0 / spacing).ceil().max(DVec3::ONE);
+        let cell = self.half_extent * 2.0 / count;
+        let count: UVec3 = count.as_uvec3();
+        let mut inside = 0_u32;
+        let mut simple = self.closed;
+        for z in 0..count.z {
+            for y in 0..count.y {
+                for x in 0..count.x {
+                    let at = UVec3::new(x, y, z).as_dvec3() + 0.5;
+                    let winding = self.enclosure.winding_number(at * cell - self.half_extent);
+                    simple &= (-0.5..1.5).contains(&winding);
+                    inside += u32::from(winding.abs() > 0.5);
+                }
+            }
+        }
+        if simple {
+            surface_volume(self.vertices, self.triangles)
+        } else {
+            f64::from(inside) * cell.element_product()
+        }
+    }
+
+    /// The tetrahedra at a resolution, reaching so far beyond the surface that their volume is
+    /// right, if that is not too far.
+    fn fill(&self, cells: u32, volume: f64) -> Result<TetMesh, MeshError> {
+        let lattice = Lattice::around(self.half_extent, 1.0 / f64::from(cells));
+        let mut distances = self.distances(&lattice);
+        keep_thin_parts(&lattice, &mut distances, self.vertices, self.triangles);
+        let reaching = |beyond: f64| {
+            let field: Vec<f64> = distances.iter().map(|d| d + beyond).collect();
+            stuff(&lattice, &field)
+        };
+        let on_surface = reaching(0.0)?;
+        if volume_of(&on_surface) >= volume * (1.0 - GOOD) {
+            return Ok(on_surface);
+        }
+        let (mut too_near, mut far) = (0.0, FARTHEST * lattice.spacing);
+        for _ in 0..HALVINGS {
+            let between = 0.5 * (too_near + far);
+            if volume_of(&reaching(between)?) < volume {
+                too_near = between;
+            } else {
+                far = between;
+            }
+        }
+        reaching(far)
+    }
+
+    /// Signed distances of a lattice's points from the surface, positive inside. Beyond a cell or
+    /// two only the sign matters, and the distance is cut off.
+    fn distances(&self, lattice: &Lattice) -> Vec<f64> {
+        let limit = LIMIT * lattice.spacing;
+        // The first point of each row is outside, and so is the last of the row before.
+        let (mut inside, mut reach) = (false, 0.0);
+        let signed = lattice.points().into_iter().map(|point| {
+            let distance = self.enclosure.distance(point, limit);
+            // A point nearer to its neighbour than that one is to a closed surface is on its side.
+            if !self.closed || reach <= lattice.spacing {
+                inside = self.enclosure.contains(point);
+            }
+            reach = distance;
+            if inside { distance } else { -distance }
+        });
+        signed.collect()
+    }
+}
+
+fn volume_of(filling: &TetMesh) -> f64 {
+    tetrahedra_volume(&filling.vertices, &filling.tetrahedra)
+}
+
+/// Leaves out pieces that are tiny beside the largest, and says how many pieces are left.
+fn drop_dust(filling: &mut TetMesh, notes: &mut Vec<String>) {
+    let piece = component_of_each(filling.vertices.len(), &filling.tetrahedra);
+    let mut volumes: Vec<f64> = Vec::new();
+    for (tetrahedron, &piece) in filling.tetrahedra.iter().zip(&piece) {
+        volumes.resize(volumes.len().max(piece as usize + 1), 0.0);
+        volumes[piece as usize] +=
+            tetrahedron_volume(tetrahedron.map(|i| filling.vertices[i as usize]));
+    }
+    let largest = volumes.iter().copied().fold(0.0, f64::max);
+    let is_dust = |piece: u32| volumes[piece as usize] < DUST * largest;
+    let mut pieces = piece.iter();
+    filling
+        .tetrahedra
+        .retain(|_| pieces.next().is_some_and(|piece| !is_dust(*piece)));
+    let dust = (0..volumes.len() as u32).filter(|p| is_dust(*p)).count();
+    if dust > 0 {
+        let pieces = counted(dust, "piece", "pieces");
+        notes.push(format!("{pieces} of less than 1 % of the volume left out"));
+    }
+    if volumes.len() - dust > 1 {
+        let pieces = volumes.len() - dust;
+        notes.push(format!(
+            "the body is in {pieces} pieces that are not connected"
+        ));
+    }
+}

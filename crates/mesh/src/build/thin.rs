@@ -1,0 +1,161 @@
+//! Keeps the parts of a solid that are too thin for its lattice: ears, handles, tails.
+//!
+//! A part between the lattice's points has no point inside, and would be missing, or be cut off from
+//! the rest. So the points nearest to the surface, which follow it everywhere without a gap, count
+//! as inside where they are needed: where no point inside is near, and where they connect what would
+//! come apart. Elsewhere they stay as they are, and the filling keeps to the surface.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use crate::{
+    elements::Pieces,
+    lattice::{Lattice, firm_points},
+};
+
+/// How deep inside a point counts, in cells, that is needed there though it is not.
+const DEEP: f64 = 0.36;
+/// How far outside its neighbours count at most. Its edges are then cut at DEEP / (DEEP + NEAR) =
+/// 0.419 of their length or farther: far enough for the point to stay in place (see `WARP_SHORT`).
+const NEAR: f64 = 0.5;
+
+/// Changes the signed distances of a lattice's points so that the filling is connected wherever the
+/// surface is, and reaches everywhere that the surface does.
+pub(super) fn keep_thin_parts(
+    lattice: &Lattice,
+    distances: &mut [f64],
+    vertices: &[DVec3],
+    triangles: &[[u32; 3]],
+) {
+    let needed = missing_points(lattice, distances, vertices, triangles);
+    let is_needed = |point: u32| needed.binary_search(&point).is_ok();
+    let (deep, near) = (DEEP * lattice.spacing, NEAR * lattice.spacing);
+    lattice.for_each_edge(|a, b| {
+        for (point, neighbour) in [(a, b), (b, a)] {
+            if is_needed(point) {
+                let distance = &mut distances[neighbour as usize];
+                *distance = distance.max(-near);
+            }
+        }
+    });
+    for &point in &needed {
+        let distance = &mut distances[point as usize];
+        *distance = distance.max(deep);
+    }
+}
+
+/// The points of a lattice, among those that are not firmly inside, that must be so that the filling
+/// is connected and reaches everywhere that the surface does. Sorted.
+fn missing_points(
+    lattice: &Lattice,
+    distances: &[f64],
+    vertices: &[DVec3],
+    triangles: &[[u32; 3]],
+) -> Vec<u32> {
+    let mut inside = firm_points(lattice, distances);
+    let candidates = points_on_surface(lattice, &inside, vertices, triangles);
+    let is_candidate = |point: u32| candidates.binary_search(&point).is_ok();
+
+    let mut pieces = Pieces::new(distances.len());
+    let mut neighbours: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    lattice.for_each_edge(|a, b| {
+        if inside[a as usize] && inside[b as usize] {
+            pieces.join(a, b);
+        }
+        for (a, b) in [(a, b), (b, a)] {
+            if is_candidate(a) && (inside[b as usize] || is_candidate(b)) {
+                neighbours.entry(a).or_default().push(b);
+            }
+        }
+    });
+    let neighbours = |point: u32| neighbours.get(&point).into_iter().flatten().copied();
+
+    // Far from all that is inside: needed in any case.
+    let far: Vec<u32> = candidates
+        .iter()
+        .copied()
+        .filter(|point| !neighbours(*point).any(|other| inside[other as usize]))
+        .collect();
+    let mut needed = far;
+    for &point in &needed {
+        inside[point as usize] = true;
+    }
+    for &point in &needed {
+        for other in neighbours(point).filter(|other| inside[*other as usize]) {
+            pieces.join(point, other);
+        }
+    }
+
+    // Bridges between pieces, the deepest first, and none where two pieces are one already. Each
+    // point on the surface touches a piece now, so that two points are the longest bridge.
+    let mut by_depth = candidates.clone();
+    by_depth.sort_by(|a, b| distances[*b as usize].total_cmp(&distances[*a as usize]));
+    let mut add = |point: u32, inside: &mut [bool], pieces: &mut Pieces| {
+        inside[point as usize] = true;
+        needed.push(point);
+        for other in neighbours(point).filter(|other| inside[*other as usize]) {
+            pieces.join(point, other);
+        }
+    };
+    for &point in &by_depth {
+        let mut touched = neighbours(point)
+            .filter(|other| inside[*other as usize])
+            .map(|other| pieces.first_of(other));
+        let first = touched.next();
+        if !inside[point as usize] && touched.any(|other| Some(other) != first) {
+            add(point, &mut inside, &mut pieces);
+        }
+    }
+    for &point in &by_depth {
+        for other in neighbours(point) {
+            let touched = |point: u32, pieces: &mut Pieces| {
+                if inside[point as usize] {
+                    return Some(pieces.first_of(point));
+                }
+                let piece = neighbours(point).find(|other| inside[*other as usize]);
+                piece.map(|other| pieces.first_of(other))
+            };
+            if touched(point, &mut pieces) != touched(other, &mut pieces) {
+                for point in [point, other] {
+                    if !inside[point as usize] {
+                        add(point, &mut inside, &mut pieces);
+                    }
+                }
+            }
+        }
+    }
+    needed.sort_unstable();
+    needed
+}
+
+/// The lattice points that are nearest to some point of the surface, without the firm ones. Sorted.
+fn points_on_surface(
+    lattice: &Lattice,
+    firm: &[bool],
+    vertices: &[DVec3],
+    triangles: &[[u32; 3]],
+) -> Vec<u32> {
+    let mut points = Vec::new();
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|i| vertices[i as usize]);
+        let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+        // Two samples in a cell, so that none is passed over.
+        let steps = (2.0 * longest / lattice.spacing).ceil().max(1.0) as u32;
+        for i in 0..=steps {
+            for j in 0..=steps - i {
+                let (u, v) = (
+                    f64::from(i) / f64::from(steps),
+                    f64::from(j) / f64::from(steps),
+                );
+                let point = lattice.nearest(a + (b - a) * u + (c - a) * v);
+                if !firm[point as usize] && points.last() != Some(&point) {
+                    points.push(point);
+                }
+            }
+        }
+    }
+    points.sort_unstable();
+    points.dedup();
+    points
+}

@@ -1,0 +1,277 @@
+//! Bodies by name and size: what may be asked for, and what is refused.
+//!
+//! The shapes themselves are made in [`solid`] and [`sheet`]; here are the parameters, their ranges,
+//! and the limits that keep memory bounded. All are centred on the origin.
+
+use glam::{UVec2, UVec3, Vec2, Vec3};
+use serde::{Deserialize, Serialize};
+
+use super::{MeshError, SoftMesh};
+use pliant_solver::RestShape;
+
+mod sheet;
+mod solid;
+
+/// The most tetrahedra that a body may have.
+pub const MAX_TETRAHEDRA: usize = 2_000_000;
+/// The most particles that a cloth or a rope may have.
+pub const MAX_PARTICLES: usize = 1_000_000;
+
+/// Sizes [m] within which f32 holds the volume of a cell with all its digits.
+const SIZES: std::ops::RangeInclusive<f32> = 1e-7..=1e7;
+/// Beyond this a tube's inner side has no room for cells.
+const FATTEST_TORUS: f32 = 0.95;
+
+/// A shape that is made rather than read. Sizes are in metres, from 1e-7 to 1e7.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum Primitive {
+    /// A solid box. Each cell is five tetrahedra, mirrored from cell to cell so that no direction is
+    /// preferred.
+    Box {
+        /// Sides [m].
+        size: Vec3,
+        /// Cells along each side, from 1; 6 each by default.
+        #[serde(default = "defaults::solid_box")]
+        cells: UVec3,
+    },
+    /// A solid ball.
+    Sphere {
+        /// Radius [m].
+        radius: f32,
+        /// Cells across the diameter, from 4; 8 by default.
+        #[serde(default = "defaults::sphere")]
+        cells: u32,
+    },
+    /// A solid ring around the y axis.
+    Torus {
+        /// From the axis to the middle of the tube [m].
+        major: f32,
+        /// Radius of the tube [m], at most 0.95 `major`.
+        minor: f32,
+        /// Cells across the tube, from 2; 6 by default; an odd number counts as the next even one.
+        #[serde(default = "defaults::torus")]
+        cells: u32,
+    },
+    /// A solid cylinder around the y axis.
+    Cylinder {
+        /// Radius [m].
+        radius: f32,
+        /// Height along y [m].
+        height: f32,
+        /// Cells across the diameter, from 2; 8 by default; an odd number counts as the next even
+        /// one.
+        #[serde(default = "defaults::cylinder")]
+        cells: u32,
+    },
+    /// A rectangular cloth in the plane y = 0. Particles are in rows along x, the row with the
+    /// smallest z first, so the corners of the first row are particles 0 and `cells.x`.
+    Cloth {
+        /// Extent along x and z [m].
+        size: Vec2,
+        /// Cells along x and z, from 1; 20 each by default.
+        #[serde(default = "defaults::cloth")]
+        cells: UVec2,
+        /// How the cells are split into triangles.
+        #[serde(default)]
+        diagonals: Diagonals,
+        /// Whether cells have an edge along both diagonals, or only along that of their triangles
+        /// (the default).
+        #[serde(default)]
+        shear: bool,
+    },
+    /// A hollow ball of cloth: an icosahedron whose faces are divided and put on the sphere, so that
+    /// all triangles are nearly equilateral. It is closed, and faces outwards.
+    Balloon {
+        /// Radius [m].
+        radius: f32,
+        /// Parts of each edge of the icosahedron, from 1; 8 by default, 642 particles.
+        #[serde(default = "defaults::balloon")]
+        cells: u32,
+    },
+    /// A rope along x, a chain of edges without surface. The particle with the smallest x is
+    /// particle 0.
+    Rope {
+        /// Length [m].
+        length: f32,
+        /// Edges, from 1; 32 by default.
+        #[serde(default = "defaults::rope")]
+        segments: u32,
+    },
+}
+
+/// How the cells of a cloth are split into triangles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Diagonals {
+    /// Mirrored from cell to cell, so that no direction is preferred.
+    #[default]
+    Alternating,
+    /// All alike.
+    OneWay,
+}
+
+mod defaults {
+    use glam::{UVec2, UVec3};
+
+    pub fn solid_box() -> UVec3 {
+        UVec3::splat(6)
+    }
+    pub fn sphere() -> u32 {
+        8
+    }
+    pub fn torus() -> u32 {
+        6
+    }
+    pub fn cylinder() -> u32 {
+        8
+    }
+    pub fn cloth() -> UVec2 {
+        UVec2::splat(20)
+    }
+    pub fn balloon() -> u32 {
+        8
+    }
+    pub fn rope() -> u32 {
+        32
+    }
+}
+
+impl Primitive {
+    /// Makes the shape.
+    ///
+    /// # Errors
+    /// [`MeshError::Parameter`] if a size or a number of cells is out of its range,
+    /// [`MeshError::TooLarge`] beyond [`MAX_TETRAHEDRA`] or [`MAX_PARTICLES`]; before anything is
+    /// allocated.
+    pub fn build(&self) -> Result<SoftMesh, MeshError> {
+        let shape = match *self {
+            Self::Box { size, cells } => {
+                sizes([("size.x", size.x), ("size.y", size.y), ("size.z", size.z)])?;
+                count("cells", cells.min_element(), 1)?;
+                limit(product(&[5, cells.x, cells.y, cells.z]))?;
+                solid::cuboid(size, cells)
+            }
+            Self::Sphere { radius, cells } => {
+                sizes([("radius", radius)])?;
+                count("cells", cells, 4)?;
+                // A cube of the lattice holds twelve, and the ball fills π/6 of its box.
+                limit(product(&[6, cells, cells, cells]))?;
+                solid::sphere(radius, cells)?
+            }
+            Self::Torus {
+                major,
+                minor,
+                cells,
+            } => {
+                sizes([("major", major), ("minor", minor)])?;
+                if minor > FATTEST_TORUS * major {
+                    let expected = format!("at most 0.95 of the major radius ({major} m)");
+                    return Err(MeshError::parameter("minor", minor, expected));
+                }
+                count("cells", cells, 2)?;
+                limit(solid::torus_tetrahedra(major, minor, cells))?;
+                solid::torus(major, minor, cells)
+            }
+            Self::Cylinder {
+                radius,
+                height,
+                cells,
+            } => {
+                sizes([("radius", radius), ("height", height)])?;
+                count("cells", cells, 2)?;
+                limit(solid::cylinder_tetrahedra(radius, height, cells))?;
+                solid::cylinder(radius, height, cells)
+            }
+            Self::Cloth {
+                size,
+                cells,
+                diagonals,
+                shear,
+            } => {
+                sizes([("size.x", size.x), ("size.y", size.y)])?;
+                count("cells", cells.min_element(), 1)?;
+                particles(product(&[
+                    cells.x.saturating_add(1),
+                    cells.y.saturating_add(1),
+                ]))?;
+                sheet::cloth(size, cells, diagonals, shear)
+            }
+            Self::Balloon { radius, cells } => {
+                sizes([("radius", radius)])?;
+                count("cells", cells, 1)?;
+                particles(product(&[10, cells, cells]).saturating_add(2))?;
+                sheet::balloon(radius, cells)
+            }
+            Self::Rope { length, segments } => {
+                sizes([("length", length)])?;
+                count("segments", segments, 1)?;
+                particles(u64::from(segments) + 1)?;
+                sheet::rope(length, segments)
+            }
+        };
+        Ok(SoftMesh {
+            shape,
+            ..SoftMesh::default()
+        })
+    }
+}
+
+fn sizes<const N: usize>(sizes: [(&'static str, f32); N]) -> Result<(), MeshError> {
+    for (name, size) in sizes {
+        if !SIZES.contains(&size) {
+            return Err(MeshError::parameter(
+                name,
+                format!("{size} m"),
+                "a length from 1e-7 m to 1e7 m",
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn count(name: &'static str, count: u32, least: u32) -> Result<(), MeshError> {
+    if count < least {
+        return Err(MeshError::parameter(
+            name,
+            count,
+            format!("a whole number from {least}"),
+        ));
+    }
+    Ok(())
+}
+
+fn product(factors: &[u32]) -> u64 {
+    factors
+        .iter()
+        .fold(1, |product: u64, f| product.saturating_mul(u64::from(*f)))
+}
+
+fn limit(tetrahedra: u64) -> Result<(), MeshError> {
+    too_large("tetrahedra", tetrahedra, MAX_TETRAHEDRA)
+}
+
+fn particles(particles: u64) -> Result<(), MeshError> {
+    too_large("particles", particles, MAX_PARTICLES)
+}
+
+fn too_large(what: &'static str, count: u64, limit: usize) -> Result<(), MeshError> {
+    if count > limit as u64 {
+        return Err(MeshError::TooLarge {
+            what,
+            count,
+            limit: limit as u64,
+            remedy: "use fewer cells",
+        });
+    }
+    Ok(())
+}
+
+/// A solid made of tetrahedra alone, with its edges and its boundary.
+fn solid_of(vertices: Vec<Vec3>, tetrahedra: Vec<[u32; 4]>) -> RestShape {
+    RestShape {
+        edges: super::edges(&tetrahedra, &[]),
+        triangles: super::boundary_triangles(&tetrahedra),
+        vertices,
+        tetrahedra,
+    }
+}

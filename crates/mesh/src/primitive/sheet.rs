@@ -1,0 +1,145 @@
+//! Cloth and rope: shapes without volume.
+
+use std::collections::BTreeMap;
+
+use glam::{DVec3, UVec2, Vec2, Vec3};
+
+use super::Diagonals;
+use crate::edges;
+use pliant_solver::RestShape;
+
+/// A rectangular cloth. The triangles face up.
+pub(super) fn cloth(size: Vec2, cells: UVec2, diagonals: Diagonals, shear: bool) -> RestShape {
+    let particle = |i: u32, j: u32| j * (cells.x + 1) + i;
+    let mut vertices = Vec::new();
+    for j in 0..=cells.y {
+        for i in 0..=cells.x {
+            let share = Vec2::new(i as f32, j as f32) / cells.as_vec2();
+            let place = (share - 0.5) * size;
+            vertices.push(Vec3::new(place.x, 0.0, place.y));
+        }
+    }
+    let mut triangles = Vec::new();
+    let mut edges_across = Vec::new();
+    for j in 0..cells.y {
+        for i in 0..cells.x {
+            let [a, b] = [particle(i, j), particle(i + 1, j)];
+            let [c, d] = [particle(i, j + 1), particle(i + 1, j + 1)];
+            if diagonals == Diagonals::Alternating && (i + j) % 2 == 1 {
+                triangles.extend([[a, c, d], [a, d, b]]);
+                edges_across.push([b, c]);
+            } else {
+                triangles.extend([[a, c, b], [b, c, d]]);
+                edges_across.push([a, d]);
+            }
+        }
+    }
+    let mut edges = edges(&[], &triangles);
+    if shear {
+        edges.extend(edges_across);
+        edges.sort_unstable();
+    }
+    RestShape {
+        vertices,
+        edges,
+        tetrahedra: Vec::new(),
+        triangles,
+    }
+}
+
+/// A closed surface of triangles around the origin, facing outwards.
+pub(super) fn balloon(radius: f32, cells: u32) -> RestShape {
+    let corners = icosahedron();
+    let mut numbers = BTreeMap::new();
+    let mut vertices = Vec::new();
+    // A vertex is known by the corners that it lies between, and how near it is to each.
+    let mut vertex = |weights: [(usize, u32); 3]| {
+        let mut key = weights;
+        key.sort_unstable();
+        let key: Vec<_> = key.into_iter().filter(|(_, weight)| *weight > 0).collect();
+        *numbers.entry(key).or_insert_with_key(|key| {
+            let terms = key.iter();
+            let sum: DVec3 = terms
+                .map(|&(i, weight)| corners[i] * f64::from(weight))
+                .sum();
+            vertices.push((sum.normalize() * f64::from(radius)).as_vec3());
+            vertices.len() as u32 - 1
+        })
+    };
+    let mut triangles = Vec::new();
+    for face in FACES {
+        let mut at = |i: u32, j: u32| {
+            let weights = [cells - i - j, i, j];
+            vertex([0, 1, 2].map(|k| (face[k], weights[k])))
+        };
+        for j in 0..cells {
+            for i in 0..cells - j {
+                triangles.push([at(i, j), at(i + 1, j), at(i, j + 1)]);
+                if i + j + 1 < cells {
+                    triangles.push([at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
+                }
+            }
+        }
+    }
+    RestShape {
+        edges: edges(&[], &triangles),
+        vertices,
+        tetrahedra: Vec::new(),
+        triangles,
+    }
+}
+
+/// The faces of [`icosahedron`], counter-clockwise from outside.
+const FACES: [[usize; 3]; 20] = [
+    [0, 11, 5],
+    [0, 5, 1],
+    [0, 1, 7],
+    [0, 7, 10],
+    [0, 10, 11],
+    [1, 5, 9],
+    [5, 11, 4],
+    [11, 10, 2],
+    [10, 7, 6],
+    [7, 1, 8],
+    [3, 9, 4],
+    [3, 4, 2],
+    [3, 2, 6],
+    [3, 6, 8],
+    [3, 8, 9],
+    [4, 9, 5],
+    [2, 4, 11],
+    [6, 2, 10],
+    [8, 6, 7],
+    [9, 8, 1],
+];
+
+/// Corners of three golden rectangles that stand across each other.
+fn icosahedron() -> [DVec3; 12] {
+    let golden = (1.0 + 5.0_f64.sqrt()) / 2.0;
+    [
+        (-1.0, golden, 0.0),
+        (1.0, golden, 0.0),
+        (-1.0, -golden, 0.0),
+        (1.0, -golden, 0.0),
+        (0.0, -1.0, golden),
+        (0.0, 1.0, golden),
+        (0.0, -1.0, -golden),
+        (0.0, 1.0, -golden),
+        (golden, 0.0, -1.0),
+        (golden, 0.0, 1.0),
+        (-golden, 0.0, -1.0),
+        (-golden, 0.0, 1.0),
+    ]
+    .map(DVec3::from)
+}
+
+/// A straight rope.
+pub(super) fn rope(length: f32, segments: u32) -> RestShape {
+    RestShape {
+        vertices: (0..=segments)
+            .map(|i| Vec3::X * (length * (i as f32 / segments as f32 - 0.5)))
+            .collect(),
+        edges: (0..segments).map(|i| [i, i + 1]).collect(),
+        ..RestShape::default()
+    }
+}

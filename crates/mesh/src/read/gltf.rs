@@ -1,0 +1,267 @@
+//! glTF 2.0, `.gltf` and `.glb`: the triangles of the default scene, each mesh once a node that
+//! shows it, with the node's transform.
+//!
+//! Materials, skins, morph targets and animations say how a surface looks or moves, and are passed
+//! over. Points and lines are left out with a note. Compressed and sparse data is refused.
+
+use std::collections::BTreeSet;
+
+use glam::{DMat4, Mat4};
+use gltf::{Document, Node, Semantic, mesh::Mode};
+
+use super::{Beside, gltf_data::Data};
+use crate::{FileMesh, MeshError, SurfaceMesh};
+
+pub fn read(file: &str, bytes: &[u8], beside: &Beside) -> Result<FileMesh, MeshError> {
+    let (json, blob) = if bytes.starts_with(b"glTF") {
+        chunks(bytes).map_err(|problem| content(file, "the GLB container", problem))?
+    } else {
+        (bytes, None)
+    };
+    check_attributes(json).map_err(|problem| content(file, "the JSON", problem))?;
+    let document = gltf::Gltf::from_slice(json)
+        .map_err(|error| content(file, "the JSON", error.to_string()))?
+        .document;
+    refuse_extensions(file, &document)?;
+    let data = Data::load(file, &document, blob, beside)?;
+    let mut reader = Reader {
+        file,
+        data,
+        surface: SurfaceMesh::default(),
+        other_primitives: 0,
+        visited: BTreeSet::new(),
+    };
+    reader.document(&document)?;
+    let mut surface = reader.surface;
+    if surface.triangles.is_empty() {
+        let problem = "has no triangles; expected a mesh of triangles in the scene";
+        return Err(content(file, "the scene", problem));
+    }
+    if reader.other_primitives > 0 {
+        let note = format!(
+            "{} primitives of points or lines left out",
+            reader.other_primitives
+        );
+        surface.notes.push(note);
+    }
+    Ok(FileMesh::Surface(surface))
+}
+
+/// Refuses attributes of accessors that there are not: the gltf crate looks them up before it has
+/// checked them.
+fn check_attributes(json: &[u8]) -> Result<(), String> {
+    let root: serde_json::Value = serde_json::from_slice(json).map_err(|e| e.to_string())?;
+    let list =
+        |value: &serde_json::Value, key: &str| value[key].as_array().cloned().unwrap_or_default();
+    let accessors = list(&root, "accessors").len() as u64;
+    for (m, mesh) in list(&root, "meshes").iter().enumerate() {
+        for (p, primitive) in list(mesh, "primitives").iter().enumerate() {
+            let attributes = primitive["attributes"].as_object().into_iter().flatten();
+            for (name, accessor) in attributes {
+                if accessor.as_u64().is_some_and(|index| index >= accessors) {
+                    return Err(format!(
+                        "mesh {m}, primitive {p}: {name} is accessor {accessor}, but there are \
+                         {accessors}"
+                    ));
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// An error in a part of the file.
+pub(super) fn content(
+    file: &str,
+    place: impl Into<String>,
+    problem: impl Into<String>,
+) -> MeshError {
+    MeshError::Content {
+        file: file.into(),
+        place: place.into(),
+        problem: problem.into(),
+    }
+}
+
+/// The JSON and the binary chunk of a GLB file. Reference: glTF 2.0, section 4.4.
+fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
+    let word = |at: usize| {
+        let word = bytes.get(at..at + 4).and_then(|b| b.try_into().ok());
+        word.map(u32::from_le_bytes)
+            .ok_or_else(|| format!("ends after {} bytes, within a header", bytes.len()))
+    };
+    let version = word(4)?;
+    if version != 2 {
+        return Err(format!("is of version {version}; expected 2"));
+    }
+    let chunk = |at: usize, kind: &[u8; 4], name: &str| {
+        let length = word(at)? as usize;
+        if word(at + 4)? != u32::from_le_bytes(*kind) {
+            return Err(format!("has another chunk where {name} was expected"));
+        }
+        let end = (at + 8).checked_add(length);
+        end.and_then(|end| bytes.get(at + 8..end)).ok_or_else(|| {
+            let left = bytes.len() - (at + 8).min(bytes.len());
+            format!("says {length} bytes of {name}, but ends after {left} of them")
+        })
+    };
+    let json = chunk(12, b"JSON", "JSON")?;
+    let next = 20 + json.len();
+    if next >= bytes.len() {
+        return Ok((json, None));
+    }
+    Ok((json, Some(chunk(next, b"BIN\0", "binary data")?)))
+}
+
+/// What a file cannot be read without.
+fn refuse_extensions(file: &str, document: &Document) -> Result<(), MeshError> {
+    const HARMLESS: [&str; 3] = ["KHR_materials", "KHR_texture", "EXT_texture"];
+    let needed = document
+        .extensions_required()
+        .find(|name| !HARMLESS.iter().any(|prefix| name.starts_with(prefix)));
+    match needed {
+        Some(name) => Err(content(
+            file,
+            "extensionsRequired",
+            format!("'{name}' is not known; export it without (uncompressed)"),
+        )),
+        None => Ok(()),
+    }
+}
+
+/// Vertices and triangles that a scene may show beyond those that its buffers hold once. Nodes may
+/// share a mesh, and primitives their data, so that a short file could stand for any number.
+const MOST_REPEATED: usize = 4_000_000;
+
+struct Reader<'a> {
+    file: &'a str,
+    data: Data<'a>,
+    surface: SurfaceMesh,
+    other_primitives: usize,
+    /// Nodes that were seen, since one may have one parent only.
+    visited: BTreeSet<usize>,
+}
+
+impl Reader<'_> {
+    fn document(&mut self, document: &Document) -> Result<(), MeshError> {
+        let scene = document
+            .default_scene()
+            .or_else(|| document.scenes().next());
+        let mut waiting: Vec<(Node, DMat4)> = match scene {
+            Some(scene) => scene.nodes().map(|n| (n, DMat4::IDENTITY)).collect(),
+            // A library of meshes, without a scene.
+            None => {
+                for mesh in document.meshes() {
+                    self.mesh(&mesh, DMat4::IDENTITY)?;
+                }
+                Vec::new()
+            }
+        };
+        waiting.reverse();
+        while let Some((node, above)) = waiting.pop() {
+            if !self.visited.insert(node.index()) {
+                let place = format!("node {}", node.index());
+                let problem = "is below two nodes, or below itself; expected a tree";
+                return Err(content(self.file, place, problem));
+            }
+            let own = Mat4::from_cols_array_2d(&node.transform().matrix()).as_dmat4();
+            let transform = above * own;
+            if let Some(mesh) = node.mesh() {
+                self.mesh(&mesh, transform)?;
+            }
+            let first = waiting.len();
+            waiting.extend(node.children().map(|child| (child, transform)));
+            waiting[first..].reverse();
+        }
+        Ok(())
+    }
+
+    fn mesh(&mut self, mesh: &gltf::Mesh, transform: DMat4) -> Result<(), MeshError> {
+        for primitive in mesh.primitives() {
+            let name = mesh
+                .name()
+                .map_or(String::new(), |name| format!(" '{name}'"));
+            let (mesh, number) = (mesh.index(), primitive.index());
+            let place = format!("mesh {mesh}{name}, primitive {number}");
+            self.primitive(&primitive, transform)
+                .map_err(|problem| content(self.file, place, problem))?;
+        }
+        Ok(())
+    }
+
+    fn primitive(&mut self, primitive: &gltf::Primitive, transform: DMat4) -> Result<(), String> {
+        if !matches!(
+            primitive.mode(),
+            Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan
+        ) {
+            self.other_primitives += 1;
+            return Ok(());
+        }
+        let accessor = primitive
+            .get(&Semantic::Positions)
+            .ok_or("has no POSITION; expected the positions of its vertices")?;
+        let positions = self.data.positions(&accessor)?;
+        let indices = match primitive.indices() {
+            Some(accessor) => self.data.indices(&accessor)?,
+            None => (0..positions.len() as u32).collect(),
+        };
+        if let Some(wrong) = indices.iter().find(|i| **i as usize >= positions.len()) {
+            let count = positions.len();
+            return Err(format!("has the index {wrong}, but only {count} vertices"));
+        }
+        let base = self.surface.vertices.len();
+        let shown = base + positions.len() + self.surface.triangles.len() + indices.len();
+        let most = MOST_REPEATED + self.data.bytes();
+        if shown > most {
+            return Err(format!(
+                "brings the scene to {shown} vertices and indices of triangles, but at most {most} \
+                 are read of a file of this size; show its meshes less often"
+            ));
+        }
+        for (number, position) in positions.into_iter().enumerate() {
+            let placed = transform.transform_point3(position);
+            if !placed.is_finite() {
+                return Err(format!(
+                    "vertex {number} is at {placed}; expected finite numbers"
+                ));
+            }
+            self.surface.vertices.push(placed);
+        }
+        let corner = |i: u32| base as u32 + i;
+        let mirrored = transform.determinant() < 0.0;
+        for [a, b, c] in triangles(primitive.mode(), &indices)? {
+            let [a, b, c] = [corner(a), corner(b), corner(c)];
+            let facing = if mirrored { [a, c, b] } else { [a, b, c] };
+            self.surface.triangles.push(facing);
+        }
+        Ok(())
+    }
+}
+
+fn triangles(mode: Mode, indices: &[u32]) -> Result<Vec<[u32; 3]>, String> {
+    match mode {
+        Mode::TriangleStrip => Ok(indices
+            .windows(3)
+            .enumerate()
+            .map(|(k, w)| {
+                if k % 2 == 0 {
+                    [w[0], w[1], w[2]]
+                } else {
+                    [w[1], w[0], w[2]]
+                }
+            })
+            .collect()),
+        Mode::TriangleFan => {
+            let (first, rest) = indices.split_first().ok_or("has no indices")?;
+            Ok(rest.windows(2).map(|w| [*first, w[0], w[1]]).collect())
+        }
+        _ if indices.len().is_multiple_of(3) => Ok(indices
+            .chunks_exact(3)
+            .map(|t| [t[0], t[1], t[2]])
+            .collect()),
+        _ => Err(format!(
+            "has {} indices; expected a multiple of three",
+            indices.len()
+        )),
+    }
+}

@@ -1,0 +1,183 @@
+//! The numbers of a glTF file: buffers, and what accessors make of them.
+//!
+//! Every range is checked against the bytes that are there before it is read.
+
+use std::borrow::Cow;
+
+use base64::{
+    Engine,
+    alphabet::STANDARD,
+    engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig},
+};
+use glam::DVec3;
+use gltf::{
+    Accessor, Document,
+    accessor::{DataType, Dimensions},
+    buffer::Source,
+};
+
+use super::{Beside, gltf::content};
+use crate::MeshError;
+
+/// Of data URIs, whose padding may be missing.
+const BASE64: GeneralPurpose = GeneralPurpose::new(
+    &STANDARD,
+    GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
+);
+
+/// The bytes of all buffers.
+pub struct Data<'a> {
+    buffers: Vec<Cow<'a, [u8]>>,
+}
+
+impl<'a> Data<'a> {
+    /// Loads the buffers, from wherever they are.
+    pub fn load(
+        file: &str,
+        document: &Document,
+        blob: Option<&'a [u8]>,
+        beside: &Beside,
+    ) -> Result<Self, MeshError> {
+        let mut buffers = Vec::new();
+        for buffer in document.buffers() {
+            let place = format!("buffer {}", buffer.index());
+            let bytes: Cow<[u8]> = match buffer.source() {
+                Source::Bin => blob
+                    .ok_or_else(|| {
+                        content(
+                            file,
+                            &*place,
+                            "is in the GLB file, which has no binary data",
+                        )
+                    })?
+                    .into(),
+                Source::Uri(uri) if uri.starts_with("data:") => uri
+                    .split_once(";base64,")
+                    .and_then(|(_, text)| BASE64.decode(text).ok())
+                    .ok_or_else(|| {
+                        content(
+                            file,
+                            &*place,
+                            "is not base64; expected a data URI in base64",
+                        )
+                    })?
+                    .into(),
+                Source::Uri(uri) => {
+                    let name = unescaped(uri);
+                    let outside = name.contains("://") || name.starts_with(['/', '\\']);
+                    if outside || name.split(['/', '\\']).any(|part| part == "..") {
+                        let problem = format!("is at '{name}'; expected a file beside this one");
+                        return Err(content(file, place, problem));
+                    }
+                    beside(&name)
+                        .map_err(|source| MeshError::Unreadable {
+                            file: format!("{name} (a buffer of {file})"),
+                            source,
+                        })?
+                        .into()
+                }
+            };
+            if bytes.len() < buffer.length() {
+                let (there, expected) = (bytes.len(), buffer.length());
+                let problem = format!("has {there} bytes; expected {expected}");
+                return Err(content(file, place, problem));
+            }
+            buffers.push(bytes);
+        }
+        Ok(Self { buffers })
+    }
+
+    /// How many bytes all buffers have.
+    pub fn bytes(&self) -> usize {
+        self.buffers.iter().map(|bytes| bytes.len()).sum()
+    }
+
+    /// Positions of vertices.
+    pub fn positions(&self, accessor: &Accessor) -> Result<Vec<DVec3>, String> {
+        if (accessor.data_type(), accessor.dimensions()) != (DataType::F32, Dimensions::Vec3) {
+            return Err("has positions that are not three floats each".into());
+        }
+        let items = self.items::<12>(accessor)?;
+        let float = |b: [u8; 4]| f64::from(f32::from_le_bytes(b));
+        Ok(items
+            .map(|[x0, x1, x2, x3, y0, y1, y2, y3, z0, z1, z2, z3]| {
+                DVec3::new(
+                    float([x0, x1, x2, x3]),
+                    float([y0, y1, y2, y3]),
+                    float([z0, z1, z2, z3]),
+                )
+            })
+            .collect())
+    }
+
+    /// Indices of vertices.
+    pub fn indices(&self, accessor: &Accessor) -> Result<Vec<u32>, String> {
+        if accessor.dimensions() != Dimensions::Scalar {
+            return Err("has indices that are not one number each".into());
+        }
+        match accessor.data_type() {
+            DataType::U8 => Ok(self.items(accessor)?.map(|[byte]| byte.into()).collect()),
+            DataType::U16 => {
+                let items = self.items(accessor)?;
+                Ok(items.map(|b| u16::from_le_bytes(b).into()).collect())
+            }
+            DataType::U32 => Ok(self.items(accessor)?.map(u32::from_le_bytes).collect()),
+            _ => Err("has indices that are not unsigned whole numbers".into()),
+        }
+    }
+
+    /// The items of an accessor, `N` bytes each.
+    fn items<const N: usize>(
+        &self,
+        accessor: &Accessor,
+    ) -> Result<impl Iterator<Item = [u8; N]>, String> {
+        let place = format!("accessor {}", accessor.index());
+        if accessor.sparse().is_some() {
+            return Err(format!(
+                "{place} is sparse, which is not read; export it dense"
+            ));
+        }
+        let view = accessor
+            .view()
+            .ok_or_else(|| format!("{place} has no data"))?;
+        let (count, stride) = (accessor.count(), view.stride().unwrap_or(N));
+        let range = (|| {
+            let end = view.offset().checked_add(view.length())?;
+            let bytes = self
+                .buffers
+                .get(view.buffer().index())?
+                .get(view.offset()..end)?;
+            let needed = match count {
+                0 => 0,
+                count => stride.checked_mul(count - 1)?.checked_add(N)?,
+            };
+            bytes
+                .get(accessor.offset()..)?
+                .get(..needed)
+                .filter(|_| stride >= N)
+        })();
+        let bytes = range.ok_or_else(|| {
+            format!("{place} says {count} items of {N} bytes, which are not in its buffer")
+        })?;
+        Ok((0..count).filter_map(move |item| {
+            let start = item * stride;
+            bytes.get(start..start + N)?.try_into().ok()
+        }))
+    }
+}
+
+/// A URI's path with its escapes (`%20`) replaced.
+fn unescaped(uri: &str) -> String {
+    let mut bytes = Vec::with_capacity(uri.len());
+    let mut rest = uri.as_bytes();
+    while let [first, after @ ..] = rest {
+        let code = (*first == b'%')
+            .then(|| after.get(..2))
+            .flatten()
+            .and_then(|hex| std::str::from_utf8(hex).ok())
+            .and_then(|hex| u8::from_str_radix(hex, 16).ok());
+        bytes.push(code.unwrap_or(*first));
+        rest = if code.is_some() { &after[2..] } else { after };
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}

@@ -1,0 +1,159 @@
+//! Words of a text file, each with the line that it stands in, so that errors can say where.
+
+use glam::DVec3;
+
+use crate::MeshError;
+
+/// A file as text.
+///
+/// # Errors
+/// [`MeshError::Text`] at the first byte that is not UTF-8, or at line 1 if the file is empty.
+pub fn decode<'a>(file: &str, bytes: &'a [u8]) -> Result<&'a str, MeshError> {
+    let error = |line, found: String, expected: &str| MeshError::Text {
+        file: file.into(),
+        line,
+        found,
+        expected: expected.into(),
+    };
+    let text = std::str::from_utf8(bytes).map_err(|wrong| {
+        let (before, after) = bytes.split_at(wrong.valid_up_to());
+        let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
+        error(
+            line,
+            format!("the byte 0x{:02x}", after[0]),
+            "text in UTF-8",
+        )
+    })?;
+    // Some editors put a byte order mark first.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    if text.trim().is_empty() {
+        return Err(error(1, "an empty file".into(), "a mesh"));
+    }
+    Ok(text)
+}
+
+/// A word, or the end of the file.
+#[derive(Debug, Clone, Copy)]
+pub struct Word<'a> {
+    pub file: &'a str,
+    pub line: usize,
+    /// `None` at the end of the file.
+    pub text: Option<&'a str>,
+}
+
+impl<'a> Word<'a> {
+    /// The error that this word is not what was expected.
+    pub fn wrong(&self, expected: impl Into<String>) -> MeshError {
+        MeshError::Text {
+            file: self.file.into(),
+            line: self.line,
+            found: match self.text {
+                Some(text) => format!("'{}'", abridged(text)),
+                None => "the end of the file".into(),
+            },
+            expected: expected.into(),
+        }
+    }
+
+    /// The word itself.
+    pub fn get(&self, expected: &str) -> Result<&'a str, MeshError> {
+        self.text.ok_or_else(|| self.wrong(expected))
+    }
+
+    /// A finite number.
+    pub fn number(&self, expected: &str) -> Result<f64, MeshError> {
+        let number = self.text.and_then(|text| text.parse::<f64>().ok());
+        number
+            .filter(|number| number.is_finite())
+            .ok_or_else(|| self.wrong(format!("{expected}, a finite number")))
+    }
+
+    /// A whole number from 0.
+    pub fn whole(&self, expected: &str) -> Result<u64, MeshError> {
+        let number = self.text.and_then(|text| text.parse().ok());
+        number.ok_or_else(|| self.wrong(format!("{expected}, a whole number from 0")))
+    }
+
+    /// The index of one of `count` things that the file numbers from `base`.
+    pub fn index(&self, what: &str, base: u64, count: usize) -> Result<u32, MeshError> {
+        let index = self.text.and_then(|text| text.parse::<u64>().ok());
+        index
+            .and_then(|index| index.checked_sub(base))
+            .filter(|index| *index < count as u64)
+            .and_then(|index| u32::try_from(index).ok())
+            .ok_or_else(|| match count as u64 {
+                0 => self.wrong(format!("no {what}, as there is none yet")),
+                count => self.wrong(format!("a {what} from {base} to {}", base + count - 1)),
+            })
+    }
+}
+
+/// So much of a word as an error should repeat.
+fn abridged(text: &str) -> String {
+    const LONGEST: usize = 40;
+    if text.chars().count() <= LONGEST {
+        return text.into();
+    }
+    text.chars().take(LONGEST).chain(['…']).collect()
+}
+
+/// The words of a file, without comments from `#` to the end of a line.
+pub struct Words<'a> {
+    file: &'a str,
+    lines: std::iter::Enumerate<std::str::Lines<'a>>,
+    line: usize,
+    rest: std::str::SplitWhitespace<'a>,
+}
+
+impl<'a> Words<'a> {
+    pub fn new(file: &'a str, text: &'a str) -> Self {
+        Self {
+            file,
+            lines: text.lines().enumerate(),
+            line: 1,
+            rest: "".split_whitespace(),
+        }
+    }
+
+    /// The next word, in this line or a later one.
+    pub fn next(&mut self) -> Word<'a> {
+        loop {
+            if let Some(text) = self.rest.next() {
+                return self.word(Some(text));
+            }
+            let Some((index, line)) = self.lines.next() else {
+                return self.word(None);
+            };
+            self.line = index + 1;
+            let before_comment = line.split_once('#').map_or(line, |(before, _)| before);
+            self.rest = before_comment.split_whitespace();
+        }
+    }
+
+    /// The next word of the same line.
+    pub fn next_in_line(&mut self) -> Option<Word<'a>> {
+        let text = self.rest.next()?;
+        Some(self.word(Some(text)))
+    }
+
+    /// Leaves out what is left of this line.
+    pub fn skip_line(&mut self) {
+        self.rest = "".split_whitespace();
+    }
+
+    /// The next three words as a point.
+    pub fn point(&mut self) -> Result<DVec3, MeshError> {
+        let x = self.next().number("the x coordinate")?;
+        let y = self.next().number("the y coordinate")?;
+        let z = self.next().number("the z coordinate")?;
+        Ok(DVec3::new(x, y, z))
+    }
+
+    fn word(&self, text: Option<&'a str>) -> Word<'a> {
+        Word {
+            file: self.file,
+            line: self.line,
+            text,
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! Grab: a compliant spring from a point of a body to a target, as a hand pulls with a rubber band.
+//!
+//! C = ‖a − t‖ [m] with a = Σ bᵢxᵢ a weighted point of the body, so ∇ᵢC = bᵢ n. The force is
+//! limited, so that no fling, however fast, tears through what holds the body together.
+
+use crate::{Compliance, Damping, Force, particles::Part};
+use glam::{DVec3, Vec3, Vec4};
+use serde::{Deserialize, Serialize};
+
+/// A point of a body as a weighted mean of particles.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<(u32, f32)>", into = "Vec<(u32, f32)>")]
+pub struct SurfacePoint {
+    particles: [u32; Self::MOST],
+    weights: [f32; Self::MOST],
+    count: usize,
+}
+
+impl SurfacePoint {
+    /// Particles at most: three corners of a fine triangle, each held by four particles.
+    pub const MOST: usize = 12;
+
+    /// A point from particles and weights; repeated particles are added up, and the weights are
+    /// scaled to a sum of 1. `None` if there are more than [`Self::MOST`] different particles,
+    /// none, or the weights add up to nothing.
+    #[must_use]
+    pub fn new(terms: &[(u32, f32)]) -> Option<Self> {
+        let mut point = Self {
+            particles: [0; Self::MOST],
+            weights: [0.0; Self::MOST],
+            count: 0,
+        };
+        for &(particle, weight) in terms {
+            let known = point.particles[..point.count]
+                .iter()
+                .position(|&p| p == particle);
+            let slot = known.unwrap_or(point.count);
+            if slot == Self::MOST {
+                return None;
+            }
+            point.particles[slot] = particle;
+            point.weights[slot] += weight;
+            point.count = point.count.max(slot + 1);
+        }
+        let sum: f32 = point.weights.iter().sum();
+        if point.count == 0 || !sum.is_finite() || sum.abs() < 1e-6 {
+            return None;
+        }
+        point.weights = point.weights.map(|weight| weight / sum);
+        Some(point)
+    }
+
+    /// Particles and their weights, which sum to 1.
+    pub fn terms(&self) -> impl Iterator<Item = (u32, f32)> {
+        self.particles
+            .into_iter()
+            .zip(self.weights)
+            .take(self.count)
+    }
+
+    /// Where the point is [m].
+    #[must_use]
+    pub fn position(&self, positions: &[Vec4]) -> Vec3 {
+        self.terms().fold(Vec3::ZERO, |sum, (particle, weight)| {
+            sum + positions[particle as usize].truncate() * weight
+        })
+    }
+
+    /// The mean of what `at` says of its particles.
+    pub(crate) fn mean(&self, at: impl Fn(usize) -> DVec3) -> DVec3 {
+        self.terms().fold(DVec3::ZERO, |sum, (particle, weight)| {
+            sum + at(particle as usize) * f64::from(weight)
+        })
+    }
+
+    /// Σ b²w of its particles [1/kg].
+    pub(crate) fn inverse_mass(&self, positions: &[Vec4]) -> f64 {
+        let terms = self.terms().map(|(particle, b)| {
+            let b = f64::from(b);
+            b * b * f64::from(positions[particle as usize].w)
+        });
+        terms.sum()
+    }
+
+    /// Moves its particles by b w Δλ∇C.
+    pub(crate) fn push(&self, part: &mut Part, change: DVec3) {
+        for (particle, b) in self.terms() {
+            let i = particle as usize;
+            let share = f64::from(b) * f64::from(part.positions[i].w);
+            part.shift(i, change * share);
+        }
+    }
+
+    /// The particle with the largest weight.
+    #[must_use]
+    pub fn nearest(&self) -> u32 {
+        let (particle, _) = self.terms().fold((0, f32::NEG_INFINITY), |best, term| {
+            if term.1 > best.1 { term } else { best }
+        });
+        particle
+    }
+
+    /// Whether every particle exists in a body of so many.
+    #[must_use]
+    pub fn fits(&self, particles: usize) -> bool {
+        self.terms()
+            .all(|(particle, _)| (particle as usize) < particles)
+    }
+}
+
+impl From<SurfacePoint> for Vec<(u32, f32)> {
+    fn from(point: SurfacePoint) -> Self {
+        point.terms().collect()
+    }
+}
+
+/// What was written down is taken as it is, to the bit: scaling its weights to a sum of 1 once more
+/// would round them again.
+impl TryFrom<Vec<(u32, f32)>> for SurfacePoint {
+    type Error = &'static str;
+
+    fn try_from(terms: Vec<(u32, f32)>) -> Result<Self, &'static str> {
+        let mut point = Self::new(&terms)
+            .filter(|point| point.count == terms.len())
+            .ok_or("a point is held by 1 to 12 different particles with weights")?;
+        let sum: f32 = terms.iter().map(|(_, weight)| weight).sum();
+        // Twelve roundings of weights that are 4 at most, as those of a skin are.
+        if (sum - 1.0).abs() > 1e-4 {
+            return Err("the weights of a point must sum to 1");
+        }
+        for (slot, (_, weight)) in point.weights.iter_mut().zip(&terms) {
+            *slot = *weight;
+        }
+        Ok(point)
+    }
+}
+
+/// A body is held at a point.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "bevy", derive(bevy_ecs::component::Component))]
+pub struct Grab {
+    /// The point that is held.
+    pub point: SurfacePoint,
+    /// Where it is pulled to at the end of this tick [m].
+    pub target: Vec3,
+    /// Where it was pulled to at the end of the last tick [m]; in between, the target moves
+    /// evenly over the substeps.
+    pub from: Vec3,
+    /// Compliance of the spring [m/N].
+    pub compliance: Compliance,
+    /// Damping τ [s], see the [module](super).
+    pub damping: Damping,
+    /// The spring never pulls harder than this [N].
+    pub max_force: Force,
+    /// λ of the last substep.
+    pub multiplier: f32,
+}
+
+impl Grab {
+    /// A hold on a body of the given mass [kg] under gravity of the given strength [m/s²], that
+    /// sags by a twentieth of the body's size [m] when it carries all of it.
+    ///
+    /// The spring is damped over a quarter of its own period, and pulls at most as hard as fifty
+    /// bodies weigh.
+    #[must_use]
+    pub fn on(point: SurfacePoint, target: Vec3, mass: f32, size: f32, gravity: f32) -> Self {
+        let weight = (mass * gravity.max(1.0)).clamp(1e-12, 1e12);
+        let compliance = (size / 20.0 / weight).clamp(0.0, 1e12);
+        let damping = (0.25 * (compliance * mass).sqrt()).clamp(0.0, 1.0);
+        Self {
+            point,
+            target,
+            from: target,
+            compliance: Compliance::new(compliance).unwrap_or_default(),
+            damping: Damping::new(damping).unwrap_or_default(),
+            max_force: Force::new(50.0 * weight).unwrap_or_default(),
+            multiplier: 0.0,
+        }
+    }
+
+    /// The force that the spring pulls with [N], after a substep of `h` seconds.
+    #[must_use]
+    pub fn force(&self, h: f32) -> f32 {
+        self.multiplier.abs() / (h * h)
+    }
+
+    /// One sweep: substep number `substep` of `substeps`, each `h` seconds long.
+    pub fn solve(
+        &mut self,
+        mut part: Part,
+        h: f32,
+        (substep, substeps): (u32, u32),
+        iteration: u32,
+    ) {
+        if iteration == 0 {
+            self.multiplier = 0.0;
+        }
+        let h = f64::from(h);
+        let (from, target) = (self.from.as_dvec3(), self.target.as_dvec3());
+        let travel = (target - from) / f64::from(substeps);
+        let target = from + travel * f64::from(substep + 1);
+        let held = self.point.mean(|i| part.predicted(i));
+        let d = held - target;
+        let distance = d.length();
+        let weight = self.point.inverse_mass(part.positions);
+        if weight == 0.0 || distance == 0.0 {
+            return;
+        }
+        let direction = d / distance;
+        let alpha = f64::from(self.compliance) / (h * h);
+        let gamma = f64::from(self.damping.get()) / h;
+        let moved = direction.dot(held - self.point.mean(|i| part.start(i)) - travel);
+        let multiplier = f64::from(self.multiplier);
+        let change =
+            -(distance + alpha * multiplier + gamma * moved) / ((1.0 + gamma) * weight + alpha);
+        let limit = f64::from(self.max_force.get()) * h * h;
+        let next = (multiplier + change).clamp(-limit, limit);
+        self.multiplier = next as f32;
+        self.point.push(&mut part, direction * (next - multiplier));
+    }
+}

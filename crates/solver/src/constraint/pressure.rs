@@ -1,0 +1,164 @@
+//! Pressure: what fills a closed surface pushes its walls with p = K (fV₀/V − 1) [Pa], K being the
+//! bulk modulus of the filling and fV₀ the volume that it would have by itself.
+//!
+//! That is a gas as much as a liquid. A gas of constant temperature has pV = nRT with its absolute
+//! pressure; in an atmosphere of p₀ it pushes with nRT/V − p₀, which is the law above with K = p₀ and
+//! nRT = p₀ fV₀. A liquid has a K far above any pressure, and V stays near fV₀; with K = ∞ it is
+//! fV₀.
+//!
+//! The constraint is one over the whole surface: λ/h² is the overpressure in Pa, and every particle
+//! moves by w ∇V λ. An implicit substep asks for λ = h²p(V + Σw‖∇V‖² Δλ), which is a quadratic
+//! equation for Δλ, solved as it stands: the volume that it aims at is always above 0, so that a gas
+//! cannot be pushed through itself. With K → ∞ it is XPBD's Δλ = (fV₀ − V)/Σw‖∇V‖².
+
+#[cfg(feature = "bevy")]
+use crate::reflection::*;
+use crate::{Filling, Stiffness, Topology, particles::Part, topology::Enclosure};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// A closed surface is filled.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(
+    feature = "bevy",
+    derive(Component, Reflect),
+    reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize),
+    type_path = "pliant::effect"
+)]
+pub struct Pressure {
+    /// f, the volume that the filling would have by itself over the rest volume of the surface;
+    /// default 1. A gas at rest volume pushes with K (f − 1).
+    pub factor: Filling,
+    /// Bulk modulus K of the filling [Pa] at that volume: 101325 for a gas in the atmosphere,
+    /// 2.2e9 for water; default ∞, a liquid that keeps its volume.
+    pub bulk_modulus: Stiffness,
+}
+
+/// What is kept of the pressure on a body: the multiplier, and room for a substep.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Walls {
+    /// λ [Pa·s²].
+    pub multiplier: f64,
+    /// ∇V of each particle [m²], as it was in the last sweep; empty before the first.
+    pub gradients: Vec<DVec3>,
+}
+
+/// A filling stores no more than it would when pressed to this share of its own volume.
+const DENSEST: f64 = 1e-6;
+
+impl Walls {
+    /// The overpressure [Pa] after a substep of `h` seconds; `None` if there was none yet, or if the
+    /// method has no compliances, for which `h` is ∞.
+    #[must_use]
+    pub fn overpressure(&self, h: f64) -> Option<f64> {
+        (!self.gradients.is_empty() && h.is_finite()).then_some(self.multiplier / (h * h))
+    }
+
+    /// One sweep: Δλ, with the gradients to push along; `at` tells places [m] and `w` inverse masses [1/kg].
+    pub fn sweep(
+        &mut self,
+        pressure: &Pressure,
+        (topology, enclosure): (&Topology, &Enclosure),
+        at: impl Fn(u32) -> DVec3,
+        w: impl Fn(usize) -> f64,
+        h: f64,
+    ) -> f64 {
+        let count = topology.particles();
+        self.gradients.resize(count, DVec3::ZERO);
+        let volume = enclosure.volume_and_gradients(topology, at, &mut self.gradients);
+        let weight = enclosure.weight(&self.gradients, w);
+        if weight == 0.0 {
+            // All is pinned, or in one point.
+            return 0.0;
+        }
+        let change = pressure.change(enclosure, volume, weight, self.multiplier, h);
+        self.multiplier += change;
+        change
+    }
+}
+
+impl Pressure {
+    /// One sweep on the particles of a body. Does nothing to a body without a closed surface.
+    pub fn solve(
+        &self,
+        topology: &Topology,
+        mut part: Part,
+        walls: &mut Walls,
+        h: f32,
+        iteration: u32,
+    ) {
+        let Ok(enclosure) = topology.enclosure() else {
+            return;
+        };
+        if iteration == 0 {
+            walls.multiplier = 0.0;
+        }
+        let at = |i: u32| part.predicted(i as usize);
+        let weight = |i: usize| f64::from(part.positions[i].w);
+        let change = walls.sweep(self, (topology, enclosure), at, weight, h.into());
+        for (i, gradient) in walls.gradients.iter().enumerate() {
+            let w = f64::from(part.positions[i].w);
+            if w > 0.0 {
+                part.shift(i, *gradient * (w * change));
+            }
+        }
+    }
+
+    /// Δλ [Pa·s²] at a volume [m³], Σw‖∇V‖² being `weight`, in a substep of `h` seconds.
+    ///
+    /// With a = 1/(h²K) it is the root of (V + wΔλ)(1 + a(λ + Δλ)) = fV₀ that leaves V + wΔλ above
+    /// 0.
+    fn change(&self, enclosure: &Enclosure, volume: f64, weight: f64, lambda: f64, h: f64) -> f64 {
+        let own = self.own_volume(enclosure);
+        let a = 1.0 / (h * h * f64::from(self.bulk_modulus));
+        let pressed = 1.0 + a * lambda;
+        let (linear, constant) = (weight * pressed + a * volume, volume * pressed - own);
+        let difference = weight * pressed - a * volume;
+        let root = (difference * difference + 4.0 * a * weight * own).sqrt();
+        if linear > 0.0 {
+            -2.0 * constant / (linear + root)
+        } else {
+            (root - linear) / (2.0 * a * weight)
+        }
+    }
+
+    /// fV₀ [m³].
+    #[must_use]
+    pub fn own_volume(&self, enclosure: &Enclosure) -> f64 {
+        f64::from(self.factor) * enclosure.rest_volume
+    }
+
+    /// The overpressure K (fV₀/V − 1) of a volume [Pa]; 0 if it is rigid.
+    #[must_use]
+    pub fn overpressure(&self, enclosure: &Enclosure, volume: f64) -> f64 {
+        match f64::from(self.bulk_modulus) {
+            f64::INFINITY => 0.0,
+            modulus => modulus * (1.0 / self.share(enclosure, volume) - 1.0),
+        }
+    }
+
+    /// The energy that it stores in a volume [J], K fV₀ (s − 1 − ln s) with s = V/(fV₀): the work of
+    /// the overpressure from where there is none. 0 if it is rigid.
+    #[must_use]
+    pub fn energy(&self, enclosure: &Enclosure, volume: f64) -> f64 {
+        match f64::from(self.bulk_modulus) {
+            f64::INFINITY => 0.0,
+            modulus => {
+                let share = self.share(enclosure, volume);
+                modulus * self.own_volume(enclosure) * (share - 1.0 - libm::log(share))
+            }
+        }
+    }
+
+    /// What is left of its equation, as a share of fV₀, with the multiplier λ.
+    #[must_use]
+    pub fn residual(&self, enclosure: &Enclosure, volume: f64, lambda: f64, h: f64) -> f64 {
+        let pressed = 1.0 + lambda / (h * h * f64::from(self.bulk_modulus));
+        volume * pressed / self.own_volume(enclosure) - 1.0
+    }
+
+    fn share(&self, enclosure: &Enclosure, volume: f64) -> f64 {
+        (volume / self.own_volume(enclosure)).max(DENSEST)
+    }
+}

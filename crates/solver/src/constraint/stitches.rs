@@ -1,0 +1,214 @@
+//! Stitches: C = a − b = 0 [m], a vector, between a point of a body and another of its points, or a
+//! place on a collider.
+//!
+//! A point is a particle, or a mean of the corners of a triangle. The three equations have the same
+//! compliance α [m/N] and, a and b being means of different particles, the same weight
+//! W = Σ bᵢ²wᵢ, so that each is solved by itself: Δλ = −(C + α̃λ)/(W + α̃), with λ a vector. What a
+//! stitch pulls with is |λ|/h² [N]. One that has pulled harder than it holds by the end of a substep
+//! is broken, and acts no more.
+//!
+//! What it does to one end it does to the other, so that momentum stays; a collider takes what comes.
+
+use crate::{Compliance, Force, SurfacePoint, contact::collider::Sweep, particles::Part};
+use glam::{DVec3, Vec3};
+use serde::{Deserialize, Serialize};
+
+/// What a point is stitched to.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum StitchEnd {
+    /// A point of the same body that shares no particle with it.
+    Point(SurfacePoint),
+    /// A place on a collider.
+    Collider {
+        /// Which one, in their order, from 0.
+        number: u32,
+        /// Where, in its own frame [m].
+        place: Vec3,
+    },
+}
+
+/// Two points that are held together.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Stitch {
+    /// A point of the body.
+    pub point: SurfacePoint,
+    /// What it is held to.
+    pub to: StitchEnd,
+    /// Compliance [m/N]; 0 is rigid.
+    pub compliance: Compliance,
+    /// It breaks when it pulls harder than this [N]; ∞ is never.
+    pub strength: Force,
+    /// Whether it is broken.
+    pub broken: bool,
+}
+
+/// Why a stitch cannot be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum StitchError {
+    /// It names a particle that there is not.
+    #[error(
+        "stitch {} names a particle that the body does not have; it has {particles}",
+        stitch + 1
+    )]
+    NoSuchParticle {
+        /// Which one, from 0; messages count from 1.
+        stitch: usize,
+        /// How many particles there are.
+        particles: usize,
+    },
+    /// Both its ends hang on one particle.
+    #[error(
+        "both ends of stitch {} hang on particle {particle}; stitch it to another",
+        stitch + 1
+    )]
+    SharedParticle {
+        /// Which one, from 0; messages count from 1.
+        stitch: usize,
+        /// The particle.
+        particle: u32,
+    },
+}
+
+/// The stitches of a body, broken ones too: they are state.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(transparent)]
+#[cfg_attr(feature = "bevy", derive(bevy_ecs::component::Component))]
+pub struct Stitches {
+    all: Vec<Stitch>,
+    /// λ of each.
+    #[serde(skip)]
+    lambdas: Vec<DVec3>,
+}
+
+impl Stitches {
+    /// Stitches for a body of so many particles.
+    ///
+    /// # Errors
+    /// [`StitchError`] for a particle that there is not, or two ends on one particle.
+    pub fn new(all: Vec<Stitch>, particles: usize) -> Result<Self, StitchError> {
+        for (stitch, it) in all.iter().enumerate() {
+            let other = match &it.to {
+                StitchEnd::Point(other) => Some(other),
+                StitchEnd::Collider { .. } => None,
+            };
+            if !it.point.fits(particles) || other.is_some_and(|other| !other.fits(particles)) {
+                return Err(StitchError::NoSuchParticle { stitch, particles });
+            }
+            let mut ends = it.point.terms().map(|(particle, _)| particle);
+            let shared = ends.find(|particle| {
+                other.is_some_and(|other| other.terms().any(|(end, _)| end == *particle))
+            });
+            if let Some(particle) = shared {
+                return Err(StitchError::SharedParticle { stitch, particle });
+            }
+        }
+        let lambdas = vec![DVec3::ZERO; all.len()];
+        Ok(Self { all, lambdas })
+    }
+
+    /// All of them.
+    #[must_use]
+    pub fn all(&self) -> &[Stitch] {
+        &self.all
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.all.is_empty()
+    }
+
+    /// How many are broken.
+    #[must_use]
+    pub fn broken(&self) -> usize {
+        self.all.iter().filter(|stitch| stitch.broken).count()
+    }
+
+    /// Whether one that holds leads to a collider that moves.
+    #[must_use]
+    pub fn are_pulled(&self, colliders: &[Sweep]) -> bool {
+        let mut held = self.all.iter().filter(|stitch| !stitch.broken);
+        held.any(|stitch| match stitch.to {
+            StitchEnd::Point(_) => false,
+            StitchEnd::Collider { number, .. } => {
+                let collider = colliders.get(number as usize);
+                collider.is_some_and(Sweep::moves)
+            }
+        })
+    }
+
+    /// Collider number `gone` is taken away: what is stitched to it breaks, and those after it get
+    /// lower numbers.
+    pub fn forget_collider(&mut self, gone: u32) {
+        for stitch in &mut self.all {
+            if let StitchEnd::Collider { number, .. } = &mut stitch.to {
+                stitch.broken |= *number == gone;
+                *number -= u32::from(*number > gone);
+            }
+        }
+    }
+
+    /// Breaks one.
+    pub(crate) fn break_at(&mut self, index: usize) {
+        if let Some(stitch) = self.all.get_mut(index) {
+            stitch.broken = true;
+        }
+    }
+
+    /// What each pulls with [N], after a substep of `h` seconds.
+    pub fn forces(&self, h: f32) -> impl Iterator<Item = f32> {
+        let square = f64::from(h) * f64::from(h);
+        self.lambdas
+            .iter()
+            .map(move |lambda| (lambda.length() / square) as f32)
+    }
+
+    /// Bytes of memory.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.all[..]) + size_of_val(&self.lambdas[..])
+    }
+
+    /// One sweep, the `iteration`th of so many, of a substep of `h` seconds.
+    pub(crate) fn solve(
+        &mut self,
+        mut part: Part,
+        colliders: &[Sweep],
+        h: f32,
+        (iteration, iterations): (u32, u32),
+    ) {
+        let square = f64::from(h) * f64::from(h);
+        // What was read from a file has none yet.
+        self.lambdas.resize(self.all.len(), DVec3::ZERO);
+        for (stitch, lambda) in self.all.iter_mut().zip(&mut self.lambdas) {
+            if iteration == 0 {
+                *lambda = DVec3::ZERO;
+            }
+            if stitch.broken {
+                continue;
+            }
+            let (there, other) = match stitch.to {
+                StitchEnd::Point(other) => (other.mean(|i| part.predicted(i)), Some(other)),
+                StitchEnd::Collider { number, place } => match colliders.get(number as usize) {
+                    Some(collider) => (collider.to.apply(place.as_dvec3()), None),
+                    None => continue,
+                },
+            };
+            let weight = stitch.point.inverse_mass(part.positions)
+                + other.map_or(0.0, |other| other.inverse_mass(part.positions));
+            if weight == 0.0 {
+                continue;
+            }
+            let d = stitch.point.mean(|i| part.predicted(i)) - there;
+            let alpha = f64::from(stitch.compliance) / square;
+            let change = (d + *lambda * alpha) * (-1.0 / (weight + alpha));
+            *lambda += change;
+            stitch.point.push(&mut part, change);
+            if let Some(other) = other {
+                other.push(&mut part, -change);
+            }
+            let most = f64::from(stitch.strength.get()) * square;
+            stitch.broken = iteration + 1 == iterations && lambda.length_squared() > most * most;
+        }
+    }
+}

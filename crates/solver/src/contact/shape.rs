@@ -1,0 +1,203 @@
+//! Shapes of colliders, in their own frame: where a moving point is pushed out.
+
+use crate::quantity::{InvalidValue, Length};
+use glam::{DVec3, Vec3};
+use serde::{Deserialize, Serialize};
+
+/// A convex shape about the origin.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum ColliderShape {
+    /// A ball.
+    Sphere {
+        /// Radius [m].
+        radius: f32,
+    },
+    /// A box.
+    Box {
+        /// Full side lengths [m].
+        size: Vec3,
+    },
+    /// A cylinder along y with half balls at its ends.
+    Capsule {
+        /// Radius [m].
+        radius: f32,
+        /// Length of the cylinder without the ends [m].
+        length: f32,
+    },
+}
+
+/// Where a point inside a shape leaves it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Exit {
+    /// Outward normal of the surface there.
+    pub normal: DVec3,
+    /// Distance to go along the normal [m].
+    pub depth: f64,
+}
+
+impl ColliderShape {
+    /// Refuses sizes that are not finite and positive.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] naming the size.
+    pub fn check(&self) -> Result<(), InvalidValue> {
+        let lengths = match *self {
+            Self::Sphere { radius } => vec![radius],
+            Self::Box { size } => size.to_array().to_vec(),
+            Self::Capsule { radius, length } => vec![radius, length],
+        };
+        lengths
+            .into_iter()
+            .try_for_each(|length| Length::new(length).map(|_| ()))
+    }
+
+    /// Radius of a ball about the origin that holds the shape [m].
+    #[must_use]
+    pub fn reach(&self) -> f32 {
+        match *self {
+            Self::Sphere { radius } => radius,
+            Self::Box { size } => size.length() / 2.0,
+            Self::Capsule { radius, length } => radius + length / 2.0,
+        }
+    }
+
+    /// Signed distance of a point to the surface [m], negative inside.
+    #[must_use]
+    pub fn distance(&self, x: DVec3) -> f64 {
+        match *self {
+            Self::Sphere { radius } => x.length() - f64::from(radius),
+            Self::Box { size } => {
+                let q = x.abs() - size.as_dvec3() / 2.0;
+                q.max(DVec3::ZERO).length() + q.max_element().min(0.0)
+            }
+            Self::Capsule { radius, length } => {
+                (x - on_axis(x, length.into())).length() - f64::from(radius)
+            }
+        }
+    }
+
+    /// Where a point that went from `from` to `to` during a substep has to leave the shape.
+    ///
+    /// A point that ended inside leaves by the nearest surface, unless that would take it out on
+    /// the far side of where it came in; one that went in and out again between two instants, as
+    /// happens with a fast collider, is brought back to where it went in. A point that lay on the
+    /// surface may have begun inside by a rounding: it came in where it was.
+    #[must_use]
+    pub fn exit(&self, from: DVec3, to: DVec3) -> Option<Exit> {
+        let step = to - from;
+        let nearest = (self.distance(to) < 0.0).then(|| self.nearest_exit(to));
+        if nearest.is_some_and(|exit| exit.normal.dot(step) <= 0.0) {
+            return nearest;
+        }
+        let entry = if self.distance(from) < 0.0 {
+            let exit = self.nearest_exit(from);
+            Some((from + exit.normal * exit.depth, exit.normal))
+        } else {
+            self.entry(from, step)
+                .map(|entry| (entry, self.nearest_exit(entry).normal))
+        };
+        let entered = entry.and_then(|(entry, normal)| {
+            let depth = normal.dot(entry - to);
+            (normal.dot(step) < 0.0 && depth > 0.0).then_some(Exit { normal, depth })
+        });
+        entered.or(nearest)
+    }
+
+    fn nearest_exit(&self, x: DVec3) -> Exit {
+        match *self {
+            Self::Sphere { radius } => round_exit(x, radius.into(), DVec3::Y),
+            // Along its axis a point would stay inside for long.
+            Self::Capsule { radius, length } => {
+                round_exit(x - on_axis(x, length.into()), radius.into(), DVec3::X)
+            }
+            Self::Box { size } => {
+                let gaps = size.as_dvec3() / 2.0 - x.abs();
+                let axis = least_axis(gaps);
+                Exit {
+                    normal: axis * if x.dot(axis) < 0.0 { -1.0 } else { 1.0 },
+                    depth: gaps.dot(axis),
+                }
+            }
+        }
+    }
+
+    /// Where a point that starts outside and goes by `step` first meets the surface.
+    fn entry(&self, from: DVec3, step: DVec3) -> Option<DVec3> {
+        let t = match *self {
+            Self::Sphere { radius } => enter_sphere(from, step, radius.into()),
+            Self::Box { size } => enter_box(from, step, size.as_dvec3() / 2.0),
+            Self::Capsule { radius, length } => {
+                enter_capsule(from, step, radius.into(), length.into())
+            }
+        }?;
+        (t <= 1.0).then(|| from + step * t)
+    }
+}
+
+/// The point of a capsule's axis nearest to x.
+fn on_axis(x: DVec3, length: f64) -> DVec3 {
+    DVec3::new(0.0, x.y.clamp(-length / 2.0, length / 2.0), 0.0)
+}
+
+/// Out of a ball; a point at its very centre leaves along `any`.
+fn round_exit(x: DVec3, radius: f64, any: DVec3) -> Exit {
+    let distance = x.length();
+    Exit {
+        normal: if distance > 0.0 { x / distance } else { any },
+        depth: radius - distance,
+    }
+}
+
+fn least_axis(v: DVec3) -> DVec3 {
+    if v.y <= v.x && v.y <= v.z {
+        DVec3::Y
+    } else if v.x <= v.z {
+        DVec3::X
+    } else {
+        DVec3::Z
+    }
+}
+
+/// Smaller root of ‖from + t step‖ = radius; one below 0 by a rounding counts as 0.
+fn enter_sphere(from: DVec3, step: DVec3, radius: f64) -> Option<f64> {
+    let a = step.length_squared();
+    let b = from.dot(step);
+    let c = from.length_squared() - radius * radius;
+    let discriminant = b * b - a * c;
+    (a > 0.0 && discriminant >= 0.0 && b < 0.0).then(|| ((-b - discriminant.sqrt()) / a).max(0.0))
+}
+
+/// Slabs: the latest of the entries, if it is before the earliest of the exits and that is still
+/// to come; one below 0 by a rounding counts as 0.
+fn enter_box(from: DVec3, step: DVec3, half: DVec3) -> Option<f64> {
+    let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
+    for axis in 0..3 {
+        let (x, d, half) = (from[axis], step[axis], half[axis]);
+        if d == 0.0 {
+            if x.abs() > half {
+                return None;
+            }
+        } else {
+            let (t0, t1) = ((-half - x) / d, (half - x) / d);
+            enter = enter.max(t0.min(t1));
+            leave = leave.min(t0.max(t1));
+        }
+    }
+    (enter <= leave && leave >= 0.0).then_some(enter.max(0.0))
+}
+
+/// The cylinder's side, where it is hit between the ends; else the first of the two end balls.
+fn enter_capsule(from: DVec3, step: DVec3, radius: f64, length: f64) -> Option<f64> {
+    let flat = |v: DVec3| DVec3::new(v.x, 0.0, v.z);
+    if let Some(t) = enter_sphere(flat(from), flat(step), radius)
+        && (from.y + t * step.y).abs() <= length / 2.0
+    {
+        return Some(t);
+    }
+    let end = DVec3::new(0.0, length / 2.0, 0.0);
+    [end, -end]
+        .into_iter()
+        .filter_map(|end| enter_sphere(from - end, step, radius))
+        .reduce(f64::min)
+}

@@ -1,0 +1,199 @@
+//! A symmetric positive definite matrix of 3 × 3 blocks, and its Cholesky factor in its place.
+//!
+//! Loops over the numbers of a block go by columns of four, so that a column is one register; the
+//! fourth number is 0. The order of operations is the plan's, so that every machine gets the same bits.
+
+use super::plan::Plan;
+use crate::lanes::{Instructions, Lanes, Work};
+use glam::DVec3;
+
+/// Three columns of a block, each padded to four numbers.
+pub(crate) type Block = [[f64; 4]; 3];
+
+/// A pivot that is less than this share of its diagonal is lost to rounding.
+const LOST: f64 = 1e-14;
+
+/// The matrix; once factored, the diagonal holds the inverses of the factors of its blocks.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Matrix {
+    pub diagonal: Vec<Block>,
+    pub lower: Vec<Block>,
+    /// Where a row is in the column under way.
+    places: Vec<u32>,
+    /// Whether no pivot of the last factorization was lost or negative.
+    definite: bool,
+}
+
+impl Matrix {
+    /// Makes room for the blocks of a plan, all zero.
+    pub fn reset(&mut self, plan: &Plan) {
+        let count = plan.place.len();
+        self.diagonal.clear();
+        self.diagonal.resize(count, Block::default());
+        self.lower.clear();
+        self.lower.resize(plan.rows.len(), Block::default());
+        self.places.resize(count, 0);
+    }
+
+    /// Factors it.
+    pub fn factor(&mut self, plan: &Plan, instructions: Instructions) {
+        self.definite = true;
+        instructions.run(Factor(self, plan));
+    }
+
+    /// Whether it was positive definite when it was factored, to within rounding. If not, solutions are
+    /// those of another matrix.
+    pub fn was_definite(&self) -> bool {
+        self.definite
+    }
+
+    /// Solves for the right-hand side `x`, in its place.
+    pub fn solve(&self, plan: &Plan, x: &mut [DVec3]) {
+        for column in 0..x.len() {
+            let i = &self.diagonal[column];
+            let b = x[column];
+            let v = DVec3::new(
+                i[0][0] * b.x,
+                i[0][1] * b.x + i[1][1] * b.y,
+                i[0][2] * b.x + i[1][2] * b.y + i[2][2] * b.z,
+            );
+            x[column] = v;
+            let blocks = plan.column(column);
+            for (row, m) in plan.rows[blocks.clone()].iter().zip(&self.lower[blocks]) {
+                x[*row as usize] -= DVec3::new(
+                    m[0][0] * v.x + m[1][0] * v.y + m[2][0] * v.z,
+                    m[0][1] * v.x + m[1][1] * v.y + m[2][1] * v.z,
+                    m[0][2] * v.x + m[1][2] * v.y + m[2][2] * v.z,
+                );
+            }
+        }
+        for column in (0..x.len()).rev() {
+            let i = &self.diagonal[column];
+            let mut b = x[column];
+            let blocks = plan.column(column);
+            for (row, m) in plan.rows[blocks.clone()].iter().zip(&self.lower[blocks]) {
+                let y = x[*row as usize];
+                b -= DVec3::new(
+                    m[0][0] * y.x + m[0][1] * y.y + m[0][2] * y.z,
+                    m[1][0] * y.x + m[1][1] * y.y + m[1][2] * y.z,
+                    m[2][0] * y.x + m[2][1] * y.y + m[2][2] * y.z,
+                );
+            }
+            x[column] = DVec3::new(
+                i[0][0] * b.x + i[0][1] * b.y + i[0][2] * b.z,
+                i[1][1] * b.y + i[1][2] * b.z,
+                i[2][2] * b.z,
+            );
+        }
+    }
+
+    /// Bytes of memory.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.diagonal[..])
+            + size_of_val(&self.lower[..])
+            + size_of_val(&self.places[..])
+    }
+}
+
+/// block += s g hᵀ.
+pub(crate) fn add_outer(block: &mut Block, g: DVec3, h: DVec3, s: f64) {
+    for (column, h) in block.iter_mut().zip(h.to_array()) {
+        let g = g * (h * s);
+        column[0] += g.x;
+        column[1] += g.y;
+        column[2] += g.z;
+    }
+}
+
+/// block += s · 1.
+pub(crate) fn add_unit(block: &mut Block, s: f64) {
+    block[0][0] += s;
+    block[1][1] += s;
+    block[2][2] += s;
+}
+
+/// A factorization, compiled for each set of instructions.
+struct Factor<'a>(&'a mut Matrix, &'a Plan);
+
+impl Work for Factor<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, _: L) {
+        let Self(matrix, plan) = self;
+        for column in 0..matrix.diagonal.len() {
+            factor_column(matrix, plan, column);
+        }
+    }
+}
+
+/// Left-looking: takes away what the columns before do to this one, and divides by its root.
+#[inline(always)]
+fn factor_column(matrix: &mut Matrix, plan: &Plan, column: usize) {
+    let range = plan.column(column);
+    for (at, row) in (0..).zip(&plan.rows[range.clone()]) {
+        matrix.places[*row as usize] = at;
+    }
+    let (done, rest) = matrix.lower.split_at_mut(range.start);
+    let mine = &mut rest[..range.len()];
+    let mut diagonal = matrix.diagonal[column];
+    for &(before, block) in plan.row(column) {
+        let m = done[block as usize];
+        take_product(&mut diagonal, &m, &m);
+        let tail = block as usize + 1..plan.column(before as usize).end;
+        for (row, s) in plan.rows[tail.clone()].iter().zip(&done[tail]) {
+            let target = &mut mine[matrix.places[*row as usize] as usize];
+            take_product(target, s, &m);
+        }
+    }
+    let (inverse, definite) = inverse_factor(&diagonal);
+    matrix.diagonal[column] = inverse;
+    matrix.definite &= definite;
+    for target in mine {
+        let s = *target;
+        for r in 0..4 {
+            target[0][r] = s[0][r] * inverse[0][0];
+            target[1][r] = s[0][r] * inverse[0][1] + s[1][r] * inverse[1][1];
+            target[2][r] =
+                s[0][r] * inverse[0][2] + s[1][r] * inverse[1][2] + s[2][r] * inverse[2][2];
+        }
+    }
+}
+
+/// t −= s mᵀ.
+#[inline(always)]
+fn take_product(t: &mut Block, s: &Block, m: &Block) {
+    for c in 0..3 {
+        for r in 0..4 {
+            t[c][r] -= s[0][r] * m[0][c] + s[1][r] * m[1][c] + s[2][r] * m[2][c];
+        }
+    }
+}
+
+/// Inverse of the lower Cholesky factor of a block, and whether it has one. A pivot lost to rounding keeps
+/// its diagonal.
+#[inline(always)]
+fn inverse_factor(a: &Block) -> (Block, bool) {
+    let (a00, first) = root(a[0][0], a[0][0]);
+    let (b, c) = (a[0][1] / a00, a[0][2] / a00);
+    let (a11, second) = root(a[1][1] - b * b, a[1][1]);
+    let e = (a[1][2] - c * b) / a11;
+    let (a22, third) = root(a[2][2] - c * c - e * e, a[2][2]);
+    let (i, j, k) = (1.0 / a00, 1.0 / a11, 1.0 / a22);
+    let ij = -b * i * j;
+    let inverse = [
+        [i, ij, -(c * i + e * ij) * k, 0.0],
+        [0.0, j, -e * j * k, 0.0],
+        [0.0, 0.0, k, 0.0],
+    ];
+    (inverse, first & second & third)
+}
+
+/// The root of a pivot, and whether it is above 0 by more than rounding.
+#[inline(always)]
+fn root(left: f64, whole: f64) -> (f64, bool) {
+    if left > whole * LOST {
+        (left.sqrt(), true)
+    } else {
+        // Never 0, so that nothing is divided by it.
+        ((whole.max(0.0) + f64::MIN_POSITIVE).sqrt(), false)
+    }
+}

@@ -1,0 +1,107 @@
+//! Which bodies have no equilibrium that the search would find, and why.
+
+use crate::{Body, Effects, Settings};
+
+/// Why there is no equilibrium.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum NoEquilibrium {
+    /// The world's method has no compliances.
+    #[error("compliances only count in XPBD, and the world has another method")]
+    Method,
+    /// An effect whose force has no energy, is one-sided, or is not known here; its name.
+    #[error("the effect `{0}` is not one with an energy that is known here")]
+    Effect(&'static str),
+    /// Stitches hold the body.
+    #[error("the body is stitched")]
+    Stitched,
+    /// Nothing holds the body.
+    #[error("no particle is pinned")]
+    Unpinned,
+    /// No load acts on the body.
+    #[error("no load acts on it")]
+    Unloaded,
+    /// The factorization would take too many multiplications.
+    #[error("its factorization would take more than {} million multiplications", super::search::MAX_WORK / 1_000_000)]
+    TooLarge,
+    /// Newton's method did not reach balance; the residual force over the applied force.
+    #[error("Newton's method stopped at a residual force of {residual:.1e} of the load")]
+    NotFound {
+        /// Residual force over applied force.
+        residual: f64,
+    },
+    /// Rigid rows do not hold; the worst violation over its rest length or volume.
+    #[error("a rigid constraint is violated by {violation:.1e} of its size")]
+    Violated {
+        /// Violation over rest length or volume.
+        violation: f64,
+    },
+    /// Forces balance, but the body would leave that state by itself.
+    #[error("its equilibrium is unstable")]
+    Unstable,
+}
+
+/// Why a body is not searched for an equilibrium, if it is not.
+#[must_use]
+pub fn refusal(body: &Body, settings: &Settings) -> Option<NoEquilibrium> {
+    if settings.method.is_rigid() {
+        return Some(NoEquilibrium::Method);
+    }
+    if let Some(name) = unknown(&body.effects) {
+        return Some(NoEquilibrium::Effect(name));
+    }
+    if !body.stitches.is_empty() {
+        return Some(NoEquilibrium::Stitched);
+    }
+    let mut weights = body.particles.positions.iter().map(|x| x.w);
+    weights.all(|w| w > 0.0).then_some(NoEquilibrium::Unpinned)
+}
+
+/// An effect that is carried and is not known here. The pattern names all effects, so that a new one has
+/// to be sorted in.
+fn unknown(effects: &Effects) -> Option<&'static str> {
+    let Effects {
+        // Elastic, with rows.
+        stretch: _,
+        bend: _,
+        isometric_bend: _,
+        volume: _,
+        neo_hookean: _,
+        membrane: _,
+        weave: _,
+        struts: _,
+        // A constant force.
+        uniform: _,
+        // A way to solve.
+        direct: _,
+        attract,
+        vortex,
+        wind,
+        drag,
+        strain_limit,
+        shape_matching,
+        tethers,
+        pressure,
+        plasticity,
+        grab,
+        ground,
+        sticky_ground,
+        collide,
+    } = effects;
+    let unknown = [
+        (attract.is_some(), "attract"),
+        (vortex.is_some(), "vortex"),
+        (wind.is_some(), "wind"),
+        (drag.is_some(), "drag"),
+        (strain_limit.is_some(), "strain_limit"),
+        (shape_matching.is_some(), "shape_matching"),
+        (tethers.is_some(), "tethers"),
+        (pressure.is_some(), "pressure"),
+        (plasticity.is_some(), "plasticity"),
+        (grab.is_some(), "grab"),
+        (ground.is_some(), "ground"),
+        (sticky_ground.is_some(), "sticky_ground"),
+        (collide.is_some(), "collide"),
+    ];
+    let mut carried = unknown.into_iter().filter(|(carried, _)| *carried);
+    carried.next().map(|(_, name)| name)
+}

@@ -1,0 +1,262 @@
+//! Newton's method: each step solves ∇²E Δx = −∇E, and a line search makes E fall.
+//!
+//! Where ∇²E is not positive definite, that of every element is made so, and where even that leaves
+//! particles that nothing holds yet, as those of a slack rope, a multiple of the masses is added: then
+//! they move as they would within a time step of that length.
+
+use super::{
+    Equilibrium, NoEquilibrium, ROUNDED_TOLERANCE, TOLERANCE,
+    energy::{Energy, Slope},
+};
+use crate::{
+    Body, Instructions,
+    direct::{
+        matrix::{Matrix, add_unit},
+        plan::Plan,
+    },
+};
+use glam::DVec3;
+
+/// Multiplications of a factorization at most: about half a second.
+pub(super) const MAX_WORK: u64 = 1_000_000_000;
+
+/// Newton steps at most, from the start to rest. Cloth that is bent far takes some thirty.
+const MAX_STEPS: u32 = 400;
+
+/// Updates of the multipliers at most. Each shrinks violations at least tenfold, or they are those of
+/// rows that contradict each other.
+const MAX_UPDATES: u32 = 30;
+
+/// Violation of a rigid row that is left, over its scale.
+const MAX_VIOLATION: f64 = 1e-10;
+
+/// E falls by at least this share of what its slope promises (Armijo 1966).
+const ARMIJO: f64 = 1e-4;
+
+/// Halvings of a step at most: to 1e-12 of it.
+const MAX_HALVINGS: u32 = 40;
+
+/// E is a sum that is rounded by about this share of its terms.
+const ROUNDING: f64 = 1e-13;
+
+/// The least multiple of the masses that is added, over load per mass and size [1/s²]. A pendulum as long
+/// as the body takes a thousandth of the time step of it.
+const LEAST_SHIFT: f64 = 1e-6;
+
+/// The largest: no time for anything to move.
+const MAX_SHIFT: f64 = 1e15;
+
+/// By how much the multiple grows where a step fails, and shrinks after a whole one.
+const SHIFT_FACTOR: f64 = 10.0;
+
+/// A step that has to be shorter than this share needs a larger multiple.
+const SHORT: f64 = 0.05;
+
+/// The search for the equilibrium of a body.
+pub(super) struct Search<'a> {
+    energy: Energy<'a>,
+    plan: Plan,
+    /// Displacements from the start [m].
+    u: Vec<DVec3>,
+    /// Second derivatives, and their factors.
+    assembled: Matrix,
+    factors: Matrix,
+    /// Root of the sum of squares of the whole load [N].
+    applied: f64,
+    /// Load per mass and size [1/s²].
+    stiffness: f64,
+    steps: u32,
+    instructions: Instructions,
+}
+
+impl<'a> Search<'a> {
+    pub fn new(body: &'a Body, gravity: DVec3) -> Result<Self, NoEquilibrium> {
+        let energy = Energy::new(body, gravity);
+        let applied = norm(&energy.load);
+        let weight: f64 = energy.load.iter().map(|force| force.length()).sum();
+        if applied == 0.0 {
+            return Err(NoEquilibrium::Unloaded);
+        }
+        let moving = energy.w.iter().filter(|w| **w > 0.0);
+        let mass: f64 = moving.map(|w| 1.0 / w).sum();
+        let plan = Plan::new(energy.start.len(), energy.links().into_iter(), MAX_WORK)
+            .map_err(|_| NoEquilibrium::TooLarge)?;
+        Ok(Self {
+            u: vec![DVec3::ZERO; energy.start.len()],
+            stiffness: weight / mass / f64::from(body.topology.size).max(f64::MIN_POSITIVE),
+            energy,
+            plan,
+            assembled: Matrix::default(),
+            factors: Matrix::default(),
+            applied,
+            steps: 0,
+            instructions: Instructions::default(),
+        })
+    }
+
+    /// Goes back to the start, to search anew.
+    pub fn restart(&mut self) {
+        self.u.fill(DVec3::ZERO);
+        self.energy.release();
+        self.steps = 0;
+    }
+
+    /// Brings the body to rest under a share of its load.
+    ///
+    /// # Errors
+    /// [`NoEquilibrium::NotFound`], or [`NoEquilibrium::Violated`].
+    pub fn settle(&mut self, share: f64) -> Result<(), NoEquilibrium> {
+        for _ in 0..MAX_UPDATES {
+            self.descend(share)?;
+            if self.energy.violation(&self.u) <= MAX_VIOLATION {
+                return Ok(());
+            }
+            self.energy.update_multipliers(&self.u);
+        }
+        Err(NoEquilibrium::Violated {
+            violation: self.energy.violation(&self.u),
+        })
+    }
+
+    /// One step more from rest, which tells how far off it was, and whether the rest is a minimum.
+    ///
+    /// # Errors
+    /// [`NoEquilibrium::Unstable`].
+    pub fn finish(mut self) -> Result<Equilibrium, NoEquilibrium> {
+        let slope = self.energy.slope(&self.u, 1.0);
+        self.energy
+            .assemble(&self.u, &self.plan, &mut self.assembled, false);
+        // A body that would take a thousand times as long to leave as a pendulum to swing is at rest.
+        if !self.factor(LEAST_SHIFT * self.stiffness) {
+            return Err(NoEquilibrium::Unstable);
+        }
+        let step = self.solve(&slope.gradient);
+        let next: Vec<DVec3> = self.u.iter().zip(step).map(|(u, step)| *u + step).collect();
+        let (before, after) = (
+            norm(&slope.gradient),
+            norm(&self.energy.slope(&next, 1.0).gradient),
+        );
+        let (best, neighbor, residual) = if after < before {
+            (next, self.u, after)
+        } else {
+            (self.u, next, before)
+        };
+        let start = &self.energy.start;
+        let places = |u: &[DVec3]| start.iter().zip(u).map(|(x, u)| *x + *u).collect();
+        Ok(Equilibrium {
+            violation: self.energy.violation(&best),
+            x: places(&best),
+            neighbor: places(&neighbor),
+            residual: residual / self.applied,
+            steps: self.steps,
+        })
+    }
+
+    /// Goes down until forces balance.
+    fn descend(&mut self, share: f64) -> Result<(), NoEquilibrium> {
+        let mut shift = 0.0;
+        let mut residual = f64::INFINITY;
+        while self.steps < MAX_STEPS {
+            let slope = self.energy.slope(&self.u, share);
+            residual = norm(&slope.gradient) / (share * self.applied);
+            if residual <= TOLERANCE {
+                return Ok(());
+            }
+            self.steps += 1;
+            let Some(step) = self.direction(&slope.gradient, &mut shift) else {
+                break;
+            };
+            match self.line_search(&slope, &step, share) {
+                None if residual <= ROUNDED_TOLERANCE => return Ok(()),
+                Some(1.0) => {
+                    shift /= SHIFT_FACTOR;
+                    if shift < LEAST_SHIFT * self.stiffness {
+                        shift = 0.0;
+                    }
+                }
+                Some(part) if part >= SHORT => {}
+                Some(_) | None => shift = self.grown(shift),
+            }
+        }
+        Err(NoEquilibrium::NotFound { residual })
+    }
+
+    /// Goes the largest part of a step that makes E fall; which part, or `None`, without going, if none does.
+    fn line_search(&mut self, slope: &Slope, step: &[DVec3], share: f64) -> Option<f64> {
+        let both = step.iter().zip(&slope.gradient);
+        let promised: f64 = both.map(|(step, gradient)| -step.dot(*gradient)).sum();
+        let rounding = ROUNDING * slope.terms;
+        let start = self.u.clone();
+        let mut part = 1.0;
+        for _ in 0..MAX_HALVINGS {
+            for ((u, start), step) in self.u.iter_mut().zip(&start).zip(step) {
+                *u = *start + *step * part;
+            }
+            let now = self.energy.slope(&self.u, share);
+            let falls = if part * promised > rounding {
+                now.energy <= slope.energy - ARMIJO * part * promised
+            } else {
+                // Below the rounding of E, its gradient still tells.
+                now.energy <= slope.energy + rounding && norm(&now.gradient) < norm(&slope.gradient)
+            };
+            if falls {
+                return Some(part);
+            }
+            part *= 0.5;
+        }
+        self.u = start;
+        None
+    }
+
+    /// A step along which E falls; `None` if there is none.
+    fn direction(&mut self, gradient: &[DVec3], shift: &mut f64) -> Option<Vec<DVec3>> {
+        for projected in [false, true] {
+            self.energy
+                .assemble(&self.u, &self.plan, &mut self.assembled, projected);
+            if self.factor(*shift) {
+                return Some(self.solve(gradient));
+            }
+        }
+        while *shift < MAX_SHIFT * self.stiffness {
+            *shift = self.grown(*shift);
+            if self.factor(*shift) {
+                return Some(self.solve(gradient));
+            }
+        }
+        None
+    }
+
+    fn grown(&self, shift: f64) -> f64 {
+        (shift * SHIFT_FACTOR).max(LEAST_SHIFT * self.stiffness)
+    }
+
+    /// Factors the second derivatives with `shift` [1/s²] times the masses; whether they are positive
+    /// definite.
+    fn factor(&mut self, shift: f64) -> bool {
+        self.factors.clone_from(&self.assembled);
+        if shift > 0.0 {
+            for (w, place) in self.energy.w.iter().zip(&self.plan.place) {
+                if *w > 0.0 {
+                    add_unit(&mut self.factors.diagonal[*place as usize], shift / w);
+                }
+            }
+        }
+        self.factors.factor(&self.plan, self.instructions);
+        self.factors.was_definite()
+    }
+
+    /// The step to where the gradient vanishes, by the last factors [m].
+    fn solve(&self, gradient: &[DVec3]) -> Vec<DVec3> {
+        let mut right = vec![DVec3::ZERO; gradient.len()];
+        for (gradient, place) in gradient.iter().zip(&self.plan.place) {
+            right[*place as usize] = -*gradient;
+        }
+        self.factors.solve(&self.plan, &mut right);
+        let places = self.plan.place.iter();
+        places.map(|place| right[*place as usize]).collect()
+    }
+}
+
+fn norm(all: &[DVec3]) -> f64 {
+    all.iter().map(|v| v.length_squared()).sum::<f64>().sqrt()
+}

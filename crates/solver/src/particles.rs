@@ -1,0 +1,367 @@
+//! The state of a body: its particles. Everything else about a body only describes.
+//!
+//! A particle is at p + c where a substep begins, and at p + u while it goes on: p is a position in
+//! `f32`, u the displacement from it, and c, the carry, what rounding left of the position. So
+//! constraints work on small numbers, and motion is not lost however short a substep is: of two
+//! neighbors, the difference (pᵢ − pⱼ) + (uᵢ − uⱼ) is rounded as a displacement is, not as a position.
+//! The velocity is (u − c)/h; it is not stored.
+//!
+//! Invariant between substeps: u = c + hv is where inertia alone would take the particle. The first
+//! stage adds gravity to u, constraints and contacts write u, and the third stage puts the position
+//! forward by it.
+
+use super::{History, Repair};
+use glam::{DVec3, Vec3, Vec4};
+use serde::{Deserialize, Serialize};
+
+/// Length of a substep [s] before there was one: that of default settings.
+const FIRST_SUBSTEP: f32 = 1.0 / 600.0;
+
+/// Particles as columns of 16-byte elements.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "bevy", derive(bevy_ecs::component::Component))]
+pub struct Particles {
+    /// Position p at the start of the substep, or between substeps, in xyz [m]; inverse mass in w
+    /// [1/kg], 0 is pinned.
+    pub positions: Vec<Vec4>,
+    /// Displacement u from `positions` in xyz [m]; w is 0.
+    pub displacements: Vec<Vec4>,
+    /// Carry c in xyz [m], what `positions` are off by for being rounded; w is 0.
+    pub carry: Vec<Vec4>,
+    /// Length of the substep that displacements are made in [s].
+    h: f32,
+    /// What they were one substep ago, for [steps of second order](super::history).
+    pub history: History,
+    /// What of the body is [under repair](super::repair).
+    pub repair: Repair,
+    /// Angular momentum about the center of mass when the substep began [kg·m²/s], if it is to be kept.
+    #[serde(skip)]
+    pub(super) spin: Option<DVec3>,
+}
+
+impl Clone for Particles {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Into the room that is there.
+    fn clone_from(&mut self, from: &Self) {
+        let Self {
+            positions,
+            displacements,
+            carry,
+            h,
+            history,
+            repair,
+            spin,
+        } = self;
+        positions.clone_from(&from.positions);
+        displacements.clone_from(&from.displacements);
+        carry.clone_from(&from.carry);
+        *h = from.h;
+        history.clone_from(&from.history);
+        repair.clone_from(&from.repair);
+        *spin = from.spin;
+    }
+}
+
+impl Default for Particles {
+    fn default() -> Self {
+        Self {
+            positions: Vec::new(),
+            displacements: Vec::new(),
+            carry: Vec::new(),
+            h: FIRST_SUBSTEP,
+            history: History::default(),
+            repair: Repair::default(),
+            spin: None,
+        }
+    }
+}
+
+impl Particles {
+    /// Particles at rest at the given positions [m], with inverse masses of zero.
+    #[must_use]
+    pub fn at_rest(positions: impl Iterator<Item = Vec3>) -> Self {
+        let positions: Vec<Vec4> = positions.map(|x| x.extend(0.0)).collect();
+        Self {
+            displacements: vec![Vec4::ZERO; positions.len()],
+            carry: vec![Vec4::ZERO; positions.len()],
+            positions,
+            ..Self::default()
+        }
+    }
+
+    /// Position of a particle where the substep begins, or between substeps [m]: p + c.
+    #[must_use]
+    pub fn position(&self, i: usize) -> DVec3 {
+        wide(self.positions[i]) + wide(self.carry[i])
+    }
+
+    /// Position of a particle in the course of a substep [m]: p + u. Between substeps, where its
+    /// velocity alone would take it in the next one.
+    #[must_use]
+    pub fn predicted(&self, i: usize) -> DVec3 {
+        wide(self.positions[i]) + wide(self.displacements[i])
+    }
+
+    /// Velocity of a particle [m/s]: (u − c)/h.
+    #[must_use]
+    pub fn velocity(&self, i: usize) -> Vec3 {
+        self.velocity_f64(i).as_vec3()
+    }
+
+    /// The same without rounding.
+    #[must_use]
+    pub fn velocity_f64(&self, i: usize) -> DVec3 {
+        self.motion(i) / f64::from(self.h)
+    }
+
+    /// Velocities of all particles [m/s].
+    pub fn velocities(&self) -> impl ExactSizeIterator<Item = Vec3> + Clone + '_ {
+        (0..self.len()).map(|i| self.velocity(i))
+    }
+
+    /// How far a particle goes in a substep [m]: u − c.
+    #[must_use]
+    pub fn motion(&self, i: usize) -> DVec3 {
+        wide(self.displacements[i]) - wide(self.carry[i])
+    }
+
+    /// Gives a particle a velocity [m/s]. A pinned one loses it in the next substep.
+    pub fn set_velocity(&mut self, i: usize, velocity: Vec3) {
+        let motion = velocity.as_dvec3() * f64::from(self.h);
+        let displacement = wide(self.carry[i]) + motion;
+        self.displacements[i] = displacement.as_vec3().extend(0.0);
+    }
+
+    /// Adds to the velocity of a particle [m/s]. What the displacement is rounded by is not lost to it.
+    pub fn accelerate(&mut self, i: usize, change: DVec3) {
+        let wanted = wide(self.displacements[i]) + change * f64::from(self.h);
+        self.displacements[i] = wanted.as_vec3().extend(0.0);
+        let lost = wanted - wide(self.displacements[i]);
+        self.carry[i] = (wide(self.carry[i]) - lost).as_vec3().extend(0.0);
+    }
+
+    /// Puts a particle somewhere [m], with the velocity that it has.
+    pub fn set_position(&mut self, i: usize, position: DVec3) {
+        let motion = self.motion(i);
+        let rounded = position.as_vec3();
+        let carry = position - rounded.as_dvec3();
+        self.positions[i] = rounded.extend(self.positions[i].w);
+        self.carry[i] = carry.as_vec3().extend(0.0);
+        self.displacements[i] = (carry + motion).as_vec3().extend(0.0);
+    }
+
+    /// Moves a particle before a substep [m], with the velocity that it has. Contacts do not take it to have
+    /// been there before: it goes into the carry.
+    pub(super) fn shift(&mut self, i: usize, by: DVec3) {
+        let motion = self.motion(i);
+        let carry = (wide(self.carry[i]) + by).as_vec3();
+        self.carry[i] = carry.extend(0.0);
+        self.displacements[i] = (carry.as_dvec3() + motion).as_vec3().extend(0.0);
+    }
+
+    /// Takes the velocity of all particles.
+    pub fn stop(&mut self) {
+        self.displacements.clone_from(&self.carry);
+    }
+
+    /// Puts all particles at rest where `positions` are now, exactly: to be called after these were
+    /// written.
+    pub fn settle(&mut self) {
+        let count = self.positions.len();
+        for column in [&mut self.displacements, &mut self.carry] {
+            column.clear();
+            column.resize(count, Vec4::ZERO);
+        }
+        self.history.forget();
+        self.repair = Repair::default();
+    }
+
+    /// Whether no particle moves.
+    #[must_use]
+    pub fn is_still(&self) -> bool {
+        self.displacements == self.carry
+    }
+
+    /// Length of the substep that displacements are made in [s].
+    #[must_use]
+    pub fn substep_seconds(&self) -> f32 {
+        self.h
+    }
+
+    /// Makes displacements those of a substep of another length [s]; velocities stay.
+    pub fn set_substep_seconds(&mut self, h: f32) {
+        if self.h == h {
+            return;
+        }
+        let longer = f64::from(h) / f64::from(self.h);
+        for i in 0..self.len() {
+            let displacement = wide(self.carry[i]) + self.motion(i) * longer;
+            self.displacements[i] = displacement.as_vec3().extend(0.0);
+        }
+        self.h = h;
+    }
+
+    /// The same where displacements are to be written anyhow.
+    pub(super) fn begin_with_substep(&mut self, h: f32) {
+        self.h = h;
+    }
+
+    /// A contact was made in the substep under way.
+    pub fn touch(&mut self) {
+        self.history.touch();
+        self.repair.touch();
+        self.spin = None;
+    }
+
+    /// All of them, to be stepped.
+    #[must_use]
+    pub fn as_part(&mut self) -> Part<'_> {
+        Part {
+            positions: &mut self.positions,
+            displacements: &mut self.displacements,
+            carry: &mut self.carry,
+        }
+    }
+
+    /// Moves all of them by `offset` [m], exactly; velocities stay.
+    pub fn translate(&mut self, offset: DVec3) {
+        for i in 0..self.len() {
+            self.set_position(i, self.position(i) + offset);
+        }
+    }
+
+    /// A copy with nothing but positions.
+    pub(super) fn only_positions(&self) -> Self {
+        Self {
+            positions: self.positions.clone(),
+            ..Self::default()
+        }
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.positions.is_empty()
+    }
+
+    /// The columns with their names.
+    #[must_use]
+    pub fn columns(&self) -> [(&'static str, &[Vec4]); 3] {
+        [
+            ("positions", &self.positions),
+            ("displacements", &self.displacements),
+            ("carries", &self.carry),
+        ]
+    }
+
+    /// Index of the first particle whose position or velocity is not finite.
+    #[must_use]
+    pub fn first_not_finite(&self) -> Option<usize> {
+        [
+            first_not_finite(&self.positions, 1.0),
+            first_not_finite(&self.displacements, 1.0 / self.h),
+            first_not_finite(&self.carry, 1.0),
+        ]
+        .into_iter()
+        .flatten()
+        .min()
+    }
+}
+
+/// Some particles of a body, next to each other.
+#[derive(Debug)]
+pub struct Part<'a> {
+    /// As [`Particles::positions`].
+    pub positions: &'a mut [Vec4],
+    /// As [`Particles::displacements`].
+    pub displacements: &'a mut [Vec4],
+    /// As [`Particles::carry`].
+    pub carry: &'a mut [Vec4],
+}
+
+impl<'a> Part<'a> {
+    /// The first `count` particles, and the others.
+    ///
+    /// # Panics
+    /// If there are fewer.
+    #[must_use]
+    pub fn split_at(self, count: usize) -> (Self, Self) {
+        let (positions, more_positions) = self.positions.split_at_mut(count);
+        let (displacements, more_displacements) = self.displacements.split_at_mut(count);
+        let (carry, more_carry) = self.carry.split_at_mut(count);
+        (
+            Part {
+                positions,
+                displacements,
+                carry,
+            },
+            Part {
+                positions: more_positions,
+                displacements: more_displacements,
+                carry: more_carry,
+            },
+        )
+    }
+
+    /// The same for a shorter time.
+    #[must_use]
+    pub fn reborrow(&mut self) -> Part<'_> {
+        Part {
+            positions: self.positions,
+            displacements: self.displacements,
+            carry: self.carry,
+        }
+    }
+
+    /// Where a particle is in the course of a substep [m]: p + u.
+    pub(super) fn predicted(&self, i: usize) -> DVec3 {
+        wide(self.positions[i]) + wide(self.displacements[i])
+    }
+
+    /// Where it was when the substep began [m]: p + c.
+    pub(super) fn start(&self, i: usize) -> DVec3 {
+        wide(self.positions[i]) + wide(self.carry[i])
+    }
+
+    /// Moves a particle [m].
+    pub(super) fn shift(&mut self, i: usize, by: DVec3) {
+        let u = &mut self.displacements[i];
+        *u = (wide(*u) + by).as_vec3().extend(0.0);
+    }
+}
+
+fn wide(x: Vec4) -> DVec3 {
+    x.truncate().as_dvec3()
+}
+
+/// Index of the first element that is not finite, or not so when multiplied by `factor`.
+#[must_use]
+pub fn first_not_finite(elements: &[Vec4], factor: f32) -> Option<usize> {
+    // A non-finite number times zero is NaN, and NaN stays: one sum tells for all. Four sums,
+    // because one would wait for itself.
+    let (fours, rest) = elements.as_chunks::<4>();
+    let mut sums = [Vec4::ZERO; 4];
+    for four in fours {
+        for (sum, x) in sums.iter_mut().zip(four) {
+            *sum += *x * factor * 0.0;
+        }
+    }
+    let last = rest.iter();
+    let sum = last.fold(Vec4::ZERO, |sum, x| sum + *x * factor * 0.0);
+    let all = sum + (sums[0] + sums[1]) + (sums[2] + sums[3]);
+    if all == Vec4::ZERO {
+        return None;
+    }
+    elements.iter().position(|x| !(*x * factor).is_finite())
+}

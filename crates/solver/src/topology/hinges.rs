@@ -1,0 +1,197 @@
+//! Hinges: pairs of triangles of a surface with a common edge, for bending.
+
+use super::{Bands, Topology};
+use crate::order::{Elements, Painting};
+use glam::{DVec3, Vec3};
+
+/// Hinges as columns in the order of their colours.
+///
+/// ```text
+///        1
+///      / | \        the common edge goes from 0 to 1, the first triangle is 0 1 2,
+///    3   |   2      the second 1 0 3
+///      \ | /
+///        0
+/// ```
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Hinges {
+    /// The four particles of each, and the order in which they are solved.
+    pub elements: Elements<4>,
+    /// Angle θ₀ between the normals at rest [rad], from −π to π; positive where the surface bulges
+    /// to the side of its normals.
+    pub rest_angle: Vec<f32>,
+    /// (A₀ + A₁)/e² of each, with the areas of the triangles and the length of the edge at rest.
+    pub flexibility: Vec<f32>,
+    /// The least squares of a normal [m⁴] and of an edge's length [m²] that kernels divide by.
+    pub floors: [Vec<f32>; 2],
+}
+
+/// Below this share of its square at rest, a normal or an edge is too short to divide by.
+pub(crate) const FLOOR: f64 = 1e-4;
+
+/// A triangle is flat below this share of the square of its longest edge: its normal is then within
+/// the rounding of its coordinates.
+const FLAT: f64 = 1e-6;
+
+impl Hinges {
+    /// All hinges of a surface. An edge of more than two triangles has one hinge for each triangle
+    /// after the first; triangles without area have none.
+    #[must_use]
+    pub fn of(triangles: &[[u32; 3]], rest: &[Vec3], bands: &Bands) -> Self {
+        let corners = pairs(triangles, rest);
+        let how = Painting {
+            odd_first: true,
+            ..Painting::default()
+        };
+        let (elements, _) = Elements::new(&corners, bands, how);
+        let mut hinges = Self {
+            elements,
+            ..Self::default()
+        };
+        for corners in hinges.elements.corners() {
+            let x = corners.map(|i| rest[i as usize].as_dvec3());
+            let [n1, n2] = normals(x);
+            let edge = x[0].distance_squared(x[1]);
+            hinges.rest_angle.push(angle(x) as f32);
+            let area = 0.5 * (n1.length() + n2.length());
+            hinges.flexibility.push((area / edge) as f32);
+            let normal = n1.length_squared().min(n2.length_squared());
+            hinges.floors[0].push((FLOOR * normal) as f32);
+            hinges.floors[1].push((FLOOR * edge) as f32);
+        }
+        hinges
+    }
+
+    /// Bytes of memory.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.elements.bytes() + 4 * size_of_val(&self.rest_angle[..])
+    }
+
+    /// The four particles of each.
+    #[must_use]
+    pub fn corners(&self) -> impl ExactSizeIterator<Item = [u32; 4]> + Clone {
+        self.elements.corners()
+    }
+}
+
+/// What the quadratic bending energy needs of each hinge, in their order.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Cotangents {
+    /// Weights k₁, k₂, k₃ of its particles; k₀ is minus their sum.
+    pub weights: [Vec<f32>; 3],
+    /// ‖Σ kᵢxᵢ‖ at rest [m]; exactly 0 where the rest shape is flat to within rounding.
+    pub rest: Vec<f32>,
+    /// A₀ + A₁ at rest [m²].
+    pub area: Vec<f32>,
+    /// Length of the edge at rest [m], which is C for a fold of one radian.
+    pub scale: Vec<f32>,
+}
+
+impl Cotangents {
+    /// Of hinges of a surface.
+    #[must_use]
+    pub fn of(hinges: &Hinges, rest: &[Vec3]) -> Self {
+        let mut all = Self::default();
+        for (corners, &angle) in hinges.corners().zip(&hinges.rest_angle) {
+            let x = corners.map(|i| rest[i as usize].as_dvec3());
+            let cotangent = |a: DVec3, b: DVec3| a.dot(b) / a.cross(b).length();
+            let (edge, first, second) = (x[1] - x[0], x[2] - x[0], x[3] - x[0]);
+            let at_0 = [cotangent(edge, first), cotangent(edge, second)];
+            let at_1 = [cotangent(-edge, x[2] - x[1]), cotangent(-edge, x[3] - x[1])];
+            let k = [at_0[0] + at_0[1], -at_0[0] - at_1[0], -at_0[1] - at_1[1]];
+            for (column, k) in all.weights.iter_mut().zip(k) {
+                column.push(k as f32);
+            }
+            let bent = edge * k[0] + first * k[1] + second * k[2];
+            let flat = f64::from(angle.abs()) < FLAT_ANGLE;
+            all.rest.push(if flat { 0.0 } else { bent.length() as f32 });
+            let [n1, n2] = normals(x);
+            all.area.push((0.5 * (n1.length() + n2.length())) as f32);
+            all.scale.push(edge.length() as f32);
+        }
+        all
+    }
+
+    /// Bytes of memory.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        6 * size_of_val(&self.rest[..])
+    }
+}
+
+/// A hinge that is bent by less than this at rest [rad] is flat: some rounding of its coordinates.
+const FLAT_ANGLE: f64 = 1e-5;
+
+impl Topology {
+    /// What the quadratic bending energy needs of its hinges, found when first asked for.
+    #[must_use]
+    pub fn cotangents(&self) -> &Cotangents {
+        self.cotangents.0.get_or_init(|| match self.original() {
+            Some(original) => original.cotangents().clone(),
+            None => Cotangents::of(self.hinges(), &self.rest),
+        })
+    }
+
+    /// The hinges of its surface, found when they are first asked for.
+    #[must_use]
+    pub fn hinges(&self) -> &Hinges {
+        self.hinges
+            .0
+            .get_or_init(|| Hinges::of(&self.triangles, &self.rest, &self.bands))
+    }
+}
+
+/// The corners of all hinges, in the order in which their second triangles come.
+fn pairs(triangles: &[[u32; 3]], rest: &[Vec3]) -> Vec<[u32; 4]> {
+    // Every side of a triangle: its ends in ascending order, the triangle's number, its sides as
+    // they go around, and the corner across.
+    let mut sides: Vec<([u32; 2], usize, [u32; 3])> = triangles
+        .iter()
+        .enumerate()
+        .filter(|(_, triangle)| has_area(triangle.map(|i| rest[i as usize])))
+        .flat_map(|(number, &[a, b, c])| {
+            [[a, b, c], [b, c, a], [c, a, b]]
+                .map(|[a, b, c]| ([a.min(b), a.max(b)], number, [a, b, c]))
+        })
+        .collect();
+    sides.sort_unstable();
+    let mut hinges: Vec<(usize, [u32; 4])> = sides
+        .chunk_by(|one, other| one.0 == other.0)
+        .flat_map(|around| {
+            let (_, _, [a, b, first]) = around[0];
+            around[1..]
+                .iter()
+                .map(move |&(_, number, [.., across])| (number, [a, b, first, across]))
+        })
+        .filter(|(_, [.., first, across])| first != across)
+        .collect();
+    hinges.sort_unstable();
+    hinges.into_iter().map(|(_, corners)| corners).collect()
+}
+
+/// Whether a triangle has a normal.
+pub(super) fn has_area(corners: [Vec3; 3]) -> bool {
+    let [a, b, c] = corners.map(|x| x.as_dvec3());
+    let (u, v, w) = (b - a, c - a, c - b);
+    let longest = u
+        .length_squared()
+        .max(v.length_squared())
+        .max(w.length_squared());
+    u.cross(v).length() > FLAT * longest
+}
+
+/// Normals of the two triangles of a hinge, as long as twice their areas [m²].
+#[must_use]
+pub fn normals([x0, x1, x2, x3]: [DVec3; 4]) -> [DVec3; 2] {
+    let edge = x1 - x0;
+    [edge.cross(x2 - x0), (x3 - x0).cross(edge)]
+}
+
+/// Angle between the normals of a hinge [rad], from −π to π.
+#[must_use]
+pub fn angle(x: [DVec3; 4]) -> f64 {
+    let [n1, n2] = normals(x);
+    let edge = (x[1] - x[0]).normalize_or_zero();
+    libm::atan2(n1.cross(n2).dot(edge), n1.dot(n2))
+}
