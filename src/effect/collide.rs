@@ -1,11 +1,7 @@
 //! Collide: rigid colliders keep a body out.
 
 use super::{Effect, Parameter, Scale, parameter};
-use crate::{
-    simulation::{Active, ContactSchedule, CurrentSubstep, EffectSystems, Profile},
-    solver::{Collide, Friction, Particles, Restitution, contact::collider},
-};
-use bevy::prelude::*;
+use crate::solver::{Collide, Friction, Restitution, advance::Stage};
 
 impl Effect for Collide {
     const NAME: &'static str = "collide";
@@ -25,32 +21,9 @@ impl Effect for Collide {
     ];
 
     type State = ();
-    const IN_PLAN: bool = true;
-
-    fn add_systems(schedules: &mut Schedules) {
-        schedules.add_systems(ContactSchedule, solve.in_set(EffectSystems(Self::NAME)));
-    }
+    const STAGE: Option<Stage> = Some(Stage::Collide);
 
     fn when_added() -> Option<Self> {
         Some(Self::default())
     }
-}
-
-/// Pushes every particle out of every collider.
-pub fn solve(
-    current: Res<CurrentSubstep>,
-    mut profile: ResMut<Profile>,
-    mut bodies: Query<(&mut Particles, &Collide), Active>,
-) {
-    let gravity = current.step.gravity;
-    profile.time(Collide::NAME, || {
-        for (mut particles, collide) in &mut bodies {
-            let h = current.seconds(&particles);
-            for collider in current.colliders() {
-                if collider::solve(particles.as_part(), collide, collider, h, gravity) {
-                    particles.touch();
-                }
-            }
-        }
-    });
 }

@@ -2,18 +2,10 @@
 
 use super::{Effect, Parameter};
 use crate::{
-    simulation::{
-        Active, Carried, CurrentSubstep, DirectFactors, EffectSystems, Multipliers, Profile,
-        SoftBody, SolvePhase, SolveSchedule, SolverThreads, plain,
-    },
-    solver::{
-        Direct, NeoHookean, Particles, Settings,
-        advance::{Spare, Stage, Stepper},
-        direct,
-    },
+    simulation::{DirectFactors, SoftBody, plain},
+    solver::{Direct, NeoHookean, Settings, advance::Stage, direct},
 };
 use bevy::prelude::*;
-use std::sync::Arc;
 
 impl Effect for Direct {
     const NAME: &'static str = "direct";
@@ -23,16 +15,7 @@ impl Effect for Direct {
     const PARAMETERS: &'static [Parameter<Self>] = &[];
 
     type State = DirectFactors;
-    const IN_PLAN: bool = true;
-
-    fn add_systems(schedules: &mut Schedules) {
-        schedules.add_systems(
-            SolveSchedule,
-            solve
-                .in_set(EffectSystems(Self::NAME))
-                .in_set(SolvePhase::Elastic),
-        );
-    }
+    const STAGE: Option<Stage> = Some(Stage::Direct);
 
     fn when_added() -> Option<Self> {
         Some(Self::default())
@@ -53,35 +36,4 @@ impl Effect for Direct {
         }
         body.get::<DirectFactors>()?.0.done().why_swept()
     }
-}
-
-/// The elastic effects of every body that is solved directly.
-fn solve(
-    current: Res<CurrentSubstep>,
-    threads: Res<SolverThreads>,
-    mut profile: ResMut<Profile>,
-    mut bodies: Query<
-        (
-            &SoftBody,
-            &mut Particles,
-            &mut Multipliers,
-            &mut DirectFactors,
-            Carried,
-        ),
-        (Active, With<Direct>),
-    >,
-) {
-    let means = current.means(&threads);
-    profile.time(Direct::NAME, || {
-        for (body, mut particles, mut multipliers, mut factors, carried) in &mut bodies {
-            let mut topology = Arc::clone(&body.0);
-            let mut spare = Spare::of(carried.effects());
-            let mut stepper = Stepper {
-                lambdas: &mut multipliers.0,
-                factors: &mut factors.0,
-                ..spare.stepper(&mut topology, &mut particles)
-            };
-            stepper.act(Stage::Direct, &current.step, current.iteration, &means);
-        }
-    });
 }

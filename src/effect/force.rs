@@ -1,53 +1,15 @@
 //! Forces from outside: uniform, point, vortex, wind, drag.
 
 use super::{Effect, Parameter, Scale, parameter};
-use crate::{
-    simulation::{
-        Active, CurrentSubstep, EffectSystems, Profile, SoftBody, SolverSystems, SolverThreads,
-        SubstepSchedule, step,
-    },
-    solver::{
-        Attract, Coefficient, Drag, Finite, Length, Particles, Uniform, Vortex, Wind,
-        advance::{Spare, Stage},
-        force::Force,
-    },
+use crate::solver::{
+    Attract, Coefficient, Drag, Finite, Length, Uniform, Vortex, Wind, advance::Stage, force::Force,
 };
-use bevy::prelude::*;
-use std::sync::Arc;
-
-/// Lets a force act on every body that asks for it, before the first stage.
-fn act<F: Effect + Force>(
-    current: Res<CurrentSubstep>,
-    threads: Res<SolverThreads>,
-    mut profile: ResMut<Profile>,
-    mut bodies: Query<(&SoftBody, &mut Particles, &F), Active>,
-) {
-    let means = current.means(&threads);
-    profile.time(F::NAME, || {
-        for (body, mut particles, force) in &mut bodies {
-            let mut topology = Arc::clone(&body.0);
-            let mut spare = Spare::of((*force).into());
-            let mut stepper = spare.stepper(&mut topology, &mut particles);
-            stepper.act(Stage::Force(F::KIND), &current.step, 0, &means);
-        }
-    });
-}
 
 /// What all forces have in common.
 macro_rules! force {
     () => {
         type State = ();
-        const IN_PLAN: bool = true;
-
-        fn add_systems(schedules: &mut Schedules) {
-            schedules.add_systems(
-                SubstepSchedule,
-                act::<Self>
-                    .in_set(EffectSystems(Self::NAME))
-                    .in_set(SolverSystems::Presolve)
-                    .before(step::presolve),
-            );
-        }
+        const STAGE: Option<Stage> = Some(Stage::Force(<Self as Force>::KIND));
 
         fn when_added() -> Option<Self> {
             Some(Self::default())

@@ -1,10 +1,7 @@
 //! Grab: a hand holds a body at a point. On a body only while it is held.
 
 use super::{Effect, Figures, Parameter, Scale, parameter};
-use crate::{
-    simulation::{Active, CurrentSubstep, EffectSystems, Profile, SolvePhase, SolveSchedule},
-    solver::{Compliance, Force, Grab, Particles},
-};
+use crate::solver::{Compliance, Force, Grab, advance::Stage};
 use bevy::prelude::*;
 
 impl Effect for Grab {
@@ -25,16 +22,7 @@ impl Effect for Grab {
     ];
 
     type State = ();
-    const IN_PLAN: bool = true;
-
-    fn add_systems(schedules: &mut Schedules) {
-        schedules.add_systems(
-            SolveSchedule,
-            solve
-                .in_set(EffectSystems(Self::NAME))
-                .in_set(SolvePhase::Hands),
-        );
-    }
+    const STAGE: Option<Stage> = Some(Stage::Grab);
 
     fn figures(&self, _body: &EntityRef, _h: f32) -> Figures {
         Figures {
@@ -42,25 +30,4 @@ impl Effect for Grab {
             ..Figures::default()
         }
     }
-}
-
-/// One sweep over all holds.
-pub fn solve(
-    current: Res<CurrentSubstep>,
-    mut profile: ResMut<Profile>,
-    mut bodies: Query<(&mut Particles, &mut Grab), Active>,
-) {
-    let step = current.step;
-    profile.time(Grab::NAME, || {
-        for (mut particles, mut grab) in &mut bodies {
-            let h = current.seconds(&particles);
-            // The multiplier is state, not a parameter that somebody changed.
-            grab.bypass_change_detection().solve(
-                particles.as_part(),
-                h,
-                (step.index, step.count),
-                current.iteration,
-            );
-        }
-    });
 }

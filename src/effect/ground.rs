@@ -1,16 +1,9 @@
 //! The two grounds: one with friction and bounce, one that sticks.
 
 use super::{Effect, Parameter, Scale, parameter};
-use crate::{
-    simulation::{
-        Active, ContactSchedule, CurrentSubstep, EffectSystems, Profile, SolverSystems,
-        SubstepSchedule, step,
-    },
-    solver::{
-        Friction, Ground, Particles, Restitution, StickyGround, contact::ground, quantity::finite,
-    },
+use crate::solver::{
+    Friction, Ground, Restitution, StickyGround, advance::Stage, quantity::finite,
 };
-use bevy::prelude::*;
 
 impl Effect for Ground {
     const NAME: &'static str = "ground";
@@ -43,32 +36,11 @@ impl Effect for Ground {
     ];
 
     type State = ();
-    const IN_PLAN: bool = true;
-
-    fn add_systems(schedules: &mut Schedules) {
-        schedules.add_systems(ContactSchedule, solve.in_set(EffectSystems(Self::NAME)));
-    }
+    const STAGE: Option<Stage> = Some(Stage::Ground);
 
     fn when_added() -> Option<Self> {
         Some(Self::default())
     }
-}
-
-/// Puts every particle that is below its body's ground back onto it.
-pub fn solve(
-    current: Res<CurrentSubstep>,
-    mut profile: ResMut<Profile>,
-    mut bodies: Query<(&mut Particles, &Ground), Active>,
-) {
-    let gravity = current.step.gravity;
-    profile.time(Ground::NAME, || {
-        for (mut particles, ground) in &mut bodies {
-            let h = current.seconds(&particles);
-            if ground::solve(particles.as_part(), ground, h, gravity) {
-                particles.touch();
-            }
-        }
-    });
 }
 
 impl Effect for StickyGround {
@@ -90,33 +62,9 @@ impl Effect for StickyGround {
     }];
 
     type State = ();
-    const IN_PLAN: bool = true;
-
-    fn add_systems(schedules: &mut Schedules) {
-        schedules.add_systems(
-            SubstepSchedule,
-            stick
-                .in_set(EffectSystems(Self::NAME))
-                .in_set(SolverSystems::Presolve)
-                .after(step::presolve),
-        );
-    }
+    const STAGE: Option<Stage> = Some(Stage::StickyGround);
 
     fn when_added() -> Option<Self> {
         Some(Self::default())
     }
-}
-
-/// After the prediction: particles below their body's sticky ground go back to where they were.
-pub fn stick(
-    mut profile: ResMut<Profile>,
-    mut bodies: Query<(&mut Particles, &StickyGround), Active>,
-) {
-    profile.time(StickyGround::NAME, || {
-        for (mut particles, sticky) in &mut bodies {
-            if ground::stick(particles.as_part(), sticky) {
-                particles.touch();
-            }
-        }
-    });
 }

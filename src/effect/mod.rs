@@ -7,9 +7,9 @@
 //!
 //! # Adding an effect
 //! The maths goes into one file of [`solver::constraint`](crate::solver::constraint) or
-//! [`solver::contact`](crate::solver::contact), the component and its systems into one file here,
-//! and the effect into one line of [`EffectPlugins`] and one of the list of effects that a scene
-//! file may name. A user of the crate needs no more than a component, [`Effect`] and
+//! [`solver::contact`](crate::solver::contact), the component into one file here, with the
+//! [stage](Effect::STAGE) of the solver that it is, and the effect into one line of [`EffectPlugins`] and one of
+//! the list of effects that a scene file may name. A user of the crate needs no more than a component, [`Effect`] and
 //! [`EffectPlugin`]:
 //!
 //! ```
@@ -98,7 +98,7 @@ pub use crate::solver::{
     Tethers, Uniform, Volume, Vortex, Weave, Wind,
 };
 
-pub(crate) use registry::{body_added, body_removed, follow_bodies, is_planned};
+pub(crate) use registry::{body_added, body_removed, follow_bodies};
 
 use bevy::{app::PluginGroupBuilder, prelude::*};
 

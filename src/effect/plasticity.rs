@@ -2,14 +2,8 @@
 
 use super::{Effect, Figures, Parameter, Scale, parameter};
 use crate::{
-    simulation::{
-        Active, Carried, CurrentSubstep, EffectSystems, Profile, SoftBody, SolverSystems,
-        SolverThreads, SubstepSchedule, plain, step,
-    },
-    solver::{
-        Creep, Particles, PlasticLimit, Plasticity, Yield,
-        advance::{Spare, Stage},
-    },
+    simulation::{SoftBody, plain},
+    solver::{Creep, PlasticLimit, Plasticity, Yield, advance::Stage},
 };
 use bevy::prelude::*;
 
@@ -56,17 +50,7 @@ impl Effect for Plasticity {
     ];
 
     type State = ();
-    const IN_PLAN: bool = true;
-
-    fn add_systems(schedules: &mut Schedules) {
-        schedules.add_systems(
-            SubstepSchedule,
-            flow.in_set(EffectSystems(Self::NAME))
-                .in_set(SolverSystems::Postsolve)
-                // No commands of that are waited for: a point of synchronisation would be a system more.
-                .after_ignore_deferred(step::postsolve),
-        );
-    }
+    const STAGE: Option<Stage> = Some(Stage::Flow);
 
     fn when_added() -> Option<Self> {
         Some(Self::typical())
@@ -80,23 +64,4 @@ impl Effect for Plasticity {
             ..Figures::default()
         }
     }
-}
-
-/// Lets rest values flow at the end of a substep.
-fn flow(
-    current: Res<CurrentSubstep>,
-    threads: Res<SolverThreads>,
-    mut profile: ResMut<Profile>,
-    mut bodies: Query<(&mut SoftBody, &mut Particles, Carried), (Active, With<Plasticity>)>,
-) {
-    let means = current.means(&threads);
-    profile.time(Plasticity::NAME, || {
-        for (mut body, mut particles, carried) in &mut bodies {
-            let mut spare = Spare::of(carried.effects());
-            // Who draws the body need not look at it again.
-            let topology = &mut body.bypass_change_detection().0;
-            let mut stepper = spare.stepper(topology, &mut particles);
-            stepper.act(Stage::Flow, &current.step, 0, &means);
-        }
-    });
 }

@@ -2,19 +2,10 @@
 
 use super::{Effect, Figures, Parameter, Scale, parameter};
 use crate::{
-    simulation::{
-        Active, CurrentSubstep, EffectSystems, Multipliers, Profile, SoftBody, SolvePhase,
-        SolveSchedule, SolverThreads,
-    },
-    solver::{
-        Effects, Filling, Particles, Pressure, Settings, Stiffness,
-        advance::{Spare, Stage, Stepper},
-        constraint::pressure::Walls,
-        measure,
-    },
+    simulation::{Multipliers, SoftBody},
+    solver::{Filling, Particles, Pressure, Settings, Stiffness, advance::Stage, measure},
 };
 use bevy::prelude::*;
-use std::sync::Arc;
 
 impl Effect for Pressure {
     const NAME: &'static str = "pressure";
@@ -34,16 +25,7 @@ impl Effect for Pressure {
     ];
 
     type State = ();
-    const IN_PLAN: bool = true;
-
-    fn add_systems(schedules: &mut Schedules) {
-        schedules.add_systems(
-            SolveSchedule,
-            solve
-                .in_set(EffectSystems(Self::NAME))
-                .in_set(SolvePhase::Elastic),
-        );
-    }
+    const STAGE: Option<Stage> = Some(Stage::Pressure);
 
     fn when_added() -> Option<Self> {
         Some(Self::default())
@@ -52,12 +34,6 @@ impl Effect for Pressure {
     fn unfit(body: &EntityRef, _: &Settings) -> Option<String> {
         let topology = &body.get::<SoftBody>()?.0;
         topology.enclosure().err().map(|reason| reason.to_string())
-    }
-
-    fn when_removed(body: &mut EntityWorldMut) {
-        if let Some(mut multipliers) = body.get_mut::<Multipliers>() {
-            multipliers.0.walls = Walls::default();
-        }
     }
 
     fn figures(&self, body: &EntityRef, h: f32) -> Figures {
@@ -78,28 +54,4 @@ impl Effect for Pressure {
             overpressure: walls.overpressure(h.into()),
         }
     }
-}
-
-/// One sweep over the fillings of all bodies.
-pub fn solve(
-    current: Res<CurrentSubstep>,
-    threads: Res<SolverThreads>,
-    mut profile: ResMut<Profile>,
-    mut bodies: Query<(&SoftBody, &mut Particles, &Pressure, &mut Multipliers), Active>,
-) {
-    let means = current.means(&threads);
-    profile.time(Pressure::NAME, || {
-        for (body, mut particles, &pressure, mut multipliers) in &mut bodies {
-            let mut topology = Arc::clone(&body.0);
-            let mut spare = Spare::of(Effects {
-                pressure: Some(pressure),
-                ..Effects::default()
-            });
-            let mut stepper = Stepper {
-                lambdas: &mut multipliers.0,
-                ..spare.stepper(&mut topology, &mut particles)
-            };
-            stepper.act(Stage::Pressure, &current.step, current.iteration, &means);
-        }
-    });
 }

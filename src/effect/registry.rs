@@ -3,9 +3,11 @@
 use crate::{
     simulation::{
         Asleep, ContactSchedule, EffectSystems, RestTimer, SimulationClock, SoftBody,
-        SolveSchedule, StepSchedule, StepSystems, SubstepSchedule, wake_changed,
+        SolveSchedule, StepSchedule, StepSystems, SubstepSchedule,
+        plan::{self, schedules_of_substep},
+        wake_changed,
     },
-    solver::{InvalidValue, Settings, measure::SquareSum},
+    solver::{InvalidValue, Settings, advance::Stage, measure::SquareSum},
 };
 use bevy::{
     ecs::{
@@ -92,14 +94,13 @@ pub trait Effect: Component<Mutability = Mutable> + Sized {
     /// What it keeps on a body beside its parameters: comes and goes with it. `()` for nothing.
     type State: Bundle + Default;
 
-    /// Whether [`Stepper::advance`](crate::solver::advance::Stepper::advance) does the same as its
-    /// systems in the schedules of a substep. While no other systems are there, whole ticks are
-    /// done by that.
-    const IN_PLAN: bool = false;
+    /// The stage of the solver's plan that it is, of an effect of the crate; an effect of a user has systems
+    /// instead.
+    const STAGE: Option<Stage> = None;
 
     /// Adds its systems to the inner schedules, each in [`EffectSystems`]`(Self::NAME)` and in the
-    /// set of its place there.
-    fn add_systems(schedules: &mut Schedules);
+    /// set of its place there; none by default.
+    fn add_systems(_schedules: &mut Schedules) {}
 
     /// The effect as it is when a user adds it to a body; `None` if that makes no sense.
     fn when_added() -> Option<Self> {
@@ -110,9 +111,6 @@ pub trait Effect: Component<Mutability = Mutable> + Sized {
     fn unfit(_body: &EntityRef, _settings: &Settings) -> Option<String> {
         None
     }
-
-    /// What is to be done with a body that carries it no longer; nothing by default.
-    fn when_removed(_body: &mut EntityWorldMut) {}
 
     /// Figures of the effect on a body that carries it, after a substep of `h` seconds.
     fn figures(&self, _body: &EntityRef, _h: f32) -> Figures {
@@ -155,7 +153,7 @@ pub struct EffectInfo {
     pub note: fn(&EntityRef, &Settings) -> Option<&'static str>,
     /// Whether its systems are in the schedules now.
     pub runs: bool,
-    in_plan: bool,
+    is_planned: bool,
     add_systems: fn(&mut Schedules),
     is_carried: fn(&mut World) -> bool,
 }
@@ -207,8 +205,11 @@ impl EffectInfo {
                     .and_then(|effect| effect.note(body, settings))
             },
             runs: false,
-            in_plan: E::IN_PLAN,
+            is_planned: E::STAGE.is_some(),
             add_systems: |schedules| {
+                if let Some(stage) = E::STAGE {
+                    plan::add_stage(schedules, E::NAME, stage);
+                }
                 E::add_systems(schedules);
                 schedules.add_systems(
                     StepSchedule,
@@ -250,10 +251,6 @@ impl EffectInfo {
 pub struct EffectRegistry {
     effects: Vec<EffectInfo>,
     stale: bool,
-    /// Systems of effects in the schedules of a substep that the solver's own plan stands for.
-    planned_systems: usize,
-    /// Systems in the schedules of a substep when they were last built.
-    built_systems: usize,
 }
 
 impl EffectRegistry {
@@ -266,6 +263,12 @@ impl EffectRegistry {
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&EffectInfo> {
         self.effects.iter().find(|effect| effect.name == name)
+    }
+
+    /// How many effects of the crate are carried.
+    pub(crate) fn planned(&self) -> usize {
+        let effects = self.effects.iter();
+        effects.filter(|it| it.runs && it.is_planned).count()
     }
 
     /// Names of all effects, for messages.
@@ -321,10 +324,6 @@ impl<E: Effect> Plugin for EffectPlugin<E> {
                 registry.stale = true;
                 let mut entity = commands.entity(removed.entity);
                 entity.try_remove::<E::State>();
-                entity.queue_handled(
-                    |mut body: EntityWorldMut| E::when_removed(&mut body),
-                    bevy::ecs::error::ignore,
-                );
                 if sleepers.contains(removed.entity) {
                     entity
                         .try_remove::<Asleep>()
@@ -339,15 +338,6 @@ impl<E: Effect> Plugin for EffectPlugin<E> {
 fn schedules() -> [InternedScheduleLabel; 4] {
     let [substep, solve, contact] = schedules_of_substep();
     [StepSchedule.intern(), substep, solve, contact]
-}
-
-/// The schedules that a substep runs.
-fn schedules_of_substep() -> [InternedScheduleLabel; 3] {
-    [
-        SubstepSchedule.intern(),
-        SolveSchedule.intern(),
-        ContactSchedule.intern(),
-    ]
 }
 
 /// An entity that carries effects became a body.
@@ -369,67 +359,20 @@ pub(crate) fn follow_bodies(world: &mut World) {
         return;
     }
     world.resource_scope(|world, mut registry: Mut<EffectRegistry>| {
-        let EffectRegistry {
-            effects,
-            stale,
-            planned_systems,
-            ..
-        } = &mut *registry;
-        *stale = false;
-        for effect in effects {
+        registry.stale = false;
+        for effect in &mut registry.effects {
             let carried = (effect.is_carried)(world);
             if carried == effect.runs {
                 continue;
             }
             effect.runs = carried;
-            let before = systems_of_substep(world);
             if carried {
                 (effect.add_systems)(&mut world.resource_mut::<Schedules>());
             } else {
                 remove_systems(world, effect.name);
             }
-            if effect.in_plan {
-                *planned_systems += systems_of_substep(world);
-                *planned_systems -= before;
-            }
         }
     });
-}
-
-/// Systems in the schedules of a substep.
-fn systems_of_substep(world: &World) -> usize {
-    let schedules = world.resource::<Schedules>();
-    let present = schedules_of_substep()
-        .into_iter()
-        .filter_map(|label| schedules.get(label));
-    present.map(|schedule| schedule.graph().systems.len()).sum()
-}
-
-/// Whether the schedules of a substep hold what [`Stepper::advance`] does and nothing else.
-///
-/// Builds them if they have changed, so that an order that cannot be is found out whether or not
-/// they are what runs.
-///
-/// # Panics
-/// If they cannot be built, as running them would.
-///
-/// [`Stepper::advance`]: crate::solver::advance::Stepper::advance
-pub(crate) fn is_planned(world: &mut World) -> bool {
-    let systems = systems_of_substep(world);
-    let mut registry = world.resource_mut::<EffectRegistry>();
-    let stages = 3;
-    let planned = systems == stages + registry.planned_systems;
-    if registry.built_systems != systems {
-        registry.built_systems = systems;
-        for label in schedules_of_substep() {
-            world.schedule_scope(label, |world, schedule| {
-                if let Err(error) = schedule.initialize(world) {
-                    panic!("{label:?}: {}", error.to_string(schedule.graph(), world));
-                }
-            });
-        }
-    }
-    planned
 }
 
 fn remove_systems(world: &mut World, effect: &'static str) {

@@ -2,18 +2,13 @@
 
 use super::{Effect, Figures, Parameter, Scale, parameter};
 use crate::{
-    simulation::{
-        Active, CurrentSubstep, EffectSystems, Multipliers, Profile, SoftBody, SolvePhase,
-        SolveSchedule, SolverThreads,
-    },
+    simulation::{Multipliers, SoftBody},
     solver::{
-        Damping, Effects, Frequency, Matching, Particles, RegionSize, ShapeMatching,
-        advance::{Spare, Stage, Stepper},
+        Damping, Frequency, Matching, Particles, RegionSize, ShapeMatching, advance::Stage,
         constraint::shape_matching::Place,
     },
 };
 use bevy::prelude::*;
-use std::sync::Arc;
 
 impl Effect for ShapeMatching {
     const NAME: &'static str = "shape_matching";
@@ -39,25 +34,10 @@ impl Effect for ShapeMatching {
     ];
 
     type State = ();
-    const IN_PLAN: bool = true;
-
-    fn add_systems(schedules: &mut Schedules) {
-        schedules.add_systems(
-            SolveSchedule,
-            solve
-                .in_set(EffectSystems(Self::NAME))
-                .in_set(SolvePhase::Elastic),
-        );
-    }
+    const STAGE: Option<Stage> = Some(Stage::ShapeMatching);
 
     fn when_added() -> Option<Self> {
         Some(Self::default())
-    }
-
-    fn when_removed(body: &mut EntityWorldMut) {
-        if let Some(mut multipliers) = body.get_mut::<Multipliers>() {
-            multipliers.0.matching = None;
-        }
     }
 
     fn figures(&self, body: &EntityRef, h: f32) -> Figures {
@@ -87,33 +67,4 @@ impl Effect for ShapeMatching {
             ..Figures::default()
         }
     }
-}
-
-/// One sweep over the regions of all bodies.
-fn solve(
-    current: Res<CurrentSubstep>,
-    threads: Res<SolverThreads>,
-    mut profile: ResMut<Profile>,
-    mut bodies: Query<(&SoftBody, &mut Particles, &ShapeMatching, &mut Multipliers), Active>,
-) {
-    let means = current.means(&threads);
-    profile.time(ShapeMatching::NAME, || {
-        for (body, mut particles, &effect, mut multipliers) in &mut bodies {
-            let mut topology = Arc::clone(&body.0);
-            let mut spare = Spare::of(Effects {
-                shape_matching: Some(effect),
-                ..Effects::default()
-            });
-            let mut stepper = Stepper {
-                lambdas: &mut multipliers.0,
-                ..spare.stepper(&mut topology, &mut particles)
-            };
-            stepper.act(
-                Stage::ShapeMatching,
-                &current.step,
-                current.iteration,
-                &means,
-            );
-        }
-    });
 }

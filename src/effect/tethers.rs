@@ -2,11 +2,8 @@
 
 use super::{Effect, Figures, Parameter, Scale, parameter};
 use crate::{
-    simulation::{
-        Active, EffectSystems, Profile, SoftBody, SolvePhase, SolveSchedule, StepSchedule,
-        StepSystems, TetherLeads,
-    },
-    solver::{Particles, Slack, Tethers},
+    simulation::TetherLeads,
+    solver::{Particles, Slack, Tethers, advance::Stage},
 };
 use bevy::prelude::*;
 
@@ -22,24 +19,7 @@ impl Effect for Tethers {
     )];
 
     type State = TetherLeads;
-    const IN_PLAN: bool = true;
-
-    fn add_systems(schedules: &mut Schedules) {
-        schedules.add_systems(
-            StepSchedule,
-            find_pins
-                .in_set(EffectSystems(Self::NAME))
-                .in_set(StepSystems::Ready)
-                // It changes nothing but its own state.
-                .ambiguous_with_all(),
-        );
-        schedules.add_systems(
-            SolveSchedule,
-            solve
-                .in_set(EffectSystems(Self::NAME))
-                .in_set(SolvePhase::Elastic),
-        );
-    }
+    const STAGE: Option<Stage> = Some(Stage::Tethers);
 
     fn when_added() -> Option<Self> {
         Some(Self::default())
@@ -56,23 +36,4 @@ impl Effect for Tethers {
             ..Figures::default()
         }
     }
-}
-
-/// Brings tethers in line with pins.
-fn find_pins(mut bodies: Query<(&SoftBody, &Particles, &mut TetherLeads), With<Tethers>>) {
-    for (body, particles, mut leads) in &mut bodies {
-        leads.0.update(body, &particles.positions);
-    }
-}
-
-/// Puts every particle that is too far from its pin back.
-fn solve(
-    mut profile: ResMut<Profile>,
-    mut bodies: Query<(&mut Particles, &Tethers, &TetherLeads), Active>,
-) {
-    profile.time(Tethers::NAME, || {
-        for (mut particles, tethers, leads) in &mut bodies {
-            leads.0.solve(particles.as_part(), 0, tethers);
-        }
-    });
 }

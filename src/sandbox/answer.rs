@@ -11,7 +11,7 @@ use crate::{
         answer::{Curve, Subject},
     },
     simulation::{BodyDensity, SimulationSettings, SoftBody, carried::Carried},
-    solver::Particles,
+    solver::{Grab, Particles},
 };
 use bevy::prelude::*;
 use bevy_egui::{
@@ -44,7 +44,14 @@ fn paint(
     camera: Single<(&Camera, &GlobalTransform), With<OrbitCamera>>,
     scene: Option<Res<CurrentScene>>,
     settings: Res<SimulationSettings>,
-    bodies: Query<(&Name, &SoftBody, &Particles, &BodyDensity, Carried)>,
+    bodies: Query<(
+        &Name,
+        &SoftBody,
+        &Particles,
+        &BodyDensity,
+        Option<&Grab>,
+        Carried,
+    )>,
     mut known: Local<Known>,
 ) -> Result {
     let Some(scene) = scene else {
@@ -58,13 +65,13 @@ fn paint(
         let of_body = bodies
             .iter()
             .find(|(name, ..)| name.as_str() == answer.body());
-        let Some((_, body, particles, density, carried)) = of_body else {
+        let Some((_, body, particles, density, grab, carried)) = of_body else {
             continue;
         };
         let subject = Subject {
             topology: body,
             positions: &particles.positions,
-            effects: &carried.effects(),
+            effects: &carried.effects(grab.copied()),
             density: density.0,
         };
         let Some(curve) = answer.curve(&subject, settings.gravity) else {

@@ -9,8 +9,8 @@ use crate::{
     SoftBodyPlugins,
     effect::EffectRegistry,
     simulation::{
-        EffectSystems, EnergyLedger, Measuring, SimulationSettings, SolveSchedule, SolverSystems,
-        SolverThreads, Statistics, SubstepSchedule, plain,
+        ContactSchedule, EffectSystems, EnergyLedger, Measuring, SimulationSettings, SolveSchedule,
+        SolverSystems, SolverThreads, Statistics, SubstepSchedule, plain,
         statistics::{measure, state_hash},
         tick,
     },
@@ -193,7 +193,7 @@ pub fn run_in(app: &mut App, options: &RunOptions, mut progress: impl FnMut(f64)
 const DEFAULT_SECONDS: f64 = 5.0;
 
 /// What the systems in the substep are for, in the order in which they run: `presolve`, `postsolve`,
-/// and the names of effects; those of the sweep stand where the sweeps happen. A system that a user
+/// and the names of effects; those of a sweep, and of a pass over contacts after it, stand where the sweeps happen. A system that a user
 /// of the crate added without an effect of its own is `user`.
 #[must_use]
 pub fn system_names(world: &World) -> Vec<&'static str> {
@@ -206,6 +206,7 @@ pub fn system_names(world: &World) -> Vec<&'static str> {
     for name in names_in(world, SubstepSchedule, &stages) {
         if name == SWEEPS {
             names.extend(names_in(world, SolveSchedule, &[]));
+            names.extend(names_in(world, ContactSchedule, &[]));
         } else {
             names.push(name);
         }

@@ -7,22 +7,23 @@ use crate::solver::{
 };
 use bevy::{ecs::query::QueryData, prelude::*};
 
-/// Takes the components of all effects of the crate together.
+/// Takes the components of all effects of the crate together; `grab` apart, as the solver writes to it.
 macro_rules! carried {
     ($($effect:ident: $component:ty,)*) => {
         /// The names of the effects of the crate, which a plain world and a snapshot have a place for.
-        pub const CARRIED: &[&str] = &[$(stringify!($effect),)*];
+        pub const CARRIED: &[&str] = &["grab", $(stringify!($effect),)*];
 
-        /// The effects of the crate that an entity carries.
+        /// The effects of the crate that an entity carries, but for `grab`.
         #[derive(QueryData)]
         pub(crate) struct Carried {
             $($effect: Option<&'static $component>,)*
         }
 
         impl CarriedItem<'_, '_> {
-            /// Copies of them.
-            pub fn effects(&self) -> Effects {
+            /// Copies of them, with a grab if there is one.
+            pub fn effects(&self, grab: Option<Grab>) -> Effects {
                 Effects {
+                    grab,
                     $($effect: self.$effect.copied(),)*
                 }
             }
@@ -32,13 +33,17 @@ macro_rules! carried {
         #[must_use]
         pub fn effects(entity: EntityRef) -> Effects {
             Effects {
+                grab: entity.get::<Grab>().copied(),
                 $($effect: entity.get::<$component>().copied(),)*
             }
         }
 
         /// Gives an entity these effects.
         pub(super) fn insert_effects(entity: &mut EntityWorldMut, effects: &Effects) {
-            let Effects { $($effect,)* } = *effects;
+            let Effects { grab, $($effect,)* } = *effects;
+            if let Some(grab) = grab {
+                entity.insert(grab);
+            }
             $(if let Some(effect) = $effect {
                 entity.insert(effect);
             })*
@@ -66,7 +71,6 @@ carried! {
     pressure: Pressure,
     plasticity: Plasticity,
     direct: Direct,
-    grab: Grab,
     ground: Ground,
     sticky_ground: StickyGround,
     collide: Collide,

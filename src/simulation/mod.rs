@@ -10,8 +10,10 @@ mod begin;
 mod body;
 pub(crate) mod carried;
 mod clock;
+mod jobs;
 mod ledger;
 pub mod plain;
+pub(crate) mod plan;
 mod profile;
 mod quarantine;
 mod schedule;
@@ -24,7 +26,6 @@ pub use body::{
     Multipliers, Pins, Places, Quarantined, RestTimer, SceneEntity, SoftBody, SpawnOrder,
     TetherLeads, TickStart,
 };
-pub(crate) use carried::Carried;
 pub use clock::{SimulationClock, SubstepTime, Tick};
 pub use ledger::{Energies, EnergyLedger};
 pub use profile::Profile;
@@ -80,6 +81,7 @@ impl Plugin for SimulationPlugin {
             .init_resource::<SolverThreads>()
             .init_resource::<step::UnderWay>()
             .init_resource::<Profile>()
+            .init_resource::<plan::Plan>()
             .init_resource::<Actions>()
             .init_resource::<Measuring>()
             .init_resource::<Statistics>()
@@ -138,7 +140,8 @@ impl Plugin for SimulationPlugin {
                 step::presolve.in_set(SolverSystems::Presolve),
                 step::solve.in_set(SolverSystems::Solve),
                 step::postsolve.in_set(SolverSystems::Postsolve),
-            ),
+            )
+                .in_set(plan::PlannedSystems),
         );
     }
 }

@@ -1,27 +1,27 @@
 //! Stepping: from real time to ticks, from ticks to substeps, from substeps to sweeps.
 
 use super::{
-    Asleep, ContactSchedule, DirectFactors, EnergyLedger, Multipliers, Profile, RestTimer,
-    SimulationClock, SimulationSettings, SoftBody, SolveSchedule, SpawnOrder, StepSchedule,
-    SubstepSchedule, SubstepTime, TetherLeads, Tick, TickStart, body::Active, carried::Carried,
-    profile::StageWatch, quarantine::quarantine,
+    Asleep, ContactSchedule, EnergyLedger, Measuring, Profile, RestTimer, SimulationClock,
+    SimulationSettings, SolveSchedule, SpawnOrder, StepSchedule, SubstepSchedule, SubstepTime,
+    Tick, TickStart,
+    body::Active,
+    jobs::{Bodies, Outcome},
+    plan,
+    quarantine::quarantine,
 };
 use crate::{
     effect,
     solver::{
-        Collider, Effects, Factors, Grab, Lambdas, Leads, Ledger, Particles, Settings,
-        SleepSettings, Stitches, Substep, Threads, Topology,
-        advance::{Means, NotFinite, Spare, Stage, Stepper, Watch},
+        Collider, Grab, Particles, Settings, SleepSettings, Substep, Threads,
+        advance::{Means, Stage},
         contact::collider::{Sweep, Swept},
         lanes::Instructions,
-        ledger,
     },
 };
-use bevy::prelude::*;
+use bevy::{ecs::system::SystemState, prelude::*};
 use std::{
     mem::{replace, take},
     ops::Range,
-    sync::Arc,
     time::{Duration, Instant},
 };
 
@@ -160,33 +160,6 @@ pub(super) fn between_ticks(clock: Res<SimulationClock>) -> bool {
     !clock.mid_tick()
 }
 
-/// A body as it is stepped: all that [`Stepper`] needs.
-type Stepped = (
-    Entity,
-    &'static mut SoftBody,
-    &'static mut Particles,
-    &'static mut Multipliers,
-    Option<&'static mut TetherLeads>,
-    Option<&'static mut Stitches>,
-    Option<&'static mut DirectFactors>,
-    Carried,
-);
-
-/// The same, taken out of the ECS for as long as threads work on it.
-#[derive(Debug)]
-pub(super) struct Job {
-    entity: Entity,
-    topology: Arc<Topology>,
-    particles: Particles,
-    lambdas: Lambdas,
-    leads: Leads,
-    stitches: Stitches,
-    factors: Factors,
-    effects: Effects,
-    ledger: Ledger,
-    result: Result<(), NotFinite>,
-}
-
 /// The substeps of a tick, until the deadline.
 ///
 /// While the schedules of a substep hold nothing but what [`Stepper::advance`] does, that does all
@@ -195,9 +168,9 @@ pub(super) struct Job {
 pub(super) fn run_substeps(
     world: &mut World,
     colliders: &mut QueryState<(Entity, &SpawnOrder, &Collider)>,
-    bodies: &mut QueryState<Stepped, Active>,
+    bodies: &mut SystemState<Bodies>,
     mut sorted: Local<Vec<(SpawnOrder, Entity)>>,
-    mut jobs: Local<Vec<Job>>,
+    mut outcomes: Local<Vec<Outcome>>,
 ) {
     let UnderWay { settings, deadline } = *world.resource::<UnderWay>();
     let count = settings.substeps.get();
@@ -234,19 +207,21 @@ pub(super) fn run_substeps(
         }
         _ => count,
     };
-    let planned = effect::is_planned(world);
+    let planned = plan::is_planned(world);
+    let mut begun = false;
     while next < count {
         if planned {
             let substeps = next..count.min(next + at_once);
             next = substeps.end;
-            advance_all(world, bodies, &mut jobs, substeps);
+            advance_all(world, bodies, &mut outcomes, substeps);
         } else {
             let started = Instant::now();
-            // Otherwise there is nothing to do but to forget and to look for damage, once.
-            let mut all = bodies.iter(world);
-            let repaired = all.any(|(_, _, particles, ..)| !particles.repair.is_empty());
-            if next == 0 || repaired || settings.begins_each_substep() {
-                begin_all(world, bodies, &settings.substep(next));
+            // Otherwise there is nothing to do but to prepare, to forget and to look for damage, once.
+            let read = are_multipliers_read(world);
+            let mut all = all(bodies, world);
+            if !begun || settings.begins_each_substep() || all.are_repaired() {
+                all.begin(&settings.substep(next), read);
+                begun = true;
             }
             run_schedule(world, settings.substep(next));
             let mut profile = world.resource_mut::<Profile>();
@@ -269,141 +244,43 @@ pub(super) fn run_substeps(
     }
 }
 
-/// The topology of a body to be stepped with. That of one that flows is taken away, so that nobody
-/// else holds on to it and it need not be copied.
-fn taken(body: &mut SoftBody, flows: bool) -> Arc<Topology> {
-    match body.0.original() {
-        Some(original) if flows => {
-            let original = Arc::clone(original);
-            replace(&mut body.0, original)
-        }
-        _ => Arc::clone(&body.0),
-    }
-}
-
 /// Some substeps of all bodies, without the schedules.
 fn advance_all(
     world: &mut World,
-    bodies: &mut QueryState<Stepped, Active>,
-    jobs: &mut Vec<Job>,
+    bodies: &mut SystemState<Bodies>,
+    outcomes: &mut Vec<Outcome>,
     substeps: Range<u32>,
 ) {
-    jobs.clear();
-    let stepped = bodies.iter_mut(world);
-    jobs.extend(stepped.map(
-        |(entity, mut body, mut particles, mut multipliers, leads, stitches, factors, carried)| {
-            let effects = carried.effects();
-            let flows = effects.plasticity.is_some();
-            Job {
-                entity,
-                topology: taken(body.bypass_change_detection(), flows),
-                particles: take(&mut *particles),
-                lambdas: take(&mut multipliers.0),
-                leads: leads.map_or_else(Leads::default, |mut leads| take(&mut leads.0)),
-                stitches: stitches.map_or_else(Stitches::default, |mut stitches| {
-                    take(stitches.bypass_change_detection())
-                }),
-                factors: factors.map_or_else(Factors::default, |mut factors| take(&mut factors.0)),
-                effects,
-                ledger: Ledger::default(),
-                result: Ok(()),
-            }
-        },
-    ));
     let booked = world.resource::<EnergyLedger>().on;
-    let watch = world
-        .resource::<Profile>()
-        .by_part
-        .then(StageWatch::default);
+    let read = are_multipliers_read(world);
     let started = Instant::now();
-    let threads = world.resource::<SolverThreads>();
-    let current = world.resource::<CurrentSubstep>();
-    let means = Means {
-        watch: watch.as_ref().map(|watch| watch as &dyn Watch),
-        ..current.means(threads)
-    };
-    let sweeps = substeps.len() * current.step.sweeps() as usize;
-    let load = |job: &Job| job.effects.load(&job.topology, sweeps);
-    threads.for_each(jobs, load, &|job: &mut Job, threads: &Threads| {
-        let means = Means { threads, ..means };
-        let mut stepper = Stepper {
-            topology: &mut job.topology,
-            particles: &mut job.particles,
-            effects: &mut job.effects,
-            lambdas: &mut job.lambdas,
-            leads: &job.leads,
-            stitches: &mut job.stitches,
-            factors: &mut job.factors,
-        };
-        job.result = if booked {
-            let books = ledger::advance(&mut stepper, substeps.clone(), &means);
-            books.map(|books| job.ledger = books)
-        } else {
-            stepper.advance(substeps.clone(), &means)
-        };
-    });
-    let spent = started.elapsed();
-    let mut profile = world.resource_mut::<Profile>();
-    profile.solve(spent);
-    if let Some(watch) = &watch {
-        profile.share_out(spent, watch);
-    }
+    outcomes.extend(all(bodies, world).advance(&substeps, (read, booked)));
+    world.resource_mut::<Profile>().solve(started.elapsed());
     let h = world.resource::<UnderWay>().settings.substep_seconds();
     let passed = Duration::from_secs_f64(h * f64::from(substeps.len() as u32));
     world.resource_mut::<Time<SubstepTime>>().advance_by(passed);
-    for job in jobs.drain(..) {
-        if let Ok((_, mut body, mut particles, mut multipliers, leads, stitches, factors, _)) =
-            bodies.get_mut(world, job.entity)
-        {
-            body.bypass_change_detection().0 = job.topology;
-            *particles = job.particles;
-            multipliers.0 = job.lambdas;
-            if let Some(mut leads) = leads {
-                leads.0 = job.leads;
-            }
-            if let Some(mut stitches) = stitches {
-                *stitches.bypass_change_detection() = job.stitches;
-            }
-            if let Some(mut factors) = factors {
-                factors.0 = job.factors;
-            }
-        }
-        if let Some(held) = job.effects.grab
-            && let Some(mut grab) = world.get_mut::<Grab>(job.entity)
-        {
-            // The multiplier is state, not a parameter that somebody changed.
-            *grab.bypass_change_detection() = held;
-        }
+    for Outcome { entity, result } in outcomes.drain(..) {
         if booked {
-            let books = job.result.is_ok().then_some(job.ledger);
-            world.resource_mut::<EnergyLedger>().book(books);
+            world
+                .resource_mut::<EnergyLedger>()
+                .book(result.as_ref().ok().copied());
         }
-        if let Err(error) = job.result {
-            quarantine(world, job.entity, error);
+        if let Err(error) = result {
+            quarantine(world, entity, error);
         }
     }
 }
 
-/// Begins a substep of all bodies.
-fn begin_all(world: &mut World, bodies: &mut QueryState<Stepped, Active>, step: &Substep) {
-    world.resource_scope(|world, current: Mut<CurrentSubstep>| {
-        world.resource_scope(|world, threads: Mut<SolverThreads>| {
-            let means = current.means(&threads);
-            for (_, body, mut particles, _, _, mut stitches, _, carried) in bodies.iter_mut(world) {
-                let mut topology = Arc::clone(&body.0);
-                let mut spare = Spare::of(carried.effects());
-                let mut none = Stitches::default();
-                let mut stepper = Stepper {
-                    stitches: match &mut stitches {
-                        Some(stitches) => stitches.bypass_change_detection(),
-                        None => &mut none,
-                    },
-                    ..spare.stepper(&mut topology, &mut particles)
-                };
-                stepper.begin(step, &means);
-            }
-        });
-    });
+/// All bodies of a world.
+fn all<'w, 's>(bodies: &'s mut SystemState<Bodies>, world: &'w mut World) -> Bodies<'w, 's> {
+    let bodies = bodies.get_mut(world);
+    bodies.expect("the plugin of the simulation adds the resources")
+}
+
+/// Whether somebody reads multipliers: later sweeps, or those who measure.
+fn are_multipliers_read(world: &World) -> bool {
+    let settings = &world.resource::<UnderWay>().settings;
+    settings.substep(0).sweeps() > 1 || world.resource::<Measuring>().0
 }
 
 /// One substep by its schedule.
@@ -418,37 +295,9 @@ fn run_schedule(world: &mut World, step: Substep) {
     leave_clock(world, outer);
 }
 
-/// A stage of every body.
-fn stage_of_all(
-    stage: Stage,
-    current: &CurrentSubstep,
-    threads: &SolverThreads,
-    bodies: &mut Query<(Entity, &SoftBody, &mut Particles), Active>,
-    mut failed: impl FnMut(Entity, NotFinite),
-) {
-    let means = current.means(threads);
-    for (entity, body, mut particles) in bodies {
-        let mut topology = Arc::clone(&body.0);
-        let mut spare = Spare::default();
-        let mut stepper = spare.stepper(&mut topology, &mut particles);
-        if let Err(error) = stepper.stage(stage, &current.step, current.iteration, &means) {
-            failed(entity, error);
-        } else if stage == Stage::Postsolve {
-            stepper.end();
-        }
-    }
-}
-
 /// First stage.
-pub fn presolve(
-    current: Res<CurrentSubstep>,
-    threads: Res<SolverThreads>,
-    mut profile: ResMut<Profile>,
-    mut bodies: Query<(Entity, &SoftBody, &mut Particles), Active>,
-) {
-    profile.time(Stage::Presolve.name(), || {
-        stage_of_all(Stage::Presolve, &current, &threads, &mut bodies, |_, _| {});
-    });
+pub(super) fn presolve(mut bodies: Bodies) {
+    bodies.stage(Stage::Presolve).for_each(drop);
 }
 
 /// Second stage: runs [`SolveSchedule`] as often as there are iterations and averaged passes, and [`ContactSchedule`] as
@@ -469,24 +318,12 @@ pub fn solve(world: &mut World) {
 }
 
 /// Third stage.
-pub fn postsolve(
-    current: Res<CurrentSubstep>,
-    threads: Res<SolverThreads>,
-    mut profile: ResMut<Profile>,
-    mut bodies: Query<(Entity, &SoftBody, &mut Particles), Active>,
-    mut commands: Commands,
-) {
-    profile.time(Stage::Postsolve.name(), || {
-        stage_of_all(
-            Stage::Postsolve,
-            &current,
-            &threads,
-            &mut bodies,
-            |entity, error| {
-                commands.queue(move |world: &mut World| quarantine(world, entity, error));
-            },
-        );
-    });
+pub(super) fn postsolve(mut bodies: Bodies, mut commands: Commands) {
+    for Outcome { entity, result } in bodies.stage(Stage::Postsolve) {
+        if let Err(error) = result {
+            commands.queue(move |world: &mut World| quarantine(world, entity, error));
+        }
+    }
 }
 
 /// The hold of a hand moves on from where it got to.

@@ -6,7 +6,7 @@ use crate::{
     support_app::{app, app_of, app_with, cubes, systems, systems_of_sweep, ticks},
 };
 use bevy::{
-    ecs::schedule::{ScheduleLabel, Schedules},
+    ecs::schedule::{ScheduleCleanupPolicy, ScheduleLabel, Schedules},
     prelude::*,
 };
 use pliant::{
@@ -128,6 +128,76 @@ fn a_users_constraint_can_stand_between_two_effects() {
         .spawn((SoftBody(topology), Volume::default(), Stretch::default()));
     ticks(&mut app, 1);
     assert_eq!(systems(&app, SolveSchedule), ["stretch", "other", "volume"]);
+}
+
+/// A tetrahedron that is squeezed to half its height, free of gravity; its height after a tick.
+fn height_of_squeezed(change: impl Fn(&mut App)) -> f32 {
+    let mut app = app();
+    let mut settings = crate::support::settings(0.0, 60.0, 4, 2);
+    settings.iterations = pliant::solver::Iterations::new(2).expect("in range");
+    app.insert_resource(SimulationSettings(settings));
+    let topology = crate::support::topology(tetrahedron());
+    let body = app
+        .world_mut()
+        .spawn((SoftBody(topology), Stretch::default()))
+        .id();
+    ticks(&mut app, 1);
+    let height = |app: &App| {
+        let particles = app.world().get::<Particles>(body).expect("a body");
+        let heights = particles.positions.iter().map(|x| x.y);
+        let high = heights.clone().fold(f32::NEG_INFINITY, f32::max);
+        high - heights.fold(f32::INFINITY, f32::min)
+    };
+    let at_rest = height(&app);
+    let mut particles = app.world_mut().get_mut::<Particles>(body).expect("a body");
+    for x in &mut particles.positions {
+        x.y *= 0.5;
+    }
+    change(&mut app);
+    ticks(&mut app, 1);
+    height(&app) / at_rest
+}
+
+/// A system in the place of one of the crate's runs, although there are as many systems as before.
+#[test]
+fn a_stage_can_be_replaced() {
+    #[derive(Resource, Default)]
+    struct Substeps(u32);
+    let height = height_of_squeezed(|app| {
+        app.init_resource::<Substeps>();
+        app.world_mut()
+            .schedule_scope(SubstepSchedule, |world, schedule| {
+                let removed = schedule.remove_systems_in_set(
+                    SolverSystems::Solve,
+                    world,
+                    ScheduleCleanupPolicy::RemoveSystemsOnly,
+                );
+                assert_eq!(removed.expect("it has systems"), 1);
+                let count = |mut substeps: ResMut<Substeps>| substeps.0 += 1;
+                schedule.add_systems(count.in_set(SolverSystems::Solve));
+                schedule.initialize(world).expect("it can be built");
+            });
+        ticks(app, 1);
+        assert_eq!(
+            app.world().resource::<Substeps>().0,
+            4,
+            "substeps of a tick"
+        );
+    });
+    assert!((height - 0.5).abs() < 1e-6, "nothing else solves: {height}");
+}
+
+/// A condition on what the crate does is asked.
+#[test]
+fn an_effect_can_be_switched_off_by_a_condition() {
+    let with = |runs: bool| {
+        height_of_squeezed(|app| {
+            app.configure_sets(SolveSchedule, EffectSystems("stretch").run_if(move || runs));
+        })
+    };
+    assert!((with(false) - 0.5).abs() < 1e-6, "it did not act");
+    assert!(with(true) > 0.9, "it did");
+    assert_eq!(with(true), height_of_squeezed(|_| ()));
 }
 
 #[test]

@@ -9,7 +9,7 @@ use bevy::prelude::*;
 use pliant::{
     effect::{Effect, EffectRegistry, Grab, Stitches, Stretch},
     simulation::{SoftBody, SolveSchedule, StepSchedule, SubstepSchedule, state_hash},
-    solver::{Effects, ElasticKind, ForceKind, Particles, SurfacePoint, deform::Random},
+    solver::{Effects, ForceKind, Particles, SurfacePoint, deform::Random},
 };
 
 /// All effects, in the order in which they are registered.
@@ -45,13 +45,9 @@ const STICKY: &str = "sticky_ground";
 /// The one at the end of a substep.
 const PLASTIC: &str = "plasticity";
 
-/// What a tick must hold beside its own: each effect wakes sleepers when it changes, elastic ones
-/// keep multipliers, and tethers their pins.
+/// What a tick must hold beside its own: each effect wakes sleepers when it changes.
 fn expected_in_step(present: &[&'static str]) -> Vec<&'static str> {
-    let elastic = ElasticKind::ALL.map(ElasticKind::name);
-    let keeps = |name: &&&str| elastic.contains(name) || **name == "tethers";
-    let keeps = present.iter().filter(keeps);
-    let mut systems: Vec<_> = present.iter().chain(keeps).copied().collect();
+    let mut systems = present.to_vec();
     systems.sort_unstable();
     systems
 }

@@ -8,9 +8,9 @@
 
 use super::{
     Collide, Effects, ElasticKind, Factors, ForceKind, Lambdas, Leads, Method, Particles, Settings,
-    Stitches, Substep, Tethers, Threads, Topology,
+    Stitches, Substep, Threads, Topology,
     bands::Piece,
-    constraint::{block::Put, shape_matching::Sweep},
+    constraint::{block::Put, pressure::Walls, shape_matching::Sweep},
     contact::{
         collider::{self, Swept},
         ground,
@@ -39,7 +39,7 @@ pub struct Stepper<'a> {
     /// λ of the constraints of elastic effects; as many as there are if they are to be kept.
     pub lambdas: &'a mut Lambdas,
     /// Its tethers; none if it has none.
-    pub leads: &'a Leads,
+    pub leads: &'a mut Leads,
     /// Its stitches; which are broken changes.
     pub stitches: &'a mut Stitches,
     /// What it is solved with directly, if it is.
@@ -48,7 +48,7 @@ pub struct Stepper<'a> {
 
 /// Effects that one stage is about, and room for the parts of a body that it does without.
 #[derive(Debug, Default)]
-pub struct Spare {
+pub(super) struct Spare {
     effects: Effects,
     lambdas: Lambdas,
     leads: Leads,
@@ -77,7 +77,7 @@ impl Spare {
             particles,
             effects: &mut self.effects,
             lambdas: &mut self.lambdas,
-            leads: &self.leads,
+            leads: &mut self.leads,
             stitches: &mut self.stitches,
             factors: &mut self.factors,
         }
@@ -261,7 +261,8 @@ type Tasks = iter::Flatten<std::array::IntoIter<Option<(Task, Side)>, 4>>;
 impl Stage {
     /// Whether it does anything to a body that carries these effects, with stitches or without, by a
     /// method.
-    fn acts(self, effects: &Effects, stitched: bool, method: Method) -> bool {
+    #[must_use]
+    pub fn acts(self, effects: &Effects, stitched: bool, method: Method) -> bool {
         match self {
             Self::Presolve | Self::Postsolve => true,
             Self::Force(kind) => effects.has_force(kind),
@@ -339,6 +340,27 @@ pub struct NotFinite {
 }
 
 impl Stepper<'_> {
+    /// Begins a tick, or goes on with one: brings what effects keep on the body in line with those that it carries.
+    /// Multipliers are kept where they are `read`: by later sweeps, or by those who measure.
+    pub fn prepare(&mut self, read: bool) {
+        let Self {
+            topology, effects, ..
+        } = self;
+        for kind in ElasticKind::ALL {
+            let kept = read && effects.has(kind);
+            self.lambdas.make_room(kind, topology, kept);
+        }
+        if effects.pressure.is_none() {
+            self.lambdas.walls = Walls::default();
+        }
+        if effects.shape_matching.is_none() {
+            self.lambdas.matching = None;
+        }
+        if effects.tethers.is_some() {
+            self.leads.update(topology, &self.particles.positions);
+        }
+    }
+
     /// Begins a substep: where steps are of second order, with what the last two states tell. To be done
     /// before anything else of it; [`advance`](Self::advance) does.
     pub fn begin(&mut self, step: &Substep, means: &Means) {
@@ -582,12 +604,11 @@ struct Context<'a> {
     /// The same as compliances have it by the method.
     compliant: f32,
     kernels: Kernels<'a>,
-    tethers: Option<(Tethers, &'a Leads)>,
 }
 
 impl<'a> Context<'a> {
     fn new(topology: &'a Topology, body: &Stepper<'a>, means: &'a Means<'a>) -> Self {
-        let Stepper { effects, leads, .. } = body;
+        let Stepper { effects, .. } = body;
         let h = body
             .particles
             .history
@@ -602,7 +623,6 @@ impl<'a> Context<'a> {
             h,
             compliant,
             kernels: Kernels::new(effects, topology, compliant),
-            tethers: effects.tethers.map(|tethers| (tethers, *leads)),
         }
     }
 
@@ -745,8 +765,8 @@ impl<'a> Context<'a> {
                 }
             }
             Task::Tether => {
-                if let Some((tethers, leads)) = &self.tethers {
-                    leads.solve(part, first, tethers);
+                if let Some(tethers) = &self.effects.tethers {
+                    shared.leads.solve(part, first, tethers);
                 }
             }
             Task::Stitch { substep, sweep } => {

@@ -11,7 +11,7 @@ use super::{
         membrane::Membrane,
         neo_hookean::NeoHookean,
         plasticity::Plasticity,
-        pressure::{Pressure, Walls},
+        pressure::Pressure,
         shape_matching::ShapeMatching,
         stitches::Stitches,
         strain_limit::StrainLimit,
@@ -221,16 +221,6 @@ impl Body {
 
     /// Starts a tick: makes room for multipliers, looks at the input, and remembers positions.
     pub fn begin_tick(&mut self) {
-        for kind in ElasticKind::ALL {
-            let kept = self.effects.has(kind);
-            self.lambdas.make_room(kind, &self.topology, kept);
-        }
-        if self.effects.pressure.is_none() {
-            self.lambdas.walls = Walls::default();
-        }
-        if self.effects.shape_matching.is_none() {
-            self.lambdas.matching = None;
-        }
         if let Some(particle) = self.particles.first_not_finite() {
             freeze(&mut self.particles, &self.tick_start.positions);
             self.quarantine = Some(Quarantine {
@@ -238,14 +228,8 @@ impl Body {
                 stage: INPUT,
             });
         }
-        self.find_leads();
+        self.stepper().prepare(true);
         self.tick_start.clone_from(&self.particles);
-    }
-
-    fn find_leads(&mut self) {
-        if self.effects.tethers.is_some() {
-            self.leads.update(&self.topology, &self.particles.positions);
-        }
     }
 
     /// The body as it is stepped.
@@ -255,7 +239,7 @@ impl Body {
             particles: &mut self.particles,
             effects: &mut self.effects,
             lambdas: &mut self.lambdas,
-            leads: &self.leads,
+            leads: &mut self.leads,
             stitches: &mut self.stitches,
             factors: &mut self.factors,
         }
@@ -298,7 +282,7 @@ impl Body {
     pub fn find_cause(&self, error: NotFinite, means: &Means) -> Quarantine {
         let mut again = self.clone();
         again.particles.clone_from(&self.tick_start);
-        again.find_leads();
+        again.stepper().prepare(true);
         let spoilt_by = |stage, body: &Self| {
             body.particles
                 .first_not_finite()

@@ -7,7 +7,7 @@
 )]
 
 use super::{
-    ElasticKind, Factors, Stitches,
+    ElasticKind, Factors, Leads, Stitches,
     advance::Stepper,
     bands::Piece,
     constraint::{grab::Grab, pressure::Walls, shape_matching::Matching},
@@ -33,6 +33,8 @@ pub(super) struct Shared<'a> {
     walls: *mut Walls,
     matching: *mut Option<Box<Matching>>,
     factors: *mut Factors,
+    /// The tethers, which nobody changes meanwhile.
+    pub leads: &'a Leads,
     touched: AtomicBool,
     stitches: *mut Stitches,
     lives: PhantomData<&'a mut ()>,
@@ -74,6 +76,7 @@ impl<'a> Shared<'a> {
             walls: &raw mut body.lambdas.walls,
             matching: &raw mut body.lambdas.matching,
             factors: &raw mut *body.factors,
+            leads: &*body.leads,
             touched: AtomicBool::new(false),
             stitches: &raw mut *body.stitches,
             lives: PhantomData,

@@ -1,0 +1,137 @@
+//! The solver's plan as systems: each stage of a substep is one, and while nothing else is in the schedules the
+//! solver does all of them at once.
+
+use super::{
+    ContactSchedule, EffectSystems, SolvePhase, SolveSchedule, SolverSystems, SubstepSchedule,
+    jobs::Bodies,
+    step::{postsolve, presolve},
+};
+use crate::{effect::EffectRegistry, solver::advance::Stage};
+use bevy::{
+    ecs::schedule::{InternedScheduleLabel, ScheduleLabel, SystemKey, SystemSet},
+    prelude::*,
+};
+
+/// Systems that do what the solver's own plan does. While the schedules of a substep hold all of them and nothing
+/// else, [`Stepper::advance`](crate::solver::advance::Stepper::advance) does all at once.
+#[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct PlannedSystems;
+
+/// The schedules of a substep as they were when they were last built.
+#[derive(Resource, Debug, Default)]
+pub(super) struct Plan {
+    /// Whether they held the solver's own plan and nothing else.
+    holds: bool,
+    /// Their systems.
+    built: Vec<SystemKey>,
+    /// Whether there may be a condition on any, which a user put there.
+    conditional: bool,
+}
+
+/// The schedules that a substep runs.
+pub(crate) fn schedules_of_substep() -> [InternedScheduleLabel; 3] {
+    [
+        SubstepSchedule.intern(),
+        SolveSchedule.intern(),
+        ContactSchedule.intern(),
+    ]
+}
+
+/// Adds the system that does the stage of an effect, at its place in the schedules.
+pub(crate) fn add_stage(schedules: &mut Schedules, effect: &'static str, stage: Stage) {
+    let system = move |mut bodies: Bodies| bodies.stage(stage).for_each(drop);
+    let system = system.in_set(EffectSystems(effect)).in_set(PlannedSystems);
+    match stage {
+        Stage::Force(_) => {
+            let system = system.in_set(SolverSystems::Presolve).before(presolve);
+            schedules.add_systems(SubstepSchedule, system)
+        }
+        Stage::Presolve | Stage::StickyGround => {
+            let system = system.in_set(SolverSystems::Presolve).after(presolve);
+            schedules.add_systems(SubstepSchedule, system)
+        }
+        Stage::Elastic(_)
+        | Stage::ShapeMatching
+        | Stage::Pressure
+        | Stage::Stitches
+        | Stage::Direct
+        | Stage::Tethers => {
+            schedules.add_systems(SolveSchedule, system.in_set(SolvePhase::Elastic))
+        }
+        Stage::Grab => schedules.add_systems(SolveSchedule, system.in_set(SolvePhase::Hands)),
+        Stage::Ground | Stage::Collide => schedules.add_systems(ContactSchedule, system),
+        Stage::Postsolve | Stage::Flow => {
+            // No commands of that are waited for: a point of synchronisation would be a system more.
+            let system = system
+                .in_set(SolverSystems::Postsolve)
+                .after_ignore_deferred(postsolve);
+            schedules.add_systems(SubstepSchedule, system)
+        }
+    };
+}
+
+/// Whether the schedules of a substep hold what [`Stepper::advance`] does, all of it and nothing else: no system of
+/// a user, none of our own missing, no condition on any.
+///
+/// Builds them if they have changed, so that an order that cannot be is found out whether or not
+/// they are what runs.
+///
+/// # Panics
+/// If they cannot be built, as running them would.
+///
+/// [`Stepper::advance`]: crate::solver::advance::Stepper::advance
+pub(super) fn is_planned(world: &mut World) -> bool {
+    let changed = have_changed(world);
+    let plan = world.resource::<Plan>();
+    if !changed && systems(world).eq(plan.built.iter().copied()) {
+        return plan.holds;
+    }
+    // To build a schedule moves conditions where they cannot be seen, so that they count where a user has built it.
+    let conditional = plan.conditional || !changed || has_conditions(world);
+    for label in schedules_of_substep() {
+        world.schedule_scope(label, |world, schedule| {
+            if let Err(error) = schedule.initialize(world) {
+                panic!("{label:?}: {}", error.to_string(schedule.graph(), world));
+            }
+        });
+    }
+    let built: Vec<_> = systems(world).collect();
+    let ours = schedules(world).filter_map(|schedule| {
+        let graph = schedule.graph();
+        graph.systems_in_set(PlannedSystems.intern()).ok()
+    });
+    let ours: usize = ours.map(|systems| systems.len()).sum();
+    let effects = world.resource::<EffectRegistry>().planned();
+    let stages = 3;
+    *world.resource_mut::<Plan>() = Plan {
+        holds: !conditional && built.len() == ours && ours == stages + effects,
+        built,
+        conditional,
+    };
+    world.resource::<Plan>().holds
+}
+
+fn schedules(world: &World) -> impl Iterator<Item = &Schedule> {
+    let schedules = world.resource::<Schedules>();
+    let labels = schedules_of_substep().into_iter();
+    labels.filter_map(|label| schedules.get(label))
+}
+
+fn have_changed(world: &World) -> bool {
+    schedules(world).any(|schedule| schedule.is_changed() || schedule.systems().is_err())
+}
+
+/// Those of schedules that are built.
+fn systems(world: &World) -> impl Iterator<Item = SystemKey> {
+    let systems = schedules(world).filter_map(|schedule| schedule.systems().ok());
+    systems.flat_map(|systems| systems.map(|(key, _)| key))
+}
+
+/// Whether there is a condition on any system or set of schedules that are not built.
+fn has_conditions(world: &World) -> bool {
+    schedules(world).any(|schedule| {
+        let graph = schedule.graph();
+        graph.systems.iter().any(|(.., all)| !all.is_empty())
+            || graph.system_sets.iter().any(|(.., all)| !all.is_empty())
+    })
+}
