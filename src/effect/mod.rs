@@ -8,8 +8,8 @@
 //! # Adding an effect
 //! The maths goes into one file of [`solver::constraint`](crate::solver::constraint) or
 //! [`solver::contact`](crate::solver::contact), the component into one file here, with the
-//! [stage](Effect::STAGE) of the solver that it is, and the effect into one line of [`EffectPlugins`] and one of
-//! the list of effects that a scene file may name. A user of the crate needs no more than a component, [`Effect`] and
+//! [stage](Effect::STAGE) of the solver that it is, and the effect into one line of the table of
+//! [`effects!`](crate::solver::effects). A user of the crate needs no more than a component, [`Effect`] and
 //! [`EffectPlugin`]:
 //!
 //! ```
@@ -92,12 +92,6 @@ pub use registry::{
     Effect, EffectInfo, EffectPlugin, EffectRegistry, Figures, Parameter, ParameterInfo, Scale,
 };
 
-pub use crate::solver::{
-    Attract, Bend, Collide, Direct, Drag, Grab, Ground, IsometricBend, Membrane, NeoHookean,
-    Plasticity, Pressure, ShapeMatching, StickyGround, Stitches, StrainLimit, Stretch, Struts,
-    Tethers, Uniform, Volume, Vortex, Weave, Wind,
-};
-
 pub(crate) use registry::{body_added, body_removed, follow_bodies};
 
 use bevy::{app::PluginGroupBuilder, prelude::*};
@@ -106,8 +100,21 @@ use bevy::{app::PluginGroupBuilder, prelude::*};
 #[derive(Debug, Clone, Copy, Default)]
 pub struct EffectPlugins;
 
-macro_rules! effects {
-    ($($effect:ident),* $(,)?) => {
+macro_rules! plugins {
+    (
+        { $($first:ident { $($kind1:ident $field1:ident $(($($numbers:tt)*))? $does1:literal;)* })* }
+        $stitches:ident $stitched:ident
+        { $($second:ident { $($kind2:ident $field2:ident $does2:literal;)* })* }
+        $grab:ident $grabbed:ident
+        { $($third:ident { $($kind3:ident $field3:ident $does3:literal;)* })* }
+    ) => {
+        plugins! {
+            $($($kind1,)*)* $stitches, $($($kind2,)*)* $grab, $($($kind3,)*)*
+        }
+    };
+    ($($effect:ident,)*) => {
+        pub use crate::solver::{$($effect,)*};
+
         impl EffectPlugins {
             /// The names of all.
             pub const NAMES: &'static [&'static str] = &[$(<$effect as Effect>::NAME),*];
@@ -132,32 +139,7 @@ macro_rules! effects {
     };
 }
 
-effects! {
-    Uniform,
-    Attract,
-    Vortex,
-    Wind,
-    Drag,
-    Direct,
-    Stretch,
-    Bend,
-    IsometricBend,
-    Volume,
-    NeoHookean,
-    Membrane,
-    Weave,
-    Struts,
-    StrainLimit,
-    ShapeMatching,
-    Pressure,
-    Stitches,
-    Tethers,
-    Grab,
-    Ground,
-    StickyGround,
-    Collide,
-    Plasticity,
-}
+crate::solver::effects!(plugins);
 
 /// A parameter that is a field of a checked type: field and type, title, unit, help, useful range,
 /// scale.

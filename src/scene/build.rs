@@ -282,29 +282,10 @@ fn body(
     check_start(spec, &body)?;
     let made = material.map(Material::effects).unwrap_or_default();
     body.effects = Effects {
-        stretch: spec.effects.stretch,
         bend: spec.effects.bend.or(made.bend),
-        isometric_bend: spec.effects.isometric_bend,
-        volume: spec.effects.volume,
         neo_hookean: spec.effects.neo_hookean.or(made.neo_hookean),
-        uniform: spec.effects.uniform,
-        attract: spec.effects.attract,
-        vortex: spec.effects.vortex,
-        wind: spec.effects.wind,
-        drag: spec.effects.drag,
         membrane: spec.effects.membrane.or(made.membrane),
-        weave: spec.effects.weave,
-        strain_limit: spec.effects.strain_limit,
-        shape_matching: spec.effects.shape_matching,
-        tethers: spec.effects.tethers,
-        struts: spec.effects.struts,
-        pressure: spec.effects.pressure,
-        plasticity: spec.effects.plasticity,
-        direct: spec.effects.direct,
-        grab: None,
-        ground: spec.effects.ground,
-        sticky_ground: spec.effects.sticky_ground,
-        collide: spec.effects.collide,
+        ..spec.effects.into()
     };
     Ok(body)
 }

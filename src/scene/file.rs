@@ -5,10 +5,7 @@ use super::{Acceptance, Answer, SceneError, registry, spawn::CurrentScene};
 use crate::{
     mesh::{BuildOptions, Primitive, Treatment},
     solver::{
-        Attract, Bend, Collide, ColliderShape, Compliance, Deformation, Density, Direct, Drag,
-        Force, Ground, IsometricBend, Mass, Membrane, NeoHookean, Path, Plasticity, Pressure,
-        Settings, ShapeMatching, StickyGround, StrainLimit, Stretch, Struts, Tethers, Uniform,
-        Volume, Vortex, Weave, Wind,
+        self, ColliderShape, Compliance, Deformation, Density, Effects, Force, Mass, Path, Settings,
     },
 };
 use glam::{UVec3, Vec3};
@@ -127,55 +124,37 @@ impl MeshSpec {
     }
 }
 
-/// The effects that a scene file may name.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct SceneEffects {
-    /// Edges resist a change of length.
-    pub stretch: Option<Stretch>,
-    /// Hinges of the surface resist a change of their angle.
-    pub bend: Option<Bend>,
-    /// The same by a quadratic energy, for cloth that hardly stretches.
-    pub isometric_bend: Option<IsometricBend>,
-    /// Tetrahedra resist a change of volume.
-    pub volume: Option<Volume>,
-    /// Tetrahedra are rubber.
-    pub neo_hookean: Option<NeoHookean>,
-    /// The same acceleration everywhere.
-    pub uniform: Option<Uniform>,
-    /// A point pulls.
-    pub attract: Option<Attract>,
-    /// Air turns about an upright axis.
-    pub vortex: Option<Vortex>,
-    /// Wind blows on the surface.
-    pub wind: Option<Wind>,
-    /// A medium at rest brakes.
-    pub drag: Option<Drag>,
-    /// Triangles of the surface resist being strained, the same in all directions.
-    pub membrane: Option<Membrane>,
-    /// Triangles of the surface resist being strained along warp, weft and bias.
-    pub weave: Option<Weave>,
-    /// No edge gets longer than a limit.
-    pub strain_limit: Option<StrainLimit>,
-    /// Particles are drawn to where the rest shape would have them.
-    pub shape_matching: Option<ShapeMatching>,
-    /// No particle goes farther from its nearest pin than at rest.
-    pub tethers: Option<Tethers>,
-    /// Springs through the body resist a change of length.
-    pub struts: Option<Struts>,
-    /// What fills the closed surface pushes at it.
-    pub pressure: Option<Pressure>,
-    /// What is strained beyond a yield strain stays so.
-    pub plasticity: Option<Plasticity>,
-    /// The body is solved directly, not by sweeps.
-    pub direct: Option<Direct>,
-    /// A ground with friction and bounce.
-    pub ground: Option<Ground>,
-    /// A ground that sticks.
-    pub sticky_ground: Option<StickyGround>,
-    /// Colliders keep the body out.
-    pub collide: Option<Collide>,
+macro_rules! named_by_a_scene {
+    (
+        { $($first:ident { $($kind1:ident $field1:ident $(($($numbers:tt)*))? $does1:literal;)* })* }
+        $stitches:ident $stitched:ident
+        { $($second:ident { $($kind2:ident $field2:ident $does2:literal;)* })* }
+        $grab:ident $grabbed:ident
+        { $($third:ident { $($kind3:ident $field3:ident $does3:literal;)* })* }
+    ) => {
+        /// The effects that a scene file may name.
+        #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+        #[serde(default, deny_unknown_fields)]
+        pub struct SceneEffects {
+            $($(#[doc = $does1] pub $field1: Option<solver::$kind1>,)*)*
+            $($(#[doc = $does2] pub $field2: Option<solver::$kind2>,)*)*
+            $($(#[doc = $does3] pub $field3: Option<solver::$kind3>,)*)*
+        }
+
+        impl From<SceneEffects> for Effects {
+            fn from(effects: SceneEffects) -> Self {
+                Self {
+                    $($($field1: effects.$field1,)*)*
+                    $($($field2: effects.$field2,)*)*
+                    $grabbed: None,
+                    $($($field3: effects.$field3,)*)*
+                }
+            }
+        }
+    };
 }
+
+solver::effects!(named_by_a_scene);
 
 /// Particles that do not move, chosen where the body stands at first.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

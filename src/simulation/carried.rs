@@ -1,14 +1,23 @@
 //! The effects that an entity carries, as the solver has them.
 
-use crate::solver::{
-    Attract, Bend, Collide, Direct, Drag, Effects, Grab, Ground, IsometricBend, Membrane,
-    NeoHookean, Plasticity, Pressure, ShapeMatching, StickyGround, StrainLimit, Stretch, Struts,
-    Tethers, Uniform, Volume, Vortex, Weave, Wind,
-};
+use crate::solver::{self, Effects, Grab};
 use bevy::{ecs::query::QueryData, prelude::*};
 
 /// Takes the components of all effects of the crate together; `grab` apart, as the solver writes to it.
 macro_rules! carried {
+    (
+        { $($first:ident { $($kind1:ident $field1:ident $(($($numbers:tt)*))? $does1:literal;)* })* }
+        $stitches:ident $stitched:ident
+        { $($second:ident { $($kind2:ident $field2:ident $does2:literal;)* })* }
+        $grab:ident $grabbed:ident
+        { $($third:ident { $($kind3:ident $field3:ident $does3:literal;)* })* }
+    ) => {
+        carried! {
+            $($($field1: solver::$kind1,)*)*
+            $($($field2: solver::$kind2,)*)*
+            $($($field3: solver::$kind3,)*)*
+        }
+    };
     ($($effect:ident: $component:ty,)*) => {
         /// The names of the effects of the crate, which a plain world and a snapshot have a place for.
         pub const CARRIED: &[&str] = &["grab", $(stringify!($effect),)*];
@@ -51,27 +60,4 @@ macro_rules! carried {
     };
 }
 
-carried! {
-    stretch: Stretch,
-    bend: Bend,
-    isometric_bend: IsometricBend,
-    volume: Volume,
-    neo_hookean: NeoHookean,
-    uniform: Uniform,
-    attract: Attract,
-    vortex: Vortex,
-    wind: Wind,
-    drag: Drag,
-    membrane: Membrane,
-    weave: Weave,
-    strain_limit: StrainLimit,
-    shape_matching: ShapeMatching,
-    tethers: Tethers,
-    struts: Struts,
-    pressure: Pressure,
-    plasticity: Plasticity,
-    direct: Direct,
-    ground: Ground,
-    sticky_ground: StickyGround,
-    collide: Collide,
-}
+solver::effects!(carried);

@@ -1,119 +1,13 @@
 //! A body without Bevy: topology, particles, and the effects that it carries.
 
 use super::{
-    Attract, Density, Direct, Drag, ElasticKind, Factors, ForceKind, Lambdas, Load, Mass, Method,
-    Particles, Topology, Uniform, Vortex, Wind,
+    Density, Effects, Factors, ForceKind, Lambdas, Mass, Particles, Topology,
     advance::{Means, NotFinite, Solve, Stage, Stepper},
-    constraint::{
-        bend::Bend,
-        grab::Grab,
-        isometric_bend::IsometricBend,
-        membrane::Membrane,
-        neo_hookean::NeoHookean,
-        plasticity::Plasticity,
-        pressure::Pressure,
-        shape_matching::ShapeMatching,
-        stitches::Stitches,
-        strain_limit::StrainLimit,
-        stretch::Stretch,
-        struts::Struts,
-        tethers::{Leads, Tethers},
-        volume::Volume,
-        weave::Weave,
-    },
-    contact::{Collide, Ground, StickyGround},
+    constraint::{stitches::Stitches, tethers::Leads},
     rest::RestTimer,
 };
 use glam::{Vec3, Vec4};
-use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-
-/// The effects that a body carries; what is absent costs nothing.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Effects {
-    /// Edges resist a change of length.
-    pub stretch: Option<Stretch>,
-    /// Hinges resist a change of their angle.
-    pub bend: Option<Bend>,
-    /// Hinges resist bending by a quadratic energy, for cloth that hardly stretches.
-    pub isometric_bend: Option<IsometricBend>,
-    /// Tetrahedra resist a change of volume.
-    pub volume: Option<Volume>,
-    /// Tetrahedra are rubber.
-    pub neo_hookean: Option<NeoHookean>,
-    /// The same acceleration everywhere.
-    pub uniform: Option<Uniform>,
-    /// A point pulls.
-    pub attract: Option<Attract>,
-    /// Air turns about an upright axis.
-    pub vortex: Option<Vortex>,
-    /// Wind blows on the surface.
-    pub wind: Option<Wind>,
-    /// A medium at rest brakes.
-    pub drag: Option<Drag>,
-    /// Triangles of the surface resist being strained, the same in all directions.
-    pub membrane: Option<Membrane>,
-    /// Triangles of the surface resist being strained along warp, weft and bias.
-    pub weave: Option<Weave>,
-    /// No edge gets longer than a limit.
-    pub strain_limit: Option<StrainLimit>,
-    /// Particles are drawn to where the rest shape would have them.
-    pub shape_matching: Option<ShapeMatching>,
-    /// No particle goes farther from its nearest pin than at rest.
-    pub tethers: Option<Tethers>,
-    /// Springs through the body resist a change of length.
-    pub struts: Option<Struts>,
-    /// What fills the closed surface pushes at it.
-    pub pressure: Option<Pressure>,
-    /// What is strained beyond a yield strain stays so.
-    pub plasticity: Option<Plasticity>,
-    /// The body is solved directly, not by sweeps.
-    pub direct: Option<Direct>,
-    /// A hand holds the body.
-    pub grab: Option<Grab>,
-    /// A ground with friction and bounce.
-    pub ground: Option<Ground>,
-    /// A ground that sticks.
-    pub sticky_ground: Option<StickyGround>,
-    /// Colliders keep the body out.
-    pub collide: Option<Collide>,
-}
-
-impl Effects {
-    /// Whether it is carried, and sweeps of a method go over its constraints.
-    #[must_use]
-    pub fn sweeps(&self, kind: ElasticKind, method: Method) -> bool {
-        self.has(kind) && !(self.is_direct(method) && kind.is_solved_directly())
-    }
-
-    /// Whether the body is solved directly in a world of this method.
-    #[must_use]
-    pub fn is_direct(&self, method: Method) -> bool {
-        self.direct.is_some() && method.has_direct()
-    }
-
-    /// How many constraints a body with these effects has; a filling is one, and so are the regions
-    /// whose shapes are matched, all together.
-    #[must_use]
-    pub fn constraints(&self, topology: &Topology) -> usize {
-        let carried = ElasticKind::ALL.into_iter().filter(|&kind| self.has(kind));
-        let elastic: usize = carried.map(|kind| kind.elements(topology)).sum();
-        let whole = [self.pressure.is_some(), self.shape_matching.is_some()];
-        elastic + whole.into_iter().filter(|carried| *carried).count()
-    }
-
-    /// What it is to sweep over these constraints so many times; to a filling, a triangle is what an
-    /// element is to others, and to shape matching, a particle.
-    #[must_use]
-    pub fn load(&self, topology: &Topology, sweeps: usize) -> Load {
-        let walls = self.pressure.map_or(0, |_| topology.triangles.len());
-        let matched = self.shape_matching.map_or(0, |_| topology.particles());
-        Load {
-            projections: (self.constraints(topology) + walls + matched) * sweeps,
-            pieces: topology.bands.count(),
-        }
-    }
-}
 
 /// Where a body went wrong, so that it was taken out of the simulation.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -7,7 +7,7 @@
 //!
 //! # Adding one
 //! A file in [`constraint`](super::constraint) with its parameters and an implementation of
-//! [`Elastic`], and a line in the list of [`elastic_effects`] here.
+//! [`Elastic`], and a line in the table of [`effects!`](crate::effects).
 
 use super::{
     Damping, Effects, Particles, Topology,
@@ -195,19 +195,26 @@ impl Lambdas {
     }
 }
 
-/// Makes the list of elastic effects: name, field of [`Effects`], type, particles and equations of
-/// an element.
+/// Makes what elastic effects need one line each for.
 macro_rules! elastic_effects {
-    ($($kind:ident, $field:ident: $effect:ty, $corners:literal, $rows:literal;)*) => {
+    (
+        {
+            forces { $($force:tt)* }
+            solvers { $($solver:tt)* }
+            elastic { $($effect:ident $field:ident ($corners:literal, $rows:literal) $does:literal;)* }
+            $($others:tt)*
+        }
+        $($rest:tt)*
+    ) => {
         /// The elastic effects, in the order in which they act within a sweep.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
         pub enum ElasticKind {
-            $(#[doc = concat!("[`", stringify!($effect), "`].")] $kind,)*
+            $(#[doc = concat!("[`", stringify!($effect), "`].")] $effect,)*
         }
 
         impl ElasticKind {
             /// All of them.
-            pub const ALL: [Self; [$(Self::$kind),*].len()] = [$(Self::$kind),*];
+            pub const ALL: [Self; [$(Self::$effect),*].len()] = [$(Self::$effect),*];
             /// How many there are.
             pub const COUNT: usize = Self::ALL.len();
 
@@ -215,7 +222,7 @@ macro_rules! elastic_effects {
             #[must_use]
             pub const fn name(self) -> &'static str {
                 match self {
-                    $(Self::$kind => stringify!($field),)*
+                    $(Self::$effect => stringify!($field),)*
                 }
             }
 
@@ -223,7 +230,7 @@ macro_rules! elastic_effects {
             #[must_use]
             pub const fn unit(self) -> &'static str {
                 match self {
-                    $(Self::$kind => <$effect as Elastic<$corners, $rows>>::UNIT,)*
+                    $(Self::$effect => <$effect as Elastic<$corners, $rows>>::UNIT,)*
                 }
             }
 
@@ -231,7 +238,7 @@ macro_rules! elastic_effects {
             #[must_use]
             pub const fn corners(self) -> usize {
                 match self {
-                    $(Self::$kind => $corners,)*
+                    $(Self::$effect => $corners,)*
                 }
             }
 
@@ -239,7 +246,7 @@ macro_rules! elastic_effects {
             #[must_use]
             pub fn elements(self, topology: &Topology) -> usize {
                 match self {
-                    $(Self::$kind => <$effect as Elastic<$corners, $rows>>::elements(topology).corners().len(),)*
+                    $(Self::$effect => <$effect as Elastic<$corners, $rows>>::elements(topology).corners().len(),)*
                 }
             }
 
@@ -247,7 +254,7 @@ macro_rules! elastic_effects {
             #[must_use]
             pub fn multipliers(self, topology: &Topology) -> usize {
                 let rows = match self {
-                    $(Self::$kind => $rows,)*
+                    $(Self::$effect => $rows,)*
                 };
                 rows * self.elements(topology)
             }
@@ -255,7 +262,7 @@ macro_rules! elastic_effects {
             /// A sweep: the constraints of one side, those of the other, and the loose ones.
             pub(super) fn halves(self, topology: &Topology, task: Task) -> [Option<(Task, Side)>; 3] {
                 match self {
-                    $(Self::$kind => halves(<$effect as Elastic<$corners, $rows>>::elements(topology), task),)*
+                    $(Self::$effect => halves(<$effect as Elastic<$corners, $rows>>::elements(topology), task),)*
                 }
             }
         }
@@ -265,7 +272,7 @@ macro_rules! elastic_effects {
             #[must_use]
             pub fn has(&self, kind: ElasticKind) -> bool {
                 match kind {
-                    $(ElasticKind::$kind => self.$field.is_some(),)*
+                    $(ElasticKind::$effect => self.$field.is_some(),)*
                 }
             }
 
@@ -273,7 +280,7 @@ macro_rules! elastic_effects {
             #[must_use]
             pub fn damping(&self, kind: ElasticKind) -> Option<Damping> {
                 match kind {
-                    $(ElasticKind::$kind => self.$field.map(|effect| effect.damping()),)*
+                    $(ElasticKind::$effect => self.$field.map(|effect| effect.damping()),)*
                 }
             }
 
@@ -307,7 +314,7 @@ macro_rules! elastic_effects {
             pub unsafe fn solve(&self, kind: ElasticKind, work: Work) {
                 match kind {
                     // SAFETY: the caller's promise.
-                    $(ElasticKind::$kind => if let Some(kernel) = &self.$field {
+                    $(ElasticKind::$effect => if let Some(kernel) = &self.$field {
                         unsafe { work.solve(kind, kernel) }
                     },)*
                 }
@@ -325,7 +332,7 @@ macro_rules! elastic_effects {
         ) {
             let kernels = Kernels::new(effects, topology, h);
             match kind {
-                $(ElasticKind::$kind => if let Some(kernel) = &kernels.$field {
+                $(ElasticKind::$effect => if let Some(kernel) = &kernels.$field {
                     solve_all(kernel, part, multipliers);
                 },)*
             }
@@ -342,17 +349,7 @@ macro_rules! elastic_effects {
     };
 }
 
-elastic_effects! {
-    Stretch, stretch: Stretch, 2, 1;
-    Bend, bend: Bend, 4, 1;
-    IsometricBend, isometric_bend: IsometricBend, 4, 1;
-    Volume, volume: Volume, 4, 1;
-    NeoHookean, neo_hookean: NeoHookean, 4, 2;
-    Membrane, membrane: Membrane, 3, 3;
-    Weave, weave: Weave, 3, 3;
-    Struts, struts: Struts, 2, 1;
-    StrainLimit, strain_limit: StrainLimit, 2, 1;
-}
+crate::effects!(elastic_effects);
 
 /// A sweep: the constraints of one side, those of the other, and the loose ones.
 fn halves<const N: usize>(elements: &Elements<N>, task: Task) -> [Option<(Task, Side)>; 3] {

@@ -24,6 +24,7 @@ mod crew;
 pub mod deform;
 pub mod delivered;
 pub mod direct;
+pub mod effects;
 pub mod elastic;
 pub mod equilibrium;
 mod fit;
@@ -57,7 +58,7 @@ mod threads;
 pub mod topology;
 mod world;
 
-pub use body::{Body, Effects, Quarantine};
+pub use body::{Body, Quarantine};
 pub use constraint::{
     bend::Bend,
     grab::{Grab, SurfacePoint},
@@ -79,6 +80,7 @@ pub use contact::{Collide, Collider, ColliderShape, Ground, Path, Pose, StickyGr
 pub use deform::{Deformation, deform};
 pub use delivered::Delivered;
 pub use direct::{Direct, Factors};
+pub use effects::Effects;
 pub use elastic::{ElasticKind, Lambdas};
 pub use force::{Attract, Drag, ForceKind, Uniform, Vortex, Wind};
 pub use history::History;

@@ -97,18 +97,21 @@ fn on_particles(force: &impl Force, topology: &Topology, moment: Moment, part: P
     });
 }
 
-/// Makes the list of forces: name, field of [`Effects`], type.
+/// Makes what forces need one line each for.
 macro_rules! forces {
-    ($($kind:ident, $field:ident: $force:ty;)*) => {
+    (
+        { forces { $($force:ident $field:ident $does:literal;)* } $($others:tt)* }
+        $($rest:tt)*
+    ) => {
         /// The forces, in the order in which they act.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
         pub enum ForceKind {
-            $(#[doc = concat!("[`", stringify!($force), "`].")] $kind,)*
+            $(#[doc = concat!("[`", stringify!($force), "`].")] $force,)*
         }
 
         impl ForceKind {
             /// All of them.
-            pub const ALL: [Self; [$(Self::$kind),*].len()] = [$(Self::$kind),*];
+            pub const ALL: [Self; [$(Self::$force),*].len()] = [$(Self::$force),*];
             /// How many there are.
             pub const COUNT: usize = Self::ALL.len();
 
@@ -116,7 +119,7 @@ macro_rules! forces {
             #[must_use]
             pub const fn name(self) -> &'static str {
                 match self {
-                    $(Self::$kind => stringify!($field),)*
+                    $(Self::$force => stringify!($field),)*
                 }
             }
         }
@@ -126,7 +129,7 @@ macro_rules! forces {
             #[must_use]
             pub fn has_force(&self, kind: ForceKind) -> bool {
                 match kind {
-                    $(ForceKind::$kind => self.$field.is_some(),)*
+                    $(ForceKind::$force => self.$field.is_some(),)*
                 }
             }
 
@@ -140,7 +143,7 @@ macro_rules! forces {
             /// Lets one of the forces act.
             pub(super) fn push(&self, kind: ForceKind, topology: &Topology, moment: Moment, part: Part) {
                 match kind {
-                    $(ForceKind::$kind => if let Some(force) = &self.$field {
+                    $(ForceKind::$force => if let Some(force) = &self.$field {
                         on_particles(force, topology, moment, part);
                     },)*
                 }
@@ -158,10 +161,4 @@ macro_rules! forces {
     };
 }
 
-forces! {
-    Uniform, uniform: Uniform;
-    Attract, attract: Attract;
-    Vortex, vortex: Vortex;
-    Wind, wind: Wind;
-    Drag, drag: Drag;
-}
+crate::effects!(forces);
