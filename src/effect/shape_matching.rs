@@ -5,7 +5,7 @@ use crate::{
     simulation::{Multipliers, SoftBody},
     solver::{
         Damping, Frequency, Matching, Particles, RegionSize, ShapeMatching, advance::Stage,
-        constraint::shape_matching::Place,
+        effects::shape_matching::Place,
     },
 };
 use bevy::prelude::*;

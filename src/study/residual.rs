@@ -7,7 +7,7 @@
 
 use crate::solver::{
     Body, Rate, Substeps, World,
-    constraint::shape_matching::Place,
+    effects::shape_matching::Place,
     elastic::{Elastic, Visit},
     measure::{self, SquareSum},
 };

@@ -7,7 +7,7 @@
 
 use crate::solver::{
     Body, Matching, ShapeMatching, World,
-    constraint::shape_matching::Place,
+    effects::shape_matching::Place,
     elastic::{Elastic, Visit},
     measure::{self, gravitational_energy, kinetic_energy},
 };

@@ -1,6 +1,7 @@
 //! Contracts about the source: what the solver may use, and which room may know which.
 
 use std::{
+    collections::{BTreeMap, BTreeSet},
     fs,
     path::{Path, PathBuf},
     process::Command,
@@ -187,5 +188,193 @@ fn the_solver_uses_nothing_that_differs_by_machine() {
                 );
             }
         }
+    }
+}
+
+/// The modules of the solver by their paths (`effects::stretch`), each with its code.
+fn solver_modules() -> BTreeMap<String, String> {
+    let root = root().join("crates/solver/src");
+    let modules = files(&root).into_iter().map(|(path, text)| {
+        let path = path
+            .strip_prefix(&root)
+            .expect("below src")
+            .with_extension("");
+        let parts = path.iter().map(|part| part.to_string_lossy().into_owned());
+        let parts: Vec<_> = parts
+            .filter(|part| part != "mod" && part != "lib")
+            .collect();
+        let text = text
+            .split("#[cfg(test)]\nmod tests")
+            .next()
+            .unwrap_or_default();
+        (parts.join("::"), code(text).collect::<Vec<_>>().join("\n"))
+    });
+    modules.collect()
+}
+
+/// All paths in a use tree, as in `a::{b, c::d}`.
+fn paths(tree: &str) -> Vec<String> {
+    let Some((head, rest)) = tree.split_once('{') else {
+        let path: String = tree
+            .split(" as ")
+            .next()
+            .unwrap_or("")
+            .split_whitespace()
+            .collect();
+        return if path.is_empty() { vec![] } else { vec![path] };
+    };
+    let inside = rest.rsplit_once('}').map_or(rest, |(inside, _)| inside);
+    let (mut depth, mut items) = (0, vec![String::new()]);
+    for c in inside.chars() {
+        match c {
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            _ => {}
+        }
+        if c == ',' && depth == 0 {
+            items.push(String::new());
+        } else if let Some(item) = items.last_mut() {
+            item.push(c);
+        }
+    }
+    let head: String = head.split_whitespace().collect();
+    let of_item = |item: &String| paths(item).into_iter();
+    let all = items.iter().flat_map(of_item);
+    all.map(|path| format!("{head}{path}")).collect()
+}
+
+/// What a module imports: absolute paths from the root of the solver, each with whether it is exported again.
+fn imports(module: &str, code: &str) -> Vec<(Vec<String>, bool)> {
+    let mut found = Vec::new();
+    let mut others = String::new();
+    for statement in code.split_inclusive(';') {
+        let start = statement.rfind("use ").filter(|&start| {
+            let before = &statement[..start];
+            before.is_empty() || before.ends_with([' ', '\n'])
+        });
+        match start {
+            Some(start) if statement.ends_with(';') && !statement[start..].contains('(') => {
+                let line = statement[..start].lines().last().unwrap_or("");
+                let exported = line.trim_start().starts_with("pub");
+                let tree = statement[start + 4..].trim_end_matches(';');
+                found.extend(paths(tree).into_iter().map(|path| (path, exported)));
+                others.push_str(&statement[..start]);
+            }
+            _ => others.push_str(statement),
+        }
+    }
+    // What is exported again and not used is no arrow, but a sign.
+    let is_used = |path: &str| others.contains(path.rsplit("::").next().unwrap_or(path));
+    let mut found: Vec<_> = found
+        .into_iter()
+        .map(|(path, exported)| (path.clone(), exported && !is_used(&path)))
+        .collect();
+    for root in ["crate::", "super::"] {
+        for (start, _) in others.match_indices(root) {
+            let path = others[start..].chars();
+            let path: String = path
+                .take_while(|c| c.is_alphanumeric() || "_:".contains(*c))
+                .collect();
+            found.push((path, false));
+        }
+    }
+    let own: Vec<String> = module.split("::").map(str::to_owned).collect();
+    let absolute = |path: &str| {
+        let mut at = own.clone();
+        let mut parts = path.split("::").filter(|part| !part.is_empty()).peekable();
+        match parts.peek().copied() {
+            Some("crate") => {
+                parts.next();
+                at.clear();
+            }
+            Some("self") => {
+                parts.next();
+            }
+            _ => {}
+        }
+        while parts.next_if_eq(&"super").is_some() {
+            at.pop();
+        }
+        at.extend(parts.map(str::to_owned));
+        at.retain(|part| !part.is_empty());
+        at
+    };
+    let all = found.iter();
+    all.map(|(path, sign)| (absolute(path), *sign)).collect()
+}
+
+/// Which modules of the solver know which others.
+fn arrows(modules: &BTreeMap<String, String>) -> BTreeMap<String, BTreeSet<String>> {
+    let imports: BTreeMap<&String, _> = modules
+        .iter()
+        .map(|(module, code)| (module, imports(module, code)))
+        .collect();
+    // Where a name that a module exports again comes from.
+    let mut signs = BTreeMap::new();
+    for (module, all) in &imports {
+        for (path, _) in all {
+            let mut name: Vec<String> = module.split("::").map(str::to_owned).collect();
+            name.retain(|part| !part.is_empty());
+            name.extend(path.last().cloned());
+            signs.insert(name, path.clone());
+        }
+    }
+    let target = |path: &[String]| {
+        let mut path = path.to_vec();
+        for _ in 0..8 {
+            let known = |end: &usize| modules.contains_key(&path[..*end].join("::"));
+            let end = (0..=path.len()).rev().find(known).unwrap_or(0);
+            let sign = signs.get(path.get(..=end).unwrap_or(&[]));
+            match sign {
+                Some(from) if path[..=end] != from[..] => {
+                    path = [from, &path[end + 1..]].concat();
+                }
+                _ => return path[..end].join("::"),
+            }
+        }
+        String::new()
+    };
+    let mut arrows = BTreeMap::new();
+    for (module, all) in imports.iter().filter(|(module, _)| !module.is_empty()) {
+        let targets = all.iter().filter(|(_, sign)| !sign);
+        let targets = targets.map(|(path, _)| target(path));
+        let targets = targets.filter(|other| !other.is_empty() && other != *module);
+        arrows.insert((*module).clone(), targets.collect());
+    }
+    arrows
+}
+
+fn reachable<'a>(
+    from: &'a str,
+    arrows: &'a BTreeMap<String, BTreeSet<String>>,
+) -> BTreeSet<&'a str> {
+    let mut seen = BTreeSet::new();
+    let mut open = vec![from];
+    while let Some(module) = open.pop() {
+        for other in arrows.get(module).into_iter().flatten() {
+            if seen.insert(&**other) {
+                open.push(other);
+            }
+        }
+    }
+    seen
+}
+
+/// A module of the solver can be read without the others: at most three know each other in a circle.
+#[test]
+fn the_solver_has_no_circle_of_more_than_three_modules() {
+    let arrows = arrows(&solver_modules());
+    let count: usize = arrows.values().map(BTreeSet::len).sum();
+    assert!(count > 200, "only {count} arrows: the scan is blind");
+    let reach: BTreeMap<&str, _> = arrows
+        .keys()
+        .map(|module| (&**module, reachable(module, &arrows)))
+        .collect();
+    for (module, known) in &reach {
+        let circle: Vec<_> = known
+            .iter()
+            .filter(|other| reach.get(**other).is_some_and(|back| back.contains(module)))
+            .collect();
+        assert!(circle.len() <= 3, "{module}: {circle:?}");
     }
 }

@@ -5,8 +5,8 @@ use crate::support::{body, cube, random_vector, sweep};
 use glam::DVec3;
 use pliant::solver::{
     Bend, Body, Damping, Effects, IsometricBend, Stretch, Volume,
-    constraint::Multipliers,
     deform::Random,
+    effects::Multipliers,
     elastic::{Elastic, Point, Visit},
     reference,
 };

@@ -12,7 +12,7 @@ use pliant::{
         },
         view::SolverView,
     },
-    solver::{RestShape, Topology, colouring::MOST_COLOURS, lanes::WIDTH, order::Elements},
+    solver::{RestShape, Topology, coloring::MOST_COLOURS, lanes::WIDTH, order::Elements},
 };
 use std::collections::BTreeMap;
 

@@ -3,7 +3,7 @@
 use crate::support::{body, random_vector, sweep};
 use glam::{DVec3, Vec3};
 use pliant::solver::{
-    Bend, Body, FlexuralRigidity, RestShape, constraint::Multipliers, deform::Random, reference,
+    Bend, Body, FlexuralRigidity, RestShape, deform::Random, effects::Multipliers, reference,
     topology::hinges::angle,
 };
 use std::f64::consts::{FRAC_PI_2, PI};

@@ -3,8 +3,8 @@
 use crate::support::{body_of_masses, chain, random_vector, sweep};
 use glam::{DVec3, Vec3};
 use pliant::solver::{
-    Body, Compliance, Damping, Force, Grab, RestShape, Stretch, SurfacePoint,
-    constraint::Multipliers, deform::Random, reference,
+    Body, Compliance, Damping, Force, Grab, RestShape, Stretch, SurfacePoint, deform::Random,
+    effects::Multipliers, reference,
 };
 
 fn centrally(f: impl Fn(DVec3) -> f64, x: DVec3) -> DVec3 {

@@ -10,8 +10,8 @@ use pliant::{
     solver::{
         Body, Effects, Membrane, MembraneCompliance, PoissonRatio, RestShape, Thickness, Weave,
         YoungsModulus,
-        constraint::Multipliers,
         deform::Random,
+        effects::Multipliers,
         elastic::{Elastic, Point},
         measure, reference,
     },
@@ -136,7 +136,11 @@ fn strains_of_a_triangle_have_their_central_differences_for_gradients() {
 
 /// How far the fast kernel is from the twin after a sweep over a triangle that is strained, mirrored
 /// or collapsed, over its size.
-fn off_the_twin<E: Elastic<3, 3>>(effect: &E, size: f64, change: impl Fn(DVec3) -> DVec3) -> f64 {
+fn off_the_twin<E: Elastic<3, 3> + Into<Effects>>(
+    effect: &E,
+    size: f64,
+    change: impl Fn(DVec3) -> DVec3,
+) -> f64 {
     let mut body = body("triangle", triangle(size), 1.0);
     body.effects = (*effect).into();
     for x in &mut body.particles.positions {
@@ -192,7 +196,7 @@ fn triangles_equal_the_twin_and_stay_finite_when_they_collapse() {
 
 /// Strain over tension [m/N] and Poisson's ratio in the middle of a strip that is pulled along
 /// itself by its weight, `degrees` from the warp, at rest; and how much longer it has become [m].
-fn pulled<E: Elastic<3, 3>>(effect: &E, degrees: f64, cells: UVec2) -> [f64; 3] {
+fn pulled<E: Elastic<3, 3> + Into<Effects>>(effect: &E, degrees: f64, cells: UVec2) -> [f64; 3] {
     const TENSION: f64 = 1.0;
     let body = body("strip", cloth(Vec2::new(1.0, 0.25), cells, degrees), 1.0);
     let along = turn(degrees) * DVec3::X;

@@ -9,9 +9,9 @@ use pliant::{
     mesh::Primitive,
     solver::{
         Body, Deformation, Effects, NeoHookean, PoissonRatio, Topology, World, YoungsModulus,
-        constraint::{Multipliers, neo_hookean::strains},
         deform,
         deform::Random,
+        effects::{Multipliers, neo_hookean::strains},
         elastic::Elastic,
         measure, reference,
     },

@@ -8,7 +8,7 @@ use pliant::{
     solver::{
         Deformation, Effects, RestShape, Topology, World,
         bands::{Bands, SMALLEST_CUT},
-        colouring::MOST_COLOURS,
+        coloring::MOST_COLOURS,
         deform, measure,
         order::{Elements, Painting},
     },

@@ -15,9 +15,9 @@ use pliant::{
     solver::{
         Body, Coefficient, Deformation, Effects, Frequency, Ground, Ledger, Matching, Method,
         Order, RegionSize, RestShape, ShapeMatching, Share, SmoothingIterations, Threads, World,
-        constraint::shape_matching::{Place, Sweep},
         deform,
         deform::Random,
+        effects::shape_matching::{Place, Sweep},
         measure, reference,
         topology::Regions,
     },

@@ -6,7 +6,7 @@ use crate::support::{
 };
 use glam::{DVec3, Vec3};
 use pliant::solver::{
-    Body, Effects, RestShape, Strain, StrainLimit, constraint::Multipliers, deform::Random,
+    Body, Effects, RestShape, Strain, StrainLimit, deform::Random, effects::Multipliers,
     measure::edge_errors, reference,
 };
 

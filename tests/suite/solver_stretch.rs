@@ -6,7 +6,7 @@ use crate::support::{
 };
 use glam::{Vec3, Vec4};
 use pliant::solver::{
-    Body, Effects, ElasticKind, RestShape, Stiffness, Stretch, World, constraint::Multipliers,
+    Body, Effects, ElasticKind, RestShape, Stiffness, Stretch, World, effects::Multipliers,
 };
 
 fn at(body: &Body, i: usize) -> Vec3 {

@@ -4,8 +4,8 @@ use crate::support::{body, run, settings, stretch, sweep, with, world};
 use pliant::{
     mesh::Primitive,
     solver::{
-        Body, Compliance, Damping, Deformation, Effects, RestShape, Struts,
-        constraint::Multipliers, deform, measure, reference,
+        Body, Compliance, Damping, Deformation, Effects, RestShape, Struts, deform,
+        effects::Multipliers, measure, reference,
     },
 };
 

@@ -7,8 +7,8 @@ use crate::support::{
 use glam::{DVec3, Vec3};
 use pliant::solver::{
     Body, Stiffness, Volume,
-    constraint::{Multipliers, volume::volume_and_gradients},
     deform::Random,
+    effects::{Multipliers, volume::volume_and_gradients},
     measure, reference,
     topology::volume as exact_volume,
 };

@@ -6,9 +6,11 @@ use pliant::{
     solver::{
         Body, Compliance, Damping, Density, Effects, Ground, Iterations, Mass, Particles, Rate,
         RestShape, Settings, Stretch, Substeps, Topology, Volume, World,
-        constraint::Multipliers,
         deform::Random,
-        elastic::{self, Elastic},
+        effects::{
+            Multipliers,
+            elastic::{self, Elastic},
+        },
         measure,
     },
 };
@@ -237,7 +239,5 @@ pub fn sweep<const N: usize, const M: usize, E: Elastic<N, M>>(
     multipliers: Multipliers,
 ) {
     let particles = body.particles.as_part();
-    let effects = (*effect).into();
-    let sweep = (&effects, E::KIND);
-    elastic::sweep(sweep, &body.topology, h, particles, multipliers);
+    elastic::sweep(effect, &body.topology, h, particles, multipliers);
 }

@@ -8,58 +8,44 @@
 //!
 //! - [`Topology`] is the immutable part of a body, [`Particles`] its state, [`Body`] both with the
 //!   effects that it carries, and [`World`] steps bodies without Bevy.
-//! - [`stages`], [`constraint`] and [`contact`] are the three stages as plain functions; Bevy
+//! - [`stages`], [`effects`] and [`contact`] are the three stages as plain functions; Bevy
 //!   systems call the same.
 //! - [`reference`](mod@reference) is the method again in f64, to measure errors against;
 //!   [`equilibrium`] is where it comes to rest, without any steps.
 
-pub mod advance;
 pub mod analytic;
-pub mod bands;
-pub mod body;
-pub mod colouring;
-pub mod constraint;
 pub mod contact;
-mod crew;
 pub mod deform;
-pub mod delivered;
+pub mod diagnostics;
 pub mod direct;
 pub mod effects;
-pub mod elastic;
 pub mod equilibrium;
-mod fit;
-pub mod force;
-pub mod history;
-pub mod lanes;
-pub mod ledger;
-pub mod measure;
-pub mod memory;
-pub mod method;
-pub mod modes;
-pub mod numbering;
-pub mod order;
+mod kernel;
+mod parallel;
 pub mod particles;
-mod phases;
 pub mod quantity;
 pub mod reference;
 #[cfg(feature = "bevy")]
 mod reflection;
-pub mod repair;
-pub mod resolution;
-pub mod rest;
-mod shape;
-mod share;
-pub mod spin;
-pub mod stages;
-mod substep;
-#[cfg(feature = "parallel")]
-mod team;
-mod threads;
+pub mod step;
 pub mod topology;
-mod world;
+
+pub use diagnostics::{delivered, ledger, measure, memory, modes, resolution};
+pub use effects::{elastic, force};
+pub use kernel::lanes;
+pub use step::{advance, body, history, method, repair, rest, spin, stages};
+pub use topology::{bands, coloring, numbering, order};
+
+use kernel::fit;
+use step::{crew, phases, share, substep};
 
 pub use body::{Body, Quarantine};
-pub use constraint::{
+pub use contact::{Collide, Collider, ColliderShape, Ground, Path, Pose, StickyGround};
+pub use deform::{Deformation, deform};
+pub use delivered::Delivered;
+pub use direct::{Direct, Factors};
+pub use effects::{
+    Effects,
     bend::Bend,
     grab::{Grab, SurfacePoint},
     isometric_bend::IsometricBend,
@@ -76,18 +62,14 @@ pub use constraint::{
     volume::Volume,
     weave::Weave,
 };
-pub use contact::{Collide, Collider, ColliderShape, Ground, Path, Pose, StickyGround};
-pub use deform::{Deformation, deform};
-pub use delivered::Delivered;
-pub use direct::{Direct, Factors};
-pub use effects::Effects;
-pub use elastic::{ElasticKind, Lambdas};
+pub use effects::{elastic::ElasticKind, lambdas::Lambdas};
 pub use force::{Attract, Drag, ForceKind, Uniform, Vortex, Wind};
 pub use history::History;
 pub use lanes::Instructions;
 pub use ledger::Ledger;
 pub use method::Method;
 pub use modes::Modes;
+pub use parallel::threads::{Load, MOST_THREADS, Threads, ThreadsError, available};
 pub use particles::Particles;
 pub use quantity::{
     Coefficient, CollisionIterations, Compliance, Creep, Damping, Density, Filling, Finite,
@@ -98,8 +80,6 @@ pub use quantity::{
 };
 pub use repair::Repair;
 pub use rest::SleepSettings;
-pub use shape::RestShape;
+pub use step::world::World;
 pub use substep::{Settings, Substep};
-pub use threads::{Load, MOST_THREADS, Threads, ThreadsError, available};
-pub use topology::{Topology, TopologyError};
-pub use world::World;
+pub use topology::{RestShape, Topology, TopologyError};

@@ -35,8 +35,8 @@ pub(super) mod matrix;
 pub(super) mod plan;
 
 use super::{
-    Effects, ElasticKind, Method, Topology, constraint::Multipliers, elastic, lanes::Instructions,
-    particles::Part,
+    Effects, ElasticKind, Method, Topology, effects::Multipliers, effects::kinds::sweep_kind,
+    lanes::Instructions, particles::Part,
 };
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
@@ -489,7 +489,7 @@ impl Room {
             for (swept, solved) in swept.iter_mut().zip(&*solved) {
                 *swept = *solved as f32;
             }
-            elastic::sweep(
+            sweep_kind(
                 (given.effects, kind),
                 given.topology,
                 given.h,

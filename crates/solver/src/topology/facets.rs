@@ -1,7 +1,10 @@
 //! Facets: the triangles of a surface with their rest shapes, for membranes.
 
-use super::{Bands, Topology, hinges::has_area};
-use crate::order::{Elements, Painting};
+use super::{
+    bands::Bands,
+    hinges::has_area,
+    order::{Elements, Painting},
+};
 use glam::{DVec3, Vec3};
 
 /// Triangles as columns in the order of their colours.
@@ -92,14 +95,4 @@ fn inverse([x0, x1, x2]: [DVec3; 3]) -> ([f64; 4], f64) {
     let determinant = a[0] * b[1] - a[1] * b[0];
     let inverse = [b[1], -b[0], -a[1], a[0]].map(|number| number / determinant);
     (inverse, 0.5 * double.length())
-}
-
-impl Topology {
-    /// The triangles of its surface as membranes, made when they are first asked for.
-    #[must_use]
-    pub fn facets(&self) -> &Facets {
-        self.facets
-            .0
-            .get_or_init(|| Facets::of(&self.triangles, &self.rest, &self.bands))
-    }
 }

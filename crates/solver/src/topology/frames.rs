@@ -1,6 +1,6 @@
 //! Rest frames of tetrahedra: what turns their edges into a deformation gradient.
 
-use super::{Tetrahedra, Topology};
+use super::tetrahedra::Tetrahedra;
 use glam::{DMat3, DVec3, Vec3};
 
 /// Frames as columns in the order of the [tetrahedra](Tetrahedra).
@@ -67,13 +67,4 @@ impl Frames {
 
 fn vector(columns: &[Vec<f32>; 3], index: usize) -> DVec3 {
     DVec3::from_array([0, 1, 2].map(|axis: usize| f64::from(columns[axis][index])))
-}
-
-impl Topology {
-    /// The rest frames of its tetrahedra, found when they are first asked for.
-    #[must_use]
-    pub fn frames(&self) -> &Frames {
-        let make = || Frames::of(&self.tetrahedra, &self.rest);
-        self.frames.0.get_or_init(make)
-    }
 }

@@ -1,7 +1,9 @@
 //! Hinges: pairs of triangles of a surface with a common edge, for bending.
 
-use super::{Bands, Topology};
-use crate::order::{Elements, Painting};
+use super::{
+    bands::Bands,
+    order::{Elements, Painting},
+};
 use glam::{DVec3, Vec3};
 
 /// Hinges as columns in the order of their colours.
@@ -122,25 +124,6 @@ impl Cotangents {
 
 /// A hinge that is bent by less than this at rest [rad] is flat: some rounding of its coordinates.
 const FLAT_ANGLE: f64 = 1e-5;
-
-impl Topology {
-    /// What the quadratic bending energy needs of its hinges, found when first asked for.
-    #[must_use]
-    pub fn cotangents(&self) -> &Cotangents {
-        self.cotangents.0.get_or_init(|| match self.original() {
-            Some(original) => original.cotangents().clone(),
-            None => Cotangents::of(self.hinges(), &self.rest),
-        })
-    }
-
-    /// The hinges of its surface, found when they are first asked for.
-    #[must_use]
-    pub fn hinges(&self) -> &Hinges {
-        self.hinges
-            .0
-            .get_or_init(|| Hinges::of(&self.triangles, &self.rest, &self.bands))
-    }
-}
 
 /// The corners of all hinges, in the order in which their second triangles come.
 fn pairs(triangles: &[[u32; 3]], rest: &[Vec3]) -> Vec<[u32; 4]> {

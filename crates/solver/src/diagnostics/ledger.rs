@@ -1,0 +1,512 @@
+//! The energy ledger: where the energy of a body comes from and goes to, substep by substep.
+//!
+//! In a substep a particle's velocity goes from v₀ to v₁ by shares of which each has a cause:
+//! Δv = hg + Σ Δ(x − p)/h, the sum over all parts of the second stage that moved it. With the mean
+//! v̄ = (v₀ + v₁)/2 the shares of its kinetic energy add up without remainder,
+//!
+//! ½m(v₁² − v₀²) = Σ m Δvₛ·v̄,
+//!
+//! so what contact, friction and hands did is known exactly. What gravity and the elastic effects
+//! did is set against the energies that they store; what is left over is then told apart as
+//!
+//! - **damping**: −(τ/α) ΔC²/h, what a dashpot of the given τ takes at the rate of change ΔC/h, and
+//!   what particles do not keep of their velocity where a [`Method`](crate::Method) says so;
+//! - **integrator**: −½ Σ m (hg + Δvₑ)·Δv − ½ Σ ΔC²/α, Δvₑ being the share of the elastic effects.
+//!   It is what implicit Euler takes when it is solved to the end: forces of the end of the substep
+//!   work over all of its way;
+//! - **sweeps**: the rest, which solving to the end and shorter substeps make small. It is what the
+//!   sweeps left of the constraints' equations, and the curvature of C within a substep.
+//!
+//! In a substep of second order Δv has one more share, by which the last two states have changed v
+//! before it: the integrator's.
+//!
+//! What [repair](crate::repair) of collapsed elements gives or takes is a row of its own.
+//!
+//! Displacements are rounded when constraints move them; what that does is **rounding**, apart from all
+//! of these.
+//!
+//! Rigid effects (α = 0) store nothing, and what they do goes to the sweeps.
+
+use crate::{
+    ForceKind, Friction, Particles, Substep,
+    advance::{Means, NotFinite, Solve, Spare, Stage, Stepper},
+    effects::shape_matching::Place,
+    elastic::{Elastic, Visit},
+    measure::{gravitational_energy, kinetic_energy},
+};
+use glam::{DVec3, Vec4};
+use std::ops::{AddAssign, Range};
+
+/// Energies that came to bodies [J]; negative is what was taken.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Ledger {
+    /// By damping of the effects.
+    pub damping: f64,
+    /// By friction on ground and colliders.
+    pub friction: f64,
+    /// By ground and colliders besides friction: what an impact takes, what a moving collider gives.
+    pub contact: f64,
+    /// By hands that hold bodies.
+    pub hand: f64,
+    /// By flow of what was strained too far.
+    pub plastic: f64,
+    /// By forces from outside: wind, drag, and what else a scene asks for besides gravity.
+    pub forces: f64,
+    /// By the integrator itself.
+    pub integrator: f64,
+    /// By sweeps that did not solve the constraints to the end.
+    pub sweeps: f64,
+    /// By rounding to `f32`.
+    pub rounding: f64,
+    /// By [repair](crate::repair) of what has collapsed or is inside out.
+    pub repair: f64,
+}
+
+impl Ledger {
+    /// The rows with their names, in the order in which they are shown.
+    #[must_use]
+    pub const fn rows(&self) -> [(&'static str, f64); 10] {
+        [
+            ("damping", self.damping),
+            ("friction", self.friction),
+            ("contact", self.contact),
+            ("hand", self.hand),
+            ("plastic", self.plastic),
+            ("forces", self.forces),
+            ("integrator", self.integrator),
+            ("sweeps", self.sweeps),
+            ("rounding", self.rounding),
+            ("repair", self.repair),
+        ]
+    }
+
+    /// All of it [J]: by how much kinetic, potential and elastic energy together have changed.
+    #[must_use]
+    pub fn sum(&self) -> f64 {
+        self.rows().iter().map(|(_, energy)| energy).sum()
+    }
+}
+
+impl AddAssign for Ledger {
+    fn add_assign(&mut self, other: Self) {
+        let Self {
+            damping,
+            friction,
+            contact,
+            hand,
+            plastic,
+            forces,
+            integrator,
+            sweeps,
+            rounding,
+            repair,
+        } = other;
+        self.damping += damping;
+        self.friction += friction;
+        self.contact += contact;
+        self.hand += hand;
+        self.plastic += plastic;
+        self.forces += forces;
+        self.integrator += integrator;
+        self.sweeps += sweeps;
+        self.rounding += rounding;
+        self.repair += repair;
+    }
+}
+
+/// What moves particles in the second stage.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Cause {
+    Elastic,
+    Hand,
+    Contact,
+    Friction,
+}
+
+/// Does some substeps of a tick as [`Stepper::advance`] does, to the same bits, and keeps the books.
+///
+/// It goes stage by stage and looks at every particle after each, which takes about three
+/// times as long.
+///
+/// # Errors
+/// As [`Stepper::advance`]; the ledger of the substeps before is lost.
+pub fn advance(
+    body: &mut Stepper,
+    substeps: Range<u32>,
+    means: &Means,
+) -> Result<Ledger, NotFinite> {
+    body.find_regions();
+    let mut ledger = Ledger::default();
+    let mut book = Book {
+        errors: Errors::of(body),
+        ..Book::default()
+    };
+    for index in substeps {
+        let step = means.settings.substep(index);
+        ledger += book.substep(body, &step, means)?;
+        ledger.plastic += book.flow(body, &step, means)?;
+    }
+    Ok(ledger)
+}
+
+/// Room for one body, used again by every substep.
+#[derive(Debug, Default)]
+struct Book {
+    /// C of the constraints at the start of the substep.
+    errors: Errors,
+    /// The state at the start of the substep.
+    start: Particles,
+    /// Velocities that the substep begins with [m/s].
+    leapt: Vec<DVec3>,
+    /// Velocities after forces from outside have acted [m/s].
+    forced: Vec<DVec3>,
+    /// Velocities before angular momentum is given back [m/s].
+    turned: Vec<DVec3>,
+    /// Carry before contacts and after them [m].
+    carry: [Vec<Vec4>; 2],
+    /// Ways x − p of the particles before the part that is under way [m].
+    before: Vec<DVec3>,
+    /// Shares of them by cause [m].
+    elastic: Vec<DVec3>,
+    hand: Vec<DVec3>,
+    contact: Vec<DVec3>,
+    friction: Vec<DVec3>,
+    /// The state before a contact, to see what it would do without friction.
+    smooth: Particles,
+}
+
+/// A filling at one time.
+#[derive(Debug, Clone, Copy)]
+struct Filled {
+    /// Volume [m³].
+    volume: f64,
+    /// Energy [J].
+    energy: f64,
+    /// Overpressure of the volume [Pa].
+    overpressure: f64,
+}
+
+impl Filled {
+    fn of(body: &Stepper) -> Option<Self> {
+        let pressure = body.effects.pressure?;
+        let enclosure = body.topology.enclosure().ok()?;
+        let at = |i: u32| body.particles.position(i as usize);
+        let volume = enclosure.volume(body.topology, at);
+        Some(Self {
+            volume,
+            energy: pressure.energy(enclosure, volume),
+            overpressure: pressure.overpressure(enclosure, volume),
+        })
+    }
+}
+
+/// C of the constraints of all elastic effects of a body and D of its regions at one time, with their α
+/// and τ [s], and its filling.
+#[derive(Debug, Default)]
+struct Errors(Vec<(f64, f64, f64)>, Option<Filled>);
+
+impl Errors {
+    fn of(body: &Stepper) -> Self {
+        struct Collect<'a>(Vec<(f64, f64, f64)>, &'a Stepper<'a>);
+        impl Visit for Collect<'_> {
+            fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
+                let tau = f64::from(effect.damping().get());
+                let rows = effect.rows_of(self.1.topology, self.1.particles);
+                let rows = rows.flat_map(|(_, rows)| rows);
+                self.0
+                    .extend(rows.map(|row| (row.error, row.compliance, tau)));
+            }
+        }
+        let mut collect = Collect(Vec::new(), body);
+        body.effects.visit(&mut collect);
+        let mut all = collect.0;
+        let matching = &body.lambdas.matching;
+        if let (Some(effect), Some(matching)) = (&body.effects.shape_matching, matching) {
+            let (compliance, tau) = (effect.compliance(), effect.damping.get().into());
+            let at = Place::among(body.particles);
+            let strains = matching.strains(body.topology, at);
+            all.extend(strains.map(|strain| (strain, compliance, tau)));
+        }
+        Self(all, Filled::of(body))
+    }
+}
+
+/// What the elastic effects of a body stored and lost in a substep [J].
+#[derive(Debug, Clone, Copy, Default)]
+struct Stored {
+    /// ΔE.
+    change: f64,
+    /// −½ Σ ΔC²/α.
+    integrator: f64,
+    /// −Σ (τ/α) ΔC²/h.
+    damping: f64,
+}
+
+impl Stored {
+    fn add(&mut self, before: f64, after: f64, compliance: f64, tau: f64, h: f64) {
+        if compliance > 0.0 {
+            let change = after - before;
+            self.change += 0.5 * change * (after + before) / compliance;
+            self.integrator -= 0.5 * change * change / compliance;
+            self.damping -= tau * change * change / (compliance * h);
+        }
+    }
+
+    fn between(before: &Errors, after: &Errors, h: f64) -> Self {
+        let mut all = Self::default();
+        for (before, after) in before.0.iter().zip(&after.0) {
+            let &(after, compliance, tau) = after;
+            all.add(before.0, after, compliance, tau, h);
+        }
+        if let (Some(before), Some(after)) = (before.1, after.1) {
+            let change = after.energy - before.energy;
+            all.change += change;
+            // The overpressure of the end over all of the way, as −½ΔC²/α is.
+            all.integrator += change + after.overpressure * (after.volume - before.volume);
+        }
+        all
+    }
+}
+
+impl Book {
+    fn substep(
+        &mut self,
+        body: &mut Stepper,
+        step: &Substep,
+        means: &Means,
+    ) -> Result<Ledger, NotFinite> {
+        let drawn = self.draw(body, step, means);
+        self.start.clone_from(body.particles);
+        body.begin_drawn(step, means);
+        velocities(&mut self.leapt, body.particles);
+        for kind in ForceKind::ALL {
+            body.stage(Stage::Force(kind), step, 0, means)?;
+        }
+        velocities(&mut self.forced, body.particles);
+        body.stage(Stage::Presolve, step, 0, means)?;
+        self.begin(body.particles);
+        self.carry[0].clone_from(&body.particles.carry);
+        self.contact(body, Stage::StickyGround, step, 0, means)?;
+        let solve = Solve::of(body.effects, !body.stitches.is_empty(), step.method);
+        for (stage, iteration) in solve.stages(*step) {
+            if matches!(stage, Stage::Ground | Stage::Collide) {
+                self.contact(body, stage, step, iteration, means)?;
+                continue;
+            }
+            let cause = match stage {
+                Stage::Grab => Cause::Hand,
+                _ => Cause::Elastic,
+            };
+            body.stage(stage, step, iteration, means)?;
+            self.credit(body.particles, cause);
+        }
+        self.carry[1].clone_from(&body.particles.carry);
+        body.stage(Stage::Postsolve, step, 0, means)?;
+        velocities(&mut self.turned, body.particles);
+        body.restore_spin();
+        let h = body.particles.history.seconds(f64::from(step.h));
+        let errors = Errors::of(body);
+        let stored = Stored::between(&self.errors, &errors, h);
+        self.errors = errors;
+        let mut ledger = self.close(body.particles, step, stored);
+        let fast = kinetic_energy(body.particles);
+        body.stiffen();
+        ledger.repair += drawn + kinetic_energy(body.particles) - fast;
+        Ok(ledger)
+    }
+
+    /// Draws what is under repair, and says what came to the body by it [J].
+    fn draw(&mut self, body: &mut Stepper, step: &Substep, means: &Means) -> f64 {
+        let mechanical = |particles: &Particles| {
+            kinetic_energy(particles) + gravitational_energy(particles, step.gravity)
+        };
+        if step.index == 0 {
+            body.look_for_damage(means);
+        }
+        let before = mechanical(body.particles);
+        body.draw(means);
+        if body.particles.repair.is_empty() {
+            return 0.0;
+        }
+        let errors = Errors::of(body);
+        let stored = Stored::between(&self.errors, &errors, step.h.into());
+        self.errors = errors;
+        mechanical(body.particles) - before + stored.change
+    }
+
+    fn begin(&mut self, particles: &Particles) {
+        let Self {
+            before,
+            elastic,
+            hand,
+            contact,
+            friction,
+            ..
+        } = self;
+        before.clear();
+        before.extend(ways(particles));
+        for column in [elastic, hand, contact, friction] {
+            column.clear();
+            column.resize(particles.len(), DVec3::ZERO);
+        }
+    }
+
+    /// Puts down to a cause what has moved since the last time.
+    fn credit(&mut self, particles: &Particles, cause: Cause) {
+        let column = match cause {
+            Cause::Elastic => &mut self.elastic,
+            Cause::Hand => &mut self.hand,
+            Cause::Contact => &mut self.contact,
+            Cause::Friction => &mut self.friction,
+        };
+        let known = column.iter_mut().zip(&mut self.before);
+        for ((share, before), way) in known.zip(ways(particles)) {
+            *share += way - *before;
+            *before = way;
+        }
+    }
+
+    /// Does a contact twice, first without friction on a copy: the difference is the friction's.
+    fn contact(
+        &mut self,
+        body: &mut Stepper,
+        stage: Stage,
+        step: &Substep,
+        iteration: u32,
+        means: &Means,
+    ) -> Result<(), NotFinite> {
+        let present = match stage {
+            Stage::StickyGround => body.effects.sticky_ground.is_some(),
+            Stage::Ground => body.effects.ground.is_some(),
+            _ => body.effects.collide.is_some(),
+        };
+        if !present {
+            return Ok(());
+        }
+        let mut effects = *body.effects;
+        if let Some(ground) = &mut effects.ground {
+            ground.friction = Friction::NONE;
+        }
+        if let Some(collide) = &mut effects.collide {
+            collide.friction = Friction::NONE;
+        }
+        let mut smooth = std::mem::take(&mut self.smooth);
+        smooth.clone_from(body.particles);
+        if let (Stage::StickyGround, Some(sticky)) = (stage, effects.sticky_ground) {
+            let particles = smooth.positions.iter().zip(&mut smooth.displacements);
+            for (p, u) in particles.filter(|(p, _)| p.w > 0.0) {
+                u.y = u.y.max(sticky.height - p.y);
+            }
+        } else {
+            let mut spare = Spare::of(effects);
+            let mut without = spare.stepper(&mut *body.topology, &mut smooth);
+            without.stage(stage, step, iteration, means)?;
+        }
+        self.credit(&smooth, Cause::Contact);
+        self.smooth = smooth;
+        body.stage(stage, step, iteration, means)?;
+        self.credit(body.particles, Cause::Friction);
+        Ok(())
+    }
+
+    /// Lets rest values flow, and says by how much less is stored then [J].
+    fn flow(
+        &mut self,
+        body: &mut Stepper,
+        step: &Substep,
+        means: &Means,
+    ) -> Result<f64, NotFinite> {
+        if body.effects.plasticity.is_none() {
+            return Ok(0.0);
+        }
+        body.stage(Stage::Flow, step, 0, means)?;
+        let errors = Errors::of(body);
+        let energy = |&(error, compliance, _): &(f64, f64, f64)| match compliance {
+            0.0 => 0.0,
+            _ => 0.5 * error * error / compliance,
+        };
+        let both = errors.0.iter().zip(&self.errors.0);
+        let change = both
+            .map(|(after, before)| energy(after) - energy(before))
+            .sum();
+        self.errors = errors;
+        Ok(change)
+    }
+
+    /// Adds up a substep when it has ended.
+    fn close(&self, particles: &Particles, step: &Substep, stored: Stored) -> Ledger {
+        let second = particles.history.is_second_order();
+        let h = particles.history.seconds(f64::from(step.h));
+        let gravity = step.gravity.as_dvec3();
+        let fall = gravity * h;
+        let lost = 1.0 - step.method.keeps_speed().map_or(1.0, f64::from);
+        let mut sum = Ledger {
+            damping: stored.damping,
+            ..Ledger::default()
+        };
+        let mut elastic_work = 0.0;
+        for (index, x) in particles.positions.iter().enumerate() {
+            if x.w == 0.0 {
+                continue;
+            }
+            let mass = 1.0 / f64::from(x.w);
+            let start = self.start.velocity_f64(index);
+            let end = particles.velocity_f64(index);
+            let (mean, change) = (0.5 * (start + end), end - start);
+            let [elastic, hand, contact, friction] =
+                [&self.elastic, &self.hand, &self.contact, &self.friction]
+                    .map(|column| column[index] / h);
+            let leapt = self.leapt[index];
+            let forces = self.forced[index] - leapt;
+            let faded = (forces + leapt + fall) * -lost;
+            let leap = leapt - start;
+            let turned = end - self.turned[index];
+            let rounding = change
+                - leap
+                - fall
+                - forces
+                - faded
+                - elastic
+                - hand
+                - contact
+                - friction
+                - turned;
+            sum.damping += mass * faded.dot(mean);
+            sum.forces += mass * forces.dot(mean);
+            sum.hand += mass * hand.dot(mean);
+            // A bounce moves the place where the substep began, which is height that the particle does not
+            // fall.
+            let from = self.carry[0][index] - self.carry[1][index];
+            let lent = if second {
+                0.0
+            } else {
+                gravity.dot(from.truncate().as_dvec3())
+            };
+            sum.contact += mass * (contact.dot(mean) + lent);
+            sum.friction += mass * friction.dot(mean);
+            sum.rounding += mass * rounding.dot(mean);
+            // To give back angular momentum undoes what the integrator took of it.
+            sum.integrator += mass * (turned.dot(mean) - 0.5 * (fall + elastic).dot(change));
+            if second {
+                // Gravity has acted over ⅔h of what the particle has fallen since the substep before.
+                let way = particles.position(index) - self.start.position(index);
+                sum.integrator += mass * (leap.dot(mean) + fall.dot(end) - gravity.dot(way));
+            }
+            elastic_work += mass * elastic.dot(end);
+        }
+        sum.integrator += stored.integrator;
+        sum.sweeps = elastic_work + stored.change - stored.integrator - stored.damping;
+        sum
+    }
+}
+
+/// Ways of the particles since the start of the substep [m].
+fn ways(particles: &Particles) -> impl Iterator<Item = DVec3> {
+    (0..particles.len()).map(|i| particles.motion(i))
+}
+
+/// Copies velocities [m/s].
+fn velocities(to: &mut Vec<DVec3>, particles: &Particles) {
+    to.clear();
+    to.extend((0..particles.len()).map(|i| particles.velocity_f64(i)));
+}

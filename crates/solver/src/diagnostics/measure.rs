@@ -1,0 +1,333 @@
+//! Figures about a body: energies, momentum, volume, residual. Sums are in f64 and in the order
+//! of particles and constraints, so that they too are the same everywhere.
+
+pub use crate::kernel::sum::SquareSum;
+
+use crate::kernel::geometry::volume_and_gradients;
+use crate::{
+    Effects, Lambdas, Matching, Particles, Pressure, Topology,
+    effects::{pressure::Walls, shape_matching::Place},
+    elastic::{Elastic, Visit},
+};
+use glam::{DVec3, Vec3, Vec4};
+
+fn mass(x: &Vec4) -> f64 {
+    if x.w > 0.0 { 1.0 / f64::from(x.w) } else { 0.0 }
+}
+
+/// A term of mass [kg], position [m] and velocity [m/s] of each particle.
+fn terms<T>(
+    particles: &Particles,
+    term: impl Fn(f64, DVec3, DVec3) -> T,
+) -> impl Iterator<Item = T> {
+    (0..particles.len()).map(move |i| {
+        let mass = mass(&particles.positions[i]);
+        term(mass, particles.position(i), particles.velocity_f64(i))
+    })
+}
+
+/// Kinetic energy [J] of the particles that can move.
+#[must_use]
+pub fn kinetic_energy(particles: &Particles) -> f64 {
+    terms(particles, |m, _, v| 0.5 * m * v.length_squared()).sum()
+}
+
+/// Potential energy in a uniform gravity [J], zero at the origin, of the particles that can move.
+#[must_use]
+pub fn gravitational_energy(particles: &Particles, gravity: Vec3) -> f64 {
+    let gravity = gravity.as_dvec3();
+    terms(particles, |m, x, _| -m * gravity.dot(x)).sum()
+}
+
+/// Linear momentum [kg·m/s].
+#[must_use]
+pub fn momentum(particles: &Particles) -> DVec3 {
+    moments(particles, |m, _, v| v * m)
+}
+
+/// Angular momentum about the origin [kg·m²/s].
+#[must_use]
+pub fn angular_momentum(particles: &Particles) -> DVec3 {
+    moments(particles, |m, x, v| x.cross(v) * m)
+}
+
+fn moments(particles: &Particles, term: impl Fn(f64, DVec3, DVec3) -> DVec3) -> DVec3 {
+    terms(particles, term).fold(DVec3::ZERO, |sum, moment| sum + moment)
+}
+
+/// Centre of mass of the particles that can move [m]; the origin if none can.
+#[must_use]
+pub fn centre_of_mass(particles: &Particles) -> DVec3 {
+    let total: f64 = particles.positions.iter().map(mass).sum();
+    if total > 0.0 {
+        moments(particles, |m, x, _| x * m) / total
+    } else {
+        DVec3::ZERO
+    }
+}
+
+/// Root mean square speed [m/s].
+#[must_use]
+pub fn rms_speed(particles: &Particles) -> f64 {
+    let sum: f64 = terms(particles, |_, _, v| v.length_squared()).sum();
+    (sum / particles.len().max(1) as f64).sqrt()
+}
+
+/// C of every edge [m], in the order of the topology.
+pub fn edge_errors(topology: &Topology, positions: &[Vec4]) -> impl Iterator<Item = f64> {
+    let edges = &topology.edges;
+    edges
+        .ends()
+        .zip(&edges.rest_length)
+        .map(move |(ends, &rest)| {
+            let [a, b] = ends.map(|i| positions[i as usize].truncate().as_dvec3());
+            a.distance(b) - f64::from(rest)
+        })
+}
+
+/// Signed volume of every tetrahedron [m³], in the order of the topology.
+pub fn tetrahedron_volumes(topology: &Topology, positions: &[Vec4]) -> impl Iterator<Item = f64> {
+    topology.tetrahedra.corners().map(move |corners| {
+        crate::topology::volume(corners.map(|i| positions[i as usize].truncate().as_dvec3()))
+    })
+}
+
+/// Volume of the body over its rest volume, less 1: of its tetrahedra, or of what its surface encloses
+/// if it has none; 0 if that is nothing.
+#[must_use]
+pub fn volume_error(topology: &Topology, positions: &[Vec4]) -> f64 {
+    let rest: f64 = topology
+        .tetrahedra
+        .rest_volume
+        .iter()
+        .map(|&v| f64::from(v))
+        .sum();
+    if rest == 0.0 {
+        let at = |i: u32| positions[i as usize].truncate().as_dvec3();
+        return topology.enclosure().map_or(0.0, |enclosure| {
+            enclosure.volume(topology, at) / enclosure.rest_volume - 1.0
+        });
+    }
+    tetrahedron_volumes(topology, positions).sum::<f64>() / rest - 1.0
+}
+
+/// How many tetrahedra are turned inside out.
+#[must_use]
+pub fn inverted(topology: &Topology, positions: &[Vec4]) -> usize {
+    topology
+        .tetrahedra
+        .corners()
+        .zip(&topology.tetrahedra.rest_volume)
+        .filter(|&(corners, &rest)| {
+            let x = corners.map(|i| positions[i as usize].truncate());
+            volume_and_gradients(x).0 * rest <= 0.0
+        })
+        .count()
+}
+
+/// Elastic energy ½C²/α of the constraints of an effect [J]; rigid ones store none.
+#[must_use]
+pub fn elastic_energy<const N: usize, const M: usize>(
+    effect: &impl Elastic<N, M>,
+    topology: &Topology,
+    particles: &Particles,
+) -> f64 {
+    let rows = effect.rows_of(topology, particles);
+    rows.flat_map(|(_, rows)| rows)
+        .map(|row| stored(row.error, row.compliance))
+        .sum()
+}
+
+/// Energy of all elastic effects of a body together [J], its particles being `at` places in m, with
+/// their inverse masses in 1/kg.
+#[must_use]
+pub fn elastic_energies(
+    effects: &Effects,
+    topology: &Topology,
+    at: impl Fn(u32) -> (DVec3, f64),
+) -> f64 {
+    struct Sum<'a, F>(f64, &'a Topology, F);
+    impl<F: Fn(u32) -> (DVec3, f64)> Visit for Sum<'_, F> {
+        fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
+            let elements = effect.all_rows(self.1, &self.2);
+            let rows = elements.flat_map(|(_, rows)| rows);
+            self.0 += rows
+                .map(|row| stored(row.error, row.compliance))
+                .sum::<f64>();
+        }
+    }
+    let filling = effects.pressure.map_or(0.0, |pressure| {
+        pressure_energy(&pressure, topology, |i| at(i).0)
+    });
+    let matched = effects.shape_matching.map_or(0.0, |effect| {
+        let at = |i: u32| Place::still(at(i));
+        Matching::of(topology, &effect).energy(topology, &effect, at)
+    });
+    let mut sum = Sum(0.0, topology, at);
+    effects.visit(&mut sum);
+    sum.0 + filling + matched
+}
+
+/// Energy that a filling stores [J], the particles being `at` places in m.
+#[must_use]
+pub fn pressure_energy(pressure: &Pressure, topology: &Topology, at: impl Fn(u32) -> DVec3) -> f64 {
+    topology.enclosure().map_or(0.0, |enclosure| {
+        pressure.energy(enclosure, enclosure.volume(topology, at))
+    })
+}
+
+/// What is left of the equation of a filling, over its own volume; nothing before the first substep.
+#[must_use]
+pub fn pressure_residual(
+    pressure: &Pressure,
+    topology: &Topology,
+    particles: &Particles,
+    walls: &Walls,
+    h: f32,
+) -> SquareSum {
+    let Ok(enclosure) = topology.enclosure() else {
+        return SquareSum::default();
+    };
+    if walls.gradients.is_empty() {
+        return SquareSum::default();
+    }
+    let at = |i: u32| particles.position(i as usize);
+    let volume = enclosure.volume(topology, at);
+    let left = pressure.residual(enclosure, volume, walls.multiplier, h.into());
+    SquareSum {
+        sum: left * left,
+        count: 1,
+    }
+}
+
+/// ½C²/α [J]; 0 where α is.
+fn stored(error: f64, compliance: f64) -> f64 {
+    if compliance > 0.0 {
+        0.5 * error * error / compliance
+    } else {
+        0.0
+    }
+}
+
+/// What is left of an effect's equations C + αλ/h² = 0, over the scale of each (the rest length of
+/// an edge, the rest volume of a tetrahedron).
+#[must_use]
+pub fn residual<const N: usize, const M: usize>(
+    effect: &impl Elastic<N, M>,
+    topology: &Topology,
+    particles: &Particles,
+    multipliers: &[f32],
+    h: f32,
+) -> SquareSum {
+    let per_step = 1.0 / (f64::from(h) * f64::from(h));
+    let rows = effect.rows_of(topology, particles);
+    rows.flat_map(|(_, rows)| rows)
+        .zip(multipliers)
+        .filter(|(row, _)| row.scale != 0.0)
+        .fold(SquareSum::default(), |mut all, (row, &lambda)| {
+            let force = f64::from(lambda) * per_step;
+            let share = (row.error + row.compliance * force) / row.scale;
+            all.sum += share * share;
+            all.count += 1;
+            all
+        })
+}
+
+/// What is left of the equations of all elastic effects of a body, as [`residual`] of each.
+#[must_use]
+pub fn residuals(
+    effects: &Effects,
+    topology: &Topology,
+    particles: &Particles,
+    lambdas: &Lambdas,
+    h: f32,
+) -> SquareSum {
+    struct Sum<'a> {
+        all: SquareSum,
+        topology: &'a Topology,
+        particles: &'a Particles,
+        lambdas: &'a Lambdas,
+        h: f32,
+    }
+    impl Visit for Sum<'_> {
+        fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
+            let lambda = self.lambdas.of(E::KIND);
+            let own = residual(effect, self.topology, self.particles, lambda, self.h);
+            self.all.add(own);
+        }
+    }
+    let mut sum = Sum {
+        all: SquareSum::default(),
+        topology,
+        particles,
+        lambdas,
+        h,
+    };
+    effects.visit(&mut sum);
+    if let (Some(effect), Some(matching)) = (&effects.shape_matching, &lambdas.matching) {
+        let at = Place::among(particles);
+        let own = matching.residual(topology, effect, h.into(), at);
+        sum.all.add(own);
+    }
+    if let Some(pressure) = &effects.pressure {
+        let own = pressure_residual(pressure, topology, particles, &lambdas.walls, h);
+        sum.all.add(own);
+    }
+    sum.all
+}
+
+/// Root mean square distance of the particles to the rest shape after the best rigid fit, over
+/// the body's size.
+#[must_use]
+pub fn shape_error(topology: &Topology, positions: &[Vec4]) -> f64 {
+    let count = topology.rest.len() as f64;
+    let mean = |points: &mut dyn Iterator<Item = DVec3>| {
+        points.fold(DVec3::ZERO, |sum, x| sum + x) / count
+    };
+    let rest: Vec<DVec3> = topology.rest.iter().map(|x| x.as_dvec3()).collect();
+    let now: Vec<DVec3> = positions.iter().map(|x| x.truncate().as_dvec3()).collect();
+    let rest_mean = mean(&mut rest.iter().copied());
+    let now_mean = mean(&mut now.iter().copied());
+    let rotation = crate::fit::rotation_between(
+        rest.iter().map(|&x| x - rest_mean),
+        now.iter().map(|&x| x - now_mean),
+    );
+    let sum: f64 = rest
+        .iter()
+        .zip(&now)
+        .map(|(&r, &x)| (rotation * (r - rest_mean)).distance_squared(x - now_mean))
+        .sum();
+    (sum / count).sqrt() / f64::from(topology.size)
+}
+
+/// Hash of the bits of positions, displacements and carries: equal states have equal hashes.
+#[must_use]
+pub fn state_hash<'a>(bodies: impl Iterator<Item = &'a Particles>) -> u64 {
+    let mut hash = FNV_START;
+    for particles in bodies {
+        for element in particles
+            .columns()
+            .into_iter()
+            .flat_map(|(_, column)| column)
+        {
+            for number in element.to_array() {
+                hash = fnv1a_on(hash, &number.to_bits().to_le_bytes());
+            }
+        }
+    }
+    hash
+}
+
+/// The FNV-1a hash of some bytes, the same on every machine.
+#[must_use]
+pub fn fnv1a(bytes: &[u8]) -> u64 {
+    fnv1a_on(FNV_START, bytes)
+}
+
+const FNV_START: u64 = 0xcbf2_9ce4_8422_2325;
+
+fn fnv1a_on(hash: u64, bytes: &[u8]) -> u64 {
+    bytes.iter().fold(hash, |hash, byte| {
+        (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)
+    })
+}

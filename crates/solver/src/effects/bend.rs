@@ -1,0 +1,209 @@
+//! Bend: C = θ − θ₀ [rad] on every hinge, θ the angle between the normals of its two triangles.
+//!
+//! λ/h² is the moment about the hinge's edge in N·m. A hinge of flexural rigidity B [N·m] has the
+//! stiffness B e²/(A₀ + A₁) [N·m], with the edge e and the areas of its triangles at rest. That is
+//! Grinspun and others' discrete shell (2003) with the factor for which a developable sheet stores
+//! ½Bκ² per area: exactly so where edges run along and across the bend, and on average over its
+//! directions on a mesh of equilateral triangles.
+//!
+//! The angle is the one of `atan2`, so that it knows on which side a sheet is folded; the gradient
+//! is that of Bridson, Marino and Fedkiw (2003). An angle is compared with the one at rest the short
+//! way around, so that nothing jumps when a fold goes past ±π, but only when it is π away from rest.
+
+use crate::kernel::block::{
+    Block, Blocks, LaneRow, Projection, cross, difference, dot, solve_rows,
+};
+#[cfg(feature = "bevy")]
+use crate::reflection::*;
+use crate::{
+    Damping, FlexuralRigidity, Topology,
+    elastic::{Elastic, ElasticKind, Point, Row},
+    lanes::{Columns, Lanes, Vectors, arc_tangent},
+    order::Elements,
+    topology::{
+        Hinges,
+        hinges::{angle, normals},
+    },
+};
+use fearless_simd::{f32x8, prelude::*};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+use std::f32::consts::{PI, TAU};
+
+/// Hinges resist a change of their angle.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(
+    feature = "bevy",
+    derive(Component, Reflect),
+    reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize),
+    type_path = "pliant::effect"
+)]
+pub struct Bend {
+    /// Flexural rigidity B [N·m], Et³/(12(1 − ν²)) of a sheet of thickness t, which does not depend
+    /// on how finely the surface is divided; default 1e-3, some felt.
+    pub stiffness: FlexuralRigidity,
+    /// Damping τ [s], see the [module](super); default 0.
+    pub damping: Damping,
+}
+
+/// The parameters as a substep of a given length needs them.
+#[derive(Debug, Clone, Copy)]
+pub struct Coefficients {
+    /// 1/(B h²) [1/(kg·m²)], to be multiplied by a hinge's flexibility.
+    alpha: f32,
+    /// γ = τ/h.
+    gamma: f32,
+}
+
+impl Bend {
+    /// For a substep of `h` seconds.
+    #[must_use]
+    pub fn coefficients(&self, h: f32) -> Coefficients {
+        Coefficients {
+            alpha: 1.0 / (h * h) / self.stiffness.get(),
+            gamma: self.damping.get() / h,
+        }
+    }
+
+    /// Compliance [1/(N·m)] of a hinge of the given flexibility (A₀ + A₁)/e².
+    #[must_use]
+    pub fn compliance_of(&self, flexibility: f32) -> f64 {
+        f64::from(flexibility) / f64::from(self.stiffness.get())
+    }
+}
+
+impl Elastic<4, 1> for Bend {
+    const KIND: ElasticKind = ElasticKind::Bend;
+    const UNIT: &'static str = "1/(N·m)";
+    type Kernel<'a> = Kernel<'a>;
+
+    fn elements(topology: &Topology) -> &Elements<4> {
+        &topology.hinges().elements
+    }
+
+    fn kernel<'a>(&self, topology: &'a Topology, h: f32) -> Kernel<'a> {
+        Kernel {
+            hinges: topology.hinges(),
+            coefficients: self.coefficients(h),
+        }
+    }
+
+    fn rows(&self, topology: &Topology, index: usize, points: [Point; 4]) -> [Row<4>; 1] {
+        let hinges = topology.hinges();
+        let x = points.map(|point| point.x);
+        [Row {
+            error: wrapped(angle(x) - f64::from(hinges.rest_angle[index])),
+            gradients: gradients(
+                x,
+                [0, 1].map(|kind: usize| hinges.floors[kind][index].into()),
+            ),
+            compliance: self.compliance_of(hinges.flexibility[index]),
+            scale: 1.0,
+            least: 0.0,
+        }]
+    }
+
+    fn damping(&self) -> Damping {
+        self.damping
+    }
+
+    fn is_rigid(&self) -> bool {
+        self.compliance_of(1.0) == 0.0
+    }
+}
+
+/// A difference of two angles [rad], the short way around.
+pub(super) fn wrapped(error: f64) -> f64 {
+    if error > PI.into() {
+        error - f64::from(TAU)
+    } else if error < (-PI).into() {
+        error + f64::from(TAU)
+    } else {
+        error
+    }
+}
+
+/// Gradients of the angle of a hinge [1/m], with the least squares of normals and edge.
+fn gradients(x: [DVec3; 4], [least_normal, least_edge]: [f64; 2]) -> [DVec3; 4] {
+    let [n1, n2] = normals(x);
+    let edge = x[1] - x[0];
+    let length = edge.length_squared().max(least_edge).sqrt();
+    let u1 = n1 / n1.length_squared().max(least_normal);
+    let u2 = n2 / n2.length_squared().max(least_normal);
+    let over_1 = (x[2] - x[0]).dot(edge) / length;
+    let over_2 = (x[3] - x[0]).dot(edge) / length;
+    [
+        u1 * (length - over_1) + u2 * (length - over_2),
+        u1 * over_1 + u2 * over_2,
+        u1 * -length,
+        u2 * -length,
+    ]
+}
+
+/// Hinges with what their projection needs.
+///
+/// Normals and edges are never divided by where they are shorter than a hundredth of what they are
+/// at rest, so that a triangle that has collapsed pushes less instead of without bound; healthy
+/// hinges are as they are to the bit.
+#[derive(Debug, Clone, Copy)]
+pub struct Kernel<'a> {
+    hinges: &'a Hinges,
+    coefficients: Coefficients,
+}
+
+impl Blocks<4, 1> for Kernel<'_> {
+    fn elements(&self) -> &Elements<4> {
+        &self.hinges.elements
+    }
+
+    fn damped(&self) -> bool {
+        self.coefficients.gamma > 0.0
+    }
+
+    #[inline(always)]
+    fn project<L: Lanes>(
+        &self,
+        simd: L,
+        block: &Block<4>,
+        x: &[Columns<L>; 4],
+        moved: Option<&[Vectors<L>; 4]>,
+        lambda: Option<[f32x8<L>; 1]>,
+    ) -> Projection<L, 4, 1> {
+        let Coefficients { alpha, gamma } = self.coefficients;
+        let zero = f32x8::splat(simd, 0.0);
+        let [least_normal, least_edge] =
+            [0, 1].map(|kind: usize| block.column(simd, &self.hinges.floors[kind]));
+        let edge = difference(&x[1], &x[0]);
+        let (first, second) = (difference(&x[2], &x[0]), difference(&x[3], &x[0]));
+        let (n1, n2) = (cross(&edge, &first), cross(&second, &edge));
+        let length = dot(&edge, &edge).max(least_edge).sqrt();
+        let sine = dot(&cross(&n1, &n2), &edge) / length;
+        let angle = arc_tangent(simd, sine, dot(&n1, &n2));
+        let mut error = angle - block.column(simd, &self.hinges.rest_angle);
+        error = error.simd_gt(PI).select(error - TAU, error);
+        error = error.simd_lt(-PI).select(error + TAU, error);
+
+        // ∇θ is −e n/n² at the corners across, and shared out between the ends of the edge by
+        // where the corners across stand over it.
+        let over_1 = dot(&first, &edge) / length;
+        let over_2 = dot(&second, &edge) / length;
+        let s1 = 1.0 / dot(&n1, &n1).max(least_normal);
+        let s2 = 1.0 / dot(&n2, &n2).max(least_normal);
+        let mut gradients = [[zero; 3]; 4];
+        for axis in 0..3 {
+            let (u1, u2) = (n1[axis] * s1, n2[axis] * s2);
+            gradients[0][axis] = (length - over_1) * u1 + (length - over_2) * u2;
+            gradients[1][axis] = over_1 * u1 + over_2 * u2;
+            gradients[2][axis] = -(length * u1);
+            gradients[3][axis] = -(length * u2);
+        }
+        let row = LaneRow {
+            error,
+            gradients,
+            alpha: block.column(simd, &self.hinges.flexibility) * alpha,
+            least: zero,
+        };
+        solve_rows(simd, &[row], x, moved, lambda, gamma)
+    }
+}

@@ -1,0 +1,65 @@
+//! A point that pulls.
+
+use super::law::{Force, ForceKind, Moment, Mote};
+#[cfg(feature = "bevy")]
+use crate::reflection::*;
+use crate::{Finite, Length, Topology};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// A point pulls, as gravity does: a = −s d/(d² + r²)^(3/2), d being the way from the point (Plummer,
+/// 1911; the radius r keeps it finite at the point itself).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(
+    feature = "bevy",
+    derive(Component, Reflect),
+    reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize),
+    type_path = "pliant::effect"
+)]
+pub struct Attract {
+    /// Where the point is along x [m]; default 0.
+    pub x: Finite,
+    /// Where it is along y [m]; default 1.
+    pub y: Finite,
+    /// Where it is along z [m]; default 0.
+    pub z: Finite,
+    /// Strength s [m³/s²]: the acceleration at a metre, far beyond the radius; negative pushes away.
+    /// Default 10.
+    pub strength: Finite,
+    /// Radius r [m]; default 0.3.
+    pub radius: Length,
+}
+
+impl Default for Attract {
+    fn default() -> Self {
+        Self {
+            x: Finite::ZERO,
+            y: Finite::of(1.0),
+            z: Finite::ZERO,
+            strength: Finite::of(10.0),
+            radius: Length::of(0.3),
+        }
+    }
+}
+
+impl Force for Attract {
+    const KIND: ForceKind = ForceKind::Attract;
+
+    fn act(
+        &self,
+        topology: &Topology,
+        moment: Moment,
+        at: impl Fn(u32) -> Mote,
+        mut push: impl FnMut(u32, DVec3),
+    ) {
+        let centre = Finite::vector([self.x, self.y, self.z]);
+        let strength = f64::from(self.strength.get()) * moment.h;
+        let radius = f64::from(self.radius.get());
+        for i in 0..topology.particles() as u32 {
+            let d = at(i).x - centre;
+            let square = d.length_squared() + radius * radius;
+            push(i, d * (-strength / (square * square.sqrt())));
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! Forces from outside, on bodies that ask for them. They act before the first stage, each changing
+//! velocities by what it gives in a substep: v += h a(x, v, t).
+//!
+//! Each has one formula, in `f64`, which the fast solver and the twin share; tests hold it against
+//! closed forms. A body is done on one thread. Most forces are cheap beside constraints; gusts are not:
+//! their noise is asked for each triangle in each substep, and takes three quarters of a tick of the
+//! scene `flag`.
+
+mod attract;
+mod drag;
+mod law;
+mod noise;
+mod uniform;
+mod vortex;
+mod wind;
+
+pub use attract::Attract;
+pub use drag::Drag;
+pub use uniform::Uniform;
+pub use vortex::Vortex;
+pub use wind::Wind;
+
+pub use law::{Force, ForceKind, Moment, Mote, VisitForces};
+
+use crate::{Effects, Topology, particles::Part};
+use glam::Vec4;
+use std::cell::Cell;
+
+/// Lets a force act on all particles of a body.
+fn on_particles(force: &impl Force, topology: &Topology, moment: Moment, part: Part) {
+    let Part {
+        positions,
+        displacements,
+        carry,
+    } = part;
+    let wide = |x: Vec4| x.truncate().as_dvec3();
+    let displacements = Cell::from_mut(displacements).as_slice_of_cells();
+    let carry = Cell::from_mut(carry).as_slice_of_cells();
+    let at = |i: u32| {
+        let i = i as usize;
+        let (x, c) = (positions[i], wide(carry[i].get()));
+        Mote {
+            x: wide(x) + c,
+            v: (wide(displacements[i].get()) - c) / moment.h,
+            w: x.w.into(),
+        }
+    };
+    force.act(topology, moment, at, |i, change| {
+        if positions[i as usize].w > 0.0 {
+            let (u, c) = (&displacements[i as usize], &carry[i as usize]);
+            let now = wide(u.get()) + change * moment.h;
+            u.set(now.as_vec3().extend(0.0));
+            // What u is rounded by is not lost to the velocity, as in the first stage.
+            let lost = now - wide(u.get());
+            c.set((wide(c.get()) - lost).as_vec3().extend(0.0));
+        }
+    });
+}
+
+/// Makes what forces need one line each for.
+macro_rules! forces {
+    (
+        { forces { $($force:ident $field:ident $does:literal;)* } $($others:tt)* }
+        $($rest:tt)*
+    ) => {
+        impl Effects {
+            /// Whether the force acts on the body.
+            #[must_use]
+            pub fn has_force(&self, kind: ForceKind) -> bool {
+                match kind {
+                    $(ForceKind::$force => self.$field.is_some(),)*
+                }
+            }
+
+            /// Shows all forces to a visitor, in their order.
+            pub fn visit_forces(&self, visitor: &mut impl VisitForces) {
+                $(if let Some(force) = &self.$field {
+                    visitor.visit(force);
+                })*
+            }
+
+            /// Lets one of the forces act.
+            pub(crate) fn push(&self, kind: ForceKind, topology: &Topology, moment: Moment, part: Part) {
+                match kind {
+                    $(ForceKind::$force => if let Some(force) = &self.$field {
+                        on_particles(force, topology, moment, part);
+                    },)*
+                }
+            }
+        }
+
+        $(impl From<$force> for Effects {
+            fn from(force: $force) -> Self {
+                Self {
+                    $field: Some(force),
+                    ..Self::default()
+                }
+            }
+        })*
+    };
+}
+
+crate::effects!(forces);

@@ -1,0 +1,112 @@
+//! Wind on surfaces: drag and lift of every triangle.
+
+use super::{
+    law::{Force, ForceKind, Moment, Mote},
+    noise,
+};
+#[cfg(feature = "bevy")]
+use crate::reflection::*;
+use crate::{Coefficient, Finite, Length, Topology};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// Wind blows on the surface of the body: cloth, and the outside of a solid. A rope has none.
+///
+/// A triangle of area A and normal n, turned to the lee, gets from air that passes it at u
+///
+/// F = ½ρA (u·n) ((C_D − C_L) u + C_L ‖u‖ n),
+///
+/// as the plates of Ling, Damodaran and Gay (*Aerodynamic Force Models for Animating Cloth Motion in
+/// Air Flow*, 1996) do: C_D across the flow, and lift for what stands aslant.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(
+    feature = "bevy",
+    derive(Component, Reflect),
+    reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize),
+    type_path = "pliant::effect"
+)]
+pub struct Wind {
+    /// Mean wind along x [m/s]; default 5.
+    pub x: Finite,
+    /// Mean wind along y [m/s]; default 0.
+    pub y: Finite,
+    /// Mean wind along z [m/s]; default 0.
+    pub z: Finite,
+    /// Largest gust along each axis [m/s]; default 0. Gusts are frozen in the air, and pass by with
+    /// the mean wind (Taylor's hypothesis).
+    pub turbulence: Coefficient,
+    /// Size of gusts [m]; default 0.5.
+    pub scale: Length,
+    /// Density ρ of the air [kg/m³]; default 1.2.
+    pub density: Coefficient,
+    /// Drag coefficient C_D of a plate across the flow; default 1.2.
+    pub drag: Coefficient,
+    /// Lift coefficient C_L; default 0.6.
+    pub lift: Coefficient,
+}
+
+impl Default for Wind {
+    fn default() -> Self {
+        Self {
+            x: Finite::of(5.0),
+            y: Finite::ZERO,
+            z: Finite::ZERO,
+            turbulence: Coefficient::default(),
+            scale: Length::of(0.5),
+            density: Coefficient::of(1.2),
+            drag: Coefficient::of(1.2),
+            lift: Coefficient::of(0.6),
+        }
+    }
+}
+
+impl Wind {
+    /// Velocity of the air at a place and a time [m/s].
+    #[must_use]
+    pub fn air(&self, place: DVec3, time: f64) -> DVec3 {
+        let mean = Finite::vector([self.x, self.y, self.z]);
+        let gusts = f64::from(self.turbulence.get());
+        if gusts == 0.0 {
+            return mean;
+        }
+        mean + noise::vector((place - mean * time) / f64::from(self.scale.get())) * gusts
+    }
+}
+
+impl Force for Wind {
+    const KIND: ForceKind = ForceKind::Wind;
+
+    fn act(
+        &self,
+        topology: &Topology,
+        moment: Moment,
+        at: impl Fn(u32) -> Mote,
+        mut push: impl FnMut(u32, DVec3),
+    ) {
+        let (drag, lift) = (f64::from(self.drag.get()), f64::from(self.lift.get()));
+        let half_density = 0.5 * f64::from(self.density.get());
+        for &corners in &topology.triangles {
+            let [a, b, c] = corners.map(&at);
+            let across = (b.x - a.x).cross(c.x - a.x);
+            let twice_area = across.length();
+            if twice_area == 0.0 {
+                continue;
+            }
+            let normal = across / twice_area;
+            let wind = self.air((a.x + b.x + c.x) / 3.0, moment.time);
+            let u = wind - (a.v + b.v + c.v) / 3.0;
+            let speed = u.length();
+            let into = u.dot(normal);
+            let normal = if into < 0.0 { -normal } else { normal };
+            let pressed = half_density * 0.5 * twice_area * into.abs();
+            let force = pressed * ((drag - lift) * u + (lift * speed) * normal);
+            let stiffness = pressed * drag.max(lift);
+            for (i, mote) in corners.into_iter().zip([a, b, c]) {
+                // Solved for the end of the substep, so that no wind is too strong for light cloth.
+                let share = moment.h * mote.w / 3.0;
+                push(i, force * (share / (1.0 + stiffness * share)));
+            }
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! Multipliers of all effects of a body.
+
+use super::{elastic::ElasticKind, pressure::Walls, shape_matching::Matching};
+use crate::Topology;
+use glam::Vec4;
+
+/// Multipliers λ of the constraints of a body, a column for each effect that it carries: empty
+/// where nobody keeps them. λ/h² is a force.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Lambdas {
+    columns: [Vec<f32>; ElasticKind::COUNT],
+    /// What pressure keeps.
+    pub walls: Walls,
+    /// The regions whose shapes are matched, with their multipliers; none before the first substep.
+    pub matching: Option<Box<Matching>>,
+    /// Room to add up the ways of averaged passes; zeros between them.
+    sums: Vec<Vec4>,
+}
+
+impl Lambdas {
+    /// Of one effect, element by element.
+    #[must_use]
+    pub fn of(&self, kind: ElasticKind) -> &[f32] {
+        &self.columns[kind as usize]
+    }
+
+    /// Makes room for one effect, or takes it away where nobody will read it.
+    pub fn make_room(&mut self, kind: ElasticKind, topology: &Topology, kept: bool) {
+        let column = &mut self.columns[kind as usize];
+        let count = if kept { kind.multipliers(topology) } else { 0 };
+        if column.len() != count {
+            *column = vec![0.0; count];
+        }
+    }
+
+    /// All columns, in the order of [`ElasticKind::ALL`].
+    pub(crate) fn columns(&mut self) -> &mut [Vec<f32>; ElasticKind::COUNT] {
+        &mut self.columns
+    }
+
+    /// Makes room to add up ways of so many particles.
+    pub(crate) fn make_sums(&mut self, count: usize) {
+        if self.sums.len() != count {
+            self.sums = vec![Vec4::ZERO; count];
+        }
+    }
+
+    /// That room.
+    pub(crate) fn sums(&mut self) -> &mut [Vec4] {
+        &mut self.sums
+    }
+
+    /// Bytes of memory.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.count() * size_of::<f32>()
+            + size_of_val(&self.sums[..])
+            + size_of_val(&self.walls.gradients[..])
+            + self
+                .matching
+                .as_ref()
+                .map_or(0, |it| size_of::<Matching>() + it.bytes())
+    }
+
+    /// How many multipliers there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.columns.iter().map(Vec::len).sum()
+    }
+}

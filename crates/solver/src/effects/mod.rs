@@ -1,0 +1,150 @@
+//! The table of effects, and the effects that a body carries.
+//!
+//! [`effects!`](crate::effects) is the only list of effects. Whoever needs one line for each of them, here or in a
+//! program, gives it the name of a macro that makes the line.
+
+pub mod bend;
+pub mod elastic;
+pub mod force;
+pub mod grab;
+pub mod isometric_bend;
+pub mod kinds;
+pub mod lambdas;
+pub mod membrane;
+pub mod multipliers;
+pub mod neo_hookean;
+pub mod plasticity;
+pub mod pressure;
+pub mod shape_matching;
+pub mod stitches;
+pub mod strain_limit;
+pub mod stretch;
+pub mod struts;
+pub mod tethers;
+pub mod volume;
+pub mod weave;
+
+pub use multipliers::Multipliers;
+
+use crate::{ElasticKind, Load, Method, Topology};
+use serde::{Deserialize, Serialize};
+
+/// The table of effects, in the order in which they act: calls the macro that it is given with all of them, in
+/// groups, each with its type, its name in files, for elastic effects the numbers of particles and of equations of
+/// an element, and what it does.
+///
+/// Stitches and hands stand apart from groups in braces: stitches are no part of [`Effects`], as there may be many
+/// on a body, and what a hand holds is no part of a scene.
+#[macro_export]
+macro_rules! effects {
+    ($make:path) => {
+        $make! {
+            {
+                forces {
+                    Uniform uniform "The same acceleration everywhere.";
+                    Attract attract "A point pulls.";
+                    Vortex vortex "Air turns about an upright axis.";
+                    Wind wind "Wind blows on the surface.";
+                    Drag drag "A medium at rest brakes.";
+                }
+                solvers {
+                    Direct direct "The body is solved directly, not by sweeps.";
+                }
+                elastic {
+                    Stretch stretch (2, 1) "Edges resist a change of length.";
+                    Bend bend (4, 1) "Hinges resist a change of their angle.";
+                    IsometricBend isometric_bend (4, 1)
+                        "Hinges resist bending by a quadratic energy, for cloth that hardly stretches.";
+                    Volume volume (4, 1) "Tetrahedra resist a change of volume.";
+                    NeoHookean neo_hookean (4, 2) "Tetrahedra are rubber.";
+                    Membrane membrane (3, 3)
+                        "Triangles of the surface resist being strained, the same in all directions.";
+                    Weave weave (3, 3)
+                        "Triangles of the surface resist being strained along warp, weft and bias.";
+                    Struts struts (2, 1) "Springs through the body resist a change of length.";
+                    StrainLimit strain_limit (2, 1) "No edge gets longer than a limit.";
+                }
+                shapes {
+                    ShapeMatching shape_matching
+                        "Particles are drawn to where the rest shape would have them.";
+                    Pressure pressure "What fills the closed surface pushes at it.";
+                }
+            }
+            Stitches stitches
+            {
+                pins {
+                    Tethers tethers "No particle goes farther from its nearest pin than at rest.";
+                }
+            }
+            Grab grab
+            {
+                contacts {
+                    Ground ground "A ground with friction and bounce.";
+                    StickyGround sticky_ground "A ground that sticks.";
+                    Collide collide "Colliders keep the body out.";
+                }
+                rest_values {
+                    Plasticity plasticity "What is strained beyond a yield strain stays so.";
+                }
+            }
+        }
+    };
+}
+
+macro_rules! carried_by_a_body {
+    (
+        { $($first:ident { $($kind1:ident $field1:ident $(($($numbers:tt)*))? $does1:literal;)* })* }
+        $stitches:ident $stitched:ident
+        { $($second:ident { $($kind2:ident $field2:ident $does2:literal;)* })* }
+        $grab:ident $grabbed:ident
+        { $($third:ident { $($kind3:ident $field3:ident $does3:literal;)* })* }
+    ) => {
+        /// The effects that a body carries; what is absent costs nothing.
+        #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+        pub struct Effects {
+            $($(#[doc = $does1] pub $field1: Option<crate::$kind1>,)*)*
+            $($(#[doc = $does2] pub $field2: Option<crate::$kind2>,)*)*
+            /// A hand holds the body.
+            pub $grabbed: Option<crate::$grab>,
+            $($(#[doc = $does3] pub $field3: Option<crate::$kind3>,)*)*
+        }
+    };
+}
+
+effects!(carried_by_a_body);
+
+impl Effects {
+    /// Whether it is carried, and sweeps of a method go over its constraints.
+    #[must_use]
+    pub fn sweeps(&self, kind: ElasticKind, method: Method) -> bool {
+        self.has(kind) && !(self.is_direct(method) && kind.is_solved_directly())
+    }
+
+    /// Whether the body is solved directly in a world of this method.
+    #[must_use]
+    pub fn is_direct(&self, method: Method) -> bool {
+        self.direct.is_some() && method.has_direct()
+    }
+
+    /// How many constraints a body with these effects has; a filling is one, and so are the regions
+    /// whose shapes are matched, all together.
+    #[must_use]
+    pub fn constraints(&self, topology: &Topology) -> usize {
+        let carried = ElasticKind::ALL.into_iter().filter(|&kind| self.has(kind));
+        let elastic: usize = carried.map(|kind| kind.elements(topology)).sum();
+        let whole = [self.pressure.is_some(), self.shape_matching.is_some()];
+        elastic + whole.into_iter().filter(|carried| *carried).count()
+    }
+
+    /// What it is to sweep over these constraints so many times; to a filling, a triangle is what an
+    /// element is to others, and to shape matching, a particle.
+    #[must_use]
+    pub fn load(&self, topology: &Topology, sweeps: usize) -> Load {
+        let walls = self.pressure.map_or(0, |_| topology.triangles.len());
+        let matched = self.shape_matching.map_or(0, |_| topology.particles());
+        Load {
+            projections: (self.constraints(topology) + walls + matched) * sweeps,
+            pieces: topology.bands.count(),
+        }
+    }
+}

@@ -1,0 +1,384 @@
+//! Neo-Hookean elasticity: two coupled equations on every tetrahedron, with the material's E and ν.
+//!
+//! The energy per volume at rest is the one of Macklin and Müller (*A constraint-based formulation
+//! of stable neo-Hookean materials*, 2021), after Smith, de Goes and Kim (2018),
+//!
+//! ½µ(tr FᵀF − 3) + ½λ′(det F − 1 − µ/λ′)², λ′ = λ + µ,
+//!
+//! less what it is at rest. λ′ is what gives E and ν back at small strains. In their two
+//! constraints, √(tr FᵀF) and det F − 1 − µ/λ′, neither is 0 at rest: two large forces cancel there,
+//! to within rounding, and α → 0 crushes an element. The same energy is ½µD² + ½λH² with
+//!
+//! D² = tr FᵀF + J² − 4J, H = J − 1, J = det F,
+//!
+//! both 0 at rest. D² is never negative, by the inequality of arithmetic and geometric means of the
+//! squares of F's stretches and of J. D, the strain, is like the length of a spring that has none at
+//! rest: it has no gradient there. Kernels find D² from Green's strain G = ½(FᵀF − 1) as
+//! 2H² − 4I₂(G) − 8 det G, which, unlike the above, loses no digits when strains are small, however
+//! the element is turned.
+//!
+//! With the rest volume V₀, D has the compliance 1/(µV₀) and H has 1/(λV₀), in 1/J.
+//!
+//! **Collapsed elements.** With this energy an element of no size at all is stress-free too, and
+//! stays if it is below about a tenth of its length. So where tr FᵀF < 1, which takes a squeeze to
+//! below 58 % on average along all three axes, D² has (1 − tr FᵀF)² added, and energy falls
+//! all the way from a point to rest. (Smith and others take a logarithm.) As for
+//! [volume](super::volume), ∇H is that of the rest shape where an element has none left.
+//!
+//! **Folded bodies.** Below half of its volume an element loses no more of H: it is −½ from there on,
+//! and only D drives the element on. Otherwise those of a body that was thrown together regain
+//! their volumes before their shapes, wound around an edge twice, and stay so.
+
+use crate::kernel::block::{
+    Block, Blocks, LaneRow, Projection, cross, difference, dot, solve_rows,
+};
+#[cfg(feature = "bevy")]
+use crate::reflection::*;
+use crate::{
+    Damping, PoissonRatio, Topology, YoungsModulus,
+    elastic::{Elastic, ElasticKind, Point, Row},
+    lanes::{Columns, Lanes, Vectors},
+    order::Elements,
+    topology::{Frames, Tetrahedra},
+};
+use fearless_simd::{f32x8, prelude::*};
+use glam::{DMat3, DVec3};
+use serde::{Deserialize, Serialize};
+
+/// Tetrahedra resist changes of shape and of volume as rubber does.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(
+    feature = "bevy",
+    derive(Component, Reflect),
+    reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize),
+    type_path = "pliant::effect"
+)]
+pub struct NeoHookean {
+    /// Young's modulus E [Pa], which does not depend on how finely the body is divided; default
+    /// 1e6, soft rubber; ∞ is rigid.
+    pub youngs_modulus: YoungsModulus,
+    /// Poisson's ratio ν; default 0.3.
+    pub poisson_ratio: PoissonRatio,
+    /// Damping τ [s], see the [module](super); default 0.
+    pub damping: Damping,
+}
+
+/// λ is at least this share of µ, so that 1/λ is finite with ν = 0; ν is then 5e-7.
+const LEAST_LAMBDA: f64 = 1e-6;
+
+impl NeoHookean {
+    /// Lamé's µ and λ [Pa].
+    #[must_use]
+    pub fn lame(&self) -> [f64; 2] {
+        let e = f64::from(self.youngs_modulus.get());
+        let nu = f64::from(self.poisson_ratio.get());
+        let mu = e / (2.0 * (1.0 + nu));
+        let lambda = e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
+        [mu, lambda.max(LEAST_LAMBDA * mu)]
+    }
+
+    /// Compliances of D and H [1/J] of a tetrahedron of the given rest volume [m³].
+    #[must_use]
+    pub fn compliances_of(&self, rest_volume: f32) -> [f64; 2] {
+        self.lame()
+            .map(|modulus| 1.0 / (modulus * f64::from(rest_volume.abs())))
+    }
+}
+
+/// Below this share of |V₀|^(−2/3), the mean squared gradient of H is too small to divide by, as for
+/// [volume](super::volume).
+const FLOOR: f32 = 0.01;
+
+/// Below this share of the floor there is no direction left in the gradients.
+const VANISHED: f32 = 1e-4;
+
+/// D is not divided by below this: it is then within the rounding of its coordinates.
+const LEAST_STRAIN: f32 = 1e-7;
+
+/// H is at least this.
+const LEAST_VOLUME: f32 = -0.5;
+
+/// Compliances are at most this [1/J, times 1/s²], so that products with them are finite.
+const SOFTEST: f32 = 1e30;
+
+/// D and J − 1 of F = 1 + `h`, and their derivatives by F.
+#[must_use]
+pub fn strains(h: DMat3) -> ([f64; 2], [DMat3; 2]) {
+    let green = h + h.transpose() + h.transpose() * h;
+    let volume = trace(h) + minors(h) + h.determinant();
+    let added = (-2.0 - trace(green)).max(0.0);
+    let square = 2.0 * volume * volume - minors(green) - green.determinant() + added * added;
+    let shear = square.max(0.0).sqrt();
+    let f = DMat3::IDENTITY + h;
+    let cofactors = DMat3::from_cols(
+        f.y_axis.cross(f.z_axis),
+        f.z_axis.cross(f.x_axis),
+        f.x_axis.cross(f.y_axis),
+    );
+    let slope = f * (1.0 - 2.0 * added) + cofactors * (volume - 1.0);
+    let by_shear = slope * (1.0 / shear.max(LEAST_STRAIN.into()));
+    ([shear, volume], [by_shear, cofactors])
+}
+
+fn trace(m: DMat3) -> f64 {
+    m.x_axis.x + m.y_axis.y + m.z_axis.z
+}
+
+/// Sum of the principal minors.
+fn minors(m: DMat3) -> f64 {
+    let DMat3 {
+        x_axis: a,
+        y_axis: b,
+        z_axis: c,
+    } = m;
+    (a.x * b.y - a.y * b.x) + (a.x * c.z - a.z * c.x) + (b.y * c.z - b.z * c.y)
+}
+
+/// Gradients for each corner of what has the derivative `slope` by F.
+fn gradients(slope: DMat3, inverse: [DVec3; 3]) -> [DVec3; 4] {
+    let [g1, g2, g3] = inverse.map(|row| slope * row);
+    [-(g1 + g2 + g3), g1, g2, g3]
+}
+
+impl Elastic<4, 2> for NeoHookean {
+    const KIND: ElasticKind = ElasticKind::NeoHookean;
+    const UNIT: &'static str = "1/J";
+    type Kernel<'a> = Kernel<'a>;
+
+    fn elements(topology: &Topology) -> &Elements<4> {
+        &topology.tetrahedra.elements
+    }
+
+    fn kernel<'a>(&self, topology: &'a Topology, h: f32) -> Kernel<'a> {
+        Kernel {
+            tetrahedra: &topology.tetrahedra,
+            frames: topology.frames(),
+            per_modulus: self
+                .lame()
+                .map(|modulus| (1.0 / (modulus * f64::from(h) * f64::from(h))) as f32),
+            gamma: self.damping.get() / h,
+        }
+    }
+
+    fn rows(&self, topology: &Topology, index: usize, points: [Point; 4]) -> [Row<4>; 2] {
+        let frames = topology.frames();
+        let x = points.map(|point| point.x);
+        let (errors, slopes) = strains(frames.displacement_gradient(index, x));
+        let inverse = frames.inverse_of(index);
+        let [shear, mut volume] = slopes.map(|slope| gradients(slope, inverse));
+        let scale = f64::from(frames.gradient_scale[index]);
+        let least = f64::from(FLOOR) * scale * points.iter().map(|point| point.w).sum::<f64>();
+        let terms = volume.iter().zip(&points);
+        let weight: f64 = terms.map(|(g, point)| point.w * g.length_squared()).sum();
+        if weight < f64::from(VANISHED) * least {
+            volume = gradients(DMat3::IDENTITY, inverse);
+        } else if errors[1] < LEAST_VOLUME.into() {
+            volume = [DVec3::ZERO; 4];
+        }
+        let [alpha_shear, alpha_volume] =
+            self.compliances_of(topology.tetrahedra.rest_volume[index]);
+        [
+            Row {
+                error: errors[0],
+                gradients: shear,
+                compliance: alpha_shear,
+                scale: 1.0,
+                least: 0.0,
+            },
+            Row {
+                error: errors[1].max(LEAST_VOLUME.into()),
+                gradients: volume,
+                compliance: alpha_volume,
+                scale: 1.0,
+                least,
+            },
+        ]
+    }
+
+    /// ½µD² is µ tr ε² for small strains ε, and ½λH² is ½λ(tr ε)².
+    fn linear_rows(&self, topology: &Topology, index: usize, _: [Point; 4]) -> Vec<Row<4>> {
+        let inverse = topology.frames().inverse_of(index);
+        let [alpha_shear, alpha_volume] =
+            self.compliances_of(topology.tetrahedra.rest_volume[index]);
+        let row = |slope: DMat3, compliance: f64| Row {
+            error: 0.0,
+            gradients: gradients(slope, inverse),
+            compliance,
+            scale: 1.0,
+            least: 0.0,
+        };
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+        let along = axes.map(|axis| row(DMat3::from_diagonal(axis), 0.5 * alpha_shear));
+        // γ = 2ε of each pair of axes: 2ε² of the two, so ½γ².
+        let across = [0, 1, 2].map(|k: usize| {
+            let (a, b) = (axes[k], axes[(k + 1) % 3]);
+            let slope = DMat3::from_cols(b * a.x, b * a.y, b * a.z)
+                + DMat3::from_cols(a * b.x, a * b.y, a * b.z);
+            row(slope, alpha_shear)
+        });
+        let mut rows = [along, across].concat();
+        rows.push(row(DMat3::IDENTITY, alpha_volume));
+        rows
+    }
+
+    fn damping(&self) -> Damping {
+        self.damping
+    }
+
+    fn is_rigid(&self) -> bool {
+        self.youngs_modulus.get() == f32::INFINITY
+    }
+}
+
+/// Tetrahedra with what their projection needs.
+#[derive(Debug, Clone, Copy)]
+pub struct Kernel<'a> {
+    tetrahedra: &'a Tetrahedra,
+    frames: &'a Frames,
+    /// 1/(µh²) and 1/(λh²) [m/kg], to be divided by V₀.
+    per_modulus: [f32; 2],
+    /// γ = τ/h.
+    gamma: f32,
+}
+
+impl Blocks<4, 2> for Kernel<'_> {
+    fn elements(&self) -> &Elements<4> {
+        &self.tetrahedra.elements
+    }
+
+    fn damped(&self) -> bool {
+        self.gamma > 0.0
+    }
+
+    #[inline(always)]
+    fn project<L: Lanes>(
+        &self,
+        simd: L,
+        block: &Block<4>,
+        x: &[Columns<L>; 4],
+        moved: Option<&[Vectors<L>; 4]>,
+        lambda: Option<[f32x8<L>; 2]>,
+    ) -> Projection<L, 4, 2> {
+        let zero = f32x8::splat(simd, 0.0);
+        let one = f32x8::splat(simd, 1.0);
+        let mut inverse = [[zero; 3]; 3];
+        // F − 1, column by column.
+        let mut h = [[zero; 3]; 3];
+        for k in 0..3 {
+            let mut strained = difference(&x[k + 1], &x[0]);
+            for axis in 0..3 {
+                strained[axis] -= block.column(simd, &self.frames.edges[k][axis]);
+                inverse[k][axis] = block.column(simd, &self.frames.inverse[k][axis]);
+            }
+            for column in 0..3 {
+                for axis in 0..3 {
+                    h[column][axis] += strained[axis] * inverse[k][column];
+                }
+            }
+        }
+        // 2G, by its diagonal and what is beside it.
+        let [a, b, c] = &h;
+        let (xx, yy, zz) = (
+            a[0] * 2.0 + dot(a, a),
+            b[1] * 2.0 + dot(b, b),
+            c[2] * 2.0 + dot(c, c),
+        );
+        let (xy, xz, yz) = (
+            a[1] + b[0] + dot(a, b),
+            a[2] + c[0] + dot(a, c),
+            b[2] + c[1] + dot(b, c),
+        );
+        let green_minors = (xx * yy - xy * xy) + (xx * zz - xz * xz) + (yy * zz - yz * yz);
+        let green_determinant =
+            xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
+        let minors =
+            (a[0] * b[1] - a[1] * b[0]) + (a[0] * c[2] - a[2] * c[0]) + (b[1] * c[2] - b[2] * c[1]);
+        let volume = a[0] + b[1] + c[2] + minors + dot(a, &cross(b, c));
+        let added = (-2.0 - (xx + yy + zz)).max(0.0);
+        let square = volume * volume * 2.0 - green_minors - green_determinant + added * added;
+        let shear = square.max(0.0).sqrt();
+
+        let mut f = h;
+        for (axis, column) in f.iter_mut().enumerate() {
+            column[axis] += 1.0;
+        }
+        let [a, b, c] = &f;
+        let cofactors = [cross(b, c), cross(c, a), cross(a, b)];
+        let over = one / shear.max(LEAST_STRAIN);
+        let (straight, crossed) = ((one - added * 2.0) * over, (volume - 1.0) * over);
+        let mut slope = f;
+        for column in 0..3 {
+            for axis in 0..3 {
+                slope[column][axis] =
+                    f[column][axis] * straight + cofactors[column][axis] * crossed;
+            }
+        }
+        let along_shear = lane_gradients(simd, &slope, &inverse);
+        let mut along_volume = lane_gradients(simd, &cofactors, &inverse);
+        let mut weight = zero;
+        for corner in 0..4 {
+            weight += x[corner][3] * dot(&along_volume[corner], &along_volume[corner]);
+        }
+        let scale = block.column(simd, &self.frames.gradient_scale);
+        let floor = scale * (x[0][3] + x[1][3] + (x[2][3] + x[3][3])) * FLOOR;
+        let vanished = weight.simd_lt(floor * VANISHED);
+        let folded = volume.simd_lt(LEAST_VOLUME);
+        for axis in 0..3 {
+            let sum = inverse[0][axis] + inverse[1][axis] + inverse[2][axis];
+            for corner in 0..4 {
+                let rest = if corner == 0 {
+                    -sum
+                } else {
+                    inverse[corner - 1][axis]
+                };
+                let own = folded.select(zero, along_volume[corner][axis]);
+                along_volume[corner][axis] = vanished.select(rest, own);
+            }
+        }
+        let rest_volume = block.column(simd, &self.tetrahedra.rest_volume).abs();
+        let [alpha_shear, alpha_volume] = self
+            .per_modulus
+            .map(|per_modulus| (per_modulus / rest_volume).min(SOFTEST));
+        // Where it has no gradient, it has nothing to say: its multiplier stays as it is.
+        let silent = match &lambda {
+            Some(lambda) => -(alpha_volume * lambda[1]),
+            None => zero,
+        };
+        let error = folded.select(silent, volume);
+        let rows = [
+            LaneRow {
+                error: shear,
+                gradients: along_shear,
+                alpha: alpha_shear,
+                least: zero,
+            },
+            LaneRow {
+                error: vanished.select(volume.max(LEAST_VOLUME), error),
+                gradients: along_volume,
+                alpha: alpha_volume,
+                least: floor,
+            },
+        ];
+        solve_rows(simd, &rows, x, moved, lambda, self.gamma)
+    }
+}
+
+/// Gradients for each corner of what has the derivative `slope` by F, column by column.
+#[inline(always)]
+fn lane_gradients<L: Lanes>(
+    simd: L,
+    slope: &[[f32x8<L>; 3]; 3],
+    inverse: &[[f32x8<L>; 3]; 3],
+) -> [[f32x8<L>; 3]; 4] {
+    let mut gradients = [[f32x8::splat(simd, 0.0); 3]; 4];
+    for axis in 0..3 {
+        for k in 0..3 {
+            gradients[k + 1][axis] = slope[0][axis] * inverse[k][0]
+                + slope[1][axis] * inverse[k][1]
+                + slope[2][axis] * inverse[k][2];
+        }
+        gradients[0][axis] = -(gradients[1][axis] + gradients[2][axis] + gradients[3][axis]);
+    }
+    gradients
+}

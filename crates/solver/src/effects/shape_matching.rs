@@ -1,0 +1,397 @@
+//! Shape matching: particles are drawn to where the rest shape would have them, moved and turned to
+//! fit them best (Müller, Heidelberger, Teschner and Gross, *Meshless Deformations Based on Shape
+//! Matching*, 2005).
+//!
+//! The shape that is matched is the whole body, or each of its overlapping [regions](Regions), which
+//! gives a body many more ways to deform. A particle that is in n regions gives an n-th of its mass to
+//! each. With these masses mᵢ, a region whose particles are at xᵢ, and were at qᵢ at rest, has the
+//! goals gᵢ = R(qᵢ − q̄) + x̄, with means by mass and the rotation R that makes
+//!
+//! D² = Σ mᵢ‖xᵢ − gᵢ‖²
+//!
+//! least, and stores ½ω²D² with ω = 2πf: left alone, a deformed body swings about its shape f times a
+//! second, whatever its mesh, its mass and the substeps. ∞ is a rigid body.
+//!
+//! D is the one equation of a region, of the compliance 1/ω² in s². As R and the means are the best,
+//! they add nothing to its gradient mᵢ(xᵢ − gᵢ)/D, so that every sweep conserves linear and angular
+//! momentum. Regions are solved all at once, from the same positions. Σ w‖∇D‖² is taken as 1, which
+//! it is for the whole body: with shares of masses, all regions together then move a particle no
+//! farther than to the mean of its goals, and such averaged Jacobi sweeps converge.
+//!
+//! To a [method](crate::Method) without compliances all shapes are rigid; in classic PBD
+//! particles go its share of their ways.
+//!
+//! R is found by Horn's quaternions in `f64`, anew every time: a shape that is flat, mirrored or
+//! shrunk to a line or a point has one too, always the same. Pins are taken as a million times as
+//! heavy as all else, so that the goals hang on them.
+
+#[cfg(feature = "bevy")]
+use crate::reflection::*;
+use crate::{
+    Damping, Frequency, Particles, RegionSize, Topology, fit, kernel::sum::SquareSum,
+    particles::Part, topology::Regions,
+};
+use glam::{DMat3, DVec3};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// Particles are drawn to where the rest shape would have them.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(
+    feature = "bevy",
+    derive(Component, Reflect),
+    reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize),
+    type_path = "pliant::effect"
+)]
+pub struct ShapeMatching {
+    /// How often a second the body swings about its shape, f [Hz]; default 10, ∞ is rigid.
+    pub frequency: Frequency,
+    /// Size of the regions whose shapes are matched [m]; default ∞, the whole body.
+    pub region: RegionSize,
+    /// Damping τ [s], see the [module](super); default 0.
+    pub damping: Damping,
+}
+
+impl ShapeMatching {
+    /// 1/ω² [s²]; 0 is rigid.
+    #[must_use]
+    pub fn compliance(&self) -> f64 {
+        let omega = TAU * f64::from(self.frequency.get());
+        1.0 / (omega * omega)
+    }
+}
+
+/// A pin counts as this many times all of a region that can move.
+pub(crate) const HEAVY: f64 = 1e6;
+
+/// A particle as shape matching sees it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Where it is [m].
+    pub x: DVec3,
+    /// Where it was when the substep began [m].
+    pub p: DVec3,
+    /// Inverse mass [1/kg].
+    pub w: f64,
+}
+
+/// The regions of a body with what is found of them; they follow from the topology and the size of
+/// the regions.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Matching {
+    /// What size the regions were made for [m].
+    size: Option<f32>,
+    regions: Regions,
+    /// λ of each region; λ/h² is a force over the root of a mass.
+    lambdas: Vec<f64>,
+    /// The particles of a region that can move, with their parts of the mass [kg] and their ways x − g
+    /// [m]: room for the last sweep.
+    offs: Vec<(u32, f64, DVec3)>,
+    /// How far the last sweep moves the particles [m].
+    moves: Vec<DVec3>,
+}
+
+/// How a sweep is done.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sweep {
+    /// Length of the substep that compliance and damping are taken for [s].
+    pub h: f64,
+    /// Whether it is the first one of a substep, where λ is 0.
+    pub first: bool,
+    /// How much of their ways particles go, from 0 to 1.
+    pub share: f64,
+}
+
+impl Place {
+    /// Particles of the fast solver as they are between substeps.
+    pub fn among(particles: &Particles) -> impl Fn(u32) -> Self {
+        |i| {
+            let i = i as usize;
+            Self::still((particles.position(i), particles.positions[i].w.into()))
+        }
+    }
+
+    /// A particle of inverse mass `w` that has not moved from `x`.
+    #[must_use]
+    pub fn still((x, w): (DVec3, f64)) -> Self {
+        Self { x, p: x, w }
+    }
+}
+
+impl Matching {
+    /// That of a body.
+    #[must_use]
+    pub fn of(topology: &Topology, effect: &ShapeMatching) -> Self {
+        let mut matching = Self::default();
+        matching.update(topology, effect);
+        matching
+    }
+
+    /// Brings the regions in line with their size; to be called before a tick.
+    pub fn update(&mut self, topology: &Topology, effect: &ShapeMatching) {
+        if !self.is_of(topology, effect) {
+            let size = effect.region.get();
+            self.regions = Regions::of(topology, size);
+            self.lambdas = vec![0.0; self.regions.count()];
+            self.moves = vec![DVec3::ZERO; topology.particles()];
+            self.size = Some(size);
+        }
+    }
+
+    /// Whether the regions are those that the effect asks for.
+    #[must_use]
+    pub fn is_of(&self, topology: &Topology, effect: &ShapeMatching) -> bool {
+        self.size == Some(effect.region.get()) && self.moves.len() == topology.particles()
+    }
+
+    /// The regions.
+    #[must_use]
+    pub fn regions(&self) -> &Regions {
+        &self.regions
+    }
+
+    /// Bytes of memory.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.regions.bytes()
+            + size_of_val(&self.lambdas[..])
+            + size_of_val(&self.offs[..])
+            + size_of_val(&self.moves[..])
+    }
+
+    /// D of each region [m √kg].
+    pub fn strains(
+        &self,
+        topology: &Topology,
+        at: impl Fn(u32) -> Place,
+    ) -> impl Iterator<Item = f64> {
+        let regions = self.regions.each();
+        regions.map(move |members| Fit::of(members, &self.regions, topology, &at).strain(&at))
+    }
+
+    /// What all regions store, ½ω²D² [J]; rigid ones store none.
+    #[must_use]
+    pub fn energy(
+        &self,
+        topology: &Topology,
+        effect: &ShapeMatching,
+        at: impl Fn(u32) -> Place,
+    ) -> f64 {
+        let compliance = effect.compliance();
+        if compliance > 0.0 {
+            let squares = self.strains(topology, at).map(|strain| strain * strain);
+            0.5 * squares.sum::<f64>() / compliance
+        } else {
+            0.0
+        }
+    }
+
+    /// What is left of D + αλ/h² = 0 after a substep of `h` seconds, over the root of the moment of
+    /// mass of each region.
+    #[must_use]
+    pub fn residual(
+        &self,
+        topology: &Topology,
+        effect: &ShapeMatching,
+        h: f64,
+        at: impl Fn(u32) -> Place,
+    ) -> SquareSum {
+        let alpha = effect.compliance() / (h * h);
+        let mut all = SquareSum::default();
+        for (members, lambda) in self.regions.each().zip(&self.lambdas) {
+            let fit = Fit::of(members, &self.regions, topology, &at);
+            let scale = fit.size(&at);
+            if scale > 0.0 {
+                let share = (fit.strain(&at) + alpha * lambda) / scale;
+                all.sum += share * share;
+                all.count += 1;
+            }
+        }
+        all
+    }
+
+    /// One sweep over all regions: how far each particle goes [m].
+    pub fn sweep(
+        &mut self,
+        topology: &Topology,
+        effect: &ShapeMatching,
+        Sweep { h, first, share }: Sweep,
+        at: impl Fn(u32) -> Place,
+    ) -> &[DVec3] {
+        let alpha = effect.compliance() / (h * h);
+        let gamma = f64::from(effect.damping.get()) / h;
+        if first {
+            self.lambdas.fill(0.0);
+        }
+        self.push(topology, at, |strain, rate, lambda| {
+            let left = strain + alpha * *lambda + gamma * rate;
+            let change = -share * left / (1.0 + gamma + alpha);
+            *lambda += change;
+            change
+        })
+    }
+
+    /// How far the multipliers that are there pull each particle [m].
+    pub fn pull(&mut self, topology: &Topology, at: impl Fn(u32) -> Place) -> &[DVec3] {
+        self.push(topology, at, |_, _, lambda| *lambda)
+    }
+
+    /// Adds up w ∇D Δλ over all regions, Δλ being told from D, ∇D·(x − p) and λ.
+    fn push(
+        &mut self,
+        topology: &Topology,
+        at: impl Fn(u32) -> Place,
+        change: impl Fn(f64, f64, &mut f64) -> f64,
+    ) -> &[DVec3] {
+        let Self {
+            regions,
+            lambdas,
+            offs,
+            moves,
+            ..
+        } = self;
+        moves.fill(DVec3::ZERO);
+        for (members, lambda) in regions.each().zip(lambdas) {
+            let fit = Fit::of(members, regions, topology, &at);
+            offs.clear();
+            offs.extend(
+                fit.free(&at)
+                    .map(|(i, mass)| (i, mass, fit.off(i, at(i).x))),
+            );
+            let squares = offs
+                .iter()
+                .map(|(_, mass, off)| mass * off.length_squared());
+            let strain = squares.sum::<f64>().sqrt();
+            if strain == 0.0 {
+                continue;
+            }
+            let rates = offs.iter().map(|&(i, mass, off)| {
+                let place = at(i);
+                mass * off.dot(place.x - place.p)
+            });
+            let rate = rates.sum::<f64>() / strain;
+            let by = change(strain, rate, lambda) / strain;
+            for &(i, _, off) in &*offs {
+                moves[i as usize] += off * (regions.shares()[i as usize] * by);
+            }
+        }
+        moves
+    }
+
+    /// One sweep over the particles of the fast solver.
+    pub(crate) fn solve(
+        &mut self,
+        topology: &Topology,
+        effect: &ShapeMatching,
+        sweep: Sweep,
+        mut part: Part,
+    ) {
+        if self.moves.len() != part.positions.len() {
+            return;
+        }
+        let moves = self.sweep(topology, effect, sweep, |i| Place {
+            x: part.predicted(i as usize),
+            p: part.start(i as usize),
+            w: part.positions[i as usize].w.into(),
+        });
+        for (i, &by) in moves.iter().enumerate() {
+            if by != DVec3::ZERO {
+                part.shift(i, by);
+            }
+        }
+    }
+}
+
+/// Where the rest shape of a region lies.
+struct Fit<'a> {
+    members: &'a [u32],
+    regions: &'a Regions,
+    topology: &'a Topology,
+    rotation: DMat3,
+    /// x̄ [m].
+    middle: DVec3,
+    /// q̄ [m].
+    rest_middle: DVec3,
+}
+
+impl<'a> Fit<'a> {
+    fn of(
+        members: &'a [u32],
+        regions: &'a Regions,
+        topology: &'a Topology,
+        at: &impl Fn(u32) -> Place,
+    ) -> Self {
+        let mut fit = Self {
+            members,
+            regions,
+            topology,
+            rotation: DMat3::IDENTITY,
+            middle: DVec3::ZERO,
+            rest_middle: DVec3::ZERO,
+        };
+        let light: f64 = fit.free(at).map(|(_, mass)| mass).sum();
+        let pinned = if light > 0.0 { HEAVY * light } else { 1.0 };
+        let weight = |i: u32| fit.mass(i, at(i).w).unwrap_or(pinned);
+        let (mut total, mut middle, mut rest_middle) = (0.0, DVec3::ZERO, DVec3::ZERO);
+        for &i in members {
+            let mass = weight(i);
+            total += mass;
+            middle += at(i).x * mass;
+            rest_middle += fit.rest(i) * mass;
+        }
+        (middle, rest_middle) = (middle / total, rest_middle / total);
+        let mut spread = [[0.0; 3]; 3];
+        for &i in members {
+            let mass = weight(i);
+            let (a, b) = (fit.rest(i) - rest_middle, at(i).x - middle);
+            for (j, row) in spread.iter_mut().enumerate() {
+                for (k, cell) in row.iter_mut().enumerate() {
+                    // In this order it is symmetric to the bit where both are the same.
+                    *cell += mass * (a[j] * b[k]);
+                }
+            }
+        }
+        fit.rotation = fit::rotation_of(spread);
+        fit.middle = middle;
+        fit.rest_middle = rest_middle;
+        fit
+    }
+
+    fn rest(&self, i: u32) -> DVec3 {
+        self.topology.rest[i as usize].as_dvec3()
+    }
+
+    /// The part of its mass that a particle of inverse mass `w` gives the region [kg]; none if it is
+    /// pinned.
+    fn mass(&self, i: u32, w: f64) -> Option<f64> {
+        (w > 0.0).then(|| self.regions.shares()[i as usize] / w)
+    }
+
+    /// What can move, with its part of the mass [kg].
+    fn free(&self, at: &impl Fn(u32) -> Place) -> impl Iterator<Item = (u32, f64)> {
+        let members = self.members.iter();
+        members.filter_map(|&i| Some((i, self.mass(i, at(i).w)?)))
+    }
+
+    /// x − g of a particle [m].
+    fn off(&self, i: u32, x: DVec3) -> DVec3 {
+        (x - self.middle) - self.rotation * (self.rest(i) - self.rest_middle)
+    }
+
+    /// D [m √kg].
+    fn strain(&self, at: &impl Fn(u32) -> Place) -> f64 {
+        let squares = self
+            .free(at)
+            .map(|(i, mass)| mass * self.off(i, at(i).x).length_squared());
+        squares.sum::<f64>().sqrt()
+    }
+
+    /// The root of Σ m‖q − q̄‖² [m √kg], D of a region that has shrunk to a point.
+    fn size(&self, at: &impl Fn(u32) -> Place) -> f64 {
+        let squares = self
+            .free(at)
+            .map(|(i, mass)| mass * self.rest(i).distance_squared(self.rest_middle));
+        squares.sum::<f64>().sqrt()
+    }
+}

@@ -1,0 +1,125 @@
+//! Strain limit: C = ‖x₁ − x₀‖ − (1 + limit) L₀ ≤ 0 [m] on every edge.
+//!
+//! An edge that is shorter is left alone, to the bit; one that is longer is put back to its limit as
+//! a rigid one is to its length. λ/h² is the force that the edge pulls with, in N (negative). One
+//! sweep leaves what rigid edges leave: more substeps, or more iterations, hold the limit better.
+
+use crate::kernel::block::{Block, Blocks, Projection, difference, dot, scaled};
+#[cfg(feature = "bevy")]
+use crate::reflection::*;
+use crate::{
+    Damping, Strain, Topology,
+    elastic::{Elastic, ElasticKind, Point, Row},
+    lanes::{Columns, Lanes, Vectors},
+    order::Elements,
+    topology::Edges,
+};
+use fearless_simd::{f32x8, prelude::*};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// No edge gets longer than a limit, however heavy the load.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(
+    feature = "bevy",
+    derive(Component, Reflect),
+    reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize),
+    type_path = "pliant::effect"
+)]
+pub struct StrainLimit {
+    /// The largest strain, a ratio; default 0.1, a tenth longer than at rest.
+    pub limit: Strain,
+}
+
+impl Elastic<2, 1> for StrainLimit {
+    const KIND: ElasticKind = ElasticKind::StrainLimit;
+    const UNIT: &'static str = "m/N";
+    type Kernel<'a> = Kernel<'a>;
+
+    fn elements(topology: &Topology) -> &Elements<2> {
+        &topology.edges.elements
+    }
+
+    fn kernel<'a>(&self, topology: &'a Topology, _: f32) -> Kernel<'a> {
+        Kernel {
+            edges: &topology.edges,
+            most: 1.0 + self.limit.get(),
+        }
+    }
+
+    fn rows(&self, topology: &Topology, index: usize, [a, b]: [Point; 2]) -> [Row<2>; 1] {
+        let rest_length = topology.edges.rest_length[index];
+        let d = b.x - a.x;
+        let length = d.length();
+        let most = 1.0 + f64::from(self.limit.get());
+        let error = length - most * f64::from(rest_length);
+        let (error, direction) = if error > 0.0 {
+            (error, d / length)
+        } else {
+            (0.0, DVec3::ZERO)
+        };
+        [Row {
+            error,
+            gradients: [-direction, direction],
+            compliance: 0.0,
+            scale: f64::from(rest_length),
+            least: 0.0,
+        }]
+    }
+
+    fn damping(&self) -> Damping {
+        Damping::default()
+    }
+
+    fn is_rigid(&self) -> bool {
+        true
+    }
+}
+
+/// Edges with what their projection needs.
+#[derive(Debug, Clone, Copy)]
+pub struct Kernel<'a> {
+    edges: &'a Edges,
+    /// The greatest length over that at rest.
+    most: f32,
+}
+
+impl Blocks<2, 1> for Kernel<'_> {
+    fn elements(&self) -> &Elements<2> {
+        &self.edges.elements
+    }
+
+    fn damped(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn project<L: Lanes>(
+        &self,
+        simd: L,
+        block: &Block<2>,
+        [a, b]: &[Columns<L>; 2],
+        _: Option<&[Vectors<L>; 2]>,
+        _: Option<[f32x8<L>; 1]>,
+    ) -> Projection<L, 2, 1> {
+        let zero = f32x8::splat(simd, 0.0);
+        let d = difference(b, a);
+        let length = dot(&d, &d).sqrt();
+        let error = length - block.column(simd, &self.edges.rest_length) * self.most;
+        let weight = a[3] + b[3];
+        let acts = error.simd_gt(0.0) & weight.simd_gt(0.0);
+        // Adding 0 would make +0 of −0: what does not act is left as it is.
+        let stays = f32x8::splat(simd, -0.0);
+        if !acts.any_true() {
+            return Projection::still(simd, [zero]);
+        }
+        let change = -(error / weight);
+        let scale = change / length;
+        let moves = [scaled(&d, -(a[3] * scale)), scaled(&d, b[3] * scale)];
+        Projection {
+            moves: moves.map(|way| way.map(|way| acts.select(way, stays))),
+            change: [acts.select(change, zero)],
+        }
+    }
+}

@@ -1,0 +1,270 @@
+//! Stretch: C = ‖x₁ − x₀‖ − L₀ [m] on every edge.
+//!
+//! λ/h² is the force that the edge pulls with, in N (negative when it pulls). Compliance is in
+//! m/N: an edge under a force F settles at C = αF.
+
+use crate::kernel::block::{Ask, Block, Blocks, Projection, any, difference, dot, scaled};
+#[cfg(feature = "bevy")]
+use crate::reflection::*;
+use crate::{
+    Compliance, Damping, Particles, RepairTime, Stiffness, Topology,
+    elastic::{Elastic, ElasticKind, Point, Row},
+    lanes::{Columns, Instructions, Lanes, Vectors, WIDTH},
+    order::Elements,
+    topology::Edges,
+};
+use fearless_simd::{f32x8, prelude::*};
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// Edges resist a change of length.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(
+    feature = "bevy",
+    derive(Component, Reflect),
+    reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize),
+    type_path = "pliant::effect"
+)]
+pub struct Stretch {
+    /// Compliance of each edge [m/N]; default 0, rigid.
+    pub compliance: Compliance,
+    /// Axial stiffness EA [N], which does not depend on how finely a rope is divided: an edge of
+    /// rest length L₀ adds L₀/EA to its compliance. Default ∞, which adds nothing.
+    pub axial_stiffness: Stiffness,
+    /// Damping τ [s], see the [module](super); default 0.
+    pub damping: Damping,
+    /// Time constant [s] for recovering crushed and tangled edges of a sheet without adding velocity, see
+    /// [`repair`](crate::repair); default 0.05, ∞ disables recovery. Ropes and solids ignore it.
+    pub repair: RepairTime,
+}
+
+/// The parameters as a substep of a given length needs them.
+#[derive(Debug, Clone, Copy)]
+pub struct Coefficients {
+    /// α/h² [1/kg].
+    alpha: f32,
+    /// 1/(EA h²) [1/(kg·m)], to be multiplied by L₀.
+    alpha_per_length: f32,
+    /// γ = τ/h.
+    gamma: f32,
+}
+
+impl Coefficients {
+    /// Of springs of one compliance for a substep of `h` seconds.
+    pub(super) fn of(compliance: Compliance, damping: Damping, h: f32) -> Self {
+        Self {
+            alpha: compliance.get() * (1.0 / (h * h)),
+            alpha_per_length: 0.0,
+            gamma: damping.get() / h,
+        }
+    }
+}
+
+impl Stretch {
+    /// For a substep of `h` seconds.
+    #[must_use]
+    pub fn coefficients(&self, h: f32) -> Coefficients {
+        Coefficients {
+            alpha_per_length: 1.0 / (h * h) / self.axial_stiffness.get(),
+            ..Coefficients::of(self.compliance, self.damping, h)
+        }
+    }
+
+    /// Compliance [m/N] of an edge of the given rest length [m].
+    #[must_use]
+    pub fn compliance_of(&self, rest_length: f32) -> f64 {
+        f64::from(self.compliance.get())
+            + f64::from(rest_length) / f64::from(self.axial_stiffness.get())
+    }
+}
+
+impl Elastic<2, 1> for Stretch {
+    const KIND: ElasticKind = ElasticKind::Stretch;
+    const UNIT: &'static str = "m/N";
+    type Kernel<'a> = Kernel<'a>;
+
+    fn elements(topology: &Topology) -> &Elements<2> {
+        &topology.edges.elements
+    }
+
+    fn kernel<'a>(&self, topology: &'a Topology, h: f32) -> Kernel<'a> {
+        Kernel::new(&topology.edges, &topology.rest, self.coefficients(h))
+    }
+
+    fn rows(&self, topology: &Topology, index: usize, ends: [Point; 2]) -> [Row<2>; 1] {
+        let rest_length = topology.edges.rest_length[index];
+        [edge_row(ends, rest_length, self.compliance_of(rest_length))]
+    }
+
+    fn damping(&self) -> Damping {
+        self.damping
+    }
+
+    fn is_rigid(&self) -> bool {
+        self.compliance_of(1.0) == 0.0
+    }
+}
+
+/// The equation of a spring of a rest length [m] and a compliance [m/N].
+pub(super) fn edge_row([a, b]: [Point; 2], rest_length: f32, compliance: f64) -> Row<2> {
+    let d = b.x - a.x;
+    let length = d.length();
+    let direction = if length > 0.0 {
+        d / length
+    } else {
+        (b.rest - a.rest).normalize_or_zero()
+    };
+    Row {
+        error: length - f64::from(rest_length),
+        gradients: [-direction, direction],
+        compliance,
+        scale: f64::from(rest_length),
+        least: 0.0,
+    }
+}
+
+/// Whether an edge is shorter than the first of these fractions of its rest length, or a projection would
+/// lengthen it by more than the second, or will where inertia alone takes it in the next substep.
+pub(crate) fn any_short(
+    bounds: [f32; 2],
+    kernel: &Kernel,
+    particles: &Particles,
+    instructions: Instructions,
+) -> bool {
+    let short = Short { bounds, kernel };
+    any(&kernel.edges.elements, particles, instructions, &short)
+}
+
+struct Short<'a> {
+    bounds: [f32; 2],
+    kernel: &'a Kernel<'a>,
+}
+
+impl Ask<2> for Short<'_> {
+    #[inline(always)]
+    fn holds<L: Lanes>(&self, simd: L, block: &Block<2>, [a, b]: &[Columns<L>; 2]) -> bool {
+        let Coefficients {
+            alpha,
+            alpha_per_length,
+            ..
+        } = self.kernel.coefficients;
+        let [crushed, tangled] = self.bounds;
+        // Lanes without a constraint have a rest length of 0, and nothing is shorter.
+        let rest_length = block.column(simd, &self.kernel.edges.rest_length);
+        let d = difference(b, a);
+        let length = dot(&d, &d).sqrt();
+        let weight = a[3] + b[3];
+        let given = rest_length * alpha_per_length + alpha;
+        let crushed = length.simd_lt(rest_length * crushed);
+        let change = (rest_length - length) * weight;
+        let tangled = change.simd_gt(rest_length * tangled * (weight + given));
+        (crushed | tangled).any_true()
+    }
+}
+
+/// Edges with what their projection needs.
+///
+/// An edge of length zero has no direction; it is pushed apart along the direction that it has
+/// in the rest shape, so that a body squeezed to a point opens, always in the same way. If it
+/// has no length at rest either, it is left alone.
+#[derive(Debug, Clone, Copy)]
+pub struct Kernel<'a> {
+    edges: &'a Edges,
+    rest: &'a [Vec3],
+    coefficients: Coefficients,
+}
+
+impl Blocks<2, 1> for Kernel<'_> {
+    const APART: bool = true;
+
+    fn elements(&self) -> &Elements<2> {
+        &self.edges.elements
+    }
+
+    fn damped(&self) -> bool {
+        self.coefficients.gamma > 0.0
+    }
+
+    #[inline(always)]
+    fn project<L: Lanes>(
+        &self,
+        simd: L,
+        block: &Block<2>,
+        [a, b]: &[Columns<L>; 2],
+        moved: Option<&[Vectors<L>; 2]>,
+        lambda: Option<[f32x8<L>; 1]>,
+    ) -> Projection<L, 2, 1> {
+        let Coefficients {
+            alpha,
+            alpha_per_length,
+            gamma,
+        } = self.coefficients;
+        let rest_length = block.column(simd, &self.edges.rest_length);
+        let mut d = difference(b, a);
+        let mut length = dot(&d, &d).sqrt();
+        let weight = a[3] + b[3];
+        let alpha = rest_length * alpha_per_length + alpha;
+        let mut error = rest_length - length;
+        let weighted = weight * (1.0 + gamma) + alpha;
+        let mut denominator = weighted * length;
+        if denominator.simd_gt(0.0).any_false() {
+            // Edges without a direction get one of length 1; those that cannot move stay.
+            (d, length) = self.open(simd, block, d, length);
+            denominator = weighted * length;
+            error = denominator.simd_gt(0.0).select(error, 0.0.simd_into(simd));
+            denominator = denominator
+                .simd_gt(0.0)
+                .select(denominator, 1.0.simd_into(simd));
+        }
+        if let Some([lambda]) = lambda {
+            error -= alpha * lambda;
+        }
+        if let Some([_, apart]) = moved {
+            error -= dot(&d, apart) / length * gamma;
+        }
+        let scale = error / denominator;
+        Projection {
+            moves: [scaled(&d, -(a[3] * scale)), scaled(&d, b[3] * scale)],
+            change: [scale * length],
+        }
+    }
+}
+
+impl<'a> Kernel<'a> {
+    /// On edges of a body that has this shape at rest.
+    pub(super) fn new(edges: &'a Edges, rest: &'a [Vec3], coefficients: Coefficients) -> Self {
+        Self {
+            edges,
+            rest,
+            coefficients,
+        }
+    }
+}
+
+impl Kernel<'_> {
+    /// Directions of the rest shape, of length 1, for edges of a block that have no length.
+    #[cold]
+    fn open<L: Lanes>(
+        &self,
+        simd: L,
+        block: &Block<2>,
+        d: [f32x8<L>; 3],
+        length: f32x8<L>,
+    ) -> ([f32x8<L>; 3], f32x8<L>) {
+        let mut d = d.map(<[f32; WIDTH]>::from);
+        let mut length = <[f32; WIDTH]>::from(length);
+        for (lane, ends) in block.corners.iter().enumerate() {
+            if length[lane] == 0.0 {
+                let [a, b] = ends.map(|end| self.rest[end.particle() as usize]);
+                let apart = b - a;
+                let direction = apart.normalize_or_zero();
+                length[lane] = 1.0;
+                for (axis, d) in d.iter_mut().enumerate() {
+                    d[lane] = direction[axis];
+                }
+            }
+        }
+        (d.map(|d| d.simd_into(simd)), length.simd_into(simd))
+    }
+}

@@ -1,0 +1,206 @@
+//! Tethers: no particle goes farther from its nearest pin than the way to it is long at rest.
+//!
+//! Long-range attachments (Kim, Chentanez and Müller, *Long Range Attachments*, 2012): a particle that
+//! is farther than (1 + slack) L from the pin is put back onto that sphere, L being the shortest way
+//! along edges of the rest shape to the nearest pinned particle. So a long cloth or rope that hangs
+//! does not get longer, however few the sweeps, where what holds it together would have to pass on its
+//! weight edge by edge. Tethers only pull, and only at particles that are too far: what is slack is not
+//! changed by a bit.
+//!
+//! The way along edges is never shorter than the way through the cloth, so that nothing is pulled
+//! closer than it was at rest; across a grid of triangles it is up to a twelfth longer, and there a
+//! tether gives as much more room.
+
+#[cfg(feature = "bevy")]
+use crate::reflection::*;
+use crate::{Slack, Topology, kernel::sum::SquareSum, particles::Part};
+use glam::{DVec3, Vec4};
+use serde::{Deserialize, Serialize};
+use std::{cmp::Reverse, collections::BinaryHeap};
+
+/// No particle goes farther from its nearest pin than the way to it is long at rest.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(
+    feature = "bevy",
+    derive(Component, Reflect),
+    reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize),
+    type_path = "pliant::effect"
+)]
+pub struct Tethers {
+    /// How much farther it may go, as a share of that way; default 0.
+    pub slack: Slack,
+}
+
+/// The tethers of a body: they follow from its topology and its pins, and are found again when pins
+/// change.
+#[derive(Debug, Clone, Default)]
+pub struct Leads {
+    /// The pinned particles.
+    pins: Vec<u32>,
+    /// The nearest pin of each particle.
+    nearest: Vec<u32>,
+    /// Place of that pin [m], and the way to it at rest [m]: ∞ for what is pinned, or hangs on no pin.
+    leads: Vec<Vec4>,
+}
+
+/// They follow from what a body is compared by.
+impl PartialEq for Leads {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Leads {
+    /// Those of a body as it is now.
+    #[must_use]
+    pub fn of(topology: &Topology, positions: &[Vec4]) -> Self {
+        let mut leads = Self::default();
+        leads.update(topology, positions);
+        leads
+    }
+
+    /// Brings them in line with the pins of a body and their places; to be called before a tick.
+    pub fn update(&mut self, topology: &Topology, positions: &[Vec4]) {
+        let pins = (0..).zip(positions).filter(|(_, x)| x.w == 0.0);
+        let pins = pins.map(|(particle, _)| particle);
+        let same =
+            self.leads.len() == positions.len() && pins.clone().eq(self.pins.iter().copied());
+        if !same {
+            self.pins = pins.collect();
+            self.find(topology);
+        }
+        for (lead, &nearest) in self.leads.iter_mut().zip(&self.nearest) {
+            *lead = positions[nearest as usize].truncate().extend(lead.w);
+        }
+    }
+
+    /// The nearest pin of each particle along edges, and the way to it (Dijkstra).
+    fn find(&mut self, topology: &Topology) {
+        let count = topology.particles();
+        let neighbours = Neighbours::of(topology);
+        let mut ways = vec![f64::INFINITY; count];
+        self.nearest = (0..count as u32).collect();
+        let mut open = BinaryHeap::new();
+        for &pin in &self.pins {
+            ways[pin as usize] = 0.0;
+            open.push(Reverse((0.0_f64.to_bits(), pin)));
+        }
+        // The bits of numbers that are not negative are in the order of the numbers.
+        while let Some(Reverse((bits, particle))) = open.pop() {
+            let way = f64::from_bits(bits);
+            if way > ways[particle as usize] {
+                continue;
+            }
+            for &(neighbour, length) in neighbours.of_particle(particle) {
+                let through = way + length;
+                if through < ways[neighbour as usize] {
+                    ways[neighbour as usize] = through;
+                    self.nearest[neighbour as usize] = self.nearest[particle as usize];
+                    open.push(Reverse((through.to_bits(), neighbour)));
+                }
+            }
+        }
+        for &pin in &self.pins {
+            ways[pin as usize] = f64::INFINITY;
+        }
+        let leads = ways.iter().map(|&way| Vec4::W * way as f32);
+        self.leads.clear();
+        self.leads.extend(leads);
+    }
+
+    /// How many particles are tethered.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.leads.iter().filter(|lead| lead.w.is_finite()).count()
+    }
+
+    /// Bytes of memory.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.pins[..]) + size_of_val(&self.nearest[..]) + size_of_val(&self.leads[..])
+    }
+
+    /// Of each particle that is tethered: its number, that of its pin, and the way between at rest [m].
+    pub fn ways(&self) -> impl Iterator<Item = (usize, usize, f64)> {
+        let both = self.nearest.iter().zip(&self.leads).enumerate();
+        both.filter(|(_, (_, lead))| lead.w.is_finite())
+            .map(|(particle, (&pin, lead))| (particle, pin as usize, lead.w.into()))
+    }
+
+    /// By how much particles are too far from their pins, over how far they may be.
+    #[must_use]
+    pub fn residual(&self, positions: &[Vec4], tethers: &Tethers) -> SquareSum {
+        let most = 1.0 + f64::from(tethers.slack.get());
+        let mut all = SquareSum::default();
+        for (x, lead) in positions.iter().zip(&self.leads) {
+            let length = f64::from(lead.w) * most;
+            if length.is_finite() {
+                let far = (x.truncate() - lead.truncate()).as_dvec3().length();
+                let share = (far / length - 1.0).max(0.0);
+                all.sum += share * share;
+                all.count += 1;
+            }
+        }
+        all
+    }
+
+    /// Puts particles from number `first` on, which are too far from their pins, back.
+    pub fn solve(&self, part: Part, first: usize, tethers: &Tethers) {
+        let Some(leads) = self.leads.get(first..) else {
+            return;
+        };
+        let most = 1.0 + tethers.slack.get();
+        let particles = part.positions.iter().zip(part.displacements);
+        for ((p, u), lead) in particles.zip(leads) {
+            let d = (*p - *lead).truncate() + u.truncate();
+            let length = lead.w * most;
+            if d.length_squared() > length * length {
+                // To the last digit of the displacement, not of the position.
+                let d =
+                    p.truncate().as_dvec3() - lead.truncate().as_dvec3() + u.truncate().as_dvec3();
+                let back = held(d, length.into()) - d;
+                *u = (u.truncate().as_dvec3() + back).as_vec3().extend(0.0);
+            }
+        }
+    }
+}
+
+/// Where a particle that is `d` from its pin goes, which may be `length` away at most.
+pub(crate) fn held(d: DVec3, length: f64) -> DVec3 {
+    let far = d.length();
+    if far > length { d * (length / far) } else { d }
+}
+
+/// The particles that edges lead to, and how long these are [m].
+struct Neighbours {
+    starts: Vec<usize>,
+    all: Vec<(u32, f64)>,
+}
+
+impl Neighbours {
+    fn of(topology: &Topology) -> Self {
+        let edges = || topology.edges.ends().zip(&topology.edges.rest_length);
+        let mut starts = vec![0; topology.particles() + 1];
+        for end in edges().flat_map(|(ends, _)| ends) {
+            starts[end as usize + 1] += 1;
+        }
+        for i in 1..starts.len() {
+            starts[i] += starts[i - 1];
+        }
+        let mut next = starts.clone();
+        let mut all = vec![(0, 0.0); 2 * topology.edges.ends().len()];
+        for ([a, b], &length) in edges() {
+            for (from, to) in [(a, b), (b, a)] {
+                all[next[from as usize]] = (to, f64::from(length));
+                next[from as usize] += 1;
+            }
+        }
+        Self { starts, all }
+    }
+
+    fn of_particle(&self, particle: u32) -> &[(u32, f64)] {
+        let particle = particle as usize;
+        &self.all[self.starts[particle]..self.starts[particle + 1]]
+    }
+}

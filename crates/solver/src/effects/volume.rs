@@ -1,0 +1,321 @@
+//! Volume: C = V − V₀ [m³] on every tetrahedron, V = (x₁−x₀)×(x₂−x₀)·(x₃−x₀)/6 signed.
+//!
+//! λ/h² is the element's pressure in Pa, and the compliance is in m⁵/N. (With C = 6(V−V₀),
+//! as some texts have it, the same number would mean a material 36 times as soft.) The sign of V
+//! matters: a mirrored element has V = −V₀ and is driven through flat back to V₀, which its
+//! absolute value would never do.
+
+use crate::kernel::block::{Ask, Block, Blocks, Projection, any, cross, difference, dot, scaled};
+pub use crate::kernel::geometry::volume_and_gradients;
+#[cfg(feature = "bevy")]
+use crate::reflection::*;
+use crate::{
+    Compliance, Damping, Particles, RepairTime, Stiffness, Topology,
+    elastic::{Elastic, ElasticKind, Point, Row},
+    lanes::{Columns, Instructions, Lanes, Vectors, WIDTH},
+    order::Elements,
+    topology::{self, Tetrahedra},
+};
+use fearless_simd::{f32x8, prelude::*};
+use glam::{DVec3, Vec3};
+use serde::{Deserialize, Serialize};
+
+/// Tetrahedra resist a change of volume.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(
+    feature = "bevy",
+    derive(Component, Reflect),
+    reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize),
+    type_path = "pliant::effect"
+)]
+pub struct Volume {
+    /// Compliance of each tetrahedron [m⁵/N]; default 0, incompressible.
+    pub compliance: Compliance,
+    /// Bulk modulus K [Pa], which does not depend on how finely the body is divided: an element of
+    /// rest volume V₀ adds V₀/K to its compliance. Default ∞, which adds nothing.
+    pub bulk_modulus: Stiffness,
+    /// Damping τ [s], see the [module](super); default 0. With one sweep a substep, more than some
+    /// 0.05 s on nearly incompressible elements does not calm a body but makes it flutter.
+    pub damping: Damping,
+    /// Time constant T for [recovering](crate::repair) collapsed or inverted tetrahedra [s]; default
+    /// 0.05, ∞ disables recovery.
+    pub repair: RepairTime,
+}
+
+/// The parameters as a substep of a given length needs them.
+#[derive(Debug, Clone, Copy)]
+pub struct Coefficients {
+    /// α/h² [m⁴/kg].
+    alpha: f32,
+    /// 1/(K h²) [m/kg], to be multiplied by V₀.
+    alpha_per_volume: f32,
+    /// γ = τ/h.
+    gamma: f32,
+}
+
+impl Volume {
+    /// For a substep of `h` seconds.
+    #[must_use]
+    pub fn coefficients(&self, h: f32) -> Coefficients {
+        let per_step = 1.0 / (h * h);
+        Coefficients {
+            alpha: self.compliance.get() * per_step,
+            alpha_per_volume: per_step / self.bulk_modulus.get(),
+            gamma: self.damping.get() / h,
+        }
+    }
+
+    /// Compliance [m⁵/N] of a tetrahedron of the given rest volume [m³].
+    #[must_use]
+    pub fn compliance_of(&self, rest_volume: f32) -> f64 {
+        f64::from(self.compliance.get())
+            + f64::from(rest_volume.abs()) / f64::from(self.bulk_modulus.get())
+    }
+}
+
+/// Below this share of |V₀|^(4/3), the mean squared gradient of a tetrahedron is too small to
+/// divide by. A regular one at rest has 0.36; uniformly shrunk, it gets here at 0.41 of its size.
+const FLOOR: f32 = 0.01;
+
+/// Below this share of the floor there is no direction left in the gradients.
+const VANISHED: f32 = 1e-4;
+
+/// ∇V for each corner [m²].
+pub(crate) fn gradients([x0, x1, x2, x3]: [DVec3; 4]) -> [DVec3; 4] {
+    let (a, b, c) = (x1 - x0, x2 - x0, x3 - x0);
+    let (g1, g2, g3) = (b.cross(c) / 6.0, c.cross(a) / 6.0, a.cross(b) / 6.0);
+    [-(g1 + g2 + g3), g1, g2, g3]
+}
+
+/// Whether a tetrahedron has less than this fraction of its rest volume, or will have in the next substep
+/// where inertia alone takes it.
+pub(crate) fn any_below(
+    share: f32,
+    topology: &Topology,
+    particles: &Particles,
+    instructions: Instructions,
+) -> bool {
+    let tetrahedra = &topology.tetrahedra;
+    any(
+        &tetrahedra.elements,
+        particles,
+        instructions,
+        &Below { share, tetrahedra },
+    )
+}
+
+struct Below<'a> {
+    share: f32,
+    tetrahedra: &'a Tetrahedra,
+}
+
+impl Ask<4> for Below<'_> {
+    #[inline(always)]
+    fn holds<L: Lanes>(&self, simd: L, block: &Block<4>, x: &[Columns<L>; 4]) -> bool {
+        let rest_volume = block.column(simd, &self.tetrahedra.rest_volume);
+        let (a, b, c) = (
+            difference(&x[1], &x[0]),
+            difference(&x[2], &x[0]),
+            difference(&x[3], &x[0]),
+        );
+        let volume = dot(&a, &cross(&b, &c));
+        let last = f32x8::splat(simd, 0.0);
+        // Lanes without a constraint repeat the last, but their rest volumes are 0.
+        let told = rest_volume.abs().simd_gt(last);
+        let share = volume / told.select(rest_volume, f32x8::splat(simd, 1.0));
+        let share = told.select(share, f32x8::splat(simd, f32::INFINITY));
+        share.simd_lt(self.share * 6.0).any_true()
+    }
+}
+
+impl Elastic<4, 1> for Volume {
+    const KIND: ElasticKind = ElasticKind::Volume;
+    const UNIT: &'static str = "m⁵/N";
+    type Kernel<'a> = Kernel<'a>;
+
+    fn elements(topology: &Topology) -> &Elements<4> {
+        &topology.tetrahedra.elements
+    }
+
+    fn kernel<'a>(&self, topology: &'a Topology, h: f32) -> Kernel<'a> {
+        Kernel {
+            tetrahedra: &topology.tetrahedra,
+            rest: &topology.rest,
+            coefficients: self.coefficients(h),
+        }
+    }
+
+    fn rows(&self, topology: &Topology, index: usize, points: [Point; 4]) -> [Row<4>; 1] {
+        let rest_volume = topology.tetrahedra.rest_volume[index];
+        let scale = f64::from(topology.tetrahedra.gradient_scale[index]);
+        let weight = |gradients: &[DVec3; 4]| -> f64 {
+            let terms = gradients.iter().zip(&points);
+            terms.map(|(g, point)| point.w * g.length_squared()).sum()
+        };
+        let x = points.map(|point| point.x);
+        let least = f64::from(FLOOR) * scale * points.iter().map(|point| point.w).sum::<f64>();
+        let mut along = gradients(x);
+        if weight(&along) < f64::from(VANISHED) * least {
+            along = gradients(points.map(|point| point.rest));
+        }
+        [Row {
+            error: topology::volume(x) - f64::from(rest_volume),
+            gradients: along,
+            compliance: self.compliance_of(rest_volume),
+            scale: f64::from(rest_volume),
+            least,
+        }]
+    }
+
+    fn damping(&self) -> Damping {
+        self.damping
+    }
+
+    fn is_rigid(&self) -> bool {
+        self.compliance_of(1.0) == 0.0
+    }
+}
+
+/// Tetrahedra with what their projection needs.
+///
+/// The step is C/‖∇C‖ long, so an element that has collapsed towards a line, whose gradient
+/// vanishes, would be thrown far away. Two guards, both relative to the element's own size:
+/// the denominator is kept above what a gradient of a tenth of |V₀|^(2/3) gives, which leaves
+/// healthy elements as they are to the bit; and where no direction is left, the gradient of the
+/// rest shape is used.
+#[derive(Debug, Clone, Copy)]
+pub struct Kernel<'a> {
+    tetrahedra: &'a Tetrahedra,
+    rest: &'a [Vec3],
+    coefficients: Coefficients,
+}
+
+impl Blocks<4, 1> for Kernel<'_> {
+    const APART: bool = true;
+
+    fn elements(&self) -> &Elements<4> {
+        &self.tetrahedra.elements
+    }
+
+    fn damped(&self) -> bool {
+        self.coefficients.gamma > 0.0
+    }
+
+    #[inline(always)]
+    fn project<L: Lanes>(
+        &self,
+        simd: L,
+        block: &Block<4>,
+        x: &[Columns<L>; 4],
+        moved: Option<&[Vectors<L>; 4]>,
+        lambda: Option<[f32x8<L>; 1]>,
+    ) -> Projection<L, 4, 1> {
+        const SIXTH: f32 = 1.0 / 6.0;
+        let Coefficients {
+            alpha,
+            alpha_per_volume,
+            gamma,
+        } = self.coefficients;
+        let rest_volume = block.column(simd, &self.tetrahedra.rest_volume);
+        let scale = block.column(simd, &self.tetrahedra.gradient_scale);
+        let (a, b, c) = (
+            difference(&x[1], &x[0]),
+            difference(&x[2], &x[0]),
+            difference(&x[3], &x[0]),
+        );
+        // Gradients times 6, of the corners 1 to 3; that of corner 0 is their sum, negative.
+        let bc = cross(&b, &c);
+        let volume = dot(&a, &bc) * SIXTH;
+        let mut gradients = [bc, cross(&c, &a), cross(&a, &b)];
+        let mut weight = weighted_square(&gradients, x);
+        let floor = scale * (x[0][3] + x[1][3] + (x[2][3] + x[3][3])) * FLOOR;
+        if weight.simd_lt(floor * VANISHED).any_true() {
+            gradients = self.open(simd, block, gradients, weight, floor);
+            weight = weighted_square(&gradients, x);
+        }
+        let alpha = rest_volume.abs() * alpha_per_volume + alpha;
+        let mut error = rest_volume - volume;
+        let mut denominator = weight.max(floor) * (1.0 + gamma) + alpha;
+        let moves = denominator.simd_gt(0.0);
+        if moves.any_false() {
+            // All four corners are pinned.
+            error = moves.select(error, 0.0.simd_into(simd));
+            denominator = moves.select(denominator, 1.0.simd_into(simd));
+        }
+        if let Some([lambda]) = lambda {
+            error -= alpha * lambda;
+        }
+        if let Some(moved) = moved {
+            let mut sum = f32x8::splat(simd, 0.0);
+            for k in 0..3 {
+                sum += dot(&gradients[k], &moved[k + 1]);
+            }
+            error -= sum * (SIXTH * gamma);
+        }
+        let change = error / denominator;
+        let step = change * SIXTH;
+        let first = sum(&gradients);
+        let [g1, g2, g3] = &gradients;
+        Projection {
+            moves: [
+                scaled(&first, -(x[0][3] * step)),
+                scaled(g1, x[1][3] * step),
+                scaled(g2, x[2][3] * step),
+                scaled(g3, x[3][3] * step),
+            ],
+            change: [change],
+        }
+    }
+}
+
+impl Kernel<'_> {
+    /// Gradients of the rest shape, times 6, for elements of a block that have none left.
+    #[cold]
+    fn open<L: Lanes>(
+        &self,
+        simd: L,
+        block: &Block<4>,
+        gradients: [[f32x8<L>; 3]; 3],
+        weight: f32x8<L>,
+        floor: f32x8<L>,
+    ) -> [[f32x8<L>; 3]; 3] {
+        let mut gradients = gradients.map(|g| g.map(<[f32; WIDTH]>::from));
+        let weight = <[f32; WIDTH]>::from(weight);
+        let floor = <[f32; WIDTH]>::from(floor);
+        for (lane, corners) in block.corners.iter().enumerate() {
+            if weight[lane] < VANISHED * floor[lane] {
+                let rest = corners.map(|i| self.rest[i.particle() as usize]);
+                let [_, g1, g2, g3] = volume_and_gradients(rest).1;
+                for (gradient, rest) in gradients.iter_mut().zip([g1, g2, g3]) {
+                    for (axis, column) in gradient.iter_mut().enumerate() {
+                        column[lane] = 6.0 * rest[axis];
+                    }
+                }
+            }
+        }
+        gradients.map(|g| g.map(|column| column.simd_into(simd)))
+    }
+}
+
+/// g1 + g2 + g3.
+#[inline(always)]
+fn sum<L: Lanes>([g1, g2, g3]: &[[f32x8<L>; 3]; 3]) -> [f32x8<L>; 3] {
+    [
+        g1[0] + g2[0] + g3[0],
+        g1[1] + g2[1] + g3[1],
+        g1[2] + g2[2] + g3[2],
+    ]
+}
+
+/// Σ w‖∇V‖² from gradients times 6.
+#[inline(always)]
+fn weighted_square<L: Lanes>(gradients: &[[f32x8<L>; 3]; 3], x: &[Columns<L>; 4]) -> f32x8<L> {
+    let first = sum(gradients);
+    let [g1, g2, g3] = gradients;
+    (x[0][3] * dot(&first, &first)
+        + x[1][3] * dot(g1, g1)
+        + x[2][3] * dot(g2, g2)
+        + x[3][3] * dot(g3, g3))
+        * (1.0 / 36.0)
+}

@@ -1,0 +1,148 @@
+//! How many threads the solver may use.
+//!
+//! What is computed never depends on it: work is cut by the body, not by the threads, and threads
+//! only take pieces that share no particle. Without the feature `parallel` there is one thread.
+
+#[cfg(feature = "parallel")]
+use crate::parallel::team::Team;
+#[cfg(feature = "parallel")]
+use std::sync::Arc;
+use std::sync::{Mutex, PoisonError};
+
+/// Threads to step bodies with; one by default.
+#[derive(Debug, Clone, Default)]
+pub struct Threads {
+    #[cfg(feature = "parallel")]
+    team: Option<Arc<Team>>,
+}
+
+/// What there is to do for a body.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Load {
+    /// Projections of constraints.
+    pub projections: usize,
+    /// Into how many pieces it is cut.
+    pub pieces: usize,
+}
+
+/// The threads that were asked for cannot be had.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{count} threads cannot be started: {reason}")]
+pub struct ThreadsError {
+    /// How many were asked for.
+    pub count: usize,
+    /// Why not.
+    pub reason: String,
+}
+
+/// More threads than this are refused: a slip of the pen, not a machine.
+pub const MOST_THREADS: usize = 1024;
+
+impl Threads {
+    /// So many threads, from 1 to [`MOST_THREADS`]; 0 for one on each core.
+    ///
+    /// # Errors
+    /// [`ThreadsError`] if there are too many, or the system refuses to start them.
+    pub fn new(count: usize) -> Result<Self, ThreadsError> {
+        let count = if count == 0 { available() } else { count };
+        if count > MOST_THREADS {
+            return Err(ThreadsError {
+                count,
+                reason: format!("at most {MOST_THREADS} make sense"),
+            });
+        }
+        Self::start(count)
+    }
+
+    #[cfg(feature = "parallel")]
+    fn start(count: usize) -> Result<Self, ThreadsError> {
+        let start = || Team::start(count - 1).map(Arc::new);
+        let team = (count > 1).then(start).transpose();
+        let team = team.map_err(|error| ThreadsError {
+            count,
+            reason: error.to_string(),
+        })?;
+        Ok(Self { team })
+    }
+
+    #[cfg(not(feature = "parallel"))]
+    fn start(_count: usize) -> Result<Self, ThreadsError> {
+        Ok(Self {})
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        #[cfg(feature = "parallel")]
+        return self.team.as_ref().map_or(1, |team| team.helpers() + 1);
+        #[cfg(not(feature = "parallel"))]
+        return 1;
+    }
+
+    /// Whether so many projections of constraints are worth more than one thread: some 0.1 ms.
+    #[must_use]
+    pub fn pays(&self, projections: usize) -> bool {
+        self.count() > 1 && projections > 20_000
+    }
+
+    /// Calls `work` on the caller's thread with 0, and on the others, as far as they come in time,
+    /// with 1 and so on. It has to do all there is to do whoever comes.
+    pub fn share(&self, work: &(dyn Fn(usize) + Sync)) {
+        #[cfg(feature = "parallel")]
+        if let Some(team) = &self.team {
+            return team.share(work);
+        }
+        work(0);
+    }
+
+    /// Does `work` with each of the items, which are such loads: with one that can be cut and is a
+    /// large share of all on all threads, with the others on one thread each.
+    pub fn for_each<T: Send>(
+        &self,
+        items: &mut [T],
+        load: impl Fn(&T) -> Load + Sync,
+        work: &(impl Fn(&mut T, &Self) + Sync),
+    ) {
+        let one = Self::default();
+        let projections = |item: &T| load(item).projections;
+        let all: usize = items.iter().map(projections).sum();
+        if !self.pays(all) {
+            return items.iter_mut().for_each(|item| work(item, &one));
+        }
+        let is_large = |item: &T| {
+            let Load {
+                projections,
+                pieces,
+            } = load(item);
+            pieces > 1 && projections * 2 * self.count() > all
+        };
+        let large = items.iter_mut().filter(|item| is_large(item));
+        large.for_each(|item| work(item, self));
+        let small = || items.iter().filter(|item| !is_large(item));
+        // One that cannot be cut is not worth waking anybody for.
+        if small().count() < 2 || !self.pays(small().map(projections).sum()) {
+            let small = items.iter_mut().filter(|item| !is_large(item));
+            return small.for_each(|item| work(item, &one));
+        }
+        let rest = Mutex::new(items.iter_mut().filter(|item| !is_large(item)));
+        let next = || rest.lock().unwrap_or_else(PoisonError::into_inner).next();
+        self.share(&|_| {
+            while let Some(item) = next() {
+                work(item, &one);
+            }
+        });
+    }
+}
+
+/// The same number.
+impl PartialEq for Threads {
+    fn eq(&self, other: &Self) -> bool {
+        self.count() == other.count()
+    }
+}
+
+/// Threads that this machine runs at the same time.
+#[must_use]
+pub fn available() -> usize {
+    std::thread::available_parallelism().map_or(1, |count| count.get().min(MOST_THREADS))
+}

@@ -1,0 +1,552 @@
+//! Steps a body: all substeps of a tick at once, or stage by stage.
+//!
+//! Both give the same bits, on any number of threads. Work is cut by the body, into
+//! [bands](crate::bands): threads take pieces that share no particle, and a particle meets its
+//! tasks in the same order as if each task were done on all of the body before the next begins.
+
+#![allow(unsafe_code, reason = "pieces are handed out by hand")]
+
+pub use super::{
+    stage::Stage,
+    stepper::{Means, NotFinite, Stepper, Watch},
+};
+
+use super::kernels::{Kernels, Work, halves_of};
+pub(crate) use super::{stage::Solve, stepper::Spare};
+use crate::{
+    Collide, Effects, ElasticKind, ForceKind, Substep, Topology,
+    bands::Piece,
+    contact::{collider, ground},
+    crew::Crew,
+    direct::Given,
+    effects::{pressure::Walls, shape_matching::Sweep},
+    force::Moment,
+    kernel::block::Put,
+    particles::Part,
+    phases::{Phase, Phases, Side, Task},
+    share::Shared,
+    stages,
+};
+use std::{iter, ops::Range, sync::Arc};
+
+/// Tasks with their sides: at most four of a stage.
+type Tasks = iter::Flatten<std::array::IntoIter<Option<(Task, Side)>, 4>>;
+
+impl Stage {
+    /// What it does to a body that carries these effects.
+    fn tasks(
+        self,
+        topology: &Topology,
+        (effects, stitched): (&Effects, bool),
+        step: &Substep,
+        iteration: u32,
+    ) -> Tasks {
+        let sweep = (iteration, step.sweeps(), step.is_last());
+        let substep = step.index;
+        let one = |task, side| [Some((task, side)), None, None, None];
+        match self {
+            // It is no task on pieces: kernels hold on to rest values for as long as those run.
+            Self::Flow => [None; 4],
+            _ if !self.acts(effects, stitched, step.method) => [None; 4],
+            Self::Force(kind) => one(Task::Force { kind, substep }, Side::Whole),
+            Self::Presolve if step.method.keeps_speed().is_some() => {
+                let tasks = [Task::Fade, Task::Begin].map(|task| Some((task, Side::Any)));
+                [tasks[0], tasks[1], None, None]
+            }
+            Self::Presolve => one(Task::Begin, Side::Any),
+            Self::StickyGround => one(Task::Stick, Side::Any),
+            Self::Elastic(kind) => {
+                let [first, second, loose] =
+                    halves_of(kind, topology, Task::Elastic { kind, sweep });
+                let average = step.averaging(iteration).map(|_| {
+                    let sweep = iteration;
+                    (Task::Average { kind, sweep }, Side::Any)
+                });
+                [first, second, loose, average]
+            }
+            Self::ShapeMatching => one(Task::MatchShapes { iteration }, Side::Whole),
+            Self::Pressure => one(Task::Pressure { iteration }, Side::Whole),
+            Self::Stitches => {
+                let sweep = (iteration, step.sweeps());
+                one(Task::Stitch { substep, sweep }, Side::Whole)
+            }
+            // There is nothing to smooth.
+            Self::Direct if iteration >= step.iterations => [None; 4],
+            Self::Direct => one(Task::Direct { iteration }, Side::Whole),
+            Self::Tethers => one(Task::Tether, Side::Any),
+            Self::Grab => one(Task::Grab { substep, iteration }, Side::Whole),
+            Self::Ground => one(Task::Ground, Side::Any),
+            Self::Collide => one(Task::Collide { substep }, Side::Any),
+            Self::Postsolve => one(Task::End { substep }, Side::Any),
+        }
+        .into_iter()
+        .flatten()
+    }
+}
+
+impl Stepper<'_> {
+    /// Begins a tick, or goes on with one: brings what effects keep on the body in line with those that it carries.
+    /// Multipliers are kept where they are `read`: by later sweeps, or by those who measure.
+    pub fn prepare(&mut self, read: bool) {
+        let Self {
+            topology, effects, ..
+        } = self;
+        for kind in ElasticKind::ALL {
+            let kept = read && effects.has(kind);
+            self.lambdas.make_room(kind, topology, kept);
+        }
+        if effects.pressure.is_none() {
+            self.lambdas.walls = Walls::default();
+        }
+        if effects.shape_matching.is_none() {
+            self.lambdas.matching = None;
+        }
+        if effects.tethers.is_some() {
+            self.leads.update(topology, &self.particles.positions);
+        }
+    }
+
+    /// Begins a substep: where steps are of second order, with what the last two states tell. To be done
+    /// before anything else of it; [`advance`](Self::advance) does.
+    pub fn begin(&mut self, step: &Substep, means: &Means) {
+        if step.index == 0 {
+            self.look_for_damage(means);
+        }
+        self.draw(means);
+        self.begin_drawn(step, means);
+    }
+
+    /// The rest of it, once what is under repair has been drawn.
+    pub(crate) fn begin_drawn(&mut self, step: &Substep, means: &Means) {
+        if means.settings.order.get() == 1 {
+            self.begin_first_order(means);
+            self.note_spin(means);
+            return;
+        }
+        let restarts = self.meets(step, means);
+        let h = means.settings.substep_seconds();
+        self.particles.look_back(h, restarts);
+    }
+
+    /// Steps of implicit Euler do not look back.
+    fn begin_first_order(&mut self, means: &Means) {
+        self.particles.history.forget();
+        let h = means.settings.substep_seconds() as f32;
+        self.particles.set_substep_seconds(h);
+    }
+
+    /// Whether a particle is in touch with the ground or a collider, or will be at the end of a substep
+    /// if nothing holds it.
+    fn meets(&self, step: &Substep, means: &Means) -> bool {
+        let heights = [
+            self.effects.ground.map(|ground| ground.height),
+            self.effects.sticky_ground.map(|ground| ground.height),
+        ];
+        let height = heights.into_iter().flatten().reduce(f32::max);
+        let colliders = match self.effects.collide {
+            Some(_) => means.swept.of(step.index),
+            None => &[],
+        };
+        if height.is_none() && colliders.is_empty() {
+            return false;
+        }
+        let h = f64::from(step.h);
+        let gravity = step.gravity.as_dvec3();
+        let particles = &*self.particles;
+        let moving = (0..particles.len()).filter(|&i| particles.positions[i].w > 0.0);
+        moving.into_iter().any(|i| {
+            let from = particles.position(i);
+            let to = from + (particles.velocity_f64(i) + gravity * h) * h;
+            height.is_some_and(|height| from.y.min(to.y) <= f64::from(height))
+                || colliders.iter().any(|collider| {
+                    let (from, to) = (collider.from.undo(from), collider.to.undo(to));
+                    collider.shape.exit(from, to).is_some()
+                })
+        })
+    }
+
+    /// Does some substeps of a tick.
+    ///
+    /// # Errors
+    /// [`NotFinite`] when a displacement no longer is; the body is then as it was left at that place,
+    /// its positions being finite.
+    pub fn advance(&mut self, substeps: Range<u32>, means: &Means) -> Result<(), NotFinite> {
+        let begins = means.settings.begins_each_substep();
+        if !begins {
+            self.begin_first_order(means);
+        }
+        if substeps.start == 0 {
+            self.look_for_damage(means);
+        }
+        let repaired = !self.particles.repair.is_empty();
+        if !begins && !repaired && self.effects.plasticity.is_none() {
+            return self.advance_together(substeps, means);
+        }
+        for index in substeps {
+            let step = means.settings.substep(index);
+            self.draw(means);
+            if begins {
+                self.begin_drawn(&step, means);
+            }
+            self.advance_together(index..index + 1, means)?;
+            self.end();
+            self.flow(&step, means);
+        }
+        Ok(())
+    }
+
+    /// Ends a substep: what was [begun](Self::begin) and is to be done after the last stage, before
+    /// anything flows; [`advance`](Self::advance) does.
+    pub fn end(&mut self) {
+        self.restore_spin();
+        self.stiffen();
+    }
+
+    /// Does substeps between which nothing flows and nobody looks back.
+    fn advance_together(&mut self, substeps: Range<u32>, means: &Means) -> Result<(), NotFinite> {
+        let shape = Arc::clone(self.topology);
+        let topology: &Topology = &shape;
+        let (effects, settings) = (*self.effects, means.settings);
+        let stitched = !self.stitches.is_empty();
+        let any = settings.substep(0);
+        let averages = any.averaging(any.sweeps() - 1).is_some();
+        self.lambdas
+            .make_sums(if averages { topology.particles() } else { 0 });
+        self.find_regions();
+        let solve = Solve::of(&effects, stitched, settings.method);
+        let first = substeps.start;
+        let mut forces = ForceKind::ALL
+            .into_iter()
+            .filter(|kind| effects.has_force(*kind));
+        let forces: [_; ForceKind::COUNT] = std::array::from_fn(|_| forces.next());
+        // Two stages in one pass cannot be told apart by who watches, and forces act between them.
+        let fades = settings.method.keeps_speed().is_some();
+        let apart = means.watch.is_some() || forces[0].is_some() || fades;
+        let tasks = substeps.clone().flat_map(|index| {
+            let step = settings.substep(index);
+            let before = index.checked_sub(1).filter(|_| index > first);
+            let turn = before.filter(|_| !apart);
+            let end = before.filter(|_| apart);
+            let end = end.map(|substep| (Task::End { substep }, Side::Any));
+            let start = turn.map_or(Task::Begin, |substep| Task::Turn { substep });
+            let fade = fades.then_some((Task::Fade, Side::Any));
+            let of_stage = move |stage: Stage, iteration| {
+                stage.tasks(topology, (&effects, stitched), &step, iteration)
+            };
+            let sweeps = solve
+                .stages(step)
+                .flat_map(move |(stage, iteration)| of_stage(stage, iteration));
+            let forces = forces.into_iter().flatten();
+            end.into_iter()
+                .chain(forces.flat_map(move |kind| of_stage(Stage::Force(kind), 0)))
+                .chain(fade)
+                .chain(iter::once((start, Side::Any)))
+                .chain(of_stage(Stage::StickyGround, 0))
+                .chain(sweeps)
+        });
+        let sweeps = substeps.len() * any.sweeps() as usize;
+        let end = substeps
+            .last()
+            .map(|substep| (Task::End { substep }, Side::Any));
+        self.run(topology, tasks.chain(end), sweeps, means)
+    }
+
+    /// Does one stage of a substep.
+    ///
+    /// # Errors
+    /// [`NotFinite`] from the last stage.
+    pub fn stage(
+        &mut self,
+        stage: Stage,
+        step: &Substep,
+        iteration: u32,
+        means: &Means,
+    ) -> Result<(), NotFinite> {
+        if stage == Stage::Flow {
+            self.flow(step, means);
+            return Ok(());
+        }
+        let shape = Arc::clone(self.topology);
+        if matches!(stage, Stage::Elastic(_)) && step.averaging(iteration).is_some() {
+            self.lambdas.make_sums(shape.particles());
+        }
+        self.find_regions();
+        let stitched = !self.stitches.is_empty();
+        let tasks = stage.tasks(&shape, (self.effects, stitched), step, iteration);
+        let sweeps = usize::from(matches!(stage, Stage::Elastic(_)));
+        self.run(&shape, tasks, sweeps, means)
+    }
+
+    /// Does one stage that is not the last, which alone looks for what is not finite.
+    pub fn act(&mut self, stage: Stage, step: &Substep, iteration: u32, means: &Means) {
+        let done = self.stage(stage, step, iteration, means);
+        debug_assert!(done.is_ok(), "{stage:?} looks for what is not finite");
+    }
+
+    /// Brings the regions whose shapes are matched in line with their size.
+    pub(crate) fn find_regions(&mut self) {
+        if let Some(effect) = &self.effects.shape_matching {
+            let matching = self.lambdas.matching.get_or_insert_default();
+            matching.update(self.topology, effect);
+        }
+    }
+
+    /// Lets rest values flow at the end of a substep, if it is time to.
+    fn flow(&mut self, step: &Substep, means: &Means) {
+        let h = means.settings.substep_seconds();
+        let end = means.time + h * f64::from(step.index + 1);
+        if let Some(plasticity) = self.effects.plasticity
+            && let Some(seconds) = plasticity.due(end, h)
+        {
+            let mut flow = || plasticity.flow(self.effects, self.topology, self.particles, seconds);
+            match means.watch {
+                Some(watch) => watch.see(Stage::Flow, &mut flow),
+                None => flow(),
+            }
+        }
+    }
+
+    fn run(
+        &mut self,
+        topology: &Topology,
+        tasks: impl Iterator<Item = (Task, Side)> + Clone + Send + Sync,
+        sweeps: usize,
+        means: &Means,
+    ) -> Result<(), NotFinite> {
+        let bands = &topology.bands;
+        let projections = self.effects.constraints(topology) * sweeps;
+        let phases = Phases::new(tasks, bands);
+        let context = Context::new(topology, self, means);
+        let shared = Shared::new(self);
+        // SAFETY: pieces of a phase share no particle and no constraint, and a phase begins when
+        // all pieces of the one before are done.
+        let work = |phase: &Phase, piece: usize| unsafe { context.work(&shared, phase, piece) };
+        let result = if bands.count() > 1 && means.threads.pays(projections) {
+            let crew = Crew::new();
+            crew.work(means.threads, phases, &work)
+        } else {
+            let mut phases = phases;
+            phases.try_for_each(|phase| {
+                (0..phase.pieces.len()).try_for_each(|piece| work(&phase, piece))
+            })
+        };
+        if shared.touched() {
+            self.particles.touch();
+        }
+        result
+    }
+}
+
+/// What the tasks on all pieces have in common.
+struct Context<'a> {
+    topology: &'a Topology,
+    effects: Effects,
+    means: &'a Means<'a>,
+    /// Any substep of the tick, for what they have in common.
+    any: Substep,
+    /// Length of a substep [s], as implicit Euler has it.
+    h: f32,
+    /// The same as compliances have it by the method.
+    compliant: f32,
+    kernels: Kernels<'a>,
+}
+
+impl<'a> Context<'a> {
+    fn new(topology: &'a Topology, body: &Stepper<'a>, means: &'a Means<'a>) -> Self {
+        let Stepper { effects, .. } = body;
+        let h = body
+            .particles
+            .history
+            .seconds(means.settings.substep_seconds());
+        let compliant = means.settings.method.compliant_seconds(h) as f32;
+        let h = h as f32;
+        Self {
+            topology,
+            effects: **effects,
+            means,
+            any: means.settings.substep(0),
+            h,
+            compliant,
+            kernels: Kernels::new(effects, topology, compliant),
+        }
+    }
+
+    /// Does the tasks of a phase on one of its pieces.
+    ///
+    /// # Safety
+    /// Nobody else works on the piece, or on one that shares a particle with it.
+    unsafe fn work(&self, shared: &Shared, phase: &Phase, piece: usize) -> Result<(), NotFinite> {
+        let watch = self.means.watch;
+        let piece = &phase.pieces[piece];
+        // SAFETY: the caller's promise.
+        let mut part = unsafe { shared.part(piece) };
+        for &task in phase.tasks() {
+            let Some(watch) = watch else {
+                // SAFETY: the caller's promise.
+                unsafe { self.task(task, shared, phase, piece, part.reborrow())? };
+                continue;
+            };
+            let mut result = Ok(());
+            watch.see(task.stage(), &mut || {
+                // SAFETY: the caller's promise.
+                result = unsafe { self.task(task, shared, phase, piece, part.reborrow()) };
+            });
+            result?;
+        }
+        Ok(())
+    }
+
+    /// Does one of them.
+    ///
+    /// # Safety
+    /// As of [`work`](Self::work).
+    unsafe fn task(
+        &self,
+        task: Task,
+        shared: &Shared,
+        phase: &Phase,
+        piece: &Piece,
+        part: Part,
+    ) -> Result<(), NotFinite> {
+        let Means {
+            settings,
+            instructions,
+            ..
+        } = *self.means;
+        let first = piece.particles.start;
+        let not_finite = |substep| {
+            move |place: usize| NotFinite {
+                particle: first + place,
+                substep,
+            }
+        };
+        match task {
+            Task::Force { kind, substep } => {
+                let h = settings.substep_seconds();
+                let moment = Moment {
+                    time: self.means.time + h * f64::from(substep),
+                    h: self.h.into(),
+                };
+                self.effects.push(kind, self.topology, moment, part);
+            }
+            Task::Fade => {
+                if let Some(kept) = self.any.method.keeps_speed() {
+                    stages::fade(part, self.h, settings.gravity, kept);
+                }
+            }
+            Task::Begin => stages::presolve(part, self.h, settings.gravity, instructions),
+            Task::Stick => {
+                if let Some(sticky) = &self.effects.sticky_ground {
+                    shared.touch(ground::stick(part, sticky));
+                }
+            }
+            Task::Turn { substep } => {
+                stages::turn(part, self.h, settings.gravity, instructions)
+                    .map_err(not_finite(substep))?;
+            }
+            Task::End { substep } => {
+                stages::postsolve(part, self.h, instructions).map_err(not_finite(substep))?;
+            }
+            Task::Elastic { kind, sweep } => {
+                let (iteration, ..) = sweep;
+                let put = match self.any.averaging(iteration) {
+                    // SAFETY: the caller's promise.
+                    Some(averaging) => Put::Sum {
+                        sums: unsafe { shared.sums(piece) },
+                        masses: averaging.masses,
+                    },
+                    None => Put::of_share(self.any.method.share()),
+                };
+                let work = Work {
+                    piece,
+                    whole: phase.is_whole(),
+                    part,
+                    shared,
+                    sweep,
+                    put,
+                    instructions,
+                };
+                // SAFETY: the caller's promise.
+                unsafe { self.kernels.solve(kind, work) };
+            }
+            Task::MatchShapes { iteration } => {
+                // SAFETY: shapes are matched on the whole body, which is one piece.
+                let matching = unsafe { shared.matching() };
+                if let (Some(effect), Some(matching)) = (&self.effects.shape_matching, matching) {
+                    let sweep = Sweep {
+                        h: self.compliant.into(),
+                        first: iteration == 0,
+                        share: self.any.method.share().into(),
+                    };
+                    matching.solve(self.topology, effect, sweep, part);
+                }
+            }
+            Task::Pressure { iteration } => {
+                if let Some(pressure) = &self.effects.pressure {
+                    // SAFETY: pressure is on the whole body, which is one piece.
+                    let walls = unsafe { shared.walls() };
+                    let h = self.compliant;
+                    pressure.solve(self.topology, part, walls, h, iteration);
+                }
+            }
+            Task::Direct { iteration } => {
+                // SAFETY: the whole body is one piece.
+                let (factors, lambdas) = unsafe { (shared.factors(), shared.all_lambdas()) };
+                factors.solve(Given {
+                    topology: self.topology,
+                    effects: &self.effects,
+                    part,
+                    lambdas,
+                    h: self.h,
+                    iteration: (iteration, settings.iterations.get()),
+                    instructions,
+                });
+            }
+            Task::Average { sweep, .. } => {
+                if let Some(averaging) = self.any.averaging(sweep) {
+                    // SAFETY: the caller's promise.
+                    let sums = unsafe { shared.sums(piece) };
+                    stages::average(part, sums, averaging.own_weight);
+                }
+            }
+            Task::Tether => {
+                if let Some(tethers) = &self.effects.tethers {
+                    shared.leads.solve(part, first, tethers);
+                }
+            }
+            Task::Stitch { substep, sweep } => {
+                let colliders = self.means.swept.of(substep);
+                // SAFETY: stitches are on the whole body, which is one piece.
+                let stitches = unsafe { shared.stitches() };
+                stitches.solve(part, colliders, self.h, sweep);
+            }
+            Task::Grab { substep, iteration } => {
+                // SAFETY: a hand is on the whole body, which is one piece.
+                if let Some(grab) = unsafe { shared.grab() } {
+                    let place = (substep, settings.substeps.get());
+                    grab.solve(part, self.h, place, iteration);
+                }
+            }
+            Task::Ground => {
+                if let Some(ground) = &self.effects.ground {
+                    shared.touch(ground::solve(part, ground, self.h, settings.gravity));
+                }
+            }
+            Task::Collide { substep } => {
+                if let Some(collide) = &self.effects.collide {
+                    shared.touch(self.collide(part, collide, substep));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn collide(&self, mut part: Part, collide: &Collide, substep: u32) -> bool {
+        let mut touched = false;
+        for swept in self.means.swept.of(substep) {
+            let gravity = self.means.settings.gravity;
+            touched |= collider::solve(part.reborrow(), collide, swept, self.h, gravity);
+        }
+        touched
+    }
+}

@@ -1,0 +1,141 @@
+//! The kernels of the elastic effects of a body, and the pieces that they work on.
+
+use super::{
+    phases::{Side, Task},
+    share::Shared,
+};
+use crate::{
+    effects::{
+        Effects, Multipliers,
+        bend::Bend,
+        elastic::{Elastic, ElasticKind},
+        isometric_bend::IsometricBend,
+        membrane::Membrane,
+        neo_hookean::NeoHookean,
+        strain_limit::StrainLimit,
+        stretch::Stretch,
+        struts::Struts,
+        volume::Volume,
+        weave::Weave,
+    },
+    kernel::{
+        block::{Blocks, Put, solve_batch},
+        lanes::Instructions,
+    },
+    particles::Part,
+    topology::{Topology, bands::Piece, order::Elements},
+};
+
+/// Makes what elastic effects need one line each for.
+macro_rules! of_elastic_effects {
+    (
+        {
+            forces { $($force:tt)* }
+            solvers { $($solver:tt)* }
+            elastic { $($effect:ident $field:ident ($corners:literal, $rows:literal) $does:literal;)* }
+            $($others:tt)*
+        }
+        $($rest:tt)*
+    ) => {
+        /// A sweep: the constraints of one side, those of the other, and the loose ones.
+        pub(super) fn halves_of(
+            kind: ElasticKind,
+            topology: &Topology,
+            task: Task,
+        ) -> [Option<(Task, Side)>; 3] {
+            match kind {
+                $(ElasticKind::$effect => {
+                    halves(<$effect as Elastic<$corners, $rows>>::elements(topology), task)
+                })*
+            }
+        }
+
+        /// The kernels of the elastic effects that a body carries.
+        #[derive(Default)]
+        pub(crate) struct Kernels<'a> {
+            $($field: Option<<$effect as Elastic<$corners, $rows>>::Kernel<'a>>,)*
+        }
+
+        impl<'a> Kernels<'a> {
+            /// For substeps of `h` seconds.
+            pub fn new(effects: &Effects, topology: &'a Topology, h: f32) -> Self {
+                Self {
+                    $($field: effects.$field.map(|effect| effect.kernel(topology, h)),)*
+                }
+            }
+
+            /// Does the constraints of an effect on one piece.
+            ///
+            /// # Safety
+            /// Nobody else works on the piece, or on one that shares a particle with it.
+            #[allow(unsafe_code, reason = "multipliers are handed out by hand")]
+            pub unsafe fn solve(&self, kind: ElasticKind, work: Work) {
+                match kind {
+                    // SAFETY: the caller's promise.
+                    $(ElasticKind::$effect => if let Some(kernel) = &self.$field {
+                        unsafe { work.solve(kind, kernel) }
+                    },)*
+                }
+            }
+        }
+    };
+}
+
+crate::effects!(of_elastic_effects);
+
+/// A sweep: the constraints of one side, those of the other, and the loose ones.
+fn halves<const N: usize>(elements: &Elements<N>, task: Task) -> [Option<(Task, Side)>; 3] {
+    let odd = elements.odd_first();
+    let half = |odd: bool| {
+        let side = if odd { Side::Odd } else { Side::Even };
+        (!elements.half(odd).is_empty()).then_some((task, side))
+    };
+    let loose = elements.loose().map(|_| (task, Side::Whole));
+    [half(odd), half(!odd), loose]
+}
+
+/// A piece of a body on which constraints are to be solved.
+pub(crate) struct Work<'a> {
+    /// The piece.
+    pub piece: &'a Piece,
+    /// Whether it is the whole body, and loose constraints are to be solved.
+    pub whole: bool,
+    /// Its particles.
+    pub part: Part<'a>,
+    /// The body.
+    pub shared: &'a Shared<'a>,
+    /// Which sweep of how many, and whether λ is to be kept.
+    pub sweep: (u32, u32, bool),
+    /// What becomes of where constraints would have particles.
+    pub put: Put<'a>,
+    /// Instructions to use.
+    pub instructions: Instructions,
+}
+
+impl Work<'_> {
+    /// # Safety
+    /// As of [`Kernels::solve`].
+    #[allow(unsafe_code, reason = "multipliers are handed out by hand")]
+    unsafe fn solve<const N: usize, const M: usize>(
+        self,
+        kind: ElasticKind,
+        kernel: &impl Blocks<N, M>,
+    ) {
+        let elements = kernel.elements();
+        let batch = if self.whole {
+            elements.loose()
+        } else {
+            self.piece.band.map(|band| elements.batch_of(band))
+        };
+        if let Some(index) = batch {
+            let constraints = elements.batches()[index].constraints();
+            let column = constraints.start * M..constraints.end * M;
+            // SAFETY: a constraint is in one batch, a batch on one piece.
+            let column = unsafe { self.shared.lambdas(kind, column) };
+            let multipliers = Multipliers::of_sweep(column, self.sweep);
+            let particles = (self.part, self.piece.particles.start);
+            let means = (self.put, self.instructions);
+            solve_batch(kernel, index, particles, multipliers, means);
+        }
+    }
+}

@@ -1,0 +1,18 @@
+//! Stepping bodies: the three stages, what is done around them, and when bodies sleep.
+
+pub mod advance;
+pub mod body;
+pub mod crew;
+pub mod history;
+pub mod kernels;
+pub mod method;
+pub mod phases;
+pub mod repair;
+pub mod rest;
+pub mod share;
+pub mod spin;
+mod stage;
+pub mod stages;
+mod stepper;
+pub mod substep;
+pub mod world;

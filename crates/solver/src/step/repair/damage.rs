@@ -1,0 +1,172 @@
+//! What of a body counts as damaged.
+
+use super::{LITTLE, MANY, Motes, rest};
+use crate::{
+    Effects, Instructions, Method, Particles, Settings, Stretch, Topology,
+    effects::{stretch, volume},
+    elastic::Elastic,
+    topology::{self, Dimension},
+};
+use glam::DVec3;
+
+/// Fraction of its rest volume below which a tetrahedron has collapsed.
+pub const COLLAPSED: f64 = 0.01;
+
+/// Fraction of its rest length below which an edge of a sheet has collapsed.
+pub const CRUSHED: f64 = 0.1;
+
+/// Strain that a single projection would take from an edge of a tangled hinge.
+pub const TANGLED: f64 = 0.1;
+
+/// Mean strain above which a sheet is not tangled, but carries a load that its sweeps do not hold.
+pub const LOADED: f64 = 0.05;
+
+/// Cosine of the angle between the normals of a hinge that is folded over: 120°.
+const FOLDED: f64 = -0.5;
+
+/// What of a body is repaired, and how fast.
+#[derive(Debug, Clone, Copy)]
+pub struct Repairable<'a> {
+    pub topology: &'a Topology,
+    /// T [s].
+    pub time: f64,
+    elements: Elements,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Elements {
+    Tetrahedra,
+    /// The edges of a sheet, in substeps of this length [s].
+    Edges(Stretch, f64),
+}
+
+impl<'a> Repairable<'a> {
+    /// `None` if the body is not to be repaired.
+    pub fn of(effects: &Effects, topology: &'a Topology, settings: &Settings) -> Option<Self> {
+        if effects.neo_hookean.is_some() || effects.plasticity.is_some() {
+            return None;
+        }
+        let is_sheet = topology.dimension == Dimension::Sheet && settings.method == Method::Xpbd;
+        let h = settings.substep_seconds();
+        let (time, elements) = match (effects.volume, effects.stretch) {
+            (Some(volume), _) => (volume.repair, Elements::Tetrahedra),
+            (None, Some(stretch)) if is_sheet => (stretch.repair, Elements::Edges(stretch, h)),
+            _ => return None,
+        };
+        let time = f64::from(time.get());
+        time.is_finite().then_some(Self {
+            topology,
+            time,
+            elements,
+        })
+    }
+
+    /// Visits the particles of each element, and its volume [m³] or length [m] at rest.
+    pub fn each(&self, mut visit: impl FnMut(&[u32], f64)) {
+        match self.elements {
+            Elements::Tetrahedra => {
+                let tetrahedra = &self.topology.tetrahedra;
+                let volumes = tetrahedra.rest_volume.iter();
+                for (corners, &rest) in tetrahedra.corners().zip(volumes) {
+                    visit(&corners, rest.into());
+                }
+            }
+            Elements::Edges(..) => {
+                let edges = &self.topology.edges;
+                for (ends, &rest) in edges.ends().zip(&edges.rest_length) {
+                    visit(&ends, rest.into());
+                }
+            }
+        }
+    }
+
+    /// Whether anything has collapsed or may be tangled, in one pass over the body.
+    pub fn may_be_damaged(&self, particles: &Particles, instructions: Instructions) -> bool {
+        match self.elements {
+            Elements::Tetrahedra => {
+                volume::any_below(COLLAPSED as f32, self.topology, particles, instructions)
+            }
+            Elements::Edges(stretch, h) => {
+                let kernel = stretch.kernel(self.topology, h as f32);
+                let bounds = [CRUSHED, TANGLED].map(|bound| bound as f32);
+                stretch::any_short(bounds, &kernel, particles, instructions)
+            }
+        }
+    }
+
+    /// Fraction of the body that must have collapsed for a repair to begin.
+    pub const fn least(&self) -> f64 {
+        match self.elements {
+            Elements::Tetrahedra => LITTLE,
+            Elements::Edges(..) => MANY,
+        }
+    }
+
+    /// Visits the particles of each collapsed element. Returns the fraction of the body that has collapsed.
+    pub fn collapsed(&self, motes: &impl Motes, mut visit: impl FnMut(&[u32])) -> f64 {
+        let (mut lost, mut whole) = (0.0, 0.0);
+        self.each(|corners, rest| {
+            whole += rest;
+            let x = |corner: usize| motes.position(corners[corner] as usize);
+            let has_collapsed = match self.elements {
+                Elements::Tetrahedra => topology::volume([0, 1, 2, 3].map(x)) < COLLAPSED * rest,
+                Elements::Edges(..) => x(0).distance(x(1)) < CRUSHED * rest,
+            };
+            if has_collapsed {
+                lost += rest;
+                visit(corners);
+            }
+        });
+        if lost > 0.0 { lost / whole } else { 0.0 }
+    }
+
+    /// Visits the particles of each tangled hinge, and the greatest strain that a projection would take from one of
+    /// its edges. Returns the fraction of all hinges, by length, for which `visit` returned true.
+    pub fn tangles(&self, motes: &impl Motes, mut visit: impl FnMut(&[u32], f64) -> bool) -> f64 {
+        let Elements::Edges(stretch, h) = self.elements else {
+            return 0.0;
+        };
+        let projected = |strain: f64, length: f64, weight: f64| {
+            let given = stretch.compliance_of(length as f32) / (h * h);
+            strain * weight / (weight + given).max(f64::MIN_POSITIVE)
+        };
+        let (mut change, mut whole) = (0.0, 0.0);
+        self.each(|ends, length| {
+            let [a, b] = [ends[0], ends[1]].map(|i| i as usize);
+            let weight = motes.inverse_mass(a) + motes.inverse_mass(b);
+            let error = motes.position(a).distance(motes.position(b)) - length;
+            change += projected(error, length, weight);
+            whole += length;
+        });
+        if change > LOADED * whole {
+            return 0.0;
+        }
+        let (mut lost, mut whole) = (0.0, 0.0);
+        for corners in self.topology.hinges().corners() {
+            let x = corners.map(|i| motes.position(i as usize));
+            let rest = corners.map(|i| rest(self.topology, i));
+            let weights = corners.map(|i| motes.inverse_mass(i as usize));
+            let length = rest[0].distance(rest[1]);
+            whole += length;
+            if !is_folded(x) || is_folded(rest) {
+                continue;
+            }
+            let edges = [[0, 1], [0, 2], [1, 2], [0, 3], [1, 3]];
+            let strains = edges.map(|[a, b]| {
+                let (length, weight) = (rest[a].distance(rest[b]), weights[a] + weights[b]);
+                let strain = (x[a].distance(x[b]) - length).abs() / length;
+                projected(strain, length, weight)
+            });
+            let strain = strains.into_iter().fold(0.0, f64::max);
+            if strain > TANGLED && visit(&corners, strain) {
+                lost += length;
+            }
+        }
+        if lost > 0.0 { lost / whole } else { 0.0 }
+    }
+}
+
+fn is_folded(hinge: [DVec3; 4]) -> bool {
+    let [a, b] = topology::hinges::normals(hinge);
+    a.dot(b) < FOLDED * a.length() * b.length()
+}

@@ -1,0 +1,125 @@
+//! What of a body is under repair.
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+use std::iter;
+
+/// Recovery state of a body; empty while nothing is under repair. Allocations are kept.
+#[derive(Debug, Default, Serialize, Deserialize)]
+pub struct Repair(pub(super) Option<Box<UnderRepair>>);
+
+#[derive(Debug, Default, Serialize, Deserialize)]
+pub(super) struct UnderRepair {
+    /// Which particles are drawn back; empty where none is.
+    pub(super) drawn: Vec<bool>,
+    /// T [s].
+    pub(super) time: f64,
+    /// For how long the body has been under repair [s], less a tenth of the time in order since.
+    pub(super) spent: f64,
+    /// For how long each particle has been in a tangled hinge [s], and the strain there; empty where none is.
+    pub(super) tangled: Vec<[f32; 2]>,
+    /// Found when a tick begins.
+    #[serde(skip)]
+    pub(super) regions: Regions,
+}
+
+/// Particles region by region, and room to find them in.
+#[derive(Debug, Default)]
+pub(super) struct Regions {
+    pub(super) members: Vec<u32>,
+    /// Where each region ends.
+    pub(super) ends: Vec<usize>,
+    pub(super) damaged: Vec<bool>,
+    /// Greatest strain of a tangled hinge at each particle.
+    pub(super) strains: Vec<f32>,
+    pub(super) parent: Vec<u32>,
+    /// Velocity [m/s], angular momentum [kg·m²/s] and energy of turning [J] of each where the substep
+    /// begins.
+    pub(super) motions: Vec<(DVec3, DVec3, f64)>,
+    /// Whether the body touches something in the substep.
+    pub(super) touched: bool,
+}
+
+impl Clone for Repair {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Reuses allocations. Regions are not copied: they are found when a tick begins.
+    fn clone_from(&mut self, from: &Self) {
+        let Some(from) = &from.0 else {
+            self.0 = None;
+            return;
+        };
+        let repair = self.0.get_or_insert_default();
+        repair.drawn.clone_from(&from.drawn);
+        repair.tangled.clone_from(&from.tangled);
+        (repair.time, repair.spent) = (from.time, from.spent);
+    }
+}
+
+/// Regions follow from what is drawn, and room is no part of the state.
+impl PartialEq for Repair {
+    fn eq(&self, other: &Self) -> bool {
+        let state = |it: &Self| {
+            let repair = it.0.as_ref();
+            repair.map_or((Vec::new(), Vec::new(), 0.0), |it| {
+                (it.drawn.clone(), it.tangled.clone(), it.spent)
+            })
+        };
+        state(self) == state(other)
+    }
+}
+
+impl Regions {
+    pub(super) fn clear(&mut self) {
+        self.members.clear();
+        self.ends.clear();
+        self.motions.clear();
+    }
+
+    pub(super) fn each(&self) -> impl Iterator<Item = &[u32]> {
+        let starts = iter::once(&0).chain(&self.ends);
+        let bounds = starts.zip(&self.ends);
+        bounds.map(|(&start, &end)| &self.members[start..end])
+    }
+}
+
+impl Repair {
+    /// How many particles it is of; none for a body in order.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.0.as_ref().map_or(0, |repair| repair.drawn.len())
+    }
+
+    /// Whether nothing is under repair.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Bytes of memory.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.0.as_ref().map_or(0, |repair| {
+            let regions = &repair.regions;
+            size_of_val(&repair.drawn[..])
+                + size_of_val(&repair.tangled[..])
+                + size_of_val(&regions.members[..])
+                + size_of_val(&regions.ends[..])
+                + size_of_val(&regions.damaged[..])
+                + size_of_val(&regions.strains[..])
+                + size_of_val(&regions.parent[..])
+                + size_of_val(&regions.motions[..])
+        })
+    }
+
+    /// The body touches something in the substep under way.
+    pub(crate) fn touch(&mut self) {
+        if let Some(repair) = &mut self.0 {
+            repair.regions.touched = true;
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! The first and the last of the three stages; the constraints between them are in
+//! [`constraint`](crate::effects) and [`contact`](crate::contact).
+//!
+//! Symplectic Euler on [displacements](crate::particles): with x = p + u and the start of the substep
+//! at p + c, the method's `v += hg; p = x; x += hv`, constraints that move x, and `v = (x − p)/h` are
+//!
+//! - first stage: u += h²g, where u = c + hv was left by the substep before;
+//! - last stage: p′ = fl(p + u), c′ = (p + u) − p′, which is exact, and u′ = c′ + (u − c), as
+//!   u − c = hv.
+//!
+//! What u is rounded by would be lost to the velocity, always to the same side where gravity adds the
+//! same in each substep: it goes into c, so that u − c is exact, and the position bears it instead.
+//!
+//! Pinned particles (inverse mass 0) are not moved by a bit.
+//! Sources: Müller and others, *Position Based Dynamics* (2007), algorithm 1; Macklin and others,
+//! *Small Steps in Physics Simulation* (2019), algorithm 1; Knuth, *The Art of Computer Programming*
+//! 2, theorem 4.2.2C (the rounding of a sum is a number itself, and found by two subtractions: Dekker 1971).
+
+use crate::{
+    lanes::{Instructions, Lanes, Work},
+    particles::{Part, first_not_finite},
+};
+use fearless_simd::{f32x4, f32x8, prelude::*};
+use glam::{Vec3, Vec4};
+
+/// Predicts positions: gravity [m/s²] over a substep of `h` seconds.
+pub fn presolve(part: Part, h: f32, gravity: Vec3, instructions: Instructions) {
+    instructions.run(Pass::<false, true> { part, h, gravity });
+}
+
+/// Puts positions forward and keeps velocities, after a substep of `h` seconds.
+///
+/// # Errors
+/// The place of the first particle whose displacement or velocity is not finite; nothing has moved
+/// then.
+pub fn postsolve(part: Part, h: f32, instructions: Instructions) -> Result<(), usize> {
+    check(&part, h)?;
+    let gravity = Vec3::ZERO;
+    instructions.run(Pass::<true, false> { part, h, gravity });
+    Ok(())
+}
+
+/// The last stage of a substep and the first of the next, in one pass over the particles.
+///
+/// # Errors
+/// As [`postsolve`].
+pub fn turn(part: Part, h: f32, gravity: Vec3, instructions: Instructions) -> Result<(), usize> {
+    check(&part, h)?;
+    instructions.run(Pass::<true, true> { part, h, gravity });
+    Ok(())
+}
+
+/// Before the first stage: a velocity keeps a share of what it will be after gravity [m/s²] has acted
+/// over a substep of `h` seconds.
+pub fn fade(part: Part, h: f32, gravity: Vec3, kept: f32) {
+    let lost = (gravity * (h * h * (1.0 - kept))).extend(0.0);
+    for (u, c) in part.displacements.iter_mut().zip(&*part.carry) {
+        *u = *c + ((*u - *c) * kept - lost);
+    }
+}
+
+/// Moves every particle by the mean of the ways that are added up in xyz of `sums` and counted in w,
+/// its own place counting as `own_weight` of them; leaves zeros there.
+pub fn average(part: Part, sums: &mut [Vec4], own_weight: f32) {
+    let particles = part.positions.iter().zip(part.displacements);
+    for ((x, u), sum) in particles.zip(sums) {
+        if x.w > 0.0 && sum.w > 0.0 {
+            *u += (sum.truncate() / (sum.w + own_weight)).extend(0.0);
+        }
+        *sum = Vec4::ZERO;
+    }
+}
+
+fn check(part: &Part, h: f32) -> Result<(), usize> {
+    first_not_finite(part.displacements, 1.0 / h).map_or(Ok(()), Err)
+}
+
+/// A pass over all particles that ends a substep, begins one, or both.
+struct Pass<'a, const END: bool, const BEGIN: bool> {
+    part: Part<'a>,
+    h: f32,
+    gravity: Vec3,
+}
+
+impl<const END: bool, const BEGIN: bool> Work for Pass<'_, END, BEGIN> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, simd: L) {
+        let push = (self.gravity * (self.h * self.h)).extend(0.0);
+        let push_pair = pair(simd, &[push, push]);
+        let (positions, last_position) = self.part.positions.as_chunks_mut::<2>();
+        let (displacements, last_displacement) = self.part.displacements.as_chunks_mut::<2>();
+        let (carry, last_carry) = self.part.carry.as_chunks_mut::<2>();
+        for ((p, u), c) in positions.iter_mut().zip(displacements).zip(carry) {
+            if p[0].w == 0.0 || p[1].w == 0.0 {
+                one::<END, BEGIN>(&mut p[0], &mut u[0], &mut c[0], push);
+                one::<END, BEGIN>(&mut p[1], &mut u[1], &mut c[1], push);
+                continue;
+            }
+            let (mut moved, mut left) = (pair(simd, u), pair(simd, c));
+            if END {
+                let (place, off) = exact_sum(pair(simd, p), moved);
+                *p = unpair(simd, place);
+                let (next, lost) = exact_sum(moved, off - left);
+                (moved, left) = (next, off - lost);
+            }
+            if BEGIN {
+                let (next, lost) = exact_sum(moved, push_pair);
+                (moved, left) = (next, left - lost);
+            }
+            *u = unpair(simd, moved);
+            *c = unpair(simd, left);
+        }
+        for ((p, u), c) in last_position
+            .iter_mut()
+            .zip(last_displacement)
+            .zip(last_carry)
+        {
+            one::<END, BEGIN>(p, u, c, push);
+        }
+    }
+}
+
+#[inline(always)]
+fn one<const END: bool, const BEGIN: bool>(p: &mut Vec4, u: &mut Vec4, c: &mut Vec4, push: Vec4) {
+    if p.w == 0.0 {
+        *u = *c;
+        return;
+    }
+    if END {
+        let (place, off) = exact_sum(*p, *u);
+        let (next, lost) = exact_sum(*u, off - *c);
+        (*p, *u, *c) = (place, next, off - lost);
+    }
+    if BEGIN {
+        let (next, lost) = exact_sum(*u, push);
+        (*u, *c) = (next, *c - lost);
+    }
+}
+
+/// a + b rounded, and what was lost: together they are exact where ‖a‖ ≥ ‖b‖, and within half of the
+/// last digit of b elsewhere. The inverse mass in w of `a` stays, as w of `b` is 0.
+#[inline(always)]
+fn exact_sum<T>(a: T, b: T) -> (T, T)
+where
+    T: Copy + std::ops::Add<Output = T> + std::ops::Sub<Output = T>,
+{
+    let sum = a + b;
+    (sum, b - (sum - a))
+}
+
+#[inline(always)]
+fn pair<L: Lanes>(simd: L, [a, b]: &[Vec4; 2]) -> f32x8<L> {
+    simd.combine_f32x4(
+        f32x4::simd_from(simd, a.to_array()),
+        f32x4::simd_from(simd, b.to_array()),
+    )
+}
+
+#[inline(always)]
+fn unpair<L: Lanes>(simd: L, pair: f32x8<L>) -> [Vec4; 2] {
+    let (a, b) = simd.split_f32x8(pair);
+    [Vec4::from_array(a.into()), Vec4::from_array(b.into())]
+}

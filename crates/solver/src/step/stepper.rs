@@ -1,0 +1,97 @@
+//! What is stepped, and with what.
+
+use super::{stage::Stage, substep::Settings};
+use crate::{
+    Effects, Factors, Lambdas, Leads, Particles, Stitches, Threads, Topology,
+    contact::collider::Swept, lanes::Instructions,
+};
+use std::{fmt, sync::Arc};
+
+/// A body turned non-finite.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NotFinite {
+    /// The first particle found.
+    pub particle: usize,
+    /// The substep after which it was found.
+    pub substep: u32,
+}
+
+/// What is stepped, wherever its parts are kept.
+#[derive(Debug)]
+pub struct Stepper<'a> {
+    /// The immutable part, unless the body flows.
+    pub topology: &'a mut Arc<Topology>,
+    /// The state.
+    pub particles: &'a mut Particles,
+    /// What acts; the hold of a hand changes.
+    pub effects: &'a mut Effects,
+    /// λ of the constraints of elastic effects; as many as there are if they are to be kept.
+    pub lambdas: &'a mut Lambdas,
+    /// Its tethers; none if it has none.
+    pub leads: &'a mut Leads,
+    /// Its stitches; which are broken changes.
+    pub stitches: &'a mut Stitches,
+    /// What it is solved with directly, if it is.
+    pub factors: &'a mut Factors,
+}
+
+/// Effects that one stage is about, and room for the parts of a body that it does without.
+#[derive(Debug, Default)]
+pub(crate) struct Spare {
+    effects: Effects,
+    lambdas: Lambdas,
+    leads: Leads,
+    stitches: Stitches,
+    factors: Factors,
+}
+
+impl Spare {
+    /// With these effects, and nothing else.
+    #[must_use]
+    pub fn of(effects: Effects) -> Self {
+        Self {
+            effects,
+            ..Self::default()
+        }
+    }
+
+    /// These particles with it.
+    pub fn stepper<'a>(
+        &'a mut self,
+        topology: &'a mut Arc<Topology>,
+        particles: &'a mut Particles,
+    ) -> Stepper<'a> {
+        Stepper {
+            topology,
+            particles,
+            effects: &mut self.effects,
+            lambdas: &mut self.lambdas,
+            leads: &mut self.leads,
+            stitches: &mut self.stitches,
+            factors: &mut self.factors,
+        }
+    }
+}
+
+/// What all bodies are stepped with.
+#[derive(Debug, Clone, Copy)]
+pub struct Means<'a> {
+    /// Gravity, rate, substeps, iterations.
+    pub settings: &'a Settings,
+    /// Start of the tick [s].
+    pub time: f64,
+    /// What the colliders do in the tick.
+    pub swept: &'a Swept,
+    /// Threads to work on pieces with.
+    pub threads: &'a Threads,
+    /// Instructions to use.
+    pub instructions: Instructions,
+    /// Who wants to know how long the stages take; nobody by default, as it is not free.
+    pub watch: Option<&'a dyn Watch>,
+}
+
+/// Sees each piece of work on its way, to time it: the solver has no clock.
+pub trait Watch: fmt::Debug + Sync {
+    /// Does `work`, which is a part of `stage`, on the thread that it is called on.
+    fn see(&self, stage: Stage, work: &mut dyn FnMut());
+}

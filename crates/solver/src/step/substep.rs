@@ -1,0 +1,228 @@
+//! What a substep is given: its length, its place in the tick, gravity.
+
+use crate::{
+    CollisionIterations, InvalidValue, Iterations, KeepSpin, Method, Order, Rate,
+    SmoothingIterations, Substeps,
+    method::{Averaging, Masses},
+    quantity::finite,
+};
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// What all bodies of a world share.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields, try_from = "Unchecked")]
+pub struct Settings {
+    /// Gravity [m/s²], finite; default (0, −9.81, 0).
+    pub gravity: Vec3,
+    /// Ticks a second; default 60.
+    pub rate: Rate,
+    /// Substeps a tick; default 10.
+    pub substeps: Substeps,
+    /// Sweeps over all constraints a substep; default 1.
+    pub iterations: Iterations,
+    /// Passes over ground and colliders a substep, spread evenly over its sweeps, the last one after
+    /// the last sweep; default 0, one after each sweep. More of them than sweeps come several after
+    /// one sweep.
+    pub collision_iterations: CollisionIterations,
+    /// Passes after the sweeps of a substep in which every particle goes to the mean of where the
+    /// constraints of an effect would have it (Jacobi), so that what cannot be satisfied is spread
+    /// evenly; default 0. They leave multipliers alone. Contacts come once more after them.
+    pub smoothing_iterations: SmoothingIterations,
+    /// How a sweep solves the constraints of elastic effects; default XPBD.
+    pub method: Method,
+    /// Order of the steps in time: 1, the default, is implicit Euler, 2 is [BDF2](crate::history).
+    pub order: Order,
+    /// Whether free bodies [keep their angular momentum](crate::spin): 0, the default, or 1. Steps of
+    /// second order lose so little of it that they look at this not.
+    pub keep_spin: KeepSpin,
+}
+
+#[derive(Deserialize)]
+#[serde(default, deny_unknown_fields, rename = "Settings")]
+struct Unchecked {
+    gravity: Vec3,
+    rate: Rate,
+    substeps: Substeps,
+    iterations: Iterations,
+    collision_iterations: CollisionIterations,
+    smoothing_iterations: SmoothingIterations,
+    method: Method,
+    order: Order,
+    keep_spin: KeepSpin,
+}
+
+impl Default for Unchecked {
+    fn default() -> Self {
+        let Settings {
+            gravity,
+            rate,
+            substeps,
+            iterations,
+            collision_iterations,
+            smoothing_iterations,
+            method,
+            order,
+            keep_spin,
+        } = Settings::default();
+        Self {
+            gravity,
+            rate,
+            substeps,
+            iterations,
+            collision_iterations,
+            smoothing_iterations,
+            method,
+            order,
+            keep_spin,
+        }
+    }
+}
+
+impl TryFrom<Unchecked> for Settings {
+    type Error = InvalidValue;
+
+    fn try_from(unchecked: Unchecked) -> Result<Self, InvalidValue> {
+        let mut settings = Self {
+            rate: unchecked.rate,
+            substeps: unchecked.substeps,
+            iterations: unchecked.iterations,
+            collision_iterations: unchecked.collision_iterations,
+            smoothing_iterations: unchecked.smoothing_iterations,
+            method: unchecked.method,
+            order: unchecked.order,
+            keep_spin: unchecked.keep_spin,
+            ..Self::default()
+        };
+        settings.set_gravity(unchecked.gravity)?;
+        Ok(settings)
+    }
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            gravity: Vec3::new(0.0, -9.81, 0.0),
+            rate: Rate::default(),
+            substeps: Substeps::default(),
+            iterations: Iterations::default(),
+            collision_iterations: CollisionIterations::default(),
+            smoothing_iterations: SmoothingIterations::default(),
+            method: Method::default(),
+            order: Order::default(),
+            keep_spin: KeepSpin::default(),
+        }
+    }
+}
+
+impl Settings {
+    /// Sets gravity [m/s²].
+    ///
+    /// # Errors
+    /// [`InvalidValue`] for a component that is not finite or beyond 1e6 m/s².
+    pub fn set_gravity(&mut self, gravity: Vec3) -> Result<(), InvalidValue> {
+        for component in gravity.to_array() {
+            finite("gravity", component)?;
+            if component.abs() > 1e6 {
+                return Err(InvalidValue {
+                    quantity: "gravity",
+                    value: f64::from(component),
+                    valid: "between -1e6 and 1e6 m/s² along each axis",
+                });
+            }
+        }
+        self.gravity = gravity;
+        Ok(())
+    }
+
+    /// Length of a tick [s].
+    #[must_use]
+    pub fn tick_seconds(&self) -> f64 {
+        1.0 / self.rate.get()
+    }
+
+    /// Length of a substep [s].
+    #[must_use]
+    pub fn substep_seconds(&self) -> f64 {
+        1.0 / (self.rate.get() * f64::from(self.substeps.get()))
+    }
+
+    /// Whether there is something to be done where each substep of a body begins: not for steps of first
+    /// order that keep no angular momentum.
+    #[must_use]
+    pub fn begins_each_substep(&self) -> bool {
+        self.order.get() > 1 || self.keep_spin.get() == 1
+    }
+
+    /// Substep number `index` of a tick.
+    #[must_use]
+    pub fn substep(&self, index: u32) -> Substep {
+        let count = self.substeps.get();
+        Substep {
+            h: self.substep_seconds() as f32,
+            gravity: self.gravity,
+            index,
+            count,
+            iterations: self.iterations.get(),
+            collision_iterations: self.collision_iterations,
+            smoothing_iterations: self.smoothing_iterations.get(),
+            method: self.method,
+        }
+    }
+}
+
+/// One substep.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Substep {
+    /// Its length [s].
+    pub h: f32,
+    /// Gravity [m/s²].
+    pub gravity: Vec3,
+    /// Which of the tick's substeps, from 0.
+    pub index: u32,
+    /// How many the tick has.
+    pub count: u32,
+    /// Sweeps over all constraints.
+    pub iterations: u32,
+    /// Passes over all contacts.
+    pub collision_iterations: CollisionIterations,
+    /// Averaged passes after them.
+    pub smoothing_iterations: u32,
+    /// How constraints are solved.
+    pub method: Method,
+}
+
+impl Substep {
+    /// Whether it ends the tick. Multipliers are written then, for those who measure.
+    #[must_use]
+    pub fn is_last(&self) -> bool {
+        self.index + 1 == self.count
+    }
+
+    /// Sweeps with the averaged passes after them.
+    #[must_use]
+    pub fn sweeps(&self) -> u32 {
+        self.iterations + self.smoothing_iterations
+    }
+
+    /// How many passes over all contacts come after a sweep.
+    #[must_use]
+    pub fn contacts_after(&self, iteration: u32) -> u32 {
+        if iteration < self.iterations {
+            self.collision_iterations.after(iteration, self.iterations)
+        } else {
+            u32::from(iteration + 1 == self.sweeps())
+        }
+    }
+
+    /// How a sweep is averaged, if it is.
+    pub(crate) fn averaging(&self, iteration: u32) -> Option<Averaging> {
+        let smooths = iteration >= self.iterations;
+        let of_method = self.method.averaging();
+        let smoothing = Averaging {
+            masses: Masses::PinsLikeOthers,
+            ..Averaging::default()
+        };
+        of_method.or(smooths.then_some(smoothing))
+    }
+}

@@ -1,0 +1,43 @@
+//! Edges of a body.
+
+use super::{
+    bands::Bands,
+    order::{Elements, Painting},
+};
+use glam::Vec3;
+
+/// Edges as columns in the order of their colours.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Edges {
+    /// The two particles of each, and the order in which they are solved.
+    pub elements: Elements<2>,
+    /// Rest length of each [m].
+    pub rest_length: Vec<f32>,
+}
+
+impl Edges {
+    /// The two particles of each.
+    #[must_use]
+    pub fn ends(&self) -> impl ExactSizeIterator<Item = [u32; 2]> + Clone {
+        self.elements.corners()
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        self.elements.bytes() + size_of_val(&self.rest_length[..])
+    }
+
+    pub(super) fn new(ends: &[[u32; 2]], rest: &[Vec3], bands: &Bands, scattered: bool) -> Self {
+        let how = Painting {
+            scattered,
+            ..Painting::default()
+        };
+        let (elements, _) = Elements::new(ends, bands, how);
+        Self {
+            rest_length: elements
+                .corners()
+                .map(|[a, b]| (rest[b as usize] - rest[a as usize]).length())
+                .collect(),
+            elements,
+        }
+    }
+}

@@ -1,0 +1,499 @@
+//! The immutable part of a body: rest shape, constraints with their rest values, and surface.
+//!
+//! Shared by all copies of a body through an `Arc`; a body whose rest values [flow](crate::Plasticity)
+//! has one of its own. Particles keep the order of the input;
+//! constraints are put in the order of their colours, which is both what the solver can run in
+//! parallel and an order that is stable (an order sorted by vertex makes Gauss–Seidel on rigid
+//! cloth explode). Rest values are rounded as the solver rounds the values that it compares with
+//! them, so that a body in its rest shape does not move by a bit.
+
+pub mod bands;
+pub mod coloring;
+pub mod edges;
+pub mod enclosure;
+mod flow;
+mod parts;
+pub mod tetrahedra;
+
+pub mod facets;
+pub mod frames;
+pub mod hinges;
+pub mod numbering;
+pub mod order;
+pub mod regions;
+mod rest_shape;
+mod struts;
+
+pub use edges::Edges;
+pub use enclosure::{Enclosure, NotClosed};
+pub use facets::Facets;
+pub use flow::RestValues;
+pub use frames::Frames;
+pub use hinges::{Cotangents, Hinges};
+pub use regions::Regions;
+pub use rest_shape::RestShape;
+pub use tetrahedra::Tetrahedra;
+
+use crate::{
+    bands::{Bands, SMALLEST_CUT},
+    numbering::Numbering,
+};
+use glam::{DVec3, Vec3};
+use serde::{Deserialize, Serialize};
+use std::sync::{Arc, OnceLock};
+
+/// What a body's mass is spread over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dimension {
+    /// Tetrahedra: density in kg/m³.
+    Solid,
+    /// Triangles: density in kg/m².
+    Sheet,
+    /// Edges: density in kg/m.
+    Line,
+}
+
+/// Elements of the input that do not act, and why.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LeftOut {
+    /// Tetrahedra without volume.
+    pub flat_tetrahedra: usize,
+    /// Edges given twice.
+    pub repeated_edges: usize,
+    /// Edges of a solid to a vertex of no tetrahedron that acts. It has no mass, and would hold the
+    /// body as a pin does.
+    pub massless_edges: usize,
+    /// Vertices that no element uses; they have no mass and never move.
+    pub unused_vertices: usize,
+}
+
+/// The immutable part of a body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Topology {
+    /// Rest positions [m].
+    pub rest: Vec<Vec3>,
+    /// Which vertices of the input the particles are. Pins, added masses and all that users see
+    /// go by vertices; everything else here, by particles.
+    pub numbering: Numbering,
+    /// How the particles are cut into bands.
+    pub bands: Bands,
+    /// Edges, for stretch.
+    pub edges: Edges,
+    /// Tetrahedra, for volume.
+    pub tetrahedra: Tetrahedra,
+    /// The coarse surface: outward triangles; none for a rope.
+    pub triangles: Vec<[u32; 3]>,
+    /// What the body's mass is spread over.
+    pub dimension: Dimension,
+    /// Longest side of the bounding box at rest [m].
+    pub size: f32,
+    /// What was left out of the input.
+    pub left_out: LeftOut,
+    /// Hinges of the surface, for bending; not there until somebody asks for them.
+    hinges: Lazy<Hinges>,
+    /// What the quadratic bending energy needs of them.
+    cotangents: Lazy<Cotangents>,
+    /// Triangles of the surface, for membranes; likewise.
+    facets: Lazy<Facets>,
+    /// Rest frames of the tetrahedra; not there until somebody asks for them.
+    frames: Lazy<Frames>,
+    /// Struts from surface to surface; not there until somebody asks for them.
+    struts: Lazy<Edges>,
+    /// What the surface encloses, for pressure; or why it is none.
+    enclosure: Lazy<Result<Enclosure, NotClosed>>,
+    /// What it was before its rest values flowed.
+    original: Option<Arc<Topology>>,
+}
+
+/// A part that follows from the others, made when somebody first asks for it; it makes no
+/// difference between topologies.
+#[derive(Debug, Clone)]
+struct Lazy<T>(OnceLock<T>);
+
+impl<T> Default for Lazy<T> {
+    fn default() -> Self {
+        Self(OnceLock::new())
+    }
+}
+
+impl<T> PartialEq for Lazy<T> {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+/// Why a rest shape cannot be a body.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum TopologyError {
+    /// There is nothing to simulate.
+    #[error("the shape has no vertices; give it at least one")]
+    Empty,
+    /// More than fits a 32-bit index.
+    #[error("the shape has {0} vertices, but at most {max} can be indexed", max = u32::MAX)]
+    TooMany(usize),
+    /// A coordinate is NaN or infinite.
+    #[error("vertex {vertex} is at {position}, but every coordinate must be finite")]
+    NotFinite {
+        /// Index of the vertex.
+        vertex: usize,
+        /// Its position.
+        position: Vec3,
+    },
+    /// An element names a vertex that does not exist.
+    #[error("{element} {index} names vertex {vertex}, but there are {vertices} (0 to {last})", last = vertices - 1)]
+    NoSuchVertex {
+        /// Kind of element.
+        element: &'static str,
+        /// Index of the element.
+        index: usize,
+        /// The index that it names.
+        vertex: u32,
+        /// How many vertices there are.
+        vertices: usize,
+    },
+    /// A numbering of another shape.
+    #[error("the numbering has {particles} particles, but there are {vertices} vertices")]
+    Numbering {
+        /// How many it numbers.
+        particles: usize,
+        /// How many there are.
+        vertices: usize,
+    },
+    /// An element names a vertex twice.
+    #[error("{element} {index} names vertex {vertex} more than once")]
+    RepeatedVertex {
+        /// Kind of element.
+        element: &'static str,
+        /// Index of the element.
+        index: usize,
+        /// The vertex that it repeats.
+        vertex: u32,
+    },
+}
+
+/// A tetrahedron is flat below this share of the cube of its longest edge: its volume is then
+/// within the rounding of its coordinates.
+const FLAT: f64 = 1e-7;
+
+impl Topology {
+    /// Checks a rest shape and precomputes what the solver needs of it.
+    ///
+    /// # Errors
+    /// [`TopologyError`] for an empty shape, a coordinate that is not finite, or an element with
+    /// an index out of range or repeated.
+    pub fn new(shape: RestShape) -> Result<Self, TopologyError> {
+        Self::with(shape, |count, ends, corners| {
+            if count < SMALLEST_CUT {
+                Numbering::default()
+            } else {
+                Numbering::new(count, ends, corners)
+            }
+        })
+    }
+
+    /// The same with a numbering of the particles that is given. Of [`Self::rest_shape`] and the
+    /// numbering of a topology it makes an equal one, but for what was left out the first time.
+    ///
+    /// # Errors
+    /// As [`Self::new`], and [`TopologyError::Numbering`] if the numbering is of another number of
+    /// vertices.
+    pub fn numbered(shape: RestShape, numbering: Numbering) -> Result<Self, TopologyError> {
+        let vertices = shape.vertices.len();
+        match numbering.len() {
+            Some(particles) if particles != vertices => Err(TopologyError::Numbering {
+                particles,
+                vertices,
+            }),
+            _ => Self::with(shape, |_, _, _| numbering),
+        }
+    }
+
+    fn with(
+        shape: RestShape,
+        number: impl FnOnce(usize, &[[u32; 2]], &[[u32; 4]]) -> Numbering,
+    ) -> Result<Self, TopologyError> {
+        check_vertices(&shape.vertices)?;
+        let count = shape.vertices.len();
+        check_elements("edge", &shape.edges, count)?;
+        check_elements("tetrahedron", &shape.tetrahedra, count)?;
+        check_elements("triangle", &shape.triangles, count)?;
+
+        let (mut ends, repeated_edges) = without_repeats(shape.edges);
+        let (mut corners, mut triangles) = (shape.tetrahedra, shape.triangles);
+        let mut rest = shape.vertices;
+        let numbering = number(count, &ends, &corners);
+        renumber(
+            &numbering,
+            &mut rest,
+            &mut ends,
+            &mut corners,
+            &mut triangles,
+        );
+        let at = |i: u32| rest[i as usize].as_dvec3();
+        let (corners, flat_tetrahedra) = without_flat(corners, at);
+        let dimension = if !corners.is_empty() {
+            Dimension::Solid
+        } else if !triangles.is_empty() {
+            Dimension::Sheet
+        } else {
+            Dimension::Line
+        };
+        let before = ends.len();
+        if dimension == Dimension::Solid {
+            let mut has_mass = vec![false; count];
+            for &i in corners.iter().flatten() {
+                has_mass[i as usize] = true;
+            }
+            ends.retain(|edge| edge.iter().all(|&i| has_mass[i as usize]));
+        }
+        let massless_edges = before - ends.len();
+        let mut used = vec![false; count];
+        for &i in ends.iter().flatten().chain(corners.iter().flatten()) {
+            used[i as usize] = true;
+        }
+        for &i in triangles.iter().flatten() {
+            used[i as usize] = true;
+        }
+        let left_out = LeftOut {
+            flat_tetrahedra,
+            repeated_edges,
+            massless_edges,
+            unused_vertices: used.iter().filter(|&&used| !used).count(),
+        };
+
+        let (low, high) = bounds(rest.iter().copied());
+        let bands = Bands::cut(count, reaches(&ends).chain(reaches(&corners)));
+        let is_sheet = dimension == Dimension::Sheet;
+        Ok(Self {
+            edges: Edges::new(&ends, &rest, &bands, is_sheet),
+            tetrahedra: Tetrahedra::new(&corners, &rest, &bands),
+            bands,
+            triangles,
+            numbering,
+            dimension,
+            size: (high - low).max_element(),
+            left_out,
+            rest,
+            hinges: Lazy::default(),
+            cotangents: Lazy::default(),
+            facets: Lazy::default(),
+            frames: Lazy::default(),
+            struts: Lazy::default(),
+            enclosure: Lazy::default(),
+            original: None,
+        })
+    }
+
+    /// Bytes of the parts that have been asked for so far.
+    pub(crate) fn lazy_bytes(&self) -> usize {
+        self.hinges.0.get().map_or(0, Hinges::bytes)
+            + self.cotangents.0.get().map_or(0, Cotangents::bytes)
+            + self.facets.0.get().map_or(0, Facets::bytes)
+            + self.frames.0.get().map_or(0, Frames::bytes)
+            + self.struts.0.get().map_or(0, Edges::bytes)
+    }
+
+    /// What the topology is made of, without what was left out: vertices in their own order, and
+    /// elements in the order in which they are solved.
+    ///
+    /// That order is the one that an element is given a colour in again: those of one lowest
+    /// particle have different colours, and each finds the lower ones taken as it did before.
+    #[must_use]
+    pub fn rest_shape(&self) -> RestShape {
+        let vertex = |particle: u32| self.numbering.vertex(particle);
+        let vertices = 0..self.rest.len() as u32;
+        RestShape {
+            vertices: vertices
+                .map(|vertex| self.rest[self.numbering.particle(vertex) as usize])
+                .collect(),
+            edges: self.edges.ends().map(|ends| ends.map(vertex)).collect(),
+            tetrahedra: self
+                .tetrahedra
+                .corners()
+                .map(|corners| corners.map(vertex))
+                .collect(),
+            triangles: self
+                .triangles
+                .iter()
+                .map(|corners| corners.map(vertex))
+                .collect(),
+        }
+    }
+
+    /// Each particle's share of the body [m³, m² or m by `dimension`].
+    ///
+    /// Measures are added up, so that a particle's mass is the sum of its shares of the masses of
+    /// its elements. (Adding up inverse masses instead makes a particle lighter the more elements
+    /// it has.)
+    #[must_use]
+    pub fn measure(&self) -> Vec<f32> {
+        let at = |i: u32| self.rest[i as usize].as_dvec3();
+        let mut measure = vec![0.0_f64; self.rest.len()];
+        let mut share = |corners: &[u32], total: f64| {
+            for &corner in corners {
+                measure[corner as usize] += total / corners.len() as f64;
+            }
+        };
+        match self.dimension {
+            Dimension::Solid => {
+                for corners in self.tetrahedra.corners() {
+                    share(&corners, volume(corners.map(at)).abs());
+                }
+            }
+            Dimension::Sheet => {
+                for corners in &self.triangles {
+                    let [a, b, c] = corners.map(at);
+                    share(corners, (b - a).cross(c - a).length() / 2.0);
+                }
+            }
+            Dimension::Line => {
+                for corners in self.edges.ends() {
+                    let [a, b] = corners.map(at);
+                    share(&corners, a.distance(b));
+                }
+            }
+        }
+        measure.iter().map(|&m| m as f32).collect()
+    }
+
+    /// The vertex of the rest shape that a particle is.
+    #[must_use]
+    pub fn vertex(&self, particle: usize) -> u32 {
+        self.numbering.vertex(particle as u32)
+    }
+
+    /// How many particles a body of this topology has.
+    #[must_use]
+    pub fn particles(&self) -> usize {
+        self.rest.len()
+    }
+}
+
+/// Gives the vertices of a shape the numbers of their particles.
+fn renumber(
+    numbering: &Numbering,
+    rest: &mut Vec<Vec3>,
+    edges: &mut [[u32; 2]],
+    tetrahedra: &mut [[u32; 4]],
+    triangles: &mut [[u32; 3]],
+) {
+    let given = std::mem::take(rest);
+    let vertices = (0..given.len() as u32).map(|particle| numbering.vertex(particle));
+    rest.extend(vertices.map(|vertex| given[vertex as usize]));
+    let corners = edges
+        .as_flattened_mut()
+        .iter_mut()
+        .chain(tetrahedra.as_flattened_mut())
+        .chain(triangles.as_flattened_mut());
+    for corner in corners {
+        *corner = numbering.particle(*corner);
+    }
+}
+
+/// From the lowest to the highest particle of each element.
+fn reaches<const N: usize>(elements: &[[u32; N]]) -> impl Iterator<Item = (u32, u32)> {
+    elements
+        .iter()
+        .filter_map(|corners| Some((*corners.iter().min()?, *corners.iter().max()?)))
+}
+
+/// Signed volume of a tetrahedron [m³].
+#[must_use]
+pub fn volume([a, b, c, d]: [DVec3; 4]) -> f64 {
+    (b - a).cross(c - a).dot(d - a) / 6.0
+}
+
+/// Lowest and highest coordinate of each axis; zeros for no points.
+#[must_use]
+pub fn bounds(mut points: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
+    let Some(first) = points.next() else {
+        return (Vec3::ZERO, Vec3::ZERO);
+    };
+    points.fold((first, first), |(low, high), x| (low.min(x), high.max(x)))
+}
+
+fn check_vertices(vertices: &[Vec3]) -> Result<(), TopologyError> {
+    if vertices.is_empty() {
+        return Err(TopologyError::Empty);
+    }
+    if vertices.len() > u32::MAX as usize {
+        return Err(TopologyError::TooMany(vertices.len()));
+    }
+    match vertices.iter().position(|x| !x.is_finite()) {
+        Some(vertex) => Err(TopologyError::NotFinite {
+            vertex,
+            position: vertices[vertex],
+        }),
+        None => Ok(()),
+    }
+}
+
+fn check_elements<const N: usize>(
+    element: &'static str,
+    elements: &[[u32; N]],
+    vertices: usize,
+) -> Result<(), TopologyError> {
+    for (index, corners) in elements.iter().enumerate() {
+        for (place, &vertex) in corners.iter().enumerate() {
+            if vertex as usize >= vertices {
+                return Err(TopologyError::NoSuchVertex {
+                    element,
+                    index,
+                    vertex,
+                    vertices,
+                });
+            }
+            if corners[..place].contains(&vertex) {
+                return Err(TopologyError::RepeatedVertex {
+                    element,
+                    index,
+                    vertex,
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+fn without_flat(tetrahedra: Vec<[u32; 4]>, at: impl Fn(u32) -> DVec3) -> (Vec<[u32; 4]>, usize) {
+    let before = tetrahedra.len();
+    let kept: Vec<_> = tetrahedra
+        .into_iter()
+        .filter(|&corners| {
+            let x = corners.map(&at);
+            let longest = (0..4)
+                .flat_map(|i| (0..i).map(move |j| (i, j)))
+                .map(|(i, j)| x[i].distance(x[j]))
+                .fold(0.0, f64::max);
+            volume(x).abs() > FLAT * longest * longest * longest
+        })
+        .collect();
+    let flat = before - kept.len();
+    (kept, flat)
+}
+
+fn without_repeats(edges: Vec<[u32; 2]>) -> (Vec<[u32; 2]>, usize) {
+    let before = edges.len();
+    let mut order: Vec<usize> = (0..before).collect();
+    let key = |i: usize| {
+        (
+            edges[i][0].min(edges[i][1]),
+            edges[i][0].max(edges[i][1]),
+            i,
+        )
+    };
+    order.sort_unstable_by_key(|&i| key(i));
+    let mut repeats = vec![false; before];
+    for pair in order.windows(2) {
+        let (a, b) = (key(pair[0]), key(pair[1]));
+        repeats[pair[1]] = (a.0, a.1) == (b.0, b.1);
+    }
+    let kept: Vec<_> = edges
+        .iter()
+        .zip(&repeats)
+        .filter(|(_, repeat)| !**repeat)
+        .map(|(edge, _)| *edge)
+        .collect();
+    let repeated = before - kept.len();
+    (kept, repeated)
+}

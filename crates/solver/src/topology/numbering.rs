@@ -1,0 +1,240 @@
+//! Numbers the particles of a body so that those of a constraint have numbers close to each other.
+//!
+//! The narrower the reach of constraints, the narrower the [bands](crate::bands) can be: more of
+//! them for threads, and more of a band in the cache. The order is that of Cuthill and McKee
+//! (*Reducing the bandwidth of sparse symmetric matrices*, 1969): layer by layer from an end of
+//! the body, found as by George and Liu (1979). Where the input has a better order already, as
+//! rows of a grid do, that is kept.
+
+use std::ops::Range;
+
+/// Which particle of the solver is which vertex of the input.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Numbering {
+    /// For each particle its vertex; empty if all numbers are the same.
+    vertices: Vec<u32>,
+    /// For each vertex its particle; empty if all numbers are the same.
+    particles: Vec<u32>,
+}
+
+impl Numbering {
+    /// The better of two orders for constraints between `count` vertices: as given, or layer by
+    /// layer.
+    #[must_use]
+    pub fn new(count: usize, edges: &[[u32; 2]], tetrahedra: &[[u32; 4]]) -> Self {
+        let graph = Graph::new(count, edges, tetrahedra);
+        let layers = Self::of(graph.layers());
+        let reach =
+            |numbering: &Self| total_reach(edges, numbering) + total_reach(tetrahedra, numbering);
+        let given = Self::default();
+        if reach(&layers) < reach(&given) {
+            layers
+        } else {
+            given
+        }
+    }
+
+    /// The one that gives the particles these vertices; none for all numbers the same. `None` if
+    /// they are not all the vertices from 0, each once.
+    #[must_use]
+    pub fn from_vertices(vertices: Vec<u32>) -> Option<Self> {
+        let mut seen = vec![false; vertices.len()];
+        for &vertex in &vertices {
+            let seen = seen.get_mut(vertex as usize)?;
+            if std::mem::replace(seen, true) {
+                return None;
+            }
+        }
+        Some(Self::of(vertices))
+    }
+
+    /// For each particle its vertex; empty if all numbers are the same.
+    #[must_use]
+    pub fn vertices(&self) -> &[u32] {
+        &self.vertices
+    }
+
+    /// How many particles there are; `None` for any number of them, if all numbers are the same.
+    #[must_use]
+    pub(crate) fn len(&self) -> Option<usize> {
+        (!self.vertices.is_empty()).then_some(self.vertices.len())
+    }
+
+    fn of(vertices: Vec<u32>) -> Self {
+        let mut particles = vec![0; vertices.len()];
+        for (particle, &vertex) in vertices.iter().enumerate() {
+            particles[vertex as usize] = particle as u32;
+        }
+        Self {
+            vertices,
+            particles,
+        }
+    }
+
+    /// The vertex of the input that a particle is.
+    #[must_use]
+    pub fn vertex(&self, particle: u32) -> u32 {
+        self.vertices
+            .get(particle as usize)
+            .map_or(particle, |&vertex| vertex)
+    }
+
+    /// The particle that a vertex of the input is; a vertex that does not exist is no particle
+    /// either.
+    #[must_use]
+    pub fn particle(&self, vertex: u32) -> u32 {
+        self.particles
+            .get(vertex as usize)
+            .map_or(vertex, |&particle| particle)
+    }
+
+    /// Bytes of memory.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        (self.vertices.len() + self.particles.len()) * size_of::<u32>()
+    }
+}
+
+/// How far apart the outermost particles of each element are, all together.
+fn total_reach<const N: usize>(elements: &[[u32; N]], numbering: &Numbering) -> u64 {
+    elements
+        .iter()
+        .map(|corners| {
+            let particles = corners.map(|vertex| numbering.particle(vertex));
+            let (low, high) = (particles.iter().min(), particles.iter().max());
+            u64::from(high.copied().unwrap_or(0) - low.copied().unwrap_or(0))
+        })
+        .sum()
+}
+
+/// Which vertices share an element.
+struct Graph {
+    /// Where each vertex's neighbours begin, and where the last one's end.
+    starts: Vec<u32>,
+    neighbours: Vec<u32>,
+}
+
+impl Graph {
+    fn new(count: usize, edges: &[[u32; 2]], tetrahedra: &[[u32; 4]]) -> Self {
+        let each = |put: &mut dyn FnMut(u32, u32)| {
+            for &[a, b] in edges {
+                put(a, b);
+                put(b, a);
+            }
+            // Edges of tetrahedra are edges of the body as a rule.
+            if edges.is_empty() {
+                for corners in tetrahedra {
+                    for (i, &a) in corners.iter().enumerate() {
+                        for &b in corners[..i].iter().chain(&corners[i + 1..]) {
+                            put(a, b);
+                        }
+                    }
+                }
+            }
+        };
+        let mut starts = vec![0_u32; count + 1];
+        each(&mut |a, _| starts[a as usize + 1] += 1);
+        for i in 0..count {
+            starts[i + 1] += starts[i];
+        }
+        let mut next = starts.clone();
+        let mut neighbours = vec![0; starts[count] as usize];
+        each(&mut |a, b| {
+            let slot = &mut next[a as usize];
+            neighbours[*slot as usize] = b;
+            *slot += 1;
+        });
+        Self { starts, neighbours }
+    }
+
+    fn neighbours(&self, vertex: u32) -> &[u32] {
+        let Range { start, end } = self.starts[vertex as usize]..self.starts[vertex as usize + 1];
+        &self.neighbours[start as usize..end as usize]
+    }
+
+    fn degree(&self, vertex: u32) -> usize {
+        self.neighbours(vertex).len()
+    }
+
+    /// All vertices, piece by piece, each layer by layer from one of its ends.
+    fn layers(&self) -> Vec<u32> {
+        let count = self.starts.len() - 1;
+        let mut order = Vec::with_capacity(count);
+        let mut walk = Walk {
+            graph: self,
+            seen: vec![0; count],
+            mark: 0,
+        };
+        let mut done = vec![false; count];
+        for first in 0..count as u32 {
+            if done[first as usize] {
+                continue;
+            }
+            let end = walk.end_of(first);
+            let from = order.len();
+            walk.walk(end, &mut order);
+            for &vertex in &order[from..] {
+                done[vertex as usize] = true;
+            }
+        }
+        order
+    }
+}
+
+/// Walks through the graph in layers.
+struct Walk<'a> {
+    graph: &'a Graph,
+    /// The last walk that came by each vertex.
+    seen: Vec<u32>,
+    mark: u32,
+}
+
+impl Walk<'_> {
+    /// A vertex at an end of the piece that `start` is in: farthest from another such.
+    fn end_of(&mut self, start: u32) -> u32 {
+        const TRIES: usize = 4;
+        let (mut end, mut depth) = (start, 0);
+        let mut order = Vec::new();
+        for _ in 0..TRIES {
+            order.clear();
+            let (layers, last) = self.walk(end, &mut order);
+            if layers <= depth {
+                break;
+            }
+            depth = layers;
+            let least = order[last..]
+                .iter()
+                .min_by_key(|&&vertex| (self.graph.degree(vertex), vertex));
+            end = least.copied().unwrap_or(end);
+        }
+        end
+    }
+
+    /// Appends the vertices of a piece, layer by layer from `start`, those with few neighbours
+    /// first. Returns the number of layers and where the last one begins.
+    fn walk(&mut self, start: u32, order: &mut Vec<u32>) -> (usize, usize) {
+        self.mark += 1;
+        self.seen[start as usize] = self.mark;
+        let first = order.len();
+        order.push(start);
+        let (mut layers, mut layer) = (1, first);
+        let mut end = order.len();
+        let mut next = first;
+        while next < order.len() {
+            if next == end {
+                (layers, layer, end) = (layers + 1, end, order.len());
+            }
+            let found = order.len();
+            for &neighbour in self.graph.neighbours(order[next]) {
+                let seen = &mut self.seen[neighbour as usize];
+                if *seen != self.mark {
+                    *seen = self.mark;
+                    order.push(neighbour);
+                }
+            }
+            order[found..].sort_unstable_by_key(|&vertex| (self.graph.degree(vertex), vertex));
+            next += 1;
+        }
+        (layers, layer)
+    }
+}

@@ -1,0 +1,356 @@
+//! The order in which the constraints of one kind are solved.
+//!
+//! Constraints are stored in this order: first the batches of one half, then those of the other,
+//! then what is loose. Batches of a half share no particle, so that threads can take them in any
+//! order; a batch is solved colour by colour; and constraints of a colour share no particle, so
+//! that lanes can take them together. Loose constraints, which reach too far for two bands, are
+//! coloured too, but are solved on one thread.
+
+use crate::{
+    bands::Bands,
+    coloring::{MOST_COLOURS, Painter},
+};
+use glam::Vec4;
+use std::ops::Range;
+
+/// Which particles the constraints of one kind are on, in the order in which they are solved.
+///
+/// Never changes, so that what [`Batch::particles`] says holds.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Elements<const N: usize> {
+    corners: Vec<[Corner; N]>,
+    /// Ranges of constraints that share no particle.
+    groups: Vec<Range<u32>>,
+    batches: Vec<Batch>,
+    /// Whether the odd bands come first.
+    odd_first: bool,
+    /// Batches of the first half.
+    first_half: usize,
+}
+
+/// A particle as kernels address it: by twice its number.
+///
+/// A machine's address can hold an index times eight at most, and a particle is sixteen bytes: with
+/// plain numbers, each of the 64 addresses of a block of tetrahedra took a shift more, and a sweep
+/// 5 % longer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(transparent)]
+pub struct Corner(u32);
+
+impl Corner {
+    /// Of a particle below 2³¹.
+    const fn of(particle: u32) -> Self {
+        Self(2 * particle)
+    }
+
+    /// The number of the particle.
+    #[must_use]
+    pub const fn particle(self) -> u32 {
+        self.0 / 2
+    }
+
+    /// How far it is from particle 0, in bytes.
+    #[inline(always)]
+    #[must_use]
+    pub const fn offset(self) -> usize {
+        self.0 as usize * (size_of::<Vec4>() / 2)
+    }
+}
+
+/// The constraints of one band, or the loose ones.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Batch {
+    band: Option<usize>,
+    particles: Range<usize>,
+    constraints: Range<usize>,
+    groups: Range<usize>,
+}
+
+/// How constraints are to be ordered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Painting {
+    /// Whether the odd bands come first.
+    pub odd_first: bool,
+    /// Whether colors are handed out at random in stretches of 64 particles, not from particle to
+    /// particle: for the edges of sheets.
+    ///
+    /// One sweep a substep is a step x₊ = G(2x − x₋) with the product G of all projections. Where G has a
+    /// complex eigenvalue g near 1, with |Im g| > (1 − Re g)^1.5, a root of z² − 2gz + g = 0 has |z| > 1,
+    /// and what nothing damps grows. Colors handed out from particle to particle stand in slanted domains
+    /// on a grid, which give such eigenvalues: a free flat cloth of 64² particles, rigid, with both
+    /// diagonals, e-folded twice a second at 600 substeps a second. Handed out at random, none of the
+    /// sheets that were tried had any. Solids have none either way, and two colors by turns are the best
+    /// that a rope can have.
+    pub scattered: bool,
+}
+
+/// Particles of a stretch in which colors are [scattered](Painting::scattered).
+const STRETCH: u32 = 64;
+
+impl<const N: usize> Elements<N> {
+    /// Orders constraints on particles that are cut into bands. Returns them with their old numbers.
+    #[must_use]
+    pub fn new(constraints: &[[u32; N]], bands: &Bands, how: Painting) -> (Self, Vec<u32>) {
+        let Painting {
+            odd_first,
+            scattered,
+        } = how;
+        let first = |&i: &u32| constraints[i as usize].iter().min().copied();
+        let place = |i: &u32| {
+            let stretch = first(i).map_or(0, |first| first / STRETCH);
+            (stretch, hash(&constraints[*i as usize]))
+        };
+        let mut members = vec![Vec::new(); bands.count()];
+        let mut loose = Vec::new();
+        for (index, corners) in constraints.iter().enumerate() {
+            match bands.band_of(corners) {
+                Some(band) => members[band].push(index as u32),
+                None => loose.push(index as u32),
+            }
+        }
+        let mut all = Self {
+            odd_first,
+            ..Self::default()
+        };
+        let mut stored = Vec::with_capacity(constraints.len());
+        let mut painter = Painter::new(bands.particles());
+        for half in 0..2 {
+            let parity = usize::from(odd_first == (half == 0));
+            for band in (parity..bands.count()).step_by(2) {
+                let members = &mut members[band];
+                if scattered {
+                    members.sort_by_key(place);
+                } else {
+                    members.sort_by_key(first);
+                }
+                let mut colours = painter.paint(constraints, members, &mut loose);
+                if scattered {
+                    // Which of a color comes first changes no bit, but neighbors are in the cache.
+                    colours
+                        .iter_mut()
+                        .for_each(|colour| colour.sort_by_key(first));
+                }
+                all.close_batch(Some(band), colours, &mut stored);
+            }
+            if half == 0 {
+                all.first_half = all.batches.len();
+            }
+        }
+        all.close_loose(constraints, &loose, &mut painter, &mut stored);
+        all.corners = stored
+            .iter()
+            .map(|&i| constraints[i as usize].map(Corner::of))
+            .collect();
+        all.find_reach();
+        (all, stored)
+    }
+
+    /// The same without the `removed` ones (their numbers, ascending) and with those `added`.
+    /// Whatever stays keeps its colour and its order; a new constraint gets the first colour of
+    /// its band that has none of its particles. Returns for each constraint its old number, which
+    /// for those added counts on from the old ones.
+    #[must_use]
+    pub fn edited(&self, removed: &[usize], added: &[[u32; N]], bands: &Bands) -> (Self, Vec<u32>) {
+        let mut arrivals: Vec<Vec<u32>> = vec![Vec::new(); bands.count()];
+        let mut loose = Vec::new();
+        for (index, corners) in (self.corners.len() as u32..).zip(added) {
+            match bands.band_of(corners) {
+                Some(band) => arrivals[band].push(index),
+                None => loose.push(index),
+            }
+        }
+        let corners_of = |index: u32| match self.corners.get(index as usize) {
+            Some(corners) => corners.map(Corner::particle),
+            None => added[index as usize - self.corners.len()],
+        };
+        let stays = |range: &Range<u32>| -> Vec<u32> {
+            range
+                .clone()
+                .filter(|&index| removed.binary_search(&(index as usize)).is_err())
+                .collect()
+        };
+        let mut all = Self {
+            odd_first: self.odd_first,
+            first_half: self.first_half,
+            ..Self::default()
+        };
+        let mut stored = Vec::with_capacity(self.corners.len() + added.len());
+        for batch in self.batches.iter().filter(|batch| batch.band.is_some()) {
+            let groups = &self.groups[batch.groups.clone()];
+            let mut colours: Vec<Vec<u32>> = groups.iter().map(stays).collect();
+            let newcomers = batch.band.map(|band| &arrivals[band]);
+            for &index in newcomers.into_iter().flatten() {
+                let corners = corners_of(index);
+                let free = colours.iter().position(|colour| {
+                    let mut touched = colour.iter().flat_map(|&other| corners_of(other));
+                    !touched.any(|corner| corners.contains(&corner))
+                });
+                match free {
+                    Some(free) => colours[free].push(index),
+                    None if colours.len() < MOST_COLOURS => colours.push(vec![index]),
+                    None => loose.push(index),
+                }
+            }
+            all.close_batch(batch.band, colours, &mut stored);
+        }
+        let groups = match self.loose() {
+            Some(index) => &self.groups[self.batches[index].groups.clone()],
+            None => &[],
+        };
+        let mut groups: Vec<Vec<u32>> = groups.iter().map(stays).collect();
+        groups.extend(loose.into_iter().map(|index| vec![index]));
+        if !groups.is_empty() {
+            all.close_batch(None, groups, &mut stored);
+        }
+        all.corners = stored
+            .iter()
+            .map(|&index| corners_of(index).map(Corner::of))
+            .collect();
+        all.find_reach();
+        (all, stored)
+    }
+
+    /// Stores the constraints of a band, colour by colour.
+    fn close_batch(&mut self, band: Option<usize>, colours: Vec<Vec<u32>>, stored: &mut Vec<u32>) {
+        let (first, first_group) = (stored.len(), self.groups.len());
+        for colour in colours.into_iter().filter(|colour| !colour.is_empty()) {
+            let first = stored.len() as u32;
+            self.groups.push(first..first + colour.len() as u32);
+            stored.extend(colour);
+        }
+        self.batches.push(Batch {
+            band,
+            particles: 0..0,
+            constraints: first..stored.len(),
+            groups: first_group..self.groups.len(),
+        });
+    }
+
+    /// Stores loose constraints, colour by colour as well: one thread solves them, in lanes. What no
+    /// colour takes is in a group of its own.
+    fn close_loose(
+        &mut self,
+        constraints: &[[u32; N]],
+        loose: &[u32],
+        painter: &mut Painter,
+        stored: &mut Vec<u32>,
+    ) {
+        if !loose.is_empty() {
+            let mut alone = Vec::new();
+            let mut groups = painter.paint(constraints, loose, &mut alone);
+            groups.extend(alone.into_iter().map(|index| vec![index]));
+            self.close_batch(None, groups, stored);
+        }
+    }
+
+    /// Finds the range of the particles of each batch.
+    fn find_reach(&mut self) {
+        for batch in &mut self.batches {
+            let flat = self.corners[batch.constraints.clone()].as_flattened();
+            let particles = || flat.iter().map(|corner| corner.particle());
+            if let (Some(low), Some(high)) = (particles().min(), particles().max()) {
+                batch.particles = low as usize..high as usize + 1;
+            }
+        }
+    }
+
+    /// Particles of each constraint.
+    #[must_use]
+    pub fn corners(&self) -> impl ExactSizeIterator<Item = [u32; N]> + Clone {
+        self.corners
+            .iter()
+            .map(|corners| corners.map(Corner::particle))
+    }
+
+    /// All batches in their order.
+    #[must_use]
+    pub fn batches(&self) -> &[Batch] {
+        &self.batches
+    }
+
+    /// Bytes of memory.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.corners[..])
+            + size_of_val(&self.groups[..])
+            + size_of_val(&self.batches[..])
+    }
+
+    /// Whether the odd bands come first.
+    #[must_use]
+    pub fn odd_first(&self) -> bool {
+        self.odd_first
+    }
+
+    /// Number of the batch of a band.
+    #[must_use]
+    pub fn batch_of(&self, band: usize) -> usize {
+        if (band % 2 == 1) == self.odd_first {
+            band / 2
+        } else {
+            self.first_half + band / 2
+        }
+    }
+
+    /// Number of the batch of loose constraints, if there are any.
+    #[must_use]
+    pub fn loose(&self) -> Option<usize> {
+        let last = self.batches.last()?;
+        last.band.is_none().then(|| self.batches.len() - 1)
+    }
+
+    /// All constraints of the odd bands, or of the even ones.
+    #[must_use]
+    pub fn half(&self, odd: bool) -> Range<usize> {
+        let bound = self.batches.len() - usize::from(self.loose().is_some());
+        let batches = if odd == self.odd_first {
+            &self.batches[..self.first_half]
+        } else {
+            &self.batches[self.first_half..bound]
+        };
+        match (batches.first(), batches.last()) {
+            (Some(first), Some(last)) => first.constraints.start..last.constraints.end,
+            _ => 0..0,
+        }
+    }
+
+    /// Constraints of a batch that share no particle: the number of the first, and their particles.
+    pub fn groups(&self, batch: &Batch) -> impl Iterator<Item = (usize, &[[Corner; N]])> {
+        self.groups[batch.groups.clone()]
+            .iter()
+            .map(|group| group.start as usize..group.end as usize)
+            .map(|group| (group.start, &self.corners[group]))
+    }
+}
+
+/// FNV-1a with the finalizer of MurmurHash3, so that neighbors have hashes far apart; and what was hashed.
+fn hash<const N: usize>(corners: &[u32; N]) -> (u64, [u32; N]) {
+    let mut hash = corners
+        .iter()
+        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, &corner| {
+            (hash ^ u64::from(corner)).wrapping_mul(0x0100_0000_01b3)
+        });
+    hash = (hash ^ (hash >> 33)).wrapping_mul(0xff51_afd7_ed55_8ccd);
+    hash = (hash ^ (hash >> 33)).wrapping_mul(0xc4ce_b9fe_1a85_ec53);
+    (hash ^ (hash >> 33), *corners)
+}
+
+impl Batch {
+    /// Number of the band; `None` for loose constraints.
+    #[must_use]
+    pub fn band(&self) -> Option<usize> {
+        self.band
+    }
+
+    /// The range of its particles.
+    #[must_use]
+    pub fn particles(&self) -> Range<usize> {
+        self.particles.clone()
+    }
+
+    /// Its constraints.
+    #[must_use]
+    pub fn constraints(&self) -> Range<usize> {
+        self.constraints.clone()
+    }
+}

@@ -1,0 +1,37 @@
+//! Parts of a topology that are made when somebody first asks for them.
+
+use super::{Cotangents, Facets, Frames, Hinges, Topology};
+
+impl Topology {
+    /// The triangles of its surface as membranes, made when they are first asked for.
+    #[must_use]
+    pub fn facets(&self) -> &Facets {
+        self.facets
+            .0
+            .get_or_init(|| Facets::of(&self.triangles, &self.rest, &self.bands))
+    }
+
+    /// The rest frames of its tetrahedra, found when they are first asked for.
+    #[must_use]
+    pub fn frames(&self) -> &Frames {
+        let make = || Frames::of(&self.tetrahedra, &self.rest);
+        self.frames.0.get_or_init(make)
+    }
+
+    /// What the quadratic bending energy needs of its hinges, found when first asked for.
+    #[must_use]
+    pub fn cotangents(&self) -> &Cotangents {
+        self.cotangents.0.get_or_init(|| match self.original() {
+            Some(original) => original.cotangents().clone(),
+            None => Cotangents::of(self.hinges(), &self.rest),
+        })
+    }
+
+    /// The hinges of its surface, found when they are first asked for.
+    #[must_use]
+    pub fn hinges(&self) -> &Hinges {
+        self.hinges
+            .0
+            .get_or_init(|| Hinges::of(&self.triangles, &self.rest, &self.bands))
+    }
+}
