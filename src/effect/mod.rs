@@ -6,7 +6,7 @@
 //! no system, no memory and no branch anywhere.
 //!
 //! # Adding an effect
-//! The maths goes into one file of [`solver::constraint`](crate::solver::constraint) or
+//! The maths goes into one file of [`solver::effects`](crate::solver::effects) or
 //! [`solver::contact`](crate::solver::contact), the component into one file here, with the
 //! [stage](Effect::STAGE) of the solver that it is, and the effect into one line of the table of
 //! [`effects!`](crate::solver::effects). A user of the crate needs no more than a component, [`Effect`] and
