@@ -160,6 +160,7 @@ fn model() -> PanelModel {
         solver: SolverView::Bands,
         threads: Some(parameter("threads", "", whole(8.0), 2.0)),
         projections: Some(212e6),
+        steps: vec!["presolve", "stretch", "ground", "postsolve"],
         energy: Some(energy()),
         ghost: None,
     }

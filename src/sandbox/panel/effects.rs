@@ -15,7 +15,10 @@ use super::{
     parameter::{self, Edit},
     section::{self, section},
 };
-use crate::sandbox::theme;
+use crate::{
+    effect::{Effect, Stitches},
+    sandbox::theme,
+};
 
 /// Width of the bar of a share [logical px].
 const BAR: f32 = 60.0;
@@ -45,6 +48,7 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
             });
         }
         history::show(ui, panel, &model.history);
+        steps(ui, panel, model);
         if !absent.is_empty() {
             ui.add_space(4.0);
             section::note(ui, "Not in this scene: no system, no memory");
@@ -52,6 +56,22 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         for effect in &absent {
             heading(ui, panel, model, effect);
         }
+    });
+}
+
+/// What a substep does, in its order.
+fn steps(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
+    let text = format!("Substep: {}", model.steps.join(" · "));
+    let row = ui.add(Label::new(RichText::new(text).small().color(theme::WEAK)).wrap());
+    panel.note("effects.steps", &row, ui);
+    section::hint(ui, &row, |ui| {
+        ui.set_max_width(280.0);
+        ui.label(RichText::new("Steps of a substep").strong());
+        ui.label(
+            "The steps that run, in their order: those of effects that some body carries, between \
+             the prediction of positions and the update of velocities. What holds bodies together \
+             is repeated in each iteration; contacts follow it.",
+        );
     });
 }
 
@@ -144,10 +164,10 @@ fn heading(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &EffectMo
 /// How many constraints an effect solves, and on how many bodies if not on all.
 fn detail(model: &PanelModel, effect: &EffectModel) -> String {
     if effect.carriers == 0 {
-        let waits = if effect.switchable {
-            ""
-        } else {
-            "while a body is held"
+        let waits = match effect.name {
+            _ if effect.switchable => "",
+            Stitches::NAME => "where a scene places them",
+            _ => "while a body is held",
         };
         return waits.to_owned();
     }

@@ -19,7 +19,7 @@ use crate::{
         throughput::Throughput,
         view::{LastGrab, ViewSettings},
     },
-    scene::{Answer, CurrentScene, Material},
+    scene::{Answer, CurrentScene, Material, run::system_names},
     simulation::{
         Asleep, Multipliers, Pins, Profile, Quarantined, SimulationClock, SimulationSettings,
         SoftBody, SolverThreads, Statistics, action, plain::bodies_in_order,
@@ -86,6 +86,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         settings: settings(world),
         threads: threads(world),
         projections: world.resource::<Throughput>().per_second(),
+        steps: system_names(world),
         bodies: bodies.iter().map(|body| entry(world, *body)).collect(),
         scope,
         effects,

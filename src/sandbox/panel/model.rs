@@ -29,6 +29,8 @@ pub struct PanelModel {
     pub threads: Option<Parameter>,
     /// Projections of constraints a second, while there are any.
     pub projections: Option<f64>,
+    /// The steps of a substep that run, in their order.
+    pub steps: Vec<&'static str>,
     /// The bodies, in the order of the scene.
     pub bodies: Vec<BodyEntry>,
     /// Whose parameters are shown.
