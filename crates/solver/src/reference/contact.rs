@@ -1,0 +1,191 @@
+//! The ground and colliders.
+
+use super::{Body, UP_OVER};
+use crate::{contact::ColliderShape, contact::Pose};
+use glam::DVec3;
+
+impl Body {
+    pub(super) fn solve_ground(&mut self, h: f64, gravity: DVec3) {
+        let Some((height, friction, restitution)) = self.ground else {
+            return;
+        };
+        for i in 0..self.x.len() {
+            let approach = (self.x[i] - self.p[i]).y / h;
+            let bounces = restitution > 0.0 && approach < -2.0 * h * gravity.length();
+            let below = if bounces {
+                0.0
+            } else {
+                (height - self.from[i].y).max(0.0)
+            };
+            let left = below * (1.0 - (h / UP_OVER).min(1.0));
+            let depth = height - left - self.x[i].y;
+            if depth > 0.0 && self.w[i] > 0.0 {
+                let surface = (friction, restitution, gravity.length());
+                self.respond(i, h, surface, DVec3::Y, depth, DVec3::ZERO);
+            }
+        }
+    }
+
+    pub(super) fn solve_collider(
+        &mut self,
+        h: f64,
+        gravity: DVec3,
+        shape: ColliderShape,
+        from: &Pose,
+        to: &Pose,
+    ) {
+        let Some((friction, restitution)) = self.collide else {
+            return;
+        };
+        for i in 0..self.x.len() {
+            if self.w[i] == 0.0 {
+                continue;
+            }
+            let (start, end) = (from.undo(self.p[i]), to.undo(self.x[i]));
+            if let Some((normal, depth)) = exit(shape, start, end) {
+                let touched = end + normal * depth;
+                let carried = to.apply(touched) - from.apply(touched);
+                let surface = (friction, restitution, gravity.length());
+                self.respond(i, h, surface, to.rotation * normal, depth, carried);
+            }
+        }
+    }
+
+    /// Out of the surface, slip shortened by µ times the depth, and a bounce.
+    pub(super) fn respond(
+        &mut self,
+        i: usize,
+        h: f64,
+        (friction, restitution, gravity): (f64, f64, f64),
+        normal: DVec3,
+        depth: f64,
+        carried: DVec3,
+    ) {
+        self.past.touched = true;
+        let approach = (self.x[i] - self.p[i] - carried).dot(normal) / h;
+        self.x[i] += normal * depth;
+        let slip = (self.x[i] - self.p[i] - carried).reject_from_normalized(normal);
+        let hold = friction * depth;
+        self.x[i] -= if slip.length() <= hold {
+            slip
+        } else {
+            slip * (hold / slip.length())
+        };
+        if restitution > 0.0 && approach < -2.0 * h * gravity {
+            let leave = -restitution * approach * h + carried.dot(normal);
+            let now = (self.x[i] - self.p[i]).dot(normal);
+            self.p[i] += normal * (now - leave);
+        }
+    }
+}
+
+/// Normal and depth for a point that went from `from` to `to`, in the collider's frame; how it is
+/// chosen is told at [`ColliderShape::exit`].
+pub(super) fn exit(shape: ColliderShape, from: DVec3, to: DVec3) -> Option<(DVec3, f64)> {
+    let step = to - from;
+    let nearest = (distance(shape, to) < 0.0).then(|| nearest_exit(shape, to));
+    if nearest.is_some_and(|(normal, _)| normal.dot(step) <= 0.0) {
+        return nearest;
+    }
+    let entry = if distance(shape, from) < 0.0 {
+        let (normal, depth) = nearest_exit(shape, from);
+        Some((from + normal * depth, normal))
+    } else {
+        enter(shape, from, step)
+            .filter(|&t| t <= 1.0)
+            .map(|t| from + step * t)
+            .map(|entry| (entry, nearest_exit(shape, entry).0))
+    };
+    let entered = entry
+        .filter(|(_, normal)| normal.dot(step) < 0.0)
+        .map(|(entry, normal)| (normal, normal.dot(entry - to)))
+        .filter(|&(_, depth)| depth > 0.0);
+    entered.or(nearest)
+}
+
+fn distance(shape: ColliderShape, x: DVec3) -> f64 {
+    match shape {
+        ColliderShape::Box { size } => {
+            let q = x.abs() - size.as_dvec3() / 2.0;
+            q.max(DVec3::ZERO).length() + q.max_element().min(0.0)
+        }
+        ColliderShape::Sphere { radius } => x.length() - f64::from(radius),
+        ColliderShape::Capsule { radius, length } => {
+            (x - on_axis(x, length)).length() - f64::from(radius)
+        }
+    }
+}
+
+fn nearest_exit(shape: ColliderShape, x: DVec3) -> (DVec3, f64) {
+    match shape {
+        ColliderShape::Box { size } => {
+            let gaps = size.as_dvec3() / 2.0 - x.abs();
+            let axis = if gaps.y <= gaps.x && gaps.y <= gaps.z {
+                DVec3::Y
+            } else if gaps.x <= gaps.z {
+                DVec3::X
+            } else {
+                DVec3::Z
+            };
+            let side = if x.dot(axis) < 0.0 { -1.0 } else { 1.0 };
+            (axis * side, gaps.dot(axis))
+        }
+        ColliderShape::Sphere { radius } => round_exit(x, f64::from(radius), DVec3::Y),
+        ColliderShape::Capsule { radius, length } => {
+            round_exit(x - on_axis(x, length), f64::from(radius), DVec3::X)
+        }
+    }
+}
+
+fn round_exit(x: DVec3, radius: f64, any: DVec3) -> (DVec3, f64) {
+    let distance = x.length();
+    let normal = if distance > 0.0 { x / distance } else { any };
+    (normal, radius - distance)
+}
+
+fn on_axis(x: DVec3, length: f32) -> DVec3 {
+    let half = f64::from(length) / 2.0;
+    DVec3::new(0.0, x.y.clamp(-half, half), 0.0)
+}
+
+fn enter(shape: ColliderShape, from: DVec3, step: DVec3) -> Option<f64> {
+    match shape {
+        ColliderShape::Sphere { radius } => enter_sphere(from, step, f64::from(radius)),
+        ColliderShape::Box { size } => enter_box(from, step, size.as_dvec3() / 2.0),
+        ColliderShape::Capsule { radius, length } => {
+            let (radius, half) = (f64::from(radius), f64::from(length) / 2.0);
+            let flat = DVec3::new(1.0, 0.0, 1.0);
+            let end = DVec3::new(0.0, half, 0.0);
+            enter_sphere(from * flat, step * flat, radius)
+                .filter(|t| (from.y + t * step.y).abs() <= half)
+                .or_else(|| {
+                    [end, -end]
+                        .into_iter()
+                        .filter_map(|end| enter_sphere(from - end, step, radius))
+                        .reduce(f64::min)
+                })
+        }
+    }
+}
+
+fn enter_sphere(from: DVec3, step: DVec3, radius: f64) -> Option<f64> {
+    let (a, b) = (step.length_squared(), from.dot(step));
+    let discriminant = b * b - a * (from.length_squared() - radius * radius);
+    (a > 0.0 && discriminant >= 0.0 && b < 0.0).then(|| ((-b - discriminant.sqrt()) / a).max(0.0))
+}
+
+fn enter_box(from: DVec3, step: DVec3, half: DVec3) -> Option<f64> {
+    let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
+    for axis in 0..3 {
+        if step[axis] == 0.0 {
+            if from[axis].abs() > half[axis] {
+                return None;
+            }
+        } else {
+            let sides = [-half[axis], half[axis]].map(|side| (side - from[axis]) / step[axis]);
+            enter = enter.max(sides[0].min(sides[1]));
+            leave = leave.min(sides[0].max(sides[1]));
+        }
+    }
+    (enter <= leave && leave >= 0.0).then_some(enter.max(0.0))
+}

@@ -1,0 +1,190 @@
+//! Forces, prediction and velocities, and what is done around the stages.
+
+use super::{Body, Past, contact::exit};
+use crate::{
+    Settings, contact::ColliderShape, contact::Pose, force::Force, force::Moment, force::Mote,
+    force::VisitForces, history::SHARE, repair::Motes, repair::Repairable, spin::Motion,
+    spin::is_free,
+};
+use glam::DVec3;
+use std::{cell::Cell, sync::Arc};
+
+impl Motes for Body {
+    fn inverse_mass(&self, i: usize) -> f64 {
+        self.w[i]
+    }
+
+    fn position(&self, i: usize) -> DVec3 {
+        self.x[i]
+    }
+
+    fn velocity(&self, i: usize) -> DVec3 {
+        self.v[i]
+    }
+
+    fn shift(&mut self, i: usize, by: DVec3) {
+        self.x[i] += by;
+    }
+
+    fn accelerate(&mut self, i: usize, change: DVec3) {
+        self.v[i] += change;
+    }
+}
+
+impl Body {
+    /// Lets forces from outside act, one after the other.
+    pub(super) fn push_by_forces(&mut self, moment: Moment) {
+        struct Act<'a>(&'a mut Body, Moment);
+        impl VisitForces for Act<'_> {
+            fn visit<F: Force>(&mut self, force: &F) {
+                let Body {
+                    topology, x, v, w, ..
+                } = &mut *self.0;
+                let v = Cell::from_mut(&mut v[..]).as_slice_of_cells();
+                let at = |i: u32| Mote {
+                    x: x[i as usize],
+                    v: v[i as usize].get(),
+                    w: w[i as usize],
+                };
+                force.act(topology, self.1, at, |i, change| {
+                    if w[i as usize] > 0.0 {
+                        v[i as usize].set(v[i as usize].get() + change);
+                    }
+                });
+            }
+        }
+        let effects = self.effects;
+        effects.visit_forces(&mut Act(self, moment));
+    }
+
+    /// Begins a substep of `h` seconds by BDF2, or, at contacts and where there is no past, by implicit
+    /// Euler; returns its length as the latter has it.
+    pub(super) fn look_back(
+        &mut self,
+        h: f64,
+        gravity: DVec3,
+        swept: impl Iterator<Item = (ColliderShape, Pose, Pose)> + Clone,
+    ) -> f64 {
+        let heights = [self.ground.map(|(height, ..)| height), self.sticky_ground];
+        let height = heights.into_iter().flatten().reduce(f64::max);
+        let meets = (0..self.x.len()).filter(|&i| self.w[i] > 0.0).any(|i| {
+            let (from, to) = (self.x[i], self.x[i] + (self.v[i] + gravity * h) * h);
+            height.is_some_and(|height| from.y.min(to.y) <= height)
+                || self.collide.is_some()
+                    && swept.clone().any(|(shape, start, end)| {
+                        exit(shape, start.undo(from), end.undo(to)).is_some()
+                    })
+        });
+        let past = std::mem::take(&mut self.past);
+        let unwritten = (0..self.x.len()).filter(|&i| self.w[i] > 0.0).all(|i| {
+            let way = self.x[i] - self.p[i];
+            (way - self.v[i] * past.seconds).length() <= 1e-5 * way.length()
+        });
+        let now = (self.x.clone(), self.v.clone());
+        let mut seconds = h;
+        if let Some((x, v)) = past.state
+            && !meets
+            && !past.touched
+            && past.h == h
+            && unwritten
+        {
+            for i in (0..self.x.len()).filter(|&i| self.w[i] > 0.0) {
+                self.x[i] = (self.x[i] * 4.0 - x[i]) / 3.0;
+                self.v[i] = (self.v[i] * 4.0 - v[i]) / 3.0;
+            }
+            seconds = h * SHARE;
+        }
+        self.past = Past {
+            state: Some(now),
+            seconds,
+            h,
+            touched: false,
+        };
+        seconds
+    }
+
+    pub(super) fn presolve(&mut self, h: f64, gravity: DVec3) {
+        for i in 0..self.x.len() {
+            self.p[i] = self.x[i];
+            self.from[i] = self.x[i];
+            if self.w[i] > 0.0 {
+                self.v[i] += gravity * h;
+                self.x[i] += self.v[i] * h;
+            } else {
+                self.v[i] = DVec3::ZERO;
+            }
+            if let Some(height) = self.sticky_ground
+                && self.x[i].y < height
+                && self.w[i] > 0.0
+            {
+                self.x[i] = self.p[i];
+                self.x[i].y = height;
+                self.past.touched = true;
+            }
+        }
+    }
+
+    /// Angular momentum that is to be kept in a substep, if it is: see [`spin`](crate::spin).
+    pub(super) fn spin(&mut self, settings: &Settings) -> Option<DVec3> {
+        self.past.touched = false;
+        let asked = settings.keep_spin.get() == 1 && settings.order.get() == 1;
+        let free = asked
+            && settings.method.keeps_speed().is_none()
+            && is_free(&self.effects, &self.stitches.0)
+            && self.w.iter().all(|w| *w > 0.0);
+        free.then(|| self.motion().angular)
+    }
+
+    /// Finds damaged elements at the start of a tick, see [`repair`](crate::repair).
+    pub(super) fn look_for_damage(&mut self, settings: &Settings) {
+        let mut repair = std::mem::take(&mut self.repair);
+        let topology = Arc::clone(&self.topology);
+        if let Some(body) = Repairable::of(&self.effects, &topology, settings) {
+            repair.look(&body, settings.tick_seconds(), self);
+            self.repair = repair;
+        }
+    }
+
+    pub(super) fn draw(&mut self, h: f64) {
+        let mut repair = std::mem::take(&mut self.repair);
+        repair.draw(&Arc::clone(&self.topology), h, self);
+        self.repair = repair;
+    }
+
+    pub(super) fn stiffen(&mut self) {
+        let mut repair = std::mem::take(&mut self.repair);
+        if self.past.touched {
+            repair.touch();
+        }
+        repair.stiffen(self);
+        self.repair = repair;
+    }
+
+    pub(super) fn motion(&self) -> Motion {
+        Motion::of(|i| (1.0 / self.w[i], self.x[i], self.v[i]), self.x.len())
+    }
+
+    /// Turns all velocities alike, to this angular momentum.
+    pub(super) fn turn_to(&mut self, angular: DVec3) {
+        let motion = self.motion();
+        let turn = motion.turn_to(angular);
+        for (v, x) in self.v.iter_mut().zip(&self.x) {
+            *v += turn.cross(*x - motion.center);
+        }
+    }
+
+    pub(super) fn postsolve(&mut self, h: f64) {
+        for i in 0..self.x.len() {
+            self.v[i] = (self.x[i] - self.p[i]) / h;
+        }
+    }
+
+    /// Lets rest values flow at the end of a substep, if it is time to.
+    pub(super) fn flow(&mut self, time: f64, h: f64) {
+        if let Some(plasticity) = self.effects.plasticity
+            && let Some(seconds) = plasticity.due(time, h)
+        {
+            plasticity.flow_plainly(&self.effects, &mut self.topology, &self.x, seconds);
+        }
+    }
+}
