@@ -7,19 +7,14 @@ use super::{
 };
 use crate::{
     SoftBodyPlugins,
-    effect::EffectRegistry,
     simulation::{
-        ContactSchedule, EffectSystems, EnergyLedger, Measuring, SimulationSettings, SolveSchedule,
-        SolverSystems, SolverThreads, Statistics, SubstepSchedule, plain,
+        EnergyLedger, Measuring, SimulationSettings, SolverThreads, Statistics, plain,
         statistics::{measure, state_hash},
-        tick,
+        system_names, tick,
     },
     solver::Threads,
 };
-use bevy::{
-    ecs::schedule::{InternedSystemSet, ScheduleLabel},
-    prelude::*,
-};
+use bevy::prelude::*;
 
 /// What to change before a scene runs, and for how long.
 #[derive(Debug, Clone, Default)]
@@ -191,56 +186,3 @@ pub fn run_in(app: &mut App, options: &RunOptions, mut progress: impl FnMut(f64)
 
 /// Simulated time if neither a scene nor a user says [s].
 const DEFAULT_SECONDS: f64 = 5.0;
-
-/// What the systems in the substep are for, in the order in which they run: `presolve`, `postsolve`,
-/// and the names of effects; those of a sweep, and of a pass over contacts after it, stand where the sweeps happen. A system that a user
-/// of the crate added without an effect of its own is `user`.
-#[must_use]
-pub fn system_names(world: &World) -> Vec<&'static str> {
-    let stages = [
-        ("presolve", SolverSystems::Presolve.intern()),
-        (SWEEPS, SolverSystems::Solve.intern()),
-        ("postsolve", SolverSystems::Postsolve.intern()),
-    ];
-    let mut names = Vec::new();
-    for name in names_in(world, SubstepSchedule, &stages) {
-        if name == SWEEPS {
-            names.extend(names_in(world, SolveSchedule, &[]));
-            names.extend(names_in(world, ContactSchedule, &[]));
-        } else {
-            names.push(name);
-        }
-    }
-    names
-}
-
-/// Stands for the system that runs the sweeps.
-const SWEEPS: &str = "solve";
-
-fn names_in(
-    world: &World,
-    label: impl ScheduleLabel,
-    stages: &[(&'static str, InternedSystemSet)],
-) -> Vec<&'static str> {
-    let Some(schedule) = world.resource::<Schedules>().get(label) else {
-        return Vec::new();
-    };
-    let effects = world
-        .resource::<EffectRegistry>()
-        .iter()
-        .map(|effect| (effect.name, EffectSystems(effect.name).intern()));
-    let sets: Vec<_> = effects.chain(stages.iter().copied()).collect();
-    let Ok(systems) = schedule.systems() else {
-        return Vec::new();
-    };
-    systems
-        .map(|(key, _)| {
-            let holds = |set: InternedSystemSet| {
-                let inside = schedule.graph().systems_in_set(set);
-                inside.is_ok_and(|systems| systems.contains(&key))
-            };
-            let named = sets.iter().find(|(_, set)| holds(*set));
-            named.map_or("user", |(name, _)| *name)
-        })
-        .collect()
-}

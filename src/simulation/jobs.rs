@@ -62,11 +62,11 @@ impl Job<'_> {
     }
 }
 
-/// What came of a body.
+/// Result of stepping a body.
 #[derive(Debug)]
 pub(super) struct Outcome {
     pub entity: Entity,
-    /// What the solver did to its energy, where that was asked for, or where it went wrong.
+    /// The energy ledger of the substeps, empty unless it is kept, or the failure.
     pub result: Result<Ledger, NotFinite>,
 }
 
@@ -107,7 +107,8 @@ impl Bodies<'_, '_> {
         substeps: &Range<u32>,
         (read, booked): (bool, bool),
     ) -> impl Iterator<Item = Outcome> {
-        let sweeps = substeps.len() * self.current.step.sweeps() as usize;
+        let means = self.current.means(&self.threads);
+        let sweeps = substeps.len() * means.settings.substep(0).sweeps() as usize;
         self.work(
             sweeps,
             |_, _| true,
@@ -185,7 +186,7 @@ impl Bodies<'_, '_> {
         self.outcomes.clear();
         self.outcomes.extend(jobs.drain(..).map(|mut job| {
             if let (Some(grab), Some(held)) = (&mut job.grab, job.effects.grab) {
-                // The multiplier is state, not a parameter that somebody changed.
+                // The multiplier is state: its change is no change of a parameter.
                 *grab.bypass_change_detection() = held;
             }
             Outcome {

@@ -28,6 +28,7 @@ pub use body::{
 };
 pub use clock::{SimulationClock, SubstepTime, Tick};
 pub use ledger::{Energies, EnergyLedger};
+pub use plan::system_names;
 pub use profile::Profile;
 pub use schedule::{
     ContactSchedule, EffectSystems, SoftBodySystems, SolvePhase, SolveSchedule, SolverSystems,

@@ -1,5 +1,5 @@
-//! The solver's plan as systems: each stage of a substep is one, and while nothing else is in the schedules the
-//! solver does all of them at once.
+//! The solver's plan as systems, one per stage of a substep. While the schedules hold nothing else, the solver runs
+//! whole ticks without them.
 
 use super::{
     ContactSchedule, EffectSystems, SolvePhase, SolveSchedule, SolverSystems, SubstepSchedule,
@@ -8,7 +8,9 @@ use super::{
 };
 use crate::{effect::EffectRegistry, solver::advance::Stage};
 use bevy::{
-    ecs::schedule::{InternedScheduleLabel, ScheduleLabel, SystemKey, SystemSet},
+    ecs::schedule::{
+        InternedScheduleLabel, InternedSystemSet, ScheduleLabel, SystemKey, SystemSet,
+    },
     prelude::*,
 };
 
@@ -24,7 +26,7 @@ pub(super) struct Plan {
     holds: bool,
     /// Their systems.
     built: Vec<SystemKey>,
-    /// Whether there may be a condition on any, which a user put there.
+    /// Whether a user may have put a run condition on any.
     conditional: bool,
 }
 
@@ -134,4 +136,57 @@ fn has_conditions(world: &World) -> bool {
         graph.systems.iter().any(|(.., all)| !all.is_empty())
             || graph.system_sets.iter().any(|(.., all)| !all.is_empty())
     })
+}
+
+/// The steps of a substep in the order in which they run: `presolve`, `postsolve`, and effects by their names. Those of
+/// an iteration, and of a pass over contacts after it, are listed once. A system that a user added without an effect is
+/// `user`.
+#[must_use]
+pub fn system_names(world: &World) -> Vec<&'static str> {
+    let stages = [
+        ("presolve", SolverSystems::Presolve.intern()),
+        (SWEEPS, SolverSystems::Solve.intern()),
+        ("postsolve", SolverSystems::Postsolve.intern()),
+    ];
+    let mut names = Vec::new();
+    for name in names_in(world, SubstepSchedule, &stages) {
+        if name == SWEEPS {
+            names.extend(names_in(world, SolveSchedule, &[]));
+            names.extend(names_in(world, ContactSchedule, &[]));
+        } else {
+            names.push(name);
+        }
+    }
+    names
+}
+
+/// Stands for the system that runs the sweeps.
+const SWEEPS: &str = "solve";
+
+fn names_in(
+    world: &World,
+    label: impl ScheduleLabel,
+    stages: &[(&'static str, InternedSystemSet)],
+) -> Vec<&'static str> {
+    let Some(schedule) = world.resource::<Schedules>().get(label) else {
+        return Vec::new();
+    };
+    let effects = world
+        .resource::<EffectRegistry>()
+        .iter()
+        .map(|effect| (effect.name, EffectSystems(effect.name).intern()));
+    let sets: Vec<_> = effects.chain(stages.iter().copied()).collect();
+    let Ok(systems) = schedule.systems() else {
+        return Vec::new();
+    };
+    systems
+        .map(|(key, _)| {
+            let holds = |set: InternedSystemSet| {
+                let inside = schedule.graph().systems_in_set(set);
+                inside.is_ok_and(|systems| systems.contains(&key))
+            };
+            let named = sets.iter().find(|(_, set)| holds(*set));
+            named.map_or("user", |(name, _)| *name)
+        })
+        .collect()
 }

@@ -78,16 +78,6 @@ impl Profile {
         &self.parts
     }
 
-    /// Runs `work` as a part of the tick.
-    pub fn time(&mut self, part: &'static str, work: impl FnOnce()) {
-        if !self.by_part {
-            return work();
-        }
-        let started = Instant::now();
-        work();
-        self.add(part, started.elapsed());
-    }
-
     fn add(&mut self, part: &'static str, spent: Duration) {
         match self
             .running_parts

@@ -28,7 +28,7 @@ pub struct ContactSchedule;
 /// the schedule that the caller chose (FixedPostUpdate unless told otherwise)
 /// └ SoftBodySystems: First → Prepare → Step → Writeback → Last
 ///                                       └ StepSchedule, once a tick
-///   └ StepSystems: Wake → Begin → Ready → Substeps → End
+///   └ StepSystems: Wake → Begin → Substeps → End
 ///                                         └ SubstepSchedule, `substeps` times
 ///     └ SolverSystems: Presolve → Solve → Postsolve
 ///                                  ├ SolveSchedule, `iterations` times
@@ -59,8 +59,6 @@ pub enum StepSystems {
     Wake,
     /// Changed masses, input that is not finite, sleepers that are touched.
     Begin,
-    /// Effects make room for what they keep; for bodies that came in the middle of a tick too.
-    Ready,
     /// The substeps.
     Substeps,
     /// Sleep and statistics.
@@ -116,7 +114,6 @@ pub(super) fn configure(app: &mut App, outer: impl ScheduleLabel) {
             (
                 StepSystems::Wake,
                 StepSystems::Begin,
-                StepSystems::Ready,
                 StepSystems::Substeps,
                 StepSystems::End,
             )

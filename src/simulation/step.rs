@@ -216,9 +216,9 @@ pub(super) fn run_substeps(
             advance_all(world, bodies, &mut outcomes, substeps);
         } else {
             let started = Instant::now();
-            // Otherwise there is nothing to do but to prepare, to forget and to look for damage, once.
             let read = are_multipliers_read(world);
             let mut all = all(bodies, world);
+            // Implicit Euler with nothing under repair begins a substep with nothing, except the first one.
             if !begun || settings.begins_each_substep() || all.are_repaired() {
                 all.begin(&settings.substep(next), read);
                 begun = true;
@@ -277,7 +277,7 @@ fn all<'w, 's>(bodies: &'s mut SystemState<Bodies>, world: &'w mut World) -> Bod
     bodies.expect("the plugin of the simulation adds the resources")
 }
 
-/// Whether somebody reads multipliers: later sweeps, or those who measure.
+/// Whether multipliers are read: by later iterations, or for measurements.
 fn are_multipliers_read(world: &World) -> bool {
     let settings = &world.resource::<UnderWay>().settings;
     settings.substep(0).sweeps() > 1 || world.resource::<Measuring>().0

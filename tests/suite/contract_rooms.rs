@@ -360,9 +360,9 @@ fn reachable<'a>(
     seen
 }
 
-/// A module of the solver can be read without the others: at most three know each other in a circle.
+/// A module of the solver can be read without the others: an import cycle has at most three.
 #[test]
-fn the_solver_has_no_circle_of_more_than_three_modules() {
+fn the_solver_has_no_import_cycle_of_more_than_three_modules() {
     let arrows = arrows(&solver_modules());
     let count: usize = arrows.values().map(BTreeSet::len).sum();
     assert!(count > 200, "only {count} arrows: the scan is blind");
@@ -371,10 +371,10 @@ fn the_solver_has_no_circle_of_more_than_three_modules() {
         .map(|module| (&**module, reachable(module, &arrows)))
         .collect();
     for (module, known) in &reach {
-        let circle: Vec<_> = known
+        let cycle: Vec<_> = known
             .iter()
             .filter(|other| reach.get(**other).is_some_and(|back| back.contains(module)))
             .collect();
-        assert!(circle.len() <= 3, "{module}: {circle:?}");
+        assert!(cycle.len() <= 3, "{module}: {cycle:?}");
     }
 }

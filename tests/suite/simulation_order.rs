@@ -133,9 +133,9 @@ fn a_users_constraint_can_stand_between_two_effects() {
 /// A tetrahedron that is squeezed to half its height, free of gravity; its height after a tick.
 fn height_of_squeezed(change: impl Fn(&mut App)) -> f32 {
     let mut app = app();
-    let mut settings = crate::support::settings(0.0, 60.0, 4, 2);
-    settings.iterations = pliant::solver::Iterations::new(2).expect("in range");
-    app.insert_resource(SimulationSettings(settings));
+    app.insert_resource(SimulationSettings(crate::support::settings(
+        0.0, 60.0, 4, 2,
+    )));
     let topology = crate::support::topology(tetrahedron());
     let body = app
         .world_mut()

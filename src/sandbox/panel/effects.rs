@@ -59,7 +59,7 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     });
 }
 
-/// What a substep does, in its order.
+/// The steps of a substep, in their order.
 fn steps(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     let text = format!("Substep: {}", model.steps.join(" · "));
     let row = ui.add(Label::new(RichText::new(text).small().color(theme::WEAK)).wrap());

@@ -19,10 +19,10 @@ use crate::{
         throughput::Throughput,
         view::{LastGrab, ViewSettings},
     },
-    scene::{Answer, CurrentScene, Material, run::system_names},
+    scene::{Answer, CurrentScene, Material},
     simulation::{
         Asleep, Multipliers, Pins, Profile, Quarantined, SimulationClock, SimulationSettings,
-        SoftBody, SolverThreads, Statistics, action, plain::bodies_in_order,
+        SoftBody, SolverThreads, Statistics, action, plain::bodies_in_order, system_names,
     },
     solver::available,
 };

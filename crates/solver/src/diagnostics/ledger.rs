@@ -29,7 +29,7 @@
 
 use crate::{
     ForceKind, Friction, Particles, Substep,
-    advance::{Means, NotFinite, Solve, Spare, Stage, Stepper},
+    advance::{Means, NotFinite, Solve, Stage, Stepper},
     effects::shape_matching::Place,
     elastic::{Elastic, Visit},
     measure::{gravitational_energy, kinetic_energy},
@@ -398,9 +398,12 @@ impl Book {
                 u.y = u.y.max(sticky.height - p.y);
             }
         } else {
-            let mut spare = Spare::of(effects);
-            let mut without = spare.stepper(&mut *body.topology, &mut smooth);
-            without.stage(stage, step, iteration, means)?;
+            let rough = std::mem::replace(body.effects, effects);
+            std::mem::swap(body.particles, &mut smooth);
+            let result = body.stage(stage, step, iteration, means);
+            std::mem::swap(body.particles, &mut smooth);
+            *body.effects = rough;
+            result?;
         }
         self.credit(&smooth, Cause::Contact);
         self.smooth = smooth;

@@ -1,12 +1,11 @@
 //! What all elastic effects have in common: constraints between two to four particles each, of one
 //! or several equations, with a compliance.
 //!
-//! An effect tells its equations twice: in `f64` as [rows](Elastic::rows), which the twin solves and
-//! everything that measures goes by; and as a [kernel](Elastic::kernel) for eight elements at once.
-//! Tests hold one against the other.
+//! An effect has its equations twice: as [rows](Elastic::rows) in `f64`, for the reference and for diagnostics, and as
+//! a [kernel](Elastic::kernel) for eight elements at once. Tests compare the two.
 //!
 //! # Adding one
-//! A file in [`constraint`](crate::effects) with its parameters and an implementation of
+//! A file in [`effects`](crate::effects) with its parameters and an implementation of
 //! [`Elastic`], and a line in the table of [`effects!`](crate::effects).
 
 use super::multipliers::Multipliers;

@@ -4,8 +4,8 @@ use super::{elastic::ElasticKind, pressure::Walls, shape_matching::Matching};
 use crate::Topology;
 use glam::Vec4;
 
-/// Multipliers λ of the constraints of a body, a column for each effect that it carries: empty
-/// where nobody keeps them. λ/h² is a force.
+/// Multipliers λ of the constraints of a body, a column for each effect that it carries; empty where they are not
+/// kept. λ/h² is a force.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Lambdas {
     columns: [Vec<f32>; ElasticKind::COUNT],
@@ -13,7 +13,7 @@ pub struct Lambdas {
     pub walls: Walls,
     /// The regions whose shapes are matched, with their multipliers; none before the first substep.
     pub matching: Option<Box<Matching>>,
-    /// Room to add up the ways of averaged passes; zeros between them.
+    /// Sums of the displacements of averaged passes; zeros between them.
     sums: Vec<Vec4>,
 }
 
@@ -24,7 +24,7 @@ impl Lambdas {
         &self.columns[kind as usize]
     }
 
-    /// Makes room for one effect, or takes it away where nobody will read it.
+    /// Allocates the column of an effect, or frees it if it is not `kept`.
     pub fn make_room(&mut self, kind: ElasticKind, topology: &Topology, kept: bool) {
         let column = &mut self.columns[kind as usize];
         let count = if kept { kind.multipliers(topology) } else { 0 };
@@ -38,14 +38,14 @@ impl Lambdas {
         &mut self.columns
     }
 
-    /// Makes room to add up ways of so many particles.
+    /// Allocates sums for `count` particles.
     pub(crate) fn make_sums(&mut self, count: usize) {
         if self.sums.len() != count {
             self.sums = vec![Vec4::ZERO; count];
         }
     }
 
-    /// That room.
+    /// Sums of the displacements of averaged passes, by particle.
     pub(crate) fn sums(&mut self) -> &mut [Vec4] {
         &mut self.sums
     }

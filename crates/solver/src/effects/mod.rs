@@ -1,7 +1,7 @@
 //! The table of effects, and the effects that a body carries.
 //!
-//! [`effects!`](crate::effects) is the only list of effects. Whoever needs one line for each of them, here or in a
-//! program, gives it the name of a macro that makes the line.
+//! [`effects!`](crate::effects) is the only list of effects. It passes the list to a macro, which generates what is
+//! needed per effect.
 
 pub mod bend;
 pub mod elastic;
@@ -33,8 +33,8 @@ use serde::{Deserialize, Serialize};
 /// groups, each with its type, its name in files, for elastic effects the numbers of particles and of equations of
 /// an element, and what it does.
 ///
-/// Stitches and hands stand apart from groups in braces: stitches are no part of [`Effects`], as there may be many
-/// on a body, and what a hand holds is no part of a scene.
+/// `Stitches` and `Grab` are outside of the groups: stitches are no part of [`Effects`], as a body can have many, and a
+/// grab is no part of a scene.
 #[macro_export]
 macro_rules! effects {
     ($make:path) => {
@@ -104,7 +104,7 @@ macro_rules! carried_by_a_body {
         pub struct Effects {
             $($(#[doc = $does1] pub $field1: Option<crate::$kind1>,)*)*
             $($(#[doc = $does2] pub $field2: Option<crate::$kind2>,)*)*
-            /// A hand holds the body.
+            /// The body is held by a spring.
             pub $grabbed: Option<crate::$grab>,
             $($(#[doc = $does3] pub $field3: Option<crate::$kind3>,)*)*
         }
@@ -136,8 +136,8 @@ impl Effects {
         elastic + whole.into_iter().filter(|carried| *carried).count()
     }
 
-    /// What it is to sweep over these constraints so many times; to a filling, a triangle is what an
-    /// element is to others, and to shape matching, a particle.
+    /// Estimated work of so many iterations: pressure counts its triangles, shape matching its particles, other effects
+    /// their constraints.
     #[must_use]
     pub fn load(&self, topology: &Topology, sweeps: usize) -> Load {
         let walls = self.pressure.map_or(0, |_| topology.triangles.len());

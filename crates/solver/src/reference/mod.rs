@@ -124,7 +124,7 @@ struct Sweep {
 const UP_OVER: f64 = 0.4;
 
 impl World {
-    /// The same world in f64. Sleep and quarantine are left out: the twin always steps all.
+    /// The same world in f64. Sleep and quarantine are left out: all bodies are always stepped.
     #[must_use]
     pub fn of(world: &crate::World) -> Self {
         Self {
@@ -236,7 +236,7 @@ impl Body {
     pub fn of(body: &crate::Body) -> Self {
         let particles = &body.particles;
         let each = 0..particles.len();
-        let mut twin = Self {
+        let mut own = Self {
             topology: Arc::clone(&body.topology),
             x: each.clone().map(|i| particles.position(i)).collect(),
             p: each
@@ -264,8 +264,8 @@ impl Body {
             repair: Repair::default(),
             past: Past::default(),
         };
-        twin.carry(&body.effects);
-        twin
+        own.carry(&body.effects);
+        own
     }
 
     /// Carries these effects from now on, and no others.

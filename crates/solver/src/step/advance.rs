@@ -12,7 +12,7 @@ pub use super::{
 };
 
 use super::kernels::{Kernels, Work, halves_of};
-pub(crate) use super::{stage::Solve, stepper::Spare};
+pub(crate) use super::stage::Solve;
 use crate::{
     Collide, Effects, ElasticKind, ForceKind, Substep, Topology,
     bands::Piece,

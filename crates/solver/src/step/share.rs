@@ -33,7 +33,7 @@ pub(crate) struct Shared<'a> {
     walls: *mut Walls,
     matching: *mut Option<Box<Matching>>,
     factors: *mut Factors,
-    /// The tethers, which nobody changes meanwhile.
+    /// The tethers; read only.
     pub leads: &'a Leads,
     touched: AtomicBool,
     stitches: *mut Stitches,

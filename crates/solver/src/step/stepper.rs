@@ -35,44 +35,6 @@ pub struct Stepper<'a> {
     pub factors: &'a mut Factors,
 }
 
-/// Effects that one stage is about, and room for the parts of a body that it does without.
-#[derive(Debug, Default)]
-pub(crate) struct Spare {
-    effects: Effects,
-    lambdas: Lambdas,
-    leads: Leads,
-    stitches: Stitches,
-    factors: Factors,
-}
-
-impl Spare {
-    /// With these effects, and nothing else.
-    #[must_use]
-    pub fn of(effects: Effects) -> Self {
-        Self {
-            effects,
-            ..Self::default()
-        }
-    }
-
-    /// These particles with it.
-    pub fn stepper<'a>(
-        &'a mut self,
-        topology: &'a mut Arc<Topology>,
-        particles: &'a mut Particles,
-    ) -> Stepper<'a> {
-        Stepper {
-            topology,
-            particles,
-            effects: &mut self.effects,
-            lambdas: &mut self.lambdas,
-            leads: &mut self.leads,
-            stitches: &mut self.stitches,
-            factors: &mut self.factors,
-        }
-    }
-}
-
 /// What all bodies are stepped with.
 #[derive(Debug, Clone, Copy)]
 pub struct Means<'a> {
@@ -86,7 +48,7 @@ pub struct Means<'a> {
     pub threads: &'a Threads,
     /// Instructions to use.
     pub instructions: Instructions,
-    /// Who wants to know how long the stages take; nobody by default, as it is not free.
+    /// Times the stages; none by default, as it is not free.
     pub watch: Option<&'a dyn Watch>,
 }
 

@@ -1,4 +1,4 @@
-//! Parts of a topology that are made when somebody first asks for them.
+//! Parts of a topology that are computed on first use.
 
 use super::{Cotangents, Facets, Frames, Hinges, Topology};
 
