@@ -77,6 +77,8 @@
 //! | [`Plasticity`](effect::Plasticity) | what is strained beyond a yield strain stays so | yields and limits, creep 1/s |
 //! | [`Stitches`](effect::Stitches) | C = a−b = 0 between points of a body, and to colliders [m] | compliance m/N, strength N, each its own |
 //! | [`Grab`](effect::Grab) | a hand's spring, only while it holds | compliance m/N, strength N |
+//! | [`Contact`](effect::Contact) | C = n·(a−b)−d ≥ 0 between surfaces of bodies [m] | thickness m, friction, restitution, compliance m/N |
+//! | [`SelfContact`](effect::SelfContact) | the same between parts of one surface | as `Contact` |
 //! | [`Ground`](effect::Ground) | a level ground | height m, friction, restitution |
 //! | [`StickyGround`](effect::StickyGround) | a level ground that holds what it touches | height m |
 //! | [`Collide`](effect::Collide) | spheres, boxes, capsules, still or moving | friction, restitution |

@@ -68,6 +68,7 @@
 
 mod bend;
 mod collide;
+mod contact;
 mod direct;
 mod elastic;
 mod force;

@@ -5,7 +5,7 @@ use crate::simulation::Statistics;
 use std::path::Path;
 
 /// Names of the columns, with units.
-pub const COLUMNS: [&str; 20] = [
+pub const COLUMNS: [&str; 22] = [
     "tick",
     "time_s",
     "ms_per_tick",
@@ -26,6 +26,8 @@ pub const COLUMNS: [&str; 20] = [
     "volume_error",
     "residual",
     "inverted",
+    "contacts",
+    "crossings",
 ];
 
 /// A row, in the order of [`COLUMNS`].
@@ -54,7 +56,14 @@ pub fn row(figures: &Statistics) -> [String; COLUMNS.len()] {
         figures.volume_error.to_string(),
         figures.residual.to_string(),
         figures.inverted.to_string(),
+        optional(figures.contacts),
+        optional(figures.crossings),
     ]
+}
+
+/// Empty if there is none.
+fn optional(figure: Option<usize>) -> String {
+    figure.map_or_else(String::new, |figure| figure.to_string())
 }
 
 /// Writes rows to a file, with a header.

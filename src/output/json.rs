@@ -37,6 +37,8 @@ pub fn run(scene: &str, run: &Run) -> Value {
         "residual": last.residual,
         "overpressure_pa": last.overpressure,
         "inverted": last.inverted,
+        "contacts": last.contacts,
+        "crossings": run.crossings(),
         "state_hash": format!("{:016x}", run.state_hash),
         "accepted": run.accepted(),
         "reasons": run.reasons,

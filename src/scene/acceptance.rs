@@ -106,6 +106,14 @@ impl Acceptance {
                 reasons.push(format!("{}: {count} pinned particles moved", last.name));
             }
         }
+        let crosses = |row: &&Statistics| row.crossings.is_some_and(|count| count > 0);
+        if let Some(row) = history.iter().find(crosses) {
+            reasons.push(format!(
+                "{} pairs of an edge and a triangle cross after {:.3} s; surfaces that touch must not",
+                row.crossings.unwrap_or(0),
+                row.time
+            ));
+        }
         for check in &self.checks {
             match check {
                 Check::Of(name, checks) => {

@@ -27,6 +27,8 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "dragon",
     "shapes",
     "many_bodies",
+    "pile",
+    "tablecloth",
     "compliance_ladder",
     "edges_and_volume",
     "rubber",

@@ -72,6 +72,12 @@ impl Run {
         self.reasons.is_empty()
     }
 
+    /// The most pairs of an edge and a triangle that crossed after any tick; `None` if no body can touch.
+    #[must_use]
+    pub fn crossings(&self) -> Option<usize> {
+        self.history.iter().filter_map(|row| row.crossings).max()
+    }
+
     /// Real time of a tick, the median of each part.
     #[must_use]
     pub fn median_times(&self) -> TickTimes {

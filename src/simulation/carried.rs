@@ -29,6 +29,11 @@ macro_rules! carried {
         }
 
         impl CarriedItem<'_, '_> {
+            /// Whether the body can touch others or itself.
+            pub fn can_touch(&self) -> bool {
+                self.contact.is_some() || self.self_contact.is_some()
+            }
+
             /// Copies of them, with a grab if there is one.
             pub fn effects(&self, grab: Option<Grab>) -> Effects {
                 Effects {

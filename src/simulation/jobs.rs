@@ -1,13 +1,15 @@
 //! Bodies as systems hand them to the solver, which steps them on any number of threads.
 
 use super::{
-    CurrentSubstep, DirectFactors, Multipliers, Profile, SoftBody, SolverThreads, TetherLeads,
-    body::Active, carried::Carried, profile::StageWatch,
+    Asleep, CurrentSubstep, DirectFactors, Multipliers, Profile, Quarantined, SoftBody,
+    SolverThreads, SpawnOrder, TetherLeads, carried::Carried, profile::StageWatch,
 };
 use crate::solver::{
-    Effects, Factors, Grab, Leads, Ledger, Particles, Stitches, Substep, Threads,
+    Contact, ContactCounts, Contacts, Effects, Factors, Grab, Leads, Ledger, Load, Particles,
+    SelfContact, Stitches, Substep, Threads,
     advance::{Means, NotFinite, Stage, Stepper, Watch},
     ledger,
+    step::together::{self, Companion, are_needed},
 };
 use bevy::{ecs::system::SystemParam, prelude::*};
 use std::{mem::take, ops::Range, time::Instant};
@@ -15,6 +17,9 @@ use std::{mem::take, ops::Range, time::Instant};
 /// All that [`Stepper`] needs of a body.
 type Parts = (
     Entity,
+    &'static SpawnOrder,
+    Has<Asleep>,
+    Has<Quarantined>,
     &'static mut SoftBody,
     &'static mut Particles,
     &'static mut Multipliers,
@@ -25,9 +30,21 @@ type Parts = (
     Carried,
 );
 
-/// A body to be stepped.
+/// Bodies that are stepped, and those that are only in the way.
+type Present = (
+    With<SoftBody>,
+    Or<(
+        (Without<Asleep>, Without<Quarantined>),
+        With<Contact>,
+        With<SelfContact>,
+    )>,
+);
+
+/// A body to be stepped, or in the way of others.
 struct Job<'a> {
     entity: Entity,
+    order: SpawnOrder,
+    is_active: bool,
     body: Mut<'a, SoftBody>,
     particles: Mut<'a, Particles>,
     multipliers: Mut<'a, Multipliers>,
@@ -70,22 +87,49 @@ pub(super) struct Outcome {
     pub result: Result<Ledger, NotFinite>,
 }
 
+/// Contacts between bodies.
+#[derive(Resource, Debug, Default)]
+pub struct BodyContacts {
+    contacts: Contacts,
+    touching: Vec<[Entity; 2]>,
+}
+
+impl BodyContacts {
+    /// What contacts did in the last substep.
+    #[must_use]
+    pub fn counts(&self) -> ContactCounts {
+        self.contacts.counts()
+    }
+
+    /// Bodies that touched where the last substep began, each pair once.
+    #[must_use]
+    pub fn touching(&self) -> &[[Entity; 2]] {
+        &self.touching
+    }
+}
+
 /// All bodies, for a system that hands them to the solver.
 #[derive(SystemParam)]
 pub(super) struct Bodies<'w, 's> {
     current: Res<'w, CurrentSubstep>,
     threads: Res<'w, SolverThreads>,
     profile: ResMut<'w, Profile>,
-    bodies: Query<'w, 's, Parts, Active>,
+    contacts: ResMut<'w, BodyContacts>,
+    bodies: Query<'w, 's, Parts, Present>,
     room: Local<'s, Vec<Job<'static>>>,
     outcomes: Local<'s, Vec<Outcome>>,
 }
 
+/// What is done with bodies that are stepped together, if it is not the same for each.
+type Together<'a> = &'a dyn Fn(&mut [Companion], &mut Contacts, &Means);
+
 impl Bodies<'_, '_> {
-    /// Whether a body is under repair.
-    pub fn are_repaired(&self) -> bool {
+    /// Whether something is to be done where each substep begins: for a body under repair, or for bodies that touch.
+    pub fn begin_each_substep(&self) -> bool {
         let mut bodies = self.bodies.iter();
-        bodies.any(|(_, _, particles, ..)| !particles.repair.is_empty())
+        bodies.any(|(.., particles, _, _, _, _, _, carried)| {
+            !particles.repair.is_empty() || carried.can_touch()
+        })
     }
 
     /// Begins a tick, or goes on with one, and begins a substep. Multipliers are kept where they are `read`.
@@ -98,6 +142,12 @@ impl Bodies<'_, '_> {
                 stepper.begin(step, means);
                 Ok(Ledger::default())
             },
+            Some(&|companions, contacts, means| {
+                for it in companions.iter_mut().filter(|it| it.is_stepped) {
+                    it.body.prepare(read);
+                }
+                together::begin(companions, contacts, step, means);
+            }),
         );
     }
 
@@ -121,6 +171,12 @@ impl Bodies<'_, '_> {
                     Ok(Ledger::default())
                 }
             },
+            Some(&|companions, contacts, means| {
+                for it in companions.iter_mut().filter(|it| it.is_stepped) {
+                    it.body.prepare(read);
+                }
+                together::advance(companions, contacts, substeps.clone(), booked, means);
+            }),
         );
         self.outcomes.drain(..)
     }
@@ -129,33 +185,68 @@ impl Bodies<'_, '_> {
     /// not finite.
     pub fn stage(&mut self, stage: Stage) -> impl Iterator<Item = Outcome> {
         let (step, iteration) = (self.current.step, self.current.iteration);
-        let has_it = |effects: &Effects, stitched| stage.acts(effects, stitched, step.method);
-        self.work(1, has_it, |stepper, means| {
+        let is_contact = matches!(stage, Stage::Contact | Stage::SelfContact);
+        let has_it = |effects: &Effects, stitched| {
+            // Contacts are between all that can touch, whichever of the two effects they have.
+            stage.acts(effects, stitched, step.method) || is_contact && effects.can_touch()
+        };
+        let each = |stepper: &mut Stepper, means: &Means| {
             stepper.stage(stage, &step, iteration, means)?;
             if stage == Stage::Postsolve {
                 stepper.end();
             }
             Ok(Ledger::default())
-        });
+        };
+        let solve: Together = &|companions, contacts, means| {
+            together::solve(companions, contacts, stage, means);
+        };
+        let finish: Together = &|companions, contacts, means| {
+            together::cut(companions, contacts, &step, means);
+            for it in companions.iter_mut().filter(|it| it.is_stepped) {
+                it.result = each(&mut it.body, means);
+            }
+            together::end(companions, contacts, &step);
+        };
+        let together = match stage {
+            Stage::Contact | Stage::SelfContact => Some(solve),
+            Stage::Postsolve => Some(finish),
+            _ => None,
+        };
+        self.work(1, has_it, each, together);
         self.outcomes.drain(..)
     }
 
-    /// Does `work`, as so many sweeps over constraints, with every body that is `wanted` by its effects and by
-    /// whether it has stitches.
+    /// Does `each`, as so many sweeps over constraints, with every body that is `wanted` by its effects and by
+    /// whether it has stitches; with those that touch `together`, if that is anything else.
     fn work(
         &mut self,
         sweeps: usize,
         wanted: impl Fn(&Effects, bool) -> bool,
-        work: impl Fn(&mut Stepper, &Means) -> Result<Ledger, NotFinite> + Sync,
+        each: impl Fn(&mut Stepper, &Means) -> Result<Ledger, NotFinite> + Sync,
+        together: Option<Together>,
     ) {
         let mut jobs = reused(take(&mut *self.room));
-        for (entity, body, particles, multipliers, leads, stitches, factors, grab, carried) in
-            &mut self.bodies
+        for (
+            entity,
+            order,
+            is_asleep,
+            is_quarantined,
+            body,
+            particles,
+            multipliers,
+            leads,
+            stitches,
+            factors,
+            grab,
+            carried,
+        ) in &mut self.bodies
         {
             let effects = carried.effects(grab.as_deref().copied());
             if wanted(&effects, stitches.as_ref().is_some_and(|it| !it.is_empty())) {
                 jobs.push(Job {
                     entity,
+                    order: *order,
+                    is_active: !is_asleep && !is_quarantined,
                     body,
                     particles,
                     multipliers,
@@ -175,16 +266,57 @@ impl Bodies<'_, '_> {
             ..self.current.means(&self.threads)
         };
         let started = Instant::now();
-        let load = |job: &Job| job.effects.load(&job.body.0, sweeps);
+        let is_asked = together.is_some();
+        let together =
+            together.filter(|_| are_needed(jobs.iter().map(|job| (&job.effects, job.is_active))));
+        let alone = match together {
+            None => jobs.len(),
+            Some(_) => {
+                jobs.sort_unstable_by_key(|job| (job.effects.can_touch(), job.order));
+                jobs.partition_point(|job| !job.effects.can_touch())
+            }
+        };
+        let (alone, touching) = jobs.split_at_mut(alone);
+        let load = |job: &Job| match job.is_active {
+            true => job.effects.load(&job.body.0, sweeps),
+            false => Load::default(),
+        };
         self.threads
-            .for_each(&mut jobs, load, &|job: &mut Job, threads: &Threads| {
-                job.outcome = work(&mut job.stepper(), &Means { threads, ..means });
+            .for_each(alone, load, &|job: &mut Job, threads: &Threads| {
+                if job.is_active {
+                    job.outcome = each(&mut job.stepper(), &Means { threads, ..means });
+                }
             });
+        if let Some(together) = together {
+            let BodyContacts {
+                contacts,
+                touching: pairs,
+            } = &mut *self.contacts;
+            let is_active = |job: &Job| job.is_active;
+            let mut companions: Vec<_> = touching
+                .iter_mut()
+                .map(|job| {
+                    let is_active = is_active(job);
+                    Companion::new(job.stepper(), is_active)
+                })
+                .collect();
+            together(&mut companions, contacts, &means);
+            let results: Vec<_> = companions.into_iter().map(|it| it.result).collect();
+            for (job, result) in touching.iter_mut().zip(results) {
+                job.outcome = result;
+            }
+            pairs.clear();
+            let entity = |place: u32| touching[place as usize].entity;
+            pairs.extend(contacts.touching().iter().map(|pair| pair.map(entity)));
+        } else if is_asked {
+            self.contacts.touching.clear();
+        }
         if let Some(watch) = &watch {
             self.profile.share_out(started.elapsed(), watch);
         }
         self.outcomes.clear();
-        self.outcomes.extend(jobs.drain(..).map(|mut job| {
+        let stepped = jobs.drain(..).filter(|job| job.is_active);
+        self.outcomes.extend(stepped.map(|mut job| {
             if let (Some(grab), Some(held)) = (&mut job.grab, job.effects.grab) {
                 // The multiplier is state: its change is no change of a parameter.
                 *grab.bypass_change_detection() = held;

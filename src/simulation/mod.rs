@@ -27,6 +27,7 @@ pub use body::{
     TetherLeads, TickStart,
 };
 pub use clock::{SimulationClock, SubstepTime, Tick};
+pub use jobs::BodyContacts;
 pub use ledger::{Energies, EnergyLedger};
 pub use plan::system_names;
 pub use profile::Profile;
@@ -81,6 +82,7 @@ impl Plugin for SimulationPlugin {
             .init_resource::<Sleep>()
             .init_resource::<SolverThreads>()
             .init_resource::<step::UnderWay>()
+            .init_resource::<BodyContacts>()
             .init_resource::<Profile>()
             .init_resource::<plan::Plan>()
             .init_resource::<Actions>()

@@ -61,7 +61,9 @@ pub(crate) fn add_stage(schedules: &mut Schedules, effect: &'static str, stage: 
             schedules.add_systems(SolveSchedule, system.in_set(SolvePhase::Elastic))
         }
         Stage::Grab => schedules.add_systems(SolveSchedule, system.in_set(SolvePhase::Hands)),
-        Stage::Ground | Stage::Collide => schedules.add_systems(ContactSchedule, system),
+        Stage::Contact | Stage::SelfContact | Stage::Ground | Stage::Collide => {
+            schedules.add_systems(ContactSchedule, system)
+        }
         Stage::Postsolve | Stage::Flow => {
             // No commands of that are waited for: a point of synchronisation would be a system more.
             let system = system

@@ -1,7 +1,11 @@
 //! Bodies that turned non-finite are taken out before they can spread.
 
 use super::{BodyQuarantined, Quarantined, SolverThreads, plain, step::CurrentSubstep};
-use crate::solver::{Particles, Quarantine, advance::NotFinite, body::freeze};
+use crate::solver::{
+    Particles, Quarantine,
+    advance::NotFinite,
+    body::{CONTACT, USER, freeze},
+};
 use bevy::prelude::*;
 
 /// Freezes a body whose substep went wrong where its tick began, finds out which stage it was, and
@@ -13,7 +17,12 @@ pub(super) fn quarantine(world: &mut World, entity: Entity, error: NotFinite) {
     let means = world
         .resource::<CurrentSubstep>()
         .means(world.resource::<SolverThreads>());
-    let quarantine = body.find_cause(error, &means);
+    let other = if body.effects.can_touch() {
+        CONTACT
+    } else {
+        USER
+    };
+    let quarantine = body.find_cause(error, other, &means);
     let mut entity_mut = world.entity_mut(entity);
     if let Some(mut particles) = entity_mut.get_mut::<Particles>() {
         freeze(&mut particles, &body.tick_start.positions);

@@ -1,12 +1,14 @@
 //! Figures about a whole world after a tick: a row of the CSV, the head-up line, `run --json`.
 
 use super::{
-    Profile, Quarantined, SimulationClock, SimulationSettings, SoftBody, plain::bodies_in_order,
+    BodyContacts, Profile, Quarantined, SimulationClock, SimulationSettings, SoftBody,
+    plain::{self, bodies_in_order},
 };
 use crate::{
     effect::EffectRegistry,
     solver::{
-        Particles,
+        Effects, Particles,
+        contact::pairs::{Outline, crossings},
         measure::{self, SquareSum},
     },
 };
@@ -54,6 +56,11 @@ pub struct Statistics {
     pub overpressure: Option<f64>,
     /// Tetrahedra that are inside out.
     pub inverted: usize,
+    /// Contacts between bodies, and of bodies with themselves, that pushed in the last substep; `None` if no body can touch.
+    pub contacts: Option<usize>,
+    /// Pairs of an edge and a triangle that cross, of bodies that can touch each other or themselves; `None` if none
+    /// can.
+    pub crossings: Option<usize>,
     /// Whether every number of the state is finite and no body is in quarantine.
     pub finite: bool,
 }
@@ -136,6 +143,22 @@ pub fn measure(world: &mut World) -> Statistics {
                 }
             }
         }
+    }
+    let bodies = bodies_in_order(world);
+    let carried = bodies
+        .iter()
+        .map(|&body| plain::effects(world.entity(body)));
+    let carried: Vec<Effects> = carried.collect();
+    if carried.iter().any(Effects::can_touch) {
+        all.contacts = Some(world.resource::<BodyContacts>().counts().acting);
+        let outlines = bodies.iter().zip(&carried).filter_map(|(&body, effects)| {
+            Some(Outline {
+                effects,
+                topology: &world.get::<SoftBody>(body)?.0,
+                particles: world.get::<Particles>(body)?,
+            })
+        });
+        all.crossings = Some(crossings(outlines));
     }
     all.momentum = momentum.to_array();
     all.angular_momentum = angular.to_array();

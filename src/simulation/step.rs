@@ -1,11 +1,10 @@
 //! Stepping: from real time to ticks, from ticks to substeps, from substeps to sweeps.
 
 use super::{
-    Asleep, ContactSchedule, EnergyLedger, Measuring, Profile, RestTimer, SimulationClock,
-    SimulationSettings, SolveSchedule, SpawnOrder, StepSchedule, SubstepSchedule, SubstepTime,
-    Tick, TickStart,
-    body::Active,
-    jobs::{Bodies, Outcome},
+    Asleep, ContactSchedule, EnergyLedger, Measuring, Profile, Quarantined, RestTimer,
+    SimulationClock, SimulationSettings, SolveSchedule, SpawnOrder, StepSchedule, SubstepSchedule,
+    SubstepTime, Tick, TickStart,
+    jobs::{Bodies, BodyContacts, Outcome},
     plan,
     quarantine::quarantine,
 };
@@ -16,6 +15,7 @@ use crate::{
         advance::{Means, Stage},
         contact::collider::{Sweep, Swept},
         lanes::Instructions,
+        rest::{Wakefulness, settle},
     },
 };
 use bevy::{ecs::system::SystemState, prelude::*};
@@ -218,8 +218,9 @@ pub(super) fn run_substeps(
             let started = Instant::now();
             let read = are_multipliers_read(world);
             let mut all = all(bodies, world);
-            // Implicit Euler with nothing under repair begins a substep with nothing, except the first one.
-            if !begun || settings.begins_each_substep() || all.are_repaired() {
+            // Implicit Euler with nothing under repair and nothing that touches begins a substep with nothing, except
+            // the first one.
+            if !begun || settings.begins_each_substep() || all.begin_each_substep() {
                 all.begin(&settings.substep(next), read);
                 begun = true;
             }
@@ -335,24 +336,64 @@ pub(super) fn settle_grabs(mut grabs: Query<(&mut Grab, &mut RestTimer)>) {
     }
 }
 
-/// Bodies that have been still for long enough fall asleep.
+/// Bodies that have been still for long enough fall asleep, those that touch each other together; a sleeper that is
+/// touched by one that is awake wakes.
 pub(super) fn fall_asleep(
     mut commands: Commands,
     under_way: Res<UnderWay>,
     sleep: Res<Sleep>,
-    mut bodies: Query<
-        (Entity, &mut Particles, &mut TickStart, &mut RestTimer),
-        (Active, Without<Grab>),
-    >,
+    contacts: Res<BodyContacts>,
+    mut bodies: Query<(
+        Entity,
+        &mut Particles,
+        &mut TickStart,
+        &mut RestTimer,
+        Has<Grab>,
+        Has<Asleep>,
+        Has<Quarantined>,
+    )>,
+    mut group: Local<Vec<Wakefulness>>,
+    mut entities: Local<Vec<Entity>>,
+    mut pairs: Local<Vec<[u32; 2]>>,
 ) {
     let seconds = under_way.settings.tick_seconds() as f32;
     let gravity = under_way.settings.gravity.length();
-    for (entity, mut particles, mut start, mut timer) in &mut bodies {
+    entities.clear();
+    group.clear();
+    for (entity, particles, start, mut timer, is_held, is_asleep, is_quarantined) in &mut bodies {
         let ways = (&start.positions[..], &particles.positions[..]);
-        if timer.0.observe(ways, seconds, gravity, &sleep.0) {
-            particles.stop();
-            start.0.clone_from(&particles);
-            commands.entity(entity).insert(Asleep);
+        let rest = if is_asleep || is_quarantined {
+            Wakefulness::Asleep
+        } else if !is_held && timer.0.observe(ways, seconds, gravity, &sleep.0) {
+            Wakefulness::Still
+        } else {
+            Wakefulness::Awake
+        };
+        entities.push(entity);
+        group.push(rest);
+    }
+    pairs.clear();
+    if !contacts.touching().is_empty() {
+        let place = |entity: Entity| entities.iter().position(|it| *it == entity);
+        pairs.extend(contacts.touching().iter().filter_map(|[a, b]| {
+            let [a, b] = [place(*a)?, place(*b)?];
+            Some([a as u32, b as u32])
+        }));
+    }
+    settle(&mut group, &pairs);
+    let all = bodies.iter_mut().zip(&*group);
+    for ((entity, mut particles, mut start, mut timer, _, is_asleep, is_quarantined), rest) in all {
+        match rest {
+            Wakefulness::Asleep if !is_asleep && !is_quarantined => {
+                particles.stop();
+                start.0.clone_from(&particles);
+                commands.entity(entity).insert(Asleep);
+            }
+            Wakefulness::Awake if is_asleep => {
+                timer.0.reset();
+                commands.entity(entity).remove::<Asleep>();
+            }
+            _ => {}
         }
     }
 }

@@ -1,7 +1,7 @@
 //! A way to solve: a method, and how many substeps and iterations.
 
 use crate::solver::{
-    self, Body, Compliance, Direct, InvalidValue, Iterations, Share, Stiffness, Substeps, World,
+    self, Body, Compliance, Direct, Fraction, InvalidValue, Iterations, Stiffness, Substeps, World,
     direct,
     elastic::{Elastic, Visit},
 };
@@ -42,7 +42,7 @@ impl Method {
         match self {
             Self::Xpbd => {}
             Self::Pbd => {
-                let stiffness = Share::default();
+                let stiffness = Fraction::default();
                 world.settings.method = solver::Method::Pbd { stiffness };
                 for body in &mut world.bodies {
                     make_rigid(body);

@@ -61,6 +61,7 @@ mod solver_bend;
 mod solver_closed_forms;
 mod solver_collider;
 mod solver_collision_iterations;
+mod solver_contact;
 mod solver_delivered;
 mod solver_direct;
 mod solver_equilibrium;

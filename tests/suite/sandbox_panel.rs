@@ -94,6 +94,7 @@ fn absent() -> EffectModel {
         note: None,
         delivered: None,
         overpressure: None,
+        contacts: None,
         parameters: Vec::new(),
         ..stretch()
     }

@@ -425,7 +425,8 @@ fn what_is_too_large_is_refused_before_memory_is_taken() {
             Ok(_) => panic!("{bodies} was built"),
             Err(error) => error.to_string(),
         };
-        let message = in_proportion(text.len(), (256 << 20, READING.1), build);
+        // The largest that is built before a scene is refused are 100 000 ropes of two edges, of less than 3 kB each.
+        let message = in_proportion(text.len(), (300_000_000, READING.1), build);
         assert!(message.contains("body “b”") && message.contains(says), "{message}");
     }
 }

@@ -13,9 +13,10 @@ use pliant::{
     mesh::Primitive,
     simulation::Action,
     solver::{
-        Bend, Body, Coefficient, Direct, Effects, Filling, Ground, IsometricBend, Membrane, Method,
-        NeoHookean, Order, Pressure, Share, Slack, Stiffness, Strain, StrainLimit, Struts, Tethers,
-        Threads, Volume, Weave, World, deform, deform::Deformation, direct, measure, reference,
+        Bend, Body, Coefficient, Direct, Effects, Filling, Fraction, Ground, IsometricBend,
+        Membrane, Method, NeoHookean, Order, Pressure, Slack, Stiffness, Strain, StrainLimit,
+        Struts, Tethers, Threads, Volume, Weave, World, deform, deform::Deformation, direct,
+        measure, reference,
     },
 };
 
@@ -245,11 +246,11 @@ fn only_xpbd_is_solved_directly() {
     let beam = held(8);
     for method in [
         Method::Pbd {
-            stiffness: Share::new(0.5).expect("a share"),
+            stiffness: Fraction::new(0.5).expect("a share"),
         },
         Method::Jacobi {
             own_weight: Coefficient::new(0.2).expect("sound"),
-            kept_speed: Share::new(0.99).expect("a share"),
+            kept_speed: Fraction::new(0.99).expect("a share"),
         },
         Method::Verlet,
     ] {

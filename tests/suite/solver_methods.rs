@@ -14,7 +14,7 @@ use pliant::{
     mesh::Primitive,
     simulation::{SolvePhase, SolveSchedule, state_hash},
     solver::{
-        Body, Effects, Method, Rate, Settings, Share, SmoothingIterations, Stretch, World,
+        Body, Effects, Fraction, Method, Rate, Settings, SmoothingIterations, Stretch, World,
         deform::Random, measure, reference,
     },
 };
@@ -29,7 +29,7 @@ fn parsed(text: &str) -> Settings {
 }
 
 fn pbd(stiffness: f32) -> Method {
-    let stiffness = Share::new(stiffness).expect("a share");
+    let stiffness = Fraction::new(stiffness).expect("a share");
     Method::Pbd { stiffness }
 }
 

@@ -14,8 +14,8 @@ use pliant::{
         state_hash,
     },
     solver::{
-        Body, Damping, Deformation, Effects, Filling, Ledger, Method, Order, Pressure, RestShape,
-        Share, Stiffness, Topology, World, advance::Means, deform, deform::Random,
+        Body, Damping, Deformation, Effects, Filling, Fraction, Ledger, Method, Order, Pressure,
+        RestShape, Stiffness, Topology, World, advance::Means, deform, deform::Random,
         lanes::Instructions, ledger, measure, reference, topology::NotClosed,
     },
 };
@@ -154,7 +154,7 @@ fn pressure_equals_the_twin() {
 #[test]
 fn a_filling_in_the_schedules_equals_that_of_the_plan() {
     let pbd = Method::Pbd {
-        stiffness: Share::default(),
+        stiffness: Fraction::default(),
     };
     for (method, order) in [(Method::Xpbd, 1), (Method::Xpbd, 2), (pbd, 1)] {
         let air = filled(1.2, 1e3);

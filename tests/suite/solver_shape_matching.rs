@@ -13,8 +13,8 @@ use pliant::{
     mesh::Primitive,
     simulation::{SolvePhase, SolveSchedule, state_hash},
     solver::{
-        Body, Coefficient, Deformation, Effects, Frequency, Ground, Ledger, Matching, Method,
-        Order, RegionSize, RestShape, ShapeMatching, Share, SmoothingIterations, Threads, World,
+        Body, Coefficient, Deformation, Effects, Fraction, Frequency, Ground, Ledger, Matching,
+        Method, Order, RegionSize, RestShape, ShapeMatching, SmoothingIterations, Threads, World,
         deform,
         deform::Random,
         effects::shape_matching::{Place, Sweep},
@@ -529,11 +529,11 @@ fn hanging(effect: ShapeMatching) -> Body {
 #[test]
 fn the_schedules_do_what_the_plan_does_whatever_the_method_and_order() {
     let pbd = |stiffness| Method::Pbd {
-        stiffness: Share::new(stiffness).expect("a share"),
+        stiffness: Fraction::new(stiffness).expect("a share"),
     };
     let jacobi = Method::Jacobi {
         own_weight: Coefficient::new(0.2).expect("sound"),
-        kept_speed: Share::new(0.99).expect("a share"),
+        kept_speed: Fraction::new(0.99).expect("a share"),
     };
     for (method, order, smoothing) in [
         (Method::Xpbd, 1, 0),
@@ -579,7 +579,7 @@ fn classic_pbd_leaves_what_its_stiffness_does_not_take() {
         let mut world = world(settings(0.0, 60.0, 1, 1), body);
         if let Some(stiffness) = stiffness {
             world.settings.method = Method::Pbd {
-                stiffness: Share::new(stiffness).expect("a share"),
+                stiffness: Fraction::new(stiffness).expect("a share"),
             };
         }
         world.tick();

@@ -40,7 +40,10 @@ use kernel::fit;
 use step::{crew, phases, share, substep};
 
 pub use body::{Body, Quarantine};
-pub use contact::{Collide, Collider, ColliderShape, Ground, Path, Pose, StickyGround};
+pub use contact::{
+    Collide, Collider, ColliderShape, Contact, ContactCounts, Contacts, Ground, Path, Pose,
+    SelfContact, StickyGround,
+};
 pub use deform::{Deformation, deform};
 pub use delivered::Delivered;
 pub use direct::{Direct, Factors};
@@ -72,11 +75,11 @@ pub use modes::Modes;
 pub use parallel::threads::{Load, MOST_THREADS, Threads, ThreadsError, available};
 pub use particles::Particles;
 pub use quantity::{
-    Coefficient, CollisionIterations, Compliance, Creep, Damping, Density, Filling, Finite,
-    FlexuralRigidity, Force, Frequency, Friction, InvalidValue, Iterations, KeepSpin, Length, Mass,
-    MembraneCompliance, Order, PlasticLimit, PoissonRatio, Rate, RegionSize, RepairTime,
-    Restitution, Share, Slack, SmoothingIterations, Stiffness, Strain, Substeps, Thickness, Yield,
-    YoungsModulus,
+    Coefficient, CollisionIterations, Compliance, ContactThickness, Creep, Damping, Density,
+    Filling, Finite, FlexuralRigidity, Force, Fraction, Frequency, Friction, InvalidValue,
+    Iterations, KeepSpin, Length, Mass, MembraneCompliance, Order, PlasticLimit, PoissonRatio,
+    Rate, RecoverySpeed, RegionSize, RepairTime, Restitution, Slack, SmoothingIterations,
+    Stiffness, Strain, Substeps, Thickness, Yield, YoungsModulus,
 };
 pub use repair::Repair;
 pub use rest::SleepSettings;

@@ -219,6 +219,18 @@ quantity!(
     Friction(f32), "friction", default 0.5, "between 0 and 100", |v| (0.0..=100.0).contains(&v)
 );
 
+quantity!(
+    /// Thickness of a surface that touches others in m; 0 is a tenth of its mean edge.
+    ContactThickness(f32), "thickness", default 0.0,
+    "between 1e-5 and 1 m, or 0 for a tenth of the mean length of an edge",
+    |v| v == 0.0 || (1e-5..=1.0).contains(&v)
+);
+quantity!(
+    /// Speed at which surfaces that overlap come apart in m/s.
+    RecoverySpeed(f32), "recovery_speed", default 0.5, "between 0.01 and 10 m/s",
+    |v| (0.01..=10.0).contains(&v)
+);
+
 impl Friction {
     /// None at all.
     pub const NONE: Self = Self(0.0);
@@ -331,11 +343,11 @@ quantity!(
     KeepSpin(u32), "keep_spin", default 0, "0 or 1", |v| v <= 1
 );
 quantity!(
-    /// A share.
-    Share(f32), "a share", default 1.0, "between 0 and 1", |v| (0.0..=1.0).contains(&v)
+    /// A fraction of a whole.
+    Fraction(f32), "a fraction", default 1.0, "between 0 and 1", |v| (0.0..=1.0).contains(&v)
 );
 
-impl Share {
+impl Fraction {
     /// A constant, which is within the range.
     pub(super) const fn of(value: f32) -> Self {
         Self(value)
@@ -369,7 +381,9 @@ from_float!(
     Mass,
     Friction,
     Restitution,
-    Share,
+    ContactThickness,
+    RecoverySpeed,
+    Fraction,
     Length,
     Finite,
     Coefficient,

@@ -8,9 +8,10 @@ pub(crate) use bevy_reflect::{
 };
 
 use crate::quantity::{
-    Coefficient, Compliance, Creep, Damping, Filling, Finite, FlexuralRigidity, Frequency,
-    Friction, Length, MembraneCompliance, PlasticLimit, PoissonRatio, RegionSize, RepairTime,
-    Restitution, Slack, Stiffness, Strain, Thickness, Yield, YoungsModulus,
+    Coefficient, Compliance, ContactThickness, Creep, Damping, Filling, Finite, FlexuralRigidity,
+    Fraction, Frequency, Friction, Length, MembraneCompliance, PlasticLimit, PoissonRatio,
+    RecoverySpeed, RegionSize, RepairTime, Restitution, Slack, Stiffness, Strain, Thickness, Yield,
+    YoungsModulus,
 };
 use bevy_reflect::impl_reflect_opaque;
 
@@ -34,5 +35,8 @@ impl_reflect_opaque!((in pliant::solver) Strain(Clone, Debug, Default, PartialEq
 impl_reflect_opaque!((in pliant::solver) Thickness(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Creep(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) PlasticLimit(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+impl_reflect_opaque!((in pliant::solver) ContactThickness(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+impl_reflect_opaque!((in pliant::solver) Fraction(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+impl_reflect_opaque!((in pliant::solver) RecoverySpeed(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Yield(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) YoungsModulus(Clone, Debug, Default, PartialEq, Serialize, Deserialize));

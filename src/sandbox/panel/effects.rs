@@ -110,6 +110,15 @@ fn running_effect(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &E
             );
             panel.note(format!("{}.overpressure", effect.name), &response, ui);
         }
+        if let Some((acting, crossings)) = effect.contacts.filter(|_| effect.carriers > 0) {
+            let text = RichText::new(format!("All bodies: {acting} contacts act, {crossings} crossings."))
+                .small()
+                .color(if crossings > 0 { theme::ALARM } else { theme::WEAK });
+            let response = ui.add(Label::new(text).wrap()).on_hover_text(
+                "Contacts that pushed in the last substep, and pairs of an edge and a triangle that cross",
+            );
+            panel.note(format!("{}.contacts", effect.name), &response, ui);
+        }
         ui.add_space(3.0);
     });
 }

@@ -13,7 +13,9 @@ use super::{
     track::{Spread, Track},
 };
 use crate::{
-    effect::{Effect, EffectInfo, EffectRegistry, ParameterInfo, Pressure, Scale},
+    effect::{
+        Contact, Effect, EffectInfo, EffectRegistry, ParameterInfo, Pressure, Scale, SelfContact,
+    },
     sandbox::{
         arrival, frozen,
         throughput::Throughput,
@@ -55,6 +57,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
             share: state.shares.get(info.name).copied(),
             delivered: delivered::model(world, info.name, &shown),
             overpressure: overpressure(world, info.name, &shown),
+            contacts: contacts(statistics, info.name),
             ..effect(world, info, &bodies, &shown)
         })
         .collect();
@@ -188,9 +191,19 @@ fn effect(world: &World, info: &EffectInfo, bodies: &[Entity], shown: &[Entity])
             .find_map(|body| (info.note)(&world.entity(*body), settings)),
         delivered: None,
         overpressure: None,
+        contacts: None,
         switchable: info.insert_default.is_some(),
         parameters,
     }
+}
+
+/// Contacts that push, and crossings of surfaces.
+fn contacts(statistics: &Statistics, effect: &str) -> Option<(usize, usize)> {
+    let is_contact = [Contact::NAME, SelfContact::NAME].contains(&effect);
+    statistics
+        .contacts
+        .zip(statistics.crossings)
+        .filter(|_| is_contact)
 }
 
 /// The least and the greatest overpressure [Pa] that the last substep left in the bodies shown.

@@ -170,6 +170,8 @@ pub struct EffectModel {
     pub delivered: Option<DeliveredModel>,
     /// The least and the greatest overpressure of the bodies of the scope that it fills [Pa].
     pub overpressure: Option<(f64, f64)>,
+    /// What the contacts of all bodies do: contacts that push, and crossings of surfaces.
+    pub contacts: Option<(usize, usize)>,
 }
 
 /// The compliance that the solver delivers, beside the one that was asked for.

@@ -13,12 +13,14 @@
 
 pub mod collider;
 pub mod ground;
+pub mod pairs;
 pub mod path;
 pub mod pose;
 pub mod shape;
 
 pub use collider::{Collide, Collider};
 pub use ground::{Ground, StickyGround};
+pub use pairs::{Contact, ContactCounts, Contacts, SelfContact};
 pub use path::Path;
 pub use pose::Pose;
 pub use shape::ColliderShape;

@@ -135,12 +135,8 @@ pub fn advance(
     substeps: Range<u32>,
     means: &Means,
 ) -> Result<Ledger, NotFinite> {
-    body.find_regions();
     let mut ledger = Ledger::default();
-    let mut book = Book {
-        errors: Errors::of(body),
-        ..Book::default()
-    };
+    let mut book = Book::of(body);
     for index in substeps {
         let step = means.settings.substep(index);
         ledger += book.substep(body, &step, means)?;
@@ -151,7 +147,9 @@ pub fn advance(
 
 /// Room for one body, used again by every substep.
 #[derive(Debug, Default)]
-struct Book {
+pub(crate) struct Book {
+    /// What came to the body when it was drawn [J].
+    drawn: f64,
     /// C of the constraints at the start of the substep.
     errors: Errors,
     /// The state at the start of the substep.
@@ -269,15 +267,40 @@ impl Stored {
 }
 
 impl Book {
+    /// For a body at the start of some substeps.
+    pub(crate) fn of(body: &mut Stepper) -> Self {
+        body.find_regions();
+        Self {
+            errors: Errors::of(body),
+            ..Self::default()
+        }
+    }
+
     fn substep(
         &mut self,
         body: &mut Stepper,
         step: &Substep,
         means: &Means,
     ) -> Result<Ledger, NotFinite> {
-        let drawn = self.draw(body, step, means);
+        self.draw(body, step, means);
+        self.predict(body, step, means, false)?;
+        let solve = Solve::of(body.effects, !body.stitches.is_empty(), step.method);
+        for (stage, iteration) in solve.stages(*step) {
+            self.stage(body, stage, step, iteration, means)?;
+        }
+        self.finish(body, step, means)
+    }
+
+    /// Does the first stage of a substep, and what comes before and after it. `is_near` says that another surface is.
+    pub(crate) fn predict(
+        &mut self,
+        body: &mut Stepper,
+        step: &Substep,
+        means: &Means,
+        is_near: bool,
+    ) -> Result<(), NotFinite> {
         self.start.clone_from(body.particles);
-        body.begin_drawn(step, means);
+        body.begin_drawn(step, means, is_near);
         velocities(&mut self.leapt, body.particles);
         for kind in ForceKind::ALL {
             body.stage(Stage::Force(kind), step, 0, means)?;
@@ -286,20 +309,49 @@ impl Book {
         body.stage(Stage::Presolve, step, 0, means)?;
         self.begin(body.particles);
         self.carry[0].clone_from(&body.particles.carry);
-        self.contact(body, Stage::StickyGround, step, 0, means)?;
-        let solve = Solve::of(body.effects, !body.stitches.is_empty(), step.method);
-        for (stage, iteration) in solve.stages(*step) {
-            if matches!(stage, Stage::Ground | Stage::Collide) {
-                self.contact(body, stage, step, iteration, means)?;
-                continue;
+        self.contact(body, Stage::StickyGround, step, 0, means)
+    }
+
+    /// Does a part of the second stage.
+    pub(crate) fn stage(
+        &mut self,
+        body: &mut Stepper,
+        stage: Stage,
+        step: &Substep,
+        iteration: u32,
+        means: &Means,
+    ) -> Result<(), NotFinite> {
+        let cause = match stage {
+            Stage::Contact | Stage::SelfContact => return Ok(()),
+            Stage::Ground | Stage::Collide => {
+                return self.contact(body, stage, step, iteration, means);
             }
-            let cause = match stage {
-                Stage::Grab => Cause::Hand,
-                _ => Cause::Elastic,
-            };
-            body.stage(stage, step, iteration, means)?;
-            self.credit(body.particles, cause);
-        }
+            Stage::Grab => Cause::Hand,
+            _ => Cause::Elastic,
+        };
+        body.stage(stage, step, iteration, means)?;
+        self.credit(body.particles, cause);
+        Ok(())
+    }
+
+    /// Puts down what contacts of bodies have moved since the last time.
+    pub(crate) fn credit_contact(&mut self, body: &Stepper) {
+        self.credit(body.particles, Cause::Contact);
+    }
+
+    /// Puts down how much of it was friction [m].
+    pub(crate) fn credit_friction(&mut self, particle: usize, way: DVec3) {
+        self.contact[particle] -= way;
+        self.friction[particle] += way;
+    }
+
+    /// Does the last stage, and what comes after it.
+    pub(crate) fn finish(
+        &mut self,
+        body: &mut Stepper,
+        step: &Substep,
+        means: &Means,
+    ) -> Result<Ledger, NotFinite> {
         self.carry[1].clone_from(&body.particles.carry);
         body.stage(Stage::Postsolve, step, 0, means)?;
         velocities(&mut self.turned, body.particles);
@@ -311,27 +363,25 @@ impl Book {
         let mut ledger = self.close(body.particles, step, stored);
         let fast = kinetic_energy(body.particles);
         body.stiffen();
+        let drawn = std::mem::take(&mut self.drawn);
         ledger.repair += drawn + kinetic_energy(body.particles) - fast;
         Ok(ledger)
     }
 
-    /// Draws what is under repair, and says what came to the body by it [J].
-    fn draw(&mut self, body: &mut Stepper, step: &Substep, means: &Means) -> f64 {
+    /// Begins a substep: draws what is under repair.
+    pub(crate) fn draw(&mut self, body: &mut Stepper, step: &Substep, means: &Means) {
         let mechanical = |particles: &Particles| {
             kinetic_energy(particles) + gravitational_energy(particles, step.gravity)
         };
-        if step.index == 0 {
-            body.look_for_damage(means);
-        }
         let before = mechanical(body.particles);
-        body.draw(means);
+        body.draw_where_damaged(step, means);
         if body.particles.repair.is_empty() {
-            return 0.0;
+            return;
         }
         let errors = Errors::of(body);
         let stored = Stored::between(&self.errors, &errors, step.h.into());
         self.errors = errors;
-        mechanical(body.particles) - before + stored.change
+        self.drawn = mechanical(body.particles) - before + stored.change;
     }
 
     fn begin(&mut self, particles: &Particles) {
@@ -413,7 +463,7 @@ impl Book {
     }
 
     /// Lets rest values flow, and says by how much less is stored then [J].
-    fn flow(
+    pub(crate) fn flow(
         &mut self,
         body: &mut Stepper,
         step: &Substep,

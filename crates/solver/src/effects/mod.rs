@@ -79,6 +79,8 @@ macro_rules! effects {
             Grab grab
             {
                 contacts {
+                    Contact contact "The body touches other bodies.";
+                    SelfContact self_contact "The body touches itself.";
                     Ground ground "A ground with friction and bounce.";
                     StickyGround sticky_ground "A ground that sticks.";
                     Collide collide "Colliders keep the body out.";
@@ -124,6 +126,12 @@ impl Effects {
     #[must_use]
     pub fn is_direct(&self, method: Method) -> bool {
         self.direct.is_some() && method.has_direct()
+    }
+
+    /// Whether the body can touch others or itself.
+    #[must_use]
+    pub fn can_touch(&self) -> bool {
+        self.contact.is_some() || self.self_contact.is_some()
     }
 
     /// How many constraints a body with these effects has; a filling is one, and so are the regions

@@ -8,8 +8,8 @@
 //! averaged passes, the ground, colliders, stitches, hands and second-order steps.
 //!
 //! **Shared** with it are the equations of elastic effects ([rows](crate::elastic::Elastic::rows), which kernels do not
-//! use), forces, shape matching, what pressure knows of its walls, the nearest pins of tethers, poses of colliders, and
-//! repair. An error in these shows in both alike, so that they are tested against finite differences and closed
+//! use), forces, shape matching, what pressure knows of its walls, the nearest pins of tethers, poses of colliders,
+//! contacts between bodies, and repair. An error in these shows in both alike, so that they are tested against finite differences and closed
 //! forms.
 
 mod contact;
@@ -18,8 +18,13 @@ mod holds;
 mod motion;
 
 use crate::{
-    Effects, ElasticKind, Leads, Matching, Repair, Settings, Stitches, SurfacePoint, Topology,
-    contact::Collider, effects::pressure::Walls, force::Moment, method::Averaging,
+    Contacts, Effects, ElasticKind, Leads, Matching, Repair, Settings, Stitches, Substep,
+    SurfacePoint, Topology,
+    contact::{Collider, pairs::Between},
+    effects::pressure::Walls,
+    force::Moment,
+    method::Averaging,
+    step::together::are_needed,
 };
 use glam::{DVec3, Vec4};
 use std::sync::Arc;
@@ -39,6 +44,8 @@ pub struct World {
     /// they pull, instead of with none; not by default. Where such a world rests, C + αλ/h² = 0 and
     /// forces balance, however few the sweeps: the equilibrium of the equations, not of the solver.
     pub keeps_multipliers: bool,
+    /// Contacts between bodies.
+    contacts: Contacts,
 }
 
 /// A body in f64.
@@ -56,7 +63,7 @@ pub struct Body {
     pub v: Vec<DVec3>,
     /// Inverse masses w [1/kg], 0 for pins.
     pub w: Vec<f64>,
-    /// The elastic effects, pressure and the forces; others of these are not looked at.
+    /// The elastic effects, pressure, the forces and contacts of bodies; others of these are not looked at.
     pub effects: Effects,
     /// Tethers, if there are any: particle, pin, and how far it may be from it [m].
     pub tethers: Vec<(usize, usize, f64)>,
@@ -80,6 +87,10 @@ pub struct Body {
     repair: Repair,
     /// What [steps of second order](crate::history) need of the substep before.
     past: Past,
+    /// Length of the substep under way as implicit Euler has it [s].
+    h: f64,
+    /// Angular momentum that is to be kept in it, if it is [kg·m²/s].
+    spin: Option<DVec3>,
 }
 
 /// What a body was one substep ago.
@@ -133,6 +144,7 @@ impl World {
             colliders: world.colliders.clone(),
             time: world.time,
             keeps_multipliers: false,
+            contacts: Contacts::default(),
         }
     }
 
@@ -164,69 +176,111 @@ impl World {
     /// A tick of 1/rate seconds.
     pub fn tick(&mut self) {
         let substeps = self.settings.substeps.get();
-        let h = self.settings.substep_seconds();
-        let gravity = self.settings.gravity.as_dvec3();
         for index in 0..substeps {
-            let start = self.time + h * f64::from(index);
-            let share = f64::from(index + 1) / f64::from(substeps);
-            let step = self.settings.substep(index);
-            for body in &mut self.bodies {
-                let (whole, end) = (h, start + h);
-                if index == 0 {
-                    body.look_for_damage(&self.settings);
-                }
-                body.draw(h);
-                let h = if self.settings.order.get() == 2 && !self.keeps_multipliers {
-                    let colliders = self.colliders.iter();
-                    let swept = colliders.map(|collider| {
-                        (
-                            collider.shape,
-                            collider.pose_at(start),
-                            collider.pose_at(end),
-                        )
-                    });
-                    body.look_back(whole, gravity, swept)
-                } else {
-                    whole
-                };
-                let spin = body.spin(&self.settings);
-                body.push_by_forces(Moment { time: start, h });
-                if let Some(kept) = step.method.keeps_speed() {
-                    for v in &mut body.v {
-                        *v = (*v + gravity * h) * f64::from(kept) - gravity * h;
-                    }
-                }
-                body.presolve(h, gravity);
-                if self.keeps_multipliers && !step.method.is_rigid() {
-                    body.pull();
-                }
-                for iteration in 0..step.sweeps() {
-                    let anew = iteration == 0 && !self.keeps_multipliers;
-                    body.sweep(&step, h, iteration, anew);
-                    let ends = (iteration == 0, iteration + 1 == step.sweeps());
-                    body.solve_stitches(&self.colliders, end, h, ends);
-                    body.solve_tethers();
-                    body.solve_grab(h, share, f64::from(substeps), iteration == 0);
-                    for _ in 0..step.contacts_after(iteration) {
-                        body.solve_ground(h, gravity);
-                        for collider in &self.colliders {
-                            let (from, to) = (collider.pose_at(start), collider.pose_at(end));
-                            body.solve_collider(h, gravity, collider.shape, &from, &to);
-                        }
-                    }
-                }
-                body.postsolve(h);
-                if let Some(spin) = spin.filter(|_| !body.past.touched) {
-                    body.turn_to(spin);
-                }
-                body.stiffen();
-                body.flow(start + h, h);
-            }
+            self.substep(&self.settings.substep(index));
         }
         for hold in self.bodies.iter_mut().filter_map(|body| body.grab.as_mut()) {
             hold.from = hold.target;
         }
         self.time += self.settings.tick_seconds();
+    }
+}
+
+impl World {
+    fn substep(&mut self, step: &Substep) {
+        let Self {
+            settings,
+            bodies,
+            colliders,
+            time,
+            keeps_multipliers,
+            contacts,
+        } = self;
+        let substeps = settings.substeps.get();
+        let whole = settings.substep_seconds();
+        let gravity = settings.gravity.as_dvec3();
+        let start = *time + whole * f64::from(step.index);
+        let end = start + whole;
+        let share = f64::from(step.index + 1) / f64::from(substeps);
+        for body in &mut *bodies {
+            body.h = whole;
+        }
+        let touch = are_needed(bodies.iter().map(|body| (&body.effects, true)));
+        if touch {
+            contacts.begin(bodies, step);
+        }
+        for (place, body) in bodies.iter_mut().enumerate() {
+            let is_near = touch && contacts.is_near(place);
+            if step.index == 0 {
+                body.look_for_damage(settings);
+            }
+            body.draw(whole);
+            body.h = if settings.order.get() == 2 && !*keeps_multipliers {
+                let swept = colliders.iter().map(|collider| {
+                    (
+                        collider.shape,
+                        collider.pose_at(start),
+                        collider.pose_at(end),
+                    )
+                });
+                body.look_back(whole, gravity, is_near, swept)
+            } else {
+                whole
+            };
+            let h = body.h;
+            body.spin = body.spin(settings);
+            body.push_by_forces(Moment { time: start, h });
+            if let Some(kept) = step.method.keeps_speed() {
+                for v in &mut body.v {
+                    *v = (*v + gravity * h) * f64::from(kept) - gravity * h;
+                }
+            }
+            body.presolve(h, gravity);
+            if *keeps_multipliers && !step.method.is_rigid() {
+                body.pull();
+            }
+        }
+        for iteration in 0..step.sweeps() {
+            let anew = iteration == 0 && !*keeps_multipliers;
+            let ends = (iteration == 0, iteration + 1 == step.sweeps());
+            for body in &mut *bodies {
+                let h = body.h;
+                body.sweep(step, h, iteration, anew);
+                body.solve_stitches(colliders, end, h, ends);
+                body.solve_tethers();
+                body.solve_grab(h, share, f64::from(substeps), iteration == 0);
+            }
+            for _ in 0..step.contacts_after(iteration) {
+                if touch {
+                    contacts.solve(bodies, Between::Bodies);
+                    contacts.solve(bodies, Between::Itself);
+                }
+                for body in &mut *bodies {
+                    let h = body.h;
+                    body.solve_ground(h, gravity);
+                    for collider in &*colliders {
+                        let (from, to) = (collider.pose_at(start), collider.pose_at(end));
+                        body.solve_collider(h, gravity, collider.shape, &from, &to);
+                    }
+                }
+            }
+        }
+        if touch {
+            contacts.truncate(bodies, step);
+        }
+        for body in &mut *bodies {
+            let h = body.h;
+            body.postsolve(h);
+            let spin = body.spin.take();
+            if let Some(spin) = spin.filter(|_| !body.past.touched) {
+                body.turn_to(spin);
+            }
+            body.stiffen();
+            body.flow(start + h, h);
+        }
+        if touch {
+            contacts.end(bodies, step);
+        }
     }
 }
 
@@ -263,6 +317,8 @@ impl Body {
             matching: Matching::default(),
             repair: Repair::default(),
             past: Past::default(),
+            h: 0.0,
+            spin: None,
         };
         own.carry(&body.effects);
         own

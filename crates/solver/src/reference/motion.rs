@@ -2,9 +2,9 @@
 
 use super::{Body, Past, contact::exit};
 use crate::{
-    Settings, contact::ColliderShape, contact::Pose, force::Force, force::Moment, force::Mote,
-    force::VisitForces, history::SHARE, repair::Motes, repair::Repairable, spin::Motion,
-    spin::is_free,
+    Effects, Settings, Topology, contact::ColliderShape, contact::Pose, contact::pairs::Tangible,
+    force::Force, force::Moment, force::Mote, force::VisitForces, history::SHARE, repair::Motes,
+    repair::Repairable, spin::Motion, spin::is_free,
 };
 use glam::DVec3;
 use std::{cell::Cell, sync::Arc};
@@ -28,6 +28,64 @@ impl Motes for Body {
 
     fn accelerate(&mut self, i: usize, change: DVec3) {
         self.v[i] += change;
+    }
+}
+
+impl Tangible for Body {
+    fn topology(&self) -> &Topology {
+        &self.topology
+    }
+
+    fn effects(&self) -> &Effects {
+        &self.effects
+    }
+
+    fn takes_part(&self) -> bool {
+        true
+    }
+
+    fn is_stepped(&self) -> bool {
+        true
+    }
+
+    fn inverse_mass(&self, i: usize) -> f64 {
+        self.w[i]
+    }
+
+    fn start(&self, i: usize) -> DVec3 {
+        self.x[i]
+    }
+
+    fn now(&self, i: usize) -> DVec3 {
+        self.x[i]
+    }
+
+    fn motion(&self, i: usize) -> DVec3 {
+        self.v[i] * self.h
+    }
+
+    fn shift(&mut self, i: usize, by: DVec3) {
+        self.x[i] += by;
+    }
+
+    fn is_repaired(&self) -> bool {
+        !self.repair.is_empty()
+    }
+
+    fn began(&self, i: usize) -> DVec3 {
+        self.p[i]
+    }
+
+    fn shift_start(&mut self, i: usize, by: DVec3) {
+        self.p[i] += by;
+    }
+
+    fn accelerate(&mut self, i: usize, by: DVec3) {
+        self.v[i] += by / self.h;
+    }
+
+    fn touch(&mut self) {
+        self.past.touched = true;
     }
 }
 
@@ -63,6 +121,7 @@ impl Body {
         &mut self,
         h: f64,
         gravity: DVec3,
+        is_near: bool,
         swept: impl Iterator<Item = (ColliderShape, Pose, Pose)> + Clone,
     ) -> f64 {
         let heights = [self.ground.map(|(height, ..)| height), self.sticky_ground];
@@ -84,6 +143,7 @@ impl Body {
         let mut seconds = h;
         if let Some((x, v)) = past.state
             && !meets
+            && !is_near
             && !past.touched
             && past.h == h
             && unwritten

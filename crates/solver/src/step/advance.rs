@@ -45,8 +45,9 @@ impl Stage {
         let substep = step.index;
         let one = |task, side| [Some((task, side)), None, None, None];
         match self {
-            // It is no task on pieces: kernels hold on to rest values for as long as those run.
-            Self::Flow => [None; 4],
+            // It is no task on pieces: kernels hold on to rest values for as long as those run. Contacts of bodies are
+            // between them.
+            Self::Flow | Self::Contact | Self::SelfContact => [None; 4],
             _ if !self.acts(effects, stitched, step.method) => [None; 4],
             Self::Force(kind) => one(Task::Force { kind, substep }, Side::Whole),
             Self::Presolve if step.method.keeps_speed().is_some() => {
@@ -109,21 +110,27 @@ impl Stepper<'_> {
     /// Begins a substep: where steps are of second order, with what the last two states tell. To be done
     /// before anything else of it; [`advance`](Self::advance) does.
     pub fn begin(&mut self, step: &Substep, means: &Means) {
+        self.draw_where_damaged(step, means);
+        self.begin_drawn(step, means, false);
+    }
+
+    /// Finds what is to be repaired where a tick begins, and draws what is under repair.
+    pub(crate) fn draw_where_damaged(&mut self, step: &Substep, means: &Means) {
         if step.index == 0 {
             self.look_for_damage(means);
         }
         self.draw(means);
-        self.begin_drawn(step, means);
     }
 
-    /// The rest of it, once what is under repair has been drawn.
-    pub(crate) fn begin_drawn(&mut self, step: &Substep, means: &Means) {
+    /// The rest of it, once what is under repair has been drawn. `is_near` says that another surface is: steps of
+    /// second order begin anew.
+    pub(crate) fn begin_drawn(&mut self, step: &Substep, means: &Means, is_near: bool) {
         if means.settings.order.get() == 1 {
             self.begin_first_order(means);
             self.note_spin(means);
             return;
         }
-        let restarts = self.meets(step, means);
+        let restarts = is_near || self.meets(step, means);
         let h = means.settings.substep_seconds();
         self.particles.look_back(h, restarts);
     }
@@ -186,7 +193,7 @@ impl Stepper<'_> {
             let step = means.settings.substep(index);
             self.draw(means);
             if begins {
-                self.begin_drawn(&step, means);
+                self.begin_drawn(&step, means, false);
             }
             self.advance_together(index..index + 1, means)?;
             self.end();
@@ -277,6 +284,31 @@ impl Stepper<'_> {
         self.run(&shape, tasks, sweeps, means)
     }
 
+    /// Does some stages of a substep, with the numbers of their iterations, in one go.
+    ///
+    /// # Errors
+    /// [`NotFinite`] from the last stage.
+    pub(crate) fn stages(
+        &mut self,
+        stages: impl Iterator<Item = (Stage, u32)> + Clone + Send + Sync,
+        step: &Substep,
+        means: &Means,
+    ) -> Result<(), NotFinite> {
+        let shape = Arc::clone(self.topology);
+        let topology: &Topology = &shape;
+        let effects = *self.effects;
+        let stitched = !self.stitches.is_empty();
+        let averages = step.averaging(step.sweeps() - 1).is_some();
+        let sums = if averages { topology.particles() } else { 0 };
+        self.lambdas.make_sums(sums);
+        self.find_regions();
+        let effects = &effects;
+        let tasks = stages.flat_map(move |(stage, iteration)| {
+            stage.tasks(topology, (effects, stitched), step, iteration)
+        });
+        self.run(topology, tasks, 1, means)
+    }
+
     /// Does one stage that is not the last, which alone looks for what is not finite.
     pub fn act(&mut self, stage: Stage, step: &Substep, iteration: u32, means: &Means) {
         let done = self.stage(stage, step, iteration, means);
@@ -292,7 +324,7 @@ impl Stepper<'_> {
     }
 
     /// Lets rest values flow at the end of a substep, if it is time to.
-    fn flow(&mut self, step: &Substep, means: &Means) {
+    pub(crate) fn flow(&mut self, step: &Substep, means: &Means) {
         let h = means.settings.substep_seconds();
         let end = means.time + h * f64::from(step.index + 1);
         if let Some(plasticity) = self.effects.plasticity

@@ -24,6 +24,9 @@ pub const INPUT: &str = "input";
 /// The stage of a [`Quarantine`] that none of the solver's own made.
 pub const USER: &str = "a user's system";
 
+/// The stage of a [`Quarantine`] that none of the body's own made, of a body that touches others or itself.
+pub const CONTACT: &str = "contact";
+
 /// A soft body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
@@ -144,36 +147,49 @@ impl Body {
     pub fn advance(&mut self, means: &Means) {
         let substeps = 0..means.settings.substeps.get();
         if let Err(error) = self.stepper().advance(substeps, means) {
-            self.quarantine = Some(self.find_cause(error, means));
+            self.quarantine = Some(self.find_cause(error, USER, means));
             freeze(&mut self.particles, &self.tick_start.positions);
         }
     }
 
-    /// Ends a tick of `seconds` under gravity [m/s²]: falls asleep if it has been still for long enough.
-    pub fn end_tick(&mut self, seconds: f32, gravity: Vec3, settings: &crate::rest::SleepSettings) {
-        if self.effects.grab.is_some() {
+    /// Ends a tick of `seconds` under gravity [m/s²]; true if the body has been still for long enough to sleep.
+    pub fn end_tick(
+        &mut self,
+        seconds: f64,
+        gravity: Vec3,
+        settings: &crate::rest::SleepSettings,
+    ) -> bool {
+        if let Some(grab) = &mut self.effects.grab {
             self.rest.reset();
-            if let Some(grab) = &mut self.effects.grab {
-                grab.from = grab.target;
-            }
-            return;
+            grab.from = grab.target;
+            return false;
         }
         let ways = (
             &self.tick_start.positions[..],
             &self.particles.positions[..],
         );
-        if self.rest.observe(ways, seconds, gravity.length(), settings) {
-            self.asleep = true;
-            self.particles.stop();
-            self.tick_start.clone_from(&self.particles);
-        }
+        self.rest
+            .observe(ways, seconds as f32, gravity.length(), settings)
+    }
+
+    /// Falls asleep.
+    pub fn fall_asleep(&mut self) {
+        self.asleep = true;
+        self.particles.stop();
+        self.tick_start.clone_from(&self.particles);
+    }
+
+    /// Wakes.
+    pub fn wake(&mut self) {
+        self.asleep = false;
+        self.rest.reset();
     }
 
     /// Does a tick that went wrong again up to the substep in which it did, and that stage by stage, to
-    /// name the first particle and the stage that did it; the particle of the error if it was none of
-    /// them.
+    /// name the first particle and the stage that did it; the particle of the error, and the `other` stage, if it was
+    /// none of them.
     #[must_use]
-    pub fn find_cause(&self, error: NotFinite, means: &Means) -> Quarantine {
+    pub fn find_cause(&self, error: NotFinite, other: &'static str, means: &Means) -> Quarantine {
         let mut again = self.clone();
         again.particles.clone_from(&self.tick_start);
         again.stepper().prepare(true);
@@ -213,7 +229,7 @@ impl Body {
         }
         Quarantine {
             vertex: self.topology.vertex(error.particle),
-            stage: USER,
+            stage: other,
         }
     }
 }

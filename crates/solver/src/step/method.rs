@@ -1,6 +1,6 @@
 //! Methods: how a sweep solves the constraints of elastic effects. A scene chooses one.
 
-use crate::{Coefficient, Share};
+use crate::{Coefficient, Fraction};
 use serde::{Deserialize, Serialize};
 
 /// How a sweep solves the constraints of elastic effects.
@@ -19,7 +19,7 @@ pub enum Method {
     Pbd {
         /// That share, a sweep; default 1, which is XPBD with compliance 0, to the bit.
         #[serde(default)]
-        stiffness: Share,
+        stiffness: Fraction,
     },
     /// Jacobi strain limiting: x ← (sx + Σ)/(s + n), Σ being the sum of where the n constraints of a
     /// particle would have it. All particles weigh the same to it, pins too, which then do not move.
@@ -27,9 +27,9 @@ pub enum Method {
         /// s, how many constraints a particle's own place counts for; default 0.2.
         #[serde(default = "Method::own_weight")]
         own_weight: Coefficient,
-        /// Share of its velocity that a particle keeps in each substep, after gravity; default 0.99.
+        /// Fraction of its velocity that a particle keeps in each substep, after gravity; default 0.99.
         #[serde(default = "Method::kept_speed")]
-        kept_speed: Share,
+        kept_speed: Fraction,
     },
     /// Verlet with averaged Jacobi: x + (x − p) + gh² is predicted, which is what the first stage does
     /// with velocities taken from positions; then every particle goes to the mean of where its
@@ -65,8 +65,8 @@ impl Method {
         Coefficient::of(0.2)
     }
 
-    const fn kept_speed() -> Share {
-        Share::of(0.99)
+    const fn kept_speed() -> Fraction {
+        Fraction::of(0.99)
     }
 
     /// Whether compliance and damping are not looked at.
@@ -109,7 +109,7 @@ impl Method {
         }
     }
 
-    /// Share of its velocity that a particle keeps in a substep, if not all.
+    /// Fraction of its velocity that a particle keeps in a substep, if not all.
     pub(crate) fn keeps_speed(self) -> Option<f32> {
         match self {
             Self::Jacobi { kept_speed, .. } if kept_speed.get() < 1.0 => Some(kept_speed.get()),

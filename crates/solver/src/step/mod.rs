@@ -15,4 +15,5 @@ mod stage;
 pub mod stages;
 mod stepper;
 pub mod substep;
+pub mod together;
 pub mod world;

@@ -77,6 +77,40 @@ impl RestTimer {
     }
 }
 
+/// Whether a body sleeps, is awake, or has been still for long enough to sleep.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wakefulness {
+    /// It sleeps.
+    Asleep,
+    /// It is awake, and moves or has moved of late.
+    Awake,
+    /// It is awake, and has been still for long enough.
+    Still,
+}
+
+/// Lets bodies that touch each other sleep and wake together: a group with one that is awake is awake, any other
+/// asleep. `touching` are pairs of places.
+pub fn settle(bodies: &mut [Wakefulness], touching: &[[u32; 2]]) {
+    let mut changes = true;
+    while changes {
+        changes = false;
+        for pair in touching {
+            let [a, b] = pair.map(|place| bodies[place as usize] == Wakefulness::Awake);
+            if a != b {
+                let sleeper = pair[usize::from(a)];
+                bodies[sleeper as usize] = Wakefulness::Awake;
+                changes = true;
+            }
+        }
+    }
+    for body in bodies
+        .iter_mut()
+        .filter(|body| **body == Wakefulness::Still)
+    {
+        *body = Wakefulness::Asleep;
+    }
+}
+
 /// Whether somebody moved or kicked a sleeper since `start`: it does neither by itself.
 #[must_use]
 pub fn written(particles: &Particles, start: &[Vec4]) -> bool {

@@ -26,6 +26,10 @@ pub enum Stage {
     Tethers,
     /// The hold of a hand.
     Grab,
+    /// Contact with other bodies.
+    Contact,
+    /// Contact of the body with itself.
+    SelfContact,
     /// The ground.
     Ground,
     /// Colliders.
@@ -48,8 +52,13 @@ const AFTER: [Stage; 5] = [
     Stage::Grab,
 ];
 
-/// A pass over all contacts.
-const CONTACTS: [Stage; 2] = [Stage::Ground, Stage::Collide];
+/// A pass over all contacts. Those of bodies are left to [`together`](super::together).
+const CONTACTS: [Stage; 4] = [
+    Stage::Contact,
+    Stage::SelfContact,
+    Stage::Ground,
+    Stage::Collide,
+];
 
 impl Stage {
     /// What takes part in a sweep, in its order: what holds the body together, then hands. Contacts
@@ -72,8 +81,8 @@ impl Stage {
     };
 
     /// All of them, in the order of a substep.
-    pub const ALL: [Self; ForceKind::COUNT + Self::SWEEP.len() + 6] = {
-        let mut all = [Self::Presolve; ForceKind::COUNT + Self::SWEEP.len() + 6];
+    pub const ALL: [Self; ForceKind::COUNT + Self::SWEEP.len() + 4 + CONTACTS.len()] = {
+        let mut all = [Self::Presolve; ForceKind::COUNT + Self::SWEEP.len() + 4 + CONTACTS.len()];
         let mut place = 0;
         while place < ForceKind::COUNT {
             all[place] = Self::Force(ForceKind::ALL[place]);
@@ -84,10 +93,14 @@ impl Stage {
             all[place + 2] = Self::SWEEP[place - ForceKind::COUNT];
             place += 1;
         }
-        all[place + 2] = CONTACTS[0];
-        all[place + 3] = CONTACTS[1];
-        all[place + 4] = Self::Postsolve;
-        all[place + 5] = Self::Flow;
+        place += 2;
+        let mut pass = 0;
+        while pass < CONTACTS.len() {
+            all[place + pass] = CONTACTS[pass];
+            pass += 1;
+        }
+        all[place + pass] = Self::Postsolve;
+        all[place + pass + 1] = Self::Flow;
         all
     };
 
@@ -114,6 +127,8 @@ impl Stage {
             Self::Direct => "direct",
             Self::Tethers => "tethers",
             Self::Grab => "grab",
+            Self::Contact => "contact",
+            Self::SelfContact => "self_contact",
             Self::Ground => "ground",
             Self::Collide => "collide",
             Self::Postsolve => "postsolve",
@@ -138,6 +153,16 @@ impl Solve {
             sweep: std::array::from_fn(|_| present.next()),
             contacts: CONTACTS.map(|stage| acts(&stage).then_some(stage)),
         }
+    }
+
+    /// What is done in an iteration before contacts, in its order.
+    pub fn sweep(self) -> impl Iterator<Item = Stage> + Clone {
+        self.sweep.into_iter().flatten()
+    }
+
+    /// What is done in a pass over contacts, in its order.
+    pub fn contacts(self) -> impl Iterator<Item = Stage> + Clone {
+        self.contacts.into_iter().flatten()
     }
 
     /// What is done in a substep, in its order, with the number of the sweep.
@@ -167,6 +192,8 @@ impl Stage {
             Self::Stitches => stitched,
             Self::Tethers => effects.tethers.is_some(),
             Self::Grab => effects.grab.is_some(),
+            Self::Contact => effects.contact.is_some(),
+            Self::SelfContact => effects.self_contact.is_some(),
             Self::Ground => effects.ground.is_some(),
             Self::Collide => effects.collide.is_some(),
             Self::Flow => effects.plasticity.is_some(),

@@ -1,12 +1,19 @@
 //! A world without Bevy: the whole method in one loop. What the Bevy schedules do equals this to
 //! the bit.
 
+use super::{
+    body::{CONTACT, freeze},
+    together::{self, Companion, are_needed},
+};
 use crate::{
-    Body, Collider, Load, Settings, Threads,
+    Body, Collider, Contacts, Load, Settings, Threads,
     advance::Means,
-    contact::collider::{Sweep, Swept},
+    contact::{
+        collider::{Sweep, Swept},
+        pairs::{Outline, crossings},
+    },
     lanes::Instructions,
-    rest::{SleepSettings, disturbed, written},
+    rest::{SleepSettings, Wakefulness, disturbed, settle, written},
 };
 
 /// Bodies and colliders that are stepped together.
@@ -28,6 +35,8 @@ pub struct World {
     pub threads: Threads,
     /// Instructions to step with; by default the best that this machine has. They change no bit.
     pub instructions: Instructions,
+    /// Contacts between bodies: room that is kept, no part of the state.
+    pub contacts: Contacts,
     /// What the colliders do in the tick under way: room that is kept, no part of the state.
     pub swept: Swept,
 }
@@ -43,6 +52,7 @@ impl World {
             threads,
             swept,
             instructions,
+            contacts,
             ..
         } = self;
         let seconds = settings.tick_seconds();
@@ -55,17 +65,16 @@ impl World {
             instructions: *instructions,
             watch: None,
         };
-        let step = |body: &mut Body, threads: &Threads| {
+        for body in &mut *bodies {
             if body.asleep && wakes(body, swept.whole()) {
-                body.asleep = false;
-                body.rest.reset();
+                body.wake();
             }
             body.begin_tick();
-            if body.is_active() {
+        }
+        let together = are_needed(bodies.iter().map(|body| (&body.effects, body.is_active())));
+        let step = |body: &mut Body, threads: &Threads| {
+            if body.is_active() && !(together && body.effects.can_touch()) {
                 body.advance(&Means { threads, ..means });
-            }
-            if body.is_active() {
-                body.end_tick(seconds as f32, settings.gravity, sleep);
             }
         };
         let sweeps = settings.substeps.get() as usize * settings.substep(0).sweeps() as usize;
@@ -74,8 +83,52 @@ impl World {
             false => Load::default(),
         };
         threads.for_each(bodies, load, &step);
+        if together {
+            advance_together(bodies, contacts, &means);
+        }
+        let still = |body: &mut Body| body.end_tick(seconds, settings.gravity, sleep);
+        if !together {
+            for body in bodies.iter_mut().filter(|body| body.is_active()) {
+                if still(body) {
+                    body.fall_asleep();
+                }
+            }
+        } else {
+            let mut group = Vec::new();
+            for body in &mut *bodies {
+                let rest = match body.is_active() {
+                    true if still(body) => Wakefulness::Still,
+                    true => Wakefulness::Awake,
+                    false => Wakefulness::Asleep,
+                };
+                match (body.effects.can_touch(), rest) {
+                    (true, _) => group.push(rest),
+                    (false, Wakefulness::Still) => body.fall_asleep(),
+                    (false, _) => {}
+                }
+            }
+            settle(&mut group, contacts.touching());
+            let touching = bodies.iter_mut().filter(|body| body.effects.can_touch());
+            for (body, rest) in touching.zip(group) {
+                match rest {
+                    Wakefulness::Asleep if body.is_active() => body.fall_asleep(),
+                    Wakefulness::Awake if body.asleep => body.wake(),
+                    _ => {}
+                }
+            }
+        }
         self.time += seconds;
         self.tick += 1;
+    }
+
+    /// How many pairs of an edge and a triangle [cross](crossings).
+    #[must_use]
+    pub fn crossings(&self) -> usize {
+        crossings(self.bodies.iter().map(|body| Outline {
+            effects: &body.effects,
+            topology: &body.topology,
+            particles: &body.particles,
+        }))
     }
 
     /// The most substeps a tick that single precision [resolves](crate::resolution) here; `None` if any
@@ -91,6 +144,32 @@ impl World {
     pub fn state_hash(&self) -> u64 {
         crate::measure::state_hash(self.bodies.iter().map(|body| &body.particles))
     }
+}
+
+/// Does all substeps of a tick with the bodies that can touch.
+fn advance_together(bodies: &mut [Body], contacts: &mut Contacts, means: &Means) {
+    let substeps = 0..means.settings.substeps.get();
+    let mut all = companions(bodies);
+    together::advance(&mut all, contacts, substeps, false, means);
+    let results: Vec<_> = all.into_iter().map(|it| it.result).collect();
+    let touching = bodies.iter_mut().filter(|body| body.effects.can_touch());
+    for (body, result) in touching.zip(results) {
+        if let Err(error) = result {
+            body.quarantine = Some(body.find_cause(error, CONTACT, means));
+            freeze(&mut body.particles, &body.tick_start.positions);
+        }
+    }
+}
+
+/// The bodies that can touch.
+fn companions(bodies: &mut [Body]) -> Vec<Companion<'_>> {
+    let touching = bodies.iter_mut().filter(|body| body.effects.can_touch());
+    touching
+        .map(|body| {
+            let is_active = body.is_active();
+            Companion::new(body.stepper(), is_active)
+        })
+        .collect()
 }
 
 fn wakes(body: &Body, colliders: &[Sweep]) -> bool {

@@ -23,6 +23,7 @@ pub mod order;
 pub mod regions;
 mod rest_shape;
 mod struts;
+pub mod surface;
 
 pub use edges::Edges;
 pub use enclosure::{Enclosure, NotClosed};
@@ -32,6 +33,7 @@ pub use frames::Frames;
 pub use hinges::{Cotangents, Hinges};
 pub use regions::Regions;
 pub use rest_shape::RestShape;
+pub use surface::Surface;
 pub use tetrahedra::Tetrahedra;
 
 use crate::{
@@ -99,6 +101,8 @@ pub struct Topology {
     frames: Lazy<Frames>,
     /// Struts from surface to surface; not there until somebody asks for them.
     struts: Lazy<Edges>,
+    /// What of it can touch; not there until somebody asks for it.
+    surface: Lazy<Arc<Surface>>,
     /// What the surface encloses, for pressure; or why it is none.
     enclosure: Lazy<Result<Enclosure, NotClosed>>,
     /// What it was before its rest values flowed.
@@ -279,6 +283,7 @@ impl Topology {
             facets: Lazy::default(),
             frames: Lazy::default(),
             struts: Lazy::default(),
+            surface: Lazy::default(),
             enclosure: Lazy::default(),
             original: None,
         })

@@ -1,6 +1,7 @@
 //! Parts of a topology that are computed on first use.
 
-use super::{Cotangents, Facets, Frames, Hinges, Topology};
+use super::{Cotangents, Facets, Frames, Hinges, Surface, Topology};
+use std::sync::Arc;
 
 impl Topology {
     /// The triangles of its surface as membranes, made when they are first asked for.
@@ -33,5 +34,14 @@ impl Topology {
         self.hinges
             .0
             .get_or_init(|| Hinges::of(&self.triangles, &self.rest, &self.bands))
+    }
+
+    /// What of it can touch, found when it is first asked for.
+    #[must_use]
+    pub fn surface(&self) -> &Arc<Surface> {
+        self.surface.0.get_or_init(|| match self.original() {
+            Some(original) => Arc::clone(original.surface()),
+            None => Arc::new(Surface::of(self)),
+        })
     }
 }

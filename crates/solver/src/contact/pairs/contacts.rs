@@ -1,0 +1,588 @@
+//! Contacts of all bodies of a world.
+
+use super::{
+    bounds::{Ball, boxes_meet},
+    detect::{Batch, Candidate, PiecePair, Scratch},
+    params::{PairParams, Params},
+    row::{Active, Row},
+    tangible::Tangible,
+    truncate::Truncation,
+};
+use crate::{
+    Effects, Substep,
+    topology::surface::{Patch, Surface},
+};
+use glam::{DVec3, Vec3A};
+use std::{ops::Range, sync::Arc};
+
+/// How far a ball reaches along the predicted motion, as a multiple of it.
+pub(super) const HORIZON: f64 = 1.5;
+
+/// Which contacts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Between {
+    /// Of bodies with others.
+    Bodies,
+    /// Of bodies with themselves.
+    Itself,
+}
+
+/// What contacts did in the last substep, and how often candidates were found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ContactCounts {
+    /// Pairs of primitives that may come near each other.
+    pub candidates: usize,
+    /// Those that were near enough for a constraint.
+    pub near: usize,
+    /// Those that pushed.
+    pub acting: usize,
+    /// Particles whose motion was cut.
+    pub truncated: usize,
+    /// Pairs that could not be kept apart, as nothing of them may be moved.
+    pub failed: usize,
+    /// How often candidates were found since the beginning.
+    pub detections: u64,
+}
+
+/// Contacts of all bodies of a world that carry [`Contact`] or [`SelfContact`].
+///
+/// No part of the state: a world that goes on without what is kept here goes on with the same bits.
+#[derive(Debug, Default)]
+pub struct Contacts {
+    pub(super) members: Vec<Member>,
+    pub(super) pieces: Vec<Piece>,
+    /// Of each surface vertex: where the substep begins, and where it is predicted to end [m].
+    pub(super) starts: Vec<DVec3>,
+    pub(super) ends: Vec<DVec3>,
+    pub(super) inverse_masses: Vec<f64>,
+    /// Of each corner of a piece: which surface vertex it is, the center of the ball around its motion in the substep in
+    /// the frame of the piece, and that for which candidates were found.
+    pub(super) vertices: Vec<u32>,
+    pub(super) centers: Vec<Vec3A>,
+    pub(super) claimed: Vec<Vec3A>,
+    /// Pieces that may come near each other, and how far they may move relative to each other.
+    pub(super) pairs: Vec<PiecePair>,
+    pub(super) batches: Vec<Batch>,
+    pub(super) candidates: Vec<Candidate>,
+    /// Room for the near candidates of a batch.
+    pub(super) near: Vec<Candidate>,
+    /// Rows between bodies, then those of bodies with themselves.
+    pub(super) rows: [Vec<Row>; 2],
+    pub(super) active: Vec<Active>,
+    /// Place of each vertex among the active ones.
+    pub(super) places: Vec<u32>,
+    /// Bodies that touched where the last substep began.
+    pub(super) touching: Vec<[u32; 2]>,
+    pub(super) truncation: Truncation,
+    pub(super) scratch: Scratch,
+    pub(super) counts: ContactCounts,
+    pub(super) is_valid: bool,
+}
+
+/// A particle that is not active.
+const NOWHERE: u32 = u32::MAX;
+
+/// A body that can touch.
+#[derive(Debug)]
+pub(super) struct Member {
+    pub(super) body: usize,
+    pub(super) surface: Arc<Surface>,
+    /// Place of its first surface vertex.
+    pub(super) first: usize,
+    pub(super) params: [Option<Params>; 2],
+    pub(super) is_stepped: bool,
+}
+
+/// A piece of the surface of a member, with a frame of its own that moves with it.
+#[derive(Debug)]
+pub(super) struct Piece {
+    pub(super) member: usize,
+    /// Which patch of the surface.
+    pub(super) patch: usize,
+    /// Place of its first corner.
+    pub(super) first: usize,
+    pub(super) is_stepped: bool,
+    pub(super) half_thickness: f32,
+    /// Origin of its frame [m], and how far that has come since [m].
+    pub(super) origin: DVec3,
+    pub(super) drift: DVec3,
+    /// Mean motion in the substep [m].
+    pub(super) motion: DVec3,
+    /// Displacements of its frame for which pairs of pieces were found.
+    pub(super) claim: Ball,
+    /// Grows its balls by more than rounding [m].
+    pub(super) slack: f32,
+    /// Radius of the balls around the motion of its corners [m], and of those for which candidates were found.
+    pub(super) radius: f32,
+    pub(super) claimed_radius: f32,
+    /// How far a ball reaches beyond the center of the one that was claimed, at most [m].
+    pub(super) travel: f32,
+}
+
+impl Member {
+    pub(super) fn vertices(&self) -> Range<usize> {
+        self.first..self.first + self.surface.vertices.len()
+    }
+
+    /// Half the thickness [m] against other bodies or itself; of both the larger one.
+    pub(super) fn half_thickness(&self) -> f32 {
+        let halves =
+            [Between::Bodies, Between::Itself].map(|between| self.half_thickness_for(between));
+        halves.into_iter().flatten().fold(0.0, f32::max)
+    }
+
+    pub(super) fn half_thickness_for(&self, between: Between) -> Option<f32> {
+        let params = self.params[between as usize]?;
+        Some(0.5 * params.thickness(self.surface.mean_edge))
+    }
+
+    pub(super) fn bounces(&self) -> bool {
+        self.params.iter().flatten().any(Params::bounces)
+    }
+}
+
+impl Piece {
+    pub(super) fn patch<'a>(&self, members: &'a [Member]) -> &'a Patch {
+        &members[self.member].surface.patches[self.patch]
+    }
+
+    pub(super) fn corners(&self, members: &[Member]) -> Range<usize> {
+        self.first..self.first + self.patch(members).vertices.len()
+    }
+
+    /// Origin of the frame now [m].
+    pub(super) fn frame(&self) -> DVec3 {
+        self.origin + self.drift
+    }
+}
+
+impl Clone for Contacts {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl PartialEq for Contacts {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Contacts {
+    /// What they did in the last substep.
+    #[must_use]
+    pub fn counts(&self) -> ContactCounts {
+        self.counts
+    }
+
+    /// Bodies that touched where the last substep began, by their places; each pair once.
+    #[must_use]
+    pub fn touching(&self) -> &[[u32; 2]] {
+        &self.touching
+    }
+
+    /// Forces of the contacts that push after a substep of `h` seconds [N].
+    pub fn forces(&self, h: f64) -> impl Iterator<Item = f64> {
+        let rows = self.rows.iter().flatten();
+        rows.filter(|row| row.acts()).map(move |row| row.force(h))
+    }
+
+    /// Bytes of memory.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.starts[..])
+            + size_of_val(&self.ends[..])
+            + size_of_val(&self.inverse_masses[..])
+            + size_of_val(&self.vertices[..])
+            + size_of_val(&self.centers[..])
+            + size_of_val(&self.claimed[..])
+            + size_of_val(&self.candidates[..])
+            + self
+                .rows
+                .iter()
+                .map(|rows| size_of_val(&rows[..]))
+                .sum::<usize>()
+            + size_of_val(&self.active[..])
+            + size_of_val(&self.places[..])
+    }
+
+    /// Begins a substep: finds what is near.
+    pub(crate) fn begin(&mut self, bodies: &[impl Tangible], step: &Substep) {
+        self.join(bodies);
+        self.predict(bodies, step);
+        if !(self.is_valid && self.enclose_motion(HORIZON)) {
+            self.detect(step.count);
+            self.enclose_motion(HORIZON);
+        }
+        self.make_rows(step.h.into());
+    }
+
+    /// One pass over the contacts of one kind, after an iteration.
+    pub(crate) fn solve(&mut self, bodies: &mut [impl Tangible], between: Between) {
+        let rows = &mut self.rows[between as usize];
+        if rows.is_empty() {
+            return;
+        }
+        for it in &mut self.active {
+            it.now = bodies[it.body as usize].now(it.particle as usize);
+        }
+        for row in rows {
+            row.solve(&mut self.active);
+        }
+        self.give_back(bodies);
+    }
+
+    /// Moves the bodies' particles to where the active ones are.
+    fn give_back(&self, bodies: &mut [impl Tangible]) {
+        for it in &self.active {
+            let body = &mut bodies[it.body as usize];
+            let by = it.now - body.now(it.particle as usize);
+            if by != DVec3::ZERO {
+                body.shift(it.particle as usize, by);
+                body.touch();
+            }
+        }
+    }
+
+    /// Cuts motion that would let surfaces cross, before the last stage of a substep.
+    pub(crate) fn truncate(&mut self, bodies: &mut [impl Tangible], step: &Substep) {
+        for member in &self.members {
+            let body = &bodies[member.body];
+            for (&particle, v) in member.surface.vertices.iter().zip(member.vertices()) {
+                if member.is_stepped {
+                    self.ends[v] = body.now(particle as usize);
+                }
+            }
+        }
+        self.find_mean_motion();
+        if !self.enclose_motion(1.0) {
+            self.detect(step.count);
+            self.enclose_motion(1.0);
+        }
+        self.cut(bodies);
+    }
+
+    /// Ends a substep, after the last stage: what bounces leaves. Notes who touches whom.
+    pub(crate) fn end(&mut self, bodies: &mut [impl Tangible], step: &Substep) {
+        self.note_touching();
+        let rows = || self.rows.iter().flatten();
+        self.counts.near = rows().count();
+        self.counts.acting = rows().filter(|row| row.acts()).count();
+        if !self.members.iter().any(Member::bounces) {
+            return;
+        }
+        for it in &mut self.active {
+            it.motion = bodies[it.body as usize].motion(it.particle as usize);
+        }
+        let h = f64::from(step.h);
+        let slowest = 2.0 * step.gravity.as_dvec3().length() * h * h;
+        for row in self.rows.iter().flatten() {
+            row.bounce(slowest, &mut self.active);
+        }
+        for it in &self.active {
+            let body = &mut bodies[it.body as usize];
+            let by = it.motion - body.motion(it.particle as usize);
+            if by != DVec3::ZERO {
+                body.accelerate(it.particle as usize, by);
+            }
+        }
+    }
+
+    /// Whether something may come near a body, by its place.
+    pub(crate) fn is_near(&self, body: usize) -> bool {
+        self.active.iter().any(|it| it.body as usize == body)
+    }
+
+    /// Ways by which friction has moved particles in the substep [m]: body, particle, way.
+    pub(crate) fn rubbed(&self) -> impl Iterator<Item = (usize, usize, DVec3)> {
+        self.active
+            .iter()
+            .map(|it| (it.body as usize, it.particle as usize, it.rubbed))
+    }
+
+    fn note_touching(&mut self) {
+        self.touching.clear();
+        let active = &self.active;
+        let touching = self.rows[Between::Bodies as usize].iter();
+        let pairs = touching.filter(|row| row.touches()).map(|row| {
+            let [a, b] = [0, 3].map(|corner| active[row.corners[corner] as usize].body);
+            [a.min(b), a.max(b)]
+        });
+        self.touching.extend(pairs);
+        self.touching.sort_unstable();
+        self.touching.dedup();
+    }
+
+    /// Takes in the bodies that can touch, if they are not those of the last time.
+    fn join(&mut self, bodies: &[impl Tangible]) {
+        let all = || {
+            bodies
+                .iter()
+                .enumerate()
+                .filter(|(_, body)| body.takes_part() && body.effects().can_touch())
+        };
+        let known = self.members.len() == all().count()
+            && self
+                .members
+                .iter()
+                .zip(all())
+                .all(|(member, (place, body))| {
+                    member.body == place
+                        && member.is_stepped == body.is_stepped()
+                        && member.params == params(body)
+                        && Arc::ptr_eq(&member.surface, body.topology().surface())
+                });
+        if known {
+            return;
+        }
+        self.is_valid = false;
+        self.members.clear();
+        let mut first = 0;
+        for (place, body) in all() {
+            let surface = Arc::clone(body.topology().surface());
+            let count = surface.vertices.len();
+            self.members.push(Member {
+                body: place,
+                surface,
+                first,
+                params: params(body),
+                is_stepped: body.is_stepped(),
+            });
+            first += count;
+        }
+        self.starts.clear();
+        self.starts.resize(first, DVec3::ZERO);
+        self.ends.clear();
+        self.ends.resize(first, DVec3::ZERO);
+        self.inverse_masses.clear();
+        self.inverse_masses.resize(first, 0.0);
+        self.places.clear();
+        self.places.resize(first, NOWHERE);
+        self.cut_into_pieces();
+    }
+
+    fn cut_into_pieces(&mut self) {
+        self.pieces.clear();
+        self.vertices.clear();
+        for (place, member) in self.members.iter().enumerate() {
+            for (number, patch) in member.surface.patches.iter().enumerate() {
+                self.pieces.push(Piece {
+                    member: place,
+                    patch: number,
+                    first: self.vertices.len(),
+                    is_stepped: member.is_stepped,
+                    half_thickness: member.half_thickness(),
+                    origin: DVec3::ZERO,
+                    drift: DVec3::ZERO,
+                    motion: DVec3::ZERO,
+                    claim: Ball::ORIGIN,
+                    slack: 0.0,
+                    radius: 0.0,
+                    claimed_radius: 0.0,
+                    travel: 0.0,
+                });
+                let vertices = patch.vertices.iter().map(|&v| v + member.first as u32);
+                self.vertices.extend(vertices);
+            }
+        }
+        self.centers.clear();
+        self.centers.resize(self.vertices.len(), Vec3A::ZERO);
+        self.claimed.clear();
+        self.claimed.resize(self.vertices.len(), Vec3A::ZERO);
+    }
+
+    /// The mean motion of each piece.
+    fn find_mean_motion(&mut self) {
+        for piece in self.pieces.iter_mut().filter(|piece| piece.is_stepped) {
+            let corners = &self.vertices[piece.corners(&self.members)];
+            let way = |&v: &u32| self.ends[v as usize] - self.starts[v as usize];
+            piece.motion = corners.iter().map(way).sum::<DVec3>() / corners.len() as f64;
+        }
+    }
+
+    /// Notes where particles are, and where their velocities and gravity will take them.
+    fn predict(&mut self, bodies: &[impl Tangible], step: &Substep) {
+        let h = f64::from(step.h);
+        let fall = step.gravity.as_dvec3() * (h * h);
+        for member in &self.members {
+            let body = &bodies[member.body];
+            if !member.is_stepped && self.is_valid {
+                continue;
+            }
+            for (&particle, v) in member.surface.vertices.iter().zip(member.vertices()) {
+                let particle = particle as usize;
+                let start = body.start(particle);
+                let weight = body.inverse_mass(particle);
+                self.starts[v] = start;
+                (self.inverse_masses[v], self.ends[v]) = if !member.is_stepped || weight == 0.0 {
+                    (0.0, start)
+                } else {
+                    (weight, start + body.motion(particle) + fall)
+                };
+            }
+        }
+        for piece in self.pieces.iter_mut().filter(|piece| piece.is_stepped) {
+            // Its motion in the substep before, as that ended.
+            piece.drift += piece.motion;
+        }
+        self.find_mean_motion();
+    }
+
+    /// Puts balls around motion times `horizon`; false if one of them is not within that for which candidates were
+    /// found.
+    fn enclose_motion(&mut self, horizon: f64) -> bool {
+        let Self {
+            members,
+            pieces,
+            starts,
+            ends,
+            vertices,
+            centers,
+            claimed,
+            ..
+        } = self;
+        let mut holds = true;
+        for piece in pieces.iter_mut().filter(|piece| piece.is_stepped) {
+            let frame = piece.frame();
+            let path = piece.motion * horizon;
+            holds &= piece
+                .claim
+                .contains(Ball::around(piece.drift, path, piece.slack));
+            let (mut longest, mut farthest) = (0.0_f32, 0.0_f32);
+            for corner in piece.corners(members) {
+                let v = vertices[corner] as usize;
+                let way = (ends[v] - starts[v]) * horizon - path;
+                let center = (starts[v] - frame + way * 0.5).as_vec3a();
+                longest = longest.max(way.length_squared() as f32);
+                farthest = farthest.max((center - claimed[corner]).length_squared());
+                centers[corner] = center;
+            }
+            piece.radius = 0.5 * longest.sqrt() + 0.5 * piece.half_thickness;
+            piece.travel = farthest.sqrt() + piece.radius + piece.slack;
+            holds &= piece.travel <= piece.claimed_radius;
+        }
+        holds
+            && self.pairs.iter().all(|pair| {
+                let [a, b] = pair.pieces.map(|piece| &self.pieces[piece as usize]);
+                let way = (b.motion - a.motion) * horizon;
+                let moved = Ball::around(b.drift - a.drift, way, a.slack + b.slack);
+                a.first == b.first || pair.claim.contains(moved)
+            })
+    }
+
+    /// How far the frame of the second piece of a batch is from that of the first, in the course of the motion.
+    fn offset(&self, batch: &Batch, horizon: f64) -> Ball {
+        let [a, b] = batch.pieces.map(|piece| &self.pieces[piece as usize]);
+        let way = (b.motion - a.motion) * horizon;
+        Ball::around(b.frame() - a.frame(), way, 0.0)
+    }
+
+    /// The candidates of a batch whose primitives can come closer than a distance [m] along the motion times `horizon`.
+    pub(super) fn near_in<'a>(
+        &'a self,
+        batch: &'a Batch,
+        horizon: f64,
+        by: impl Fn(&Candidate) -> f32 + 'a,
+    ) -> impl Iterator<Item = &'a Candidate> + 'a {
+        let [a, b] = batch.pieces.map(|piece| &self.pieces[piece as usize]);
+        let slack = a.slack + b.slack;
+        let offset = self.offset(batch, horizon);
+        // A little more than rounding takes.
+        let travel = 1.00001 * (a.travel + b.travel + batch.offset.farthest(offset) + slack);
+        let reach = a.radius + b.radius + offset.radius;
+        self.candidates[batch.range.clone()]
+            .iter()
+            .filter(move |candidate| {
+                let by = by(candidate);
+                // How far anything has moved tells most of them; boxes tell more. Only the last test decides, which
+                // knows nothing of when candidates were found.
+                candidate.room + candidate.distance - by <= travel
+                    && boxes_meet(
+                        batch.kind,
+                        candidate
+                            .corners
+                            .map(|corner| self.centers[corner as usize]),
+                        offset.center,
+                        by + reach + 2.0 * slack,
+                    )
+                    && {
+                        let half_way = candidate.corners.map(|corner| {
+                            let v = self.vertices[corner as usize] as usize;
+                            self.starts[v] + (self.ends[v] - self.starts[v]) * (0.5 * horizon)
+                        });
+                        batch.kind.distance(half_way) <= (by + reach).into()
+                    }
+            })
+    }
+
+    /// Makes rows of the candidates that are near, in a substep of `h` seconds.
+    fn make_rows(&mut self, h: f64) {
+        for it in self.active.drain(..) {
+            self.places[it.vertex as usize] = NOWHERE;
+        }
+        for rows in &mut self.rows {
+            rows.clear();
+        }
+        let mut near = std::mem::take(&mut self.near);
+        for batch in &self.batches {
+            let [a, b] = batch
+                .pieces
+                .map(|piece| &self.members[self.pieces[piece as usize].member]);
+            let of = |member: &Member| member.params[batch.between as usize];
+            let (Some(of_a), Some(of_b)) = (of(a), of(b)) else {
+                continue;
+            };
+            let pair = match batch.between {
+                Between::Bodies => PairParams::between(&of_a, &of_b, h),
+                Between::Itself => PairParams::within(&of_a, h),
+            };
+            near.clear();
+            near.extend(self.near_in(batch, HORIZON, |candidate| candidate.distance));
+            for candidate in &near {
+                let vertices = candidate
+                    .corners
+                    .map(|corner| self.vertices[corner as usize]);
+                let weights = batch
+                    .kind
+                    .weights(vertices.map(|v| self.starts[v as usize]));
+                let mut side = 0;
+                let corners = vertices.map(|v| {
+                    let member = if side < batch.kind.split() { a } else { b };
+                    side += 1;
+                    let place = &mut self.places[v as usize];
+                    if *place == NOWHERE {
+                        *place = self.active.len() as u32;
+                        let vertex = v as usize;
+                        self.active.push(Active {
+                            vertex: v,
+                            body: member.body as u32,
+                            particle: member.surface.vertices[vertex - member.first],
+                            inverse_mass: self.inverse_masses[vertex],
+                            start: self.starts[vertex],
+                            now: self.starts[vertex],
+                            motion: self.ends[vertex] - self.starts[vertex],
+                            rubbed: DVec3::ZERO,
+                        });
+                    }
+                    *place
+                });
+                let distance = f64::from(candidate.distance);
+                let row = Row::new(corners, weights, distance, &pair, &self.active);
+                self.rows[batch.between as usize].extend(row);
+            }
+        }
+        self.near = near;
+    }
+}
+
+fn params(body: &impl Tangible) -> [Option<Params>; 2] {
+    let Effects {
+        contact,
+        self_contact,
+        ..
+    } = body.effects();
+    [
+        contact.map(|it| it.params()),
+        self_contact.map(|it| it.params()),
+    ]
+}

@@ -1,0 +1,126 @@
+//! Counts where surfaces cross, as proof that they do not.
+
+use super::bounds::{Bounds, Grid};
+use crate::{Effects, Particles, Topology};
+use glam::{DVec3, Vec3A};
+use robust::{Coord3D, orient3d};
+
+/// Boxes are grown by this fraction of the largest coordinate: some ε of `f32`.
+const SLACK: f64 = 1e-6;
+
+/// A body, to see whether its surface crosses others or itself.
+#[derive(Debug, Clone, Copy)]
+pub struct Outline<'a> {
+    /// What it carries.
+    pub effects: &'a Effects,
+    /// Its elements.
+    pub topology: &'a Topology,
+    /// Its particles.
+    pub particles: &'a Particles,
+}
+
+/// A body with the positions of its surface vertices.
+struct Shape<'a> {
+    body: Outline<'a>,
+    x: Vec<DVec3>,
+    whole: Bounds,
+}
+
+/// How many pairs of an edge and a triangle cross, of bodies that carry [`Contact`](super::Contact) and of those with
+/// [`SelfContact`](super::SelfContact) in themselves. Exact on the given positions (Shewchuk 1997); a pair that only
+/// touches does not count, nor does one that shares a vertex.
+#[must_use]
+pub fn crossings<'a>(bodies: impl Iterator<Item = Outline<'a>>) -> usize {
+    let shapes: Vec<Shape> = bodies
+        .filter(|body| body.effects.can_touch())
+        .map(|body| {
+            let vertices = &body.topology.surface().vertices;
+            let at = |&i: &u32| body.particles.position(i as usize);
+            let x: Vec<DVec3> = vertices.iter().map(at).collect();
+            let whole = x
+                .iter()
+                .fold(Bounds::EMPTY, |all, &x| all.with(around(&[x])));
+            Shape { body, x, whole }
+        })
+        .collect();
+    let mut count = 0;
+    let mut grid = Grid::default();
+    for (place, a) in shapes.iter().enumerate() {
+        if a.body.effects.self_contact.is_some() {
+            count += between(a, a, &mut grid);
+        }
+        for b in &shapes[place + 1..] {
+            let touch = [a, b].iter().all(|it| it.body.effects.contact.is_some());
+            if touch && a.whole.meets(&b.whole) {
+                count += between(a, b, &mut grid) + between(b, a, &mut grid);
+            }
+        }
+    }
+    count
+}
+
+/// Edges of `a` through triangles of `b`.
+fn between(a: &Shape, b: &Shape, grid: &mut Grid) -> usize {
+    let is_itself = std::ptr::eq(a, b);
+    let edges = &a.body.topology.surface().edges;
+    let triangles = &b.body.topology.surface().triangles;
+    let ends = |edge: [u32; 2]| edge.map(|v| a.x[v as usize]);
+    let boxes: Vec<Bounds> = edges.iter().map(|&edge| around(&ends(edge))).collect();
+    let length = |bounds: &Bounds| f64::from((bounds.high - bounds.low).max_element());
+    let mean = boxes.iter().map(length).sum::<f64>() / boxes.len().max(1) as f64;
+    grid.fill(&boxes, mean as f32);
+    let mut count = 0;
+    for &triangle in triangles {
+        let corners = triangle.map(|v| b.x[v as usize]);
+        let bounds = around(&corners);
+        grid.near(&bounds, |item| {
+            let edge = edges[item as usize];
+            let shares = is_itself && edge.iter().any(|end| triangle.contains(end));
+            if !shares && boxes[item as usize].meets(&bounds) && crosses(ends(edge), corners) {
+                count += 1;
+            }
+        });
+    }
+    count
+}
+
+/// Whether a segment goes through a triangle.
+fn crosses([p, q]: [DVec3; 2], [a, b, c]: [DVec3; 3]) -> bool {
+    let side = |a: DVec3, b: DVec3, c: DVec3, d: DVec3| {
+        let [a, b, c, d] = [a, b, c, d].map(|DVec3 { x, y, z }| Coord3D { x, y, z });
+        orient3d(a, b, c, d)
+    };
+    let [first, last] = [side(a, b, c, p), side(a, b, c, q)];
+    if !(first > 0.0 && last < 0.0 || first < 0.0 && last > 0.0) {
+        return false;
+    }
+    let turns = [side(p, q, a, b), side(p, q, b, c), side(p, q, c, a)];
+    turns.iter().all(|turn| *turn > 0.0) || turns.iter().all(|turn| *turn < 0.0)
+}
+
+fn around(points: &[DVec3]) -> Bounds {
+    points.iter().fold(Bounds::EMPTY, |all, point| {
+        let slack = (point.abs().max_element() * SLACK) as f32;
+        let at: Vec3A = point.as_vec3a();
+        all.with(Bounds::around(at, at).grown(slack))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_segment_crosses_a_triangle_only_inside_of_it() {
+        let triangle = [DVec3::ZERO, DVec3::X, DVec3::Y];
+        let through = |x: f64, y: f64| {
+            let at = DVec3::new(x, y, 0.0);
+            crosses([at - DVec3::Z, at + DVec3::Z], triangle)
+        };
+        assert!(through(0.2, 0.2));
+        assert!(!through(0.6, 0.6), "beside it");
+        assert!(!through(0.5, 0.0), "on its border");
+        let above = [DVec3::new(0.2, 0.2, 1.0), DVec3::new(0.2, 0.2, 1e-300)];
+        assert!(!crosses(above, triangle), "above it");
+    }
+}

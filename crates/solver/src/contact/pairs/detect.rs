@@ -1,0 +1,444 @@
+//! Finds the pairs of primitives that may come near each other.
+
+use super::{
+    bounds::{Ball, Bounds, Grid, distance},
+    closest::Kind,
+    contacts::{Between, Contacts, HORIZON, Piece},
+};
+use crate::topology::surface::Patch;
+use glam::{DVec3, Vec3A};
+use std::ops::Range;
+
+/// Candidates of one kind between two pieces of surfaces, or of one with itself.
+#[derive(Debug, Clone)]
+pub(super) struct Batch {
+    /// Those that the first and the second primitive of each belong to.
+    pub pieces: [u32; 2],
+    pub between: Between,
+    pub kind: Kind,
+    /// Which candidates.
+    pub range: Range<usize>,
+    /// Offset of the second piece's frame from that of the first for which they were found.
+    pub offset: Ball,
+    /// Surfaces never come closer than this [m].
+    pub least_gap: f64,
+}
+
+/// Two pieces that may come near each other; or one, with itself.
+#[derive(Debug, Clone)]
+pub(super) struct PiecePair {
+    pub pieces: [u32; 2],
+    between: Between,
+    /// Displacements of the second frame, relative to the first, for which candidates were found.
+    pub claim: Ball,
+}
+
+/// Two primitives that may come near each other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Candidate {
+    /// Places among the corners of pieces, the first primitive's first.
+    pub corners: [u32; 4],
+    /// Distance to be kept [m].
+    pub distance: f32,
+    /// How much farther its primitives were from each other where they were found, by the centers of the claims [m].
+    pub room: f32,
+}
+
+/// Room for detection, used again.
+#[derive(Debug, Default)]
+pub(super) struct Scratch {
+    grid: Grid,
+    first: Primitives,
+    second: Primitives,
+    /// The box of each piece in its frame, and that which it goes through.
+    wholes: Vec<Bounds>,
+    swept: Vec<Bounds>,
+    order: Vec<(f32, u32)>,
+}
+
+/// Primitives of a piece with their boxes.
+#[derive(Debug, Default)]
+struct Primitives {
+    boxes: Vec<Bounds>,
+    /// Places among the vertices, edges or triangles of its patch.
+    numbers: Vec<u32>,
+}
+
+/// What a primitive is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Part {
+    Vertices,
+    Edges,
+    Triangles,
+}
+
+/// For how many substeps of the motion under way candidates are found, if it goes on alike.
+const AHEAD: f64 = 1.5;
+
+/// The same of pieces relative to each other.
+const FRAMES_AHEAD: f64 = 3.0;
+
+/// How far a particle may leave that way, as a fraction of the mean edge, and at least of the thickness. More is fewer
+/// detections of more candidates.
+const SKIN: f32 = 0.15;
+
+/// A gap is never cut to less than this fraction of the thickness, and to less than this fraction of the longest edge;
+/// thinner ones would be within the rounding of positions.
+const LEAST_GAP: [f64; 2] = [0.01, 5e-4];
+
+/// A surface keeps at most this fraction of the distance that its primitives have at rest.
+const OF_REST: f64 = 0.9;
+
+/// Growth of balls beyond rounding, as a fraction of the size of a body: some ε of `f32`.
+const SLACK: f32 = 1e-6;
+
+impl Contacts {
+    /// Finds all candidates for the motion under way, and claims for as long as it goes on about alike, in ticks of so
+    /// many substeps.
+    pub(super) fn detect(&mut self, substeps: u32) {
+        self.is_valid = true;
+        self.counts.detections += 1;
+        self.claim(substeps);
+        self.find_pairs();
+        self.batches.clear();
+        self.candidates.clear();
+        let pairs = std::mem::take(&mut self.pairs);
+        for pair in &pairs {
+            let vertices = [Part::Vertices, Part::Triangles];
+            self.batch(pair, Kind::VertexTriangle, vertices);
+            if pair.pieces[0] != pair.pieces[1] {
+                self.batch(&pair.turned(), Kind::VertexTriangle, vertices);
+            }
+            self.batch(pair, Kind::EdgeEdge, [Part::Edges; 2]);
+        }
+        self.pairs = pairs;
+        self.counts.candidates = self.candidates.len();
+    }
+
+    /// Puts frames and claims anew; the box of each piece in its frame.
+    fn claim(&mut self, substeps: u32) {
+        let Self {
+            members,
+            pieces,
+            starts,
+            ends,
+            vertices,
+            claimed,
+            centers,
+            scratch,
+            ..
+        } = self;
+        scratch.wholes.clear();
+        for piece in pieces {
+            let corners = piece.corners(members);
+            let mean_edge = members[piece.member].surface.mean_edge;
+            let skin = (SKIN * mean_edge).max(2.0 * piece.half_thickness);
+            piece.origin = starts[vertices[piece.first] as usize];
+            piece.drift = DVec3::ZERO;
+            let mut size = 0.0_f32;
+            let mut longest = 0.0_f64;
+            let mut whole = Bounds::EMPTY;
+            for corner in corners {
+                let v = vertices[corner] as usize;
+                let way = (ends[v] - starts[v] - piece.motion) * (HORIZON * AHEAD);
+                let offset = starts[v] - piece.origin;
+                let center = (offset + way * 0.5).as_vec3a();
+                size = size.max(offset.abs().max_element() as f32);
+                longest = longest.max(way.length_squared());
+                whole = whole.with(Bounds::around(center, center));
+                (claimed[corner], centers[corner]) = (center, center);
+            }
+            piece.slack = size * SLACK;
+            (piece.radius, piece.travel) = (0.0, 0.0);
+            (piece.claim, piece.claimed_radius) = (Ball::ORIGIN, 0.0);
+            if piece.is_stepped {
+                let far = piece.motion * f64::from(substeps.max(2));
+                piece.claim = Ball::around(DVec3::ZERO, far, skin + 2.0 * piece.slack);
+                let thickness = 0.5 * piece.half_thickness + 2.0 * piece.slack;
+                piece.claimed_radius = 0.5 * longest.sqrt() as f32 + skin + thickness;
+            }
+            scratch.wholes.push(whole.grown(piece.claimed_radius));
+        }
+    }
+
+    /// Which contacts two pieces can have, if any.
+    fn between(&self, a: &Piece, b: &Piece) -> Option<Between> {
+        let [of_a, of_b] = [a, b].map(|piece| &self.members[piece.member]);
+        let between = if a.member == b.member {
+            Between::Itself
+        } else {
+            Between::Bodies
+        };
+        let can = [of_a, of_b]
+            .iter()
+            .all(|member| member.params[between as usize].is_some());
+        (can && (a.is_stepped || b.is_stepped)).then_some(between)
+    }
+
+    /// Finds the pairs of pieces whose boxes overlap on their way.
+    fn find_pairs(&mut self) {
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let Scratch {
+            wholes,
+            swept,
+            order,
+            ..
+        } = &mut scratch;
+        let mut pairs = std::mem::take(&mut self.pairs);
+        pairs.clear();
+        order.clear();
+        swept.clear();
+        let reference = self
+            .pieces
+            .first()
+            .map_or(DVec3::ZERO, |piece| piece.origin);
+        for ((piece, whole), number) in self.pieces.iter().zip(wholes).zip(0..) {
+            let at = (piece.origin - reference).as_vec3a();
+            let rounding = at.abs().max_element() * SLACK;
+            let reach = piece.half_thickness + piece.slack + rounding;
+            let moved = whole.displaced(&piece.claim.bounds());
+            let around = moved.displaced(&Bounds::around(at, at)).grown(reach);
+            order.push((around.low.x, number));
+            swept.push(around);
+        }
+        order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        for (place, &(_, a)) in order.iter().enumerate() {
+            let around = swept[a as usize];
+            for &(low, b) in &order[place..] {
+                if low > around.high.x {
+                    break;
+                }
+                let [of_a, of_b] = [a, b].map(|piece| &self.pieces[piece as usize]);
+                if around.meets(&swept[b as usize])
+                    && let Some(between) = self.between(of_a, of_b)
+                {
+                    pairs.push(self.pair([a.min(b), a.max(b)], between));
+                }
+            }
+        }
+        pairs.sort_unstable_by_key(|pair| pair.pieces);
+        self.pairs = pairs;
+        self.scratch = scratch;
+    }
+
+    /// Claims for two pieces what motion they have relative to each other.
+    fn pair(&self, pieces: [u32; 2], between: Between) -> PiecePair {
+        let [a, b] = pieces.map(|piece| &self.pieces[piece as usize]);
+        let skin = |piece: &Piece| {
+            if piece.is_stepped {
+                0.5 * self.skin(piece)
+            } else {
+                0.0
+            }
+        };
+        let way = (b.motion - a.motion) * (HORIZON * FRAMES_AHEAD);
+        let more = skin(a) + skin(b) + 2.0 * (a.slack + b.slack);
+        let claim = if pieces[0] == pieces[1] {
+            Ball::ORIGIN
+        } else {
+            Ball::around(DVec3::ZERO, way, more)
+        };
+        PiecePair {
+            pieces,
+            between,
+            claim,
+        }
+    }
+
+    /// How far a particle may leave the way that it was expected to take [m].
+    fn skin(&self, piece: &Piece) -> f32 {
+        let mean_edge = self.members[piece.member].surface.mean_edge;
+        (SKIN * mean_edge).max(2.0 * piece.half_thickness)
+    }
+
+    /// Finds the candidates of one kind between parts of two pieces, or of one with itself.
+    fn batch(&mut self, pair: &PiecePair, kind: Kind, parts: [Part; 2]) {
+        let PiecePair {
+            pieces,
+            between,
+            claim,
+        } = *pair;
+        let Self {
+            members,
+            pieces: all,
+            vertices,
+            claimed,
+            candidates,
+            batches,
+            scratch,
+            ..
+        } = self;
+        let [a, b] = pieces.map(|piece| &all[piece as usize]);
+        let [of_a, of_b] = [a, b].map(|piece| &members[piece.member]);
+        let halves = [of_a, of_b].map(|member| member.half_thickness_for(between).unwrap_or(0.0));
+        let thickness = halves[0] + halves[1];
+        let is_itself = pieces[0] == pieces[1];
+        let offset = if is_itself {
+            Ball::ORIGIN
+        } else {
+            let apart = b.origin - a.origin;
+            let rounding = apart.abs().max_element() as f32 * SLACK;
+            let apart = Ball::around(apart, DVec3::ZERO, rounding);
+            apart.plus(claim)
+        };
+        let reach = thickness + a.claimed_radius + b.claimed_radius + offset.radius;
+        let Scratch {
+            first: ones,
+            second: others,
+            wholes,
+            grid,
+            ..
+        } = scratch;
+        let [whole_a, whole_b] = pieces.map(|piece| wholes[piece as usize]);
+        let shift = Bounds::around(offset.center, offset.center);
+        let back = Bounds::around(-offset.center, -offset.center);
+        let near_b = whole_b.displaced(&shift).grown(reach);
+        let near_a = whole_a.displaced(&back).grown(reach);
+        ones.collect(
+            a.patch(members),
+            parts[0],
+            &claimed[a.corners(members)],
+            &near_b,
+        );
+        others.collect(
+            b.patch(members),
+            parts[1],
+            &claimed[b.corners(members)],
+            &near_a,
+        );
+        if ones.boxes.is_empty() || others.boxes.is_empty() {
+            return;
+        }
+        grid.fill(&ones.boxes, others.mean_size() + 2.0 * reach);
+        let start = candidates.len();
+        for (around, &number) in others.boxes.iter().zip(&others.numbers) {
+            let around = around.displaced(&shift).grown(reach);
+            grid.near(&around, |item| {
+                let other = ones.numbers[item as usize];
+                let twice = is_itself && kind == Kind::EdgeEdge && other >= number;
+                if twice || !ones.boxes[item as usize].meets(&around) {
+                    return;
+                }
+                let first =
+                    kind.corners((a, a.patch(members), other), (b, b.patch(members), number));
+                let of = first.map(|corner| vertices[corner as usize]);
+                let (one, rest) = of.split_at(kind.split());
+                if between == Between::Itself && one.iter().any(|vertex| rest.contains(vertex)) {
+                    return;
+                }
+                let centers = first.map(|corner| claimed[corner as usize]);
+                let apart = distance(kind, centers, offset.center);
+                if apart > reach.into() {
+                    return;
+                }
+                let kept = if between == Between::Itself {
+                    let rest = |v: u32| of_a.surface.rest[v as usize - of_a.first].as_dvec3();
+                    thickness.min((OF_REST * kind.distance(of.map(rest))) as f32)
+                } else {
+                    thickness
+                };
+                if kept > 0.0 {
+                    candidates.push(Candidate {
+                        corners: first,
+                        distance: kept,
+                        room: apart as f32 - kept,
+                    });
+                }
+            });
+        }
+        let found = &mut candidates[start..];
+        if found.is_empty() {
+            return;
+        }
+        found.sort_unstable_by_key(|candidate| candidate.corners);
+        let longest = of_a.surface.longest_edge.max(of_b.surface.longest_edge);
+        let [of_thickness, of_edge] = LEAST_GAP;
+        let thickness = f64::from(thickness);
+        let least_gap = (of_thickness * thickness).max(of_edge * f64::from(longest));
+        batches.push(Batch {
+            pieces,
+            between,
+            kind,
+            range: start..candidates.len(),
+            offset,
+            least_gap: least_gap.min(0.5 * thickness),
+        });
+    }
+}
+
+impl PiecePair {
+    /// The same with the second piece first.
+    fn turned(&self) -> Self {
+        let Self {
+            pieces: [a, b],
+            between,
+            claim,
+        } = *self;
+        Self {
+            pieces: [b, a],
+            between,
+            claim: Ball::ORIGIN.minus(claim),
+        }
+    }
+}
+
+impl Kind {
+    /// Corners of two primitives of pieces by their numbers.
+    fn corners(
+        self,
+        (a, of_a, first): (&Piece, &Patch, u32),
+        (b, of_b, second): (&Piece, &Patch, u32),
+    ) -> [u32; 4] {
+        let [first, second] = [first, second].map(|number| number as usize);
+        let corner = |piece: &Piece, place: u32| piece.first as u32 + place;
+        match self {
+            Self::VertexTriangle => {
+                let [x, y, z] = of_b.triangles[second].map(|place| corner(b, place));
+                [corner(a, first as u32), x, y, z]
+            }
+            Self::EdgeEdge => {
+                let [p, q] = of_a.edges[first].map(|place| corner(a, place));
+                let [r, s] = of_b.edges[second].map(|place| corner(b, place));
+                [p, q, r, s]
+            }
+        }
+    }
+}
+
+impl Primitives {
+    /// Those of a patch with these centers of its corners that overlap a box.
+    fn collect(&mut self, patch: &Patch, part: Part, centers: &[Vec3A], near: &Bounds) {
+        self.numbers.clear();
+        self.boxes.clear();
+        let mut take = |number: usize, corners: &[u32]| {
+            let all = corners.iter().map(|&corner| centers[corner as usize]);
+            let bounds = all.fold(Bounds::EMPTY, |all, at| all.with(Bounds::around(at, at)));
+            if bounds.meets(near) {
+                self.numbers.push(number as u32);
+                self.boxes.push(bounds);
+            }
+        };
+        match part {
+            Part::Vertices => (0..patch.own).for_each(|vertex| take(vertex, &[vertex as u32])),
+            Part::Edges => {
+                for (number, edge) in patch.edges.iter().enumerate() {
+                    take(number, edge);
+                }
+            }
+            Part::Triangles => {
+                for (number, triangle) in patch.triangles.iter().enumerate() {
+                    take(number, triangle);
+                }
+            }
+        }
+    }
+
+    /// Mean of their longest sides [m].
+    fn mean_size(&self) -> f32 {
+        let sides = self
+            .boxes
+            .iter()
+            .map(|each| f64::from((each.high - each.low).max_element()));
+        (sides.sum::<f64>() / self.boxes.len().max(1) as f64) as f32
+    }
+}

@@ -1,0 +1,260 @@
+//! Cuts motion that would let surfaces cross.
+//!
+//! Every particle goes from its start xⁿ along Δ = x − xⁿ − V, V being the mean motion of the bodies that are concerned, to
+//! xⁿ + V + tΔ with 0 ≤ t ≤ 1. Heights H along n, the direction of the shortest distance of two primitives at the
+//! start, are at least that distance on the first, and at most 0 on the second. Two primitives that stay on their sides
+//! of a plane between them cannot cross.
+//!
+//! - A pair that stays apart by the least gap all the way is left alone; as motion is straight, its ends tell.
+//! - Of any other pair each particle that comes too close to the plane is cut. The plane divides the gap in proportion
+//!   to the approaches of the two sides.
+//! - This is repeated with the t of the last pass until no other pair comes too close: cutting one particle can bring
+//!   it in the way of another. As t is a minimum over pairs, the result does not depend on their order.
+//!
+//! What is cut loses momentum, as an inelastic collision with no reaction; constraints are there so that it does not
+//! come to this.
+
+use super::{closest::weighted, contacts::Contacts, detect::Batch, tangible::Tangible};
+use glam::DVec3;
+
+/// The plane is nowhere nearer to either side than this fraction of the gap.
+const MARGIN: f64 = 0.05;
+
+/// A particle is cut to this fraction of its way to the plane.
+const WAY: f64 = 0.9;
+
+/// A gap may shrink to this fraction, above the least gap, without being looked at.
+const SHRINK: f64 = 0.1;
+
+/// Room for truncation, used again.
+#[derive(Debug, Default)]
+pub(super) struct Truncation {
+    pairs: Vec<Pair>,
+    /// Parts of their ways that particles go, and those of the last pass.
+    t: Vec<f64>,
+    before: Vec<f64>,
+    /// Roots of the members that near pairs join.
+    roots: Vec<u32>,
+    /// Motion that each group of members has in common [m].
+    common: Vec<(DVec3, f64)>,
+}
+
+/// Two primitives that come near each other in a substep.
+#[derive(Debug)]
+struct Pair {
+    corners: [u32; 4],
+    split: usize,
+    members: [u32; 2],
+    normal: DVec3,
+    gap: f64,
+    least_gap: f64,
+    heights: [f64; 4],
+    is_cut: bool,
+}
+
+impl Contacts {
+    /// Cuts motion where surfaces would cross.
+    pub(super) fn cut(&mut self, bodies: &mut [impl Tangible]) {
+        self.counts.truncated = 0;
+        self.counts.failed = 0;
+        let mut room = std::mem::take(&mut self.truncation);
+        self.find_near(&mut room);
+        if !room.pairs.is_empty() {
+            self.find_common(&mut room);
+            room.t.resize(self.starts.len(), 1.0);
+            loop {
+                room.before.clone_from(&room.t);
+                let mut found = false;
+                for pair in &mut room.pairs {
+                    let common = room.common[room.roots[pair.members[0] as usize] as usize].0;
+                    let ways = pair.corners.map(|v| {
+                        let v = v as usize;
+                        pair.normal.dot(self.ends[v] - self.starts[v] - common)
+                    });
+                    if pair.is_cut || pair.stays_apart(ways, &room.before) {
+                        continue;
+                    }
+                    pair.is_cut = true;
+                    found = true;
+                    let fixed = pair.corners.map(|v| self.inverse_masses[v as usize] == 0.0);
+                    let is_kept_apart = pair.cut(ways, fixed, &mut room.t);
+                    self.counts.failed += usize::from(!is_kept_apart);
+                }
+                if !found {
+                    break;
+                }
+            }
+            self.apply(&mut room, bodies);
+        }
+        self.truncation = room;
+    }
+
+    /// Finds the pairs that come closer than their least gaps.
+    fn find_near(&self, room: &mut Truncation) {
+        let pairs = &mut room.pairs;
+        pairs.clear();
+        for batch in &self.batches {
+            let by = batch.least_gap as f32;
+            let near = self.near_in(batch, 1.0, |_| by);
+            let members = batch
+                .pieces
+                .map(|piece| self.pieces[piece as usize].member as u32);
+            pairs.extend(near.filter_map(|it| {
+                let vertices = it.corners.map(|corner| self.vertices[corner as usize]);
+                Pair::new(batch, members, vertices, &self.starts)
+            }));
+        }
+    }
+
+    /// Finds what motion the bodies have in common that near pairs join.
+    fn find_common(&self, room: &mut Truncation) {
+        let Truncation {
+            pairs,
+            roots,
+            common,
+            ..
+        } = room;
+        roots.clear();
+        roots.extend(0..self.members.len() as u32);
+        for pair in pairs {
+            let [a, b] = pair.members.map(|member| root(roots, member));
+            roots[a.max(b) as usize] = a.min(b);
+        }
+        for member in 0..roots.len() {
+            let of = root(roots, member as u32);
+            roots[member] = of;
+        }
+        common.clear();
+        common.resize(self.members.len(), (DVec3::ZERO, 0.0));
+        for (member, &root) in self.members.iter().zip(&*roots) {
+            let (sum, count) = &mut common[root as usize];
+            *sum += member
+                .vertices()
+                .map(|v| self.ends[v] - self.starts[v])
+                .sum::<DVec3>();
+            *count += member.surface.vertices.len() as f64;
+        }
+        for (sum, count) in common {
+            *sum /= count.max(1.0);
+        }
+    }
+
+    /// Puts particles where they are to go.
+    fn apply(&mut self, room: &mut Truncation, bodies: &mut [impl Tangible]) {
+        for (member, &root) in self.members.iter().zip(&room.roots) {
+            let (common, _) = room.common[root as usize];
+            let mut touches = false;
+            for (&particle, v) in member.surface.vertices.iter().zip(member.vertices()) {
+                let t = std::mem::replace(&mut room.t[v], 1.0);
+                if t < 1.0 && self.inverse_masses[v] > 0.0 {
+                    let way = self.ends[v] - self.starts[v];
+                    let cut = common + (way - common) * t;
+                    let (body, particle) = (&mut bodies[member.body], particle as usize);
+                    if body.is_repaired() {
+                        // What repair has moved it is no velocity, nor is what is cut of that.
+                        let drawn = body.began(particle) - self.starts[v];
+                        body.shift_start(particle, drawn * (t - 1.0));
+                    }
+                    body.shift(particle, cut - way);
+                    self.counts.truncated += 1;
+                    touches = true;
+                }
+            }
+            if touches {
+                bodies[member.body].touch();
+            }
+        }
+    }
+}
+
+/// The first member of the group that a member is in.
+fn root(roots: &[u32], mut member: u32) -> u32 {
+    while roots[member as usize] != member {
+        member = roots[member as usize];
+    }
+    member
+}
+
+impl Pair {
+    /// None for primitives that cross: they have no sides.
+    fn new(batch: &Batch, members: [u32; 2], corners: [u32; 4], starts: &[DVec3]) -> Option<Self> {
+        let x = corners.map(|v| starts[v as usize]);
+        let weights = batch.kind.weights(x);
+        let apart = weighted(weights, x);
+        let gap = apart.length();
+        if gap == 0.0 {
+            return None;
+        }
+        let normal = apart / gap;
+        let split = batch.kind.split();
+        // The closest point of the second primitive, relative to one of its corners.
+        let point = (split..4).fold(DVec3::ZERO, |sum, i| sum - (x[i] - x[3]) * weights[i]);
+        Some(Self {
+            corners,
+            split,
+            members,
+            normal,
+            gap,
+            least_gap: batch.least_gap,
+            heights: x.map(|at| normal.dot((at - x[3]) - point)),
+            is_cut: false,
+        })
+    }
+
+    /// Whether its sides stay apart at the ends of these ways along the normal [m], of which parts t are gone.
+    fn stays_apart(&self, ways: [f64; 4], t: &[f64]) -> bool {
+        let mut ends = [0.0; 4];
+        for (i, end) in ends.iter_mut().enumerate() {
+            *end = self.heights[i] + t[self.corners[i] as usize] * ways[i];
+        }
+        let (first, second) = ends.split_at(self.split);
+        let low = first.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = second.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        low - high >= self.gap.min(SHRINK * self.gap + self.least_gap)
+    }
+
+    /// Cuts the ways of its corners at a plane; those that are `fixed` go all of theirs. False if there is no such
+    /// plane.
+    fn cut(&self, ways: [f64; 4], fixed: [bool; 4], t: &mut [f64]) -> bool {
+        let Self {
+            gap,
+            least_gap,
+            heights,
+            split,
+            ..
+        } = *self;
+        let half = 0.5 * least_gap;
+        // How far each corner comes towards the other side.
+        let mut comes = ways;
+        comes[..split].iter_mut().for_each(|way| *way = -*way);
+        let most = |of: &[f64]| of.iter().copied().fold(0.0, f64::max);
+        let [first, second] = [most(&comes[..split]), most(&comes[split..])];
+        if first + second == 0.0 {
+            return true;
+        }
+        let (mut low, mut high) = (MARGIN, 1.0 - MARGIN);
+        for i in (0..4).filter(|&i| fixed[i] && comes[i] > 0.0) {
+            if i < split {
+                high = high.min((heights[i] - half - comes[i]) / gap);
+            } else {
+                low = low.max((heights[i] + half + comes[i]) / gap);
+            }
+        }
+        if low > high {
+            return false;
+        }
+        let plane = (second / (first + second)).clamp(low, high) * gap;
+        for i in (0..4).filter(|&i| !fixed[i] && comes[i] > 0.0) {
+            let room = if i < split {
+                heights[i] - plane - half
+            } else {
+                plane - heights[i] - half
+            };
+            if comes[i] >= room {
+                let t = &mut t[self.corners[i] as usize];
+                *t = t.min((WAY * room / comes[i]).max(0.0));
+            }
+        }
+        true
+    }
+}

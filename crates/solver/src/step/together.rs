@@ -1,0 +1,327 @@
+//! Steps bodies that can touch: substep by substep together, so that contacts act between them.
+//!
+//! ```text
+//! for each substep
+//!   contacts: what is near
+//!   every body: forces, first stage
+//!   for each iteration
+//!     every body: its constraints
+//!     contacts between bodies, contacts of bodies with themselves; every body: ground, colliders
+//!   contacts: cut motion that would cross
+//!   every body: last stage
+//!   contacts: bounce
+//! ```
+//!
+//! A body that touches nothing goes through the same operations as one that is stepped by itself, and comes out with the
+//! same bits.
+
+use super::{
+    advance::{Means, NotFinite, Stage, Stepper},
+    stage::Solve,
+    substep::Substep,
+};
+use crate::{
+    Contacts, Effects, ForceKind, Load, Threads, Topology,
+    contact::pairs::{Between, Tangible},
+    ledger::{Book, Ledger},
+};
+use glam::DVec3;
+use std::ops::Range;
+
+/// A body among others.
+#[derive(Debug)]
+pub struct Companion<'a> {
+    /// The body.
+    pub body: Stepper<'a>,
+    /// Whether it is stepped; one that sleeps only stands in the way.
+    pub is_stepped: bool,
+    /// Its energy ledger of the substeps, empty unless it is kept, or the failure.
+    pub result: Result<Ledger, NotFinite>,
+    book: Option<Box<Book>>,
+    /// Whether another surface is near in the substep under way.
+    is_near: bool,
+}
+
+impl<'a> Companion<'a> {
+    /// Of a body to be stepped, or not.
+    #[must_use]
+    pub fn new(body: Stepper<'a>, is_stepped: bool) -> Self {
+        Self {
+            body,
+            is_stepped,
+            result: Ok(Ledger::default()),
+            book: None,
+            is_near: false,
+        }
+    }
+
+    fn is_active(&self) -> bool {
+        self.is_stepped && self.result.is_ok()
+    }
+
+    /// Does a part of a substep, unless it is not stepped or has failed.
+    fn work(
+        &mut self,
+        work: impl FnOnce(&mut Stepper, Option<&mut Book>) -> Result<(), NotFinite>,
+    ) {
+        if self.is_active()
+            && let Err(error) = work(&mut self.body, self.book.as_deref_mut())
+        {
+            self.result = Err(error);
+        }
+    }
+}
+
+impl Tangible for Companion<'_> {
+    fn topology(&self) -> &Topology {
+        self.body.topology
+    }
+
+    fn effects(&self) -> &Effects {
+        self.body.effects
+    }
+
+    fn takes_part(&self) -> bool {
+        self.result.is_ok()
+    }
+
+    fn is_stepped(&self) -> bool {
+        self.is_stepped
+    }
+
+    fn inverse_mass(&self, i: usize) -> f64 {
+        self.body.particles.positions[i].w.into()
+    }
+
+    fn start(&self, i: usize) -> DVec3 {
+        self.body.particles.position(i)
+    }
+
+    fn now(&self, i: usize) -> DVec3 {
+        self.body.particles.predicted(i)
+    }
+
+    fn motion(&self, i: usize) -> DVec3 {
+        self.body.particles.motion(i)
+    }
+
+    fn shift(&mut self, i: usize, by: DVec3) {
+        let u = &mut self.body.particles.displacements[i];
+        *u = (u.truncate().as_dvec3() + by).as_vec3().extend(0.0);
+    }
+
+    fn is_repaired(&self) -> bool {
+        !self.body.particles.repair.is_empty()
+    }
+
+    fn began(&self, i: usize) -> DVec3 {
+        self.body.particles.position(i)
+    }
+
+    fn shift_start(&mut self, i: usize, by: DVec3) {
+        let c = &mut self.body.particles.carry[i];
+        *c = (c.truncate().as_dvec3() + by).as_vec3().extend(0.0);
+    }
+
+    fn accelerate(&mut self, i: usize, by: DVec3) {
+        let h = f64::from(self.body.particles.substep_seconds());
+        self.body.particles.accelerate(i, by / h);
+    }
+
+    fn touch(&mut self) {
+        self.body.particles.touch();
+    }
+}
+
+/// Whether bodies have to be stepped together, by their effects and by whether they are stepped at all: two that touch
+/// others, or one that touches itself.
+#[must_use]
+pub fn are_needed<'a>(bodies: impl Iterator<Item = (&'a Effects, bool)>) -> bool {
+    let (mut others, mut is_any_stepped) = (0, false);
+    let mut touches_itself = false;
+    for (effects, is_stepped) in bodies {
+        others += usize::from(effects.contact.is_some());
+        is_any_stepped |= is_stepped && effects.can_touch();
+        touches_itself |= is_stepped && effects.self_contact.is_some();
+    }
+    is_any_stepped && (others > 1 || touches_itself)
+}
+
+/// Does some substeps of a tick. A body that fails is left as it is, and the others go on without it. With an account
+/// of the energy if it is `booked`.
+pub fn advance(
+    bodies: &mut [Companion],
+    contacts: &mut Contacts,
+    substeps: Range<u32>,
+    booked: bool,
+    means: &Means,
+) {
+    if booked {
+        each(bodies, means, |it, _| {
+            it.book = Some(Box::new(Book::of(&mut it.body)));
+        });
+    }
+    for index in substeps {
+        let step = means.settings.substep(index);
+        predict(bodies, contacts, &step, means);
+        for iteration in 0..step.sweeps() {
+            each(bodies, means, |it, means| {
+                sweep(it, &step, iteration, means)
+            });
+            for _ in 0..step.contacts_after(iteration) {
+                solve(bodies, contacts, Stage::Contact, means);
+                solve(bodies, contacts, Stage::SelfContact, means);
+                each(bodies, means, |it, means| {
+                    meet_rigid(it, &step, iteration, means);
+                });
+            }
+        }
+        finish(bodies, contacts, &step, means);
+    }
+}
+
+/// Begins a substep by itself, as [`advance`] does: finds what is near, and does what comes before forces.
+pub fn begin(bodies: &mut [Companion], contacts: &mut Contacts, step: &Substep, means: &Means) {
+    find(bodies, contacts, step, means);
+    each(bodies, means, |it, means| {
+        it.body.draw_where_damaged(step, means);
+        it.body.begin_drawn(step, means, it.is_near);
+    });
+}
+
+/// Everything up to the first iteration.
+fn predict(bodies: &mut [Companion], contacts: &mut Contacts, step: &Substep, means: &Means) {
+    find(bodies, contacts, step, means);
+    each(bodies, means, |it, means| {
+        let is_near = it.is_near;
+        it.work(|body, book| {
+            if let Some(book) = book {
+                book.draw(body, step, means);
+                return book.predict(body, step, means, is_near);
+            }
+            body.draw_where_damaged(step, means);
+            body.begin_drawn(step, means, is_near);
+            let forces = ForceKind::ALL.map(|kind| (Stage::Force(kind), 0));
+            let first = [(Stage::Presolve, 0), (Stage::StickyGround, 0)];
+            body.stages(forces.into_iter().chain(first), step, means)
+        });
+    });
+}
+
+/// What comes after the last iteration.
+fn finish(bodies: &mut [Companion], contacts: &mut Contacts, step: &Substep, means: &Means) {
+    cut(bodies, contacts, step, means);
+    if bodies.iter().any(|it| it.book.is_some()) {
+        for (body, particle, way) in contacts.rubbed() {
+            if let Some(book) = &mut bodies[body].book {
+                book.credit_friction(particle, way);
+            }
+        }
+    }
+    each(bodies, means, |it, means| {
+        let mut gained = Ledger::default();
+        it.work(|body, book| {
+            if let Some(book) = book {
+                gained += book.finish(body, step, means)?;
+                gained.plastic += book.flow(body, step, means)?;
+                return Ok(());
+            }
+            body.stages(std::iter::once((Stage::Postsolve, 0)), step, means)?;
+            body.end();
+            body.flow(step, means);
+            Ok(())
+        });
+        if let Ok(ledger) = &mut it.result {
+            *ledger += gained;
+        }
+    });
+    end(bodies, contacts, step);
+}
+
+/// The constraints of an iteration.
+fn sweep(it: &mut Companion, step: &Substep, iteration: u32, means: &Means) {
+    it.work(|body, book| {
+        let solve = Solve::of(body.effects, !body.stitches.is_empty(), step.method);
+        if let Some(book) = book {
+            let mut stages = solve.sweep();
+            return stages.try_for_each(|stage| book.stage(body, stage, step, iteration, means));
+        }
+        body.stages(solve.sweep().map(|stage| (stage, iteration)), step, means)
+    });
+}
+
+/// Ground and colliders, after an iteration.
+fn meet_rigid(it: &mut Companion, step: &Substep, iteration: u32, means: &Means) {
+    it.work(|body, book| {
+        let solve = Solve::of(body.effects, !body.stitches.is_empty(), step.method);
+        if let Some(book) = book {
+            let mut stages = solve.contacts();
+            return stages.try_for_each(|stage| book.stage(body, stage, step, iteration, means));
+        }
+        body.stages(
+            solve.contacts().map(|stage| (stage, iteration)),
+            step,
+            means,
+        )
+    });
+}
+
+/// Finds what is near, before anything moves: repair moves particles too.
+fn find(bodies: &mut [Companion], contacts: &mut Contacts, step: &Substep, means: &Means) {
+    watched(means, Stage::Contact, || contacts.begin(bodies, step));
+    let looks_back = means.settings.order.get() > 1;
+    for (place, it) in bodies.iter_mut().enumerate() {
+        it.is_near = looks_back && contacts.is_near(place);
+    }
+}
+
+/// A pass over contacts of one kind: [`Stage::Contact`] or [`Stage::SelfContact`].
+pub fn solve(bodies: &mut [Companion], contacts: &mut Contacts, stage: Stage, means: &Means) {
+    let between = match stage {
+        Stage::SelfContact => Between::Itself,
+        _ => Between::Bodies,
+    };
+    watched(means, stage, || contacts.solve(bodies, between));
+    credit(bodies);
+}
+
+/// Cuts motion that would cross, before the last stage.
+pub fn cut(bodies: &mut [Companion], contacts: &mut Contacts, step: &Substep, means: &Means) {
+    watched(means, Stage::Contact, || contacts.truncate(bodies, step));
+    credit(bodies);
+}
+
+/// Ends a substep, after the last stage: what bounces leaves.
+pub fn end(bodies: &mut [Companion], contacts: &mut Contacts, step: &Substep) {
+    contacts.end(bodies, step);
+}
+
+fn credit(bodies: &mut [Companion]) {
+    for it in bodies {
+        if let Some(book) = &mut it.book {
+            book.credit_contact(&it.body);
+        }
+    }
+}
+
+fn watched(means: &Means, stage: Stage, mut work: impl FnMut()) {
+    match means.watch {
+        Some(watch) => watch.see(stage, &mut work),
+        None => work(),
+    }
+}
+
+/// Does a part of a substep with every body that is stepped, on all threads.
+fn each(bodies: &mut [Companion], means: &Means, work: impl Fn(&mut Companion, &Means) + Sync) {
+    let load = |it: &Companion| match it.is_active() {
+        true => it.body.effects.load(it.body.topology, 1),
+        false => Load::default(),
+    };
+    means
+        .threads
+        .for_each(bodies, load, &|it: &mut Companion, threads: &Threads| {
+            if it.is_active() {
+                work(it, &Means { threads, ..*means });
+            }
+        });
+}
