@@ -70,6 +70,7 @@ fn stretch() -> EffectModel {
             substeps: Some(24),
         }),
         overpressure: Some((-20.0, 315.0)),
+        contacts: None,
         switchable: true,
         parameters: vec![
             parameter(
