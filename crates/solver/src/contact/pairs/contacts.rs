@@ -103,6 +103,8 @@ pub(super) struct Piece {
     pub(super) first: usize,
     pub(super) is_stepped: bool,
     pub(super) half_thickness: f32,
+    /// Whether its claims no longer hold its motion.
+    pub(super) is_lost: bool,
     /// Origin of its frame [m], and how far that has come since [m].
     pub(super) origin: DVec3,
     pub(super) drift: DVec3,
@@ -364,6 +366,9 @@ impl Contacts {
     fn cut_into_pieces(&mut self) {
         self.pieces.clear();
         self.vertices.clear();
+        self.pairs.clear();
+        self.batches.clear();
+        self.candidates.clear();
         for (place, member) in self.members.iter().enumerate() {
             for (number, patch) in member.surface.patches.iter().enumerate() {
                 self.pieces.push(Piece {
@@ -372,6 +377,7 @@ impl Contacts {
                     first: self.vertices.len(),
                     is_stepped: member.is_stepped,
                     half_thickness: member.half_thickness(),
+                    is_lost: true,
                     origin: DVec3::ZERO,
                     drift: DVec3::ZERO,
                     motion: DVec3::ZERO,
@@ -439,15 +445,14 @@ impl Contacts {
             vertices,
             centers,
             claimed,
+            pairs,
             ..
         } = self;
         let mut holds = true;
         for piece in pieces.iter_mut().filter(|piece| piece.is_stepped) {
             let frame = piece.frame();
             let path = piece.motion * horizon;
-            holds &= piece
-                .claim
-                .contains(Ball::around(piece.drift, path, piece.slack));
+            let goes = Ball::around(piece.drift, path, piece.slack);
             let (mut longest, mut farthest) = (0.0_f32, 0.0_f32);
             for corner in piece.corners(members) {
                 let v = vertices[corner] as usize;
@@ -459,15 +464,17 @@ impl Contacts {
             }
             piece.radius = 0.5 * longest.sqrt() + 0.5 * piece.half_thickness;
             piece.travel = farthest.sqrt() + piece.radius + piece.slack;
-            holds &= piece.travel <= piece.claimed_radius;
+            piece.is_lost = !piece.claim.contains(goes) || piece.travel > piece.claimed_radius;
+            holds &= !piece.is_lost;
+        }
+        for pair in pairs {
+            let [a, b] = pair.pieces.map(|piece| &pieces[piece as usize]);
+            let moved = b.frame() - a.frame() - pair.offset;
+            let goes = Ball::around(moved, (b.motion - a.motion) * horizon, a.slack + b.slack);
+            pair.is_lost = a.first != b.first && !pair.claim.contains(goes);
+            holds &= !pair.is_lost;
         }
         holds
-            && self.pairs.iter().all(|pair| {
-                let [a, b] = pair.pieces.map(|piece| &self.pieces[piece as usize]);
-                let way = (b.motion - a.motion) * horizon;
-                let moved = Ball::around(b.drift - a.drift, way, a.slack + b.slack);
-                a.first == b.first || pair.claim.contains(moved)
-            })
     }
 
     /// How far the frame of the second piece of a batch is from that of the first, in the course of the motion.

@@ -1,7 +1,7 @@
 //! Finds the pairs of primitives that may come near each other.
 
 use super::{
-    bounds::{Ball, Bounds, Grid, distance},
+    bounds::{Ball, Bounds, Columns, distance},
     closest::Kind,
     contacts::{Between, Contacts, HORIZON, Piece},
 };
@@ -24,13 +24,25 @@ pub(super) struct Batch {
     pub least_gap: f64,
 }
 
+impl Batch {
+    /// Its pieces, the one that comes first first.
+    fn sorted(&self) -> [u32; 2] {
+        let [a, b] = self.pieces;
+        [a.min(b), a.max(b)]
+    }
+}
+
 /// Two pieces that may come near each other; or one, with itself.
 #[derive(Debug, Clone)]
 pub(super) struct PiecePair {
     pub pieces: [u32; 2],
     between: Between,
-    /// Displacements of the second frame, relative to the first, for which candidates were found.
+    /// How far the second frame was from the first when candidates were found [m].
+    pub offset: DVec3,
+    /// Displacements of the second frame from there, relative to the first, for which they were found.
     pub claim: Ball,
+    /// Whether the claim no longer holds.
+    pub is_lost: bool,
 }
 
 /// Two primitives that may come near each other.
@@ -47,13 +59,15 @@ pub(super) struct Candidate {
 /// Room for detection, used again.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
-    grid: Grid,
+    columns: Columns,
     first: Primitives,
     second: Primitives,
     /// The box of each piece in its frame, and that which it goes through.
     wholes: Vec<Bounds>,
     swept: Vec<Bounds>,
     order: Vec<(f32, u32)>,
+    /// What was found before.
+    before: (Vec<Batch>, Vec<Candidate>),
 }
 
 /// Primitives of a piece with their boxes.
@@ -73,14 +87,14 @@ enum Part {
 }
 
 /// For how many substeps of the motion under way candidates are found, if it goes on alike.
-const AHEAD: f64 = 1.5;
+const AHEAD: f64 = 1.0;
 
 /// The same of pieces relative to each other.
-const FRAMES_AHEAD: f64 = 3.0;
+const FRAMES_AHEAD: f64 = 2.0;
 
 /// How far a particle may leave that way, as a fraction of the mean edge, and at least of the thickness. More is fewer
 /// detections of more candidates.
-const SKIN: f32 = 0.15;
+const SKIN: f32 = 0.1;
 
 /// A gap is never cut to less than this fraction of the thickness, and to less than this fraction of the longest edge;
 /// thinner ones would be within the rounding of positions.
@@ -93,29 +107,54 @@ const OF_REST: f64 = 0.9;
 const SLACK: f32 = 1e-6;
 
 impl Contacts {
-    /// Finds all candidates for the motion under way, and claims for as long as it goes on about alike, in ticks of so
-    /// many substeps.
+    /// Finds candidates for the motion under way where claims do not hold it, and claims for as long as it goes on about
+    /// alike, in ticks of so many substeps. Candidates of other pieces stay.
     pub(super) fn detect(&mut self, substeps: u32) {
         self.is_valid = true;
         self.counts.detections += 1;
         self.claim(substeps);
         self.find_pairs();
+        let (batches, candidates) = &mut self.scratch.before;
+        std::mem::swap(batches, &mut self.batches);
+        std::mem::swap(candidates, &mut self.candidates);
         self.batches.clear();
         self.candidates.clear();
-        let pairs = std::mem::take(&mut self.pairs);
-        for pair in &pairs {
-            let vertices = [Part::Vertices, Part::Triangles];
-            self.batch(pair, Kind::VertexTriangle, vertices);
-            if pair.pieces[0] != pair.pieces[1] {
-                self.batch(&pair.turned(), Kind::VertexTriangle, vertices);
+        let mut pairs = std::mem::take(&mut self.pairs);
+        let mut next = 0;
+        for pair in &mut pairs {
+            if std::mem::take(&mut pair.is_lost) {
+                let vertices = [Part::Vertices, Part::Triangles];
+                self.batch(pair, Kind::VertexTriangle, vertices);
+                if pair.pieces[0] != pair.pieces[1] {
+                    self.batch(&pair.turned(), Kind::VertexTriangle, vertices);
+                }
+                self.batch(pair, Kind::EdgeEdge, [Part::Edges; 2]);
+            } else {
+                self.keep(pair.pieces, &mut next);
             }
-            self.batch(pair, Kind::EdgeEdge, [Part::Edges; 2]);
         }
         self.pairs = pairs;
         self.counts.candidates = self.candidates.len();
     }
 
-    /// Puts frames and claims anew; the box of each piece in its frame.
+    /// Keeps the batches of a pair of pieces from before, where `next` is the first that has not been looked at. Both are
+    /// in the order of the pairs.
+    fn keep(&mut self, pieces: [u32; 2], next: &mut usize) {
+        let (batches, candidates) = &self.scratch.before;
+        while let Some(batch) = batches.get(*next).filter(|batch| batch.sorted() <= pieces) {
+            *next += 1;
+            if batch.sorted() == pieces {
+                let start = self.candidates.len();
+                self.candidates.extend(&candidates[batch.range.clone()]);
+                self.batches.push(Batch {
+                    range: start..self.candidates.len(),
+                    ..batch.clone()
+                });
+            }
+        }
+    }
+
+    /// Puts frames and claims of the pieces that are lost anew; the box of each in its frame.
     fn claim(&mut self, substeps: u32) {
         let Self {
             members,
@@ -128,8 +167,9 @@ impl Contacts {
             scratch,
             ..
         } = self;
-        scratch.wholes.clear();
-        for piece in pieces {
+        scratch.wholes.resize(pieces.len(), Bounds::EMPTY);
+        let lost = pieces.iter_mut().zip(&mut scratch.wholes);
+        for (piece, whole) in lost.filter(|(piece, _)| piece.is_lost) {
             let corners = piece.corners(members);
             let mean_edge = members[piece.member].surface.mean_edge;
             let skin = (SKIN * mean_edge).max(2.0 * piece.half_thickness);
@@ -137,7 +177,7 @@ impl Contacts {
             piece.drift = DVec3::ZERO;
             let mut size = 0.0_f32;
             let mut longest = 0.0_f64;
-            let mut whole = Bounds::EMPTY;
+            *whole = Bounds::EMPTY;
             for corner in corners {
                 let v = vertices[corner] as usize;
                 let way = (ends[v] - starts[v] - piece.motion) * (HORIZON * AHEAD);
@@ -145,7 +185,7 @@ impl Contacts {
                 let center = (offset + way * 0.5).as_vec3a();
                 size = size.max(offset.abs().max_element() as f32);
                 longest = longest.max(way.length_squared());
-                whole = whole.with(Bounds::around(center, center));
+                *whole = whole.with(Bounds::around(center, center));
                 (claimed[corner], centers[corner]) = (center, center);
             }
             piece.slack = size * SLACK;
@@ -157,7 +197,7 @@ impl Contacts {
                 let thickness = 0.5 * piece.half_thickness + 2.0 * piece.slack;
                 piece.claimed_radius = 0.5 * longest.sqrt() as f32 + skin + thickness;
             }
-            scratch.wholes.push(whole.grown(piece.claimed_radius));
+            *whole = whole.grown(piece.claimed_radius);
         }
     }
 
@@ -175,7 +215,7 @@ impl Contacts {
         (can && (a.is_stepped || b.is_stepped)).then_some(between)
     }
 
-    /// Finds the pairs of pieces whose boxes overlap on their way.
+    /// Finds the pairs of pieces whose boxes overlap on their way. Pairs of pieces that are not lost stay.
     fn find_pairs(&mut self) {
         let mut scratch = std::mem::take(&mut self.scratch);
         let Scratch {
@@ -185,15 +225,15 @@ impl Contacts {
             ..
         } = &mut scratch;
         let mut pairs = std::mem::take(&mut self.pairs);
-        pairs.clear();
+        let is_lost = |piece: u32| self.pieces[piece as usize].is_lost;
+        pairs.retain(|pair| !pair.pieces.map(is_lost).contains(&true));
+        for pair in pairs.iter_mut().filter(|pair| pair.is_lost) {
+            *pair = self.pair(pair.pieces, pair.between);
+        }
         order.clear();
         swept.clear();
-        let reference = self
-            .pieces
-            .first()
-            .map_or(DVec3::ZERO, |piece| piece.origin);
         for ((piece, whole), number) in self.pieces.iter().zip(wholes).zip(0..) {
-            let at = (piece.origin - reference).as_vec3a();
+            let at = piece.origin.as_vec3a();
             let rounding = at.abs().max_element() * SLACK;
             let reach = piece.half_thickness + piece.slack + rounding;
             let moved = whole.displaced(&piece.claim.bounds());
@@ -208,8 +248,9 @@ impl Contacts {
                 if low > around.high.x {
                     break;
                 }
-                let [of_a, of_b] = [a, b].map(|piece| &self.pieces[piece as usize]);
-                if around.meets(&swept[b as usize])
+                if (is_lost(a) || is_lost(b))
+                    && around.meets(&swept[b as usize])
+                    && let [of_a, of_b] = [a, b].map(|piece| &self.pieces[piece as usize])
                     && let Some(between) = self.between(of_a, of_b)
                 {
                     pairs.push(self.pair([a.min(b), a.max(b)], between));
@@ -219,6 +260,9 @@ impl Contacts {
         pairs.sort_unstable_by_key(|pair| pair.pieces);
         self.pairs = pairs;
         self.scratch = scratch;
+        for piece in &mut self.pieces {
+            piece.is_lost = false;
+        }
     }
 
     /// Claims for two pieces what motion they have relative to each other.
@@ -241,7 +285,9 @@ impl Contacts {
         PiecePair {
             pieces,
             between,
+            offset: b.frame() - a.frame(),
             claim,
+            is_lost: true,
         }
     }
 
@@ -256,7 +302,9 @@ impl Contacts {
         let PiecePair {
             pieces,
             between,
+            offset: apart,
             claim,
+            ..
         } = *pair;
         let Self {
             members,
@@ -276,7 +324,6 @@ impl Contacts {
         let offset = if is_itself {
             Ball::ORIGIN
         } else {
-            let apart = b.origin - a.origin;
             let rounding = apart.abs().max_element() as f32 * SLACK;
             let apart = Ball::around(apart, DVec3::ZERO, rounding);
             apart.plus(claim)
@@ -286,7 +333,7 @@ impl Contacts {
             first: ones,
             second: others,
             wholes,
-            grid,
+            columns,
             ..
         } = scratch;
         let [whole_a, whole_b] = pieces.map(|piece| wholes[piece as usize]);
@@ -309,14 +356,13 @@ impl Contacts {
         if ones.boxes.is_empty() || others.boxes.is_empty() {
             return;
         }
-        grid.fill(&ones.boxes, others.mean_size() + 2.0 * reach);
+        columns.fill(&ones.boxes);
         let start = candidates.len();
         for (around, &number) in others.boxes.iter().zip(&others.numbers) {
             let around = around.displaced(&shift).grown(reach);
-            grid.near(&around, |item| {
+            columns.near(&around, |item| {
                 let other = ones.numbers[item as usize];
-                let twice = is_itself && kind == Kind::EdgeEdge && other >= number;
-                if twice || !ones.boxes[item as usize].meets(&around) {
+                if is_itself && kind == Kind::EdgeEdge && other >= number {
                     return;
                 }
                 let first =
@@ -372,12 +418,16 @@ impl PiecePair {
         let Self {
             pieces: [a, b],
             between,
+            offset,
             claim,
+            is_lost,
         } = *self;
         Self {
             pieces: [b, a],
             between,
+            offset: -offset,
             claim: Ball::ORIGIN.minus(claim),
+            is_lost,
         }
     }
 }
@@ -431,14 +481,5 @@ impl Primitives {
                 }
             }
         }
-    }
-
-    /// Mean of their longest sides [m].
-    fn mean_size(&self) -> f32 {
-        let sides = self
-            .boxes
-            .iter()
-            .map(|each| f64::from((each.high - each.low).max_element()));
-        (sides.sum::<f64>() / self.boxes.len().max(1) as f64) as f32
     }
 }
