@@ -2,12 +2,12 @@
 //!
 //! Surfaces touch where a vertex comes near a triangle, or an edge near another. Three things keep them apart:
 //!
-//! - **Candidates**: pairs of primitives that may come near each other are [found](detect) by balls around the motion of
+//! - **Candidates**: pairs of primitives that may come near each other are found (`detect.rs`) by balls around the motion of
 //!   their corners, and kept for as long as these hold the motion. A particle that leaves its ball makes them be found
 //!   anew, so that none is missed. When that happens changes no bit: what follows depends on the state alone.
-//! - **Constraints**: candidates that are near in a substep become [rows](row), which are projected after each iteration,
+//! - **Constraints**: candidates that are near in a substep become rows (`row.rs`), which are projected after each iteration,
 //!   in a fixed order, with friction that adds up over the substep.
-//! - **Truncation**: before velocities are taken, motion that would let surfaces cross is [cut](truncate), whatever
+//! - **Truncation**: before velocities are taken, motion that would let surfaces cross is cut (`truncate.rs`), whatever
 //!   constraints made of it. Surfaces that were apart stay apart, however fast they are.
 //!
 //! Positions are relative to frames that move with pieces of the surfaces, so that what flies or swings needs no new
