@@ -143,9 +143,7 @@ impl Bodies<'_, '_> {
                 Ok(Ledger::default())
             },
             Some(&|companions, contacts, means| {
-                for it in companions.iter_mut().filter(|it| it.is_stepped) {
-                    it.body.prepare(read);
-                }
+                together::each(companions, means, |it, _| it.body.prepare(read));
                 together::begin(companions, contacts, step, means);
             }),
         );
@@ -172,9 +170,7 @@ impl Bodies<'_, '_> {
                 }
             },
             Some(&|companions, contacts, means| {
-                for it in companions.iter_mut().filter(|it| it.is_stepped) {
-                    it.body.prepare(read);
-                }
+                together::each(companions, means, |it, _| it.body.prepare(read));
                 together::advance(companions, contacts, substeps.clone(), booked, means);
             }),
         );
@@ -202,9 +198,9 @@ impl Bodies<'_, '_> {
         };
         let finish: Together = &|companions, contacts, means| {
             together::cut(companions, contacts, &step, means);
-            for it in companions.iter_mut().filter(|it| it.is_stepped) {
+            together::each(companions, means, |it, means| {
                 it.result = each(&mut it.body, means);
-            }
+            });
             together::end(companions, contacts, &step);
         };
         let together = match stage {
@@ -292,11 +288,10 @@ impl Bodies<'_, '_> {
                 contacts,
                 touching: pairs,
             } = &mut *self.contacts;
-            let is_active = |job: &Job| job.is_active;
             let mut companions: Vec<_> = touching
                 .iter_mut()
                 .map(|job| {
-                    let is_active = is_active(job);
+                    let is_active = job.is_active;
                     Companion::new(job.stepper(), is_active)
                 })
                 .collect();
@@ -309,6 +304,7 @@ impl Bodies<'_, '_> {
             let entity = |place: u32| touching[place as usize].entity;
             pairs.extend(contacts.touching().iter().map(|pair| pair.map(entity)));
         } else if is_asked {
+            self.contacts.contacts.clear();
             self.contacts.touching.clear();
         }
         if let Some(watch) = &watch {

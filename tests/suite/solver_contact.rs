@@ -488,3 +488,48 @@ fn the_energy_ledger_has_contacts_between_bodies() {
         ledger.gap()
     );
 }
+
+/// A body that diverges while it touches another is taken out; the other one stays finite and goes on.
+#[test]
+fn a_body_that_diverges_does_not_take_along_what_it_touches() {
+    let mut world = two_cubes();
+    world.settings = settings(9.81, 60.0, 10, 4);
+    world.sleep.enabled = false;
+    for _ in 0..120 {
+        world.tick();
+    }
+    assert!(world.contacts.counts().acting > 0, "they touch");
+    let upper = &mut world.bodies[1].particles;
+    upper.set_velocity(0, Vec3::X * 1e30);
+    world.tick();
+    assert!(world.bodies[1].quarantine.is_some());
+    assert!(
+        world.bodies[0].quarantine.is_none(),
+        "{:?}",
+        world.bodies[0].quarantine
+    );
+    for _ in 0..60 {
+        world.tick();
+    }
+    assert_eq!(world.bodies[0].particles.first_not_finite(), None);
+}
+
+/// What touched a body that is taken out of the world, the first or the last one, goes on.
+#[test]
+fn bodies_can_be_removed_while_they_touch() {
+    for removed in 0..2 {
+        let mut world = two_cubes();
+        world.settings = settings(9.81, 60.0, 10, 4);
+        world.sleep.enabled = false;
+        for _ in 0..120 {
+            world.tick();
+        }
+        assert!(world.contacts.counts().acting > 0, "they touch");
+        world.bodies.remove(removed);
+        for _ in 0..60 {
+            world.tick();
+        }
+        assert_eq!(world.contacts.counts().acting, 0);
+        assert_eq!(world.bodies[0].particles.first_not_finite(), None);
+    }
+}

@@ -72,7 +72,7 @@ pub use lanes::Instructions;
 pub use ledger::Ledger;
 pub use method::Method;
 pub use modes::Modes;
-pub use parallel::threads::{Load, MOST_THREADS, Threads, ThreadsError, available};
+pub use parallel::threads::{Load, MAX_THREADS, Threads, ThreadsError, available};
 pub use particles::Particles;
 pub use quantity::{
     Coefficient, CollisionIterations, Compliance, ContactThickness, Creep, Damping, Density,

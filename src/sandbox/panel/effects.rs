@@ -111,7 +111,7 @@ fn running_effect(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &E
             panel.note(format!("{}.overpressure", effect.name), &response, ui);
         }
         if let Some((acting, crossings)) = effect.contacts.filter(|_| effect.carriers > 0) {
-            let text = RichText::new(format!("All bodies: {acting} contacts act, {crossings} crossings."))
+            let text = RichText::new(format!("Acting contacts: {acting}. Crossings: {crossings}. (All bodies)"))
                 .small()
                 .color(if crossings > 0 { theme::ALARM } else { theme::WEAK });
             let response = ui.add(Label::new(text).wrap()).on_hover_text(

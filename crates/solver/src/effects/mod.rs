@@ -144,7 +144,7 @@ impl Effects {
         elastic + whole.into_iter().filter(|carried| *carried).count()
     }
 
-    /// Estimated work of so many iterations: pressure counts its triangles, shape matching its particles, other effects
+    /// Estimated work of a number of iterations: pressure counts its triangles, shape matching its particles, other effects
     /// their constraints.
     #[must_use]
     pub fn load(&self, topology: &Topology, sweeps: usize) -> Load {

@@ -36,19 +36,19 @@ pub struct ThreadsError {
 }
 
 /// More threads than this are refused: a slip of the pen, not a machine.
-pub const MOST_THREADS: usize = 1024;
+pub const MAX_THREADS: usize = 1024;
 
 impl Threads {
-    /// So many threads, from 1 to [`MOST_THREADS`]; 0 for one on each core.
+    /// So many threads, from 1 to [`MAX_THREADS`]; 0 for one on each core.
     ///
     /// # Errors
     /// [`ThreadsError`] if there are too many, or the system refuses to start them.
     pub fn new(count: usize) -> Result<Self, ThreadsError> {
         let count = if count == 0 { available() } else { count };
-        if count > MOST_THREADS {
+        if count > MAX_THREADS {
             return Err(ThreadsError {
                 count,
-                reason: format!("at most {MOST_THREADS} make sense"),
+                reason: format!("at most {MAX_THREADS} make sense"),
             });
         }
         Self::start(count)
@@ -144,5 +144,5 @@ impl PartialEq for Threads {
 /// Threads that this machine runs at the same time.
 #[must_use]
 pub fn available() -> usize {
-    std::thread::available_parallelism().map_or(1, |count| count.get().min(MOST_THREADS))
+    std::thread::available_parallelism().map_or(1, |count| count.get().min(MAX_THREADS))
 }

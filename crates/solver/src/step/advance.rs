@@ -303,10 +303,12 @@ impl Stepper<'_> {
         self.lambdas.make_sums(sums);
         self.find_regions();
         let effects = &effects;
+        let mut elastic = stages.clone();
+        let sweeps = usize::from(elastic.any(|(stage, _)| matches!(stage, Stage::Elastic(_))));
         let tasks = stages.flat_map(move |(stage, iteration)| {
             stage.tasks(topology, (effects, stitched), step, iteration)
         });
-        self.run(topology, tasks, 1, means)
+        self.run(topology, tasks, sweeps, means)
     }
 
     /// Does one stage that is not the last, which alone looks for what is not finite.

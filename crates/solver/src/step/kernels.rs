@@ -67,7 +67,7 @@ macro_rules! of_elastic_effects {
             /// Does the constraints of an effect on one piece.
             ///
             /// # Safety
-            /// Nobody else works on the piece, or on one that shares a particle with it.
+            /// No other thread works on the piece, or on one that shares a particle with it.
             #[allow(unsafe_code, reason = "multipliers are handed out by hand")]
             pub unsafe fn solve(&self, kind: ElasticKind, work: Work) {
                 match kind {

@@ -156,7 +156,7 @@ impl Solve {
     }
 
     /// What is done in an iteration before contacts, in its order.
-    pub fn sweep(self) -> impl Iterator<Item = Stage> + Clone {
+    pub fn constraints(self) -> impl Iterator<Item = Stage> + Clone {
         self.sweep.into_iter().flatten()
     }
 

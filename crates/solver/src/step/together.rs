@@ -166,7 +166,7 @@ pub fn advance(
         predict(bodies, contacts, &step, means);
         for iteration in 0..step.sweeps() {
             each(bodies, means, |it, means| {
-                sweep(it, &step, iteration, means)
+                iterate(it, &step, iteration, means)
             });
             for _ in 0..step.contacts_after(iteration) {
                 solve(bodies, contacts, Stage::Contact, means);
@@ -239,14 +239,18 @@ fn finish(bodies: &mut [Companion], contacts: &mut Contacts, step: &Substep, mea
 }
 
 /// The constraints of an iteration.
-fn sweep(it: &mut Companion, step: &Substep, iteration: u32, means: &Means) {
+fn iterate(it: &mut Companion, step: &Substep, iteration: u32, means: &Means) {
     it.work(|body, book| {
         let solve = Solve::of(body.effects, !body.stitches.is_empty(), step.method);
         if let Some(book) = book {
-            let mut stages = solve.sweep();
+            let mut stages = solve.constraints();
             return stages.try_for_each(|stage| book.stage(body, stage, step, iteration, means));
         }
-        body.stages(solve.sweep().map(|stage| (stage, iteration)), step, means)
+        body.stages(
+            solve.constraints().map(|stage| (stage, iteration)),
+            step,
+            means,
+        )
     });
 }
 
@@ -312,7 +316,7 @@ fn watched(means: &Means, stage: Stage, mut work: impl FnMut()) {
 }
 
 /// Does a part of a substep with every body that is stepped, on all threads.
-fn each(bodies: &mut [Companion], means: &Means, work: impl Fn(&mut Companion, &Means) + Sync) {
+pub fn each(bodies: &mut [Companion], means: &Means, work: impl Fn(&mut Companion, &Means) + Sync) {
     let load = |it: &Companion| match it.is_active() {
         true => it.body.effects.load(it.body.topology, 1),
         false => Load::default(),

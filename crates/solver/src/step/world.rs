@@ -65,57 +65,33 @@ impl World {
             instructions: *instructions,
             watch: None,
         };
-        for body in &mut *bodies {
-            if body.asleep && wakes(body, swept.whole()) {
+        for body in bodies.iter_mut().filter(|body| body.asleep) {
+            if wakes(body, swept.whole()) {
                 body.wake();
             }
-            body.begin_tick();
         }
         let together = are_needed(bodies.iter().map(|body| (&body.effects, body.is_active())));
+        let is_alone = |body: &Body| body.is_active() && !(together && body.effects.can_touch());
         let step = |body: &mut Body, threads: &Threads| {
-            if body.is_active() && !(together && body.effects.can_touch()) {
+            body.begin_tick();
+            if is_alone(body) {
                 body.advance(&Means { threads, ..means });
+            }
+            if is_alone(body) && body.end_tick(seconds, settings.gravity, sleep) {
+                body.fall_asleep();
             }
         };
         let sweeps = settings.substeps.get() as usize * settings.substep(0).sweeps() as usize;
-        let load = |body: &Body| match body.is_active() {
+        let load = |body: &Body| match is_alone(body) {
             true => body.effects.load(&body.topology, sweeps),
             false => Load::default(),
         };
         threads.for_each(bodies, load, &step);
         if together {
             advance_together(bodies, contacts, &means);
-        }
-        let still = |body: &mut Body| body.end_tick(seconds, settings.gravity, sleep);
-        if !together {
-            for body in bodies.iter_mut().filter(|body| body.is_active()) {
-                if still(body) {
-                    body.fall_asleep();
-                }
-            }
+            rest_together(bodies, contacts, &means, sleep);
         } else {
-            let mut group = Vec::new();
-            for body in &mut *bodies {
-                let rest = match body.is_active() {
-                    true if still(body) => Wakefulness::Still,
-                    true => Wakefulness::Awake,
-                    false => Wakefulness::Asleep,
-                };
-                match (body.effects.can_touch(), rest) {
-                    (true, _) => group.push(rest),
-                    (false, Wakefulness::Still) => body.fall_asleep(),
-                    (false, _) => {}
-                }
-            }
-            settle(&mut group, contacts.touching());
-            let touching = bodies.iter_mut().filter(|body| body.effects.can_touch());
-            for (body, rest) in touching.zip(group) {
-                match rest {
-                    Wakefulness::Asleep if body.is_active() => body.fall_asleep(),
-                    Wakefulness::Awake if body.asleep => body.wake(),
-                    _ => {}
-                }
-            }
+            contacts.clear();
         }
         self.time += seconds;
         self.tick += 1;
@@ -157,6 +133,29 @@ fn advance_together(bodies: &mut [Body], contacts: &mut Contacts, means: &Means)
         if let Err(error) = result {
             body.quarantine = Some(body.find_cause(error, CONTACT, means));
             freeze(&mut body.particles, &body.tick_start.positions);
+        }
+    }
+}
+
+/// Ends a tick of the bodies that can touch: those that touch each other fall asleep and wake together.
+fn rest_together(bodies: &mut [Body], contacts: &Contacts, means: &Means, sleep: &SleepSettings) {
+    let seconds = means.settings.tick_seconds();
+    let can_touch = |body: &&mut Body| body.effects.can_touch();
+    let mut group: Vec<Wakefulness> = bodies
+        .iter_mut()
+        .filter(can_touch)
+        .map(|body| match body.is_active() {
+            true if body.end_tick(seconds, means.settings.gravity, sleep) => Wakefulness::Still,
+            true => Wakefulness::Awake,
+            false => Wakefulness::Asleep,
+        })
+        .collect();
+    settle(&mut group, contacts.touching());
+    for (body, rest) in bodies.iter_mut().filter(can_touch).zip(group) {
+        match rest {
+            Wakefulness::Asleep if body.is_active() => body.fall_asleep(),
+            Wakefulness::Awake if body.asleep => body.wake(),
+            _ => {}
         }
     }
 }

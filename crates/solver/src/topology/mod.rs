@@ -101,7 +101,7 @@ pub struct Topology {
     frames: Lazy<Frames>,
     /// Struts from surface to surface; not there until somebody asks for them.
     struts: Lazy<Edges>,
-    /// What of it can touch; not there until somebody asks for it.
+    /// The surface that can touch, computed on first use.
     surface: Lazy<Arc<Surface>>,
     /// What the surface encloses, for pressure; or why it is none.
     enclosure: Lazy<Result<Enclosure, NotClosed>>,

@@ -18,6 +18,10 @@ use std::{ops::Range, sync::Arc};
 /// How far a ball reaches along the predicted motion, as a multiple of it.
 pub(super) const HORIZON: f64 = 1.5;
 
+/// How far a particle may leave the way that was expected, as a fraction of the mean edge, and at least the thickness.
+/// More is fewer detections of more candidates.
+const SKIN: f32 = 0.1;
+
 /// Which contacts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Between {
@@ -40,7 +44,7 @@ pub struct ContactCounts {
     pub truncated: usize,
     /// Pairs that could not be kept apart, as nothing of them may be moved.
     pub failed: usize,
-    /// How often candidates were found since the beginning.
+    /// How often candidates were found since bodies that can touch were last without each other.
     pub detections: u64,
 }
 
@@ -152,6 +156,12 @@ impl Piece {
         self.first..self.first + self.patch(members).vertices.len()
     }
 
+    /// How far a corner may leave the way that it was expected to take [m].
+    pub(super) fn skin(&self, members: &[Member]) -> f32 {
+        let mean_edge = members[self.member].surface.mean_edge;
+        (SKIN * mean_edge).max(2.0 * self.half_thickness)
+    }
+
     /// Origin of the frame now [m].
     pub(super) fn frame(&self) -> DVec3 {
         self.origin + self.drift
@@ -183,12 +193,6 @@ impl Contacts {
         &self.touching
     }
 
-    /// Forces of the contacts that push after a substep of `h` seconds [N].
-    pub fn forces(&self, h: f64) -> impl Iterator<Item = f64> {
-        let rows = self.rows.iter().flatten();
-        rows.filter(|row| row.acts()).map(move |row| row.force(h))
-    }
-
     /// Bytes of memory.
     #[must_use]
     pub fn bytes(&self) -> usize {
@@ -206,6 +210,13 @@ impl Contacts {
                 .sum::<usize>()
             + size_of_val(&self.active[..])
             + size_of_val(&self.places[..])
+    }
+
+    /// Takes all bodies out: in this tick nothing touches.
+    pub fn clear(&mut self) {
+        if !self.members.is_empty() {
+            *self = Self::default();
+        }
     }
 
     /// Begins a substep: finds what is near.
@@ -358,6 +369,7 @@ impl Contacts {
         self.ends.resize(first, DVec3::ZERO);
         self.inverse_masses.clear();
         self.inverse_masses.resize(first, 0.0);
+        self.active.clear();
         self.places.clear();
         self.places.resize(first, NOWHERE);
         self.cut_into_pieces();
@@ -552,10 +564,9 @@ impl Contacts {
                 let weights = batch
                     .kind
                     .weights(vertices.map(|v| self.starts[v as usize]));
-                let mut side = 0;
-                let corners = vertices.map(|v| {
-                    let member = if side < batch.kind.split() { a } else { b };
-                    side += 1;
+                let corners = std::array::from_fn(|corner| {
+                    let v = vertices[corner];
+                    let member = if corner < batch.kind.split() { a } else { b };
                     let place = &mut self.places[v as usize];
                     if *place == NOWHERE {
                         *place = self.active.len() as u32;

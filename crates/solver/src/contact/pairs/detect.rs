@@ -21,7 +21,7 @@ pub(super) struct Batch {
     /// Offset of the second piece's frame from that of the first for which they were found.
     pub offset: Ball,
     /// Surfaces never come closer than this [m].
-    pub least_gap: f64,
+    pub min_gap: f64,
 }
 
 impl Batch {
@@ -92,13 +92,9 @@ const AHEAD: f64 = 1.0;
 /// The same of pieces relative to each other.
 const FRAMES_AHEAD: f64 = 2.0;
 
-/// How far a particle may leave that way, as a fraction of the mean edge, and at least of the thickness. More is fewer
-/// detections of more candidates.
-const SKIN: f32 = 0.1;
-
 /// A gap is never cut to less than this fraction of the thickness, and to less than this fraction of the longest edge;
 /// thinner ones would be within the rounding of positions.
-const LEAST_GAP: [f64; 2] = [0.01, 5e-4];
+const MIN_GAP: [f64; 2] = [0.01, 5e-4];
 
 /// A surface keeps at most this fraction of the distance that its primitives have at rest.
 const OF_REST: f64 = 0.9;
@@ -107,8 +103,8 @@ const OF_REST: f64 = 0.9;
 const SLACK: f32 = 1e-6;
 
 impl Contacts {
-    /// Finds candidates for the motion under way where claims do not hold it, and claims for as long as it goes on about
-    /// alike, in ticks of so many substeps. Candidates of other pieces stay.
+    /// Finds candidates for the motion under way where claims do not hold it. New claims hold while the motion changes
+    /// little; frames are expected to go on for a tick, of this number of substeps. Other candidates are kept.
     pub(super) fn detect(&mut self, substeps: u32) {
         self.is_valid = true;
         self.counts.detections += 1;
@@ -171,8 +167,7 @@ impl Contacts {
         let lost = pieces.iter_mut().zip(&mut scratch.wholes);
         for (piece, whole) in lost.filter(|(piece, _)| piece.is_lost) {
             let corners = piece.corners(members);
-            let mean_edge = members[piece.member].surface.mean_edge;
-            let skin = (SKIN * mean_edge).max(2.0 * piece.half_thickness);
+            let skin = piece.skin(members);
             piece.origin = starts[vertices[piece.first] as usize];
             piece.drift = DVec3::ZERO;
             let mut size = 0.0_f32;
@@ -268,12 +263,9 @@ impl Contacts {
     /// Claims for two pieces what motion they have relative to each other.
     fn pair(&self, pieces: [u32; 2], between: Between) -> PiecePair {
         let [a, b] = pieces.map(|piece| &self.pieces[piece as usize]);
-        let skin = |piece: &Piece| {
-            if piece.is_stepped {
-                0.5 * self.skin(piece)
-            } else {
-                0.0
-            }
+        let skin = |piece: &Piece| match piece.is_stepped {
+            true => 0.5 * piece.skin(&self.members),
+            false => 0.0,
         };
         let way = (b.motion - a.motion) * (HORIZON * FRAMES_AHEAD);
         let more = skin(a) + skin(b) + 2.0 * (a.slack + b.slack);
@@ -289,12 +281,6 @@ impl Contacts {
             claim,
             is_lost: true,
         }
-    }
-
-    /// How far a particle may leave the way that it was expected to take [m].
-    fn skin(&self, piece: &Piece) -> f32 {
-        let mean_edge = self.members[piece.member].surface.mean_edge;
-        (SKIN * mean_edge).max(2.0 * piece.half_thickness)
     }
 
     /// Finds the candidates of one kind between parts of two pieces, or of one with itself.
@@ -398,16 +384,16 @@ impl Contacts {
         }
         found.sort_unstable_by_key(|candidate| candidate.corners);
         let longest = of_a.surface.longest_edge.max(of_b.surface.longest_edge);
-        let [of_thickness, of_edge] = LEAST_GAP;
+        let [of_thickness, of_edge] = MIN_GAP;
         let thickness = f64::from(thickness);
-        let least_gap = (of_thickness * thickness).max(of_edge * f64::from(longest));
+        let min_gap = (of_thickness * thickness).max(of_edge * f64::from(longest));
         batches.push(Batch {
             pieces,
             between,
             kind,
             range: start..candidates.len(),
             offset,
-            least_gap: least_gap.min(0.5 * thickness),
+            min_gap: min_gap.min(0.5 * thickness),
         });
     }
 }

@@ -111,11 +111,6 @@ impl Row {
         self.normal_multiplier > 0.0
     }
 
-    /// Force [N] in a substep of `h` seconds.
-    pub fn force(&self, h: f64) -> f64 {
-        self.normal_multiplier / (h * h)
-    }
-
     /// Projects it.
     pub fn solve(&mut self, active: &mut [Active]) {
         let Self {
@@ -123,6 +118,10 @@ impl Row {
         } = *self;
         let x = self.corners.map(|corner| active[corner as usize].now);
         let error = normal.dot(weighted(weights, x)) - self.distance;
+        // A body that diverges does not take along what it touches.
+        if !error.is_finite() {
+            return;
+        }
         let full = -(error + self.compliance * self.normal_multiplier)
             / (self.inverse_mass + self.compliance);
         let change = full.max(-self.normal_multiplier);

@@ -5,7 +5,7 @@
 //! start, are at least that distance on the first, and at most 0 on the second. Two primitives that stay on their sides
 //! of a plane between them cannot cross.
 //!
-//! - A pair that stays apart by the least gap all the way is left alone; as motion is straight, its ends tell.
+//! - A pair that stays apart by the minimum gap all the way is left alone; as motion is straight, its ends tell.
 //! - Of any other pair each particle that comes too close to the plane is cut. The plane divides the gap in proportion
 //!   to the approaches of the two sides.
 //! - This is repeated with the t of the last pass until no other pair comes too close: cutting one particle can bring
@@ -23,7 +23,7 @@ const MARGIN: f64 = 0.05;
 /// A particle is cut to this fraction of its way to the plane.
 const WAY: f64 = 0.9;
 
-/// A gap may shrink to this fraction, above the least gap, without being looked at.
+/// A gap may shrink to this fraction, above the minimum gap, without being looked at.
 const SHRINK: f64 = 0.1;
 
 /// Room for truncation, used again.
@@ -47,7 +47,7 @@ struct Pair {
     members: [u32; 2],
     normal: DVec3,
     gap: f64,
-    least_gap: f64,
+    min_gap: f64,
     heights: [f64; 4],
     is_cut: bool,
 }
@@ -89,12 +89,12 @@ impl Contacts {
         self.truncation = room;
     }
 
-    /// Finds the pairs that come closer than their least gaps.
+    /// Finds the pairs that come closer than their minimum gaps.
     fn find_near(&self, room: &mut Truncation) {
         let pairs = &mut room.pairs;
         pairs.clear();
         for batch in &self.batches {
-            let by = batch.least_gap as f32;
+            let by = batch.min_gap as f32;
             let near = self.near_in(batch, 1.0, |_| by);
             let members = batch
                 .pieces
@@ -195,7 +195,7 @@ impl Pair {
             members,
             normal,
             gap,
-            least_gap: batch.least_gap,
+            min_gap: batch.min_gap,
             heights: x.map(|at| normal.dot((at - x[3]) - point)),
             is_cut: false,
         })
@@ -210,7 +210,7 @@ impl Pair {
         let (first, second) = ends.split_at(self.split);
         let low = first.iter().copied().fold(f64::INFINITY, f64::min);
         let high = second.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        low - high >= self.gap.min(SHRINK * self.gap + self.least_gap)
+        low - high >= self.gap.min(SHRINK * self.gap + self.min_gap)
     }
 
     /// Cuts the ways of its corners at a plane; those that are `fixed` go all of theirs. False if there is no such
@@ -218,12 +218,12 @@ impl Pair {
     fn cut(&self, ways: [f64; 4], fixed: [bool; 4], t: &mut [f64]) -> bool {
         let Self {
             gap,
-            least_gap,
+            min_gap,
             heights,
             split,
             ..
         } = *self;
-        let half = 0.5 * least_gap;
+        let half = 0.5 * min_gap;
         // How far each corner comes towards the other side.
         let mut comes = ways;
         comes[..split].iter_mut().for_each(|way| *way = -*way);
