@@ -500,7 +500,7 @@ fn alone(wild: &Wild, soft: &Soft) -> Worst {
     worst
 }
 
-/// Known, see the README's limits: where volumes are rigid and damped by τ of more than some eight
+/// Known, see the limitations in `docs/accuracy.md`: where volumes are rigid and damped by τ of more than some eight
 /// substeps, a sweep that brakes their change lets what it leaves of C swing, and the body flutters.
 /// Of 8000 free bodies, 15 of the 233 with τ/h above 8 gained energy, the mildest at τ/h = 8.2, and
 /// no other.
