@@ -268,7 +268,7 @@ fn what_cannot_be_studied_is_refused_in_one_message() {
     );
     refuse(&[text(&empty)], &["empty", "2 links", "no particle"]);
     let body = write("body.ron", &OWN.replace("Moved(body: 0", "Moved(body: 7"));
-    refuse(&[text(&body)], &["body 7", "there are 1"]);
+    refuse(&[text(&body)], &["body 7", "number of bodies is 1"]);
     let endless = write("endless.ron", &OWN.replace("seconds: 6.0", "seconds: 1e9"));
     refuse(&[text(&endless)], &["1000 s"]);
     let infinite = write(
