@@ -253,7 +253,7 @@ fn bad_usage_is_exit_code_2_and_names_the_word_and_the_choices() {
         ),
         (
             &["run", "jelly_cube", "--set", "rate=NaN"],
-            &["NaN", "ticks a second"],
+            &["NaN", "ticks per second"],
         ),
         (&["run", "jelly_cube", "--set", "substeps"], &["name=value"]),
         (

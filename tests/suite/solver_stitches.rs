@@ -193,7 +193,7 @@ fn what_cannot_be_stitched_is_refused() {
             "stitch 1: unknown collider 1: the scene has no colliders",
         ),
         ("Point(Particle(99))", "does not have"),
-        ("Point(Particle(0))", "hang on particle 0"),
+        ("Point(Particle(0))", "attached to particle 0"),
         (
             "Point(Triangle((1, 2, 3), (0, 0, 0)))",
             "is not a valid point",
