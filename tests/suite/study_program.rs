@@ -144,7 +144,7 @@ fn a_users_file_gives_all_figures_and_all_files() {
     let rows = left("points.csv").lines().count();
     assert_eq!(rows, points.len() + 1);
     assert!(left("own.svg").contains("<svg"));
-    assert!(left("report.md").starts_with("# What accuracy costs"));
+    assert!(left("report.md").starts_with("# Accuracy vs. cost"));
     let page = left("report.html");
     assert!(page.contains("<svg") && page.contains("A mass of my own"));
     for outside in ["<script", "<link", "src=", "@import"] {
