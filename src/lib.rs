@@ -114,10 +114,15 @@ use bevy::{
     prelude::*,
 };
 
-/// The README's examples, compiled and run with the tests.
+/// The README's example, compiled and run with the tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
+
+/// The same for the example of `docs/library.md`.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/library.md")]
+struct Library;
 
 /// Everything that steps soft bodies: the simulation and all effects, without a window.
 ///

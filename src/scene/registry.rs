@@ -1,5 +1,5 @@
 //! The built-in scenes: in the program itself, so that an installed one needs no folder. This list
-//! feeds the picker, the command line, the tests and the README.
+//! feeds the picker, the command line and the tests, which compare it with `docs/scenes.md`.
 
 /// A scene that comes with the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -8,7 +8,7 @@ use super::{Figure, Outside, energy::Energy};
 use crate::solver::{Body, ElasticKind, Particles, World, measure};
 use glam::{DVec3, Vec4};
 
-/// Half an ulp of 1 in f32: a position x is rounded by at most this times ‖x‖.
+/// Half an ulp of 1 in f32: a number x is rounded by at most this times |x|.
 pub const ROUNDING: f64 = 1.0 / 16_777_216.0;
 
 /// Energy may exceed what was there by this share of it.
@@ -60,15 +60,18 @@ struct Momentum {
     most: f64,
 }
 
-/// What rounding of positions to f32 lets nobody do better than.
+/// What rounding to f32 adds. Positions are exact to f64 (position and carry); what is rounded are displacements in a
+/// substep, and lengths in constraints.
 #[derive(Debug, Clone, Copy, Default)]
 struct Floors {
     mass: f64,
     particles: f64,
-    /// Constraints on a particle, times sweeps, on average.
+    /// Constraints on a particle, times iterations, on average.
     moves: f64,
-    /// Largest coordinate seen [m].
-    reach: f64,
+    /// Largest displacement in a substep, per second [m/s].
+    speed: f64,
+    /// Longest edge seen [m].
+    length: f64,
     substeps: f64,
     h: f64,
 }
@@ -159,9 +162,15 @@ impl Watch {
         let caught = world.bodies.iter().filter(|body| body.quarantine.is_some());
         self.quarantined = self.quarantined.max(caught.count());
         for body in &world.bodies {
-            let coordinates = body.particles.positions.iter();
-            let far = coordinates.map(|x| f64::from(x.truncate().abs().max_element()));
-            self.floors.reach = far.fold(self.floors.reach, f64::max);
+            let particles = &body.particles;
+            let largest = |most: f32, u: &Vec4| most.max(u.truncate().length());
+            let way = particles.displacements.iter().fold(0.0, largest);
+            let speed = f64::from(way / particles.substep_seconds());
+            self.floors.speed = self.floors.speed.max(speed);
+            let (topology, x) = (&body.topology, &particles.positions);
+            let errors = measure::edge_errors(topology, x).zip(&topology.edges.rest_length);
+            let lengths = errors.map(|(error, &rest)| error + f64::from(rest));
+            self.floors.length = lengths.fold(self.floors.length, f64::max);
         }
         let bodies = || world.bodies.iter().map(|body| &body.particles);
         let total: DVec3 = bodies().map(measure::momentum).sum();
@@ -237,28 +246,32 @@ impl Watch {
 }
 
 impl Floors {
-    /// Each of the 2 + k roundings of a position in a substep (the prediction, and one for each of
-    /// the k constraints on it and sweeps) changes the velocity that postsolve reads off by up to
-    /// u‖x‖/h in each of three directions.
+    /// Each of the 2 + k roundings of a displacement u in a substep (the prediction, the velocity, and one for each of
+    /// the k constraints on it and iterations) changes a velocity by up to ε‖u‖/h in each of three directions.
     fn kick(&self) -> f64 {
-        ROUNDING * self.reach / self.h
+        ROUNDING * self.speed
     }
 
-    /// Independent kicks add in their squares: ½m · 3(2 + k)n (u‖x‖/h)² after n substeps. Those of
-    /// an even flight at a speed v add up to n u‖x‖/h, and so to mv times that.
+    /// A constraint of a length l is rounded by up to εl, and displacements in the course of the iterations can be as long.
+    fn constraint_kick(&self) -> f64 {
+        self.kick() + ROUNDING * self.length / self.h
+    }
+
+    /// Independent kicks add in their squares: ½m · 3(2 + k)n (ε(‖u‖ + l)/h)² after n substeps. Those of
+    /// an even flight at a speed v add up to nε‖u‖/h, and so to mv times that.
     fn energy(&self, flight: f64) -> f64 {
         let kicks = 3.0 * (2.0 + self.moves) * self.substeps.max(1.0);
-        let apart = 0.5 * self.mass * kicks * self.kick() * self.kick();
+        let apart = 0.5 * self.mass * kicks * self.constraint_kick().powi(2);
         apart + self.mass * flight * self.substeps * self.kick()
     }
 
     /// A particle that flies evenly is rounded alike in each substep, so that the kicks of the
-    /// prediction add up: mn u‖x‖/h. Those of constraints have no direction: of N particles in n
+    /// prediction add up: mnε‖u‖/h. Those of constraints have no direction: of N particles in n
     /// substeps they add like √(3kn/N), and four times that is not exceeded by chance.
     fn momentum(&self) -> f64 {
         let flight = self.substeps;
         let constraints = 4.0 * (3.0 * self.moves * self.substeps / self.particles).sqrt();
-        self.mass * self.kick() * (flight + constraints)
+        self.mass * (self.kick() * flight + self.constraint_kick() * constraints)
     }
 }
 

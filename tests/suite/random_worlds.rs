@@ -419,17 +419,16 @@ fn any_world_stays_finite_or_is_named_keeps_its_pins_and_repeats() {
     });
 }
 
-/// Half an ulp of 1 in f32: a coordinate x is rounded by at most this times |x|.
+/// Half an ulp of 1 in f32: a number x is rounded by at most this times |x|.
 const ROUNDING: f64 = 1.0 / 16_777_216.0;
 
-/// What rounding of positions may add to the mean velocity of a body in n substeps [m/s]. A velocity
-/// is a difference of positions over h, so that the rounding of a coordinate x kicks it by up to
-/// u|x|/h. The prediction rounds a particle in even flight alike in every substep: n times √3 of
-/// that, one for each coordinate. Each of the k projections of a particle in a substep rounds it in
-/// no direction: of N particles in n substeps they add up like √(3kn/N), and four times that is not
-/// exceeded by chance.
-fn drift(world: &World, body: &Body, substeps: f64, reach: f64) -> f64 {
-    let kick = ROUNDING * reach / world.settings.substep_seconds();
+/// What rounding may add to the mean velocity of a body in n substeps [m/s]. Positions are exact to f64; a displacement u
+/// is rounded by up to ε|u|, which kicks a velocity by ε|u|/h, `speed` being the largest |u|/h. The prediction rounds a
+/// particle in even flight alike in every substep: n times √3 of that, one for each coordinate. Each of the k projections
+/// of a particle in a substep rounds it in no direction: of N particles in n substeps they add up like √(3kn/N), and four
+/// times that is not exceeded by chance.
+fn drift(world: &World, body: &Body, substeps: f64, speed: f64) -> f64 {
+    let kick = ROUNDING * speed;
     let particles = body.particles.len() as f64;
     let topology = &body.topology;
     let corners = body
@@ -471,7 +470,7 @@ fn alone(wild: &Wild, soft: &Soft) -> Worst {
     let positions = world.bodies[0].particles.positions.iter();
     let mass: f64 = positions.map(|x| 1.0 / f64::from(x.w)).sum();
     let (momentum, energy) = figures(&world);
-    let (mut reach, mut fastest) = (0.0_f64, 0.0_f64);
+    let (mut speed, mut fastest) = (0.0_f64, 0.0_f64);
     let mut worst = Worst::default();
     for tick in 1..=TICKS {
         world.tick();
@@ -482,16 +481,17 @@ fn alone(wild: &Wild, soft: &Soft) -> Worst {
                 energy: f64::INFINITY,
             };
         }
-        let coordinates = body.particles.positions.iter();
-        let far = coordinates.map(|x| f64::from(x.truncate().abs().max_element()));
-        reach = far.fold(reach, f64::max);
+        let particles = &body.particles;
+        let ways = particles.displacements.iter();
+        let largest = ways.fold(0.0_f32, |most, u| most.max(u.truncate().length()));
+        speed = speed.max(f64::from(largest / particles.substep_seconds()));
         let (now, more) = figures(&world);
         let substeps = tick as f64 * f64::from(wild.substeps);
         let fallen: DVec3 = gravity.as_dvec3() * world.time;
         fastest = fastest.max(measure::rms_speed(&body.particles));
         // What gravity adds to a velocity, and the velocity itself, are rounded too.
         let steps = ROUNDING * (fastest + fallen.length()) * substeps;
-        let drift = drift(&world, body, substeps, reach) + steps;
+        let drift = drift(&world, body, substeps, speed) + steps;
         let off = ((now - momentum) / mass - fallen).length();
         worst.momentum = worst.momentum.max(off / drift);
         let allowed = 0.005 * mass * fastest * fastest + mass * (fastest * drift + drift * drift);
@@ -500,7 +500,7 @@ fn alone(wild: &Wild, soft: &Soft) -> Worst {
     worst
 }
 
-/// Known, see the README's limits: where volumes are rigid and damped by τ of more than some eight
+/// Known, see the limitations in `docs/accuracy.md`: where volumes are rigid and damped by τ of more than some eight
 /// substeps, a sweep that brakes their change lets what it leaves of C swing, and the body flutters.
 /// Of 8000 free bodies, 15 of the 233 with τ/h above 8 gained energy, the mildest at τ/h = 8.2, and
 /// no other.

@@ -196,8 +196,8 @@ fn a_solid_hangs_down_as_far_on_three_meshes_unless_it_keeps_its_volume() {
             sag(&primitive, &besides, |x| -x.y)
         });
         // Linear tetrahedra lock where Poisson's ratio is near a half: there are more volumes to keep than
-        // ways to move. Coarse bars of rubber and jelly are stiffer than fine ones by the share that the
-        // README tells; only that it gets no worse is held here.
+        // ways to move. `docs/accuracy.md` has by how much coarse bars of rubber and jelly are stiffer than
+        // fine ones; only that it gets no worse is held here.
         let promised = match name.as_str() {
             "foam" => 0.05,
             _ => 0.33,

@@ -1,5 +1,5 @@
-//! What the README shows of the study cannot go stale: its diagrams and its table are drawn again
-//! from the points in `assets/readme/study`, and points that they show are computed again.
+//! Diagrams and table of `docs/accuracy.md` are drawn again from the points in `assets/readme/study`, and points that
+//! they show are computed again.
 
 use pliant::study::{
     self, Budget, Method, Options, Plan, Setting, Study,
@@ -149,10 +149,10 @@ fn exhibit(report: &str, study: &Study) -> String {
     )
 }
 
-/// After a change that is meant to alter them, `PLIANT_MINT=1 cargo test --release what_the_readme`
+/// After a change that is meant to alter them, `PLIANT_MINT=1 cargo test --release the_documented_accuracy`
 /// takes some minutes to make them anew; nothing else should run meanwhile.
 #[test]
-fn what_the_readme_shows_is_what_the_study_finds() {
+fn the_documented_accuracy_is_what_the_study_finds() {
     let minting = std::env::var_os("PLIANT_MINT").is_some();
     let points = file("assets/readme/study");
     if minting {
@@ -168,15 +168,15 @@ fn what_the_readme_shows_is_what_the_study_finds() {
         "problems or budget are others now"
     );
 
-    let readme = read(&file("README.md"));
-    let (before, rest) = readme.split_once(BEGIN).expect("where it begins");
+    let document = read(&file("docs/accuracy.md"));
+    let (before, rest) = document.split_once(BEGIN).expect("where it begins");
     let (_, after) = rest.split_once(END).expect("where it ends");
     let table = exhibit(&read(&folder.join("report.md")), &study);
     let right = format!("{before}{BEGIN}{table}{END}{after}");
     if minting {
-        fs::write(file("README.md"), &right).expect("writable");
+        fs::write(file("docs/accuracy.md"), &right).expect("writable");
     } else {
-        assert_eq!(readme, right);
+        assert_eq!(document, right);
     }
     for name in DIAGRAMS {
         let drawn = read(&folder.join(format!("{name}.svg")));
@@ -186,7 +186,7 @@ fn what_the_readme_shows_is_what_the_study_finds() {
         } else {
             assert!(drawn == read(&path), "{} is stale", path.display());
         }
-        assert!(readme.contains(&format!("assets/readme/study/{name}.svg")));
+        assert!(document.contains(&format!("(../assets/readme/study/{name}.svg)")));
     }
     fs::remove_dir_all(folder).expect("it was made here");
 

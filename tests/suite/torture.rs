@@ -1,4 +1,4 @@
-//! The hard cases: that they pass, that the README tells what came out, and that a solver that broke
+//! The hard cases: that they pass, that the documents tell what came out, and that a solver that broke
 //! something would be found out.
 
 use glam::Vec4;

@@ -7,8 +7,8 @@ use glam::{DVec3, Vec3};
 /// How far the centre of mass of a falling body is from where symplectic Euler puts it, over its
 /// way; `rate` is that of each tick.
 ///
-/// A position is rounded by up to u‖x‖ in each of n substeps, which postsolve reads off as a
-/// velocity that stays: after n of them up to u‖x‖n²/2.
+/// A displacement hv is rounded by up to εhv in each of n substeps, which stays as a velocity: after n of them up to
+/// εn‖y‖, as hvn²/2 is no more than n times the way.
 pub fn fall(run: &Run, rate: impl Fn(u64) -> f64) -> Figure {
     let (start, end) = (&run.start.bodies[0], &run.end.bodies[0]);
     let gravity = f64::from(run.end.settings.gravity.y);
@@ -24,8 +24,7 @@ pub fn fall(run: &Run, rate: impl Fn(u64) -> f64) -> Figure {
     }
     let centre = |body: &Body| measure::centre_of_mass(&body.particles);
     let fallen = (centre(end) - centre(start)).y;
-    let reach = f64::from(run.member.scale) + y.abs();
-    let rounding = ROUNDING * reach * n * n / 2.0;
+    let rounding = ROUNDING * n * y.abs();
     let off = (fallen - y).abs();
     Figure::new(
         "error of the fall",

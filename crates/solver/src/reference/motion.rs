@@ -200,7 +200,7 @@ impl Body {
         let mut repair = std::mem::take(&mut self.repair);
         let topology = Arc::clone(&self.topology);
         if let Some(body) = Repairable::of(&self.effects, &topology, settings) {
-            repair.look(&body, settings.tick_seconds(), self);
+            repair.look(&body, settings.tick_seconds(), self, |_| true);
             self.repair = repair;
         }
     }

@@ -80,6 +80,15 @@ impl<'a> Repairable<'a> {
         }
     }
 
+    /// Time between two looks at a body in order [s]. A solid is looked at in every tick: an element left inside out for
+    /// longer turns its neighbors.
+    pub const fn interval(&self) -> f64 {
+        match self.elements {
+            Elements::Tetrahedra => 0.0,
+            Elements::Edges(..) => self.time,
+        }
+    }
+
     /// Whether anything has collapsed or may be tangled, in one pass over the body.
     pub fn may_be_damaged(&self, particles: &Particles, instructions: Instructions) -> bool {
         match self.elements {

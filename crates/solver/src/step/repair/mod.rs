@@ -3,7 +3,8 @@
 //! A constraint corrects an inverted element within one substep. The correction is of the order of the
 //! element's size, so it would leave with a velocity of meters per millisecond, make the body explode and
 //! invert neighboring elements. Instead, damaged elements and those that share a particle with them are moved
-//! back to their rest shape. What counts as damaged when a tick begins:
+//! back to their rest shape. What counts as damaged when a tick begins, looked
+//! for in every tick, of a sheet without damage once per repair time:
 //!
 //! - of a body with [`Volume`](crate::Volume): a tetrahedron below [`COLLAPSED`] of its rest volume;
 //! - of a sheet (triangles, no tetrahedra) with [`Stretch`](crate::Stretch): an edge shorter than [`CRUSHED`]
@@ -35,8 +36,8 @@
 //! vibrating neighbors disturbs them. After [`PATIENCE`] repair times recovery is suspended (pins or contacts
 //! can hold elements inverted) until the body has been without repair for ten times as long.
 //!
-//! Cost for a body without damage: one pass over its tetrahedra or edges per tick; none with a repair time of
-//! ∞. Not for plastic bodies, whose rest positions are not their equilibrium, and not for
+//! Cost for a body without damage: one pass per tick over its tetrahedra, or per repair time (every third tick by
+//! default) over its edges; none with a repair time of ∞. Not for plastic bodies, whose rest positions are not their equilibrium, and not for
 //! [`NeoHookean`](crate::NeoHookean), which recovers by its own forces.
 
 mod damage;
@@ -67,7 +68,7 @@ pub const LITTLE: f64 = 0.02;
 /// can crush some for a moment where a sheet swings under its weight.
 pub const MANY: f64 = 0.1;
 
-/// Change of the strain of a tangled hinge from tick to tick below which it does not come apart by itself.
+/// Change of the strain of a tangled hinge from look to look below which it does not come apart by itself.
 pub const STEADY: f64 = 0.05;
 
 /// Fraction of the hinges of a sheet, by length, that must be tangled for a repair to begin.
@@ -118,15 +119,27 @@ impl Motes for Particles {
 impl Repair {
     /// Finds what is to be repaired in a tick of `seconds`: what is damaged, and what is still under
     /// repair.
-    pub(crate) fn look(&mut self, body: &Repairable, seconds: f64, motes: &impl Motes) {
+    ///
+    /// A body in order is looked at once per interval, if it `may_be_damaged`.
+    pub(crate) fn look<M: Motes>(
+        &mut self,
+        body: &Repairable,
+        seconds: f64,
+        motes: &M,
+        may_be_damaged: impl FnOnce(&M) -> bool,
+    ) {
+        let elapsed = match self.is_due(body.interval(), seconds) {
+            Some(elapsed) if !self.is_empty() || may_be_damaged(motes) => elapsed,
+            due => return self.recuperate(seconds, due.is_some()),
+        };
         let topology = body.topology;
-        let mut repair = self.0.take().unwrap_or_default();
+        let mut repair = self.under.take().unwrap_or_default();
         repair.time = body.time;
         if repair.spent > PATIENCE * body.time {
             repair.spent = 2.0 * PATIENCE * body.time;
             repair.drawn.clear();
             repair.regions.clear();
-            self.0 = Some(repair);
+            self.under = Some(repair);
             return;
         }
         repair.drawn.resize(topology.particles(), false);
@@ -149,7 +162,7 @@ impl Repair {
                 }
             }
         }
-        repair.count_tangles(&strains, seconds);
+        repair.count_tangles(&strains, elapsed);
         let mut damaged = std::mem::take(&mut repair.regions.damaged);
         damaged.clear();
         damaged.resize(topology.particles(), false);
@@ -175,12 +188,14 @@ impl Repair {
             repair.drawn.clear();
             repair.recuperate(seconds);
         }
-        self.0 = Some(repair);
+        self.under = Some(repair);
     }
 
     /// Draws all regions towards their shapes at rest, in a substep of `h` seconds.
     pub(crate) fn draw(&mut self, topology: &Topology, h: f64, motes: &mut impl Motes) {
-        let Some(repair) = &mut self.0 else { return };
+        let Some(repair) = &mut self.under else {
+            return;
+        };
         let mut motions = std::mem::take(&mut repair.regions.motions);
         motions.clear();
         let share = -(-h * (1.0 + repair.spent / repair.time) / repair.time).exp_m1();
@@ -203,7 +218,7 @@ impl Repair {
 
     /// Leaves all regions nothing of their velocities but what a rigid body has.
     pub(crate) fn stiffen(&self, motes: &mut impl Motes) {
-        let Some(repair) = &self.0 else { return };
+        let Some(repair) = &self.under else { return };
         let Regions {
             motions, touched, ..
         } = &repair.regions;
@@ -226,8 +241,8 @@ impl Repair {
 }
 
 impl UnderRepair {
-    /// Takes note of the strain of tangled hinges at each particle, 0 where there is none, in a tick of
-    /// `seconds`.
+    /// Takes note of the strain of tangled hinges at each particle, 0 where there is none, `seconds` after the look
+    /// before.
     fn count_tangles(&mut self, strains: &[f32], seconds: f64) {
         if strains.iter().all(|&strain| strain == 0.0) {
             self.tangled.clear();
@@ -426,12 +441,9 @@ impl Stepper<'_> {
         };
         let seconds = settings.tick_seconds();
         let mut repair = std::mem::take(&mut self.particles.repair);
-        if !repair.is_empty() || body.may_be_damaged(self.particles, means.instructions) {
-            repair.look(&body, seconds, &*self.particles);
-        } else if let Some(repair) = &mut repair.0 {
-            repair.tangled.clear();
-            repair.recuperate(seconds);
-        }
+        repair.look(&body, seconds, &*self.particles, |particles| {
+            body.may_be_damaged(particles, means.instructions)
+        });
         self.particles.repair = repair;
     }
 

@@ -6,7 +6,11 @@ use std::iter;
 
 /// Recovery state of a body; empty while nothing is under repair. Allocations are kept.
 #[derive(Debug, Default, Serialize, Deserialize)]
-pub struct Repair(pub(super) Option<Box<UnderRepair>>);
+pub struct Repair {
+    pub(super) under: Option<Box<UnderRepair>>,
+    /// Time to the next look at a body in order [s].
+    pub(super) wait: f64,
+}
 
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct UnderRepair {
@@ -49,11 +53,12 @@ impl Clone for Repair {
 
     /// Reuses allocations. Regions are not copied: they are found when a tick begins.
     fn clone_from(&mut self, from: &Self) {
-        let Some(from) = &from.0 else {
-            self.0 = None;
+        self.wait = from.wait;
+        let Some(from) = &from.under else {
+            self.under = None;
             return;
         };
-        let repair = self.0.get_or_insert_default();
+        let repair = self.under.get_or_insert_default();
         repair.drawn.clone_from(&from.drawn);
         repair.tangled.clone_from(&from.tangled);
         (repair.time, repair.spent) = (from.time, from.spent);
@@ -64,12 +69,12 @@ impl Clone for Repair {
 impl PartialEq for Repair {
     fn eq(&self, other: &Self) -> bool {
         let state = |it: &Self| {
-            let repair = it.0.as_ref();
+            let repair = it.under.as_ref();
             repair.map_or((Vec::new(), Vec::new(), 0.0), |it| {
                 (it.drawn.clone(), it.tangled.clone(), it.spent)
             })
         };
-        state(self) == state(other)
+        self.wait == other.wait && state(self) == state(other)
     }
 }
 
@@ -91,7 +96,7 @@ impl Repair {
     /// How many particles it is of; none for a body in order.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.0.as_ref().map_or(0, |repair| repair.drawn.len())
+        self.under.as_ref().map_or(0, |repair| repair.drawn.len())
     }
 
     /// Whether nothing is under repair.
@@ -103,7 +108,7 @@ impl Repair {
     /// Bytes of memory.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.0.as_ref().map_or(0, |repair| {
+        self.under.as_ref().map_or(0, |repair| {
             let regions = &repair.regions;
             size_of_val(&repair.drawn[..])
                 + size_of_val(&repair.tangled[..])
@@ -116,9 +121,35 @@ impl Repair {
         })
     }
 
+    /// Time since the look before [s] if a body is to be looked at in a tick of `seconds`: once per `interval` [s], and in
+    /// every tick while something is under repair.
+    pub(super) fn is_due(&mut self, interval: f64, seconds: f64) -> Option<f64> {
+        if !self.is_empty() {
+            self.wait = 0.0;
+            return Some(seconds);
+        }
+        // Half a tick is more than sums of ticks are rounded by.
+        let is_due = self.wait < 0.5 * seconds;
+        if is_due {
+            self.wait = interval;
+        }
+        self.wait = (self.wait - seconds).max(0.0);
+        is_due.then_some(interval.max(seconds))
+    }
+
+    /// Nothing is under repair in a tick of `seconds`; nor is anything tangled, if it `is_whole`.
+    pub(super) fn recuperate(&mut self, seconds: f64, is_whole: bool) {
+        if let Some(repair) = &mut self.under {
+            if is_whole {
+                repair.tangled.clear();
+            }
+            repair.recuperate(seconds);
+        }
+    }
+
     /// The body touches something in the substep under way.
     pub(crate) fn touch(&mut self) {
-        if let Some(repair) = &mut self.0 {
+        if let Some(repair) = &mut self.under {
             repair.regions.touched = true;
         }
     }
