@@ -176,7 +176,7 @@ pub fn draw(
 fn line(ui: &mut egui::Ui, body: &FrozenBody, places: &mut Places) -> bool {
     let FrozenBody { name, reason, .. } = body;
     let again = if body.again { " again" } else { "" };
-    let text = format!("{name} diverged{again}: {reason}");
+    let text = format!("{name} diverged{again} and is paused: {reason}");
     ui.add(Label::new(RichText::new(text).color(theme::STRONG)).wrap());
     let help = "Resume from the last finite state, the start of the tick in which the body diverged, at zero velocity";
     let button = Button::new("Restore last finite state").min_size(Vec2::new(0.0, theme::ROW));

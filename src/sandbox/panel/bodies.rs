@@ -118,7 +118,7 @@ fn frozen(ui: &mut Ui, panel: &mut Panel, stuck: &[(&BodyEntry, &str)]) {
         ui.add(Label::new(RichText::new(text).small().color(theme::ALARM)).wrap());
     };
     for (body, reason) in stuck.iter().take(MOST_NAMED) {
-        alarm(ui, format!("{} diverged: {reason}", body.name));
+        alarm(ui, format!("{} diverged and is paused: {reason}", body.name));
     }
     if stuck.len() > MOST_NAMED {
         alarm(ui, format!("and {} more", stuck.len() - MOST_NAMED));
@@ -197,7 +197,7 @@ fn materials(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     if model.materials.is_empty() {
         return;
     }
-    let menu = ui.menu_button("Material …", |ui| {
+    let menu = ui.menu_button("Material…", |ui| {
         ui.set_min_width(160.0);
         for material in &model.materials {
             let line = ui.button(&material.title).on_hover_ui(|ui| {

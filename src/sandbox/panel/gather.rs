@@ -330,8 +330,8 @@ fn words(setting: &str) -> Option<(&'static str, &'static str, Track)> {
         ),
         "smoothing_iterations" => (
             "Smoothing iter.",
-            "Smoothing iterations: averaged passes after the constraint iterations of a substep. \
-             They distribute the error of conflicting constraints evenly.",
+            "Smoothing iterations: averaged (Jacobi) passes after the constraint iterations of a \
+             substep. They distribute the error of conflicting constraints evenly.",
             Track::new(0.0..=50.0, Spread::Integer),
         ),
         "collision_iterations" => (
