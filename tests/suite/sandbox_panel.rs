@@ -507,7 +507,10 @@ fn frozen_bodies_are_named_and_one_button_asks_for_all_that_are_shown() {
     let mut texts = Vec::new();
     collect_texts(&hand.draw(Vec::new()), &mut texts);
     let said = texts.join("\n");
-    assert!(said.contains("cube 3 diverged and is paused: non-finite state"), "{said}");
+    assert!(
+        said.contains("cube 3 diverged and is paused: non-finite state"),
+        "{said}"
+    );
     assert!(said.contains("and 2 more"), "{said}");
     let mut asked = hand.press_widget("thaw");
     // The model stays as it is, so a press that lasts two frames asks twice.

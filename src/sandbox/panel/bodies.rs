@@ -118,7 +118,10 @@ fn frozen(ui: &mut Ui, panel: &mut Panel, stuck: &[(&BodyEntry, &str)]) {
         ui.add(Label::new(RichText::new(text).small().color(theme::ALARM)).wrap());
     };
     for (body, reason) in stuck.iter().take(MOST_NAMED) {
-        alarm(ui, format!("{} diverged and is paused: {reason}", body.name));
+        alarm(
+            ui,
+            format!("{} diverged and is paused: {reason}", body.name),
+        );
     }
     if stuck.len() > MOST_NAMED {
         alarm(ui, format!("and {} more", stuck.len() - MOST_NAMED));
