@@ -80,7 +80,7 @@ impl Options {
 #[derive(Debug, thiserror::Error)]
 pub enum BenchError {
     /// No case has such a name.
-    #[error("no case has “{only}” in its name; there are {}", names.join(", "))]
+    #[error("no case has “{only}” in its name; expected a part of one of: {}", names.join(", "))]
     NoCase {
         /// What was asked for.
         only: String,

@@ -24,7 +24,10 @@ pub fn write(path: &Path, report: &Report) -> Result<(), OutputError> {
 fn draw(path: &Path, report: &Report) -> Result<(), Failure> {
     let root = SVGBackend::new(path, SIZE).into_drawing_area();
     root.fill(&WHITE)?;
-    let title = format!("Projections a second, {} instructions", report.instructions);
+    let title = format!(
+        "Projections per second, {} instructions",
+        report.instructions
+    );
     let root = root.titled(&title, ("sans-serif", 22))?;
     let alone = |row: &Row, elastic| row.case.elastic == elastic && row.case.bodies == 1;
     let small = |row: &Row| row.case.elastic == Elastic::Both && row.case.shape == Shape::Box(5);
@@ -71,7 +74,7 @@ fn panel(area: &Area, caption: &str, rows: &[&Row], threads: &[usize]) -> Result
     chart
         .configure_mesh()
         .x_desc("particles")
-        .y_desc("million projections a second")
+        .y_desc("million projections per second")
         .light_line_style(WHITE)
         .x_label_formatter(&|x| format!("{x:.0}"))
         .y_label_formatter(&|y| format!("{y:.0}"))
@@ -109,7 +112,7 @@ fn panel(area: &Area, caption: &str, rows: &[&Row], threads: &[usize]) -> Result
                 6,
                 colour.stroke_width(1),
             ))?
-            .label(format!("roof, {}", named(threads)))
+            .label(format!("roofline, {}", named(threads)))
             .legend(move |(x, y)| {
                 EmptyElement::at((x, y))
                     + PathElement::new([(0, 0), (7, 0)], colour.stroke_width(1))

@@ -208,7 +208,7 @@ impl Display for Report {
     fn fmt(&self, out: &mut Formatter) -> fmt::Result {
         writeln!(
             out,
-            "Million projections a second, with {} instructions: median (lowest–highest) of {} rounds",
+            "Million projections per second, {} instructions: median (lowest–highest) of {} rounds",
             self.instructions, self.options.rounds
         )?;
         writeln!(
@@ -233,14 +233,14 @@ impl Display for Report {
         if let Some(growth) = self.growth() {
             writeln!(
                 out,
-                "\nFrom a thousand particles to the largest cloth, a projection takes {growth:.2} \
-                 times as long on one thread."
+                "\nOn one thread, a projection takes {growth:.2} times as long in the largest cloth as in \
+                 one of a thousand particles."
             )?;
         }
         if let Some(loading) = &self.loading {
             writeln!(
                 out,
-                "\nA body of {} tetrahedra and {} edges is numbered, cut into bands and coloured in \
+                "\nNumbering, partitioning and coloring a body of {} tetrahedra and {} edges takes \
                  {:.2} s on one thread.",
                 loading.tetrahedra,
                 loading.edges,
@@ -252,12 +252,12 @@ impl Display for Report {
 }
 
 const LEGEND: &str = "
-KiB      what a substep of one body touches: 12 bytes an edge, 24 a tetrahedron, 48 a particle
-ns       time of a projection: the whole tick over edges and tetrahedra × substeps
-memory   the least that its bytes take: KiB / constraints / bandwidth at that size [ns]
-arithm.  the least that its operations, or its roots and quotients, take in registers [ns]
-in turn  what its particles would take if each load waited for the last one [ns]; not a bound
-share    the larger of memory and arithm., over ns: 100 % is the roof
+KiB      working set of a substep of one body: 12 bytes per edge, 24 per tetrahedron, 48 per particle
+ns       time per projection: tick time / (edges + tetrahedra) / substeps
+memory   lower bound by bandwidth: KiB / constraints / bandwidth at that size [ns]
+arithm.  lower bound by arithmetic: operations, or square roots and divisions, in registers [ns]
+in turn  time if each particle load waited for the previous one [ns]; not a bound
+share    the larger bound over ns: 100 % is the roofline
 ";
 
 impl Report {
@@ -284,7 +284,7 @@ impl Report {
                 stepped.bound.arithmetic,
                 row.loads_in_turn,
                 stepped.share() * 100.0,
-                if row.sound { "" } else { "  blew up" },
+                if row.sound { "" } else { "  diverged" },
             )?;
         }
         Ok(())
@@ -297,7 +297,7 @@ impl Report {
         for limits in limits {
             write!(out, " {:>18}", on(limits.threads, "GB/s"))?;
         }
-        writeln!(out, " {:>16}", "ns a random load")?;
+        writeln!(out, " {:>16}", "ns/random load")?;
         for (place, (bytes, load)) in latency.iter().enumerate() {
             write!(out, "{:>10}", bytes / 1024)?;
             for limits in limits {
@@ -308,7 +308,7 @@ impl Report {
         for limits in limits {
             writeln!(
                 out,
-                "{}: {:.4} an addition or multiplication, {:.3} a root, {:.3} a quotient",
+                "{}: {:.4} per addition or multiplication, {:.3} per square root, {:.3} per division",
                 on(limits.threads, "ns"),
                 limits.operation.low,
                 limits.root.low,

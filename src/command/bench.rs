@@ -5,26 +5,26 @@ use clap::Args;
 use pliant::bench::{self, Options, plot};
 use std::{path::PathBuf, process::ExitCode};
 
-/// Measures what the solver does in a second on this machine, and what the machine would allow.
+/// Measures constraint projections per second, and the limits of the machine (roofline).
 ///
-/// Takes a minute or little more. Close what else is running: spread tells how much it disturbed.
+/// Takes about a minute. Close other programs: the reported spread shows how much they disturb.
 ///
 /// Example: pliant bench --quick --only cloth --svg bench.svg
 #[derive(Debug, Args)]
 pub struct Bench {
-    /// Take a quarter of a minute, with wider spread; loads no large body
+    /// Take about 15 seconds, with a wider spread and without the loading of a large body
     #[arg(long)]
     quick: bool,
 
-    /// Measure only cases with this in their name, as in both_box or cloth_21
+    /// Measure only cases whose name contains this, as in both_box or cloth_21
     #[arg(long, value_name = "NAME", default_value = "")]
     only: String,
 
-    /// Threads to compare with one; 0 for one on each core
+    /// Number of threads to compare with one thread; 0 for one per core
     #[arg(long, value_name = "N", default_value_t = 0)]
     threads: usize,
 
-    /// Write a plot of projections a second over the size of the body as SVG
+    /// Write a plot of projections per second over body size as SVG
     #[arg(long, value_name = "FILE.svg")]
     svg: Option<PathBuf>,
 

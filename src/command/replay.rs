@@ -1,26 +1,26 @@
 //! `pliant replay`.
 
-use super::{FAILED, run::progress_bar, say, say_line, threads::ThreadsOption};
+use super::{FAILED, counted, run::progress_bar, say, say_line, threads::ThreadsOption};
 use clap::Args;
 use pliant::recording::{HASH_EVERY, Replay, replay};
 use serde_json::{Value, json};
 use std::{path::PathBuf, process::ExitCode};
 
-/// Does again what a recording says was done, and compares the state with what it was.
+/// Replays a recording and compares the state hashes.
 ///
-/// `pliant --record FILE` and `pliant run --record FILE` make recordings. The exit code is 0 if every
-/// hash is the same, 1 if one is not, 2 if the file cannot be replayed.
+/// `pliant --record FILE` and `pliant run --record FILE` make recordings. The exit code is 0 if all
+/// hashes are identical, 1 if one differs, 2 if the file cannot be replayed.
 ///
 /// Example: pliant replay session.rec --threads 1
 #[derive(Debug, Args)]
 pub struct ReplayCommand {
-    /// The recording
+    /// Path of the recording
     file: PathBuf,
 
     #[command(flatten)]
     threads: ThreadsOption,
 
-    /// Print one JSON object instead of a summary in words
+    /// Print one JSON object instead of a text summary
     #[arg(long)]
     json: bool,
 }
@@ -74,46 +74,44 @@ fn summary(replay: &Replay, threads: usize) -> Value {
 }
 
 fn in_words(replay: &Replay, threads: usize) -> String {
-    let several = |count: usize, one: &str, more: &str| match count {
-        1 => format!("1 {one}"),
-        count => format!("{count} {more}"),
-    };
     let mut text = format!(
-        "{} in {} ticks of {} ({}), on {}\n",
-        several(replay.actions, "action", "actions"),
-        replay.ticks,
-        several(replay.scenes.len(), "scene", "scenes"),
+        "{} in {} of {} ({}), on {}\n",
+        counted(replay.actions, "action"),
+        counted(replay.ticks as usize, "tick"),
+        counted(replay.scenes.len(), "scene"),
         replay.scenes.join(", "),
-        several(threads, "thread", "threads"),
+        counted(threads, "thread"),
     );
     let here = env!("CARGO_PKG_VERSION");
     if replay.program != here {
         text += &format!(
-            "recorded by Pliant {}; this is {here}, which may differ in the last digits\n",
+            "recorded with Pliant {}, replayed with {here}: results may differ in the last digits\n",
             replay.program
         );
     }
     match &replay.difference {
         Some(it) => {
             let since = match it.agreed {
-                Some(agreed) => format!("they were the same at tick {agreed}"),
-                None => "none before it was the same".to_owned(),
+                Some(agreed) => format!("identical at tick {agreed}"),
+                None => "no earlier hash is identical".to_owned(),
             };
             text += &format!(
-                "not the same: at tick {} of {} the state is {}, but was {} (line {}); {since}\n",
+                "different: at tick {} of {} the state is {}, expected {} (line {}); {since}\n",
                 it.tick, it.scene, it.found, it.expected, it.line,
             );
         }
         None => {
             text += &format!(
-                "the same: {}, state {:016x}\n",
-                several(replay.hashes, "hash", "hashes"),
+                "identical: {}, state {:016x}\n",
+                match replay.hashes {
+                    1 => "1 hash".to_owned(),
+                    count => format!("{count} hashes"),
+                },
                 replay.state_hash,
             );
             if !replay.complete {
                 text += &format!(
-                    "the recording was not ended in order: what came after its last line, {} ticks \
-                     at most, is not in it\n",
+                    "the recording was not closed cleanly: at most {} ticks at its end are missing\n",
                     HASH_EVERY - 1
                 );
             }

@@ -1,6 +1,6 @@
 //! `pliant run`.
 
-use super::{FAILED, check_folder, say, say_line, threads::ThreadsOption};
+use super::{FAILED, check_folder, counted, say, say_line, threads::ThreadsOption};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use pliant::{
@@ -19,43 +19,45 @@ use std::{
     time::Duration,
 };
 
-/// Runs a scene without a window and judges it by its acceptance.
+/// Runs a scene without a window and checks its acceptance criteria.
+///
+/// The exit code is 1 if a criterion fails.
 ///
 /// Example: pliant run jelly_cube --set substeps=20 --set stretch.compliance=1e-5 --csv cube.csv
 ///
 /// Example: pliant run jelly_cube --seconds 1 --snapshot cube.snap, then pliant run --from cube.snap
 #[derive(Debug, Args)]
 pub struct RunScene {
-    /// Name of a built-in scene (see `pliant scenes`), or path of a scene file or of a snapshot
+    /// Name of a built-in scene (see `pliant scenes`), or path of a scene file or snapshot
     #[arg(required_unless_present = "from")]
     scene: Option<String>,
 
-    /// Go on from a snapshot instead, with the same bits as if it had never stopped. It is judged
-    /// only by whether everything is finite and pins are still
+    /// Continue from a snapshot, bit-identical to an uninterrupted run. Checks only that the state
+    /// is finite and that pins do not move
     #[arg(long, value_name = "FILE", conflicts_with = "scene")]
     from: Option<PathBuf>,
 
-    /// Simulated time [s]; the scene's own unless given, and 5 s from a snapshot
+    /// Simulated time [s]; defaults to that of the scene, and to 5 s for a snapshot
     #[arg(long, value_parser = seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
 
-    /// Set substeps, iterations, rate, gravity_x, gravity_y, gravity_z, or a parameter of an
-    /// effect on all bodies that carry it, as in stretch.compliance=1e-5
+    /// Set a world setting (substeps, iterations, rate, gravity_x, gravity_y, gravity_z, …), or a
+    /// parameter of an effect on all bodies that carry it, as in stretch.compliance=1e-5
     #[arg(long, value_name = "NAME=VALUE")]
     set: Vec<Override>,
 
     #[command(flatten)]
     threads: ThreadsOption,
 
-    /// Write the whole state at the end, for --from or to be opened in the window
+    /// Write a snapshot of the final state, for --from or to be opened in the window
     #[arg(long, value_name = "FILE")]
     snapshot: Option<PathBuf>,
 
-    /// Write a recording that `pliant replay` compares with, on any number of threads
+    /// Write a recording for `pliant replay`
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
 
-    /// Write the figures of every tick as CSV
+    /// Write the statistics of every tick as CSV
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
 
@@ -63,17 +65,16 @@ pub struct RunScene {
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
 
-    /// Write a picture of the end of the run (needs a graphics adapter, but no display)
+    /// Write an image of the final state (needs a graphics adapter, but no display)
     #[cfg(feature = "window")]
     #[arg(long, value_name = "FILE.png")]
     screenshot: Option<PathBuf>,
 
-    /// Keep the energy ledger: what bodies held, and what it came from and went to. Steps take
-    /// about three times as long
+    /// Track the sources and sinks of energy. Steps take about three times as long
     #[arg(long)]
     ledger: bool,
 
-    /// Print one JSON object instead of a summary in words
+    /// Print one JSON object instead of a text summary
     #[arg(long)]
     json: bool,
 }
@@ -81,7 +82,7 @@ pub struct RunScene {
 fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(seconds) if seconds > 0.0 && seconds <= 1e6 => Ok(seconds),
-        _ => Err("must be a number of seconds above 0 and at most 1e6".to_owned()),
+        _ => Err("expected a number of seconds above 0 and at most 1e6".to_owned()),
     }
 }
 
@@ -202,8 +203,8 @@ fn unresolved(run: &Run) -> String {
     let substeps = run.settings.substeps.get();
     match run.world.resolved_substeps() {
         Some(most) if substeps > most => format!(
-            "single precision resolves up to {most} substeps here: beyond, rounding moves particles by more \
-             than gravity does in a substep, and forces are mostly noise\n"
+            "single precision resolves at most {most} substeps here: beyond that, rounding moves particles by \
+             more than gravity does per substep, and forces are mostly noise\n"
         ),
         _ => String::new(),
     }
@@ -217,7 +218,7 @@ fn books(ledger: &EnergyLedger) -> String {
         .map(|(name, energy)| format!("{name} {energy:+.6}"))
         .collect();
     format!(
-        "energy changed by {:+.6} J: {} (J; unaccounted for {:+.1e})\n",
+        "energy change {:+.6} J: {} (J; balance error {:+.1e})\n",
         ledger.change(),
         rows.join(", "),
         ledger.gap(),
@@ -235,27 +236,27 @@ pub fn in_words(title: &str, run: &Run) -> String {
     let verdict = if run.accepted() {
         "accepted".to_owned()
     } else {
-        format!("not accepted:\n  {}", run.reasons.join("\n  "))
+        format!("failed:\n  {}", run.reasons.join("\n  "))
     };
     let times = run.median_times();
     format!(
-        "{title}: {:.3} s in {} ticks of {} substeps and {} iterations\n\
-         {} bodies ({} asleep), {} particles, constraints: {}\n\
+        "{title}: {:.3} s in {} of {} and {}\n\
+         {} ({} asleep), {}, constraints: {}\n\
          {:.3} ms per tick in the solver (median, {}; measuring {:.3}, ECS {:.3}), energy {:.6} J, volume error {:.3} %, residual {:.2e}\n\
          {}{}state {:016x}, {verdict}\n",
         last.time,
-        last.tick,
-        run.settings.substeps.get(),
-        run.settings.iterations.get(),
-        last.bodies,
+        counted(last.tick as usize, "tick"),
+        counted(run.settings.substeps.get() as usize, "substep"),
+        counted(run.settings.iterations.get() as usize, "iteration"),
+        match last.bodies {
+            1 => "1 body".to_owned(),
+            count => format!("{count} bodies"),
+        },
         last.asleep,
-        last.particles,
+        counted(last.particles, "particle"),
         constraints.join(", "),
         times.solver,
-        match run.world.threads.count() {
-            1 => "1 thread".to_owned(),
-            count => format!("{count} threads"),
-        },
+        counted(run.world.threads.count(), "thread"),
         times.measuring,
         times.ecs,
         last.energy(),

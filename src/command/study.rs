@@ -5,22 +5,22 @@ use clap::Args;
 use pliant::study::{self, Budget, Options, Plan, Study, journal, report};
 use std::{path::PathBuf, process::ExitCode};
 
-/// Measures what accuracy costs: problems with known answers, at many settings, with a report.
+/// Measures accuracy vs. cost: problems with reference solutions, at many settings, with a report.
 ///
-/// Takes up to half an hour, or less than a minute with --quick. What is found is kept as it comes:
-/// stopped with Ctrl-C, it goes on with --resume. Close what else is running.
+/// Takes up to half an hour, or less than a minute with --quick. Results are saved as they come:
+/// after Ctrl-C, continue with --resume. Close other programs.
 ///
 /// Example: pliant study --quick --out study && xdg-open study/report.html
 ///
-/// On many machines, or cores: pliant study --list | parallel, then
+/// On several machines or cores: pliant study --list | parallel, then
 /// pliant study --merge pliant-study/* --out merged
 #[derive(Debug, Args)]
 pub struct StudyCommand {
-    /// Names of built-in problems, or paths of problem files; all that are built in unless given
+    /// Names of built-in problems, or paths of problem files; defaults to all built-in problems
     #[arg(value_name = "PROBLEM")]
     problems: Vec<String>,
 
-    /// Take less than a minute: fewer settings, and none that take long
+    /// Take less than a minute, with fewer and cheaper settings
     #[arg(long)]
     quick: bool,
 
@@ -28,23 +28,23 @@ pub struct StudyCommand {
     #[arg(long, value_name = "DIR", default_value = "pliant-study")]
     out: PathBuf,
 
-    /// Go on with the points that are in the folder already
+    /// Continue with the points that are already in the folder
     #[arg(long)]
     resume: bool,
 
-    /// Print the parts of the study, a command a line, and do nothing
+    /// Print the jobs of the study, one command per line, and exit
     #[arg(long, conflicts_with_all = ["resume", "only", "merge"])]
     list: bool,
 
-    /// Do one part of the study, by its name in the list
+    /// Run one job of the study, by its name in the list
     #[arg(long, value_name = "ID", conflicts_with = "merge")]
     only: Option<String>,
 
-    /// Put the parts in these folders together instead of measuring anything
+    /// Merge the jobs in these folders instead of measuring
     #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["resume", "problems", "quick"])]
     merge: Vec<PathBuf>,
 
-    /// Print one JSON object instead of a summary in words
+    /// Print one JSON object instead of a text summary
     #[arg(long)]
     json: bool,
 }
@@ -105,7 +105,7 @@ impl StudyCommand {
     fn summary(&self, study: &Study) -> String {
         let sentences: Vec<String> = report::summary(study);
         format!(
-            "{}\n\nThe report is {}; every point is in points.csv, and {} is what --resume and --merge read.\n",
+            "{}\n\nReport: {}. All points: points.csv. For --resume and --merge: {}.\n",
             sentences.join("\n"),
             self.out.join("report.html").display(),
             journal::FILE,

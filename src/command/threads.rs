@@ -6,8 +6,7 @@ use pliant::solver::{Threads, ThreadsError};
 /// How many threads to step bodies on.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct ThreadsOption {
-    /// Threads to step bodies on; 0 for one on each core. The figures are the same with any
-    /// number, to the bit
+    /// Number of solver threads; 0 for one per core. Results are bit-identical for any number
     #[arg(long, value_name = "N", default_value_t = 0)]
     threads: usize,
 }
@@ -18,7 +17,8 @@ impl ThreadsOption {
         if self.threads > 1 && cfg!(not(feature = "parallel")) {
             return Err(ThreadsError {
                 count: self.threads,
-                reason: "this program was built without the feature `parallel`".to_owned(),
+                reason: "this program was built without the feature `parallel`; use 0 or 1"
+                    .to_owned(),
             });
         }
         Threads::new(self.threads)

@@ -11,21 +11,21 @@ use pliant::torture::{
 use serde_json::{Value, json};
 use std::{path::PathBuf, process::ExitCode};
 
-/// Shows that the hard cases stay stable: each over a family of bodies, judged by figures.
+/// Runs the robustness suite: hard cases, each over a family of bodies, checked against limits.
 ///
-/// Takes some two minutes on two cores, half a minute with --quick. The exit code is 1 if a member
-/// fails that is not expected to.
+/// Takes about two minutes on two cores, half a minute with --quick. The exit code is 1 if a member
+/// fails unexpectedly.
 ///
 /// Example: pliant torture squashed shuffled --quick --report torture
 ///
-/// One member again, with all its figures: pliant torture squashed --member 17
+/// To rerun one member with all its figures: pliant torture squashed --member 17
 #[derive(Debug, Args)]
 pub struct TortureCommand {
-    /// Names of cases; all unless given
+    /// Names of cases; defaults to all
     #[arg(value_name = "CASE")]
     cases: Vec<String>,
 
-    /// Smaller bodies and fewer mixtures
+    /// Run smaller bodies and fewer combinations
     #[arg(long)]
     quick: bool,
 
@@ -33,12 +33,12 @@ pub struct TortureCommand {
     #[arg(long, value_name = "MEMBER", conflicts_with = "quick")]
     member: Option<String>,
 
-    /// Print the members, one a line, and run nothing
+    /// Print the members, one per line, and exit
     #[arg(long, conflicts_with_all = ["json", "report", "advise"])]
     list: bool,
 
-    /// Find the cheapest settings with which each member that fails would pass: more substeps, more
-    /// iterations, the direct solver (takes seconds to minutes for each)
+    /// Find the cheapest settings with which each failing member passes: more substeps, more
+    /// iterations, the direct solver (takes seconds to minutes per member)
     #[arg(long)]
     advise: bool,
 
@@ -46,11 +46,11 @@ pub struct TortureCommand {
     #[arg(long)]
     json: bool,
 
-    /// Folder for a report with a filmstrip and the energy of each case
+    /// Write a report with a filmstrip and the energy of each case into this folder
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
 
-    /// Members to run at the same time; 0 for one on each core
+    /// Number of members to run at the same time; 0 for one per core
     #[arg(long, value_name = "N", default_value_t = 0)]
     threads: usize,
 }
@@ -121,7 +121,7 @@ fn list(jobs: &[Job]) -> anyhow::Result<ExitCode> {
         }
         for job in members {
             let expected = case.expected_failure(&job.member);
-            let expected = expected.map_or("", |_| " (expected to fail)");
+            let expected = expected.map_or("", |_| " (expected failure)");
             say_line(format_args!("  {:4} {}{expected}", job.number, job.member))?;
         }
     }
@@ -176,10 +176,10 @@ fn in_words(rows: &[Row]) -> String {
 
 fn figures(outcome: &Outcome) -> String {
     let lines = outcome.figures.iter().map(|figure| {
-        let verdict = if figure.holds() { "holds" } else { "fails" };
+        let verdict = if figure.holds() { "passes" } else { "fails" };
         let (value, limit) = (number(figure.value), number(figure.limit));
         format!(
-            "  {}: {value} {}, at most {limit}: {verdict}\n",
+            "  {}: {value} {} (limit {limit}): {verdict}\n",
             figure.name, figure.unit
         )
     });

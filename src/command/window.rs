@@ -27,8 +27,8 @@ use std::{
 /// What the window opens with.
 #[derive(Debug, Args)]
 pub struct Window {
-    /// Name of a built-in scene (see `pliant scenes`), or path of a scene file or of a snapshot, to
-    /// open in the window; the one of the last time unless given
+    /// Name of a built-in scene (see `pliant scenes`), or path of a scene file or snapshot, to open
+    /// in the window; defaults to the last scene
     scene: Option<String>,
 
     #[command(flatten)]
@@ -39,17 +39,17 @@ pub struct Window {
     #[arg(long, value_parser = size)]
     size: Option<(u32, u32)>,
 
-    /// Write what happens in the window as JSON, a line an event, for scripted tests and demos
+    /// Write the events of the window as JSON lines, for scripted tests and demos
     #[cfg(feature = "window")]
     #[arg(long, value_name = "FILE")]
     journal: Option<PathBuf>,
 
-    /// Write down all that is done to the simulation, for `pliant replay FILE`
+    /// Record all actions on the simulation, for `pliant replay FILE`
     #[cfg(feature = "window")]
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
 
-    /// Neither read nor write what is kept between runs (scene, window size, panel)
+    /// Do not load or save settings (scene, window size, panel)
     #[cfg(feature = "window")]
     #[arg(long)]
     no_settings: bool,
@@ -65,7 +65,9 @@ fn size(text: &str) -> Result<(u32, u32), String> {
         };
         Some((side(width)?, side(height)?))
     });
-    sides.ok_or_else(|| "must be like 1280x800, each side from 200 to 16384 pixels".to_owned())
+    sides.ok_or_else(|| {
+        "expected a size like 1280x800, each side from 200 to 16384 pixels".to_owned()
+    })
 }
 
 impl Window {
@@ -113,7 +115,8 @@ impl Window {
         if let Some(name) = &self.scene
             && !is_snapshot(Path::new(name))
         {
-            let current = Scene::load(name).context("the commands are scenes and run")?;
+            let current = Scene::load(name)
+                .context("cannot open the scene (for commands, see `pliant --help`)")?;
             build(&current.scene)?;
         } else if let Some(name) = &self.scene {
             Snapshot::read(Path::new(name))?;
@@ -125,7 +128,7 @@ impl Window {
     fn without_window(&self, reason: &str, threads: Threads) -> anyhow::Result<ExitCode> {
         let name = self.scene.as_deref().unwrap_or(SCENES[0].name);
         say_line(format_args!(
-            "No window: {reason}. Running {name} without one; `pliant run` does the same."
+            "No window: {reason}. Running {name} without a window, as `pliant run {name}` does."
         ))?;
         let (current, built) = open(name)?;
         let options = RunOptions {
@@ -139,7 +142,7 @@ impl Window {
         csv::write(&figures, &done.history)?;
         plot::write(&picture, &current.scene.title, &done.history)?;
         say_line(format_args!(
-            "Figures of every tick and a plot of them are in {}",
+            "Statistics of every tick and a plot: {}",
             folder.display()
         ))?;
         Ok(if done.accepted() {

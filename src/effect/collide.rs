@@ -1,4 +1,4 @@
-//! Collide: rigid colliders keep a body out.
+//! Collide: contact with rigid colliders.
 
 use super::{Effect, Parameter, Scale, parameter};
 use crate::solver::{Collide, Friction, Restitution, advance::Stage};
@@ -6,16 +6,16 @@ use crate::solver::{Collide, Friction, Restitution, advance::Stage};
 impl Effect for Collide {
     const NAME: &'static str = "collide";
     const TITLE: &'static str = "Colliders";
-    const SUMMARY: &'static str = "Spheres, boxes and capsules keep the body out.";
+    const SUMMARY: &'static str = "Contact with rigid spheres, boxes and capsules.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         parameter!(
             friction: Friction, "Friction µ", "",
-            "Largest force along a collider over the force into it.",
+            "Coulomb friction: largest tangential force over the normal force.",
             (0.0, 2.0), Scale::Linear
         ),
         parameter!(
-            restitution: Restitution, "Bounce e", "",
-            "Speed of a particle after a bounce over its speed before it.",
+            restitution: Restitution, "Restitution e", "",
+            "Normal speed after a bounce over the speed before it.",
             (0.0, 1.0), Scale::Linear
         ),
     ];

@@ -15,32 +15,32 @@ macro_rules! contact {
             const PARAMETERS: &'static [Parameter<Self>] = &[
                 parameter!(
                     thickness: ContactThickness, "Thickness", "m",
-                    "Surfaces keep this distance, of two bodies the mean of theirs. 0 is a tenth of the mean edge length.",
+                    "Distance kept between surfaces; for two bodies the mean. 0: a tenth of the mean edge length.",
                     (1e-4, 0.1), Scale::LogarithmicFromZero
                 ),
                 parameter!(
                     friction: Friction, "Static friction µ", "",
-                    "Largest tangential force over the normal force while nothing slides; of two bodies the geometric mean.",
+                    "Largest tangential force over the normal force without sliding; for two bodies the geometric mean.",
                     (0.0, 2.0), Scale::Linear
                 ),
                 parameter!(
                     kinetic_fraction: Fraction, "Kinetic friction", "× static",
-                    "Friction while surfaces slide, as a fraction of static friction.",
+                    "Friction while sliding, as a fraction of static friction.",
                     (0.0, 1.0), Scale::Linear
                 ),
                 parameter!(
                     restitution: Restitution, "Restitution e", "",
-                    "Normal speed after a bounce over the speed before it; of two bodies the larger value.",
+                    "Normal speed after a bounce over the speed before it; for two bodies the larger value.",
                     (0.0, 1.0), Scale::Linear
                 ),
                 parameter!(
                     compliance: Compliance, "Compliance α", "m/N",
-                    "How far a contact gives per force; of two bodies the sum.",
+                    "Compression of the contact per newton of force; for two bodies the sum.",
                     (1e-8, 1e-3), Scale::LogarithmicFromZero
                 ),
                 parameter!(
                     recovery_speed: RecoverySpeed, "Recovery speed", "m/s",
-                    "Largest speed at which overlapping surfaces come apart; of two bodies the lower value.",
+                    "Largest speed at which overlapping surfaces separate; for two bodies the lower value.",
                     (0.1, 1.0), Scale::Linear
                 ),
             ];
@@ -59,12 +59,12 @@ contact!(
     Contact,
     "contact",
     "Contact",
-    "The body touches other bodies that have contact."
+    "Contact with other bodies that have this effect."
 );
 
 contact!(
     SelfContact,
     "self_contact",
     "Self-contact",
-    "The body touches itself."
+    "Contact of the body with itself."
 );

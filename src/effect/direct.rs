@@ -1,4 +1,4 @@
-//! Direct solution: all that holds a body together is solved as one system, not by sweeps.
+//! Direct solver: all elastic constraints of a body as one sparse system per iteration.
 
 use super::{Effect, Parameter};
 use crate::{
@@ -9,9 +9,9 @@ use bevy::prelude::*;
 
 impl Effect for Direct {
     const NAME: &'static str = "direct";
-    const TITLE: &'static str = "Direct solution";
-    const SUMMARY: &'static str = "Solves all that holds the body together as one system, for slender \
-                                   and stiff bodies that sweeps leave too soft.";
+    const TITLE: &'static str = "Direct solver";
+    const SUMMARY: &'static str = "Solves all elastic constraints of the body as one sparse system per \
+                                   iteration, for slender and stiff bodies that Gauss–Seidel leaves too soft.";
     const PARAMETERS: &'static [Parameter<Self>] = &[];
 
     type State = DirectFactors;
@@ -29,10 +29,12 @@ impl Effect for Direct {
 
     fn note(&self, body: &EntityRef, settings: &Settings) -> Option<&'static str> {
         if !settings.method.has_direct() {
-            return Some("Swept, not solved: only XPBD is solved directly.");
+            return Some("Fell back to Gauss–Seidel: the direct solver needs the method XPBD.");
         }
         if body.contains::<NeoHookean>() {
-            return Some("Neo-Hookean tetrahedra are swept, not solved.");
+            return Some(
+                "Neo-Hookean tetrahedra are solved by Gauss–Seidel, not by the direct solver.",
+            );
         }
         body.get::<DirectFactors>()?.0.done().why_swept()
     }

@@ -7,7 +7,7 @@ use crate::{
 };
 use bevy::prelude::*;
 
-/// A sweep over their constraints.
+/// An iteration over their constraints.
 pub(super) const fn stage<const N: usize, const M: usize, E: Elastic<N, M>>() -> Option<Stage> {
     Some(Stage::Elastic(E::KIND))
 }

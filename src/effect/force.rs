@@ -1,4 +1,4 @@
-//! Forces from outside: uniform, point, vortex, wind, drag.
+//! Force fields: uniform acceleration, point force, vortex, wind, drag.
 
 use super::{Effect, Parameter, Scale, parameter};
 use crate::solver::{
@@ -19,12 +19,12 @@ macro_rules! force {
 
 impl Effect for Uniform {
     const NAME: &'static str = "uniform";
-    const TITLE: &'static str = "Uniform force";
-    const SUMMARY: &'static str = "The same acceleration everywhere, on top of gravity.";
+    const TITLE: &'static str = "Uniform acceleration";
+    const SUMMARY: &'static str = "Constant acceleration in addition to gravity.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
-        parameter!(x: Finite, "Along x", "m/s²", "Acceleration along x.", (-20.0, 20.0), Scale::Linear),
-        parameter!(y: Finite, "Up", "m/s²", "Acceleration upwards; 9.81 floats.", (-20.0, 20.0), Scale::Linear),
-        parameter!(z: Finite, "Along z", "m/s²", "Acceleration along z.", (-20.0, 20.0), Scale::Linear),
+        parameter!(x: Finite, "Acceleration x", "m/s²", "Acceleration along x.", (-20.0, 20.0), Scale::Linear),
+        parameter!(y: Finite, "Acceleration y", "m/s²", "Acceleration along y (up). 9.81 cancels gravity.", (-20.0, 20.0), Scale::Linear),
+        parameter!(z: Finite, "Acceleration z", "m/s²", "Acceleration along z.", (-20.0, 20.0), Scale::Linear),
     ];
 
     force!();
@@ -33,19 +33,20 @@ impl Effect for Uniform {
 impl Effect for Attract {
     const NAME: &'static str = "attract";
     const TITLE: &'static str = "Point force";
-    const SUMMARY: &'static str = "A point pulls, less with the square of the distance.";
+    const SUMMARY: &'static str =
+        "Attraction to a point, falling off with the square of the distance.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
-        parameter!(x: Finite, "Place x", "m", "Where the point is along x.", (-3.0, 3.0), Scale::Linear),
-        parameter!(y: Finite, "Place y", "m", "How high the point is.", (-3.0, 3.0), Scale::Linear),
-        parameter!(z: Finite, "Place z", "m", "Where the point is along z.", (-3.0, 3.0), Scale::Linear),
+        parameter!(x: Finite, "Position x", "m", "Position of the point along x.", (-3.0, 3.0), Scale::Linear),
+        parameter!(y: Finite, "Position y", "m", "Position of the point along y (up).", (-3.0, 3.0), Scale::Linear),
+        parameter!(z: Finite, "Position z", "m", "Position of the point along z.", (-3.0, 3.0), Scale::Linear),
         parameter!(
             strength: Finite, "Strength", "m³/s²",
-            "The acceleration at a metre, far beyond the radius; negative pushes away.",
+            "Acceleration times squared distance, far outside the softening radius. Negative values repel.",
             (-50.0, 50.0), Scale::Linear
         ),
         parameter!(
-            radius: Length, "Radius", "m",
-            "Nearer than this the pull no longer grows.",
+            radius: Length, "Softening radius", "m",
+            "The force stops growing at smaller distances.",
             (0.01, 3.0), Scale::Linear
         ),
     ];
@@ -56,23 +57,23 @@ impl Effect for Attract {
 impl Effect for Vortex {
     const NAME: &'static str = "vortex";
     const TITLE: &'static str = "Vortex";
-    const SUMMARY: &'static str = "Air turns about an upright axis and takes the body along.";
+    const SUMMARY: &'static str = "Air rotating about a vertical axis drags the body along.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
-        parameter!(x: Finite, "Axis x", "m", "Where the axis is along x.", (-3.0, 3.0), Scale::Linear),
-        parameter!(z: Finite, "Axis z", "m", "Where the axis is along z.", (-3.0, 3.0), Scale::Linear),
+        parameter!(x: Finite, "Position x", "m", "Position of the axis along x.", (-3.0, 3.0), Scale::Linear),
+        parameter!(z: Finite, "Position z", "m", "Position of the axis along z.", (-3.0, 3.0), Scale::Linear),
         parameter!(
-            turning: Finite, "Turning", "rad/s",
-            "How fast the air turns within the radius.",
+            turning: Finite, "Angular speed", "rad/s",
+            "Angular speed of the air inside the core radius.",
             (-30.0, 30.0), Scale::Linear
         ),
         parameter!(
-            radius: Length, "Radius", "m",
-            "Outside, the air is slower with the distance.",
+            radius: Length, "Core radius", "m",
+            "Outside this radius the air speed decreases with the distance.",
             (0.01, 3.0), Scale::Linear
         ),
         parameter!(
             coupling: Coefficient, "Coupling", "1/s",
-            "How fast particles come up to the speed of the air.",
+            "Rate at which particles approach the velocity of the air.",
             (0.0, 20.0), Scale::Linear
         ),
     ];
@@ -83,34 +84,34 @@ impl Effect for Vortex {
 impl Effect for Wind {
     const NAME: &'static str = "wind";
     const TITLE: &'static str = "Wind";
-    const SUMMARY: &'static str = "Wind blows on the surface: drag and lift of every triangle.";
+    const SUMMARY: &'static str = "Aerodynamic drag and lift on every triangle of the surface.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
-        parameter!(x: Finite, "Wind x", "m/s", "Mean wind along x.", (-20.0, 20.0), Scale::Linear),
-        parameter!(y: Finite, "Wind y", "m/s", "Mean wind upwards.", (-20.0, 20.0), Scale::Linear),
-        parameter!(z: Finite, "Wind z", "m/s", "Mean wind along z.", (-20.0, 20.0), Scale::Linear),
+        parameter!(x: Finite, "Velocity x", "m/s", "Mean wind velocity along x.", (-20.0, 20.0), Scale::Linear),
+        parameter!(y: Finite, "Velocity y", "m/s", "Mean wind velocity along y (up).", (-20.0, 20.0), Scale::Linear),
+        parameter!(z: Finite, "Velocity z", "m/s", "Mean wind velocity along z.", (-20.0, 20.0), Scale::Linear),
         parameter!(
-            turbulence: Coefficient, "Gusts", "m/s",
-            "Largest gust along each axis; gusts pass by with the mean wind.",
+            turbulence: Coefficient, "Gust speed", "m/s",
+            "Largest gust speed along each axis. Gusts travel with the mean wind.",
             (0.0, 20.0), Scale::Linear
         ),
         parameter!(
-            scale: Length, "Size of gusts", "m",
-            "How far apart gusts are.",
+            scale: Length, "Gust size", "m",
+            "Distance between gusts.",
             (0.05, 5.0), Scale::Linear
         ),
         parameter!(
-            density: Coefficient, "Density of air", "kg/m³",
-            "1.2 for air; 1000 for water.",
+            density: Coefficient, "Air density", "kg/m³",
+            "Density of the fluid: 1.2 for air, 1000 for water.",
             (0.0, 1000.0), Scale::Linear
         ),
         parameter!(
-            drag: Coefficient, "Drag C_D", "",
-            "Drag coefficient of a plate across the flow.",
+            drag: Coefficient, "Drag coeff. C_D", "",
+            "Drag coefficient of a plate normal to the flow.",
             (0.0, 3.0), Scale::Linear
         ),
         parameter!(
-            lift: Coefficient, "Lift C_L", "",
-            "Lift coefficient of a plate aslant in the flow.",
+            lift: Coefficient, "Lift coeff. C_L", "",
+            "Lift coefficient of a plate inclined to the flow.",
             (0.0, 3.0), Scale::Linear
         ),
     ];
@@ -121,16 +122,16 @@ impl Effect for Wind {
 impl Effect for Drag {
     const NAME: &'static str = "drag";
     const TITLE: &'static str = "Drag";
-    const SUMMARY: &'static str = "A medium at rest brakes every particle.";
+    const SUMMARY: &'static str = "Drag of a resting medium on every particle.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         parameter!(
             linear: Coefficient, "Linear", "1/s",
-            "Share of the speed that is lost in a second, as of something small in something thick.",
+            "Linear (viscous) drag coefficient: deceleration over speed.",
             (0.0, 20.0), Scale::Linear
         ),
         parameter!(
             quadratic: Coefficient, "Quadratic", "1/m",
-            "ρC_D A/(2m): the same for a metre a second more, as of something large in something thin.",
+            "Quadratic (inertial) drag coefficient ρC_D A/(2m): deceleration over squared speed.",
             (0.0, 20.0), Scale::Linear
         ),
     ];

@@ -1,4 +1,4 @@
-//! Grab: a hand holds a body at a point. On a body only while it is held.
+//! Grab: the mouse spring. On a body only while it is dragged.
 
 use super::{Effect, Figures, Parameter, Scale, parameter};
 use crate::solver::{Compliance, Force, Grab, advance::Stage};
@@ -7,16 +7,16 @@ use bevy::prelude::*;
 impl Effect for Grab {
     const NAME: &'static str = "grab";
     const TITLE: &'static str = "Grab";
-    const SUMMARY: &'static str = "A hand pulls at a point through a compliant spring.";
+    const SUMMARY: &'static str = "Mouse spring between the pointer and a point of the body.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         parameter!(
             compliance: Compliance, "Compliance", "m/N",
-            "How far the hand's spring gives under a newton.",
+            "Extension of the mouse spring per newton of force.",
             (1e-6, 1.0), Scale::LogarithmicFromZero
         ),
         parameter!(
-            max_force: Force, "Strength", "N",
-            "The hand never pulls harder than this.",
+            max_force: Force, "Force limit", "N",
+            "Largest force of the mouse spring.",
             (1.0, 1e6), Scale::LogarithmicToInfinity
         ),
     ];

@@ -1,4 +1,4 @@
-//! The two grounds: one with friction and bounce, one that sticks.
+//! The two ground planes: one with friction and restitution, one that sticks.
 
 use super::{Effect, Parameter, Scale, parameter};
 use crate::solver::{
@@ -8,13 +8,13 @@ use crate::solver::{
 impl Effect for Ground {
     const NAME: &'static str = "ground";
     const TITLE: &'static str = "Ground";
-    const SUMMARY: &'static str = "A level ground with friction and bounce.";
+    const SUMMARY: &'static str = "Horizontal ground plane with friction and restitution.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         Parameter {
             name: "height",
             title: "Height",
             unit: "m",
-            help: "How high the ground is.",
+            help: "Height of the ground plane.",
             range: (-2.0, 2.0),
             scale: Scale::Linear,
             get: |ground| ground.height.into(),
@@ -25,12 +25,12 @@ impl Effect for Ground {
         },
         parameter!(
             friction: Friction, "Friction µ", "",
-            "Largest force along the ground over the force into it.",
+            "Coulomb friction: largest tangential force over the normal force.",
             (0.0, 2.0), Scale::Linear
         ),
         parameter!(
-            restitution: Restitution, "Bounce e", "",
-            "Speed of a particle after a bounce over its speed before it.",
+            restitution: Restitution, "Restitution e", "",
+            "Normal speed after a bounce over the speed before it.",
             (0.0, 1.0), Scale::Linear
         ),
     ];
@@ -46,12 +46,13 @@ impl Effect for Ground {
 impl Effect for StickyGround {
     const NAME: &'static str = "sticky_ground";
     const TITLE: &'static str = "Sticky ground";
-    const SUMMARY: &'static str = "A level ground that holds what touches it where it touches.";
+    const SUMMARY: &'static str =
+        "Horizontal ground plane that holds particles where they touch it.";
     const PARAMETERS: &'static [Parameter<Self>] = &[Parameter {
         name: "height",
         title: "Height",
         unit: "m",
-        help: "How high the ground is.",
+        help: "Height of the ground plane.",
         range: (-2.0, 2.0),
         scale: Scale::Linear,
         get: |ground| ground.height.into(),

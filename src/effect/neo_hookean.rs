@@ -1,4 +1,4 @@
-//! Neo-Hookean elasticity: tetrahedra of rubber.
+//! Neo-Hookean elasticity of tetrahedra.
 
 use super::{Effect, Parameter, Scale, elastic::elastic, parameter};
 use crate::solver::{Damping, NeoHookean, PoissonRatio, YoungsModulus};
@@ -7,21 +7,21 @@ impl Effect for NeoHookean {
     const NAME: &'static str = "neo_hookean";
     const TITLE: &'static str = "Neo-Hookean";
     const SUMMARY: &'static str =
-        "Tetrahedra resist changes of shape and of volume as rubber does.";
+        "Hyperelastic tetrahedra, as for rubber, with Young's modulus and Poisson's ratio.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         parameter!(
-            youngs_modulus: YoungsModulus, "Young's modulus E", "Pa",
-            "Tension over strain of a bar that is pulled, however finely it is divided: jelly has some 1e4, soft rubber 1e6; ∞ is rigid.",
+            youngs_modulus: YoungsModulus, "Young's modulus", "Pa",
+            "Young's modulus E at small strain, independent of the mesh: about 1e4 for jelly, 1e6 for soft rubber. ∞: rigid.",
             (1e3, 1e8), Scale::LogarithmicToInfinity
         ),
         parameter!(
             poisson_ratio: PoissonRatio, "Poisson's ratio ν", "",
-            "By how much of its strain a bar that is pulled narrows: 0 not at all, 0.499 keeps its volume.",
+            "Transverse contraction over axial extension: 0 does not contract, 0.499 is nearly incompressible.",
             (0.0, 0.499), Scale::Linear
         ),
         parameter!(
             damping: Damping, "Damping", "s",
-            "The time over which a strain dies away; 0 is none but the integrator's own.",
+            "Damping time constant of strain. 0 leaves only numerical damping.",
             (1e-4, 1.0), Scale::LogarithmicFromZero
         ),
     ];

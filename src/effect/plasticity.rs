@@ -1,4 +1,4 @@
-//! Plasticity: what is strained beyond a yield strain stays so.
+//! Plasticity: strain beyond the yield strain becomes permanent.
 
 use super::{Effect, Figures, Parameter, Scale, parameter};
 use crate::{
@@ -10,41 +10,41 @@ use bevy::prelude::*;
 impl Effect for Plasticity {
     const NAME: &'static str = "plasticity";
     const TITLE: &'static str = "Plasticity";
-    const SUMMARY: &'static str = "What is strained beyond a yield strain stays so.";
+    const SUMMARY: &'static str = "Strain beyond the yield strain becomes permanent.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         parameter!(
-            stretch_yield: Yield, "Edges yield at", "",
-            "Strain of an edge beyond which it flows: 0.05 is a twentieth longer or shorter.",
+            stretch_yield: Yield, "Yield (edges)", "",
+            "Yield strain of edges: 0.05 is an extension or compression of 5 %.",
             (1e-3, 1.0), Scale::LogarithmicToInfinity
         ),
         parameter!(
-            bend_yield: Yield, "Bends yield at", "1/m",
-            "Change of curvature of the surface beyond which it flows; a sheet of thickness t is strained by half of t times this.",
+            bend_yield: Yield, "Yield (bending)", "1/m",
+            "Yield curvature of the surface. A sheet of thickness t is strained by t/2 times this value.",
             (0.1, 100.0), Scale::LogarithmicToInfinity
         ),
         parameter!(
-            volume_yield: Yield, "Volumes yield at", "",
-            "Change of volume of a tetrahedron, as a share of it, beyond which it flows.",
+            volume_yield: Yield, "Yield (volume)", "",
+            "Yield strain of tetrahedra: relative change of volume.",
             (1e-3, 1.0), Scale::LogarithmicToInfinity
         ),
         parameter!(
-            creep: Creep, "Creep", "1/s",
-            "How fast what is strained too far flows: a held strain loses all but 37 % of its excess in the inverse of this.",
+            creep: Creep, "Creep rate", "1/s",
+            "Rate of plastic flow: the excess of a held strain decays with the time constant 1/rate. ∞: at once.",
             (0.01, 1e3), Scale::LogarithmicToInfinity
         ),
         parameter!(
-            stretch_limit: PlasticLimit, "Edges flow up to", "",
-            "By how much a rest length may change at most, as a share of what it was.",
+            stretch_limit: PlasticLimit, "Limit (edges)", "",
+            "Max. plastic strain of edges: largest relative change of a rest length.",
             (1e-2, 10.0), Scale::LogarithmicToInfinity
         ),
         parameter!(
-            bend_limit: PlasticLimit, "Bends flow up to", "1/m",
-            "By how much the curvature at rest may change at most.",
+            bend_limit: PlasticLimit, "Limit (bending)", "1/m",
+            "Max. plastic curvature: largest change of the rest curvature.",
             (0.1, 1e3), Scale::LogarithmicToInfinity
         ),
         parameter!(
-            volume_limit: PlasticLimit, "Volumes flow up to", "",
-            "By how much a rest volume may change at most, as a share of what it was.",
+            volume_limit: PlasticLimit, "Limit (volume)", "",
+            "Max. plastic strain of tetrahedra: largest relative change of a rest volume.",
             (1e-2, 10.0), Scale::LogarithmicToInfinity
         ),
     ];

@@ -1,4 +1,4 @@
-//! Pressure: what fills a closed surface pushes its walls apart.
+//! Pressure: a gas or liquid inside a closed surface.
 
 use super::{Effect, Figures, Parameter, Scale, parameter};
 use crate::{
@@ -10,16 +10,16 @@ use bevy::prelude::*;
 impl Effect for Pressure {
     const NAME: &'static str = "pressure";
     const TITLE: &'static str = "Pressure";
-    const SUMMARY: &'static str = "A gas or a liquid fills the closed surface.";
+    const SUMMARY: &'static str = "Gas or liquid inside the closed surface.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         parameter!(
-            factor: Filling, "Filling", "×",
-            "The volume that the filling would have by itself; above 1 it pushes the walls apart.",
+            factor: Filling, "Fill ratio", "×",
+            "Unpressurized volume of the filling over the rest volume of the surface. Above 1 it inflates the body.",
             (0.1, 10.0), Scale::Linear
         ),
         parameter!(
             bulk_modulus: Stiffness, "Bulk modulus", "Pa",
-            "K of the filling: 101 325 Pa is a gas in the atmosphere, pV = nRT; ∞ a liquid that keeps its volume.",
+            "Bulk modulus K of the filling: 101 325 Pa for a gas at atmospheric pressure (pV = nRT), ∞ for an incompressible liquid.",
             (1.0, 1e9), Scale::LogarithmicToInfinity
         ),
     ];

@@ -1,4 +1,4 @@
-//! Shape matching: particles are drawn to where the rest shape would have them.
+//! Shape matching: particles are pulled towards the rest shape, fitted to where they are.
 
 use super::{Effect, Figures, Parameter, Scale, parameter};
 use crate::{
@@ -13,22 +13,21 @@ use bevy::prelude::*;
 impl Effect for ShapeMatching {
     const NAME: &'static str = "shape_matching";
     const TITLE: &'static str = "Shape matching";
-    const SUMMARY: &'static str =
-        "Particles are drawn to where the rest shape would have them, as a whole or in regions.";
+    const SUMMARY: &'static str = "Pulls particles towards the fitted rest shape, of the whole body or of overlapping regions.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         parameter!(
             frequency: Frequency, "Frequency", "Hz",
-            "How often a second a deformed body swings about its shape; ∞ is rigid.",
+            "Natural frequency of the oscillation about the fitted shape. ∞: rigid.",
             (0.1, 100.0), Scale::LogarithmicToInfinity
         ),
         parameter!(
-            region: RegionSize, "Region", "m",
-            "Size of the overlapping parts whose shapes are matched: small ones let a body bend; ∞ is the whole body.",
+            region: RegionSize, "Region size", "m",
+            "Size of the overlapping regions that are fitted. Small regions let the body bend. ∞: the whole body.",
             (0.01, 10.0), Scale::LogarithmicToInfinity
         ),
         parameter!(
             damping: Damping, "Damping", "s",
-            "The time over which a deformation dies away; 0 is none but the integrator's own.",
+            "Damping time constant of deformation. 0 leaves only numerical damping.",
             (1e-4, 1.0), Scale::LogarithmicFromZero
         ),
     ];

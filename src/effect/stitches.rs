@@ -1,4 +1,4 @@
-//! Stitches: points that are held together until they are pulled too hard.
+//! Stitches: breakable joints between points.
 
 use super::{Effect, Figures, Parameter};
 use crate::solver::{Stitches, advance::Stage};
@@ -8,7 +8,7 @@ impl Effect for Stitches {
     const NAME: &'static str = "stitches";
     const TITLE: &'static str = "Stitches";
     const SUMMARY: &'static str =
-        "Points of the body are held together, or to colliders, until they are pulled too hard.";
+        "Breakable joints between points of the body, or between points and colliders.";
     const PARAMETERS: &'static [Parameter<Self>] = &[];
 
     type State = ();

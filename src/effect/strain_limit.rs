@@ -1,4 +1,4 @@
-//! Strain limit: no edge gets longer than a limit.
+//! Strain limit: an upper limit on the strain of edges.
 
 use super::{Effect, Parameter, Scale, elastic::elastic, parameter};
 use crate::solver::{Strain, StrainLimit};
@@ -6,10 +6,10 @@ use crate::solver::{Strain, StrainLimit};
 impl Effect for StrainLimit {
     const NAME: &'static str = "strain_limit";
     const TITLE: &'static str = "Strain limit";
-    const SUMMARY: &'static str = "No edge gets longer than a limit, however heavy the load.";
+    const SUMMARY: &'static str = "Upper limit on the strain of edges, whatever the load.";
     const PARAMETERS: &'static [Parameter<Self>] = &[parameter!(
-        limit: Strain, "Limit", "",
-        "The largest strain of an edge: 0.1 is a tenth longer than at rest.",
+        limit: Strain, "Max. strain", "",
+        "Largest strain of an edge: 0.1 allows an extension of 10 %.",
         (0.0, 1.0), Scale::Linear
     )];
 

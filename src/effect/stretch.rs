@@ -1,4 +1,4 @@
-//! Stretch: edges resist a change of length.
+//! Stretch: edges resist changes of length.
 
 use super::{Effect, Parameter, Scale, elastic::elastic, parameter};
 use crate::solver::{Compliance, Damping, RepairTime, Stiffness, Stretch};
@@ -6,21 +6,21 @@ use crate::solver::{Compliance, Damping, RepairTime, Stiffness, Stretch};
 impl Effect for Stretch {
     const NAME: &'static str = "stretch";
     const TITLE: &'static str = "Stretch";
-    const SUMMARY: &'static str = "Edges resist a change of length.";
+    const SUMMARY: &'static str = "Edges resist changes of length.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         parameter!(
             compliance: Compliance, "Compliance", "m/N",
-            "How far an edge gives under a newton; 0 is rigid.",
+            "Extension of an edge per newton of force. 0: rigid.",
             (1e-8, 1e-2), Scale::LogarithmicFromZero
         ),
         parameter!(
             axial_stiffness: Stiffness, "Axial stiffness", "N",
-            "EA of a rope: force over strain, however finely it is divided; ∞ adds nothing.",
+            "Axial stiffness EA of a rope: force over strain, independent of the mesh. ∞: adds no compliance.",
             (1.0, 1e7), Scale::LogarithmicToInfinity
         ),
         parameter!(
             damping: Damping, "Damping", "s",
-            "The time over which a stretch dies away; 0 is none but the integrator's own.",
+            "Damping time constant. 0 leaves only numerical damping.",
             (1e-4, 1.0), Scale::LogarithmicFromZero
         ),
         parameter!(

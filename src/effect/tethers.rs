@@ -1,4 +1,4 @@
-//! Tethers: no particle goes farther from its nearest pin than the way to it is long at rest.
+//! Tethers: long-range attachments to the nearest pin.
 
 use super::{Effect, Figures, Parameter, Scale, parameter};
 use crate::{
@@ -10,11 +10,10 @@ use bevy::prelude::*;
 impl Effect for Tethers {
     const NAME: &'static str = "tethers";
     const TITLE: &'static str = "Tethers";
-    const SUMMARY: &'static str =
-        "No particle goes farther from its nearest pin than the way to it is long at rest.";
+    const SUMMARY: &'static str = "Limits each particle's distance from its nearest pin to the geodesic rest distance (long-range attachments).";
     const PARAMETERS: &'static [Parameter<Self>] = &[parameter!(
         slack: Slack, "Slack", "",
-        "How much farther it may go, as a share of that way.",
+        "Slack of the tethers, as a fraction of the geodesic rest distance.",
         (0.0, 0.5), Scale::Linear
     )];
 

@@ -1,4 +1,4 @@
-//! Weave: triangles of the surface resist being strained along warp, weft and bias.
+//! Weave: in-plane elasticity along warp, weft and bias.
 
 use super::{Effect, Parameter, Scale, elastic::elastic, parameter};
 use crate::solver::{Damping, MembraneCompliance, Weave};
@@ -6,27 +6,26 @@ use crate::solver::{Damping, MembraneCompliance, Weave};
 impl Effect for Weave {
     const NAME: &'static str = "weave";
     const TITLE: &'static str = "Weave";
-    const SUMMARY: &'static str =
-        "Triangles of the surface resist being strained along the threads of a cloth.";
+    const SUMMARY: &'static str = "In-plane elasticity of woven cloth, along warp, weft and bias.";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         parameter!(
             warp: MembraneCompliance, "Warp", "m/N",
-            "Strain along the rest shape's x axis, for a tension of 1 N a metre of width; 0 is rigid.",
+            "Strain along the warp (x axis of the rest shape) per N/m of tension. 0: rigid.",
             (1e-6, 1.0), Scale::LogarithmicFromZero
         ),
         parameter!(
             weft: MembraneCompliance, "Weft", "m/N",
-            "Strain across the warp, for a tension of 1 N a metre of width; 0 is rigid.",
+            "Strain along the weft (across the warp) per N/m of tension. 0: rigid.",
             (1e-6, 1.0), Scale::LogarithmicFromZero
         ),
         parameter!(
             bias: MembraneCompliance, "Bias", "m/N",
-            "Angle by which the threads shear, in radians, for 1 N a metre of width; 0 is rigid.",
+            "Shear angle between warp and weft, in radians, per N/m of shear force. 0: rigid.",
             (1e-6, 1.0), Scale::LogarithmicFromZero
         ),
         parameter!(
             damping: Damping, "Damping", "s",
-            "The time over which a strain dies away; 0 is none but the integrator's own.",
+            "Damping time constant of in-plane strain. 0 leaves only numerical damping.",
             (1e-4, 1.0), Scale::LogarithmicFromZero
         ),
     ];

@@ -46,7 +46,7 @@ fn draw(path: &Path, title: &str, history: &[Statistics]) -> Result<(), Failure>
             curve("kinetic", &|row| row.kinetic),
             curve("potential", &|row| row.potential),
             curve("elastic", &|row| row.elastic.values().sum()),
-            curve("all", &Statistics::energy),
+            curve("total", &Statistics::energy),
         ],
     )?;
     chart(
@@ -59,7 +59,7 @@ fn draw(path: &Path, title: &str, history: &[Statistics]) -> Result<(), Failure>
     )?;
     chart(
         &panels[2],
-        "time of a tick [ms]",
+        "tick time [ms]",
         &[curve("tick", &|row| row.ms_per_tick)],
     )?;
     root.present()?;

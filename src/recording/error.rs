@@ -1,4 +1,4 @@
-//! What can be wrong with a snapshot or a recording.
+//! Errors of snapshots and recordings.
 
 use crate::{scene::SceneError, simulation::ActionError, solver::TopologyError};
 use std::{io, path::PathBuf};
@@ -7,10 +7,12 @@ use std::{io, path::PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum SnapshotError {
     /// A tick is under way.
-    #[error("a state can only be kept between ticks; end the tick that is under way first")]
+    #[error("cannot take a snapshot in the middle of a tick; finish the tick first")]
     MidTick,
     /// A body carries an effect that is not the crate's own.
-    #[error("body “{body}” carries the effect {effect}, which a snapshot has no place for")]
+    #[error(
+        "body “{body}” carries the effect {effect}, which snapshots do not support; remove it first"
+    )]
     Effect {
         /// The body.
         body: String,
@@ -34,12 +36,10 @@ pub enum SnapshotError {
         error: Box<Self>,
     },
     /// The file is of another kind.
-    #[error("this is no snapshot of Pliant: it does not begin as one")]
+    #[error("not a Pliant snapshot: the file has no snapshot header")]
     Foreign,
     /// The file is of another version of the format.
-    #[error(
-        "this snapshot has version {found} of the format, but this program reads version {known}"
-    )]
+    #[error("snapshot format version {found} is not supported; this program reads version {known}")]
     Version {
         /// Its version.
         found: u32,
@@ -47,7 +47,9 @@ pub enum SnapshotError {
         known: u32,
     },
     /// The file is too short or too long.
-    #[error("this snapshot should have {expected} bytes after its head, but has {found}")]
+    #[error(
+        "the snapshot is incomplete or damaged: expected {expected} bytes after the header, found {found}"
+    )]
     Length {
         /// As it says of itself.
         expected: u64,
@@ -55,9 +57,7 @@ pub enum SnapshotError {
         found: u64,
     },
     /// A byte is not what it was.
-    #[error(
-        "this snapshot is damaged: its checksum is {found:016x}, but should be {expected:016x}"
-    )]
+    #[error("the snapshot is damaged: its checksum is {found:016x}, expected {expected:016x}")]
     Damaged {
         /// As it says of itself.
         expected: u64,
@@ -65,13 +65,13 @@ pub enum SnapshotError {
         found: u64,
     },
     /// The bytes stand for nothing.
-    #[error("this snapshot cannot be understood: {0}")]
+    #[error("cannot decode the snapshot: {0}")]
     Encoding(String),
     /// What it says makes no sense.
-    #[error("this snapshot makes no sense: {0}")]
+    #[error("the snapshot is invalid: {0}")]
     Content(String),
     /// A mesh makes no sense.
-    #[error("mesh {mesh} of this snapshot makes no sense: {error}")]
+    #[error("mesh {mesh} of the snapshot is invalid: {error}")]
     Mesh {
         /// Its place, from 0.
         mesh: usize,
@@ -96,7 +96,7 @@ pub enum RecordingError {
     },
     /// The file is of another kind.
     #[error(
-        "{path}: this is no recording of Pliant: its first line is not like \
+        "{path}: not a Pliant recording: expected a first line like \
          Recording(version:1,program:\"0.1.0\")"
     )]
     Foreign {
@@ -105,7 +105,7 @@ pub enum RecordingError {
     },
     /// The file is of another version of the format.
     #[error(
-        "{path}: this recording has version {found} of the format, but this program reads version {known}"
+        "{path}: recording format version {found} is not supported; this program reads version {known}"
     )]
     Version {
         /// The file.
@@ -116,7 +116,7 @@ pub enum RecordingError {
         known: u32,
     },
     /// Nothing was recorded.
-    #[error("{path}: nothing was recorded: there is no scene in it")]
+    #[error("{path}: the recording is empty: it has no Scene line")]
     Empty {
         /// The file.
         path: PathBuf,
@@ -137,7 +137,7 @@ pub enum RecordingError {
 #[derive(Debug, thiserror::Error)]
 pub enum LineError {
     /// It is no text.
-    #[error("this is not UTF-8")]
+    #[error("not valid UTF-8")]
     NotText,
     /// It is no event.
     #[error("column {column}: {message}")]
@@ -148,13 +148,13 @@ pub enum LineError {
         message: String,
     },
     /// Something is done before there is a scene.
-    #[error("there is no scene yet; a Scene line must come first")]
+    #[error("no scene yet: expected a Scene line first")]
     NoScene,
     /// Something comes after the end.
-    #[error("the recording has ended before this line")]
+    #[error("unexpected line after the end of the recording")]
     AfterEnd,
     /// It goes back in time.
-    #[error("tick {tick} comes after tick {now}")]
+    #[error("tick {tick} is out of order after tick {now}")]
     Backwards {
         /// The tick of the line.
         tick: u64,
@@ -163,8 +163,8 @@ pub enum LineError {
     },
     /// Lines are missing.
     #[error(
-        "from tick {now} to tick {tick} nothing is said, but a recording has a hash every {every} \
-         ticks at least: lines are missing"
+        "no hash between tick {now} and tick {tick}, but a recording has one at least every {every} \
+         ticks: lines are missing"
     )]
     Gap {
         /// The tick of the line.
@@ -175,16 +175,16 @@ pub enum LineError {
         every: u64,
     },
     /// A state is not base64.
-    #[error("the state is not base64")]
+    #[error("the state is not valid base64")]
     NotBase64,
     /// A state cannot be had.
     #[error(transparent)]
     State(#[from] SnapshotError),
     /// A body is added that is not one.
-    #[error("an Add line has one body, but this has {0}")]
+    #[error("expected one body in an Add line, found {0}")]
     NotOneBody(usize),
     /// No body has that place.
-    #[error("there is no body {0}")]
+    #[error("no body has the number {0}")]
     NoBody(u64),
     /// What was done then cannot be done now.
     #[error(transparent)]

@@ -182,7 +182,7 @@ impl Snapshot {
         if !rest.is_empty() {
             let rest = rest.len();
             return Err(SnapshotError::Encoding(format!(
-                "{rest} bytes are left over"
+                "{rest} unexpected bytes at the end"
             )));
         }
         stored.into_snapshot()

@@ -116,7 +116,10 @@ impl Stored {
     /// What was encoded, if it makes sense.
     pub fn into_snapshot(self) -> Result<Snapshot, SnapshotError> {
         if !(self.time.is_finite() && self.time >= 0.0) {
-            return Err(nonsense(format!("the time is {} s", self.time)));
+            return Err(nonsense(format!(
+                "the time is {} s, but must be finite and not negative",
+                self.time
+            )));
         }
         check_places("body", &self.places.bodies, self.bodies.len(), &self.places)?;
         let colliders = self.colliders.len();
@@ -216,7 +219,7 @@ impl StoredMesh {
 
     fn topology(self, mesh: usize) -> Result<Topology, SnapshotError> {
         let numbering = Numbering::from_vertices(self.numbering)
-            .ok_or_else(|| nonsense(format!("mesh {mesh}: a particle is numbered twice")))?;
+            .ok_or_else(|| nonsense(format!("mesh {mesh}: the numbering is not a permutation")))?;
         let mut topology = Topology::numbered(self.shape, numbering)
             .map_err(|error| SnapshotError::Mesh { mesh, error })?;
         let [
@@ -260,13 +263,13 @@ fn check_places(
     if given.len() != count {
         let found = given.len();
         return Err(nonsense(format!(
-            "{found} places for {count} of kind {what}"
+            "{found} order entries for {count} of kind {what}"
         )));
     }
     let ascending = given.windows(2).all(|pair| pair[0] < pair[1]);
     if !ascending || given.last().is_some_and(|last| *last > places.last) {
         return Err(nonsense(format!(
-            "the places of kind {what} are out of order"
+            "the order entries of kind {what} are not ascending"
         )));
     }
     Ok(())

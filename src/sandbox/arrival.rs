@@ -126,7 +126,10 @@ fn enter(world: &mut World, arrival: Arrival) {
     // At once, so that the next one finds its place above this one.
     action::apply(world);
     let mut notices = world.resource_mut::<Notices>();
-    let mut text = format!("Added {name}: {} particles", super::panel::count(particles));
+    let mut text = match particles {
+        1 => format!("Added {name}: 1 particle"),
+        _ => format!("Added {name}: {} particles", super::panel::count(particles)),
+    };
     for note in &arrival.notes {
         text.push_str("\n· ");
         text.push_str(note);

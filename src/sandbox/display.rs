@@ -9,10 +9,10 @@ use bevy::tasks::block_on;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NoDisplay {
     /// Neither an X11 nor a Wayland display is named.
-    #[error("there is no display: neither DISPLAY nor WAYLAND_DISPLAY is set")]
+    #[error("no display: neither DISPLAY nor WAYLAND_DISPLAY is set")]
     NotNamed,
     /// A display is named, but does not let us in.
-    #[error("the display {name} cannot be reached: {reason}")]
+    #[error("cannot connect to the display {name}: {reason}")]
     Unreachable {
         /// Value of the variable that names it.
         name: String,
@@ -20,12 +20,10 @@ pub enum NoDisplay {
         reason: String,
     },
     /// There is a display but nothing that draws.
-    #[error(
-        "there is no graphics adapter: neither Vulkan, Metal, Direct3D 12 nor OpenGL offers one"
-    )]
+    #[error("no graphics adapter: none of Vulkan, Metal, Direct3D 12 and OpenGL offers one")]
     NoAdapter,
     /// The window system or the graphics driver refused when it was asked in earnest.
-    #[error("the window could not be opened: {0}")]
+    #[error("cannot open the window: {0}")]
     Refused(String),
 }
 

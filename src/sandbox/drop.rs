@@ -82,11 +82,11 @@ fn announce(
     let scene = opening.as_ref().and_then(|opening| opening.slow());
     let text = match (&hovering.0, scene, arrivals.pending()) {
         (Some(name), ..) if is_scene(Path::new(name)) => format!("Drop to open the scene {name}"),
-        (Some(name), ..) => format!("Drop to make a soft body of {name}"),
+        (Some(name), ..) => format!("Drop to import {name} as a soft body"),
         (None, Some(name), _) => format!("Opening {name} …"),
         (None, None, 0) => return Ok(()),
-        (None, None, 1) => "Making a soft body …".to_owned(),
-        (None, None, several) => format!("Making {several} soft bodies …"),
+        (None, None, 1) => "Building a soft body …".to_owned(),
+        (None, None, several) => format!("Building {several} soft bodies …"),
     };
     draw(contexts.ctx_mut()?, &text, view.panel_width);
     Ok(())

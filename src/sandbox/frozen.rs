@@ -47,8 +47,8 @@ pub struct FrozenPlaces(Places);
 
 /// Said when a body turns non-finite right after it was restored. Restarting would be no help: what
 /// was changed in the panel stays over a restart.
-const AGAIN: &str = "It had just been restored, so what made it so is still there: undo the last \
-                     change first, or open the scene again.";
+const AGAIN: &str = "The body diverged right after it was restored, so the cause is still there: undo the \
+                     last change, or reopen the scene.";
 
 /// When bodies were restored, and whether it was in vain.
 #[derive(Resource, Debug, Default)]
@@ -73,9 +73,9 @@ impl Plugin for FrozenPlugin {
 pub fn reason(quarantine: &Quarantine) -> String {
     let Quarantine { vertex, stage } = quarantine;
     if *stage == INPUT {
-        format!("particle {vertex} was given a value that is not finite")
+        format!("non-finite input for vertex {vertex}")
     } else {
-        format!("particle {vertex} was not finite after {stage}")
+        format!("non-finite state of vertex {vertex} after {stage}")
     }
 }
 
@@ -176,10 +176,10 @@ pub fn draw(
 fn line(ui: &mut egui::Ui, body: &FrozenBody, places: &mut Places) -> bool {
     let FrozenBody { name, reason, .. } = body;
     let again = if body.again { " again" } else { "" };
-    let text = format!("{name} is frozen{again}: {reason}");
+    let text = format!("{name} diverged{again} and is paused: {reason}");
     ui.add(Label::new(RichText::new(text).color(theme::STRONG)).wrap());
-    let help = "It goes on from where it was when the tick began in which this happened, at rest";
-    let button = Button::new("Restore its last good state").min_size(Vec2::new(0.0, theme::ROW));
+    let help = "Resume from the last finite state, the start of the tick in which the body diverged, at zero velocity";
+    let button = Button::new("Restore last finite state").min_size(Vec2::new(0.0, theme::ROW));
     let response = ui.add(button).on_hover_text(help);
     places.note(format!("restore.{name}"), &response, ui.clip_rect());
     ui.add_space(4.0);
@@ -190,7 +190,7 @@ fn line(ui: &mut egui::Ui, body: &FrozenBody, places: &mut Places) -> bool {
 fn all(ui: &mut egui::Ui, count: usize, places: &mut Places) -> bool {
     let text = match count.saturating_sub(MOST) {
         0 => format!("Restore all {count}"),
-        more => format!("Restore all {count}, these and {more} more"),
+        more => format!("Restore all {count} (these and {more} more)"),
     };
     let response = ui.add(Button::new(text).min_size(Vec2::new(0.0, theme::ROW)));
     places.note("restore.all", &response, ui.clip_rect());

@@ -55,7 +55,7 @@ pub fn draw(context: &egui::Context) -> bool {
 }
 
 fn columns(ui: &mut egui::Ui) {
-    ui.heading(RichText::new("Keys").color(theme::STRONG));
+    ui.heading(RichText::new("Keyboard").color(theme::STRONG));
     ui.add_space(8.0);
     let half = BINDINGS.len().div_ceil(2);
     ui.horizontal_top(|ui| {
@@ -66,7 +66,7 @@ fn columns(ui: &mut egui::Ui) {
         }
     });
     ui.add_space(12.0);
-    ui.heading(RichText::new("Pointer").color(theme::STRONG));
+    ui.heading(RichText::new("Mouse").color(theme::STRONG));
     ui.add_space(8.0);
     ui.horizontal_top(|ui| {
         for (index, gestures) in GESTURES.chunks(GESTURES.len().div_ceil(2)).enumerate() {

@@ -39,7 +39,7 @@ pub struct Figure {
 #[derive(Resource, Debug, Default)]
 pub struct HeadUp {
     figures: Vec<Figure>,
-    /// Paused, slow, ticks left out; empty if nothing is out of the ordinary.
+    /// Paused, slow, dropped ticks; empty if nothing is out of the ordinary.
     state: String,
     frames: u32,
     seconds: f32,
@@ -98,8 +98,8 @@ pub fn figures(
         alarm: false,
     };
     vec![
-        figure(format!("{frames_per_second:.0} fps"), "frames"),
-        figure(format!("{:.2} ms", statistics.ms_per_tick), "a tick"),
+        figure(format!("{frames_per_second:.0} fps"), "frame rate"),
+        figure(format!("{:.2} ms", statistics.ms_per_tick), "per tick"),
         figure(count(statistics.particles), "particles"),
         figure(count(statistics.constraint_count()), "constraints"),
         figure(millions(projections), "projections"),
@@ -157,12 +157,12 @@ fn state(clock: &SimulationClock, ghost_holds: bool) -> String {
         parts.push(format!("{}× speed", format(clock.speed, 2)));
     }
     if ghost_holds {
-        parts.push("waits for the ghost".to_owned());
+        parts.push("waiting for the reference".to_owned());
     }
     match clock.dropped() {
         0 => {}
-        1 => parts.push("1 tick left out".to_owned()),
-        dropped => parts.push(format!("{} ticks left out", count(dropped as usize))),
+        1 => parts.push("1 tick dropped".to_owned()),
+        dropped => parts.push(format!("{} ticks dropped", count(dropped as usize))),
     }
     parts.join("  ·  ")
 }
@@ -293,7 +293,7 @@ mod tests {
         assert_eq!(state(&clock, false), "paused  ·  0.1× speed");
         assert_eq!(
             state(&clock, true),
-            "paused  ·  0.1× speed  ·  waits for the ghost"
+            "paused  ·  0.1× speed  ·  waiting for the reference"
         );
     }
 }

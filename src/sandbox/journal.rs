@@ -58,7 +58,7 @@ impl Journal {
     /// Writes a line. A disk that is full ends the journal, not the window.
     fn line(&mut self, value: &Value) {
         if let Err(error) = writeln!(self.file, "{value}") {
-            warn!("the journal cannot be written any more: {error}");
+            warn!("cannot continue the journal: {error}");
         }
     }
 }
@@ -77,7 +77,7 @@ impl Plugin for JournalPlugin {
             Err(error) => {
                 let path = self.path.display();
                 let mut notices = app.world_mut().get_resource_or_init::<Notices>();
-                notices.error(format!("The journal {path} cannot be written: {error}"));
+                notices.error(format!("Cannot write the journal {path}: {error}"));
                 return;
             }
         };
@@ -294,7 +294,7 @@ fn write_figures(
         "finite": statistics.finite,
     }));
     if let Err(error) = journal.file.flush() {
-        warn!("the journal cannot be written any more: {error}");
+        warn!("cannot continue the journal: {error}");
     }
 }
 
@@ -302,7 +302,7 @@ fn write_end(mut journal: ResMut<Journal>, mut exits: MessageReader<AppExit>) {
     if exits.read().next().is_some() {
         journal.line(&json!({"event": "closing"}));
         if let Err(error) = journal.file.flush() {
-            warn!("the journal cannot be written any more: {error}");
+            warn!("cannot continue the journal: {error}");
         }
     }
 }

@@ -53,15 +53,15 @@ pub enum Command {
     Wireframe,
     /// Draws the tetrahedra or not.
     Tetrahedra,
-    /// Draws the answers of mathematics or not.
+    /// Draws the analytic solutions or not.
     Answers,
-    /// Draws the constraints by band, by colour, by lane, or not.
+    /// Draws the constraints by partition, by color, by lane, or not.
     SolverView,
-    /// Opens or closes the card that says what accuracy costs.
+    /// Opens or closes the card with accuracy and cost.
     Accuracy,
-    /// Opens or closes the gallery of hard cases.
+    /// Opens or closes the gallery of stress tests.
     Gallery,
-    /// Lets there be a ghost, or none.
+    /// Switches the reference overlay on or off.
     Ghost,
     /// Shows or hides the panel.
     Panel,
@@ -141,13 +141,13 @@ const fn repeated(binding: Binding) -> Binding {
 
 /// Every key there is.
 pub const BINDINGS: &[Binding] = &[
-    row(&[Space], "Space", "pause, run", Command::Pause),
-    repeated(row(&[Types(".")], ".", "one tick", Command::Step)),
+    row(&[Space], "Space", "run / pause", Command::Pause),
+    repeated(row(&[Types(".")], ".", "advance one tick", Command::Step)),
     row(&[Types("r")], "R", "restart the scene", Command::Restart),
     row(
         &[Types("s")],
         "S",
-        "slow motion, a tenth of the speed",
+        "slow motion (0.1× speed)",
         Command::Slow,
     ),
     row(
@@ -165,96 +165,89 @@ pub const BINDINGS: &[Binding] = &[
     row(
         &[Types("p")],
         "P",
-        "pin the held point, or free it",
+        "pin / unpin the grabbed point",
         Command::Pin,
     ),
     row(
         &[Delete],
         "Del",
-        "take away the held body, or the one shown",
+        "delete the grabbed or selected body",
         Command::Remove,
     ),
-    repeated(row(&[Up], "Up", "softer, also while held", Command::Softer)),
+    repeated(row(
+        &[Up],
+        "Up",
+        "softer (works while dragging)",
+        Command::Softer,
+    )),
     repeated(row(
         &[Down],
         "Down",
-        "stiffer, also while held",
+        "stiffer (works while dragging)",
         Command::Stiffer,
     )),
     repeated(row(
         &[Right],
         "Right",
-        "one substep more",
+        "one more substep",
         Command::MoreSubsteps,
     )),
     repeated(row(
         &[Left],
         "Left",
-        "one substep less",
+        "one fewer substep",
         Command::FewerSubsteps,
     )),
-    row(
-        &[Types("f")],
-        "F",
-        "bring every body into sight",
-        Command::FrameAll,
-    ),
+    row(&[Types("f")], "F", "frame all", Command::FrameAll),
     row(&[Types("w")], "W", "wireframe", Command::Wireframe),
-    row(&[Types("t")], "T", "tetrahedra", Command::Tetrahedra),
+    row(&[Types("t")], "T", "tet mesh", Command::Tetrahedra),
     row(
         &[Types("m")],
         "M",
-        "the answer of mathematics, where the scene has one",
+        "analytic solution, if the scene has one",
         Command::Answers,
     ),
     row(
         &[Types("v")],
         "V",
-        "how it is solved: bands, colours, lanes",
+        "solver view: partitions, colors, lanes",
         Command::SolverView,
     ),
-    row(
-        &[Types("a")],
-        "A",
-        "what accuracy costs here",
-        Command::Accuracy,
-    ),
-    row(&[Types("c")], "C", "hard cases", Command::Gallery),
+    row(&[Types("a")], "A", "accuracy vs. cost", Command::Accuracy),
+    row(&[Types("c")], "C", "stress tests", Command::Gallery),
     row(
         &[Types("g")],
         "G",
-        "ghost: how far a finer twin is",
+        "reference overlay (f64, finer substeps)",
         Command::Ghost,
     ),
-    row(
-        &[Types("h")],
-        "H",
-        "hide the panel, show it",
-        Command::Panel,
-    ),
+    row(&[Types("h")], "H", "show / hide the panel", Command::Panel),
     row(
         &[Function(12)],
         "F12",
-        "save a picture of the window",
+        "save a screenshot",
         Command::Screenshot,
     ),
     row(
         &[Function(1), Types("?")],
         "F1 ?",
-        "these keys",
+        "show / hide this help",
         Command::Help,
     ),
-    row(&[Escape], "Esc", "close this page", Command::Close),
+    row(&[Escape], "Esc", "close this help", Command::Close),
 ];
 
 /// What the pointer does, for the help.
 pub const GESTURES: &[(&str, &str)] = &[
-    ("Left drag", "take hold of a body"),
-    ("Wheel", "while holding: nearer, farther"),
+    ("Left drag", "grab and drag a body"),
+    ("Wheel", "while dragging: nearer / farther"),
     ("Wheel", "otherwise: zoom"),
-    ("Right drag", "turn the camera"),
-    ("Middle drag", "move the camera"),
-    ("Drop a file", "a mesh becomes a soft body"),
+    ("Right drag", "orbit the camera"),
+    ("Middle drag", "pan the camera"),
+    (
+        "Drop a file",
+        "import a mesh as a soft body, or open a scene",
+    ),
 ];
 
 /// The row of the table that a key belongs to.

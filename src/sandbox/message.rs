@@ -140,7 +140,7 @@ fn report_pictures(mut pictures: MessageReader<ScreenshotSaved>, mut notices: Re
         let path = picture.path.display();
         match &picture.error {
             None => notices.info(format!("Saved {path}")),
-            Some(error) => notices.error(format!("{path} could not be saved: {error}")),
+            Some(error) => notices.error(format!("Cannot save {path}: {error}")),
         }
     }
 }

@@ -207,7 +207,7 @@ fn quietly<T>(build: impl FnOnce() -> T) -> Result<T, String> {
     let heard = Arc::clone(&message);
     let usual = panic::take_hook();
     panic::set_hook(Box::new(move |info| {
-        let text = info.payload_as_str().unwrap_or("an unknown reason");
+        let text = info.payload_as_str().unwrap_or("unknown reason");
         if let Ok(mut message) = heard.lock() {
             *message = text.lines().next().unwrap_or(text).to_owned();
         }

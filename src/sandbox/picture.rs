@@ -44,7 +44,7 @@ pub enum PictureError {
     #[error(transparent)]
     NoAdapter(#[from] NoDisplay),
     /// The file could not be written.
-    #[error("the picture {} could not be written: {reason}", path.display())]
+    #[error("cannot write the image {}: {reason}", path.display())]
     NotWritten {
         /// The file.
         path: PathBuf,
@@ -52,7 +52,7 @@ pub enum PictureError {
         reason: String,
     },
     /// The graphics card never gave the image back.
-    #[error("the graphics adapter did not return the picture")]
+    #[error("the graphics adapter did not return the image; try again")]
     NoAnswer,
 }
 

@@ -23,7 +23,7 @@ impl Plugin for RecordPlugin {
             }
             Err(error) => {
                 let mut notices = app.world_mut().get_resource_or_init::<Notices>();
-                notices.error(format!("Nothing is recorded: {error}"));
+                notices.error(format!("Recording is off: {error}"));
             }
         }
     }
@@ -35,7 +35,7 @@ fn report(recorder: Res<Recorder>, mut notices: ResMut<Notices>, mut said: Local
         *said = true;
         let path = recorder.path().display();
         notices.error(format!(
-            "Nothing more is recorded to {path}, which is whole up to here: {reason}"
+            "Recording to {path} stopped: {reason}. The file is valid up to this point"
         ));
     }
 }

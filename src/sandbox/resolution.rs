@@ -20,8 +20,8 @@ fn warn(world: &mut World, mut passed: Local<bool>) {
     let beyond = most.filter(|most| substeps > *most);
     if let (Some(most), false) = (beyond, *passed) {
         world.resource_mut::<Notices>().warn(format!(
-            "Single precision resolves up to {most} substeps here. Beyond, rounding moves particles by more than \
-             gravity does in a substep: forces become noise, and more substeps no longer help."
+            "Single precision resolves at most {most} substeps here. Beyond that, rounding moves particles by \
+             more than gravity does per substep: forces become noise, and more substeps no longer help."
         ));
     }
     *passed = beyond.is_some();

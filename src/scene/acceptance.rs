@@ -78,7 +78,7 @@ impl Acceptance {
             {
                 let names: Vec<_> = world.bodies.iter().map(|b| b.name.as_str()).collect();
                 return Err(SceneError::Acceptance(format!(
-                    "no body's name begins with “{name}”; there are: {}",
+                    "no body has a name that begins with “{name}”; the bodies are: {}",
                     names.join(", ")
                 )));
             }
@@ -93,7 +93,7 @@ impl Acceptance {
         for (first, last) in start.bodies.iter().zip(&end.bodies) {
             if let Some(quarantine) = &last.quarantine {
                 reasons.push(format!(
-                    "{}: particle {} was no longer finite after {}",
+                    "{}: diverged with a non-finite state of vertex {} after {}",
                     last.name, quarantine.vertex, quarantine.stage
                 ));
             }
@@ -103,13 +103,14 @@ impl Acceptance {
             });
             let count = moved.count();
             if count > 0 {
-                reasons.push(format!("{}: {count} pinned particles moved", last.name));
+                let particles = if count == 1 { "particle" } else { "particles" };
+                reasons.push(format!("{}: {count} pinned {particles} moved", last.name));
             }
         }
         let crosses = |row: &&Statistics| row.crossings.is_some_and(|count| count > 0);
         if let Some(row) = history.iter().find(crosses) {
             reasons.push(format!(
-                "{} pairs of an edge and a triangle cross after {:.3} s; surfaces that touch must not",
+                "surfaces cross after {1:.3} s: {0} pairs of an edge and a triangle, expected 0",
                 row.crossings.unwrap_or(0),
                 row.time
             ));
@@ -138,7 +139,7 @@ fn energy_rises(history: &[Statistics], share: f64) -> Option<String> {
         .fold(f64::NEG_INFINITY, f64::max);
     (highest - first > share * scale).then(|| {
         format!(
-            "energy rose from {first:.6} J to {highest:.6} J, by more than {share} of {scale:.6} J"
+            "energy rose from {first:.6} J to {highest:.6} J, by more than {share} times the largest kinetic energy, {scale:.6} J"
         )
     })
 }
@@ -152,32 +153,35 @@ impl Check {
             Self::Of(..) | Self::EnergyBounded(_) => return None,
             Self::Volume(limit) => {
                 let error = measure::volume_error(topology, positions);
-                (error.abs() <= limit, format!("volume is off by {error:.5}"))
+                (
+                    error.abs() <= limit,
+                    format!("relative volume error {error:.5}"),
+                )
             }
             Self::VolumeLost(limit) => {
                 let error = measure::volume_error(topology, positions);
                 (
                     error.abs() >= limit,
-                    format!("volume is off by only {error:.5}"),
+                    format!("relative volume error only {error:.5}"),
                 )
             }
             Self::Shape(limit) => {
                 let error = measure::shape_error(topology, positions);
                 (
                     error <= limit,
-                    format!("shape is off by {error:.5} of the size"),
+                    format!("shape error {error:.5} of the size"),
                 )
             }
             Self::ShapeLost(limit) => {
                 let error = measure::shape_error(topology, positions);
                 (
                     error >= limit,
-                    format!("shape is off by only {error:.5} of the size"),
+                    format!("shape error only {error:.5} of the size"),
                 )
             }
             Self::NoInverted => {
                 let count = measure::inverted(topology, positions);
-                (count == 0, format!("{count} tetrahedra are inside out"))
+                (count == 0, format!("inverted tetrahedra: {count}"))
             }
             Self::SpeedBelow(limit) => {
                 let speed = measure::rms_speed(&body.particles);
@@ -192,7 +196,7 @@ impl Check {
                 let middle = (low + high) / 2.0;
                 (
                     middle.distance(place) <= within,
-                    format!("its middle is at {middle}"),
+                    format!("center at {middle}"),
                 )
             }
             Self::Height(least, most) => {
@@ -204,10 +208,7 @@ impl Check {
             }
             Self::EdgeStrain(limit) => {
                 let strain = edge_strain(body);
-                (
-                    strain <= limit,
-                    format!("edges are strained by {strain:.5}"),
-                )
+                (strain <= limit, format!("RMS strain of edges {strain:.5}"))
             }
             Self::AwayFrom(point, distance) => {
                 let nearest = positions
@@ -221,7 +222,7 @@ impl Check {
             }
         };
         // A comparison with NaN is false, so what cannot be measured does not hold.
-        (!holds).then(|| format!("{}: {found}, but {self:?} was asked for", body.name))
+        (!holds).then(|| format!("{}: {found}, expected {self:?}", body.name))
     }
 }
 

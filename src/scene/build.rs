@@ -84,7 +84,7 @@ impl Scene {
         if spec.effects.pressure.is_some()
             && let Err(reason) = topology.enclosure()
         {
-            return Err(wrong(spec, format!("it cannot hold pressure: {reason}")));
+            return Err(wrong(spec, format!("cannot apply pressure: {reason}")));
         }
         let (topology, skin) = (Arc::new(topology), mesh.skin.map(Arc::new));
         let places = places(spec);
@@ -103,7 +103,7 @@ impl Scene {
             {
                 return Err(wrong(
                     spec,
-                    format!("it cannot be solved directly: {reason}"),
+                    format!("cannot use the direct solver: {reason}"),
                 ));
             }
             built.world.bodies.push(body);
@@ -139,7 +139,7 @@ impl Scene {
             }
             _ => Err(wrong(
                 spec,
-                "give it either a primitive or a mesh, as in `primitive: Box(size: (1, 1, 1))` \
+                "expected either a primitive or a mesh, as in `primitive: Box(size: (1, 1, 1))` \
                  or `mesh: (file: \"bunny\")`"
                     .to_owned(),
             )),
@@ -186,7 +186,8 @@ fn check_numbers(spec: &BodySpec) -> Result<(), SceneError> {
     if (1..=MOST_COPIES).contains(&count) {
         Ok(())
     } else {
-        let message = format!("{count} copies, but there must be between 1 and {MOST_COPIES}");
+        let message =
+            format!("the number of copies is {count}, but must be between 1 and {MOST_COPIES}");
         Err(wrong(spec, message))
     }
 }
@@ -212,8 +213,8 @@ fn check_room(
     ] {
         if count > most {
             let message = format!(
-                "with it the scene has {count} {what}, but at most {most} can be had; use fewer \
-                 copies or cells"
+                "with this body the scene has {count} {what}, but at most {most} are supported; use \
+                 fewer copies or cells"
             );
             return Err(wrong(spec, message));
         }
@@ -266,7 +267,7 @@ fn body(
         .find(|(particle, _)| *particle as usize >= topology.particles())
     {
         let last = topology.particles() - 1;
-        let message = format!("added_mass names particle {particle}, but there are 0 to {last}");
+        let message = format!("added_mass refers to particle {particle}; expected 0 to {last}");
         return Err(wrong(spec, message));
     }
     body.stitches = stitches(spec, &body, colliders)?;
@@ -302,7 +303,7 @@ fn material(spec: &BodySpec, topology: &Topology) -> Result<Option<&'static Mate
     };
     let Some(material) = Material::find(name) else {
         let valid = names(&mut Material::all().iter());
-        let message = format!("there is no material “{name}”; there are: {valid}");
+        let message = format!("unknown material “{name}”; expected one of: {valid}");
         return Err(wrong(spec, message));
     };
     if material.fits(topology.dimension) {
@@ -312,13 +313,17 @@ fn material(spec: &BodySpec, topology: &Topology) -> Result<Option<&'static Mate
     let valid = names(&mut all.filter(|other| other.fits(topology.dimension)));
     let message = match topology.dimension {
         Dimension::Solid => {
-            format!("{name} is a sheet, but the body is solid; solids are: {valid}")
+            format!(
+                "{name} is a material for sheets, but the body is solid; expected one of: {valid}"
+            )
         }
         Dimension::Sheet => {
-            format!("{name} is a solid, but the body is a sheet; sheets are: {valid}")
+            format!(
+                "{name} is a material for solids, but the body is a sheet; expected one of: {valid}"
+            )
         }
         Dimension::Line => {
-            format!("there are no materials for ropes yet, so {name} cannot be used")
+            format!("{name} cannot be used: there are no materials for ropes")
         }
     };
     Err(wrong(spec, message))
@@ -333,8 +338,8 @@ fn check_start(spec: &BodySpec, body: &Body) -> Result<(), SceneError> {
     let x = body.particles.positions[particle].truncate();
     let v = body.particles.velocity(particle);
     let message = format!(
-        "particle {vertex} would begin at {x} m with {v} m/s, but both must be finite; use smaller \
-         numbers for its spacing, start, velocity or spin"
+        "particle {vertex} starts at {x} m with {v} m/s, but both must be finite; use smaller values \
+         of spacing, start, velocity or spin"
     );
     Err(wrong(spec, message))
 }
@@ -388,7 +393,7 @@ fn pins(
         if pins.len() == before {
             let last = positions.len() - 1;
             let message = format!(
-                "{pin:?} pins no particle; the body spans {low} to {high} m and has particles 0 to {last}"
+                "{pin:?} pins no particle; the body extends from {low} to {high} m and has particles 0 to {last}"
             );
             return Err(wrong(spec, message));
         }
@@ -412,8 +417,9 @@ fn stitches(spec: &BodySpec, body: &Body, colliders: &[Collider]) -> Result<Stit
             .iter()
             .map(|&(v, share)| (particle(v), share))
             .collect();
-        SurfacePoint::new(&terms)
-            .ok_or_else(|| format!("{spec:?} is no point: its shares add up to nothing"))
+        SurfacePoint::new(&terms).ok_or_else(|| {
+            format!("{spec:?} is not a valid point: the sum of its weights must not be zero")
+        })
     };
     let stitch = |it: &StitchSpec| -> Result<Stitch, String> {
         let held = point(it.point)?;
@@ -423,8 +429,8 @@ fn stitches(spec: &BodySpec, body: &Body, colliders: &[Collider]) -> Result<Stit
                 let count = colliders.len();
                 let Some(collider) = colliders.get((number as usize).wrapping_sub(1)) else {
                     return Err(match count {
-                        0 => format!("there is no collider {number}; the scene has none"),
-                        _ => format!("there is no collider {number}; there are 1 to {count}"),
+                        0 => format!("unknown collider {number}: the scene has no colliders"),
+                        _ => format!("unknown collider {number}; expected 1 to {count}"),
                     });
                 };
                 let fits = held.fits(body.particles.len());

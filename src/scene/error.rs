@@ -1,4 +1,4 @@
-//! What can be wrong with a scene.
+//! Errors of scenes.
 
 use crate::{
     mesh::MeshError,
@@ -6,12 +6,12 @@ use crate::{
 };
 use std::path::PathBuf;
 
-/// Why a scene cannot be used. The message says where and what would be right.
+/// Why a scene cannot be used. The message says where, and what was expected.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
     /// Neither a built-in scene nor a file.
     #[error(
-        "there is no scene “{name}”: it is not the path of a file, and the built-in scenes are {valid}"
+        "unknown scene “{name}”: expected the path of a scene file, or a built-in scene: {valid}"
     )]
     Unknown {
         /// What was asked for.
@@ -72,7 +72,7 @@ pub enum SceneError {
         message: String,
     },
     /// An answer is for a body that there is not.
-    #[error("answers: there is no body “{body}”; there are: {valid}")]
+    #[error("answers: unknown body “{body}”; expected one of: {valid}")]
     Answer {
         /// The name.
         body: String,

@@ -21,10 +21,12 @@ pub struct Override {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum OverrideError {
     /// Not of the form name=value.
-    #[error("“{0}” is not of the form name=value, as in substeps=20 or stretch.compliance=1e-5")]
+    #[error(
+        "“{0}” is not of the form name=value; expected, for example, substeps=20 or stretch.compliance=1e-5"
+    )]
     Form(String),
     /// The value is no number.
-    #[error("“{value}” is not a number, in {name}={value}")]
+    #[error("“{value}” in {name}={value} is not a number")]
     Number {
         /// What was to be set.
         name: String,
@@ -33,7 +35,7 @@ pub enum OverrideError {
     },
     /// Neither a setting nor an effect.
     #[error(
-        "there is nothing called “{name}” to set; there are the settings {settings}, and the parameters of the effects {effects}, as in stretch.compliance=1e-5"
+        "unknown parameter “{name}”; expected one of the settings {settings}, or a parameter of one of the effects {effects}, as in stretch.compliance=1e-5"
     )]
     Unknown {
         /// What was to be set.
@@ -44,7 +46,7 @@ pub enum OverrideError {
         effects: String,
     },
     /// No body carries the effect.
-    #[error("no body of this scene carries {effect}, so {name} sets nothing; it has {present}")]
+    #[error("cannot set {name}: no body of this scene carries {effect}; the scene has {present}")]
     Absent {
         /// The effect.
         effect: String,

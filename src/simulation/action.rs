@@ -214,10 +214,10 @@ impl<B> Action<B> {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ActionError {
     /// The entity is gone, or was never a body.
-    #[error("there is no such body any more ({0})")]
+    #[error("no such body ({0}): it may have been removed")]
     NoBody(Entity),
     /// There is nothing to restore.
-    #[error("the body is not in quarantine, so there is nothing to restore")]
+    #[error("the body is not in quarantine: there is nothing to restore")]
     NotInQuarantine,
     /// A value of a parameter out of range.
     #[error("{parameter}: {error}")]
@@ -231,7 +231,7 @@ pub enum ActionError {
     #[error(transparent)]
     Setting(InvalidValue),
     /// An unknown word.
-    #[error("there is no {kind} called “{name}”; there are: {valid}")]
+    #[error("unknown {kind} “{name}”; expected one of: {valid}")]
     Unknown {
         /// Effect, parameter or setting.
         kind: &'static str,
@@ -241,10 +241,10 @@ pub enum ActionError {
         valid: String,
     },
     /// The body does not carry the effect.
-    #[error("the body does not carry {0}")]
+    #[error("the body does not carry the effect {0}")]
     Absent(String),
     /// The effect cannot do anything to the body.
-    #[error("the body cannot have {effect}: {reason}")]
+    #[error("cannot add {effect} to the body: {reason}")]
     Unfit {
         /// The effect.
         effect: String,
@@ -252,7 +252,7 @@ pub enum ActionError {
         reason: String,
     },
     /// The particle does not exist.
-    #[error("there is no particle {particle}; the body has {particles}")]
+    #[error("no particle {particle}: the number of particles of the body is {particles}")]
     NoParticle {
         /// The particle that was named.
         particle: u32,

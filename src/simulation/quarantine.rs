@@ -43,8 +43,8 @@ pub(super) fn message(
     BodyQuarantined {
         body,
         text: format!(
-            "body {name} is no longer finite: particle {vertex} after {stage}. It is frozen where \
-             the tick began; the others go on."
+            "body {name} diverged (non-finite state of vertex {vertex} after {stage}). It was restored to \
+             the start of the tick and paused."
         ),
     }
 }

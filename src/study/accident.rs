@@ -76,8 +76,8 @@ pub(super) fn sentence(case: &CaseResult) -> Option<String> {
         })
         .collect();
     Some(format!(
-        "Right by accident: {} on the front ({}). Without compliance, too few sweeps happen to be as \
-         soft as asked; {} is off by {}.",
+        "Coincidental agreement on the Pareto front: {} ({}). Without compliance, too few iterations \
+         happen to give the requested compliance; the error of {} is {}.",
         names.join(", "),
         case.case.level_name,
         worst.setting,

@@ -143,22 +143,23 @@ impl<N: FnMut(ProbeNews) -> ControlFlow<()>> Search<'_, N> {
             }
         }
         let Some((sweeps, setting)) = best else {
-            let reason = format!("No setting of up to {MOST_SWEEPS} sweeps a tick is so exact.");
+            let reason =
+                format!("No setting of up to {MOST_SWEEPS} iterations per tick is that accurate.");
             return Ok(self.nearest(reason));
         };
         let reason = match sweeps_of.first() {
             Some(&(1, plain)) if setting.iterations > 1 => format!(
-                "With one iteration it would take {plain} sweeps a tick, not {sweeps}: more \
-                 iterations are the better buy here."
+                "With one iteration per substep it would take {plain} iterations per tick instead of \
+                 {sweeps}: more iterations are more efficient here."
             ),
             _ if setting.iterations > 1 => format!(
-                "Substeps alone do not get there within {MOST_SWEEPS} sweeps a tick; iterations do \
-                 with {sweeps}."
+                "Substeps alone do not reach the goal within {MOST_SWEEPS} iterations per tick; with \
+                 more iterations per substep, {sweeps} suffice."
             ),
-            _ if setting.substeps == 1 => "Nothing is cheaper.".to_owned(),
+            _ if setting.substeps == 1 => "No setting is cheaper.".to_owned(),
             _ => format!(
-                "No number of iterations does it with fewer than {sweeps} sweeps a tick: substeps \
-                 are the better buy here."
+                "No number of iterations per substep needs fewer than {sweeps} iterations per tick: \
+                 substeps are more efficient here."
             ),
         };
         self.chosen(setting, true, reason)
@@ -238,12 +239,12 @@ impl<N: FnMut(ProbeNews) -> ControlFlow<()>> Search<'_, N> {
         let Some((_, setting)) = best else {
             let setting = Setting::xpbd(1, 1);
             self.tried(setting)?;
-            let reason = "A single sweep a tick costs more than that.".to_owned();
+            let reason = "A single iteration per tick costs more than that.".to_owned();
             return self.chosen(setting, false, reason);
         };
         let reason = match setting.iterations {
-            1 => "All of it goes into substeps: with iterations it would be less exact.".to_owned(),
-            _ => "More substeps with fewer iterations would be less exact.".to_owned(),
+            1 => "More iterations with fewer substeps would be less accurate.".to_owned(),
+            _ => "More substeps with fewer iterations would be less accurate.".to_owned(),
         };
         self.chosen(setting, true, reason)
     }

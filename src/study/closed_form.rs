@@ -273,21 +273,21 @@ impl Reference {
     #[must_use]
     pub const fn words(&self) -> &'static str {
         match self {
-            Self::Twin => "the converged answer of the same mesh",
-            Self::FinestMesh => "the answer that the meshes tend to",
-            Self::Conserved => "0, as it is conserved",
+            Self::Twin => "converged solution on the same mesh",
+            Self::FinestMesh => "limit of mesh refinement",
+            Self::Conserved => "0 (conserved)",
             Self::HangingMass { .. } => "αmg",
             Self::SpringPeriod { .. } => "2π√(αm)",
-            Self::SpringEnergy { .. } => "0, as energy is conserved",
+            Self::SpringEnergy { .. } => "0 (energy is conserved)",
             Self::PendulumPeriod { .. } => "4√(L/g) K(sin θ₀/2)",
             Self::HangingChain { .. } => "αmgN(N+1)/2",
             Self::HangingBar { .. } => "ρgL²/(2EA)",
             Self::PulledBar { .. } => "FL/(EA)",
             Self::NarrowedBar { .. } => "−νFb/(EA)",
             Self::ConfinedBlock { .. } => "−ρgH/(2K)",
-            Self::ElasticCatenary { .. } => "the sag of an elastic catenary",
+            Self::ElasticCatenary { .. } => "sag of an elastic catenary",
             Self::ClampedBeam { .. } => "ρgL⁴/(8EI)",
-            Self::HeavyElastica { .. } => "the heavy elastica",
+            Self::HeavyElastica { .. } => "heavy elastica",
         }
     }
 }

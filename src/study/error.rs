@@ -1,4 +1,4 @@
-//! What can be wrong with a study.
+//! Errors of studies.
 
 use crate::{
     output::OutputError,
@@ -7,12 +7,12 @@ use crate::{
 };
 use std::path::{Path, PathBuf};
 
-/// Why a study cannot be made. The message says where and what would be right.
+/// Why a study cannot be made. The message says where, and what was expected.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
     /// Neither a built-in problem nor a file.
     #[error(
-        "there is no problem “{name}”: it is not the path of a file, and the built-in problems are {valid}"
+        "unknown problem “{name}”: expected the path of a problem file, or a built-in problem: {valid}"
     )]
     Unknown {
         /// What was asked for.
@@ -49,7 +49,7 @@ pub enum StudyError {
     #[error(transparent)]
     Output(#[from] OutputError),
     /// No job has such a name.
-    #[error("there is no job “{id}”; `--list` shows them, as in {example}")]
+    #[error("unknown job “{id}”; expected a job from `--list`, such as {example}")]
     NoJob {
         /// What was asked for.
         id: String,
@@ -57,7 +57,7 @@ pub enum StudyError {
         example: String,
     },
     /// A folder holds no points.
-    #[error("{path} holds no points of a study: there is no {FILE} in it", FILE = super::journal::FILE)]
+    #[error("{path} contains no points of a study: expected a file {FILE}", FILE = super::journal::FILE)]
     NoPoints {
         /// The folder.
         path: PathBuf,
@@ -73,7 +73,7 @@ pub enum StudyError {
         message: String,
     },
     /// What is there is from something else.
-    #[error("{path} is from another study ({found}) than what is asked for ({wanted}); {remedy}")]
+    #[error("{path} belongs to another study ({found}), expected {wanted}; {remedy}")]
     Different {
         /// The file.
         path: PathBuf,

@@ -53,8 +53,8 @@ pub fn sentence(case: &CaseResult) -> Option<String> {
     let gravity = case.case.world.settings.gravity.length();
     let fall = f64::from(gravity) * worst.h * worst.h;
     let mut words = format!(
-        "The floor of f32: with one iteration, errors fall to {} at {} substeps and are {} at {}. \
-         There the noise ε‖x‖/h of velocities is {} m/s at ‖x‖ = {} m",
+        "Precision floor of f32: with one iteration, errors fall to {} at {} substeps and rise to {} \
+         at {}. There the velocity noise ε‖x‖/h is {} m/s at ‖x‖ = {} m",
         percent(error(best)),
         best.setting.substeps,
         percent(error(worst)),
@@ -64,14 +64,13 @@ pub fn sentence(case: &CaseResult) -> Option<String> {
     );
     if fall > 0.0 {
         words += &format!(
-            ", and a particle that starts to fall goes gh² = {} m in a substep, where numbers are {} m \
-             apart",
+            ", and a particle starting to fall moves by gh² = {} m per substep, where f32 values are \
+             {} m apart",
             number(fall),
             number(ulp)
         );
         if fall < ulp / 2.0 {
-            words +=
-                ": less than half of it, so what rests stays where it is, and weight is not felt";
+            words += ": less than half of that, so a resting particle does not move, and gravity has no effect";
         }
     }
     Some(words + ".")

@@ -31,7 +31,7 @@ pub(super) fn sentence(_study: &Study, result: &ProblemResult) -> Option<String>
     let exponent = exponent(result)?;
     let sizes = || result.cases.iter().map(|case| case.case.constraints());
     Some(format!(
-        "At a given setting, time grows with the constraints to the power {} ({} to {} of them).",
+        "At a fixed setting, time scales with the number of constraints to the power {} ({} to {} constraints).",
         number(exponent),
         sizes().min()?,
         sizes().max()?

@@ -56,7 +56,7 @@ impl Journal {
                 &path,
                 &found,
                 header,
-                "choose another --out, or leave --resume out to begin anew",
+                "use another --out, or omit --resume to start over",
             ));
         }
         let file = OpenOptions::new()

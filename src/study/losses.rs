@@ -18,7 +18,7 @@ pub(super) fn sentences(study: &Study) -> Vec<String> {
             let error = best.error?;
             (error > TARGETS[1]).then(|| {
                 format!(
-                    "{} ({} at best, {})",
+                    "{} (best {}, {})",
                     problem.problem.title,
                     percent(error),
                     best.setting
@@ -28,7 +28,7 @@ pub(super) fn sentences(study: &Study) -> Vec<String> {
         .collect();
     if !unreached.is_empty() {
         sentences.push(format!(
-            "No setting tried comes within 1 % on: {}.",
+            "No setting reaches 1 % on: {}.",
             unreached.join("; ")
         ));
     }
@@ -45,7 +45,7 @@ pub(super) fn sentences(study: &Study) -> Vec<String> {
                 (
                     ms,
                     format!(
-                        "{}: the default {} is off by {}; 1 % takes {}, {} times the cost",
+                        "{}: the default, {}, has an error of {}; 1 % takes {}, at {} times the cost",
                         problem.problem.title,
                         DEFAULT_WORDS,
                         percent(error),
@@ -75,7 +75,7 @@ pub(super) fn sentences(study: &Study) -> Vec<String> {
         .collect();
     if !rounded.is_empty() {
         sentences.push(format!(
-            "In f32 more substeps make it worse, as ε‖x‖/h grows: {}.",
+            "In f32 more substeps increase the error, as ε‖x‖/h grows: {}.",
             rounded.join("; ")
         ));
     }
@@ -92,7 +92,7 @@ pub(super) fn sentences(study: &Study) -> Vec<String> {
         .collect();
     if !frozen.is_empty() {
         sentences.push(format!(
-            "In f32 so many substeps make each so short that nothing moves at all: {}.",
+            "In f32 the body does not move at all with so many substeps: {}.",
             frozen.join("; ")
         ));
     }
@@ -110,8 +110,8 @@ pub(super) fn sentences(study: &Study) -> Vec<String> {
         .collect();
     if !lucky.is_empty() {
         sentences.push(format!(
-            "Classic PBD knows no compliance and is right by accident on: {}. There too few sweeps \
-             happen to be as soft as asked, and more of them make it worse.",
+            "Classic PBD has no compliance and agrees coincidentally on: {}. There, too few iterations \
+             happen to give the requested compliance, and more of them increase the error.",
             lucky.join("; ")
         ));
     }
@@ -134,7 +134,7 @@ pub(super) fn sentences(study: &Study) -> Vec<String> {
         .collect();
     if !locking.is_empty() {
         sentences.push(format!(
-            "The coarsest mesh itself is off by more than 10 %, whatever the solver does: {}.",
+            "The error of the coarsest mesh is above 10 %, independent of the solver: {}.",
             locking.join("; ")
         ));
     }
@@ -147,8 +147,8 @@ pub(super) fn sentences(study: &Study) -> Vec<String> {
         .collect();
     if !doubtful.is_empty() {
         sentences.push(format!(
-            "The converged answer itself is not known to 1 % for {}: smaller errors are not to be \
-             trusted there.",
+            "The converged solution is uncertain by more than 1 % for {}: ignore smaller differences \
+             there.",
             doubtful.join(", ")
         ));
     }
@@ -161,7 +161,7 @@ pub(super) fn sentences(study: &Study) -> Vec<String> {
         .collect();
     if !unknown.is_empty() {
         sentences.push(format!(
-            "There is no converged answer, and so no error, for {}.",
+            "No converged solution, and so no error, for: {}.",
             unknown.join(", ")
         ));
     }
@@ -169,9 +169,9 @@ pub(super) fn sentences(study: &Study) -> Vec<String> {
         let points = study.problems.iter().flat_map(|problem| &problem.cases);
         let points = points.flat_map(|case| &case.points);
         sentences.push(match points.filter(|point| point.run.is_none()).count() {
-            0 => "Nowhere in what was tried.".to_owned(),
+            0 => "None in the settings tried.".to_owned(),
             skipped => {
-                format!("Nowhere in what was tried; {skipped} settings were skipped as too costly.")
+                format!("None in the settings tried. Settings skipped as too costly: {skipped}.")
             }
         });
     }
@@ -180,4 +180,4 @@ pub(super) fn sentences(study: &Study) -> Vec<String> {
 
 /// The settings nearest to the default of a world among those that every budget tries.
 const DEFAULT: Setting = Setting::xpbd(16, 1);
-const DEFAULT_WORDS: &str = "16 substeps of one iteration (a world's default is 10)";
+const DEFAULT_WORDS: &str = "16 substeps of one iteration (the default of a world is 10)";

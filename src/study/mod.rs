@@ -120,7 +120,7 @@ impl Plan {
             {
                 return Err(StudyError::Problem {
                     problem: problem.name.clone(),
-                    message: "there are two of this name; rename a file".to_owned(),
+                    message: "two problems have this name; rename one of the files".to_owned(),
                 });
             }
             cases.extend(problem.cases()?);
@@ -188,7 +188,7 @@ pub fn merge(parts: &[PathBuf], folder: &Path) -> Result<Study, StudyError> {
         let (header, found, _) = journal::read(part)?;
         match &first {
             Some(first) if *first != header => {
-                let remedy = "merge only parts with the same problems and the same budget";
+                let remedy = "merge only jobs with the same problems and the same budget";
                 return Err(journal::different(part, &header, first, remedy));
             }
             _ => first = Some(header),

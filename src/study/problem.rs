@@ -205,16 +205,16 @@ impl Problem {
         let seconds = self.observe.seconds();
         if !(seconds > 0.0 && seconds <= 1000.0) {
             let message =
-                format!("it observes {seconds} s, but that must be above 0 and at most 1000 s");
+                format!("the observed time is {seconds} s, but must be above 0 and at most 1000 s");
             return Err(self.wrong(message));
         }
         if let Observe::Path { times } = &self.observe
             && !times.is_sorted()
         {
-            return Err(self.wrong("the times of a path must rise"));
+            return Err(self.wrong("the times of a path must be ascending"));
         }
         if let Observe::Period { periods: 0, .. } = self.observe {
-            return Err(self.wrong("a mean is over at least one period"));
+            return Err(self.wrong("a mean needs at least one period"));
         }
         if self
             .percent_of
@@ -225,8 +225,9 @@ impl Problem {
         if let Some(value) = self.reference.value()
             && !value.is_finite()
         {
-            let message =
-                format!("its closed form gives {value}; look at the parameters of its reference");
+            let message = format!(
+                "its closed form is {value}, but must be finite; check the parameters of its reference"
+            );
             return Err(self.wrong(message));
         }
         let Twin {
@@ -235,7 +236,7 @@ impl Problem {
             ..
         } = self.twin;
         if !(1..=2500).contains(&substeps) || !(1..=10_000).contains(&iterations) {
-            let message = "the twin takes 1 to 2500 substeps, which are then doubled twice, and 1 to 10 000 iterations";
+            let message = "the reference takes 1 to 2500 substeps, which are then doubled twice, and 1 to 10 000 iterations";
             return Err(self.wrong(message));
         }
         Ok(())
@@ -272,13 +273,15 @@ impl Case {
             _ => (0, None),
         };
         if body >= bodies {
-            let message = format!("it observes body {body}, but there are {bodies}, from 0");
+            let message = format!(
+                "it observes body {body}, but the number of bodies is {bodies}, counted from 0"
+            );
             return Err(self.problem.wrong(message));
         }
         if select.is_some_and(|select| select.particles(&self.start, &self.world, body).is_empty())
         {
             let message = format!(
-                "on the mesh “{}” what it observes of body {body} is no particle",
+                "on the mesh “{}”, the observed region of body {body} contains no particle",
                 self.level_name
             );
             return Err(self.problem.wrong(message));

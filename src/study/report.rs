@@ -43,10 +43,7 @@ pub fn write(folder: &Path, study: &Study) -> Result<(), StudyError> {
     }
     blocks.extend(words::end(study));
     save("report.md", &document::markdown(&blocks))?;
-    save(
-        "report.html",
-        &document::html("What accuracy costs", &blocks),
-    )?;
+    save("report.html", &document::html("Accuracy vs. cost", &blocks))?;
     let object = serde_json::to_string_pretty(&json(study));
     let object =
         object.map_err(|error| StudyError::unwritable(&folder.join("study.json"), error))?;

@@ -73,14 +73,14 @@ fn sentence(problem: &ProblemResult) -> Option<String> {
         (_, 0) => "win at every budget".to_owned(),
         (0, _) => "lose at every budget".to_owned(),
         _ => format!(
-            "win at {} projections a tick, iterations at {}",
+            "win at {} projections per tick, iterations at {}",
             substeps.join(", "),
             iterations.join(", ")
         ),
     };
     Some(format!(
-        "{}: of equal projections, substeps {verdict}. With {largest} a tick the most substeps are off \
-         by {}, the most iterations by {}.",
+        "{}: at equal projections, substeps {verdict}. At {largest} per tick, the error is {} with the \
+         most substeps and {} with the most iterations.",
         problem.problem.title,
         percent(many),
         percent(few)
@@ -111,8 +111,8 @@ fn crossover(study: &Study) -> Option<String> {
             "iterations"
         };
         return Some(format!(
-            "Hanging chain: from {} to {} m/N, {winner} are the better use of equal projections; there is \
-             no crossover.",
+            "Hanging chain: from {} to {} m/N, {winner} are more efficient at equal projections; there \
+             is no crossover.",
             number(first.0),
             number(last.0)
         ));
@@ -131,7 +131,7 @@ fn crossover(study: &Study) -> Option<String> {
         format!("somewhere below {} m/N", number(b))
     };
     Some(format!(
-        "Hanging chain: below {place} {winner} are the better use of equal projections, above it \
-         {loser}, on average over all budgets."
+        "Hanging chain: at equal projections, {winner} are more efficient below {place} and {loser} \
+         above, on average over all budgets."
     ))
 }

@@ -32,23 +32,24 @@ pub(super) fn number(number: f64) -> String {
 /// The title, the bad news, and what there is to know before the rest.
 pub(super) fn beginning(study: &Study) -> Vec<Block> {
     let mut blocks = vec![
-        Block::Heading(1, "What accuracy costs".to_owned()),
-        Block::Text("Where the method loses:".to_owned()),
+        Block::Heading(1, "Accuracy vs. cost".to_owned()),
+        Block::Text("Weaknesses found:".to_owned()),
         Block::List(losses::sentences(study)),
         Block::Heading(2, "What 1 % costs".to_owned()),
         overview::table(study),
         Block::Text(
-            "Costs are milliseconds of one thread for a simulated second, medians; a setting is \
-             *substeps × iterations* a tick. **Solver error** is the distance to the converged \
-             answer of the same mesh: its static equilibrium, or the f64 twin with small steps; **mesh \
-             error** is the distance of that answer to the continuum. They are never added up."
+            "Costs are median milliseconds of one thread per simulated second; a setting is \
+             *substeps × iterations* per tick. **Solver error** is the distance to the converged \
+             solution on the same mesh: its static equilibrium, or the f64 reference with small \
+             steps. **Mesh error** is the distance of that solution to the continuum. The two are \
+             not added."
                 .to_owned(),
         ),
     ];
     if study.machines.len() > 1 {
         blocks.push(Block::Text(format!(
-            "**Times are from {} machines**, and are not to be compared across problems: {}. Points \
-             of one mesh that are from more than one machine are marked.",
+            "**Times are from {} machines** and cannot be compared across problems: {}. Meshes with \
+             points from several machines are marked.",
             study.machines.len(),
             study.machines.join("; ")
         )));
@@ -83,22 +84,22 @@ fn reference(result: &ProblemResult) -> String {
     let against = result.problem.reference;
     let mut words = match (against, result.reference) {
         (Reference::Twin, _) => {
-            "There is no closed form: errors are against the twin, and of the mesh nothing is known."
+            "No closed form: errors are relative to the f64 reference, and the mesh error is unknown."
                 .to_owned()
         }
         (Reference::FinestMesh, Some(value)) => match result.mesh_order {
             Some(order) => format!(
-                "There is no closed form. The meshes tend to {} {unit}, with order {order:.1}.",
+                "No closed form. The meshes converge to {} {unit} with order {order:.1}.",
                 number(value)
             ),
             None => format!(
-                "There is no closed form, and the meshes do not show an order yet; mesh errors are \
-                 against the finest, {} {unit}.",
+                "No closed form, and the meshes do not show a convergence order yet. Mesh errors are \
+                 relative to the finest mesh, {} {unit}.",
                 number(value)
             ),
         },
         (Reference::FinestMesh, None) => {
-            "There is no closed form, and one mesh alone says nothing of a mesh error.".to_owned()
+            "No closed form, and a single mesh gives no mesh error.".to_owned()
         }
         (_, Some(value)) => format!("Reference: {} = {} {unit}.", against.words(), number(value)),
         (_, None) => String::new(),
@@ -112,23 +113,20 @@ fn reference(result: &ProblemResult) -> String {
             && !FIRST_ORDER.contains(&(order - asked + 1.0))
         {
             words += &format!(
-                " On {} the twin shows order {order:.2}, not {asked} as is expected, up to {} substeps.",
+                " On {} the reference converges with order {order:.2} instead of {asked}, up to {} substeps.",
                 case.case.level_name, converged.substeps
             );
         }
         if let FoundBy::Equilibrium { residual } = converged.found_by {
             words += &format!(
-                " On {} the converged answer is the static equilibrium by Newton's method, where {} of the \
-                 load is left.",
+                " On {} the converged solution is the static equilibrium by Newton's method, with a \
+                 residual of {} of the load.",
                 case.case.level_name,
                 number(residual)
             );
         }
         if !converged.settled {
-            words += &format!(
-                " On {} the twin did not come to rest.",
-                case.case.level_name
-            );
+            words += &format!(" On {} the reference did not settle.", case.case.level_name);
         }
     }
     words
@@ -142,7 +140,7 @@ fn cheapest(case: &CaseResult) -> Vec<String> {
             Some((point, rivals)) => {
                 let ms = point.ms.map_or(f64::NAN, |ms| ms.median);
                 let mut words = format!(
-                    "For {} solver error ({mesh}): {}, {} ms per simulated second, {} projections a \
+                    "For {} solver error ({mesh}): {}, {} ms per simulated second, {} projections per \
                      tick.",
                     percent(target),
                     point.setting,
@@ -156,14 +154,14 @@ fn cheapest(case: &CaseResult) -> Vec<String> {
                         .map(|rival| rival.setting.to_string())
                         .collect();
                     words += &format!(
-                        " Undecided: within the spread of the times, {} may be as cheap.",
+                        " Within timing noise, {} may be as cheap.",
                         names.join(", ")
                     );
                 }
                 words
             }
             None => format!(
-                "{} solver error ({mesh}) is not reached; the best is {}.",
+                "{} solver error ({mesh}) is not reached; the best result is {}.",
                 percent(target),
                 case.best().map_or("none".to_owned(), |best| format!(
                     "{} with {}",
@@ -187,7 +185,8 @@ fn predictions(case: &CaseResult) -> Option<String> {
     let scale = case.scale?;
     let worst = all.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
     Some(format!(
-        "The discrete method's own prediction is met to {} at {} to {} substeps; the worst is at {}.",
+        "Deviation from the prediction for the discrete method: at most {} at {} to {} substeps, the \
+         largest at {}.",
         percent(worst.0 / scale),
         all.first()?.1.setting.substeps,
         all.last()?.1.setting.substeps,
@@ -206,20 +205,23 @@ fn gaps(result: &ProblemResult) -> Option<String> {
     let unknown: Vec<&str> = unknown.map(|case| &case.case.level_name[..]).collect();
     let mut words = Vec::new();
     if skipped > 0 {
-        words.push(format!("{skipped} settings were skipped as too costly"));
+        words.push(match skipped {
+            1 => "1 setting was skipped as too costly".to_owned(),
+            _ => format!("{skipped} settings were skipped as too costly"),
+        });
     }
     if restless > 0 && result.problem.observe.wants_motion() {
         words.push(format!(
-            "{restless} never moved, and do not count: in f32 a step that is too short is rounded to none"
+            "settings excluded because nothing moved, as f32 rounds the displacement per substep to zero: {restless}"
         ));
     } else if restless > 0 {
         words.push(format!(
-            "{restless} did not come to rest in the time that they had, and do not count"
+            "settings excluded because they did not settle in time: {restless}"
         ));
     }
     if !unknown.is_empty() {
         words.push(format!(
-            "there is no converged answer on {}, where the twin was too costly or did not stay finite, so \
+            "there is no converged solution on {}, where the reference was too costly or diverged, so \
              there are only times",
             unknown.join(", ")
         ));
@@ -227,7 +229,7 @@ fn gaps(result: &ProblemResult) -> Option<String> {
     let mixed = result.cases.iter().any(|case| case.machines() > 1);
     if mixed {
         words.push(
-            "times of one mesh are from several machines, so its front is not to be trusted"
+            "times of one mesh are from several machines, so its Pareto front is unreliable"
                 .to_owned(),
         );
     }
@@ -276,7 +278,7 @@ pub(super) fn tables(result: &ProblemResult) -> Vec<Block> {
                 number(ms.median),
                 format!("{}–{}", number(ms.low), number(ms.high)),
                 if point.below_reference {
-                    format!("{error}, below what is known")
+                    format!("{error}, below the uncertainty of the reference")
                 } else {
                     error
                 },
@@ -289,9 +291,7 @@ pub(super) fn tables(result: &ProblemResult) -> Vec<Block> {
         return Vec::new();
     }
     vec![
-        Block::Text(
-            "Nothing that was tried is better in both cost and error than these:".to_owned(),
-        ),
+        Block::Text("Pareto front (no other setting is better in both cost and error):".to_owned()),
         Block::Table(head.map(str::to_owned).to_vec(), rows),
     ]
 }
@@ -299,27 +299,28 @@ pub(super) fn tables(result: &ProblemResult) -> Vec<Block> {
 /// What the figures are from.
 pub(super) fn end(study: &Study) -> Vec<Block> {
     vec![
-        Block::Heading(2, "How it was measured".to_owned()),
+        Block::Heading(2, "Method".to_owned()),
         Block::List(vec![
             format!(
                 "Pliant {}, {} budget, study {}.",
                 study.header.version, study.header.budget, study.header.hash
             ),
             format!("Machine: {}.", study.machines.join("; ")),
-            "Settings of one mesh are timed in turn, round by round; what is undecided has times that \
+            "Settings of one mesh are timed in turn, round by round. “Undecided” means that the times \
              overlap."
                 .to_owned(),
-            "Rest is found by kinetic damping: speed is taken away whenever the kinetic energy has \
-             passed a peak. Where it ends, a substep maps the body onto itself, with all the \
-             softness of a solver that does too little."
+            "Rest is found by kinetic damping: velocities are set to zero whenever the kinetic energy \
+             passes a peak. The result is a fixed point of the substep, including the excess \
+             compliance of an unconverged solver."
                 .to_owned(),
-            "The converged answer of what moves is that of the f64 twin at h, h/2 and h/4, extrapolated; \
-             of what rests, the static equilibrium, the least of Σ ½C²/α less the work of the load, by \
-             Newton's method in f64; where contacts or other forces without an energy act, that of the \
-             twin with multipliers kept from substep to substep, where C + αλ/h² = 0 and forces balance."
+            "The converged solution of a motion is that of the f64 reference at h, h/2 and h/4, \
+             extrapolated. That of a state of rest is the static equilibrium, the minimum of Σ ½C²/α \
+             minus the work of the load, by Newton's method in f64. With contacts or other forces \
+             without a potential, it is that of the f64 reference with multipliers kept from substep \
+             to substep, where C + αλ/h² = 0 and forces balance."
                 .to_owned(),
-            "Primal residual: C + αλ/h² over rest lengths and volumes, root mean square. Dual residual: \
-             what M(x − x̃) and Σ∇C λ differ by, over the first."
+            "Primal residual: root mean square of C + αλ/h² over rest lengths and volumes. Dual \
+             residual: difference of M(x − x̃) and Σ∇C λ, relative to the former."
                 .to_owned(),
         ]),
     ]

@@ -46,16 +46,16 @@ impl fmt::Display for Advice {
             direct,
             time,
         } = self;
-        let direct = if *direct { ", solved directly" } else { "" };
+        let direct = if *direct { ", direct solver" } else { "" };
         write!(
             f,
-            "passes at {substeps}×{iterations} (substeps × iterations){direct}, in about {time:.1} × the time"
+            "passes at {substeps}×{iterations} (substeps × iterations){direct}, at about {time:.1}× the time"
         )
     }
 }
 
 /// The message where none of the settings tried passes.
-pub const NOTHING: &str = "passes with none of these: up to 64 × the substeps, up to 64 × the iterations, solved directly";
+pub const NOTHING: &str = "passes with none of the settings tried: up to 64× the substeps, up to 64× the iterations, the direct solver";
 
 /// The cheapest settings tried with which a member passes; `None` if it passes with none. `failed` is its outcome
 /// at its own settings.

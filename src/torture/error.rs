@@ -1,4 +1,4 @@
-//! What can be wrong with what was asked of the hard cases.
+//! Errors of the robustness suite.
 
 use crate::{
     mesh::MeshError,
@@ -6,11 +6,11 @@ use crate::{
     solver::{InvalidValue, ThreadsError, TopologyError},
 };
 
-/// Why hard cases cannot be run. The message says where and what would be right.
+/// Why the suite cannot be run. The message says where, and what was expected.
 #[derive(Debug, thiserror::Error)]
 pub enum TortureError {
     /// No case has such a name.
-    #[error("there is no case “{name}”; there are: {valid}")]
+    #[error("unknown case “{name}”; expected one of: {valid}")]
     NoCase {
         /// What was asked for.
         name: String,
@@ -19,7 +19,7 @@ pub enum TortureError {
     },
     /// No member has such a number or name.
     #[error(
-        "case “{case}” has no member “{member}”: it has {count}, numbered from 1, and --list names them"
+        "case “{case}” has no member “{member}”; expected a number from 1 to {count}, or a name from `--list`"
     )]
     NoMember {
         /// The case.
@@ -30,7 +30,7 @@ pub enum TortureError {
         count: usize,
     },
     /// A member belongs to a case.
-    #[error("--member needs exactly one case, as in `pliant torture squashed --member 17`")]
+    #[error("`--member` needs exactly one case, as in `pliant torture squashed --member 17`")]
     WhichCase,
     /// A shape cannot be made.
     #[error(transparent)]

@@ -130,7 +130,7 @@ pub fn energies(watch: &Watch) -> Result<String, Failure> {
         ("kinetic", curve(&|energy| energy.kinetic)),
         ("potential", curve(&|energy| energy.potential)),
         ("elastic", curve(&|energy| energy.elastic)),
-        ("all", curve(&|energy| energy.total())),
+        ("total", curve(&|energy| energy.total())),
     ];
     let all = curves.iter().flat_map(|(_, points)| points);
     let (low, high) = all.fold((0.0_f64, 0.0_f64), |(low, high), p| {

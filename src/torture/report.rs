@@ -23,7 +23,7 @@ pub fn write(folder: &Path, rows: &[Row]) -> Result<(), TortureError> {
         std::fs::write(&path, text).map_err(|error| OutputError::new(&path, error))
     };
     let mut blocks = vec![
-        Block::Heading(1, "Hard cases".to_owned()),
+        Block::Heading(1, "Robustness".to_owned()),
         Block::Text(table::summary(rows)),
         Block::Table(
             table::HEAD.map(str::to_owned).to_vec(),
@@ -48,7 +48,7 @@ pub fn write(folder: &Path, rows: &[Row]) -> Result<(), TortureError> {
         }
         let Some(worst) = row.worst() else { continue };
         let film = run_member(row.case, (worst.number, &worst.member), &crews, true)?;
-        let caption = format!("The worst member, {} {}", worst.number, worst.member);
+        let caption = format!("Worst member: {} {}", worst.number, worst.member);
         let name = format!("{}_{}_{}", row.case.name, row.kind.name(), worst.number);
         let mut figure = |what: &str, svg: String| -> Result<(), TortureError> {
             let file = format!("{name}_{what}.svg");
@@ -70,7 +70,7 @@ pub fn write(folder: &Path, rows: &[Row]) -> Result<(), TortureError> {
         }
     }
     save("report.md", &document::markdown(&blocks))?;
-    save("report.html", &document::html("Hard cases", &blocks))?;
+    save("report.html", &document::html("Robustness", &blocks))?;
     let text = serde_json::to_string_pretty(&table::json(rows));
     let text = text.map_err(|error| OutputError::new(&folder.join("torture.json"), error))?;
     Ok(save("torture.json", &text)?)

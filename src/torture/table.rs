@@ -201,7 +201,7 @@ pub fn slowest(rows: &[Row]) -> Option<String> {
         .flat_map(|row| row.outcomes.iter().map(move |outcome| (row, outcome)));
     let (row, slowest) = all.max_by(|a, b| a.1.slowest.total_cmp(&b.1.slowest))?;
     Some(format!(
-        "Slowest frames: {} × the median of their run ({}, member {}); eight in a row, by the fastest of them.",
+        "Slowest frames: {}× the median of their run ({}, member {}), as the fastest of eight in a row.",
         number(slowest.slowest),
         row.case.name,
         slowest.number,

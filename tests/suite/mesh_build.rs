@@ -116,17 +116,17 @@ fn what_is_left_out_of_a_surface_is_counted() {
         .extend([[0, 1, 1], [0, in_a_line, 1], [2, 0, 3]]);
     let body = build(FileMesh::Surface(messy), &shell()).expect("a shell");
     assert!(
-        has_note(&body, "2 unused vertices left out"),
+        has_note(&body, "2 unused vertices removed"),
         "{:?}",
         body.notes
     );
     assert!(
-        has_note(&body, "2 triangles without area left out"),
+        has_note(&body, "2 zero-area triangles removed"),
         "{:?}",
         body.notes
     );
     assert!(
-        has_note(&body, "1 triangle given more than once left out"),
+        has_note(&body, "1 duplicate triangle removed"),
         "{:?}",
         body.notes
     );
@@ -147,10 +147,10 @@ fn tetrahedra_are_turned_and_flat_ones_left_out_with_notes() {
     assert_eq!(body.shape.tetrahedra.len(), 2);
     assert_eq!(body.shape.vertices.len(), 5);
     for note in [
-        "1 flat tetrahedron left out",
-        "1 tetrahedron given more than once left out",
-        "1 tetrahedron inside out turned",
-        "1 unused vertex left out",
+        "1 flat tetrahedron removed",
+        "1 duplicate tetrahedron removed",
+        "1 inverted tetrahedron reoriented",
+        "1 unused vertex removed",
     ] {
         assert!(has_note(&body, note), "{note}: {:?}", body.notes);
     }
@@ -208,14 +208,14 @@ fn a_mesh_without_extent_content_or_sense_is_refused() {
     refused(wrong, "triangle 5 refers to vertex 8");
     let mut line = cube();
     line.vertices.iter_mut().for_each(|p| *p *= DVec3::X);
-    refused(line, "no triangle of the mesh has any area");
+    refused(line, "all triangles of the mesh have zero area");
     let mut flat = corner();
     flat.vertices[3] = DVec3::new(1.0, 1.0, 0.0);
     let error = build(FileMesh::Tetrahedra(flat), &BuildOptions::default()).expect_err("flat");
     assert!(
         error
             .to_string()
-            .contains("no tetrahedron of the mesh has any volume"),
+            .contains("all tetrahedra of the mesh have zero volume"),
         "{error}"
     );
 }

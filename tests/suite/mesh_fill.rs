@@ -239,7 +239,7 @@ fn a_sheet_cannot_be_filled_and_the_reason_says_what_to_do() {
 fn a_surface_that_faces_inwards_is_turned() {
     let body = filled(inward(cube()), 4);
     assert!(
-        has_note(&body, "12 triangles facing inwards turned"),
+        has_note(&body, "12 inward-facing triangles flipped"),
         "{:?}",
         body.notes
     );
@@ -248,7 +248,7 @@ fn a_surface_that_faces_inwards_is_turned() {
     one.triangles[7].swap(0, 1);
     let body = filled(one, 4);
     assert!(
-        has_note(&body, "1 triangle facing inwards turned"),
+        has_note(&body, "1 inward-facing triangle flipped"),
         "{:?}",
         body.notes
     );
@@ -267,7 +267,7 @@ fn a_cavity_stays_empty_and_a_second_body_that_faces_inwards_is_turned() {
     );
     let beside = both(cube(), inward(placed(cube(), 1.0, DVec3::X * 2.0)));
     let body = filled(beside, 12);
-    assert!(has_note(&body, "2 pieces"), "{:?}", body.notes);
+    assert!(has_note(&body, "2 disconnected pieces"), "{:?}", body.notes);
     assert!(
         (volume(&body.shape) / 2.0 - 1.0).abs() < 0.02,
         "{}",
@@ -293,7 +293,7 @@ fn dust_is_left_out_with_a_note() {
     let dusty = both(cube(), placed(cube(), 0.02, DVec3::X * 5.0));
     let body = filled(dusty, 24);
     assert!(
-        has_note(&body, "1 piece of less than 1 % of the volume left out"),
+        has_note(&body, "1 piece of less than 1 % of the volume removed"),
         "{:?}",
         body.notes
     );
@@ -318,7 +318,7 @@ fn a_surface_that_branches_is_filled_with_a_note() {
     let mut pair = both(cube(), placed(cube(), 1.0, DVec3::X));
     pair.notes.clear();
     let body = filled(pair, 8);
-    assert!(has_note(&body, "branches"), "{:?}", body.notes);
+    assert!(has_note(&body, "non-manifold"), "{:?}", body.notes);
     assert!(
         (volume(&body.shape) / 2.0 - 1.0).abs() < 0.05,
         "{}",

@@ -194,7 +194,7 @@ fn a_torus_whose_tube_leaves_no_hole_is_refused() {
         .build()
         .expect_err("no hole");
     assert!(
-        error.to_string().starts_with("minor = 1 is not possible"),
+        error.to_string().starts_with("minor = 1 is out of range"),
         "{error}"
     );
 }

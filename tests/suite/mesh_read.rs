@@ -152,7 +152,7 @@ fn gmsh_without_tetrahedra_is_a_surface_and_higher_orders_give_their_corners() {
     );
     let mesh = tetrahedra("a.msh", &ten);
     assert_eq!(mesh.tetrahedra, [[0, 1, 2, 3]]);
-    assert!(mesh.notes[0].contains("higher order"), "{:?}", mesh.notes);
+    assert!(mesh.notes[0].contains("higher-order"), "{:?}", mesh.notes);
 }
 
 #[test]

@@ -226,7 +226,7 @@ fn a_failed_acceptance_is_exit_code_1_with_the_reason() {
 fn bad_usage_is_exit_code_2_and_names_the_word_and_the_choices() {
     for (arguments, words) in [
         (&["run", "nosuch"][..], &["nosuch", "jelly_cube"][..]),
-        (&["nosuch"], &["nosuch", "jelly_cube", "scenes and run"]),
+        (&["nosuch"], &["nosuch", "jelly_cube", "pliant --help"]),
         (
             &["run", "jelly_cube", "--set", "foo=1"],
             &["foo", "substeps", "stretch"],
@@ -253,7 +253,7 @@ fn bad_usage_is_exit_code_2_and_names_the_word_and_the_choices() {
         ),
         (
             &["run", "jelly_cube", "--set", "rate=NaN"],
-            &["NaN", "ticks a second"],
+            &["NaN", "ticks per second"],
         ),
         (&["run", "jelly_cube", "--set", "substeps"], &["name=value"]),
         (

@@ -106,7 +106,7 @@ fn a_recorded_run_replays_to_the_same_hash_and_says_so() {
     let output = pliant(&["replay", &file]);
     assert_eq!(output.status.code(), Some(0));
     let said = words(&output);
-    for word in ["the same", "60 ticks", "jelly_cube"] {
+    for word in ["identical: ", "60 ticks", "jelly_cube"] {
         assert!(said.contains(word), "{said}");
     }
 }
@@ -123,8 +123,8 @@ fn a_recording_of_another_run_is_exit_code_1_with_the_tick() {
     let output = pliant(&["replay", &file]);
     assert_eq!(output.status.code(), Some(1));
     let said = words(&output);
-    assert!(said.contains("not the same: at tick 30"), "{said}");
-    assert!(said.contains("the same at tick 20"), "{said}");
+    assert!(said.contains("different: at tick 30"), "{said}");
+    assert!(said.contains("identical at tick 20"), "{said}");
     let done = json(&["replay", &file, "--json"]);
     assert_eq!(done["same"], false);
     assert_eq!(done["difference"]["tick"], 30);
@@ -139,12 +139,12 @@ fn files_of_another_kind_are_exit_code_2_with_the_reason() {
     let short = folder.file("short");
     fs::write(&short, b"PLIANTsn\x03\0\0\0").expect("written");
     for (arguments, wanted) in [
-        (&["replay", &file][..], "no recording of Pliant"),
+        (&["replay", &file][..], "not a Pliant recording"),
         (&["replay", "./missing.rec"], "missing.rec"),
         (&["replay"], "FILE"),
-        (&["run", "--from", &file], "no snapshot of Pliant"),
-        (&["run", "--from", &short], "should have 28 bytes"),
-        (&[short.as_str()], "should have 28 bytes"),
+        (&["run", "--from", &file], "not a Pliant snapshot"),
+        (&["run", "--from", &short], "expected 28 bytes"),
+        (&[short.as_str()], "expected 28 bytes"),
         (
             &["run", "jelly_cube", "--from", &file],
             "cannot be used with",

@@ -294,36 +294,33 @@ fn a_line_that_makes_no_sense_is_named() {
                 "Do(tick:5,action:Release(body:1))",
                 "Do(tick:4,action:Release(body:1))",
             ]),
-            ":4: tick 4 comes after tick 5",
+            ":4: tick 4 is out of order after tick 5",
         ),
         (
             with(&["Scene(tick:0,name:\"x\",state:\"!\")"]),
-            ":3: the state is not base64",
+            ":3: the state is not valid base64",
         ),
         (
             with(&["Scene(tick:0,name:\"x\",state:\"AAAA\")"]),
-            ":3: this is no snapshot",
+            ":3: not a Pliant snapshot",
         ),
         (
             with(&["Add(tick:0,body:\"AAAA\")"]),
-            ":3: this is no snapshot",
+            ":3: not a Pliant snapshot",
         ),
         (
             with(&[whole[1]
                 .replacen("Scene", "Add", 1)
                 .replacen("name:\"first\",state", "body", 1)
                 .as_str()]),
-            "has one body, but this has",
+            "expected one body in an Add line",
         ),
         (with(&["End(tick:0,hash:\"x\")"]), ""),
-        (
-            format!("{head}\nRestart(tick:0)\n"),
-            ":2: there is no scene yet",
-        ),
-        (format!("{head}\n"), "nothing was recorded"),
-        (String::new(), "no recording of Pliant"),
-        ("Scene(title: \"t\")\n".to_owned(), "no recording of Pliant"),
-        ("x".repeat(100_000), "no recording of Pliant"),
+        (format!("{head}\nRestart(tick:0)\n"), ":2: no scene yet"),
+        (format!("{head}\n"), "the recording is empty"),
+        (String::new(), "not a Pliant recording"),
+        ("Scene(title: \"t\")\n".to_owned(), "not a Pliant recording"),
+        ("x".repeat(100_000), "not a Pliant recording"),
         (
             "Recording(version:7,program:\"9\")\n".to_owned(),
             "version 7",
@@ -348,7 +345,7 @@ fn a_line_that_makes_no_sense_is_named() {
     bytes.extend([0xff, 0xfe, b'\n']);
     let file = Temporary::with("bytes", bytes);
     let error = played(&file.0, 1).expect_err("no text").to_string();
-    assert!(error.contains(":3: this is not UTF-8"), "{error}");
+    assert!(error.contains(":3: not valid UTF-8"), "{error}");
     let missing = played(Path::new("no/such/file.rec"), 1).expect_err("missing");
     assert!(missing.to_string().contains("no/such/file.rec"));
 }

@@ -141,13 +141,13 @@ fn the_card_is_whole_in_every_window_and_says_where_the_scene_is() {
         }
         assert!(
             hand.says(
-                "10 substeps of 2 iterations: 1 ms a tick (0.9–1.2), 0.5 % of the body's size"
+                "10 substeps of 2 iterations: 1 ms per tick (0.9–1.2), error 0.5 % of the body size"
             ),
             "{:?}",
             hand.words
         );
         assert!(
-            hand.says("0.65 ms, of the softest in 5.8 s"),
+            hand.says("0.65 ms, the softest in 5.8 s"),
             "{:?}",
             hand.words
         );
@@ -204,11 +204,7 @@ fn buttons_ask_for_what_they_say() {
 #[test]
 fn an_empty_card_says_that_nothing_has_been_measured() {
     let hand = Hand::new(Card::default(), Vec2::new(1280.0, 800.0));
-    assert!(
-        hand.says("Nothing has been measured yet."),
-        "{:?}",
-        hand.words
-    );
+    assert!(hand.says("Not measured yet."), "{:?}", hand.words);
 }
 
 /// A scene with little to do.

@@ -16,7 +16,7 @@ fn body(key: u64, again: bool) -> FrozenBody {
     FrozenBody {
         key,
         name: format!("cube {key}"),
-        reason: "particle 3 was not finite after stretch".to_owned(),
+        reason: "non-finite state of vertex 3 after stretch".to_owned(),
         again,
     }
 }
@@ -95,12 +95,7 @@ fn collect(shape: &Shape, texts: &mut String) {
 fn the_card_says_which_where_and_why_and_its_button_asks_for_that_body() {
     let mut card = Card::new(vec![body(7, false)], Vec2::new(1280.0, 800.0));
     let said = card.draw(Vec::new());
-    for words in [
-        "cube 7",
-        "particle 3",
-        "stretch",
-        "Restore its last good state",
-    ] {
+    for words in ["cube 7", "vertex 3", "stretch", "Restore last finite state"] {
         assert!(said.contains(words), "{said}");
     }
     assert!(!said.contains("again"), "{said}");
@@ -112,7 +107,7 @@ fn the_card_says_which_where_and_why_and_its_button_asks_for_that_body() {
 fn a_body_that_was_restored_in_vain_is_told_what_to_do() {
     let mut card = Card::new(vec![body(1, true)], Vec2::new(1280.0, 800.0));
     let said = card.draw(Vec::new());
-    assert!(said.contains("undo the last change first"), "{said}");
+    assert!(said.contains("undo the last change"), "{said}");
 }
 
 #[test]
@@ -133,10 +128,10 @@ fn what_was_given_is_not_blamed_on_a_stage() {
     let quarantine = |stage| Quarantine { vertex: 4, stage };
     assert_eq!(
         reason(&quarantine("input")),
-        "particle 4 was given a value that is not finite"
+        "non-finite input for vertex 4"
     );
     assert_eq!(
         reason(&quarantine("volume")),
-        "particle 4 was not finite after volume"
+        "non-finite state of vertex 4 after volume"
     );
 }

@@ -145,8 +145,11 @@ fn the_gallery_is_whole_in_every_window_and_says_what_came_of_a_case() {
         );
     }
     let (.., words) = drawn(&card(Some(verdict(0.2))), LARGE, None);
-    assert!(words.contains("all 12 pass; the worst is cube3"), "{words}");
-    let figure = "distance to rest shape: 0.2, at most 1 % of size";
+    assert!(
+        words.contains("all 12 pass. Closest to its limit: cube3"),
+        "{words}"
+    );
+    let figure = "distance to rest shape: 0.2 % of size (limit 1)";
     assert!(words.contains(figure), "{words}");
     let expected = Verdict {
         expected_failed: 2,
@@ -154,11 +157,11 @@ fn the_gallery_is_whole_in_every_window_and_says_what_came_of_a_case() {
     };
     let (.., words) = drawn(&card(Some(expected)), LARGE, None);
     assert!(
-        words.contains("10 of 12 pass, 2 fail as expected"),
+        words.contains("10 of 12 pass, 2 are known failures"),
         "{words}"
     );
     let (.., words) = drawn(&card(Some(verdict(3.0))), LARGE, None);
-    assert!(words.contains("1 of 12 do not pass"), "{words}");
+    assert!(words.contains("unexpected failures: 1 of 12"), "{words}");
     let pressed = drawn(&card(Some(verdict(3.0))), LARGE, Some("gallery.advise")).0;
     assert_eq!(pressed, [GalleryCommand::Advise(0, On::Own)]);
     let advised = Verdict {

@@ -187,10 +187,13 @@ fn the_sentence_says_how_many_and_how_full() {
         }
         assert!(!text.contains("white"), "nothing is loose: {text}");
     };
-    says(SolverView::Bands, &["1 band in 1 body"]);
+    says(SolverView::Bands, &["1 partition in 1 body"]);
     says(SolverView::Colours, &["edges 3, tetrahedra 1."]);
     says(SolverView::Lanes, &["edges 25 %, tetrahedra 12 %."]);
     let star = Summary::of(&star(), EDGES);
     let text = sentence(SolverView::Colours, &star);
-    assert!(text.contains("10 constraints are in no band"), "{text}");
+    assert!(
+        text.contains("10 constraints are in no partition"),
+        "{text}"
+    );
 }

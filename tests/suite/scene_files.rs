@@ -237,7 +237,7 @@ fn colliders_and_acceptances_that_make_no_sense_are_refused() {
     );
     says(
         &complaint("NoInverted", "Of(\"x\", [NoInverted])"),
-        &["acceptance", "“x”", "there are: b"],
+        &["acceptance", "“x”", "the bodies are: b"],
     );
 }
 

@@ -86,12 +86,12 @@ fn a_material_that_does_not_fit_is_refused_with_those_that_do() {
         (
             CLOTH,
             "rubber",
-            "rubber is a solid, but the body is a sheet; sheets are: skin",
+            "rubber is a material for solids, but the body is a sheet; expected one of: skin",
         ),
         (
             BOX,
             "paper",
-            "paper is a sheet, but the body is solid; solids are: rubber",
+            "paper is a material for sheets, but the body is solid; expected one of: rubber",
         ),
         (
             "Rope(length: 1, segments: 4)",

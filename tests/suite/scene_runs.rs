@@ -145,7 +145,7 @@ fn a_pin_that_moved_is_a_reason() {
     };
     assert_eq!(acceptance.judge(&world, &world, &[]), Vec::<String>::new());
     let reasons = acceptance.judge(&world, &moved, &[]);
-    assert_eq!(reasons, ["no weight: 1 pinned particles moved"]);
+    assert_eq!(reasons, ["no weight: 1 pinned particle moved"]);
 }
 
 /// What cannot be measured does not hold: a check that compares with NaN fails.

@@ -81,7 +81,7 @@ fn a_nan_written_into_a_position_freezes_that_body_alone_and_names_it() {
     assert!(farthest < 0.07, "frozen {farthest} m from where it was");
     let messages = messages(&mut app);
     assert_eq!(messages.len(), 1, "{messages:?}");
-    for word in ["dropped", "particle 3", "input"] {
+    for word in ["dropped", "vertex 3", "input"] {
         assert!(messages[0].contains(word), "{}", messages[0]);
     }
     assert_other_undisturbed(&app, bodies[1]);

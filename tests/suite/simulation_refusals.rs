@@ -67,8 +67,8 @@ fn settings_are_set_by_name_and_refused_with_the_choices() {
     for (name, value, words) in [
         ("substeps", 0.0, ["substeps", "between 1 and 10000"]),
         ("substeps", 2.5, ["2.5", "whole number"]),
-        ("rate", f64::NAN, ["NaN", "ticks a second"]),
-        ("rate", -60.0, ["-60", "ticks a second"]),
+        ("rate", f64::NAN, ["NaN", "ticks per second"]),
+        ("rate", -60.0, ["-60", "ticks per second"]),
         ("gravity_x", f64::INFINITY, ["inf", "finite"]),
         (
             "gravity",

@@ -401,7 +401,7 @@ fn pressure_is_refused_where_there_is_nothing_to_fill() {
     let scene: pliant::scene::Scene = text.parse().expect("a scene");
     let error = scene.build().expect_err("a cloth holds no air").to_string();
     assert!(
-        error.contains("“cloth”: it cannot hold pressure: its surface is open: 112 edges"),
+        error.contains("“cloth”: cannot apply pressure: its surface is open: 112 boundary edges"),
         "{error}"
     );
 }

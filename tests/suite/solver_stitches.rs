@@ -190,11 +190,14 @@ fn what_cannot_be_stitched_is_refused() {
     for (to, reason) in [
         (
             "Collider(1)",
-            "stitch 1: there is no collider 1; the scene has none",
+            "stitch 1: unknown collider 1: the scene has no colliders",
         ),
         ("Point(Particle(99))", "does not have"),
-        ("Point(Particle(0))", "hang on particle 0"),
-        ("Point(Triangle((1, 2, 3), (0, 0, 0)))", "is no point"),
+        ("Point(Particle(0))", "attached to particle 0"),
+        (
+            "Point(Triangle((1, 2, 3), (0, 0, 0)))",
+            "is not a valid point",
+        ),
     ] {
         let scene: Scene = text(to).parse().expect("it is read");
         let error = scene.build().expect_err(to).to_string();

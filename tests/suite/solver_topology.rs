@@ -22,12 +22,12 @@ fn shapes_that_make_no_sense_are_refused_with_the_element_and_the_vertex() {
         "{message}"
     );
     let message = error(|shape| shape.edges[1] = [0, 9]).to_string();
-    assert_eq!(message, "edge 1 names vertex 9, but there are 4 (0 to 3)");
+    assert_eq!(message, "edge 1 refers to vertex 9; expected 0 to 3");
     let message = error(|shape| shape.tetrahedra[0] = [0, 1, 1, 3]).to_string();
-    assert_eq!(message, "tetrahedron 0 names vertex 1 more than once");
+    assert_eq!(message, "tetrahedron 0 refers to vertex 1 more than once");
     let message = error(|shape| shape.triangles[3] = [u32::MAX, 1, 2]).to_string();
     assert!(
-        message.starts_with("triangle 3 names vertex 4294967295"),
+        message.starts_with("triangle 3 refers to vertex 4294967295"),
         "{message}"
     );
 }

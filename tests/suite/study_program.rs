@@ -144,7 +144,7 @@ fn a_users_file_gives_all_figures_and_all_files() {
     let rows = left("points.csv").lines().count();
     assert_eq!(rows, points.len() + 1);
     assert!(left("own.svg").contains("<svg"));
-    assert!(left("report.md").starts_with("# What accuracy costs"));
+    assert!(left("report.md").starts_with("# Accuracy vs. cost"));
     let page = left("report.html");
     assert!(page.contains("<svg") && page.contains("A mass of my own"));
     for outside in ["<script", "<link", "src=", "@import"] {
@@ -268,7 +268,7 @@ fn what_cannot_be_studied_is_refused_in_one_message() {
     );
     refuse(&[text(&empty)], &["empty", "2 links", "no particle"]);
     let body = write("body.ron", &OWN.replace("Moved(body: 0", "Moved(body: 7"));
-    refuse(&[text(&body)], &["body 7", "there are 1"]);
+    refuse(&[text(&body)], &["body 7", "number of bodies is 1"]);
     let endless = write("endless.ron", &OWN.replace("seconds: 6.0", "seconds: 1e9"));
     refuse(&[text(&endless)], &["1000 s"]);
     let infinite = write(

@@ -113,7 +113,7 @@ fn solid(mut surface: SurfaceMesh, options: &BuildOptions) -> Result<SoftMesh, M
     if lost > 0 {
         let lost = counted(lost, "vertex of the surface", "vertices of the surface");
         notes.push(format!(
-            "{lost} too far from the tetrahedra, drawn at their nearest: more cells hold finer parts"
+            "{lost} too far from the tetrahedra, attached to the nearest one: use more cells for finer parts"
         ));
     }
     let mut body = placement.solid(filling.vertices, filling.tetrahedra, notes)?;
@@ -135,18 +135,15 @@ fn mend_surface(surface: &mut SurfaceMesh) -> Result<(), MeshError> {
     clean_triangles(vertices, triangles, notes);
     if triangles.is_empty() {
         return Err(MeshError::unusable(
-            "no triangle of the mesh has any area",
-            "give it triangles with three distinct corners that are not in a line",
+            "all triangles of the mesh have zero area",
+            "use triangles with three distinct corners that are not collinear",
         ));
     }
     keep_used(vertices, triangles);
     face_outwards(vertices, triangles, notes);
     let branching = borders(triangles).branching;
     if branching > 0 {
-        let edges = counted(branching, "edge", "edges");
-        notes.push(format!(
-            "{edges} of three triangles or more: the surface branches there"
-        ));
+        notes.push(format!("non-manifold edges: {branching}"));
     }
     Ok(())
 }
@@ -160,8 +157,8 @@ fn mend_tetrahedra(mesh: &mut TetMesh) -> Result<(), MeshError> {
     clean_tetrahedra(&mesh.vertices, &mut mesh.tetrahedra, &mut mesh.notes);
     if mesh.tetrahedra.is_empty() {
         return Err(MeshError::unusable(
-            "no tetrahedron of the mesh has any volume",
-            "give it tetrahedra with four corners that are not in a plane",
+            "all tetrahedra of the mesh have zero volume",
+            "use tetrahedra with four corners that are not coplanar",
         ));
     }
     keep_used(&mut mesh.vertices, &mut mesh.tetrahedra);
@@ -171,7 +168,7 @@ fn mend_tetrahedra(mesh: &mut TetMesh) -> Result<(), MeshError> {
 fn note_unused(unused: usize, notes: &mut Vec<String>) {
     if unused > 0 {
         let unused = counted(unused, "unused vertex", "unused vertices");
-        notes.push(format!("{unused} left out"));
+        notes.push(format!("{unused} removed"));
     }
 }
 
@@ -193,7 +190,7 @@ impl Placement {
         if elements.is_empty() {
             return Err(MeshError::unusable(
                 format!("the mesh has no {what}"),
-                "a body needs triangles or tetrahedra",
+                "expected triangles or tetrahedra",
             ));
         }
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -202,7 +199,7 @@ impl Placement {
                 let Some(&p) = vertices.get(corner as usize) else {
                     return Err(MeshError::unusable(
                         format!("{what} {number} refers to vertex {corner}"),
-                        format!("there are {} vertices, from 0", vertices.len()),
+                        format!("the mesh has {} vertices, counted from 0", vertices.len()),
                     ));
                 };
                 if !p.is_finite() {
@@ -220,8 +217,8 @@ impl Placement {
         // Below this the digits of the coordinates are spent on where the mesh is, not on what.
         if longest <= centre.abs().max_element() * 1e-12 {
             return Err(MeshError::unusable(
-                "the mesh has no extent: all its vertices are in one place",
-                "give it a size, or bring it nearer to its origin",
+                "the mesh has no extent: all its vertices coincide",
+                "use distinct vertices, or move the mesh nearer to the origin",
             ));
         }
         if !SIZES.contains(&size) {
@@ -271,8 +268,8 @@ impl Placement {
             .position(|t| tetrahedron_volume(t.map(|i| vertices[i as usize].as_dvec3())) <= 0.0);
         if let Some(flat) = flat {
             return Err(MeshError::unusable(
-                format!("tetrahedron {flat} is flat in single precision"),
-                "use a mesh with fewer or less thin tetrahedra",
+                format!("tetrahedron {flat} has zero volume in single precision"),
+                "use a mesh with fewer or less flat tetrahedra",
             ));
         }
         Ok(SoftMesh {

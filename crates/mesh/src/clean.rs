@@ -113,7 +113,7 @@ fn drop_repeated<const N: usize>(
     elements.retain(|_| first.next() == Some(true));
     if elements.len() < before {
         let repeated = counted(before - elements.len(), one, several);
-        notes.push(format!("{repeated} given more than once left out"));
+        notes.push(format!("{repeated} removed"));
     }
 }
 
@@ -136,12 +136,16 @@ pub(super) fn clean_triangles(
     if triangles.len() < before {
         let flat = counted(
             before - triangles.len(),
-            "triangle without area",
-            "triangles without area",
+            "zero-area triangle",
+            "zero-area triangles",
         );
-        notes.push(format!("{flat} left out"));
+        notes.push(format!("{flat} removed"));
     }
-    drop_repeated(triangles, ("triangle", "triangles"), notes);
+    drop_repeated(
+        triangles,
+        ("duplicate triangle", "duplicate triangles"),
+        notes,
+    );
 }
 
 /// Leaves out flat and repeated tetrahedra, and turns those that are inside out.
@@ -165,9 +169,13 @@ pub(super) fn clean_tetrahedra(
             "flat tetrahedron",
             "flat tetrahedra",
         );
-        notes.push(format!("{flat} left out"));
+        notes.push(format!("{flat} removed"));
     }
-    drop_repeated(tetrahedra, ("tetrahedron", "tetrahedra"), notes);
+    drop_repeated(
+        tetrahedra,
+        ("duplicate tetrahedron", "duplicate tetrahedra"),
+        notes,
+    );
     let mut turned = 0;
     for t in tetrahedra.iter_mut() {
         if tetrahedron_volume(t.map(|i| vertices[i as usize])) < 0.0 {
@@ -176,7 +184,7 @@ pub(super) fn clean_tetrahedra(
         }
     }
     if turned > 0 {
-        let turned = counted(turned, "tetrahedron", "tetrahedra");
-        notes.push(format!("{turned} inside out turned"));
+        let turned = counted(turned, "inverted tetrahedron", "inverted tetrahedra");
+        notes.push(format!("{turned} reoriented"));
     }
 }

@@ -1,4 +1,4 @@
-//! What can be wrong with a mesh, said so that the reader knows where to look and what to do.
+//! Errors of meshes: what is wrong, where, what was expected and what to do.
 
 use std::io;
 
@@ -15,7 +15,7 @@ pub enum MeshError {
     },
     /// The name's ending is of no known format.
     #[error(
-        "{file}: not a known kind of mesh; expected a name that ends in .obj, .gltf, .glb, .msh, \
+        "{file}: unknown mesh format; expected a file name that ends in .obj, .gltf, .glb, .msh, \
          .node, .ele or .mesh"
     )]
     UnknownFormat {
@@ -45,7 +45,7 @@ pub enum MeshError {
         problem: String,
     },
     /// A parameter is out of its range.
-    #[error("{name} = {value} is not possible; expected {expected}")]
+    #[error("{name} = {value} is out of range; expected {expected}")]
     Parameter {
         /// The parameter's name.
         name: &'static str,
@@ -55,7 +55,7 @@ pub enum MeshError {
         expected: String,
     },
     /// The mesh would be larger than a body may be.
-    #[error("this makes {count} {what}, more than the {limit} that a body may have; {remedy}")]
+    #[error("the mesh would have {count} {what}, but at most {limit} are supported; {remedy}")]
     TooLarge {
         /// What there are too many of.
         what: &'static str,
@@ -75,7 +75,7 @@ pub enum MeshError {
         remedy: String,
     },
     /// No built-in mesh has this name.
-    #[error("no built-in mesh is called '{name}'; expected one of: {known}")]
+    #[error("unknown built-in mesh '{name}'; expected one of: {known}")]
     UnknownAsset {
         /// The name that was asked for.
         name: String,

@@ -73,8 +73,8 @@ pub(super) fn face_outwards(
     }
     let turned = turned.iter().filter(|turned| **turned).count();
     if turned > 0 {
-        let turned = counted(turned, "triangle", "triangles");
-        notes.push(format!("{turned} facing inwards turned"));
+        let turned = counted(turned, "inward-facing triangle", "inward-facing triangles");
+        notes.push(format!("{turned} flipped"));
     }
 }
 

@@ -185,16 +185,16 @@ quantity!(
 quantity!(
     /// A strain, or a curvature in 1/m, beyond which something flows; ∞ is never.
     Yield(f32), "yield strain", default f32::INFINITY,
-    "at least 0, or inf for what never flows", |v| v >= 0.0
+    "at least 0, or inf for no yielding", |v| v >= 0.0
 );
 quantity!(
     /// The greatest strain, or curvature in 1/m, that may be left for good; ∞ is any.
     PlasticLimit(f32), "plastic limit", default f32::INFINITY,
-    "at least 0, or inf for none", |v| v >= 0.0
+    "at least 0, or inf for no limit", |v| v >= 0.0
 );
 quantity!(
     /// The share of what is strained too far that flows in a second, in 1/s; ∞ is at once.
-    Creep(f32), "creep", default 10.0, "at least 0 1/s, or inf for at once", |v| v >= 0.0
+    Creep(f32), "creep", default 10.0, "at least 0 1/s, or inf for immediate flow", |v| v >= 0.0
 );
 quantity!(
     /// Damping as a time τ = αβ in s, see [`constraint`](super::constraint).
@@ -222,7 +222,7 @@ quantity!(
 quantity!(
     /// Thickness of a surface that touches others in m; 0 is a tenth of its mean edge.
     ContactThickness(f32), "thickness", default 0.0,
-    "between 1e-5 and 1 m, or 0 for a tenth of the mean length of an edge",
+    "between 1e-5 and 1 m, or 0 for a tenth of the mean edge length",
     |v| v == 0.0 || (1e-5..=1.0).contains(&v)
 );
 quantity!(
@@ -246,7 +246,7 @@ quantity!(
 );
 quantity!(
     /// A number of either sign: a coordinate in m, a speed in m/s, an acceleration in m/s².
-    Finite(f32), "a number", default 0.0, "between -1e9 and 1e9", |v| (-1e9..=1e9).contains(&v)
+    Finite(f32), "the value", default 0.0, "between -1e9 and 1e9", |v| (-1e9..=1e9).contains(&v)
 );
 
 impl Finite {
@@ -267,7 +267,7 @@ impl Finite {
 
 quantity!(
     /// A coefficient that is not negative.
-    Coefficient(f32), "a coefficient", default 0.0, "between 0 and 1e9", |v| (0.0..=1e9).contains(&v)
+    Coefficient(f32), "the coefficient", default 0.0, "between 0 and 1e9", |v| (0.0..=1e9).contains(&v)
 );
 
 impl Yield {
@@ -297,7 +297,7 @@ quantity!(
 );
 quantity!(
     /// Ticks a second.
-    Rate(f64), "rate", default 60.0, "between 0.1 and 1000000 ticks a second",
+    Rate(f64), "rate", default 60.0, "between 0.1 and 1000000 ticks per second",
     |v| (0.1..=1e6).contains(&v)
 );
 quantity!(
@@ -344,7 +344,7 @@ quantity!(
 );
 quantity!(
     /// A fraction of a whole.
-    Fraction(f32), "a fraction", default 1.0, "between 0 and 1", |v| (0.0..=1.0).contains(&v)
+    Fraction(f32), "the fraction", default 1.0, "between 0 and 1", |v| (0.0..=1.0).contains(&v)
 );
 
 impl Fraction {

@@ -88,12 +88,15 @@ impl StoredBody {
         let wrong = |what: String| nonsense(format!("body “{}”: {what}", self.name));
         let Some(topology) = topologies.get(self.mesh as usize) else {
             let count = topologies.len();
-            return Err(wrong(format!("there is no mesh {}, of {count}", self.mesh)));
+            return Err(wrong(format!(
+                "unknown mesh {}; expected less than {count}",
+                self.mesh
+            )));
         };
         let topology = match &self.rest_values {
             None => Arc::clone(topology),
             Some(values) => topology.flowed(values).ok_or_else(|| {
-                wrong("its rest values are not those of its mesh, or not finite".to_owned())
+                wrong("the rest values do not match the mesh or are not finite".to_owned())
             })?,
         };
         let count = topology.particles();
@@ -102,34 +105,36 @@ impl StoredBody {
             if column.len() != count {
                 let found = column.len();
                 return Err(wrong(format!(
-                    "{found} {what}, but its mesh has {count} vertices"
+                    "{found} {what}, but the mesh has {count} vertices"
                 )));
             }
         }
         for (what, found) in self.particles.history.columns() {
             if ![0, count].contains(&found) {
                 return Err(wrong(format!(
-                    "{found} {what}, but its mesh has {count} vertices"
+                    "{found} {what}, but the mesh has {count} vertices"
                 )));
             }
         }
         let repaired = self.particles.repair.len();
         if ![0, count].contains(&repaired) {
             return Err(wrong(format!(
-                "{repaired} times of repair, but its mesh has {count} vertices"
+                "{repaired} repair times, but the mesh has {count} vertices"
             )));
         }
         let masses = self.added_mass.iter().map(|(vertex, _)| *vertex);
         let frozen = self.quarantine.iter().map(|(vertex, _)| *vertex);
         let mut named = self.pins.iter().copied().chain(masses).chain(frozen);
         if let Some(vertex) = named.find(|&vertex| vertex as usize >= count) {
-            return Err(wrong(format!("there is no vertex {vertex}, of {count}")));
+            return Err(wrong(format!(
+                "unknown vertex {vertex}; expected less than {count}"
+            )));
         }
         if let Some(grab) = &self.effects.grab
             && !grab.point.fits(count)
         {
             return Err(wrong(
-                "it is held by a particle that it does not have".to_owned(),
+                "the grab refers to a particle that the body does not have".to_owned(),
             ));
         }
         let stitches = Stitches::new(self.stitches.clone(), count)
@@ -139,13 +144,13 @@ impl StoredBody {
             Some((vertex, stage)) => Some(Quarantine {
                 vertex: *vertex,
                 stage: stage_called(stage)
-                    .ok_or_else(|| wrong(format!("there is no stage called “{stage}”")))?,
+                    .ok_or_else(|| wrong(format!("unknown stage “{stage}”")))?,
             }),
         };
         let seconds = self.particles.substep_seconds();
         if !(seconds.is_finite() && seconds > 0.0) {
             return Err(wrong(format!(
-                "its substeps are {seconds} s long, but must be finite and above 0"
+                "the length of a substep is {seconds} s, but must be finite and above 0"
             )));
         }
         // Whoever goes on from there begins a tick, which takes all of the state.
@@ -179,7 +184,7 @@ pub fn skin(body: &Body, skin: u32, skins: &[Arc<Skin>]) -> Result<Arc<Skin>, Sn
     let Some(found) = skins.get(skin as usize) else {
         let count = skins.len();
         return Err(nonsense(format!(
-            "body “{name}”: there is no surface {skin}, of {count}"
+            "body “{name}”: unknown skin {skin}; expected less than {count}"
         )));
     };
     let particles = body.topology.particles();
@@ -192,7 +197,7 @@ pub fn skin(body: &Body, skin: u32, skins: &[Arc<Skin>]) -> Result<Arc<Skin>, Sn
     if sound {
         Ok(Arc::clone(found))
     } else {
-        let what = "its surface hangs on what is not there";
+        let what = "the skin refers to particles that the body does not have";
         Err(nonsense(format!("body “{name}”: {what}")))
     }
 }

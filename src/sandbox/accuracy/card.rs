@@ -19,7 +19,7 @@ use bevy_egui::egui::{
 /// Width of the card [logical px].
 const WIDTH: f32 = 400.0;
 
-/// An uncertainty of the twin, as a ratio, that makes errors worth little.
+/// An uncertainty of the reference, as a ratio, that makes errors worth little.
 const UNSURE: f64 = 0.05;
 
 /// Everything that the card shows.
@@ -33,7 +33,7 @@ pub struct Card {
     pub share: Option<f32>,
     /// What was found last, in words, and whether it is bad news.
     pub said: Option<(String, bool)>,
-    /// Below this error the twin itself is not sure, as a ratio.
+    /// The uncertainty of the reference itself, as a ratio.
     pub uncertainty: f64,
     /// What stands in the two fields.
     pub goals: Goals,
@@ -91,8 +91,8 @@ fn contents(ui: &mut Ui, card: &Card, answer: &mut Answer) {
     legend(ui);
     if card.uncertainty > UNSURE {
         let text = format!(
-            "With half as many steps the twin ends {} % elsewhere, as contacts and folds make it: \
-             smaller errors mean nothing.",
+            "The reference is only converged to {} % (contacts and buckling are chaotic): ignore \
+             differences below that.",
             format(card.uncertainty * 100.0, 2)
         );
         let text = RichText::new(text).small().color(theme::ALARM);
@@ -112,7 +112,7 @@ fn contents(ui: &mut Ui, card: &Card, answer: &mut Answer) {
 
 fn head(ui: &mut Ui, card: &Card, answer: &mut Answer) {
     ui.horizontal(|ui| {
-        ui.label(RichText::new("What accuracy costs here").color(theme::STRONG));
+        ui.label(RichText::new("Accuracy vs. cost").color(theme::STRONG));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let close = ui.add(Button::new("×").frame(false));
             answer.places.note("accuracy.close", &close, ui.clip_rect());
@@ -121,11 +121,11 @@ fn head(ui: &mut Ui, card: &Card, answer: &mut Answer) {
             }
             let (text, command) = match card.share {
                 Some(_) => ("Stop", AccuracyCommand::Stop),
-                None => ("Measure now", AccuracyCommand::Measure),
+                None => ("Measure", AccuracyCommand::Measure),
             };
             let button = ui.button(text).on_hover_text(
-                "Continues a copy of the scene as it is now for half a second at many settings, \
-                 and as a twin in double precision with small steps, while the scene runs on",
+                "Run a copy of the current scene for half a second at many settings and compare it \
+                 with a double-precision reference with small steps, in the background",
             );
             answer
                 .places
@@ -157,7 +157,7 @@ fn legend(ui: &mut Ui) {
         let at = pos2(rect.center().x, rect.center().y);
         ui.painter()
             .circle_stroke(at, 6.0, Stroke::new(1.8, theme::STRONG));
-        ui.label(RichText::new("you are here").small().color(theme::WEAK));
+        ui.label(RichText::new("current").small().color(theme::WEAK));
     });
 }
 
@@ -165,14 +165,14 @@ fn legend(ui: &mut Ui) {
 fn line(card: &Card, near: Option<Dot>) -> String {
     let here = card.dots.iter().find(|dot| dot.setting == card.here);
     match (near, here) {
-        (Some(dot), _) => format!("{} Press to use it.", words(&dot)),
+        (Some(dot), _) => format!("{} Click to use it.", words(&dot)),
         (None, Some(dot)) => words(dot),
         (None, None) if card.dots.is_empty() && card.share.is_none() => {
-            "Nothing has been measured yet.".to_owned()
+            "Not measured yet.".to_owned()
         }
-        (None, None) if card.dots.is_empty() => "The twin goes first.".to_owned(),
+        (None, None) if card.dots.is_empty() => "Computing the reference solution…".to_owned(),
         (None, None) => format!(
-            "{} × {} is not in the diagram: measure again.",
+            "The current setting, {} × {}, is not in the diagram. Measure again.",
             card.here.0, card.here.1
         ),
     }
@@ -187,7 +187,7 @@ fn words(dot: &Dot) -> String {
     };
     let (low, median, high) = dot.milliseconds;
     let setting = format!(
-        "{} of {}: {} ms a tick ({}–{})",
+        "{} of {}: {} ms per tick ({}–{})",
         plural(substeps, "substep"),
         plural(iterations, "iteration"),
         format(median, 3),
@@ -196,13 +196,13 @@ fn words(dot: &Dot) -> String {
     );
     if dot.sound() {
         let percent = format(dot.error * 100.0, 2);
-        format!("{setting}, {percent} % of the body's size off the twin.")
+        format!("{setting}, error {percent} % of the body size.")
     } else {
-        format!("{setting}, blew up.")
+        format!("{setting}, diverged.")
     }
 }
 
-/// What the method itself takes out of a swing.
+/// Numerical damping of the stiffest and of the softest mode.
 fn damping(ui: &mut Ui, (stiffest, softest): (f64, Option<f64>)) {
     let seconds = |time: f64| match time {
         0.0 => "less than a substep".to_owned(),
@@ -210,27 +210,27 @@ fn damping(ui: &mut Ui, (stiffest, softest): (f64, Option<f64>)) {
         time => format!("{} s", format(time, 2)),
     };
     let mut text = format!(
-        "These substeps alone take half of the energy of the stiffest swing in {}",
+        "Numerical damping at this step size: the stiffest mode loses half its energy in {}",
         seconds(stiffest)
     );
     if let Some(softest) = softest {
-        text.push_str(&format!(", of the softest in {}", seconds(softest)));
+        text.push_str(&format!(", the softest in {}", seconds(softest)));
     }
     text.push('.');
     let label = Label::new(RichText::new(text).small().color(theme::WEAK)).wrap();
     ui.add(label).on_hover_text(
-        "Numerical damping of implicit steps, for a converged solve: more substeps, less of it",
+        "Damping by the implicit integrator, for a converged solve. More substeps reduce it.",
     );
 }
 
 fn goals(ui: &mut Ui, card: &Card, answer: &mut Answer) {
     let mut goals = card.goals;
     ui.horizontal(|ui| {
-        ui.label("At most");
+        ui.label("Best within");
         let field = DragValue::new(&mut goals.milliseconds)
             .range(0.001..=1000.0)
             .speed(0.01)
-            .suffix(" ms a tick");
+            .suffix(" ms");
         let field = ui.add(field);
         answer
             .places
@@ -261,12 +261,12 @@ fn goals(ui: &mut Ui, card: &Card, answer: &mut Answer) {
 }
 
 fn pick(ui: &mut Ui, answer: &mut Answer, name: &str, goal: Goal, enabled: bool) {
-    let button = ui.add_enabled(enabled, Button::new("Pick"));
+    let button = ui.add_enabled(enabled, Button::new("Find"));
     let button = button.on_hover_text(match goal {
         Goal::Milliseconds(_) | Goal::Projections(_) => {
-            "The most exact setting that costs no more, found by trying"
+            "Find and use the most accurate setting within this time per tick"
         }
-        Goal::Error(_) => "The cheapest setting that is no more wrong, found by trying",
+        Goal::Error(_) => "Find and use the cheapest setting within this error",
     });
     answer.places.note(name, &button, ui.clip_rect());
     if button.clicked() {

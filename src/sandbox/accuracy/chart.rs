@@ -1,4 +1,4 @@
-//! The diagram: milliseconds a tick across, per cent of error upwards, both logarithmic.
+//! The diagram: milliseconds per tick across, error in per cent upwards, both logarithmic.
 
 use crate::{
     sandbox::{panel::format, theme},
@@ -23,7 +23,7 @@ pub struct Dot {
     pub setting: (u32, u32),
     /// Least, median and most time of a tick on one thread [ms].
     pub milliseconds: (f64, f64, f64),
-    /// Distance to the twin over the body's size; not finite if the body blew up.
+    /// Distance to the reference over the body's size; not finite if the body diverged.
     pub error: f64,
 }
 
@@ -196,7 +196,7 @@ pub fn draw(
         painter.text(at, Align2::RIGHT_CENTER, text, font.clone(), theme::WEAK);
     }
     let below = pos2(field.center().x, rect.bottom());
-    let title = "milliseconds a tick, on one thread";
+    let title = "time per tick [ms], one thread";
     painter.text(
         below,
         Align2::CENTER_BOTTOM,
@@ -210,7 +210,7 @@ pub fn draw(
         painter.rect_filled(unsure, 0.0, theme::WEAK.gamma_multiply(0.16));
         if unsure.height() > 14.0 {
             let at = unsure.right_bottom() - vec2(4.0, 2.0);
-            let text = "the twin itself is not sure";
+            let text = "below the reference's own uncertainty";
             painter.text(at, Align2::RIGHT_BOTTOM, text, font, theme::WEAK);
         }
     }

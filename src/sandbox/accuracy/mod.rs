@@ -1,9 +1,9 @@
-//! What accuracy costs, for the scene on screen: a card with a diagram that fills while the scene
-//! runs on.
+//! Accuracy vs. cost of the scene on screen: a card with a diagram that fills while the scene runs
+//! on.
 //!
 //! A copy of the world as it is now goes to a thread of its own ([`Worker`]), where it is
-//! continued for half a second at several settings and as an f64 twin with small steps. Each
-//! setting becomes a dot: what a tick of it costs, and how far it ends up from the twin. A dot that
+//! continued for half a second at several settings and as an f64 reference with small steps. Each
+//! setting becomes a dot: what a tick of it costs, and how far it ends up from it. A dot that
 //! is pressed becomes the scene's setting. Or a goal is given, in milliseconds or in per cent, and
 //! the thread looks for the setting that meets it best.
 
@@ -72,7 +72,7 @@ pub struct Accuracy {
     worker: Option<Worker>,
     share: f32,
     dots: Vec<Dot>,
-    /// Below this error the twin itself is not sure, as a ratio.
+    /// The uncertainty of the reference itself, as a ratio.
     uncertainty: f64,
     modes: Option<Modes>,
     /// What was found last, in words, and whether it is bad news.
@@ -153,7 +153,12 @@ fn start(world: &mut World, task: Task) {
             // They went on from another state.
             accuracy.dots.clear();
         }
-        Err(error) => accuracy.said = Some((format!("No thread to measure on: {error}"), true)),
+        Err(error) => {
+            accuracy.said = Some((
+                format!("Cannot start the measurement thread: {error}"),
+                true,
+            ))
+        }
     }
 }
 
@@ -206,7 +211,7 @@ fn listen(
     }
 }
 
-const NOTHING: &str = "No setting within reach meets the goal: the body blew up in all of them.";
+const NOTHING: &str = "No setting meets the goal: the body diverged at all of them.";
 
 /// A choice in words, and whether the goal was missed.
 fn words(choice: &Choice) -> (String, bool) {
@@ -217,12 +222,12 @@ fn words(choice: &Choice) -> (String, bool) {
         ..
     } = choice;
     let verdict = if *met {
-        "Chosen"
+        "Selected"
     } else {
-        "The goal is out of reach; nearest is"
+        "Goal not reachable; closest setting"
     };
     let text = format!(
-        "{verdict}: {} × {}. {} % off the twin. {}",
+        "{verdict}: {} × {}, error {} %. {}",
         setting.substeps,
         setting.iterations,
         format(error * 100.0, 2),

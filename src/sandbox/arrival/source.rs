@@ -6,7 +6,7 @@ use bevy::prelude::*;
 
 use crate::{
     mesh::{BuildOptions, FileMesh, MeshError, Primitive, SoftMesh, Treatment, asset, build, read},
-    sandbox::panel::Addition,
+    sandbox::{message::capitalised, panel::Addition},
 };
 
 /// Longest side of a mesh that says no size of its own that fits the stage [m].
@@ -63,17 +63,19 @@ impl Source {
             // Finer parts than such cells may need the mesh's own resolution.
             .or_else(|_| build(spare, &options(None, Treatment::Fill)))
             .or_else(|error| {
-                // A surface that encloses nothing cannot be filled, but it is a cloth all the same.
+                // An open surface cannot be filled, but it can be a cloth.
                 let mut cloth =
                     build(cloth, &options(None, Treatment::Shell)).map_err(|_| error)?;
                 cloth
                     .notes
-                    .push("it encloses nothing, so it is a cloth".to_owned());
+                    .push("mesh is not closed: imported as cloth".to_owned());
                 Ok::<_, MeshError>(cloth)
             })?;
         if let (Some(size), Self::File(_)) = (size, self) {
             soft.notes.push(format!(
-                "scaled to {size} m, as its size in metres would not fit the stage"
+                "scaled to {size} m: its size is not between {} and {} m",
+                SENSIBLE.start(),
+                SENSIBLE.end()
             ));
         }
         Ok(soft)
@@ -103,10 +105,18 @@ pub fn additions() -> Vec<Addition> {
         .enumerate()
         .map(|(index, name)| Addition {
             name: name.to_owned(),
-            title: name.to_owned(),
+            title: title(name),
             begins_group: index == count,
         })
         .collect()
+}
+
+/// The title of an entry: `bunny_coarse` is “Bunny (coarse)”.
+fn title(name: &str) -> String {
+    match name.split_once('_') {
+        Some((name, variant)) => format!("{} ({variant})", capitalised(name)),
+        None => capitalised(name),
+    }
 }
 
 fn primitives() -> [(&'static str, Primitive); 6] {

@@ -35,7 +35,7 @@ pub struct Card {
     pub lines: Vec<Line>,
     /// The verdict that is shown whole.
     pub shown: Option<(usize, On, Verdict)>,
-    /// Why something could not be run.
+    /// Why a case could not be run.
     pub trouble: Option<String>,
 }
 
@@ -71,7 +71,7 @@ pub fn show(context: &Context, card: &Card, covered: f32) -> Answer {
     let rest = if pictures { 350.0 } else { 210.0 };
     let list = LIST.min(screen.height() - TOP - rest - NOTICE).max(60.0);
     let mut answer = Answer::default();
-    let area = Area::new(Id::new("hard cases"))
+    let area = Area::new(Id::new("stress tests"))
         .order(Order::Middle)
         .anchor(Align2::LEFT_TOP, vec2(10.0, TOP))
         .constrain(false)
@@ -101,7 +101,7 @@ pub fn show(context: &Context, card: &Card, covered: f32) -> Answer {
 
 fn head(ui: &mut Ui, card: &Card, answer: &mut Answer) {
     ui.horizontal(|ui| {
-        ui.label(RichText::new("Hard cases").color(theme::STRONG));
+        ui.label(RichText::new("Stress tests").color(theme::STRONG));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let close = ui.add(Button::new("×").frame(false));
             answer.places.note("gallery.close", &close, ui.clip_rect());
@@ -110,11 +110,11 @@ fn head(ui: &mut Ui, card: &Card, answer: &mut Answer) {
             }
             let runs = card.lines.iter().any(|line| line.running.is_some());
             let (text, help, command) = if runs {
-                ("Stop", "What has run stays", GalleryCommand::Stop)
+                ("Stop", "Stop and keep the results", GalleryCommand::Stop)
             } else {
                 (
                     "Run all",
-                    "Every case on its own bodies, as pliant torture --quick runs them",
+                    "Run every case on its test bodies, as `pliant torture --quick` does",
                     GalleryCommand::RunAll,
                 )
             };
@@ -125,8 +125,8 @@ fn head(ui: &mut Ui, card: &Card, answer: &mut Answer) {
             }
         });
     });
-    let this = card.this.as_deref().unwrap_or("nothing");
-    let text = format!("“This” is done to {this}, “Own” to bodies of the case's own.");
+    let this = card.this.as_deref().unwrap_or("the selected body (none)");
+    let text = format!("“This” runs a case on {this}, “Test” on its test bodies.");
     ui.add(Label::new(RichText::new(text).small().color(theme::WEAK)).wrap());
 }
 
@@ -148,10 +148,11 @@ fn case(ui: &mut Ui, card: &Card, (number, line): (usize, &Line), answer: &mut A
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             ui.add_space(8.0);
-            for (on, text, enabled, verdict) in [
-                (On::Own, "Own", true, line.verdicts[1]),
+            for (on, name, text, enabled, verdict) in [
+                (On::Own, "own", "Test", true, line.verdicts[1]),
                 (
                     On::This,
+                    "this",
                     "This",
                     line.any_body && card.this.is_some(),
                     line.verdicts[0],
@@ -167,7 +168,7 @@ fn case(ui: &mut Ui, card: &Card, (number, line): (usize, &Line), answer: &mut A
                 }
                 let button = button.min_size(vec2(BUTTON, 18.0));
                 let button = ui.add_enabled(enabled, button);
-                let place = format!("gallery.{number}.{}", text.to_lowercase());
+                let place = format!("gallery.{number}.{name}");
                 answer.places.note(place, &button, ui.clip_rect());
                 if button.clicked() {
                     answer.commands.push(GalleryCommand::Run(number, on));
@@ -181,7 +182,7 @@ fn case(ui: &mut Ui, card: &Card, (number, line): (usize, &Line), answer: &mut A
     });
 }
 
-/// Green for what passes, amber for what is expected to fail, red for what fails; the words say it too.
+/// Green for a pass, amber for a known failure, red for an unexpected one; the words say it too.
 fn verdict_colour(passed: bool, expected: bool) -> Color32 {
     match (passed, expected) {
         (true, _) => theme::ACCENT,
@@ -213,7 +214,7 @@ fn foot(ui: &mut Ui, card: &Card, pictures: bool, answer: &mut Answer) {
         ui.add(Label::new(text).wrap());
     }
     if let Some(reason) = verdict.expected {
-        let text = format!("Expected to fail: {reason}");
+        let text = format!("Known failure: {reason}");
         ui.add(Label::new(RichText::new(text).small().color(theme::CHANGED)).wrap());
     }
     match &verdict.advice {
@@ -228,7 +229,7 @@ fn foot(ui: &mut Ui, card: &Card, pictures: bool, answer: &mut Answer) {
             let button = ui
                 .add_enabled(!runs, Button::new("Find settings that pass"))
                 .on_hover_text(
-                    "Tries more substeps, more iterations and the direct solver, the cheapest first",
+                    "Try more substeps, more iterations and the direct solver, the cheapest first",
                 );
             answer
                 .places
@@ -244,8 +245,8 @@ fn foot(ui: &mut Ui, card: &Card, pictures: bool, answer: &mut Answer) {
     }
     if *on == On::This {
         let button = ui
-            .button("Save this run")
-            .on_hover_text("As a recording that pliant replay runs again, here or anywhere");
+            .button("Save recording")
+            .on_hover_text("Save this run as a recording for `pliant replay`");
         answer.places.note("gallery.save", &button, ui.clip_rect());
         if button.clicked() {
             answer.commands.push(GalleryCommand::Save(*number));
@@ -254,11 +255,7 @@ fn foot(ui: &mut Ui, card: &Card, pictures: bool, answer: &mut Answer) {
 }
 
 fn words(on: On, verdict: &Verdict) -> String {
-    let outcome = if verdict.passed() {
-        "passes"
-    } else {
-        "does not pass"
-    };
+    let outcome = if verdict.passed() { "passes" } else { "fails" };
     let Verdict {
         member,
         members,
@@ -268,14 +265,16 @@ fn words(on: On, verdict: &Verdict) -> String {
     } = verdict;
     let passed = members - failed - expected_failed;
     match (on, failed, expected_failed) {
-        (On::This, ..) => format!("this body {outcome}."),
-        (On::Own, 0, 0) => format!("all {members} pass; the worst is {member}."),
+        (On::This, ..) => format!("{outcome} on this body."),
+        (On::Own, 0, 0) => format!("all {members} pass. Closest to its limit: {member}."),
+        (On::Own, 0, 1) => format!(
+            "{passed} of {members} pass, 1 is a known failure. Closest to its limit: {member}."
+        ),
         (On::Own, 0, expected) => format!(
-            "{passed} of {members} pass, {expected} fail as expected; the worst of the others is \
-             {member}."
+            "{passed} of {members} pass, {expected} are known failures. Closest to its limit: {member}."
         ),
         (On::Own, failed, _) => {
-            format!("{failed} of {members} do not pass; {member} {outcome}.")
+            format!("unexpected failures: {failed} of {members}. Shown: {member}, which {outcome}.")
         }
     }
 }
@@ -289,7 +288,7 @@ fn figure_words(figure: &Figure) -> String {
     } = figure;
     let value = format(*value, 3);
     if limit.is_finite() {
-        format!("{name}: {value}, at most {} {unit}", format(*limit, 3))
+        format!("{name}: {value} {unit} (limit {})", format(*limit, 3))
     } else {
         format!("{name}: {value} {unit}")
     }

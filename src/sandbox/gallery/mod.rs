@@ -133,9 +133,10 @@ fn carry_out(world: &mut World) {
                     let mut notices = world.resource_mut::<Notices>();
                     let path = path.display();
                     match done {
-                        Ok(()) => notices
-                            .info(format!("Saved {path}; pliant replay {path} runs it again")),
-                        Err(reason) => notices.error(format!("{path} was not saved: {reason}")),
+                        Ok(()) => notices.info(format!(
+                            "Saved {path}. Replay it with `pliant replay {path}`"
+                        )),
+                        Err(reason) => notices.error(format!("Cannot save {path}: {reason}")),
                     }
                 }
             }
@@ -161,7 +162,7 @@ fn start(world: &mut World, number: usize, on: On) {
         On::This => {
             let Some(entity) = subject(world) else {
                 world.resource_mut::<Gallery>().trouble =
-                    Some("There is no body on screen to do that to.".to_owned());
+                    Some("No body to test: add one to the scene first.".to_owned());
                 return;
             };
             let settings = **world.resource::<SimulationSettings>();
@@ -185,7 +186,7 @@ fn start(world: &mut World, number: usize, on: On) {
     gallery.trouble = None;
     match begun {
         Ok(worker) => gallery.running = Some((number, on, worker, 0.0)),
-        Err(error) => gallery.trouble = Some(format!("No thread to run it on: {error}")),
+        Err(error) => gallery.trouble = Some(format!("Cannot start the test thread: {error}")),
     }
 }
 
@@ -204,7 +205,7 @@ fn advise(world: &mut World, number: usize, on: On) {
     };
     match Worker::advise(case, subject, member) {
         Ok(worker) => gallery.running = Some((number, on, worker, 0.0)),
-        Err(error) => gallery.trouble = Some(format!("No thread to run it on: {error}")),
+        Err(error) => gallery.trouble = Some(format!("Cannot start the test thread: {error}")),
     }
 }
 

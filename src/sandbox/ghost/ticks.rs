@@ -52,12 +52,15 @@ pub(super) fn begin(world: &mut World, ghost: &mut Ghost) {
     ghost.asked = entities.len();
     ghost.began = copy.tick;
     if entities.is_empty() {
-        ghost.trouble = Some("No body here can have a ghost.".to_owned());
+        ghost.trouble =
+            Some("No body to compare: add a body, or restore one that diverged.".to_owned());
         return;
     }
     match Worker::start(copy, entities, room) {
         Ok(worker) => ghost.worker = Some(worker),
-        Err(error) => ghost.trouble = Some(format!("No thread for a ghost: {error}")),
+        Err(error) => {
+            ghost.trouble = Some(format!("Cannot start the thread of the reference: {error}"))
+        }
     }
 }
 
@@ -96,7 +99,7 @@ pub(super) fn observe(world: &mut World, mut read: Local<MessageCursor<Applied>>
         if heard {
             ghost.sent = Some(moment);
         } else if ghost.worker.take().is_some() {
-            ghost.trouble = Some("The ghost's thread has ended.".to_owned());
+            ghost.trouble = Some("The thread of the reference has ended. Restart it.".to_owned());
         }
     });
 }

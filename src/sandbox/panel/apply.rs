@@ -90,7 +90,7 @@ fn carry_out_one(world: &mut World, request: Request) {
             if (0.0..=100.0).contains(&speed) {
                 world.resource_mut::<SimulationClock>().speed = speed;
             } else {
-                let text = format!("speed is {speed}, but must be between 0 and 100");
+                let text = format!("Speed is {speed}, but must be between 0 and 100");
                 world.resource_mut::<Notices>().error(text);
             }
         }
@@ -191,7 +191,7 @@ fn threads(world: &mut World, count: f64) {
         Threads::new(count as usize).map_err(|error| error.to_string())
     } else {
         Err(format!(
-            "there cannot be {count} threads: a whole number is wanted, or 0 for one on each core"
+            "threads is {count}, but must be a whole number, or 0 for one per core"
         ))
     };
     match threads {
@@ -288,8 +288,7 @@ fn remove(world: &mut World, scope: Scope) {
         Scope::Body(key) => Entity::try_from_bits(key),
     };
     let Some(body) = held.or(shown) else {
-        let text =
-            "Take hold of a body first, or choose it in the panel; Delete then takes it away";
+        let text = "Nothing to delete: grab a body or select one in the panel first";
         world.resource_mut::<Notices>().info(text);
         return;
     };

@@ -52,7 +52,7 @@ fn scope(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
             });
         panel.note("scope", &combo.response, ui);
         combo.response.on_hover_text(
-            "Whose parameters are shown and changed; taking hold of a body shows its own",
+            "Selection: whose parameters are shown and changed. Grabbing a body selects it.",
         );
         add(ui, panel, model, add_width);
     });
@@ -96,7 +96,10 @@ fn state(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
             BodyState::Quarantined(reason) => stuck.push((body, reason.as_str())),
         }
     }
-    let mut text = format!("{} particles", number::count(particles));
+    let mut text = match particles {
+        1 => "1 particle".to_owned(),
+        _ => format!("{} particles", number::count(particles)),
+    };
     match (asleep, model.scope) {
         (0, _) => {}
         (_, Scope::Body(_)) => text.push_str(" · asleep"),
@@ -107,7 +110,7 @@ fn state(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     frozen(ui, panel, &stuck);
 }
 
-/// Frozen bodies that are named; of more it is said how many.
+/// Diverged bodies that are named; of more, the panel gives the number.
 const MOST_NAMED: usize = 2;
 
 fn frozen(ui: &mut Ui, panel: &mut Panel, stuck: &[(&BodyEntry, &str)]) {
@@ -115,7 +118,10 @@ fn frozen(ui: &mut Ui, panel: &mut Panel, stuck: &[(&BodyEntry, &str)]) {
         ui.add(Label::new(RichText::new(text).small().color(theme::ALARM)).wrap());
     };
     for (body, reason) in stuck.iter().take(MOST_NAMED) {
-        alarm(ui, format!("{} is frozen: {reason}", body.name));
+        alarm(
+            ui,
+            format!("{} diverged and is paused: {reason}", body.name),
+        );
     }
     if stuck.len() > MOST_NAMED {
         alarm(ui, format!("and {} more", stuck.len() - MOST_NAMED));
@@ -123,9 +129,8 @@ fn frozen(ui: &mut Ui, panel: &mut Panel, stuck: &[(&BodyEntry, &str)]) {
     if stuck.is_empty() {
         return;
     }
-    let help =
-        "They go on from where they were when the tick began in which this happened, at rest";
-    let button = RowButton::new("thaw", "Restore the last good state", help);
+    let help = "Resume from the last finite state, the start of the tick in which the body diverged, at zero velocity";
+    let button = RowButton::new("thaw", "Restore last finite state", help);
     if section::button_row(ui, panel, &[button]).is_some() {
         for (body, _) in stuck {
             panel.ask(Request::Restore(body.key));
@@ -140,16 +145,16 @@ fn buttons(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         ..RowButton::new(name, text, help)
     };
     let distortions = [
-        button("squash", "Squash", "Press to a tenth of the height"),
+        button("squash", "Squash", "Compress to a tenth of the height"),
         button(
             "shuffle",
-            "Shuffle",
-            "Put every particle anywhere in its body's box",
+            "Scramble",
+            "Move every particle to a random position in the body's bounding box",
         ),
         button(
             "mirror",
-            "Mirror",
-            "Change left and right over: every element is inside out",
+            "Invert",
+            "Swap left and right, which inverts every element",
         ),
     ];
     let distortion = match section::button_row(ui, panel, &distortions) {
@@ -164,25 +169,25 @@ fn buttons(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     materials(ui, panel, model);
     let gallery = RowButton::new(
         "gallery",
-        "Hard cases",
-        "A gallery of what solvers break at: on this body or on their own, judged by figures (C)",
+        "Stress tests",
+        "Known hard cases for solvers, on this body or on test bodies, with pass limits (C)",
     );
     if section::button_row(ui, panel, &[gallery]).is_some() {
         panel.ask(Request::Gallery);
     }
     let help = match &model.grabbed {
-        Some(grab) => format!("The point of {} that was held last (P)", grab.body),
-        None => "Take hold of a body first; its point can then be pinned (P)".to_owned(),
+        Some(grab) => format!("The point of {} that was grabbed last (P)", grab.body),
+        None => "Grab a body first, then pin the grabbed point (P)".to_owned(),
     };
     let pinned = model.grabbed.as_ref().map(|grab| grab.pinned);
     let pins = [
         RowButton {
             enabled: pinned == Some(false),
-            ..RowButton::new("pin", "Pin the held point", &help)
+            ..RowButton::new("pin", "Pin", &help)
         },
         RowButton {
             enabled: pinned == Some(true),
-            ..RowButton::new("unpin", "Unpin it", &help)
+            ..RowButton::new("unpin", "Unpin", &help)
         },
     ];
     if let Some(index) = section::button_row(ui, panel, &pins) {
@@ -195,7 +200,7 @@ fn materials(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     if model.materials.is_empty() {
         return;
     }
-    let menu = ui.menu_button("Make it of …", |ui| {
+    let menu = ui.menu_button("Material…", |ui| {
         ui.set_min_width(160.0);
         for material in &model.materials {
             let line = ui.button(&material.title).on_hover_ui(|ui| {
@@ -212,8 +217,8 @@ fn materials(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     });
     panel.note("material", &menu.response, ui);
     menu.response.on_hover_text(
-        "Give the bodies shown the density and the stiffness of a real material, instead of their own; \
-         it stays what it is on any mesh",
+        "Assign the density and stiffness of a real material to the selection. The result does not \
+         depend on the mesh.",
     );
 }
 
@@ -237,5 +242,5 @@ fn figures(material: &Material) -> String {
 
 fn name(model: &PanelModel, key: u64) -> &str {
     let body = model.bodies.iter().find(|body| body.key == key);
-    body.map_or("(gone)", |body| body.name.as_str())
+    body.map_or("(removed)", |body| body.name.as_str())
 }

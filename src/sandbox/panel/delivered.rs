@@ -1,4 +1,4 @@
-//! Asked and got: the compliance of an effect beside the one that the solver delivers.
+//! The effective compliance of an effect beside the requested one.
 
 use bevy::prelude::*;
 use bevy_egui::egui::{Label, RichText, Ui};
@@ -94,8 +94,8 @@ pub(super) fn show(ui: &mut Ui, panel: &mut Panel, effect: &str, delivered: &Del
     };
     let text = RichText::new(words(delivered)).small().color(colour);
     let response = ui.add(Label::new(text).wrap()).on_hover_text(
-        "From the multipliers and what is left of the strains, over the bodies shown and the last \
-         second; while a body swings or is hit it tells of those waves, and not of its weight",
+        "Computed from multipliers and residual strains of the bodies shown, averaged over about a \
+         second. While a body swings or is hit, it describes those waves and not the static load.",
     );
     panel.note(format!("{effect}.delivered"), &response, ui);
 }
@@ -103,15 +103,17 @@ pub(super) fn show(ui: &mut Ui, panel: &mut Panel, effect: &str, delivered: &Del
 fn words(delivered: &DeliveredModel) -> String {
     let got = format!("{} {}", format(delivered.got, 2), delivered.unit);
     match (delivered.factor, delivered.substeps) {
-        (None, _) => format!("The solver gives {got} where rigid is asked."),
-        (Some(_), _) if !delivered.limited => format!("The solver gives {got}: as asked."),
+        (None, _) => format!("Effective compliance {got} (requested: rigid)."),
+        (Some(_), _) if !delivered.limited => {
+            format!("Effective compliance {got}, as requested.")
+        }
         (Some(factor), Some(substeps)) => format!(
-            "The solver gives {got}, {} times softer than asked; {substeps} substeps would do.",
+            "Effective compliance {got}: {}× the requested value. {substeps} substeps would reach it.",
             format(factor, 2)
         ),
         (Some(factor), None) => format!(
-            "The solver gives {got}, {} times softer than asked; no number of substeps would do: \
-             more iterations may.",
+            "Effective compliance {got}: {}× the requested value. More substeps will not help; try \
+             more iterations.",
             format(factor, 2)
         ),
     }
@@ -132,7 +134,7 @@ mod tests {
         };
         assert_eq!(
             words(&softer),
-            "The solver gives 4e-4 m/N, 4 times softer than asked; 24 substeps would do."
+            "Effective compliance 4e-4 m/N: 4× the requested value. 24 substeps would reach it."
         );
         let rigid = DeliveredModel {
             factor: None,
@@ -141,13 +143,16 @@ mod tests {
         };
         assert_eq!(
             words(&rigid),
-            "The solver gives 4e-4 m/N where rigid is asked."
+            "Effective compliance 4e-4 m/N (requested: rigid)."
         );
         let exact = DeliveredModel {
             factor: Some(1.02),
             limited: false,
             ..softer
         };
-        assert_eq!(words(&exact), "The solver gives 4e-4 m/N: as asked.");
+        assert_eq!(
+            words(&exact),
+            "Effective compliance 4e-4 m/N, as requested."
+        );
     }
 }

@@ -68,19 +68,23 @@ impl Panel {
         let buttons = [
             RowButton {
                 selected: model.wireframe,
-                ..RowButton::new("wireframe", "Wires", "Draw the triangles' edges (W)")
+                ..RowButton::new(
+                    "wireframe",
+                    "Wire",
+                    "Wireframe: draw the edges of the triangles (W)",
+                )
             },
             RowButton {
                 selected: model.tetrahedra,
-                ..RowButton::new("tetrahedra", "Tetra", "Draw the tetrahedra (T)")
+                ..RowButton::new("tetrahedra", "Tets", "Tet mesh: draw the tetrahedra (T)")
             },
-            RowButton::new("frame", "Frame", "Bring every body into sight (F)"),
+            RowButton::new("frame", "Fit all", "Frame all bodies in the view (F)"),
             RowButton::new(
                 "screenshot",
-                "Picture",
-                "Save a picture of the window (F12)",
+                "Capture",
+                "Save a screenshot of the window (F12)",
             ),
-            RowButton::new("help", "Keys", "Show the keys (F1)"),
+            RowButton::new("help", "Help", "Keyboard and mouse shortcuts (F1)"),
         ];
         let request = match section::button_row(ui, self, &buttons) {
             Some(0) => Request::Wireframe(!model.wireframe),
@@ -93,7 +97,7 @@ impl Panel {
         self.ask(request);
     }
 
-    /// The row of what of the solver is drawn, and the ghost.
+    /// The row of the solver views and the reference overlay.
     fn solver_view(&mut self, ui: &mut Ui, model: &PanelModel) {
         let button = |view, name, text, help| RowButton {
             selected: model.solver == view,
@@ -103,36 +107,36 @@ impl Panel {
             button(
                 SolverView::Off,
                 "solver.off",
-                "Bodies",
-                "Draw the bodies as they look (V)",
+                "Shaded",
+                "Draw the bodies as shaded surfaces (V)",
             ),
             button(
                 SolverView::Bands,
                 "solver.bands",
-                "Bands",
-                "Draw the constraints, coloured by the piece of the body that a thread takes (V)",
+                "Partition",
+                "Draw the constraints by partition, the piece of a body that one worker steps (V)",
             ),
             button(
                 SolverView::Colours,
                 "solver.colours",
-                "Colours",
-                "Draw the constraints by colour: those of one share no particle, and are solved \
-                 at the same time (V)",
+                "Colors",
+                "Draw the constraints by graph color: constraints of one color share no particle \
+                 and can be solved at the same time (V)",
             ),
             button(
                 SolverView::Lanes,
                 "solver.lanes",
                 "Lanes",
-                "Draw the constraints by their place in a block of eight, which one instruction \
-                 solves together (V)",
+                "Draw the constraints by SIMD lane, their place in a block of eight that is solved \
+                 together (V)",
             ),
             RowButton {
                 selected: model.ghost.is_some(),
                 ..RowButton::new(
                     "ghost",
-                    "Ghost",
-                    "Draw, over each body, its twin in double precision with smaller substeps, and \
-                     plot how far apart they are (G)",
+                    "f64 ref",
+                    "Reference overlay: draw a double-precision simulation with smaller substeps \
+                     over each body, and plot the distance to it (G)",
                 )
             },
         ];

@@ -35,8 +35,8 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         for effect in &running {
             running_effect(ui, panel, model, effect);
         }
-        // What comes and goes with the hand keeps its row, so that nothing jumps when a body is
-        // taken hold of.
+        // Effects that are active only while dragging keep their row, so that nothing moves when a
+        // body is grabbed.
         for effect in &hand {
             heading(ui, panel, model, effect);
         }
@@ -51,7 +51,7 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         steps(ui, panel, model);
         if !absent.is_empty() {
             ui.add_space(4.0);
-            section::note(ui, "Not in this scene: no system, no memory");
+            section::note(ui, "Available effects (zero cost until switched on)");
         }
         for effect in &absent {
             heading(ui, panel, model, effect);
@@ -68,9 +68,9 @@ fn steps(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         ui.set_max_width(280.0);
         ui.label(RichText::new("Steps of a substep").strong());
         ui.label(
-            "The steps that run, in their order: those of effects that some body carries, between \
-             the prediction of positions and the update of velocities. What holds bodies together \
-             is repeated in each iteration; contacts follow it.",
+            "Compiled steps in execution order: the effects that some body carries, between the \
+             prediction of positions and the update of velocities. Elastic constraints repeat in \
+             every iteration, followed by contacts.",
         );
     });
 }
@@ -106,16 +106,22 @@ fn running_effect(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &E
                 .small()
                 .color(theme::WEAK);
             let response = ui.add(Label::new(text).wrap()).on_hover_text(
-                "The pressure of the filling over that of the surroundings, after the last substep",
+                "Pressure of the filling above ambient pressure, after the last substep",
             );
             panel.note(format!("{}.overpressure", effect.name), &response, ui);
         }
         if let Some((acting, crossings)) = effect.contacts.filter(|_| effect.carriers > 0) {
-            let text = RichText::new(format!("Acting contacts: {acting}. Crossings: {crossings}. (All bodies)"))
-                .small()
-                .color(if crossings > 0 { theme::ALARM } else { theme::WEAK });
+            let text = RichText::new(format!(
+                "Active contacts: {acting}. Crossings: {crossings}. (All bodies)"
+            ))
+            .small()
+            .color(if crossings > 0 {
+                theme::ALARM
+            } else {
+                theme::WEAK
+            });
             let response = ui.add(Label::new(text).wrap()).on_hover_text(
-                "Contacts that pushed in the last substep, and pairs of an edge and a triangle that cross",
+                "Contacts with a force in the last substep, and edges that cross a triangle",
             );
             panel.note(format!("{}.contacts", effect.name), &response, ui);
         }
@@ -142,12 +148,11 @@ fn heading(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &EffectMo
         let enabled = effect.switchable && !model.bodies.is_empty();
         let (response, pressed) = section::switch(ui, on, enabled, effect.title);
         panel.note(format!("effect.{}", effect.name), &response, ui);
-        response.on_hover_text(if !effect.switchable {
-            "Comes and goes with the hand"
-        } else if on {
-            "Take it off the bodies shown"
-        } else {
-            "Put it on the bodies shown"
+        response.on_hover_text(match (effect.switchable, on) {
+            (true, true) => "Remove from selection",
+            (true, false) => "Add to selection",
+            (false, _) if effect.name == Stitches::NAME => "Placed by the scene",
+            (false, _) => "Active while dragging",
         });
         if pressed {
             panel.ask(Request::Effect {
@@ -175,8 +180,8 @@ fn detail(model: &PanelModel, effect: &EffectModel) -> String {
     if effect.carriers == 0 {
         let waits = match effect.name {
             _ if effect.switchable => "",
-            Stitches::NAME => "where a scene places them",
-            _ => "while a body is held",
+            Stitches::NAME => "placed by the scene",
+            _ => "while dragging",
         };
         return waits.to_owned();
     }
@@ -198,7 +203,7 @@ fn share(ui: &mut Ui, share: f32, colour: Color32) {
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
         let size = vec2(BAR + FIGURE, theme::ROW);
         let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
-        response.on_hover_text("Share of the time of a tick");
+        response.on_hover_text("Fraction of the tick time");
         let share = share.clamp(0.0, 1.0);
         let bar = Rect::from_min_size(rect.left_center() - vec2(0.0, 2.0), vec2(BAR, 4.0));
         let filled = Rect::from_min_size(bar.min, vec2(BAR * share, 4.0));

@@ -132,52 +132,45 @@ fn words(row: &str) -> (&'static str, &'static str) {
     match row {
         "damping" => (
             "Damping",
-            "What dashpots of the damping asked for take at the rates at which edges and volumes \
+            "Energy dissipated by the requested damping at the rates at which edges and volumes \
              change",
         ),
         "friction" => (
             "Friction",
-            "What sliding on the ground and on colliders takes",
+            "Energy dissipated by sliding on the ground and on colliders",
         ),
         "contact" => (
             "Contact",
-            "What impacts take, and what moving colliders give or take",
+            "Energy lost in impacts and exchanged with moving colliders",
         ),
-        "hand" => (
-            "Hand",
-            "What your hand gives to or takes from what it holds",
-        ),
+        "hand" => ("Grab", "Work of the mouse spring on the grabbed body"),
         "plastic" => (
             "Plastic flow",
-            "What is lost as rest lengths, angles and volumes flow after what is strained too far",
+            "Energy dissipated as rest lengths, angles and volumes change beyond the yield strain",
         ),
         "forces" => (
             "Forces",
-            "What wind, drag and other forces give or take, besides gravity",
+            "Work of wind, drag and other force fields, without gravity",
         ),
         "integrator" => (
             "Integrator",
-            "What implicit Euler takes even when every substep is solved to the end: less with \
-             more substeps",
+            "Numerical damping of the integrator, for a converged solve. More substeps reduce it.",
         ),
         "sweeps" => (
-            "Sweeps",
-            "What is left because the sweeps do not solve a substep to the end: stored energy and \
-             damping above are those of the material as asked, and a softer one is simulated. \
-             Less with more substeps or iterations",
+            "Convergence",
+            "Error of the unconverged solve: stored energy and damping above are those of the \
+             requested material, but a softer one is simulated. More substeps or iterations \
+             reduce it.",
         ),
-        "rounding" => (
-            "Rounding",
-            "What rounding positions and velocities to f32 gives or takes",
-        ),
+        "rounding" => ("Rounding", "Rounding of positions and velocities to f32"),
         "repair" => (
             "Repair",
-            "Energy removed or added while collapsed elements are moved back to their rest shape",
+            "Energy removed or added while collapsed elements recover their rest shape",
         ),
         _ => (
             "Edits and sleep",
-            "What changed between ticks: parameters, bodies that came or went or were pushed out \
-             of shape, bodies that fell asleep",
+            "Changes between ticks: edited parameters, bodies added, removed or deformed, bodies \
+             that fell asleep",
         ),
     }
 }
@@ -191,14 +184,18 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
                 selected: on,
                 ..RowButton::new(
                     "energy.keep",
-                    "Keep the ledger",
-                    "Book where the energy of every body comes from and goes to; steps take about \
-                     three times as long meanwhile",
+                    "Track energy",
+                    "Account for all sources and sinks of energy. Steps take about three times as \
+                     long.",
                 )
             },
             RowButton {
                 enabled: on,
-                ..RowButton::new("energy.anew", "Begin anew", "Count from now on")
+                ..RowButton::new(
+                    "energy.anew",
+                    "Reset",
+                    "Restart the balance from the current state",
+                )
             },
         ];
         match section::button_row(ui, panel, &buttons) {
@@ -215,18 +212,18 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
 fn ledger(ui: &mut Ui, panel: &mut Panel, energy: &EnergyModel) {
     plot(ui, panel, energy);
     ui.spacing_mut().item_spacing.y = 2.0;
-    line(ui, None, "Held", ["now [J]", "change [J]"], theme::WEAK);
+    line(ui, None, "Stored", ["now [J]", "change [J]"], theme::WEAK);
     for (title, now, change) in &energy.held {
         let figures = [format(*now, 3), signed(*change)];
         line(ui, Some(colour(title)), title, figures, theme::TEXT);
     }
     let change = ["".to_owned(), signed(energy.change)];
-    line(ui, None, "All of it", change, theme::STRONG);
+    line(ui, None, "Total", change, theme::STRONG);
     let over = format!("over {} s", format(energy.seconds, 3));
     line(
         ui,
         None,
-        "Given by (−: taken by)",
+        "Sources (−: sinks)",
         ["".to_owned(), over],
         theme::WEAK,
     );
@@ -242,9 +239,9 @@ fn ledger(ui: &mut Ui, panel: &mut Panel, energy: &EnergyModel) {
     }
     let sum: f64 = energy.rows.iter().map(|(.., given)| given).sum();
     let figures = ["".to_owned(), signed(sum)];
-    line(ui, None, "All of it", figures, theme::STRONG);
+    line(ui, None, "Total", figures, theme::STRONG);
     let gap = format(energy.gap.abs(), 1);
-    section::note(ui, &format!("Adds up within {gap} of the largest."));
+    section::note(ui, &format!("Balance closes to {gap} of the largest term."));
 }
 
 /// A row: a patch of colour, a title, two figures in columns.
@@ -343,7 +340,9 @@ fn plot(ui: &mut Ui, panel: &mut Panel, energy: &EnergyModel) {
         );
     }
     response.on_hover_ui(|ui| {
-        ui.label(RichText::new("What bodies hold").strong());
-        ui.label("A point a tick, five seconds of them; of potential energy what was gained");
+        ui.label(RichText::new("Stored energy").strong());
+        ui.label(
+            "One point per tick, the last 300 ticks. Potential energy is relative to the start.",
+        );
     });
 }

@@ -290,8 +290,8 @@ fn threads(world: &World) -> Option<Parameter> {
         name: "threads",
         title: "Threads",
         unit: "",
-        help: "Threads that bodies are stepped on, at most one on each core. They change how \
-               long a tick takes, and no bit of what is computed.",
+        help: "Solver threads, at most one per core. The result is bit-identical for any number; \
+               only the time of a tick changes.",
         track: Track::new(1.0..=cores as f64, Spread::Integer),
         value: world.resource::<SolverThreads>().count() as f64,
         spread: None,
@@ -306,52 +306,53 @@ fn words(setting: &str) -> Option<(&'static str, &'static str, Track)> {
     Some(match setting {
         "substeps" => (
             "Substeps",
-            "Substeps a tick. More of them make stiff bodies accurate; twice as many cost twice \
-             the time.",
+            "Substeps per tick. More substeps make stiff bodies more accurate; the cost is \
+             proportional to their number.",
             Track::new(1.0..=100.0, Spread::Integer),
         ),
         "iterations" => (
             "Iterations",
-            "Sweeps over all constraints a substep. More of them help bodies that are coarse in \
-             time; for stiff ones, substeps are cheaper.",
+            "Constraint iterations: passes over all constraints per substep. More iterations help \
+             at large step sizes; for stiff bodies, more substeps are cheaper.",
             Track::new(1.0..=50.0, Spread::Integer),
         ),
         "order" => (
-            "Order",
-            "Order of the steps in time: 1 is implicit Euler, which brakes what swings; 2 is BDF2, which \
-             hardly does, and begins anew at contacts.",
+            "Integrator order",
+            "1: implicit Euler, which damps oscillations numerically. 2: BDF2, with much less \
+             numerical damping; it restarts at contacts.",
             Track::new(1.0..=2.0, Spread::Integer),
         ),
         "keep_spin" => (
             "Conserve spin",
-            "1: bodies in free flight keep their angular momentum, of which implicit Euler loses 2πhω a \
-             turn. 0: they do not.",
+            "1: free-flying bodies conserve angular momentum. 0: off; implicit Euler loses a \
+             fraction 2πhω of it per revolution.",
             Track::new(0.0..=1.0, Spread::Integer),
         ),
         "smoothing_iterations" => (
-            "Smoothing",
-            "Averaged passes after the iterations of a substep: they spread evenly what cannot be \
-             satisfied.",
+            "Smoothing iter.",
+            "Smoothing iterations: averaged (Jacobi) passes after the constraint iterations of a \
+             substep. They distribute the error of conflicting constraints evenly.",
             Track::new(0.0..=50.0, Spread::Integer),
         ),
         "collision_iterations" => (
-            "Collisions",
-            "Passes over ground and colliders a substep, spread evenly over its iterations; 0 is one \
-             after each. Fewer are cheaper, more part what is squeezed between two.",
+            "Collision passes",
+            "Passes over ground and colliders per substep, distributed evenly over the iterations. \
+             0: automatic, one after each iteration. Fewer passes are cheaper; more passes resolve \
+             bodies squeezed between two colliders.",
             Track::new(0.0..=50.0, Spread::Integer),
         ),
         "rate" => (
-            "Rate",
-            "Ticks a second of simulated time.",
+            "Tick rate",
+            "Ticks per second of simulated time.",
             Track::new(10.0..=240.0, Spread::Integer),
         ),
-        "gravity_x" => ("Gravity x", "Acceleration to the right.", gravity),
-        "gravity_y" => (
-            "Gravity y",
-            "Acceleration upwards; the Earth's is -9.81.",
+        "gravity_x" => ("Gravity x", "Gravity along x (right).", gravity),
+        "gravity_y" => ("Gravity y", "Gravity along y (up). Earth: -9.81.", gravity),
+        "gravity_z" => (
+            "Gravity z",
+            "Gravity along z (towards the viewer).",
             gravity,
         ),
-        "gravity_z" => ("Gravity z", "Acceleration towards the viewer.", gravity),
         _ => return None,
     })
 }
@@ -386,8 +387,8 @@ fn smooth_shares(world: &mut World) {
     }
 }
 
-/// What a tick spends outside the parts that have a name: schedules, masses, sleep, figures.
-const REST: &str = "the rest of the tick";
+/// Time of a tick outside the named parts: schedules, masses, sleep, statistics.
+const REST: &str = "other";
 
 fn stage_title(name: &str) -> String {
     let mut letters = name.chars();

@@ -1,4 +1,5 @@
-//! The section of the ghost: what it is, how far from the bodies, and over the last seconds.
+//! The section of the reference overlay: its settings, and its distance to the bodies over the last
+//! seconds.
 
 use bevy::prelude::World;
 use bevy_egui::egui::{
@@ -29,7 +30,7 @@ const HEIGHT: f32 = 64.0;
 const RMS: Color32 = Color32::from_rgb(86, 180, 233);
 const LARGEST: Color32 = Color32::from_rgb(230, 159, 0);
 
-/// What is known of the ghost, if there is one.
+/// What is known of the reference, if there is one.
 pub(super) fn model(world: &World) -> Option<GhostModel> {
     let ghost = world.get_resource::<Ghost>()?;
     let settings = world.resource::<SimulationSettings>();
@@ -47,38 +48,40 @@ pub(super) fn model(world: &World) -> Option<GhostModel> {
     })
 }
 
-/// Draws the section while there is a ghost.
+/// Draws the section while there is a reference.
 pub(super) fn show(ui: &mut Ui, panel: &mut Panel, ghost: Option<&GhostModel>) {
     let Some(ghost) = ghost else {
         return;
     };
-    section(ui, panel, "Ghost", |ui, panel| {
+    section(ui, panel, "Reference", |ui, panel| {
         let warn = |ui: &mut Ui, text: &str, colour| {
             ui.add(Label::new(RichText::new(text).small().color(colour)).wrap());
         };
         match (&ghost.trouble, ghost.trail.now()) {
             (Some(trouble), _) => warn(ui, trouble, theme::ALARM),
-            (None, None) => section::note(ui, "The ghost is on its way."),
+            (None, None) => section::note(ui, "Computing the reference…"),
             (None, Some(now)) => {
                 figures(ui, now);
                 plot(ui, panel, &ghost.trail);
                 section::note(ui, &words(ghost));
                 if ghost.holds {
-                    let text =
-                        "It does not keep pace: the bodies wait for it, and time goes slower.";
+                    let text = "Slowed down: waiting for the reference simulation.";
                     warn(ui, text, theme::CHANGED);
                 }
                 if ghost.lost > 0 {
-                    let text = "A ghost was given up: even its substeps did not hold the body \
-                                together.";
-                    warn(ui, text, theme::ALARM);
+                    let text = match ghost.lost {
+                        1 => "1 reference body diverged and was removed.".to_owned(),
+                        lost => format!("{lost} reference bodies diverged and were removed."),
+                    };
+                    warn(ui, &text, theme::ALARM);
                 }
             }
         }
         let again = RowButton::new(
             "ghost.again",
-            "Start again from here",
-            "Puts the ghost back onto the body, and measures anew how many substeps it can have",
+            "Restart from here",
+            "Restart the reference from the current state, and measure again how many substeps run \
+             in real time",
         );
         if section::button_row(ui, panel, &[again]).is_some() {
             panel.ask(Request::GhostAgain);
@@ -95,7 +98,7 @@ fn measure(metres: f64, share: f64) -> String {
 fn figures(ui: &mut Ui, now: &Distance) {
     for (colour, name, value) in [
         (RMS, "RMS", measure(now.rms, now.rms_share)),
-        (LARGEST, "Largest", measure(now.largest, now.largest_share)),
+        (LARGEST, "Max.", measure(now.largest, now.largest_share)),
     ] {
         ui.horizontal(|ui| {
             let (rect, _) = ui.allocate_exact_size(vec2(64.0, theme::ROW), Sense::hover());
@@ -110,29 +113,29 @@ fn figures(ui: &mut Ui, now: &Distance) {
     }
 }
 
-/// What the ghost is, in sentences.
+/// What the reference is, in sentences.
 fn words(ghost: &GhostModel) -> String {
     let substeps = ghost.substeps.unwrap_or(ghost.of);
     let h = format(ghost.tick / f64::from(substeps) * 1e6, 3);
     let times = format(f64::from(substeps) / f64::from(ghost.of), 2);
     let mut text = format!(
-        "The twin in f64: {substeps} substeps of {h} µs a tick, {times} times the body's. Per cent \
-         are of the body's size."
+        "f64 reference: {substeps} substeps of {h} µs per tick, {times}× the body's. Percentages are \
+         relative to the size of the body."
     );
     let (there, asked) = ghost.bodies;
     if there < asked {
         let who = match there {
-            1 => format!("the nearest of {asked} bodies has one"),
-            _ => format!("the nearest {there} of {asked} bodies have one"),
+            1 => format!("the nearest of {asked} bodies has a reference"),
+            _ => format!("the nearest {there} of {asked} bodies have a reference"),
         };
         text.push_str(&format!(
-            " Only {who}; more would not keep pace. Take hold of another to give it the ghost."
+            " Only {who}; more would not run in real time. Grab another body to give it the reference."
         ));
     }
     if ghost.outset > 0.0 {
         text.push_str(&format!(
-            " It began {} mm off (RMS), where nothing rigid is violated; what else coarser steps \
-             left strained springs back first.",
+            " Started {} mm apart (RMS): the reference first relaxes what the coarse steps left \
+             unsolved.",
             format(ghost.outset * 1e3, 2)
         ));
     }
@@ -159,7 +162,7 @@ fn plot(ui: &mut Ui, panel: &mut Panel, trail: &Trail) {
         painter.add(Shape::line(points.collect(), Stroke::new(1.5, colour)));
     }
     let font = FontSelection::Style(TextStyle::Small).resolve(ui.style());
-    let text = format!("{} mm at most", format(most * 1e3, 2));
+    let text = format!("peak {} mm", format(most * 1e3, 2));
     let at = rect.left_top() + vec2(4.0, 1.0);
     painter.text(at, Align2::LEFT_TOP, text, font, theme::WEAK);
     let pointed = response.hover_pos().and_then(|at| {
@@ -167,12 +170,12 @@ fn plot(ui: &mut Ui, panel: &mut Panel, trail: &Trail) {
         (place >= 0.0).then(|| trail.iter().nth(place as usize))?
     });
     response.on_hover_ui(|ui| {
-        ui.label(RichText::new("How far the particles are from their ghosts").strong());
+        ui.label(RichText::new("Distance of particles to the reference").strong());
         ui.label(pointed.map_or_else(
-            || "Always at the same tick; the last 300 of them".to_owned(),
+            || "Compared at the same tick, over the last 300 ticks".to_owned(),
             |tick| {
                 format!(
-                    "RMS: {}\nlargest: {}",
+                    "RMS: {}\nMax.: {}",
                     measure(tick.rms, tick.rms_share),
                     measure(tick.largest, tick.largest_share)
                 )
@@ -197,10 +200,10 @@ mod tests {
         };
         assert_eq!(
             words(&ghost),
-            "The twin in f64: 80 substeps of 208 µs a tick, 8 times the body's. Per cent are of \
-             the body's size. Only the nearest 6 of 36 bodies have one; more would not keep pace. \
-             Take hold of another to give it the ghost. It began 0.83 mm off (RMS), where nothing \
-             rigid is violated; what else coarser steps left strained springs back first."
+            "f64 reference: 80 substeps of 208 µs per tick, 8× the body's. Percentages are relative \
+             to the size of the body. Only the nearest 6 of 36 bodies have a reference; more would \
+             not run in real time. Grab another body to give it the reference. Started 0.83 mm apart \
+             (RMS): the reference first relaxes what the coarse steps left unsolved."
         );
         assert_eq!(measure(1.234e-3, 2.5e-3), "1.23 mm  ·  0.25 %");
     }

@@ -101,7 +101,7 @@ pub(super) fn show(ui: &mut Ui, panel: &mut Panel, history: &History) {
     let width = rect.width() / TICKS as f32;
     let left = rect.right() - width * history.columns.len() as f32;
     let names = Stage::ALL.map(Stage::name);
-    let name = |part: usize| names.get(part).copied().unwrap_or("rest");
+    let name = |part: usize| names.get(part).copied().unwrap_or("other");
     for (place, column) in history.columns.iter().enumerate() {
         let x = left + width * place as f32;
         let mut bottom = rect.bottom();
@@ -113,7 +113,7 @@ pub(super) fn show(ui: &mut Ui, panel: &mut Panel, history: &History) {
         }
     }
     let font = FontSelection::Style(TextStyle::Small).resolve(ui.style());
-    let text = format!("{} ms at most", format(f64::from(most), 2));
+    let text = format!("peak {} ms", format(f64::from(most), 2));
     painter.text(
         rect.left_top() + vec2(4.0, 1.0),
         Align2::LEFT_TOP,
@@ -138,8 +138,8 @@ pub(super) fn show(ui: &mut Ui, panel: &mut Panel, history: &History) {
         lines.collect::<Vec<_>>().join("\n")
     });
     response.on_hover_ui(|ui| {
-        ui.label(RichText::new("Where the time of a tick goes").strong());
-        ui.label(words.unwrap_or_else(|| "A column a tick, five seconds of them".to_owned()));
+        ui.label(RichText::new("Tick time by part").strong());
+        ui.label(words.unwrap_or_else(|| "One column per tick, the last 300 ticks".to_owned()));
     });
 }
 

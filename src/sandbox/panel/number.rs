@@ -7,7 +7,7 @@
 /// outside, without trailing zeros. Infinity is `∞`.
 pub fn format(value: f64, digits: usize) -> String {
     if value.is_nan() {
-        return "not a number".to_owned();
+        return "NaN".to_owned();
     }
     if value.is_infinite() {
         return if value > 0.0 { "∞" } else { "-∞" }.to_owned();

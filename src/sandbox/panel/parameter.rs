@@ -10,7 +10,7 @@ use super::{Panel, model::Parameter, number, section::hint, slider::slider, trac
 use crate::sandbox::theme;
 
 /// Width of the column of titles [logical px].
-const TITLE: f32 = 88.0;
+const TITLE: f32 = 104.0;
 /// Width of the entry with its unit [logical px].
 const ENTRY: f32 = 86.0;
 /// Width of the reset button [logical px].
@@ -134,10 +134,10 @@ fn reset(ui: &mut Ui, parameter: &Parameter) -> Response {
     }
     let text = match parameter.original {
         Some(original) => format!(
-            "Back to the scene's {}",
+            "Reset to the scene's {}",
             with_unit(original, parameter.unit)
         ),
-        None => "Back to the scene's value, each body to its own".to_owned(),
+        None => "Reset each body to its value in the scene".to_owned(),
     };
     ui.scope(|ui| {
         ui.spacing_mut().button_padding = Vec2::ZERO;
@@ -159,17 +159,17 @@ fn help(ui: &mut Ui, parameter: &Parameter) {
     ui.label(parameter.help);
     if let Some((low, high)) = parameter.spread {
         ui.label(format!(
-            "The bodies differ: {} to {}.",
+            "Differs between bodies: {} to {}.",
             with_unit(low, parameter.unit),
             with_unit(high, parameter.unit)
         ));
     }
-    let typed = "Click the number to type one.";
+    let typed = "Click the number to type a value.";
     match parameter.original {
         Some(original) if parameter.changed => {
             let original = with_unit(original, parameter.unit);
             ui.weak(format!(
-                "{typed} Scene: {original}; a double click goes back."
+                "{typed} Scene: {original}; double-click the slider to reset."
             ));
         }
         _ => {

@@ -28,19 +28,20 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     }
 }
 
-/// The switch of the answers of mathematics, where the scene has some.
+/// The switch of the analytic solutions, where the scene has some.
 fn answers(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     let (names, on) = &model.answers;
     if names.is_empty() {
         return;
     }
     ui.horizontal(|ui| {
-        let help = "Draw, dashed, what mathematics says that the bodies should look like at rest, with \
-                    their numbers of now (M)";
-        let (response, pressed) = section::switch(ui, *on, true, "Answer");
+        let help =
+            "Overlay the static analytic solution for the current parameters, as a dashed line (M)";
+        let (response, pressed) = section::switch(ui, *on, true, "Analytic solution");
         panel.note("answers", &response, ui);
         response.on_hover_text(help);
-        ui.label(format!("Answer: {names}")).on_hover_text(help);
+        ui.label(format!("Analytic solution: {names}"))
+            .on_hover_text(help);
         if pressed {
             panel.ask(Request::Answers(!on));
         }
@@ -74,7 +75,7 @@ fn picker(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         panel.note("scene", &chosen.response, ui);
         chosen
             .response
-            .on_hover_text("The scene that is open; press to choose another");
+            .on_hover_text("Current scene. Click to choose another.");
         let next = ui
             .add_sized(side, arrow("⏵"))
             .on_hover_text("Next scene (Page down)");
@@ -112,11 +113,15 @@ fn transport(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
             ..RowButton::new(
                 "pause",
                 if paused { "▶ Run" } else { "⏸ Pause" },
-                "Let time run, or stop it (Space)",
+                "Run or pause the simulation (Space)",
             )
         },
-        RowButton::new("step", "⏭ Step", "Stop, and make one tick (.)"),
-        RowButton::new("restart", "⟲ Restart", "Begin the scene anew (R)"),
+        RowButton::new("step", "⏭ Step", "Pause and advance by one tick (.)"),
+        RowButton::new(
+            "restart",
+            "⟲ Restart",
+            "Restart the scene with the current parameters (R)",
+        ),
     ];
     match section::button_row(ui, panel, &buttons) {
         Some(0) => panel.ask(Request::Pause(!paused)),
@@ -132,8 +137,8 @@ fn speed(model: &PanelModel) -> Parameter {
         name: "speed",
         title: "Speed",
         unit: "×",
-        help: "Simulated seconds per second of the wall clock. Slow motion changes only what is \
-               shown, not what is computed.",
+        help: "Simulated seconds per second of real time. It changes only the playback, not the \
+               result.",
         track: Track::new(0.01..=4.0, Spread::Logarithmic),
         value: model.clock.speed,
         spread: None,

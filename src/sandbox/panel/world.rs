@@ -15,7 +15,7 @@ use crate::sandbox::{hud::millions, theme};
 const ONE_THREAD: &str = if cfg!(feature = "parallel") {
     "One thread: this machine has one core."
 } else {
-    "One thread: the program was built without the feature `parallel`."
+    "One thread: this program was built without the feature `parallel`."
 };
 
 /// Draws the rows of the world's settings, named `world.<name>` among the places.
@@ -55,8 +55,8 @@ fn threads(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
 fn accuracy(ui: &mut Ui, panel: &mut Panel) {
     let button = RowButton::new(
         "world.accuracy",
-        "What accuracy costs here",
-        "Measures the scene as it is now at many settings, while it runs on (A)",
+        "Accuracy vs. cost",
+        "Measure error and time per tick at many settings, in the background (A)",
     );
     if section::button_row(ui, panel, &[button]).is_some() {
         panel.ask(Request::Accuracy);
@@ -79,12 +79,12 @@ fn projections(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         ui.set_max_width(280.0);
         ui.label(RichText::new("Projections [million/s]").strong());
         ui.label(
-            "Constraints that are solved in a second of the solver's time: those of the bodies \
-             that are awake, times substeps, times iterations, by the time of a whole tick.",
+            "Constraint projections per second of solver time: the constraints of awake bodies, \
+             times substeps, times iterations, divided by the time of a tick.",
         );
         ui.weak(
-            "While the panel is open the parts of a tick are timed, which costs a little: hide it \
-             (H) to read in the line above what the solver does undisturbed.",
+            "The open panel profiles the parts of a tick, which takes a little time. Hide it (H) \
+             and read the figure in the status line for the undisturbed rate.",
         );
     });
 }

@@ -1,4 +1,4 @@
-//! What the colours of the constraints mean, in a sentence over the view.
+//! The legend of the solver view: what the colors of the constraints mean.
 
 use bevy_egui::egui::{
     self, Align2, Area, Color32, Frame, Id, Label, Margin, Order, RichText, Sense, TextStyle, pos2,
@@ -21,12 +21,12 @@ pub fn sentence(view: SolverView, summary: &Summary) -> String {
         SolverView::Off => String::new(),
         SolverView::Bands => bands(summary),
         SolverView::Colours => format!(
-            "Colours in a band, at most: {}. Constraints of one colour share no particle, and \
-             are solved at the same time.",
+            "Colors per partition, at most: {}. Constraints of one color share no particle and \
+             can be solved at the same time.",
             kinds(summary, |filling| filling.colours.to_string()),
         ),
         SolverView::Lanes => format!(
-            "Blocks of {WIDTH} are solved together, a lane each. Lanes that have work: {}.",
+            "Blocks of {WIDTH} constraints are solved together, one SIMD lane each. Lanes in use: {}.",
             kinds(summary, |filling| {
                 let share = filling.share().unwrap_or_default();
                 format!("{:.0} %", share * 100.0)
@@ -35,7 +35,7 @@ pub fn sentence(view: SolverView, summary: &Summary) -> String {
     };
     if summary.loose > 0 && view != SolverView::Off {
         text.push_str(&format!(
-            " {} in no band (white), and solved one at a time.",
+            " {} in no partition (white), and solved one at a time.",
             several(summary.loose, "constraint is", "constraints are"),
         ));
     }
@@ -43,13 +43,13 @@ pub fn sentence(view: SolverView, summary: &Summary) -> String {
 }
 
 fn bands(summary: &Summary) -> String {
-    let bands = several(summary.bands, "band", "bands");
+    let bands = several(summary.bands, "partition", "partitions");
     let bodies = several(summary.bodies, "body", "bodies");
-    let mut text = format!("{bands} in {bodies}: the pieces that threads take.");
+    let mut text = format!("{bands} in {bodies}: the pieces that workers step concurrently.");
     if summary.bands == summary.bodies {
         let smallest = count(SMALLEST_CUT);
         text.push_str(&format!(
-            " A body of fewer than {smallest} particles is one."
+            " A body of fewer than {smallest} particles is not divided."
         ));
     }
     text

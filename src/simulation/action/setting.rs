@@ -2,31 +2,31 @@
 
 /// Names, units and meanings of the settings that [`Action::SetSetting`] reaches.
 pub const SETTINGS: [(&str, &str, &str); 10] = [
-    ("gravity_x", "m/s²", "gravity to the right"),
-    ("gravity_y", "m/s²", "gravity upwards"),
-    ("gravity_z", "m/s²", "gravity towards the viewer"),
-    ("rate", "1/s", "ticks a second"),
-    ("substeps", "", "substeps a tick"),
+    ("gravity_x", "m/s²", "gravity along x (right)"),
+    ("gravity_y", "m/s²", "gravity along y (up)"),
+    ("gravity_z", "m/s²", "gravity along z (towards the viewer)"),
+    ("rate", "Hz", "ticks per second"),
+    ("substeps", "", "substeps per tick"),
     (
         "order",
         "",
-        "order of the steps in time: 1 is implicit Euler, 2 is BDF2",
+        "order of the integrator: 1 is implicit Euler, 2 is BDF2",
     ),
     (
         "keep_spin",
         "",
-        "whether free bodies keep their angular momentum: 0 or 1",
+        "whether free-flying bodies conserve angular momentum: 0 or 1",
     ),
-    ("iterations", "", "sweeps over all constraints a substep"),
+    ("iterations", "", "passes over all constraints per substep"),
     (
         "smoothing_iterations",
         "",
-        "averaged passes after the sweeps of a substep",
+        "averaged passes after the iterations of a substep",
     ),
     (
         "collision_iterations",
         "",
-        "passes over all contacts a substep; 0 is one after each sweep",
+        "passes over all contacts per substep; 0 is one after each iteration",
     ),
 ];
 

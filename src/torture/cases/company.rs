@@ -51,8 +51,8 @@ const POISONED: u64 = 10;
 
 pub const NOT_FINITE: Case = Case {
     name: "not_finite",
-    title: "Not a number, infinite",
-    about: "A position, a velocity or a mass of one body turns into NaN or ∞. It is frozen and the particle is named; another body is the same to the bit as if it were alone.",
+    title: "NaN and infinity",
+    about: "A position, a velocity or a mass of one body becomes NaN or ∞. The body is quarantined and the vertex is named; another body stays bit-identical to a run on its own.",
     seconds: |_| 0.5,
     family: || {
         let bad = [
@@ -111,8 +111,8 @@ pub const NOT_FINITE: Case = Case {
 
 pub const CROWD: Case = Case {
     name: "crowd",
-    title: "Bodies come and go",
-    about: "Bodies are added and taken away while another moves. That one is the same to the bit as if it were alone.",
+    title: "Adding and removing bodies",
+    about: "Bodies are added and removed while another moves. That one stays bit-identical to a run on its own.",
     seconds: |_| 1.0,
     family: members,
     start: Start::Make(|member, world| {

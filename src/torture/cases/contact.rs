@@ -47,7 +47,7 @@ const BLOBS: &[Shape] = &[
 pub const PLATES: Case = Case {
     name: "plates",
     title: "Squeezed between plates",
-    about: "Two plates press a soft incompressible body to half its height in 1 s and stay for 1 s. Nothing is inside of them, and its volume is within 5 %.",
+    about: "Two plates press a soft incompressible body to half its height in 1 s and stay for 1 s. No particle penetrates them, and the volume stays within 5 %.",
     seconds: |_| 2.0,
     family: || {
         Axes {
@@ -92,8 +92,8 @@ const BLOW: f32 = 300.0;
 
 pub const STRUCK: Case = Case {
     name: "struck",
-    title: "Struck at 300 m/s",
-    about: "A plate hits a body of 1 m at 300 m/s, one of another length as many lengths a second. All of it is in front of the plate, and within 1 s it is itself again within 1 %.",
+    title: "Impact at 300 m/s",
+    about: "A plate hits a body at 300 body lengths per second. No particle passes the plate, and within 1 s the body returns to its rest shape within 1 %.",
     seconds: |_| 1.05,
     family: || {
         let members = |shapes| Axes {
@@ -166,8 +166,8 @@ fn hand(member: &Member, time: f64) -> Vec3 {
 
 pub const DRAGGED: Case = Case {
     name: "dragged",
-    title: "Dragged at 50 m/s, teleported",
-    about: "A hand drags a body of 1 m to and fro at 50 m/s for 1 s, or is now here and now 10 m away. 1 s after it let go, in a medium that takes its speed at 10/s, the body is itself again within 1 %. (Without a medium it may whirl on, and what whirls is stretched.)",
+    title: "Fast drag and teleport",
+    about: "A body of 1 m is dragged to and fro at 50 m/s for 1 s, or the grab point jumps by 10 m. 1 s after release, with linear drag of 10/s, the body returns to its rest shape within 1 %. (Without drag it may keep rotating, which stretches it.)",
     seconds: |_| 2.0,
     family: || {
         let members = |shapes| Axes {
@@ -215,8 +215,8 @@ pub const DRAGGED: Case = Case {
 
 pub const OVERLAP: Case = Case {
     name: "overlap",
-    title: "Begins inside of something",
-    about: "A body begins with its lower half below the ground, or with a ball or a box in it. Within 1 s nothing of it is inside, and it leaves slower than 2 m/s if it is 1 m long, in proportion if not.",
+    title: "Initial overlap",
+    about: "A body starts with its lower half below the ground, or with a ball or a box inside it. Within 1 s the overlap is resolved, at a speed below 2 body lengths per second.",
     seconds: |_| 1.0,
     family: || {
         let members = Axes {

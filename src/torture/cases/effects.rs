@@ -118,8 +118,8 @@ fn effects(member: &Member) -> Result<Effects, TortureError> {
 
 pub const EFFECTS: Case = Case {
     name: "effects",
-    title: "Each of the other effects",
-    about: "A body that carries rubber, struts, pressure, plasticity, shape matching (also of regions of half its size), a membrane, a weave, isometric bending, a strain limit or tethers is squashed flat (value 0), put into one point (1), shuffled (2) or stretched threefold (3). For 5 s it has no more energy than at first; rubber is itself again then, within 2 %.",
+    title: "Every other effect",
+    about: "A body with neo-Hookean elasticity, struts, pressure, plasticity, shape matching (also with regions of half its size), a membrane, a weave, isometric bending, a strain limit or tethers is squashed flat (value 0), collapsed to a point (1), scrambled (2) or stretched threefold (3). For 5 s its energy never exceeds the initial energy; the neo-Hookean body then has its rest shape within 2 %.",
     seconds: |_| 5.0,
     family: || {
         let solids = family::variants(

@@ -24,8 +24,8 @@ fn tiny_to_huge(shapes: &'static [Shape]) -> Axes {
 
 pub const ELEMENT: Case = Case {
     name: "element",
-    title: "One tetrahedron",
-    about: "One tetrahedron, from 10 µm to 1 km, begins flat, mirrored, at −1.5 of its volume, as a line or as a point. Within 100 sweeps its volume has its sign back, within 1 %.",
+    title: "Single tetrahedron",
+    about: "One tetrahedron, from 10 µm to 1 km, starts flat, mirrored, at −1.5 times its volume, as a line or as a point. Within 100 iterations its signed volume is correct within 1 %.",
     seconds,
     family: || {
         let members = tiny_to_huge(&[Shape::Tetrahedron, Shape::Sliver]).members();
@@ -61,8 +61,8 @@ pub const ELEMENT: Case = Case {
 
 pub const EDGE: Case = Case {
     name: "edge",
-    title: "One edge of length zero",
-    about: "Both ends of an edge are in one place. Within 100 sweeps it has its length, within 0.001 %.",
+    title: "Zero-length edge",
+    about: "Both ends of an edge coincide. Within 100 iterations it has its rest length within 0.001 %.",
     seconds,
     family: || tiny_to_huge(&[Shape::Rope(1)]).members(),
     start: Start::Make(|_, world| {

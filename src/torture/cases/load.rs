@@ -17,8 +17,8 @@ fn most_strain(world: &World) -> f64 {
 
 pub const MASSES: Case = Case {
     name: "masses",
-    title: "Heavy on light",
-    about: "A rigid rope carries a weight 1000 and 50 000 times as heavy as one of its particles. Its edges stretch by 1 % at most; the figures tell what that costs.",
+    title: "High mass ratio",
+    about: "A rigid rope carries a load of 1000 and 50 000 times the mass of one of its particles. Its edges stretch by at most 1 %; the figures give the cost.",
     seconds: |_| 1.0,
     family: || {
         let axes = Axes {
@@ -81,8 +81,8 @@ const WEIGHT: f32 = 2.0;
 
 pub const STIFFNESSES: Case = Case {
     name: "stiffnesses",
-    title: "Stiff on soft",
-    about: "A chain whose links are by turns 10⁴ times as stiff as the others carries 2 kg. Each soft link stretches by what it carries, within 2 %.",
+    title: "High stiffness ratio",
+    about: "A chain of alternating links with a stiffness ratio of 10⁴ carries 2 kg. The stretch of each soft link matches its load within 2 %.",
     seconds: |_| 6.0,
     family: || {
         let axes = Axes {
@@ -154,8 +154,8 @@ const LOOSE: f32 = 1e6;
 
 pub const EXTREMES: Case = Case {
     name: "extremes",
-    title: "All rigid, all loose",
-    about: "With compliance 0 everywhere, a body let go at 0.9 of its height stays finite, and a solid is itself again within 1 s. With 10⁶ m/N and m⁵/N it falls freely, as far as the steps say within 0.01 % and what f32 rounds.",
+    title: "Extreme compliances",
+    about: "With compliance 0 everywhere, a body released at 0.9 of its height stays finite, and a solid returns to its rest shape within 1 s. With 10⁶ m/N and m⁵/N it falls freely, within 0.01 % of the discrete solution and f32 rounding.",
     seconds: |_| 1.0,
     family: || {
         let rigid = |shapes| Axes {
@@ -209,8 +209,8 @@ pub const EXTREMES: Case = Case {
 
 pub const IMPOSSIBLE: Case = Case {
     name: "impossible",
-    title: "What cannot be",
-    about: "A rigid body is pinned at both ends, twice as far apart as it is long. Within 10 s it is still, below 1 mm/s, and a rope's edges share the stretch evenly, within 10 % of it, with 16 smoothing iterations (without them, Gauss–Seidel satisfies the edge that it solves last and leaves the error to the others).",
+    title: "Conflicting pins",
+    about: "A rigid body is pinned at both ends, at twice its length. Within 10 s it is at rest, below 1 mm/s, and the strain of a rope is uniform within 10 % with 16 smoothing iterations. (Without them, Gauss–Seidel satisfies the edge that it solves last and leaves the error to the others.)",
     seconds: |_| 10.0,
     family: || {
         let members = |shapes| Axes {

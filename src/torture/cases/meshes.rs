@@ -63,8 +63,8 @@ fn flawed(member: &Member) -> Result<(RestShape, LeftOut), TortureError> {
 
 pub const MESHES: Case = Case {
     name: "meshes",
-    title: "Bad meshes, tiny ones",
-    about: "A body of 1 m, 1 mm or 10 µm with two vertices in one place and an edge of length zero between them, with a vertex that nothing uses, with every edge twice, with a flat tetrahedron whose tip is in no other, or with a sliver of a hundredth to a hundred-thousandth of its size. What cannot act is counted; pressed to half its height, the body is back within 2 s, its edges within 1 %.",
+    title: "Degenerate and tiny meshes",
+    about: "A body of 1 m, 1 mm or 10 µm with two coincident vertices and a zero-length edge between them, with an unused vertex, with every edge twice, with a flat tetrahedron whose tip is in no other, or with a sliver of a hundredth to a hundred-thousandth of its size. Degenerate elements are counted; compressed to half its height, the body recovers within 2 s, with edges within 1 %.",
     seconds: |_| 2.0,
     family: || {
         let axes = Axes {

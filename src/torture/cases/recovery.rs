@@ -40,7 +40,7 @@ fn all_kinds() -> Vec<Member> {
 pub const SQUASHED: Case = again(
     "squashed",
     "Squashed flat",
-    "All heights are made the same. Within 2 s no element is inside out and the body is its rest shape within 1 % of its size; the edges of cloth and rope are within 1 % of their lengths.",
+    "All heights are made equal. Within 2 s no element is inverted and the body has its rest shape within 1 % of its size; the edges of cloth and rope are within 1 % of their rest lengths.",
     all_kinds,
     |_| Deformation::Squash(0.0),
 );
@@ -48,7 +48,7 @@ pub const SQUASHED: Case = again(
 pub const POINT: Case = again(
     "point",
     "Collapsed to a point",
-    "All particles are in one place. As squashed.",
+    "All particles are moved to one point. Same limits as “Squashed flat”.",
     all_kinds,
     |_| Deformation::Scale(0.0),
 );
@@ -56,7 +56,7 @@ pub const POINT: Case = again(
 pub const LINE: Case = again(
     "line",
     "Collapsed to a line",
-    "All particles are on one vertical line. As squashed.",
+    "All particles are moved to one vertical line. Same limits as “Squashed flat”.",
     all_kinds,
     |_| Deformation::Line,
 );
@@ -66,8 +66,8 @@ pub const SHUFFLED: Case = Case {
     judge: |run| Ok(shape_figures(&run.end.bodies[0], 0.02)),
     ..again(
         "shuffled",
-        "Every particle anywhere",
-        "Every particle is put anywhere in the body's box. Within 5 s, or longer for soft solids and for many links and few sweeps, as squashed, within 2 %.",
+        "Scrambled",
+        "Every particle is moved to a random position in the bounding box of the body. Same limits as “Squashed flat”, but 2 % within 5 s, or longer for soft solids and for many links with few iterations.",
         all_kinds,
         |member| Deformation::Shuffle(member.seed),
     )
@@ -79,7 +79,7 @@ pub const MIRRORED: Case = Case {
     ..again(
         "mirrored",
         "Mirrored",
-        "Left and right are swapped, so that every element is inside out. Within 5 s as squashed, within 2 %.",
+        "Left and right are swapped, which inverts every element. Same limits as “Squashed flat”, but 2 % within 5 s.",
         solids,
         |_| Deformation::Mirror,
     )
@@ -91,7 +91,7 @@ pub const INSIDE_OUT: Case = Case {
     ..again(
         "inside_out",
         "Turned inside out",
-        "Turned upside down through itself to −1.5 times its height, and so its volume. Within 5 s as squashed, within 2 %.",
+        "All heights are multiplied by −1.5, and so are the volumes. Same limits as “Squashed flat”, but 2 % within 5 s.",
         solids,
         |_| Deformation::Squash(-1.5),
     )
@@ -123,8 +123,8 @@ pub const TENFOLD: Case = Case {
     during: |_, world| medium(world, MEDIUM),
     ..again(
         "tenfold",
-        "Stretched tenfold and let go",
-        "All distances are ten times what they were, in a medium that takes the speed of the body at 1/s. It never has more energy than at first, and within 5 s, or longer as shuffled, as squashed. (Without a medium it may whirl on, and what whirls is stretched.)",
+        "Stretched tenfold",
+        "All distances are multiplied by ten, with linear drag of 1/s. The energy never exceeds the initial energy. Same limits as “Squashed flat” within 5 s, or longer as for “Scrambled”. (Without drag the body may keep rotating, which stretches it.)",
         all_kinds,
         |_| Deformation::Scale(10.0),
     )

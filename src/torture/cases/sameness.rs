@@ -142,8 +142,8 @@ fn judge_same(run: &Run) -> Result<Vec<Figure>, TortureError> {
 
 pub const SAME: Case = Case {
     name: "same",
-    title: "Turned, moved, scaled, renumbered",
-    about: "A body held by one side falls. The same turned, 2.3 m away, a thousand times smaller or larger moves the same way for 0.25 s, within 0.01 % of its size and what f32 rounds; with its vertices in another order, when it is solved directly, four times a substep, or, a rope, by 1024 iterations.",
+    title: "Invariance",
+    about: "A body pinned at one side falls. Rotated, moved by 2.3 m, a thousand times smaller or larger, it moves the same way for 0.25 s, within 0.01 % of its size and f32 rounding. So does one with renumbered vertices, with the direct solver and 4 iterations per substep or, for a rope, with 1024 iterations.",
     seconds: |_| 0.25,
     family: || {
         let members = |shapes| {
@@ -208,8 +208,8 @@ fn sag(run: &Run) -> f64 {
 
 pub const ORDER: Case = Case {
     name: "order",
-    title: "Order of constraints",
-    about: "A rigid cloth of 21² to 200² particles hangs by a side, its edges given as they are, sorted by vertex, reversed or shuffled; one sweep a substep. After 60 frames the strain of edges is below 2 %, or where that is more below 2gn²h²/(3L), what one sweep a substep lets n links of a length L in all sag by.",
+    title: "Constraint order",
+    about: "A rigid cloth of 21² to 200² particles hangs by one side, with its edges in the given order, sorted by vertex, reversed or shuffled, and one iteration per substep. After 60 frames the strain of edges is below 2 % or, if that is larger, below 2gn²h²/(3L), the sag of n links of total length L with one iteration per substep.",
     seconds: |_| 1.0,
     family: || {
         const SHAPES: &[Shape] = &[
@@ -259,7 +259,7 @@ pub const ORDER: Case = Case {
 pub const FAR: Case = Case {
     name: "far",
     title: "Far from the origin",
-    about: "A body lies 1 km or 10 km away, its shape rounded to f32 there. It jitters no faster than twice what lengths of its size are rounded by, over a substep: the distance adds nothing.",
+    about: "A body lies at 1 km or 10 km from the origin, with its shape rounded to f32 there. Its jitter stays below twice the rounding of lengths of its size per substep, ε·size/h, independent of the distance.",
     seconds: |_| 2.0,
     family: || {
         let members = |shapes| Axes {

@@ -47,8 +47,8 @@ fn rate_of(member: &Member, tick: u64) -> f64 {
 
 pub const STEPS: Case = Case {
     name: "steps",
-    title: "Long steps, short steps, a hitch",
-    about: "A body falls with ticks of 1/10 to 1/1000 s, or with one that takes ten times as long as the others: as far as its steps say, within 0.01 % and what f32 rounds, and in shape within 1 %. Steps of zero, less than zero or no number are refused.",
+    title: "Time steps and hitches",
+    about: "A body falls with ticks of 1/10 to 1/1000 s, or with one tick ten times as long as the others: within 0.01 % of the discrete solution and f32 rounding, and with its rest shape within 1 %. Zero, negative and NaN steps are refused.",
     seconds: |_| 1.0,
     family: || {
         let members = |shapes| Axes {
@@ -128,7 +128,7 @@ fn apart(run: &Run, shares: [u32; 2]) -> Result<f64, TortureError> {
 pub const FINE: Case = Case {
     name: "fine",
     title: "Many substeps",
-    about: "A body falls freely, or, cloth and rope, hangs by one side and swings, with 100 to 1000 substeps a tick, for 0.5 s. It falls as far as its steps say, within 0.02 %; and what swings differs less from itself with half the substeps than that from itself with a quarter, or by 10⁻⁵ of its size.",
+    about: "With 100 to 1000 substeps per tick, a body falls freely for 0.5 s, within 0.02 % of the discrete solution, or cloth or rope hangs by one side and swings. The swing converges: halving the number of substeps changes it by less than halving it again, or by 10⁻⁵ of the size.",
     seconds: |_| 0.5,
     family: || {
         let members = |shapes| Axes {
@@ -189,8 +189,8 @@ fn settling(member: &Member) -> f64 {
 
 pub const SETTLES: Case = Case {
     name: "settles",
-    title: "Comes to rest",
-    about: "Dropped from half its length onto the ground, a body is slower than a thousandth of its length in a second within 10 s, or within 60 s if its edges give 1 mm/N or more, and asleep.",
+    title: "Settling",
+    about: "A body dropped onto the ground from half its length is asleep and slower than a thousandth of its length per second within 10 s, or within 60 s for edge compliances of 1 mm/N or more.",
     seconds: settling,
     family: || {
         let members = |shapes| Axes {
@@ -235,8 +235,8 @@ const TO_REST: f64 = 20.0;
 
 pub const HOUR: Case = Case {
     name: "hour",
-    title: "A long time",
-    about: "A body that hangs or lies still creeps by less than a millionth of its length in an hour (in a minute with --quick). Of one that spins, the figures tell how much of its angular momentum a turn costs.",
+    title: "Long run",
+    about: "A hanging or resting body creeps by less than a millionth of its length in an hour (a minute with --quick). For a spinning body, the figures give the angular momentum lost per revolution.",
     seconds: |member| member.value,
     family: || {
         let mut members = Vec::new();

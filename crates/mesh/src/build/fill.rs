@@ -49,7 +49,7 @@ pub(super) fn fill(
     if volume <= 0.0 {
         return Err(MeshError::unusable(
             "the surface encloses no volume",
-            "close it, or use it as a shell",
+            "close it, or import it as a shell",
         ));
     }
     let tries = cells.as_ref().map_or(&AUTOMATIC[..], std::slice::from_ref);
@@ -67,12 +67,12 @@ pub(super) fn fill(
     drop_dust(&mut filling, notes);
     if cells.is_none() && used > AUTOMATIC[0] {
         notes.push(format!(
-            "{used} cells along the longest side, as the surface has fine parts"
+            "{used} cells along the longest side, to resolve the fine parts of the surface"
         ));
     }
     if error.abs() > TOLERANCE {
         notes.push(format!(
-            "the tetrahedra hold {:.0} % {} volume than the surface: more cells follow it closer",
+            "the tetrahedra have {:.0} % {} volume than the surface: use more cells for a closer fit",
             100.0 * error.abs(),
             if error < 0.0 { "less" } else { "more" }
         ));
@@ -108,14 +108,12 @@ impl<'a> Solid<'a> {
             let rim = counted(open, "boundary edge", "boundary edges");
             if vector.length() > SHEET * area {
                 return Err(MeshError::unusable(
-                    format!(
-                        "the surface is open: {rim}, and it is more a sheet than a hull, so it has no volume"
-                    ),
-                    "close it, or use it as a shell",
+                    format!("the surface is open ({rim}) and too flat to enclose a volume"),
+                    "close it, or import it as a shell",
                 ));
             }
             notes.push(format!(
-                "the surface is open ({rim}); its holes were bridged"
+                "the surface is open ({rim}); its holes were closed"
             ));
         }
         let half_extent = vertices
@@ -223,12 +221,10 @@ fn drop_dust(filling: &mut TetMesh, notes: &mut Vec<String>) {
     let dust = (0..volumes.len() as u32).filter(|p| is_dust(*p)).count();
     if dust > 0 {
         let pieces = counted(dust, "piece", "pieces");
-        notes.push(format!("{pieces} of less than 1 % of the volume left out"));
+        notes.push(format!("{pieces} of less than 1 % of the volume removed"));
     }
     if volumes.len() - dust > 1 {
         let pieces = volumes.len() - dust;
-        notes.push(format!(
-            "the body is in {pieces} pieces that are not connected"
-        ));
+        notes.push(format!("the body has {pieces} disconnected pieces"));
     }
 }

@@ -39,7 +39,7 @@ pub fn read(file: &str, bytes: &[u8], beside: &Beside) -> Result<FileMesh, MeshE
     }
     if reader.other_primitives > 0 {
         let note = format!(
-            "{} primitives of points or lines left out",
+            "primitives of points or lines ignored: {}",
             reader.other_primitives
         );
         surface.notes.push(note);
@@ -161,7 +161,7 @@ impl Reader<'_> {
         while let Some((node, above)) = waiting.pop() {
             if !self.visited.insert(node.index()) {
                 let place = format!("node {}", node.index());
-                let problem = "is below two nodes, or below itself; expected a tree";
+                let problem = "has two parents or is its own ancestor; expected a tree";
                 return Err(content(self.file, place, problem));
             }
             let own = Mat4::from_cols_array_2d(&node.transform().matrix()).as_dmat4();

@@ -57,7 +57,7 @@ fn version(words: &mut Words) -> Result<Version, MeshError> {
     };
     let kind = words.next();
     if kind.text != Some("0") {
-        return Err(kind.wrong("0, for ASCII: binary files are not read, so save it as ASCII"));
+        return Err(kind.wrong("0, for ASCII: binary files are not supported, so save it as ASCII"));
     }
     words.skip_line();
     expect(words, "$EndMeshFormat")?;
@@ -208,20 +208,20 @@ impl Reader {
     fn finish(self, end: Word) -> Result<FileMesh, MeshError> {
         if self.tetrahedra.is_empty() && self.triangles.is_empty() {
             return Err(end.wrong(format!(
-                "$Elements with tetrahedra or triangles ({} of other kinds are not read)",
+                "$Elements with tetrahedra or triangles ({} of other kinds are not supported)",
                 self.other_elements
             )));
         }
         let mut notes = Vec::new();
         if self.other_elements > 0 {
             notes.push(format!(
-                "{} elements that are no tetrahedra or triangles left out",
+                "elements other than tetrahedra and triangles ignored: {}",
                 self.other_elements
             ));
         }
         if self.of_higher_order > 0 {
             notes.push(format!(
-                "{} elements of higher order taken by their corners",
+                "higher-order elements reduced to their corners: {}",
                 self.of_higher_order
             ));
         }

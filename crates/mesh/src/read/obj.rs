@@ -27,7 +27,7 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<FileMesh, MeshError> {
         return Err(end.wrong("a face: a line with f and three vertices or more"));
     }
     if other_elements > 0 {
-        let note = format!("{other_elements} points, lines, curves or patches left out");
+        let note = format!("points, lines, curves or patches ignored: {other_elements}");
         surface.notes.push(note);
     }
     Ok(FileMesh::Surface(surface))

@@ -118,12 +118,12 @@ impl Done {
         match self {
             Self::Nothing | Self::Solved => None,
             Self::Swept => Some(
-                "Swept, not solved: the body is far from its rest shape, or no step brought it nearer \
-                 to what its effects ask for.",
+                "Fell back to Gauss–Seidel: the body is far from its rest shape, or no direct step \
+                 reduced the residual.",
             ),
             Self::TooLarge => Some(
-                "Swept, not solved: to factor it would take more than 20 million multiplications. Use \
-                 fewer cells.",
+                "Fell back to Gauss–Seidel: the factorization would take more than 20 million \
+                 multiplications. Use fewer cells.",
             ),
         }
     }
@@ -145,17 +145,16 @@ impl fmt::Display for Unfit {
         match self {
             Self::Method => write!(
                 f,
-                "its system is that of XPBD, and the world has another method; choose XPBD"
+                "the direct solver needs the method XPBD, but the world uses another; choose XPBD"
             ),
             Self::NeoHookean => write!(
                 f,
-                "neo-Hookean tetrahedra are swept, as their equations do not make a system that tells how \
-                 stiff they are; use stretch and volume instead"
+                "the direct solver does not support neo-Hookean tetrahedra; use stretch and volume instead"
             ),
             Self::TooLarge(particles) => write!(
                 f,
-                "it would take more than {} million multiplications a substep for its {particles} \
-                 particles; use fewer cells",
+                "a factorization of its {particles} particles would take more than {} million \
+                 multiplications per substep; use fewer cells",
                 MOST_WORK / 1_000_000
             ),
         }

@@ -122,7 +122,7 @@ impl TryFrom<Vec<(u32, f32)>> for SurfacePoint {
     fn try_from(terms: Vec<(u32, f32)>) -> Result<Self, &'static str> {
         let mut point = Self::new(&terms)
             .filter(|point| point.count == terms.len())
-            .ok_or("a point is held by 1 to 12 different particles with weights")?;
+            .ok_or("a point needs 1 to 12 different particles with weights")?;
         let sum: f32 = terms.iter().map(|(_, weight)| weight).sum();
         // Twelve roundings of weights that are 4 at most, as those of a skin are.
         if (sum - 1.0).abs() > 1e-4 {

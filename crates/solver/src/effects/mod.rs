@@ -41,52 +41,52 @@ macro_rules! effects {
         $make! {
             {
                 forces {
-                    Uniform uniform "The same acceleration everywhere.";
-                    Attract attract "A point pulls.";
-                    Vortex vortex "Air turns about an upright axis.";
-                    Wind wind "Wind blows on the surface.";
-                    Drag drag "A medium at rest brakes.";
+                    Uniform uniform "Constant acceleration.";
+                    Attract attract "Attraction to a point.";
+                    Vortex vortex "Air rotating about a vertical axis.";
+                    Wind wind "Drag and lift on the triangles of the surface.";
+                    Drag drag "Drag of a resting medium.";
                 }
                 solvers {
-                    Direct direct "The body is solved directly, not by sweeps.";
+                    Direct direct "Sparse direct solver instead of Gauss–Seidel.";
                 }
                 elastic {
-                    Stretch stretch (2, 1) "Edges resist a change of length.";
-                    Bend bend (4, 1) "Hinges resist a change of their angle.";
+                    Stretch stretch (2, 1) "Edges resist changes of length.";
+                    Bend bend (4, 1) "Bending stiffness by dihedral angles.";
                     IsometricBend isometric_bend (4, 1)
-                        "Hinges resist bending by a quadratic energy, for cloth that hardly stretches.";
-                    Volume volume (4, 1) "Tetrahedra resist a change of volume.";
-                    NeoHookean neo_hookean (4, 2) "Tetrahedra are rubber.";
+                        "Bending stiffness by a quadratic energy, for nearly inextensible cloth.";
+                    Volume volume (4, 1) "Tetrahedra resist changes of volume.";
+                    NeoHookean neo_hookean (4, 2) "Neo-Hookean elasticity of tetrahedra.";
                     Membrane membrane (3, 3)
-                        "Triangles of the surface resist being strained, the same in all directions.";
+                        "Isotropic in-plane elasticity of the triangles of the surface.";
                     Weave weave (3, 3)
-                        "Triangles of the surface resist being strained along warp, weft and bias.";
-                    Struts struts (2, 1) "Springs through the body resist a change of length.";
-                    StrainLimit strain_limit (2, 1) "No edge gets longer than a limit.";
+                        "In-plane elasticity along warp, weft and bias.";
+                    Struts struts (2, 1) "Springs between opposite points of the surface.";
+                    StrainLimit strain_limit (2, 1) "Upper limit on the strain of edges.";
                 }
                 shapes {
                     ShapeMatching shape_matching
-                        "Particles are drawn to where the rest shape would have them.";
-                    Pressure pressure "What fills the closed surface pushes at it.";
+                        "Particles are pulled towards the fitted rest shape.";
+                    Pressure pressure "Gas or liquid inside the closed surface.";
                 }
             }
             Stitches stitches
             {
                 pins {
-                    Tethers tethers "No particle goes farther from its nearest pin than at rest.";
+                    Tethers tethers "Limit on the distance of particles from their nearest pin.";
                 }
             }
             Grab grab
             {
                 contacts {
-                    Contact contact "The body touches other bodies.";
-                    SelfContact self_contact "The body touches itself.";
-                    Ground ground "A ground with friction and bounce.";
-                    StickyGround sticky_ground "A ground that sticks.";
-                    Collide collide "Colliders keep the body out.";
+                    Contact contact "Contact with other bodies.";
+                    SelfContact self_contact "Contact of the body with itself.";
+                    Ground ground "Ground plane with friction and restitution.";
+                    StickyGround sticky_ground "Ground plane that holds what touches it.";
+                    Collide collide "Contact with rigid colliders.";
                 }
                 rest_values {
-                    Plasticity plasticity "What is strained beyond a yield strain stays so.";
+                    Plasticity plasticity "Strain beyond the yield strain becomes permanent.";
                 }
             }
         }

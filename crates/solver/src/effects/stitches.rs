@@ -47,7 +47,7 @@ pub struct Stitch {
 pub enum StitchError {
     /// It names a particle that there is not.
     #[error(
-        "stitch {} names a particle that the body does not have; it has {particles}",
+        "stitch {} refers to a particle that the body does not have; it has {particles} particles",
         stitch + 1
     )]
     NoSuchParticle {
@@ -58,7 +58,7 @@ pub enum StitchError {
     },
     /// Both its ends hang on one particle.
     #[error(
-        "both ends of stitch {} hang on particle {particle}; stitch it to another",
+        "both ends of stitch {} are attached to particle {particle}; use two different particles",
         stitch + 1
     )]
     SharedParticle {

@@ -27,7 +27,7 @@ pub struct Load {
 
 /// The threads that were asked for cannot be had.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{count} threads cannot be started: {reason}")]
+#[error("cannot start {count} threads: {reason}")]
 pub struct ThreadsError {
     /// How many were asked for.
     pub count: usize,
@@ -48,7 +48,7 @@ impl Threads {
         if count > MAX_THREADS {
             return Err(ThreadsError {
                 count,
-                reason: format!("at most {MAX_THREADS} make sense"),
+                reason: format!("at most {MAX_THREADS} are supported"),
             });
         }
         Self::start(count)

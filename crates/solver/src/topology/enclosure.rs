@@ -25,12 +25,12 @@ pub struct Enclosure {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum NotClosed {
     /// There are no triangles.
-    #[error("it has no surface; pressure needs a closed one")]
+    #[error("it has no surface; pressure needs a closed surface")]
     NoSurface,
     /// There are edges of one triangle.
     #[error(
-        "its surface is open: {edges} edges have a triangle on one side only, one of them from \
-         vertex {from} to {to}; close the holes"
+        "its surface is open: {edges} boundary edges, one of them from vertex {from} to {to}; close \
+         the holes"
     )]
     Open {
         /// How many.
@@ -43,7 +43,7 @@ pub enum NotClosed {
     /// There are edges of more than two triangles.
     #[error(
         "its surface is not a manifold: {edges} edges have more than two triangles, one of them \
-         from vertex {from} to {to}; split what meets there"
+         from vertex {from} to {to}; split the surface there"
     )]
     Branched {
         /// How many.
@@ -55,8 +55,8 @@ pub enum NotClosed {
     },
     /// Neighbours face different ways.
     #[error(
-        "its triangles do not all face the same way: {edges} edges have neighbours that do not, \
-         one of them from vertex {from} to {to}; turn one side around"
+        "its triangles are not oriented consistently at {edges} edges, one of them from vertex \
+         {from} to {to}; flip the triangles on one side"
     )]
     Twisted {
         /// How many edges lie between such neighbours.

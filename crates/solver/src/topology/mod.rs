@@ -130,10 +130,10 @@ impl<T> PartialEq for Lazy<T> {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TopologyError {
     /// There is nothing to simulate.
-    #[error("the shape has no vertices; give it at least one")]
+    #[error("the shape has no vertices; expected at least one")]
     Empty,
     /// More than fits a 32-bit index.
-    #[error("the shape has {0} vertices, but at most {max} can be indexed", max = u32::MAX)]
+    #[error("the shape has {0} vertices, but at most {max} are supported", max = u32::MAX)]
     TooMany(usize),
     /// A coordinate is NaN or infinite.
     #[error("vertex {vertex} is at {position}, but every coordinate must be finite")]
@@ -144,7 +144,7 @@ pub enum TopologyError {
         position: Vec3,
     },
     /// An element names a vertex that does not exist.
-    #[error("{element} {index} names vertex {vertex}, but there are {vertices} (0 to {last})", last = vertices - 1)]
+    #[error("{element} {index} refers to vertex {vertex}; expected 0 to {last}", last = vertices - 1)]
     NoSuchVertex {
         /// Kind of element.
         element: &'static str,
@@ -156,7 +156,7 @@ pub enum TopologyError {
         vertices: usize,
     },
     /// A numbering of another shape.
-    #[error("the numbering has {particles} particles, but there are {vertices} vertices")]
+    #[error("the numbering has {particles} particles, but the shape has {vertices} vertices")]
     Numbering {
         /// How many it numbers.
         particles: usize,
@@ -164,7 +164,7 @@ pub enum TopologyError {
         vertices: usize,
     },
     /// An element names a vertex twice.
-    #[error("{element} {index} names vertex {vertex} more than once")]
+    #[error("{element} {index} refers to vertex {vertex} more than once")]
     RepeatedVertex {
         /// Kind of element.
         element: &'static str,
