@@ -1,13 +1,13 @@
 //! Finding rest by kinetic damping.
 //!
-//! A body of XPBD swings for long before it rests. Here all speed is taken away whenever the
-//! kinetic energy has passed a peak (dynamic relaxation; Cundall 1976, Barnes 1988): near a peak
-//! the body is near its equilibrium. Where it ends is a state that a substep maps onto itself, the
-//! same that it would reach by itself, and so with all the softness of a solver that does too
-//! little.
+//! An undamped body vibrates for long before it rests. Here it is put back, without velocity, to where its kinetic energy
+//! had a peak, whenever that has passed (dynamic relaxation; Cundall 1976, Barnes 1988): there it is near its equilibrium.
+//! The peak is that of a parabola through the energies of three ticks: taken for the end of a tick, it would be the
+//! turning point of a vibration of six ticks, which would go on for ever. The result is a state that a substep maps onto
+//! itself, the same that the body would reach by itself, with all the compliance of a solver that has not converged.
 //!
-//! It counts as rest when particles hardly move and forces balance: a body that is stopped so often that it
-//! only creeps is still pushed by what is left of its load.
+//! It counts as rest when particles hardly move and forces balance: a body that is stopped so often that it only creeps is
+//! still pushed by what is left of its load.
 
 use super::state::{Solver, State};
 
@@ -20,10 +20,10 @@ pub struct Rest {
     pub seconds: f64,
 }
 
-/// A body is at rest when its mean place over [`WINDOW`] is twice so near to the one before, as a
-/// share of its size (root mean square over particles). A mean, because rounding in f32 makes a
-/// stiff body tremble for ever. Stopped in every second tick of T = 1/60 s, a mode of ω = 3/s that is
-/// off by A would still go 0.075 A in a window, so what is left is some ten times this.
+/// A body is at rest when its mean position over [`WINDOW`] is twice so near to the one before, as a fraction of its size
+/// (root mean square over particles), and when it moves by no more in any tick of the window: a mean alone does not see
+/// vibrations. Stopped in every second tick of T = 1/60 s, a mode of ω = 3/s that is off by A would still go 0.075 A in a
+/// window, so what is left is some ten times this.
 const FAST_STEP: f64 = 2e-6;
 
 /// The same for the twin, which does not round so early.
@@ -54,27 +54,40 @@ pub fn find(solver: &mut Solver, size: f64, seconds: f64) -> Rest {
     let gravity = solver.settings().gravity.as_dvec3().length();
     let window = (WINDOW / tick).ceil().max(2.0) as u64;
     let mut before = solver.state();
-    let (mut peak, mut near) = (0.0, 0);
+    let mut older = before.clone();
+    // Kinetic energies of the last two ticks [J].
+    let mut energies = [0.0; 2];
+    let mut near = 0;
     let (mut sum, mut last) = (before.zero(), None::<State>);
-    // Where a particle goes in a tick [m], and how much farther than in the one before, over a window.
-    let (mut way, mut gained) = (before.zero(), before.zero());
+    // Where a particle goes in a tick [m], and how much farther than in the one before, over a window; and the largest
+    // speed of the body in it [m/s].
+    let (mut way, mut gained, mut fastest) = (before.zero(), before.zero(), 0.0_f64);
     for done in 1..=solver.ticks(seconds) {
         solver.tick();
-        let now = solver.state();
-        let energy = now.motion_since(&before, tick).1;
+        let mut now = solver.state();
+        let (speed, energy) = now.motion_since(&before, tick);
         if !energy.is_finite() {
             break;
         }
+        fastest = fastest.max(speed);
         gained.subtract(&way);
         way = now.clone();
         way.subtract(&before);
         gained.add(&way);
-        if energy < peak {
-            solver.stop();
+        if energy < energies[1] {
+            let [rising, peak] = energies;
+            let late = 0.5 * (rising - energy) / (rising - 2.0 * peak + energy);
+            before.subtract(&older);
+            before.scale(0.5 + late);
+            before.add(&older);
+            solver.place(&before);
+            now = solver.state();
             way.scale(0.0);
-            peak = 0.0;
+            energies = [0.0; 2];
+            older = now.clone();
         } else {
-            peak = energy;
+            energies = [energies[1], energy];
+            older = before;
         }
         sum.add(&now);
         if done % window == 0 {
@@ -82,19 +95,20 @@ pub fn find(solver: &mut Solver, size: f64, seconds: f64) -> Rest {
             let step = last.map_or(f64::INFINITY, |last| sum.motion_since(&last, 1.0).0);
             let pushed = gained.weighted_length() / (tick * tick * window as f64);
             let balanced = pushed <= imbalance * gravity * now.mass() || gravity == 0.0;
-            near = if step <= least && balanced {
+            near = if step.max(fastest * tick) <= least && balanced {
                 near + 1
             } else {
                 0
             };
             gained.scale(0.0);
+            fastest = 0.0;
             if near == 2 {
                 return Rest {
                     settled: true,
                     seconds: done as f64 * tick,
                 };
             }
-            last = Some(std::mem::replace(&mut sum, before.zero()));
+            last = Some(std::mem::replace(&mut sum, now.zero()));
         }
         before = now;
     }

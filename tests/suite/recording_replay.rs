@@ -264,7 +264,7 @@ fn a_line_that_makes_no_sense_is_named() {
         (with(&["Do(tick:0,action:Jump)"]), ":3: column"),
         (
             with(&["Do(tick:0,action:Release(body:99))"]),
-            ":3: there is no body 99",
+            ":3: no body has the number 99",
         ),
         (
             with(&["Do(tick:0,action:Restore(body:1))"]),

@@ -81,7 +81,7 @@ fn a_material_that_does_not_fit_is_refused_with_those_that_do() {
         (
             CLOTH,
             "velvet",
-            "there is no material “velvet”; there are: rubber",
+            "unknown material “velvet”; expected one of: rubber",
         ),
         (
             CLOTH,
