@@ -1,6 +1,6 @@
 //! Threads, and how they share the work on a body.
 
 #[cfg(feature = "parallel")]
-pub mod team;
+pub mod pool;
 pub mod threads;
 pub mod wait;

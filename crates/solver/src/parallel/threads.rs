@@ -4,7 +4,7 @@
 //! only take pieces that share no particle. Without the feature `parallel` there is one thread.
 
 #[cfg(feature = "parallel")]
-use crate::parallel::team::Team;
+use crate::parallel::pool::Pool;
 #[cfg(feature = "parallel")]
 use std::sync::Arc;
 use std::sync::{Mutex, PoisonError};
@@ -13,7 +13,7 @@ use std::sync::{Mutex, PoisonError};
 #[derive(Debug, Clone, Default)]
 pub struct Threads {
     #[cfg(feature = "parallel")]
-    team: Option<Arc<Team>>,
+    pool: Option<Arc<Pool>>,
 }
 
 /// What there is to do for a body.
@@ -56,13 +56,13 @@ impl Threads {
 
     #[cfg(feature = "parallel")]
     fn start(count: usize) -> Result<Self, ThreadsError> {
-        let start = || Team::start(count - 1).map(Arc::new);
-        let team = (count > 1).then(start).transpose();
-        let team = team.map_err(|error| ThreadsError {
+        let start = || Pool::start(count - 1).map(Arc::new);
+        let pool = (count > 1).then(start).transpose();
+        let pool = pool.map_err(|error| ThreadsError {
             count,
             reason: error.to_string(),
         })?;
-        Ok(Self { team })
+        Ok(Self { pool })
     }
 
     #[cfg(not(feature = "parallel"))]
@@ -74,7 +74,7 @@ impl Threads {
     #[must_use]
     pub fn count(&self) -> usize {
         #[cfg(feature = "parallel")]
-        return self.team.as_ref().map_or(1, |team| team.helpers() + 1);
+        return self.pool.as_ref().map_or(1, |pool| pool.workers() + 1);
         #[cfg(not(feature = "parallel"))]
         return 1;
     }
@@ -89,8 +89,8 @@ impl Threads {
     /// with 1 and so on. It has to do all there is to do whoever comes.
     pub fn share(&self, work: &(dyn Fn(usize) + Sync)) {
         #[cfg(feature = "parallel")]
-        if let Some(team) = &self.team {
-            return team.share(work);
+        if let Some(pool) = &self.pool {
+            return pool.share(work);
         }
         work(0);
     }
