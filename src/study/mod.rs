@@ -158,7 +158,7 @@ impl Plan {
 ///
 /// # Errors
 /// [`StudyError`]; what was found until then is in the points file.
-pub fn run(options: &Options, told: impl FnMut(f64)) -> Result<Study, StudyError> {
+pub fn run(options: &Options, told: impl FnMut(f64) + Send) -> Result<Study, StudyError> {
     let plan = Plan::new(&options.problems, &options.budget)?;
     let cases = match &options.only {
         Some(id) => vec![plan.case(id)?.clone()],

@@ -17,14 +17,11 @@ use super::{
     state::Solver,
     timing,
 };
-use crate::solver::{Threads, available};
+use crate::solver::Threads;
+use rayon::prelude::*;
 use std::{
     collections::BTreeSet,
-    sync::{
-        atomic::{AtomicUsize, Ordering},
-        mpsc,
-    },
-    thread,
+    sync::{Mutex, PoisonError},
 };
 
 /// What is to be computed.
@@ -49,7 +46,7 @@ pub fn run(
     budget: &Budget,
     known: &[Record],
     journal: &mut Journal,
-    mut told: impl FnMut(f64),
+    mut told: impl FnMut(f64) + Send,
 ) -> Result<Vec<Record>, StudyError> {
     let done: Done = known.iter().filter_map(key).collect();
     let mut found = answers(cases, budget, &done, journal, |share| told(share * ANSWERS))?;
@@ -100,7 +97,7 @@ fn answers(
     budget: &Budget,
     done: &Done,
     journal: &mut Journal,
-    mut told: impl FnMut(f64),
+    told: impl FnMut(f64) + Send,
 ) -> Result<Vec<Record>, StudyError> {
     let mut tasks: Vec<(u64, Task)> = Vec::new();
     for case in cases {
@@ -122,33 +119,20 @@ fn answers(
     }
     tasks.sort_by_key(|(work, _)| std::cmp::Reverse(*work));
     let all: u64 = tasks.iter().map(|(work, _)| work).sum();
-    let next = &AtomicUsize::new(0);
-    let tasks = &tasks;
-    let mut found = Vec::new();
-    thread::scope(|scope| {
-        let (sender, receiver) = mpsc::channel();
-        for _ in 0..available().min(tasks.len()) {
-            let sender = sender.clone();
-            scope.spawn(move || {
-                while let Some((work, task)) = tasks.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    if sender.send((*work, perform(*task, budget))).is_err() {
-                        break;
-                    }
-                }
-            });
-        }
-        drop(sender);
-        let mut spent = 0;
-        // Should writing fail, the receiver goes, and with it the reason to go on.
-        for (work, record) in receiver {
-            let record = record?;
-            journal.append(&record)?;
-            found.push(record);
-            spent += work;
-            told(spent as f64 / all.max(1) as f64);
-        }
-        Ok(found)
-    })
+    let found = Mutex::new((Vec::new(), 0, journal, told));
+    let keep = |&(work, task): &(u64, Task)| {
+        let record = perform(task, budget)?;
+        let mut found = found.lock().unwrap_or_else(PoisonError::into_inner);
+        let (records, spent, journal, told) = &mut *found;
+        journal.append(&record)?;
+        records.push(record);
+        *spent += work;
+        told(*spent as f64 / all.max(1) as f64);
+        Ok::<(), StudyError>(())
+    };
+    // A bridge hands them out one by one in their order.
+    tasks.iter().par_bridge().try_for_each(keep)?;
+    Ok(found.into_inner().unwrap_or_else(PoisonError::into_inner).0)
 }
 
 /// How many times as long as the fast solver the twin takes for a projection, about.

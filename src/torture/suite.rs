@@ -4,10 +4,11 @@ use super::{
     CASES, Case, EXPECTED_FAILURES, ExpectedFailure, Kind, Member, Outcome, TortureError,
     run::{Crews, run_member},
 };
-use crate::solver::Threads;
+use crate::solver::{Threads, ThreadsError};
+use rayon::prelude::*;
 use std::sync::{
     Mutex, PoisonError,
-    atomic::{AtomicBool, AtomicUsize, Ordering},
+    atomic::{AtomicUsize, Ordering},
 };
 
 /// What is to be run.
@@ -127,44 +128,30 @@ pub fn run(
     threads: usize,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<Vec<Row>, TortureError> {
-    let (next, done, stop) = (
-        AtomicUsize::new(0),
-        AtomicUsize::new(0),
-        AtomicBool::new(false),
-    );
-    let outcomes: Vec<Mutex<Option<Result<Outcome, TortureError>>>> =
-        jobs.iter().map(|_| Mutex::new(None)).collect();
-    let work = |crews: &Crews| {
-        loop {
-            let place = next.fetch_add(1, Ordering::Relaxed);
-            let Some(job) = jobs.get(place) else { return };
-            if stop.load(Ordering::Relaxed) {
-                return;
-            }
-            let outcome = run_member(job.case, (job.number, &job.member), crews, false);
-            stop.fetch_or(outcome.is_err(), Ordering::Relaxed);
-            *outcomes[place]
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner) = Some(outcome);
-            progress(done.fetch_add(1, Ordering::Relaxed) + 1);
-        }
-    };
-    let crews: Vec<Crews> = (0..threads.clamp(1, jobs.len().max(1)))
-        .map(|_| Crews::start())
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|error| ThreadsError {
+            count: threads,
+            reason: error.to_string(),
+        })?;
+    // One for each thread of the pool.
+    let crews: Vec<Mutex<Crews>> = (0..pool.current_num_threads())
+        .map(|_| Crews::start().map(Mutex::new))
         .collect::<Result<_, _>>()?;
-    std::thread::scope(|scope| {
-        for crews in &crews[1..] {
-            scope.spawn(|| work(crews));
-        }
-        work(&crews[0]);
-    });
+    let done = AtomicUsize::new(0);
+    let outcome = |job: &Job| {
+        let mine = &crews[rayon::current_thread_index().unwrap_or(0)];
+        let crews = mine.lock().unwrap_or_else(PoisonError::into_inner);
+        let outcome = run_member(job.case, (job.number, &job.member), &crews, false)?;
+        progress(done.fetch_add(1, Ordering::Relaxed) + 1);
+        Ok(outcome)
+    };
+    let all = || jobs.par_iter().with_max_len(1).map(outcome).collect();
+    let outcomes: Result<Vec<Outcome>, TortureError> = pool.install(all);
     let mut rows: Vec<Row> = Vec::new();
-    for (job, outcome) in jobs.iter().zip(outcomes) {
-        let outcome = outcome.into_inner().unwrap_or_else(PoisonError::into_inner);
-        // One that was not begun stands behind one that could not be built.
-        if let Some(outcome) = outcome {
-            add(&mut rows, job, outcome?);
-        }
+    for (job, outcome) in jobs.iter().zip(outcomes?) {
+        add(&mut rows, job, outcome);
     }
     rows.sort_by_key(place);
     Ok(rows)
