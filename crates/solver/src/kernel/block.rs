@@ -1,7 +1,8 @@
 //! Blocks of constraints, one a lane: the frame around every kernel.
 //!
-//! With [`lanes`](super::super::lanes) the only place with `unsafe` code. What makes it sound:
-//! an [`Elements`] cannot be changed, and tells for each batch the range of its particles;
+//! `unsafe` code stands here, in [`lanes`](super::super::lanes), and where threads get pieces of a body
+//! ([`share`](crate::share)) or work of the caller ([`parallel`](crate::parallel)); `tests/memory.rs` runs all of it under
+//! Miri. What makes it sound here: an [`Elements`] cannot be changed, and tells for each batch the range of its particles;
 //! [`solve_batch`] refuses particles that do not cover it.
 
 #![allow(

@@ -35,6 +35,9 @@ pub struct ThreadsError {
     pub reason: String,
 }
 
+/// Fewer projections are not worth a second thread. Under Miri, which takes milliseconds for one, a few are.
+const FEWEST: usize = if cfg!(miri) { 100 } else { 20_000 };
+
 /// More threads than this are refused: a slip of the pen, not a machine.
 pub const MAX_THREADS: usize = 1024;
 
@@ -82,7 +85,7 @@ impl Threads {
     /// Whether so many projections of constraints are worth more than one thread: some 0.1 ms.
     #[must_use]
     pub fn pays(&self, projections: usize) -> bool {
-        self.count() > 1 && projections > 20_000
+        self.count() > 1 && projections > FEWEST
     }
 
     /// Calls `work` on the caller's thread with 0, and on the others, as far as they come in time,

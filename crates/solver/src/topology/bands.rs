@@ -5,14 +5,14 @@
 
 use std::ops::Range;
 
-/// A body with fewer particles is one band.
-pub const SMALLEST_CUT: usize = 2048;
+/// A body with fewer particles is one band. Miri is too slow for larger ones.
+pub const SMALLEST_CUT: usize = if cfg!(miri) { 64 } else { 2048 };
 
 /// Pieces at most, for either half of the bands.
 const MOST_PIECES: usize = 256;
 
 /// Particles of a band, if nothing else decides.
-const USUAL: usize = 256;
+const USUAL: usize = if cfg!(miri) { 16 } else { 256 };
 
 /// How the particles of a body are cut.
 #[derive(Debug, Clone, PartialEq, Eq)]
