@@ -99,6 +99,8 @@ pub mod output;
 pub mod prelude;
 pub mod recording;
 #[cfg(feature = "window")]
+pub mod render;
+#[cfg(feature = "window")]
 pub mod sandbox;
 pub mod scene;
 pub mod simulation;

@@ -6,11 +6,11 @@
 //! what the panel leaves free.
 
 use super::{
-    drawn::Drawn,
     orbit::Orbit,
     pointer::{Pointer, PointerOwner, PointerSystems},
     view::{ViewCommand, ViewSettings},
 };
+use crate::render::Drawn;
 use bevy::{
     camera::SubCameraView, input::mouse::AccumulatedMouseMotion, prelude::*, window::PrimaryWindow,
 };

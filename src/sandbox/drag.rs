@@ -7,12 +7,12 @@
 
 use super::{
     camera::{CameraSystems, OrbitCamera},
-    drawn::Drawn,
     pick::Hit,
     pointer::{Pointer, PointerOwner, PointerSystems},
     view::{GrabbedPoint, LastGrab},
 };
 use crate::{
+    render::Drawn,
     scene::BodySkin,
     simulation::{Action, Actions, SoftBody},
     solver::{SurfacePoint, numbering::Numbering},

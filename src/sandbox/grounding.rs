@@ -4,7 +4,8 @@
 //! A shadow map knows the key light alone. Here every body is a ball to the floor, and the share
 //! of the sky that a ball covers has a closed form; so the shade costs a few operations a pixel.
 
-use super::{drawn::Drawn, material::SkinMaterial};
+use super::material::SkinMaterial;
+use crate::render::Drawn;
 use bevy::{prelude::*, render::render_resource::ShaderType};
 
 /// Bodies that shade the floor at most; of more, those nearest to the focus do.

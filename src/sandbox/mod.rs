@@ -14,7 +14,6 @@ pub mod camera;
 pub mod colliders;
 pub mod display;
 pub mod drag;
-pub mod drawn;
 pub mod drop;
 pub mod frozen;
 pub mod gallery;
@@ -39,10 +38,8 @@ pub mod screenshot;
 pub mod settings;
 pub mod solver_view;
 pub mod stage;
-pub mod surface;
 pub mod theme;
 pub mod throughput;
-pub mod tube;
 pub mod view;
 pub mod wires;
 

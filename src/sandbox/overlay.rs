@@ -4,7 +4,8 @@
 //! Painted by egui in screen space, so that they are smooth and legible on any adapter, and
 //! never take the pointer.
 
-use super::{camera::OrbitCamera, drag::Drag, drawn::Drawn};
+use super::{camera::OrbitCamera, drag::Drag};
+use crate::render::Drawn;
 use crate::{
     simulation::{Pins, SimulationSettings, SoftBody},
     solver::{Grab, StitchEnd, Stitches},

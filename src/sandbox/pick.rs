@@ -3,7 +3,7 @@
 //! Plain geometry on slices. A hit is a triangle's corners with barycentric weights (or
 //! a rope's segment with two), never just the nearest vertex.
 
-use super::drawn::Drawn;
+use crate::render::Drawn;
 use bevy::prelude::*;
 
 /// Where a ray meets a surface.

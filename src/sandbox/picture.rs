@@ -7,7 +7,6 @@ use super::{
     camera::OrbitCamera,
     colliders::CollidersPlugin,
     display::{self, NoDisplay},
-    drawn::Drawn,
     orbit::Orbit,
     screenshot,
     stage::{self, StagePlugin},
@@ -15,6 +14,7 @@ use super::{
 };
 use crate::{
     SoftBodyPlugins,
+    render::Drawn,
     scene::{self, BuiltScene, CameraSpec},
     simulation::SimulationClock,
 };

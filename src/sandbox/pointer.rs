@@ -5,7 +5,8 @@
 //! other way round. This module decides and does nothing else: the drag and the camera
 //! read [`Pointer`] and act only while they own it.
 
-use super::{camera::OrbitCamera, drawn::Drawn, pick, view::ViewSettings};
+use super::{camera::OrbitCamera, pick, view::ViewSettings};
+use crate::render::Drawn;
 use bevy::{
     input::mouse::{AccumulatedMouseScroll, MouseScrollUnit},
     prelude::*,

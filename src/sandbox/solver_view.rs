@@ -26,13 +26,10 @@ use bevy::{
 };
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
-use super::{
-    bodies::BodySystems,
-    drawn::Drawn,
-    view::{SolverView, ViewSettings},
-};
+use super::view::{SolverView, ViewSettings};
 use crate::{
     effect::{Stretch, Struts, Volume},
+    render::{Drawn, MeshSystems},
     simulation::SoftBody,
     solver::{Topology, topology::Edges},
 };
@@ -53,7 +50,7 @@ impl Plugin for SolverViewPlugin {
                 PostUpdate,
                 (show, follow)
                     .chain()
-                    .after(BodySystems)
+                    .after(MeshSystems)
                     .before(VisibilitySystems::VisibilityPropagate)
                     .run_if(is_on.or_else(any_with_component::<Marks>)),
             )

@@ -5,11 +5,11 @@
 
 use super::{
     camera::{CameraSystems, OrbitCamera},
-    drawn::Drawn,
     grounding::Grounding,
     material::{SkinMaterial, SkinPlugin},
     orbit::FIELD_OF_VIEW,
 };
+use crate::render::Drawn;
 use bevy::{
     asset::RenderAssetUsages,
     asset::embedded_asset,

@@ -3,7 +3,8 @@
 //! One line mesh a body and kind, made when it is first shown; while neither kind is shown this
 //! module does nothing.
 
-use super::{bodies::BodySystems, drawn::Drawn, material::WireMaterial, view::ViewSettings};
+use super::{material::WireMaterial, view::ViewSettings};
+use crate::render::{Drawn, MeshSystems};
 use crate::simulation::SoftBody;
 use bevy::{
     asset::RenderAssetUsages,
@@ -31,7 +32,7 @@ impl Plugin for WiresPlugin {
             PostUpdate,
             (show, follow)
                 .chain()
-                .after(BodySystems)
+                .after(MeshSystems)
                 .before(bevy::camera::visibility::VisibilitySystems::VisibilityPropagate),
         );
     }

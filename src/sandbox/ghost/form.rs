@@ -6,11 +6,8 @@
 
 use super::Ghost;
 use crate::{
-    sandbox::{
-        bodies::{BodySystems, place},
-        drawn::Drawn,
-        material::{GhostMaterial, Veil, linear},
-    },
+    render::{Drawn, MeshSystems, place},
+    sandbox::material::{GhostMaterial, Veil, linear},
     scene::BodySkin,
     simulation::{SimulationClock, SoftBody},
 };
@@ -36,7 +33,7 @@ impl Plugin for GhostFormPlugin {
             PostUpdate,
             (show, follow)
                 .chain()
-                .after(BodySystems)
+                .after(MeshSystems)
                 .before(VisibilitySystems::VisibilityPropagate)
                 .run_if(resource_exists::<Ghost>.or_else(any_with_component::<Form>)),
         );

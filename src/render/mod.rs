@@ -1,0 +1,183 @@
+//! Draws soft bodies in an app: meshes that follow them, with normals and embedded surfaces.
+//!
+//! ```no_run
+//! use bevy::prelude::*;
+//! use pliant::{SoftBodyPlugins, render::SoftBodyMeshPlugin};
+//!
+//! App::new()
+//!     .add_plugins((DefaultPlugins, SoftBodyPlugins::default(), SoftBodyMeshPlugin))
+//!     .run();
+//! ```
+//!
+//! Every [`SoftBody`] gets a [`Mesh3d`]; give it a material (`MeshMaterial3d`) to see it. Each frame its surface is
+//! interpolated between the last two ticks and written into the mesh with its normals. A body that has not moved since the
+//! last frame costs nothing. Its [`Transform`] stays at the identity: positions are those of the world.
+
+pub mod drawn;
+mod surface;
+mod tube;
+
+pub use drawn::{Drawn, Outline};
+
+use crate::{
+    scene::BodySkin,
+    simulation::{Asleep, SimulationClock, SoftBody, SoftBodySystems, TickStart},
+    solver::{Particles, Topology, topology::Dimension},
+};
+use bevy::{
+    camera::{
+        primitives::Aabb,
+        visibility::{NoAutoAabb, VisibilitySystems},
+    },
+    prelude::*,
+};
+use std::sync::Arc;
+use surface::{CREASE, ROUND};
+
+/// Thickness of a rope as a share of its length, and at most of a segment.
+const ROPE: (f32, f32) = (0.012, 0.45);
+/// Draws soft bodies.
+#[derive(Debug, Default)]
+pub struct SoftBodyMeshPlugin;
+
+/// Systems that bring the meshes up to date, in `PostUpdate` before anything is culled.
+#[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct MeshSystems;
+
+impl Plugin for SoftBodyMeshPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(
+            PostUpdate,
+            (make, interpolate, upload)
+                .chain()
+                .in_set(MeshSystems)
+                .after(SoftBodySystems::Last)
+                .before(TransformSystems::Propagate)
+                .before(VisibilitySystems::CalculateBounds),
+        );
+    }
+}
+
+/// What was drawn last, so that a body that stands still is left alone.
+#[derive(Component, Debug, Default)]
+struct Shown {
+    /// Share of the tick that it was drawn at.
+    share: Option<f32>,
+    /// It was asleep already.
+    asleep: bool,
+}
+
+/// Gives a new body its mesh.
+fn make(
+    mut commands: Commands,
+    new: Query<(Entity, &SoftBody, Option<&BodySkin>), Without<Drawn>>,
+    mut meshes: ResMut<Assets<Mesh>>,
+) {
+    for (entity, body, skin) in &new {
+        let outline = Arc::new(outline(&body.0, skin));
+        commands.entity(entity).insert((
+            Mesh3d(meshes.add(outline.mesh())),
+            (Drawn::new(outline), Shown::default()),
+            (Aabb::default(), NoAutoAabb),
+        ));
+    }
+}
+
+/// A cube of fewer triangles than this has cells too large to be rounded by.
+const FINE: usize = 96;
+
+/// What never changes of a body's form: its skin, its coarse surface, or its edges.
+fn outline(topology: &Topology, skin: Option<&BodySkin>) -> Outline {
+    if let Some(BodySkin(skin)) = skin {
+        let mut points = Vec::new();
+        skin.deform(|i| topology.rest[i as usize], &mut points);
+        return Outline::surface(&points, skin.triangles.clone(), true, CREASE);
+    }
+    if !topology.triangles.is_empty() {
+        let triangles = topology.triangles.clone();
+        let closed = topology.dimension == Dimension::Solid;
+        let crease = if closed && triangles.len() >= FINE {
+            ROUND
+        } else {
+            CREASE
+        };
+        return Outline::surface(&topology.rest, triangles, closed, crease);
+    }
+    let shortest = topology
+        .edges
+        .rest_length
+        .iter()
+        .copied()
+        .fold(f32::MAX, f32::min);
+    let radius = (ROPE.0 * topology.size).min(ROPE.1 * shortest);
+    Outline::rope(topology.edges.ends().collect::<Vec<_>>(), radius)
+}
+
+/// Brings points and normals to where the body is at this instant.
+fn interpolate(
+    clock: Res<SimulationClock>,
+    mut bodies: Query<(
+        &SoftBody,
+        Ref<Particles>,
+        &TickStart,
+        Option<&BodySkin>,
+        Has<Asleep>,
+        &mut Drawn,
+        &mut Shown,
+    )>,
+) {
+    let share = clock.overstep();
+    bodies.par_iter_mut().for_each(
+        |(body, particles, start, skin, asleep, mut drawn, mut shown)| {
+            let still = shown.share == Some(share) || (asleep && shown.asleep);
+            if still && !particles.is_changed() {
+                return;
+            }
+            let between = start.positions.iter().zip(&particles.positions);
+            let between = between.map(|(a, b)| a.lerp(*b, share));
+            place(&mut drawn, body, skin, between);
+            *shown = Shown {
+                share: Some(share),
+                asleep,
+            };
+        },
+    );
+}
+
+/// Brings a form to where the particles of its body are.
+pub fn place(
+    drawn: &mut Drawn,
+    body: &SoftBody,
+    skin: Option<&BodySkin>,
+    particles: impl Iterator<Item = Vec4>,
+) {
+    let Drawn {
+        particles: now,
+        points,
+        ..
+    } = drawn;
+    now.clear();
+    now.extend(particles);
+    let numbering = &body.numbering;
+    let at = |vertex: u32| now[numbering.particle(vertex) as usize].truncate();
+    match skin {
+        Some(BodySkin(skin)) => skin.deform(at, points),
+        None => {
+            points.clear();
+            points.extend(now.iter().map(|x| x.truncate()));
+        }
+    }
+    drawn.refresh();
+}
+
+/// Copies what was interpolated into the meshes.
+fn upload(
+    mut bodies: Query<(&Drawn, &Mesh3d, &mut Aabb), Changed<Drawn>>,
+    mut meshes: ResMut<Assets<Mesh>>,
+) {
+    for (drawn, mesh, mut bounds) in &mut bodies {
+        if let Some(mut mesh) = meshes.get_mut(&mesh.0) {
+            *bounds = drawn.write(&mut mesh);
+        }
+    }
+}
