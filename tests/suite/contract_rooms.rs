@@ -15,7 +15,7 @@ const FLOORS: [&[&str]; 8] = [
     &["command"],
     &["sandbox"],
     &["study", "torture"],
-    &["bench", "output"],
+    &["bench", "output", "render"],
     &["recording"],
     &["scene"],
     &["effect", "simulation"],

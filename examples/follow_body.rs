@@ -1,0 +1,68 @@
+//! A lamp follows a ball that bounces: `cargo run --release --example follow_body`
+
+use bevy::prelude::*;
+use pliant::{mesh::Primitive, prelude::*, render::SoftBodyMeshPlugin, solver::measure};
+use std::sync::Arc;
+
+#[derive(Component)]
+struct Follows(Entity);
+
+fn main() -> AppExit {
+    App::new()
+        .add_plugins((
+            DefaultPlugins,
+            SoftBodyPlugins::default(),
+            SoftBodyMeshPlugin,
+        ))
+        .add_systems(Startup, setup)
+        .add_systems(Update, follow)
+        .run()
+}
+
+fn setup(
+    mut commands: Commands,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<StandardMaterial>>,
+) -> Result {
+    let mut shape = Primitive::Sphere {
+        radius: 0.4,
+        cells: 8,
+    }
+    .build()?
+    .shape; // m
+    shape.vertices.iter_mut().for_each(|vertex| vertex.y += 2.0);
+    let ball = commands.spawn((
+        SoftBody(Arc::new(Topology::new(shape)?)),
+        BodyDensity(Density::new(100.0)?), // kg/m³
+        Stretch {
+            compliance: Compliance::new(1e-5)?,
+            ..default()
+        }, // m/N
+        Volume::default(),
+        Ground {
+            restitution: Restitution::new(0.9)?,
+            ..default()
+        },
+        MeshMaterial3d(materials.add(Color::srgb(0.9, 0.7, 0.2))),
+    ));
+    let ball = ball.id();
+    commands.spawn((PointLight::default(), Transform::default(), Follows(ball)));
+    commands.spawn((
+        Mesh3d(meshes.add(Plane3d::default().mesh().size(10.0, 10.0))),
+        MeshMaterial3d(materials.add(Color::WHITE)),
+    ));
+    commands.spawn((
+        Camera3d::default(),
+        Transform::from_xyz(0.0, 2.0, 6.0).looking_at(Vec3::Y, Vec3::Y),
+    ));
+    Ok(())
+}
+
+/// Keeps what follows a body a meter above its center of mass.
+fn follow(bodies: Query<&Particles>, mut followers: Query<(&mut Transform, &Follows)>) {
+    for (mut transform, &Follows(body)) in &mut followers {
+        if let Ok(particles) = bodies.get(body) {
+            transform.translation = measure::centre_of_mass(particles).as_vec3() + Vec3::Y;
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! A hanging block gets ten times softer while it runs. `cargo run --release --example live_compliance`
+
+use bevy::prelude::*;
+use pliant::{mesh::Primitive, prelude::*, simulation::tick};
+use std::sync::Arc;
+
+fn main() -> Result {
+    let block = Primitive::Box {
+        size: Vec3::new(0.2, 0.6, 0.2),
+        cells: UVec3::new(2, 6, 2),
+    }
+    .build()?; // m
+    let top: Vec<u32> = (0..)
+        .zip(&block.shape.vertices)
+        .filter(|(_, x)| x.y > 0.29)
+        .map(|(i, _)| i)
+        .collect();
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, SoftBodyPlugins::default()));
+    let stretch = Stretch {
+        compliance: Compliance::new(1e-4)?,
+        damping: Damping::new(0.02)?,
+        ..default()
+    }; // m/N, s
+    let body = app.world_mut().spawn((
+        SoftBody(Arc::new(Topology::new(block.shape)?)),
+        BodyDensity(Density::new(1000.0)?), // kg/m³
+        (stretch, Volume::default(), Pins(top)),
+    ));
+    let body = body.id();
+    for compliance in [1e-4, 1e-3] {
+        let mut stretch = app
+            .world_mut()
+            .get_mut::<Stretch>(body)
+            .expect("it was given");
+        stretch.compliance = Compliance::new(compliance)?;
+        for _ in 0..240 {
+            tick(app.world_mut());
+        }
+        let particles = app
+            .world()
+            .get::<Particles>(body)
+            .expect("a body has particles");
+        let lowest = (0..particles.len())
+            .map(|i| particles.position(i).y)
+            .fold(0.0, f64::min);
+        println!("{compliance:.0e} m/N: its lower end hangs at {lowest:.3} m");
+    }
+    Ok(())
+}
