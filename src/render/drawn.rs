@@ -1,7 +1,7 @@
 //! A body as it is drawn in this frame: where its surface is, between two ticks.
 //!
-//! What picks, frames, drags and marks asks here and not the simulation, so that the hand
-//! takes what the eye sees.
+//! Picking, framing, dragging and overlays use this and not the state of the simulation, so that they agree with what is
+//! drawn.
 
 use super::{surface::Surface, tube::Tube};
 use bevy::{

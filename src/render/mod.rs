@@ -34,8 +34,9 @@ use bevy::{
 use std::sync::Arc;
 use surface::{CREASE, ROUND};
 
-/// Thickness of a rope as a share of its length, and at most of a segment.
+/// Radius of a rope as a fraction of its length, and its maximum as a fraction of a segment.
 const ROPE: (f32, f32) = (0.012, 0.45);
+
 /// Draws soft bodies.
 #[derive(Debug, Default)]
 pub struct SoftBodyMeshPlugin;
@@ -61,8 +62,8 @@ impl Plugin for SoftBodyMeshPlugin {
 /// What was drawn last, so that a body that stands still is left alone.
 #[derive(Component, Debug, Default)]
 struct Shown {
-    /// Share of the tick that it was drawn at.
-    share: Option<f32>,
+    /// Fraction of the tick that it was drawn at.
+    fraction: Option<f32>,
     /// It was asleep already.
     asleep: bool,
 }
@@ -126,18 +127,18 @@ fn interpolate(
         &mut Shown,
     )>,
 ) {
-    let share = clock.overstep();
+    let fraction = clock.overstep();
     bodies.par_iter_mut().for_each(
         |(body, particles, start, skin, asleep, mut drawn, mut shown)| {
-            let still = shown.share == Some(share) || (asleep && shown.asleep);
+            let still = shown.fraction == Some(fraction) || (asleep && shown.asleep);
             if still && !particles.is_changed() {
                 return;
             }
             let between = start.positions.iter().zip(&particles.positions);
-            let between = between.map(|(a, b)| a.lerp(*b, share));
+            let between = between.map(|(a, b)| a.lerp(*b, fraction));
             place(&mut drawn, body, skin, between);
             *shown = Shown {
-                share: Some(share),
+                fraction: Some(fraction),
                 asleep,
             };
         },

@@ -8,7 +8,7 @@ use super::{
 use crate::{
     render::{Drawn, MeshSystems, SoftBodyMeshPlugin},
     scene::Look,
-    simulation::SoftBody,
+    simulation::{SoftBody, SoftBodySystems},
     solver::topology::Dimension,
 };
 use bevy::prelude::*;
@@ -24,7 +24,10 @@ impl Plugin for BodiesPlugin {
         app.add_plugins(SoftBodyMeshPlugin)
             .init_resource::<Pointer>()
             .add_systems(Update, highlight)
-            .add_systems(PostUpdate, dress.before(MeshSystems));
+            .add_systems(
+                PostUpdate,
+                dress.after(SoftBodySystems::Last).before(MeshSystems),
+            );
     }
 }
 

@@ -183,21 +183,21 @@ fn check_numbers(spec: &BodySpec) -> Result<(), SceneError> {
         let [x, y, z] = copies.count.to_array().map(u64::from);
         x.saturating_mul(y).saturating_mul(z)
     });
-    if (1..=MOST_COPIES).contains(&count) {
+    if (1..=MAX_COPIES).contains(&count) {
         Ok(())
     } else {
         let message =
-            format!("the number of copies is {count}, but must be between 1 and {MOST_COPIES}");
+            format!("the number of copies is {count}, but must be between 1 and {MAX_COPIES}");
         Err(wrong(spec, message))
     }
 }
 
 /// Copies of a body at most.
-const MOST_COPIES: u64 = 10_000;
+const MAX_COPIES: u64 = 10_000;
 /// Bodies of a scene at most.
-const MOST_BODIES: usize = 100_000;
+const MAX_BODIES: usize = 100_000;
 /// Particles of a scene at most: with edges and tetrahedra some 1.5 GB.
-const MOST_PARTICLES: usize = 4_000_000;
+const MAX_PARTICLES: usize = 4_000_000;
 
 /// Refuses bodies that no memory holds, before they are made.
 fn check_room(
@@ -208,8 +208,8 @@ fn check_room(
 ) -> Result<(), SceneError> {
     let before: usize = world.bodies.iter().map(|body| body.particles.len()).sum();
     for (what, count, most) in [
-        ("bodies", world.bodies.len() + copies, MOST_BODIES),
-        ("particles", before + particles * copies, MOST_PARTICLES),
+        ("bodies", world.bodies.len() + copies, MAX_BODIES),
+        ("particles", before + particles * copies, MAX_PARTICLES),
     ] {
         if count > most {
             let message = format!(

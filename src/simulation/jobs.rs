@@ -156,9 +156,9 @@ impl Bodies<'_, '_> {
         (read, booked): (bool, bool),
     ) -> impl Iterator<Item = Outcome> {
         let means = self.current.means(&self.threads);
-        let sweeps = substeps.len() * means.settings.substep(0).sweeps() as usize;
+        let iterations = substeps.len() * means.settings.substep(0).sweeps() as usize;
         self.work(
-            sweeps,
+            iterations,
             |_, _| true,
             |stepper, means| {
                 stepper.prepare(read);
@@ -212,11 +212,11 @@ impl Bodies<'_, '_> {
         self.outcomes.drain(..)
     }
 
-    /// Does `each`, as so many sweeps over constraints, with every body that is `wanted` by its effects and by
-    /// whether it has stitches; with those that touch `together`, if that is anything else.
+    /// Runs `each`, with the work of this number of iterations, for every body that is `wanted` by its effects and by
+    /// whether it has stitches; for those that touch `together` instead, if it is given.
     fn work(
         &mut self,
-        sweeps: usize,
+        iterations: usize,
         wanted: impl Fn(&Effects, bool) -> bool,
         each: impl Fn(&mut Stepper, &Means) -> Result<Ledger, NotFinite> + Sync,
         together: Option<Together>,
@@ -274,7 +274,7 @@ impl Bodies<'_, '_> {
         };
         let (alone, touching) = jobs.split_at_mut(alone);
         let load = |job: &Job| match job.is_active {
-            true => job.effects.load(&job.body.0, sweeps),
+            true => job.effects.load(&job.body.0, iterations),
             false => Load::default(),
         };
         self.threads

@@ -129,7 +129,7 @@ pub fn run(
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<Vec<Row>, TortureError> {
     let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
+        .num_threads(threads.clamp(1, jobs.len().max(1)))
         .build()
         .map_err(|error| ThreadsError {
             count: threads,

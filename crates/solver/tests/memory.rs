@@ -108,7 +108,7 @@ fn assert_finite(world: &World) {
 }
 
 #[test]
-fn every_effect_of_solids() {
+fn effects_of_solids() {
     let springs = Effects {
         stretch: Some(Stretch::default()),
         volume: Some(Volume::default()),
@@ -135,7 +135,7 @@ fn every_effect_of_solids() {
 }
 
 #[test]
-fn every_effect_of_sheets() {
+fn effects_of_sheets() {
     let cloth = Effects {
         stretch: Some(Stretch::default()),
         bend: Some(Bend::default()),

@@ -67,7 +67,7 @@ struct Lent(*const Work<'static>);
 unsafe impl Send for Lent {}
 
 impl Pool {
-    /// So many workers.
+    /// Starts this number of workers.
     ///
     /// # Errors
     /// When the system refuses to start one.
@@ -95,12 +95,14 @@ impl Pool {
         let Some(number) = self.shared.lend(work) else {
             return work(0);
         };
-        let recall = Recall(&self.shared);
         let shared = Arc::clone(&self.shared);
-        self.threads.spawn_broadcast(move |_| shared.join(number));
-        work(0);
-        std::mem::forget(recall);
-        if let Some(panic) = self.shared.recall() {
+        // Whatever panics, the work is recalled before the caller leaves.
+        let ended = catch_unwind(AssertUnwindSafe(|| {
+            self.threads.spawn_broadcast(move |_| shared.join(number));
+            work(0);
+        }));
+        let theirs = self.shared.recall();
+        if let Some(panic) = ended.err().or(theirs) {
             resume_unwind(panic);
         }
     }
@@ -166,16 +168,6 @@ impl Shared {
         }
         state.is_taken = false;
         state.panic.take()
-    }
-}
-
-/// Recalls the work when the caller panics.
-struct Recall<'a>(&'a Shared);
-
-impl Drop for Recall<'_> {
-    fn drop(&mut self) {
-        // The caller's own panic goes on.
-        drop(self.0.recall());
     }
 }
 

@@ -35,14 +35,15 @@ pub struct ThreadsError {
     pub reason: String,
 }
 
-/// Fewer projections are not worth a second thread. Under Miri, which takes milliseconds for one, a few are.
-const FEWEST: usize = if cfg!(miri) { 100 } else { 20_000 };
+/// Up to this many projections are not worth a second thread: some 0.1 ms. Less under Miri, which takes milliseconds for
+/// one.
+const MIN_PROJECTIONS: usize = if cfg!(miri) { 100 } else { 20_000 };
 
 /// More threads than this are refused: a slip of the pen, not a machine.
 pub const MAX_THREADS: usize = 1024;
 
 impl Threads {
-    /// So many threads, from 1 to [`MAX_THREADS`]; 0 for one on each core.
+    /// Starts threads, from 1 to [`MAX_THREADS`]; 0 for one on each core.
     ///
     /// # Errors
     /// [`ThreadsError`] if there are too many, or the system refuses to start them.
@@ -82,10 +83,10 @@ impl Threads {
         return 1;
     }
 
-    /// Whether so many projections of constraints are worth more than one thread: some 0.1 ms.
+    /// Whether this number of projections is worth more than one thread.
     #[must_use]
     pub fn pays(&self, projections: usize) -> bool {
-        self.count() > 1 && projections > FEWEST
+        self.count() > 1 && projections > MIN_PROJECTIONS
     }
 
     /// Calls `work` on the caller's thread with 0, and on the others, as far as they come in time,

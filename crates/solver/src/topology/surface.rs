@@ -36,7 +36,7 @@ pub struct Patch {
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// A patch has at most so many vertices of its own. Fewer follow local motion more closely; more are fewer patches to
+/// Maximum number of own vertices of a patch. Small patches follow local motion more closely; large ones are fewer to
 /// compare.
 const PATCH: usize = 64;
 

@@ -3,8 +3,8 @@
 //! A constraint corrects an inverted element within one substep. The correction is of the order of the
 //! element's size, so it would leave with a velocity of meters per millisecond, make the body explode and
 //! invert neighboring elements. Instead, damaged elements and those that share a particle with them are moved
-//! back to their rest shape. What counts as damaged when a tick begins, looked
-//! for in every tick, of a sheet without damage once per repair time:
+//! back to their rest shape. Solids are checked at the start of every tick, sheets without damage once per repair time.
+//! What counts as damaged:
 //!
 //! - of a body with [`Volume`](crate::Volume): a tetrahedron below [`COLLAPSED`] of its rest volume;
 //! - of a sheet (triangles, no tetrahedra) with [`Stretch`](crate::Stretch): an edge shorter than [`CRUSHED`]
@@ -37,7 +37,8 @@
 //! can hold elements inverted) until the body has been without repair for ten times as long.
 //!
 //! Cost for a body without damage: one pass per tick over its tetrahedra, or per repair time (every third tick by
-//! default) over its edges; none with a repair time of ∞. Not for plastic bodies, whose rest positions are not their equilibrium, and not for
+//! default) over its edges; none with a repair time of ∞. Not for plastic bodies, whose rest positions are not their
+//! equilibrium, and not for
 //! [`NeoHookean`](crate::NeoHookean), which recovers by its own forces.
 
 mod damage;
