@@ -2,7 +2,8 @@
 
 use super::{Effect, Parameter, Scale, parameter};
 use crate::solver::{
-    Friction, Ground, Restitution, StickyGround, advance::Stage, quantity::finite,
+    Friction, Ground, Restitution, RollingResistance, StickyGround, advance::Stage,
+    quantity::finite,
 };
 
 impl Effect for Ground {
@@ -32,6 +33,11 @@ impl Effect for Ground {
             restitution: Restitution, "Restitution e", "",
             "Normal speed after a bounce over the speed before it.",
             (0.0, 1.0), Scale::Linear
+        ),
+        parameter!(
+            rolling_resistance: RollingResistance, "Rolling resistance", "",
+            "Lever of the torque that resists rolling, over the radius. A ball rolls down slopes steeper than this.",
+            (0.0, 0.1), Scale::Linear
         ),
     ];
 

@@ -35,15 +35,6 @@ pub const EXPECTED_FAILURES: &[ExpectedFailure] = &[
         reason: "too large to be solved directly, it is swept, and four sweeps show the order of the constraints",
     },
     ExpectedFailure {
-        case: "settles",
-        members: &[
-            "ball4",
-            "ball4,scale=0.1,compliance=1e-5,damping=0.02,steps=8x1",
-            "ball4,scale=10,damping=0.02,steps=32x1",
-        ],
-        reason: "it rolls from face to face: there is no rolling resistance, and what the impacts of faces take brings the first to 6 mm/s in 90 s, the others to rest in 50 s",
-    },
-    ExpectedFailure {
         case: "plates",
         members: &[
             "cube3,compliance=1e-4,damping=0.02",

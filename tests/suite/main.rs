@@ -66,6 +66,7 @@ mod solver_delivered;
 mod solver_direct;
 mod solver_equilibrium;
 mod solver_force;
+mod solver_friction;
 mod solver_gradients;
 mod solver_ground;
 mod solver_hour;

@@ -137,6 +137,7 @@ impl Soft {
                 height: (self.position.y - 1.0 - below) * self.scale,
                 friction: Friction::new(friction).expect("in range"),
                 restitution: Restitution::new(restitution).expect("in range"),
+                ..Ground::default()
             }),
             sticky_ground: self.sticky.then_some(StickyGround {
                 height: (self.position.y - 1.2) * self.scale,

@@ -24,6 +24,7 @@ fn both_grounds_equal_the_twin() {
             height: 0.125,
             friction,
             restitution,
+            ..Ground::default()
         });
         let mut sticky = body.clone();
         sticky.effects.ground = None;

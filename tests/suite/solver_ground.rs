@@ -14,6 +14,7 @@ fn ground(friction: f32, restitution: f32) -> Ground {
         height: 0.0,
         friction: Friction::new(friction).expect("sound"),
         restitution: Restitution::new(restitution).expect("sound"),
+        ..Ground::default()
     }
 }
 

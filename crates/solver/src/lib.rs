@@ -33,7 +33,7 @@ pub mod topology;
 pub use diagnostics::{delivered, ledger, measure, memory, modes, resolution};
 pub use effects::{elastic, force};
 pub use kernel::lanes;
-pub use step::{advance, body, history, method, repair, rest, spin, stages};
+pub use step::{advance, body, history, method, repair, rest, rolling, spin, stages};
 pub use topology::{bands, coloring, numbering, order};
 
 use kernel::fit;
@@ -41,8 +41,8 @@ use step::{crew, phases, share, substep};
 
 pub use body::{Body, Quarantine};
 pub use contact::{
-    Collide, Collider, ColliderShape, Contact, ContactCounts, Contacts, Ground, Path, Pose,
-    SelfContact, StickyGround,
+    Collide, Collider, ColliderShape, Contact, ContactCounts, ContactMultiplier, Contacts, Ground,
+    Path, Pose, SelfContact, StickyGround,
 };
 pub use deform::{Deformation, deform};
 pub use delivered::Delivered;
@@ -78,8 +78,8 @@ pub use quantity::{
     Coefficient, CollisionIterations, Compliance, ContactThickness, Creep, Damping, Density,
     Filling, Finite, FlexuralRigidity, Force, Fraction, Frequency, Friction, InvalidValue,
     Iterations, KeepSpin, Length, Mass, MembraneCompliance, Order, PlasticLimit, PoissonRatio,
-    Rate, RecoverySpeed, RegionSize, RepairTime, Restitution, Slack, SmoothingIterations,
-    Stiffness, Strain, Substeps, Thickness, Yield, YoungsModulus,
+    Rate, RecoverySpeed, RegionSize, RepairTime, Restitution, RollingResistance, Slack,
+    SmoothingIterations, Stiffness, Strain, Substeps, Thickness, Yield, YoungsModulus,
 };
 pub use repair::Repair;
 pub use rest::SleepSettings;

@@ -231,6 +231,11 @@ quantity!(
     |v| (0.01..=10.0).contains(&v)
 );
 
+quantity!(
+    /// Coefficient of rolling resistance, a ratio of forces: the lever of the torque over the radius.
+    RollingResistance(f32), "rolling_resistance", default 0.0, "between 0 and 1", |v| (0.0..=1.0).contains(&v)
+);
+
 impl Friction {
     /// None at all.
     pub const NONE: Self = Self(0.0);
@@ -380,6 +385,7 @@ from_float!(
     Density,
     Mass,
     Friction,
+    RollingResistance,
     Restitution,
     ContactThickness,
     RecoverySpeed,

@@ -1,6 +1,6 @@
 //! Rigid colliders, still or moving on a given path, and how a body answers to them.
 
-use super::{Answer, ColliderShape, Path, Pose, Response, Touch};
+use super::{Answer, ColliderShape, ContactMultiplier, Path, Pose, Response, Touch};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{Friction, InvalidValue, Restitution, Settings, particles::Part};
@@ -148,13 +148,21 @@ impl PartialEq for Swept {
     }
 }
 
-/// Pushes every particle out of a collider.
+/// Pushes every particle out of a collider, the one of this number. `kept` are multipliers of earlier passes, or empty.
 ///
 /// The way of a particle is seen from the collider, so that a collider that moves fast, or a
 /// particle that does, is met where it came in, whichever of the two has moved. Says whether there was
 /// one to push.
-pub fn solve(particles: Part, collide: &Collide, collider: &Sweep, h: f32, gravity: Vec3) -> bool {
+pub fn solve(
+    particles: Part,
+    collide: &Collide,
+    (number, collider): (u32, &Sweep),
+    kept: &mut [ContactMultiplier],
+    h: f32,
+    gravity: Vec3,
+) -> bool {
     let mut any = false;
+    let mut none = ContactMultiplier::default();
     let response = Response::new(collide.friction, collide.restitution, h, gravity);
     let near = Reach::of(collider);
     let state = particles
@@ -162,22 +170,33 @@ pub fn solve(particles: Part, collide: &Collide, collider: &Sweep, h: f32, gravi
         .iter()
         .zip(particles.displacements)
         .zip(particles.carry);
-    for ((p, u), c) in state {
-        if p.w == 0.0 || !near.has(*p, *u) {
+    for (i, ((p, u), c)) in state.enumerate() {
+        let multiplier = ContactMultiplier::or_none(kept, i, &mut none);
+        let pushed = multiplier.surface == number && multiplier.normal > 0.0;
+        if p.w == 0.0 || !(pushed || near.has(*p, *u)) {
             continue;
         }
         let [place, moved, began] = [*p, *u, *c].map(|x| x.truncate().as_dvec3());
         let to = collider.to.undo(place + moved);
         let from = collider.from.undo(place + began);
-        if let Some(exit) = collider.shape.exit(from, to) {
+        let lifted = || pushed.then(|| collider.shape.approach(to));
+        if let Some(exit) = collider.shape.exit(from, to).or_else(lifted) {
+            // What another collider has done is not this one's to take back.
+            if multiplier.surface != number {
+                *multiplier = ContactMultiplier {
+                    surface: number,
+                    ..ContactMultiplier::default()
+                };
+            }
             let touched = to + exit.normal * exit.depth;
             let carried = collider.to.apply(touched) - collider.from.apply(touched);
-            let Answer { shift, lowered } = response.apply(&Touch {
+            let touch = Touch {
                 motion: moved - began,
                 normal: collider.to.rotation * exit.normal,
                 depth: exit.depth,
                 carried,
-            });
+            };
+            let Answer { shift, lowered } = response.apply(&touch, multiplier);
             *u = (moved + shift).as_vec3().extend(0.0);
             *c = (began + lowered).as_vec3().extend(0.0);
             any = true;

@@ -1,9 +1,9 @@
 //! A level ground, in two models: one with Coulomb friction and bounce, one that sticks.
 
-use super::{Answer, Response, Touch};
+use super::{Answer, ContactMultiplier, Response, Touch};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
-use crate::{Friction, Restitution, particles::Part, quantity::finite};
+use crate::{Friction, Restitution, RollingResistance, particles::Part, quantity::finite};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Deserializer, Serialize, de::Error as _};
 
@@ -24,6 +24,8 @@ pub struct Ground {
     pub friction: Friction,
     /// Coefficient of restitution e; default 0.
     pub restitution: Restitution,
+    /// Coefficient of [rolling resistance](crate::rolling); default 0.
+    pub rolling_resistance: RollingResistance,
 }
 
 /// The body sticks to a level ground where it touches it.
@@ -55,9 +57,16 @@ fn finite_height<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f32, D::E
 const UP_OVER: f64 = 0.4;
 
 /// Puts every particle that is below ground back onto it; one that began the substep below, towards
-/// it. Says whether there was one.
-pub fn solve(particles: Part, ground: &Ground, h: f32, gravity: Vec3) -> bool {
+/// it. Says whether there was one. `kept` are multipliers of earlier passes, or empty.
+pub fn solve(
+    particles: Part,
+    ground: &Ground,
+    kept: &mut [ContactMultiplier],
+    h: f32,
+    gravity: Vec3,
+) -> bool {
     let mut touched = false;
+    let mut none = ContactMultiplier::default();
     let response = Response::new(ground.friction, ground.restitution, h, gravity);
     let height = f64::from(ground.height);
     let come_up = (f64::from(h) / UP_OVER).min(1.0);
@@ -66,8 +75,9 @@ pub fn solve(particles: Part, ground: &Ground, h: f32, gravity: Vec3) -> bool {
         .iter()
         .zip(particles.displacements)
         .zip(particles.carry);
-    for ((p, u), c) in state {
-        if (p.y - ground.height) + u.y < 0.0 && p.w > 0.0 {
+    for (i, ((p, u), c)) in state.enumerate() {
+        let is_below = (p.y - ground.height) + u.y < 0.0;
+        if (is_below || kept.get(i).is_some_and(|kept| kept.normal > 0.0)) && p.w > 0.0 {
             let (moved, began) = (u.truncate().as_dvec3(), c.truncate().as_dvec3());
             let base = f64::from(p.y) - height;
             let motion = moved - began;
@@ -80,13 +90,15 @@ pub fn solve(particles: Part, ground: &Ground, h: f32, gravity: Vec3) -> bool {
                 0.0
             };
             let depth = surface - (base + moved.y);
-            if depth > 0.0 {
-                let Answer { shift, lowered } = response.apply(&Touch {
+            let multiplier = ContactMultiplier::or_none(kept, i, &mut none);
+            if depth > 0.0 || multiplier.normal > 0.0 {
+                let touch = Touch {
                     motion,
                     normal: DVec3::Y,
                     depth,
                     carried: DVec3::ZERO,
-                });
+                };
+                let Answer { shift, lowered } = response.apply(&touch, multiplier);
                 *u = (moved + shift).as_vec3().extend(0.0);
                 *c = (began + lowered).as_vec3().extend(0.0);
                 touched = true;

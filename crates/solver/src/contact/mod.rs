@@ -3,9 +3,10 @@
 //! Contacts come after every sweep, or as often as
 //! [`collision_iterations`](super::Settings::collision_iterations) says, and always after the last, so
 //! that nothing moves a particle back inside after them.
-//! Friction is Coulomb's on positions: a particle pushed out by a depth d has its slip over the
-//! surface shortened by at most µd, which is the friction cone of forces, as both are multiplied
-//! by h²/m. A bounce is made by moving the place at which the particle began the substep, its carry, so
+//! Friction is Coulomb's on positions: a particle pushed out by depths that add up to d in a substep has its
+//! slip over the surface shortened by at most µd, which is the friction cone of forces, as both are multiplied
+//! by h²/m. Both are [added up](multiplier) over the passes of a substep, so that friction does not depend on how many
+//! there are. A bounce is made by moving the place at which the particle began the substep, its carry, so
 //! that the velocity of the third stage comes out as −e times the approach.
 //!
 //! Where something touches, everything is in `f64` and goes into the displacement: a depth that was
@@ -13,6 +14,7 @@
 
 pub mod collider;
 pub mod ground;
+pub mod multiplier;
 pub mod pairs;
 pub mod path;
 pub mod pose;
@@ -20,6 +22,7 @@ pub mod shape;
 
 pub use collider::{Collide, Collider};
 pub use ground::{Ground, StickyGround};
+pub use multiplier::ContactMultiplier;
 pub use pairs::{Contact, ContactCounts, Contacts, SelfContact};
 pub use path::Path;
 pub use pose::Pose;
@@ -55,30 +58,35 @@ impl Response {
         self.restitution > 0.0 && approach < -self.slowest_bounce
     }
 
-    /// Puts a particle that is `depth` inside a surface [m] back onto it, and says how far it has come
-    /// by friction.
-    ///
-    /// `motion` is how far it went this substep [m], `carried` how far the surface itself went there
-    /// [m].
-    fn apply(&self, touch: &Touch) -> Answer {
+    /// Puts a particle onto a surface, as far as the surface pushes it, and shortens its slip.
+    fn apply(&self, touch: &Touch, multiplier: &mut ContactMultiplier) -> Answer {
         let Touch {
             motion,
             normal,
             depth,
             carried,
         } = *touch;
+        let before = *multiplier;
+        let pushed = f64::from(before.normal);
+        // A surface only pushes: of what it has pushed too far, it takes back that much.
+        let depth = depth.max(-pushed);
         let slip = motion + normal * depth - carried;
         let slip = slip - normal * slip.dot(normal);
-        let distance = slip.length();
-        let hold = self.friction * depth;
-        let back = if distance <= hold {
-            slip
+        let held = before.friction.as_dvec3();
+        let held = held - normal * held.dot(normal);
+        let wanted = held + slip;
+        let (size, hold) = (wanted.length(), self.friction * (pushed + depth));
+        let all = if size <= hold {
+            wanted
         } else {
-            slip * (hold / distance)
+            wanted * (hold / size)
         };
-        let shift = normal * depth - back;
+        let shift = normal * depth - (all - held);
+        multiplier.normal = (pushed + depth) as f32;
+        multiplier.friction = all.as_vec3();
         let approach = (motion - carried).dot(normal) / self.h;
         let lowered = if self.bounces(approach) {
+            *multiplier = ContactMultiplier::default();
             let leave = (-self.restitution * approach) * self.h + carried.dot(normal);
             let now = (motion + shift).dot(normal);
             normal * (now - leave)
@@ -89,14 +97,14 @@ impl Response {
     }
 }
 
-/// A particle inside a surface.
+/// A particle that touches a surface.
 #[derive(Debug, Clone, Copy)]
 struct Touch {
     /// How far the particle went this substep [m].
     motion: DVec3,
     /// Outward normal of the surface.
     normal: DVec3,
-    /// How far it has to go along the normal [m].
+    /// How far it has to go along the normal [m]; negative where it has been pushed too far.
     depth: f64,
     /// How far the surface itself went there [m].
     carried: DVec3,

@@ -104,6 +104,31 @@ impl ColliderShape {
         entered.or(nearest)
     }
 
+    /// Where a point outside the shape would meet it: the outward normal there, and a depth that is not positive.
+    #[must_use]
+    pub fn approach(&self, x: DVec3) -> Exit {
+        let (from, radius) = match *self {
+            Self::Sphere { radius } => (DVec3::ZERO, f64::from(radius)),
+            Self::Capsule { radius, length } => (on_axis(x, length.into()), f64::from(radius)),
+            Self::Box { size } => {
+                let half = size.as_dvec3() / 2.0;
+                (x.clamp(-half, half), 0.0)
+            }
+        };
+        let apart = x - from;
+        let distance = apart.length();
+        if distance <= radius {
+            return Exit {
+                depth: 0.0,
+                ..self.nearest_exit(x)
+            };
+        }
+        Exit {
+            normal: apart / distance,
+            depth: radius - distance,
+        }
+    }
+
     fn nearest_exit(&self, x: DVec3) -> Exit {
         match *self {
             Self::Sphere { radius } => round_exit(x, radius.into(), DVec3::Y),

@@ -42,7 +42,7 @@ use std::ops::{AddAssign, Range};
 pub struct Ledger {
     /// By damping of the effects.
     pub damping: f64,
-    /// By friction on ground and colliders.
+    /// By friction on ground and colliders, and by rolling resistance.
     pub friction: f64,
     /// By ground and colliders besides friction: what an impact takes, what a moving collider gives.
     pub contact: f64,
@@ -160,6 +160,8 @@ pub(crate) struct Book {
     forced: Vec<DVec3>,
     /// Velocities before angular momentum is given back [m/s].
     turned: Vec<DVec3>,
+    /// Velocities before the ground resists rolling [m/s].
+    rolled: Vec<DVec3>,
     /// Carry before contacts and after them [m].
     carry: [Vec<Vec4>; 2],
     /// Ways x − p of the particles before the part that is under way [m].
@@ -356,6 +358,8 @@ impl Book {
         body.stage(Stage::Postsolve, step, 0, means)?;
         velocities(&mut self.turned, body.particles);
         body.restore_spin();
+        velocities(&mut self.rolled, body.particles);
+        body.resist_rolling();
         let h = body.particles.history.seconds(f64::from(step.h));
         let errors = Errors::of(body);
         let stored = Stored::between(&self.errors, &errors, h);
@@ -449,9 +453,13 @@ impl Book {
             }
         } else {
             let rough = std::mem::replace(body.effects, effects);
+            let mut rigid = body.lambdas.rigid.clone();
+            std::mem::swap(&mut body.lambdas.rigid, &mut rigid);
+            body.lambdas.rigid.let_slip();
             std::mem::swap(body.particles, &mut smooth);
             let result = body.stage(stage, step, iteration, means);
             std::mem::swap(body.particles, &mut smooth);
+            body.lambdas.rigid = rigid;
             *body.effects = rough;
             result?;
         }
@@ -513,7 +521,8 @@ impl Book {
             let forces = self.forced[index] - leapt;
             let faded = (forces + leapt + fall) * -lost;
             let leap = leapt - start;
-            let turned = end - self.turned[index];
+            let rolled = end - self.rolled[index];
+            let turned = self.rolled[index] - self.turned[index];
             let rounding = change
                 - leap
                 - fall
@@ -523,7 +532,8 @@ impl Book {
                 - hand
                 - contact
                 - friction
-                - turned;
+                - turned
+                - rolled;
             sum.damping += mass * faded.dot(mean);
             sum.forces += mass * forces.dot(mean);
             sum.hand += mass * hand.dot(mean);
@@ -536,7 +546,7 @@ impl Book {
                 gravity.dot(from.truncate().as_dvec3())
             };
             sum.contact += mass * (contact.dot(mean) + lent);
-            sum.friction += mass * friction.dot(mean);
+            sum.friction += mass * (friction + rolled).dot(mean);
             sum.rounding += mass * rounding.dot(mean);
             // To give back angular momentum undoes what the integrator took of it.
             sum.integrator += mass * (turned.dot(mean) - 0.5 * (fall + elastic).dot(change));

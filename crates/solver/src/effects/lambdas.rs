@@ -1,8 +1,8 @@
 //! Multipliers of all effects of a body.
 
-use super::{elastic::ElasticKind, pressure::Walls, shape_matching::Matching};
-use crate::Topology;
-use glam::Vec4;
+use super::{Effects, elastic::ElasticKind, pressure::Walls, shape_matching::Matching};
+use crate::{ContactMultiplier, Topology};
+use glam::{Vec3, Vec4};
 
 /// Multipliers λ of the constraints of a body, a column for each effect that it carries; empty where they are not
 /// kept. λ/h² is a force.
@@ -15,6 +15,41 @@ pub struct Lambdas {
     pub matching: Option<Box<Matching>>,
     /// Sums of the displacements of averaged passes; zeros between them.
     sums: Vec<Vec4>,
+    /// Of contact with the ground and with colliders, particle by particle; empty where one pass does not need what
+    /// another has done.
+    pub rigid: RigidMultipliers,
+}
+
+/// Multipliers of contact with the ground and with colliders, particle by particle.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RigidMultipliers {
+    /// With the ground.
+    pub ground: Vec<ContactMultiplier>,
+    /// With colliders, for each particle that which it has touched last.
+    pub colliders: Vec<ContactMultiplier>,
+}
+
+impl RigidMultipliers {
+    /// Forgets what friction has held, and keeps what has pushed.
+    pub(crate) fn let_slip(&mut self) {
+        for kept in self.ground.iter_mut().chain(&mut self.colliders) {
+            kept.friction = Vec3::ZERO;
+        }
+    }
+
+    /// Allocates what `count` particles of a body with these effects need.
+    pub(crate) fn make_room(&mut self, effects: &Effects, count: usize) {
+        let of = |present: bool| if present { count } else { 0 };
+        let columns = [
+            (&mut self.ground, of(effects.ground.is_some())),
+            (&mut self.colliders, of(effects.collide.is_some())),
+        ];
+        for (column, count) in columns {
+            if column.len() != count {
+                *column = vec![ContactMultiplier::default(); count];
+            }
+        }
+    }
 }
 
 impl Lambdas {
@@ -56,6 +91,8 @@ impl Lambdas {
         self.count() * size_of::<f32>()
             + size_of_val(&self.sums[..])
             + size_of_val(&self.walls.gradients[..])
+            + size_of_val(&self.rigid.ground[..])
+            + size_of_val(&self.rigid.colliders[..])
             + self
                 .matching
                 .as_ref()

@@ -26,7 +26,7 @@ pub mod weave;
 
 pub use multipliers::Multipliers;
 
-use crate::{ElasticKind, Load, Method, Topology};
+use crate::{ElasticKind, Load, Method, Substep, Topology};
 use serde::{Deserialize, Serialize};
 
 /// The table of effects, in the order in which they act: calls the macro that it is given with all of them, in
@@ -126,6 +126,18 @@ impl Effects {
     #[must_use]
     pub fn is_direct(&self, method: Method) -> bool {
         self.direct.is_some() && method.has_direct()
+    }
+
+    /// Whether passes over ground and colliders have to know what earlier ones have done, in substeps like this one.
+    pub(crate) fn keeps_rigid_contacts(&self, step: &Substep) -> bool {
+        let is_any = self.ground.is_some() || self.collide.is_some();
+        is_any && (self.resists_rolling() || step.contact_passes() > 1)
+    }
+
+    /// Whether the ground resists that the body rolls.
+    pub(crate) fn resists_rolling(&self) -> bool {
+        self.ground
+            .is_some_and(|ground| ground.rolling_resistance.get() > 0.0)
     }
 
     /// Whether the body can touch others or itself.

@@ -1,7 +1,7 @@
 //! The ground and colliders.
 
 use super::{Body, UP_OVER};
-use crate::{contact::ColliderShape, contact::Pose};
+use crate::{contact::ColliderShape, contact::Pose, rolling::Pressed};
 use glam::DVec3;
 
 impl Body {
@@ -19,9 +19,35 @@ impl Body {
             };
             let left = below * (1.0 - (h / UP_OVER).min(1.0));
             let depth = height - left - self.x[i].y;
-            if depth > 0.0 && self.w[i] > 0.0 {
+            let mut pushed = self.rigid.0[i];
+            if (depth > 0.0 || pushed.normal > 0.0) && self.w[i] > 0.0 {
                 let surface = (friction, restitution, gravity.length());
-                self.respond(i, h, surface, DVec3::Y, depth, DVec3::ZERO);
+                self.respond(i, h, surface, (DVec3::Y, depth), DVec3::ZERO, &mut pushed);
+                self.rigid.0[i] = pushed;
+            }
+        }
+    }
+
+    /// Ends a substep in which the ground may have [resisted](crate::rolling) that the body rolls.
+    pub(super) fn resist_rolling(&mut self, h: f64) {
+        let rolls = self.effects.resists_rolling();
+        let Some(ground) = self.effects.ground.filter(|_| rolls) else {
+            return;
+        };
+        let mut pressed = Pressed::default();
+        for (i, pushed) in self.rigid.0.iter().enumerate() {
+            if pushed.normal > 0.0 {
+                pressed.add(1.0 / self.w[i], self.x[i], pushed.normal, pushed.friction);
+            }
+        }
+        if self.w.contains(&0.0) {
+            return;
+        }
+        if let Some((turn, center)) = pressed.resist(&ground, &self.motion(), h) {
+            for (v, x) in self.v.iter_mut().zip(&mut self.x) {
+                let change = turn.cross(*x - center);
+                *v -= change;
+                *x -= change * h;
             }
         }
     }
@@ -30,9 +56,8 @@ impl Body {
         &mut self,
         h: f64,
         gravity: DVec3,
-        shape: ColliderShape,
-        from: &Pose,
-        to: &Pose,
+        (number, shape): (usize, ColliderShape),
+        (from, to): (&Pose, &Pose),
     ) {
         let Some((friction, restitution)) = self.collide else {
             return;
@@ -42,41 +67,82 @@ impl Body {
                 continue;
             }
             let (start, end) = (from.undo(self.p[i]), to.undo(self.x[i]));
-            if let Some((normal, depth)) = exit(shape, start, end) {
+            let mut pushed = self.rigid.1[i];
+            let lifted = || {
+                let taken_back = pushed.surface == number && pushed.normal > 0.0;
+                taken_back.then(|| gradient(shape, end))
+            };
+            if let Some((normal, depth)) = exit(shape, start, end).or_else(lifted) {
+                if pushed.surface != number {
+                    pushed = Pushed {
+                        surface: number,
+                        ..Pushed::default()
+                    };
+                }
                 let touched = end + normal * depth;
                 let carried = to.apply(touched) - from.apply(touched);
                 let surface = (friction, restitution, gravity.length());
-                self.respond(i, h, surface, to.rotation * normal, depth, carried);
+                let exit = (to.rotation * normal, depth);
+                self.respond(i, h, surface, exit, carried, &mut pushed);
+                self.rigid.1[i] = pushed;
             }
         }
     }
 
-    /// Out of the surface, slip shortened by µ times the depth, and a bounce.
+    /// Out of the surface, slip shortened by µ times the depth, both in all of the substep, and a bounce.
     pub(super) fn respond(
         &mut self,
         i: usize,
         h: f64,
         (friction, restitution, gravity): (f64, f64, f64),
-        normal: DVec3,
-        depth: f64,
+        (normal, depth): (DVec3, f64),
         carried: DVec3,
+        pushed: &mut Pushed,
     ) {
         self.past.touched = true;
         let approach = (self.x[i] - self.p[i] - carried).dot(normal) / h;
-        self.x[i] += normal * depth;
+        let normal_before = pushed.normal;
+        pushed.normal = (pushed.normal + depth).max(0.0);
+        self.x[i] += normal * (pushed.normal - normal_before);
         let slip = (self.x[i] - self.p[i] - carried).reject_from_normalized(normal);
-        let hold = friction * depth;
-        self.x[i] -= if slip.length() <= hold {
-            slip
-        } else {
-            slip * (hold / slip.length())
-        };
+        let before = pushed.friction.reject_from_normalized(normal);
+        pushed.friction = (before + slip).clamp_length_max(friction * pushed.normal);
+        self.x[i] -= pushed.friction - before;
         if restitution > 0.0 && approach < -2.0 * h * gravity {
             let leave = -restitution * approach * h + carried.dot(normal);
             let now = (self.x[i] - self.p[i]).dot(normal);
             self.p[i] += normal * (now - leave);
+            *pushed = Pushed::default();
         }
     }
+}
+
+/// What rigid surfaces have done to a particle in the substep under way.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Pushed {
+    /// How far it was pushed out [m].
+    normal: f64,
+    /// How far friction has brought it back [m].
+    friction: DVec3,
+    /// By which collider.
+    surface: usize,
+}
+
+/// Normal of a shape towards a point outside of it, and its depth, which is not positive.
+fn gradient(shape: ColliderShape, x: DVec3) -> (DVec3, f64) {
+    let distance = distance(shape, x);
+    if distance <= 0.0 {
+        return (nearest_exit(shape, x).0, 0.0);
+    }
+    let outward = match shape {
+        ColliderShape::Box { size } => {
+            let half = size.as_dvec3() / 2.0;
+            x - x.clamp(-half, half)
+        }
+        ColliderShape::Sphere { .. } => x,
+        ColliderShape::Capsule { length, .. } => x - on_axis(x, length),
+    };
+    (outward.normalize(), -distance)
 }
 
 /// Normal and depth for a point that went from `from` to `to`, in the collider's frame; how it is

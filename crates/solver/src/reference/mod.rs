@@ -17,6 +17,8 @@ mod elastic;
 mod holds;
 mod motion;
 
+use contact::Pushed;
+
 use crate::{
     Contacts, Effects, ElasticKind, Leads, Matching, Repair, Settings, Stitches, Substep,
     SurfacePoint, Topology,
@@ -77,6 +79,8 @@ pub struct Body {
     pub sticky_ground: Option<f64>,
     /// Friction µ and restitution e against colliders, if the body meets them.
     pub collide: Option<(f64, f64)>,
+    /// What the ground and colliders have done in the substep under way, particle by particle.
+    rigid: (Vec<Pushed>, Vec<Pushed>),
     /// λ of the constraints of each elastic effect; empty before the first sweep.
     pub lambdas: [Vec<f64>; ElasticKind::COUNT],
     /// λ of the pressure.
@@ -258,9 +262,10 @@ impl World {
                 for body in &mut *bodies {
                     let h = body.h;
                     body.solve_ground(h, gravity);
-                    for collider in &*colliders {
+                    for (number, collider) in colliders.iter().enumerate() {
                         let (from, to) = (collider.pose_at(start), collider.pose_at(end));
-                        body.solve_collider(h, gravity, collider.shape, &from, &to);
+                        let shape = (number, collider.shape);
+                        body.solve_collider(h, gravity, shape, (&from, &to));
                     }
                 }
             }
@@ -275,6 +280,7 @@ impl World {
             if let Some(spin) = spin.filter(|_| !body.past.touched) {
                 body.turn_to(spin);
             }
+            body.resist_rolling(h);
             body.stiffen();
             body.flow(start + h, h);
         }
@@ -312,6 +318,7 @@ impl Body {
             ground: None,
             sticky_ground: None,
             collide: None,
+            rigid: Default::default(),
             lambdas: Default::default(),
             walls: Walls::default(),
             matching: Matching::default(),

@@ -1,6 +1,9 @@
 //! Forces, prediction and velocities, and what is done around the stages.
 
-use super::{Body, Past, contact::exit};
+use super::{
+    Body, Past,
+    contact::{Pushed, exit},
+};
 use crate::{
     Effects, Settings, Topology, contact::ColliderShape, contact::Pose, contact::pairs::Tangible,
     force::Force, force::Moment, force::Mote, force::VisitForces, history::SHARE, repair::Motes,
@@ -164,6 +167,10 @@ impl Body {
     }
 
     pub(super) fn presolve(&mut self, h: f64, gravity: DVec3) {
+        for pushed in [&mut self.rigid.0, &mut self.rigid.1] {
+            pushed.clear();
+            pushed.resize(self.x.len(), Pushed::default());
+        }
         for i in 0..self.x.len() {
             self.p[i] = self.x[i];
             self.from[i] = self.x[i];

@@ -14,7 +14,7 @@ pub use super::{
 use super::kernels::{Kernels, Work, halves_of};
 pub(crate) use super::stage::Solve;
 use crate::{
-    Collide, Effects, ElasticKind, ForceKind, Substep, Topology,
+    Collide, ContactMultiplier, Effects, ElasticKind, ForceKind, Substep, Topology,
     bands::Piece,
     contact::{collider, ground},
     crew::Crew,
@@ -186,7 +186,8 @@ impl Stepper<'_> {
             self.look_for_damage(means);
         }
         let repaired = !self.particles.repair.is_empty();
-        if !begins && !repaired && self.effects.plasticity.is_none() {
+        let flows = self.effects.plasticity.is_some() || self.effects.resists_rolling();
+        if !begins && !repaired && !flows {
             return self.advance_together(substeps, means);
         }
         for index in substeps {
@@ -206,6 +207,7 @@ impl Stepper<'_> {
     /// anything flows; [`advance`](Self::advance) does.
     pub fn end(&mut self) {
         self.restore_spin();
+        self.resist_rolling();
         self.stiffen();
     }
 
@@ -220,6 +222,7 @@ impl Stepper<'_> {
         self.lambdas
             .make_sums(if averages { topology.particles() } else { 0 });
         self.find_regions();
+        self.keep_rigid_contacts(&any);
         let solve = Solve::of(&effects, stitched, settings.method);
         let first = substeps.start;
         let mut forces = ForceKind::ALL
@@ -278,6 +281,7 @@ impl Stepper<'_> {
             self.lambdas.make_sums(shape.particles());
         }
         self.find_regions();
+        self.keep_rigid_contacts(step);
         let stitched = !self.stitches.is_empty();
         let tasks = stage.tasks(&shape, (self.effects, stitched), step, iteration);
         let sweeps = usize::from(matches!(stage, Stage::Elastic(_)));
@@ -302,6 +306,7 @@ impl Stepper<'_> {
         let sums = if averages { topology.particles() } else { 0 };
         self.lambdas.make_sums(sums);
         self.find_regions();
+        self.keep_rigid_contacts(step);
         let effects = &effects;
         let mut elastic = stages.clone();
         let sweeps = usize::from(elastic.any(|(stage, _)| matches!(stage, Stage::Elastic(_))));
@@ -322,6 +327,15 @@ impl Stepper<'_> {
         if let Some(effect) = &self.effects.shape_matching {
             let matching = self.lambdas.matching.get_or_insert_default();
             matching.update(self.topology, effect);
+        }
+    }
+
+    /// Makes room for multipliers of contact with ground and colliders, if they are needed.
+    fn keep_rigid_contacts(&mut self, step: &Substep) {
+        if self.effects.keeps_rigid_contacts(step) {
+            self.lambdas
+                .rigid
+                .make_room(self.effects, self.topology.particles());
         }
     }
 
@@ -468,13 +482,19 @@ impl<'a> Context<'a> {
                     stages::fade(part, self.h, settings.gravity, kept);
                 }
             }
-            Task::Begin => stages::presolve(part, self.h, settings.gravity, instructions),
+            Task::Begin => {
+                // SAFETY: the caller's promise.
+                unsafe { forget(shared, piece) };
+                stages::presolve(part, self.h, settings.gravity, instructions);
+            }
             Task::Stick => {
                 if let Some(sticky) = &self.effects.sticky_ground {
                     shared.touch(ground::stick(part, sticky));
                 }
             }
             Task::Turn { substep } => {
+                // SAFETY: the caller's promise.
+                unsafe { forget(shared, piece) };
                 stages::turn(part, self.h, settings.gravity, instructions)
                     .map_err(not_finite(substep))?;
             }
@@ -563,24 +583,47 @@ impl<'a> Context<'a> {
             }
             Task::Ground => {
                 if let Some(ground) = &self.effects.ground {
-                    shared.touch(ground::solve(part, ground, self.h, settings.gravity));
+                    // SAFETY: the caller's promise.
+                    let kept = unsafe { shared.ground(piece) };
+                    let gravity = settings.gravity;
+                    shared.touch(ground::solve(part, ground, kept, self.h, gravity));
                 }
             }
             Task::Collide { substep } => {
                 if let Some(collide) = &self.effects.collide {
-                    shared.touch(self.collide(part, collide, substep));
+                    // SAFETY: the caller's promise.
+                    let kept = unsafe { shared.colliders(piece) };
+                    shared.touch(self.collide(part, collide, kept, substep));
                 }
             }
         }
         Ok(())
     }
 
-    fn collide(&self, mut part: Part, collide: &Collide, substep: u32) -> bool {
+    fn collide(
+        &self,
+        mut part: Part,
+        collide: &Collide,
+        kept: &mut [ContactMultiplier],
+        substep: u32,
+    ) -> bool {
         let mut touched = false;
-        for swept in self.means.swept.of(substep) {
+        for collider in (0..).zip(self.means.swept.of(substep)) {
             let gravity = self.means.settings.gravity;
-            touched |= collider::solve(part.reborrow(), collide, swept, self.h, gravity);
+            let part = part.reborrow();
+            touched |= collider::solve(part, collide, collider, kept, self.h, gravity);
         }
         touched
+    }
+}
+
+/// A substep begins without what ground and colliders have done in the last one.
+///
+/// # Safety
+/// As of [`Context::work`].
+unsafe fn forget(shared: &Shared, piece: &Piece) {
+    // SAFETY: the caller's promise.
+    for kept in unsafe { [shared.ground(piece), shared.colliders(piece)] } {
+        kept.fill(ContactMultiplier::default());
     }
 }

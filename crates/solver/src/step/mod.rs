@@ -9,6 +9,7 @@ pub mod method;
 pub mod phases;
 pub mod repair;
 pub mod rest;
+pub mod rolling;
 pub mod share;
 pub mod spin;
 mod stage;

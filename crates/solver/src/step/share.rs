@@ -7,7 +7,7 @@
 )]
 
 use crate::{
-    ElasticKind, Factors, Leads, Stitches,
+    ContactMultiplier, ElasticKind, Factors, Leads, Stitches,
     bands::Piece,
     effects::{grab::Grab, pressure::Walls, shape_matching::Matching},
     particles::Part,
@@ -27,8 +27,10 @@ pub(crate) struct Shared<'a> {
     displacements: *mut Vec4,
     carry: *mut Vec4,
     particles: usize,
-    lambdas: [Column; ElasticKind::COUNT],
+    lambdas: [Column<f32>; ElasticKind::COUNT],
     sums: (*mut Vec4, usize),
+    /// Multipliers of contact with the ground and with colliders.
+    rigid: [Column<ContactMultiplier>; 2],
     grab: *mut Option<Grab>,
     walls: *mut Walls,
     matching: *mut Option<Box<Matching>>,
@@ -41,8 +43,8 @@ pub(crate) struct Shared<'a> {
 }
 
 /// Multipliers of one effect.
-struct Column {
-    start: *mut f32,
+struct Column<T> {
+    start: *mut T,
     len: usize,
 }
 
@@ -58,10 +60,6 @@ impl<'a> Shared<'a> {
             particles.displacements.len() == count && particles.carry.len() == count,
             "particles have columns of different lengths"
         );
-        let column = |multipliers: &mut Vec<f32>| Column {
-            start: multipliers.as_mut_ptr(),
-            len: multipliers.len(),
-        };
         Self {
             positions: particles.positions.as_mut_ptr(),
             displacements: particles.displacements.as_mut_ptr(),
@@ -71,7 +69,11 @@ impl<'a> Shared<'a> {
                 let sums = body.lambdas.sums();
                 (sums.as_mut_ptr(), sums.len())
             },
-            lambdas: body.lambdas.columns().each_mut().map(column),
+            rigid: {
+                let rigid = &mut body.lambdas.rigid;
+                [&mut rigid.ground, &mut rigid.colliders].map(Column::of)
+            },
+            lambdas: body.lambdas.columns().each_mut().map(Column::of),
             grab: &raw mut body.effects.grab,
             walls: &raw mut body.lambdas.walls,
             matching: &raw mut body.lambdas.matching,
@@ -158,6 +160,24 @@ impl<'a> Shared<'a> {
         unsafe { slice::from_raw_parts_mut(first.add(start), end - start) }
     }
 
+    /// Multipliers of contact of the particles of a piece with the ground; empty if they are not kept.
+    ///
+    /// # Safety
+    /// As of [`part`](Self::part).
+    pub unsafe fn ground(&self, piece: &Piece) -> &mut [ContactMultiplier] {
+        // SAFETY: the caller's promise.
+        unsafe { self.rigid[0].part(piece.particles.clone()) }
+    }
+
+    /// The same with colliders.
+    ///
+    /// # Safety
+    /// As of [`part`](Self::part).
+    pub unsafe fn colliders(&self, piece: &Piece) -> &mut [ContactMultiplier] {
+        // SAFETY: the caller's promise.
+        unsafe { self.rigid[1].part(piece.particles.clone()) }
+    }
+
     /// The hold of a hand.
     ///
     /// # Safety
@@ -204,10 +224,17 @@ impl<'a> Shared<'a> {
     }
 }
 
-impl Column {
+impl<T> Column<T> {
+    fn of(multipliers: &mut Vec<T>) -> Self {
+        Self {
+            start: multipliers.as_mut_ptr(),
+            len: multipliers.len(),
+        }
+    }
+
     /// # Safety
     /// As long as the part lives, nobody else asks for one that overlaps it.
-    unsafe fn part(&self, range: Range<usize>) -> &mut [f32] {
+    unsafe fn part(&self, range: Range<usize>) -> &mut [T] {
         if range.start > range.end || range.end > self.len {
             return &mut [];
         }

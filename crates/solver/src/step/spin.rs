@@ -62,7 +62,8 @@ pub(crate) fn is_free(effects: &Effects, stitches: &Stitches) -> bool {
     effects.grab.is_none() && !stitched && !forced
 }
 
-fn mote(particles: &Particles) -> impl Fn(usize) -> (f64, DVec3, DVec3) {
+/// Mass [kg], position [m] and velocity [m/s] of each particle.
+pub(crate) fn mote(particles: &Particles) -> impl Fn(usize) -> (f64, DVec3, DVec3) {
     |i| {
         let mass = 1.0 / f64::from(particles.positions[i].w);
         (mass, particles.position(i), particles.velocity_f64(i))
@@ -72,6 +73,8 @@ fn mote(particles: &Particles) -> impl Fn(usize) -> (f64, DVec3, DVec3) {
 /// How a body moves as a whole.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Motion {
+    /// Mass [kg].
+    pub mass: f64,
     /// Center of mass [m].
     pub center: DVec3,
     /// Angular momentum about it [kg·m²/s].
@@ -99,6 +102,7 @@ impl Motion {
             inertia += (square - DMat3::from_cols(r * r.x, r * r.y, r * r.z)) * m;
         }
         Self {
+            mass,
             center,
             angular,
             inertia,
@@ -107,10 +111,24 @@ impl Motion {
 
     /// The angular velocity [rad/s] to be added for an angular momentum [kg·m²/s]; none for a point.
     pub fn turn_to(&self, angular: DVec3) -> DVec3 {
+        self.turn(angular - self.angular)
+    }
+
+    /// The angular velocity of the body [rad/s].
+    pub fn velocity(&self) -> DVec3 {
+        self.turn(self.angular)
+    }
+
+    /// The angular momentum [kg·m²/s] of an angular velocity [rad/s].
+    pub fn momentum(&self, velocity: DVec3) -> DVec3 {
+        self.inertia * velocity
+    }
+
+    fn turn(&self, angular: DVec3) -> DVec3 {
         let trace = self.inertia.x_axis.x + self.inertia.y_axis.y + self.inertia.z_axis.z;
         if trace > 0.0 {
             let least = DMat3::from_diagonal(DVec3::splat(LINE * trace));
-            (self.inertia + least).inverse() * (angular - self.angular)
+            (self.inertia + least).inverse() * angular
         } else {
             DVec3::ZERO
         }

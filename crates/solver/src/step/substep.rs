@@ -215,6 +215,11 @@ impl Substep {
         }
     }
 
+    /// How many passes over all contacts it has.
+    pub(crate) fn contact_passes(&self) -> u32 {
+        (0..self.sweeps()).map(|i| self.contacts_after(i)).sum()
+    }
+
     /// How a sweep is averaged, if it is.
     pub(crate) fn averaging(&self, iteration: u32) -> Option<Averaging> {
         let smooths = iteration >= self.iterations;

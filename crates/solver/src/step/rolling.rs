@@ -1,0 +1,97 @@
+//! Rolling resistance of the ground.
+//!
+//! Where a body rolls, the ground presses harder against what comes down than against what lifts off: its force acts by
+//! a lever ahead of the center, which with the radius R is µᵣR. In a substep in which the ground has pressed with an
+//! impulse N it so takes an angular momentum about horizontal axes of at most
+//!
+//! ΔL = µᵣ N R,
+//!
+//! R being how high the center of mass is above the ground. While friction holds the point of contact, the body turns
+//! about that, so that a ball on level ground slows down by µᵣg/(1 + I/mR²), and rolls down slopes that are steeper than
+//! µᵣ. While it slides, friction has nothing left to give, and it turns about its center of mass. Both are rigid motions,
+//! which deform nothing. As by any other constraint, positions change with velocities: a body that may not roll stays
+//! where it is.
+//!
+//! Bodies with pins do not roll and are left alone.
+
+use crate::{
+    Ground,
+    advance::Stepper,
+    spin::{Motion, mote},
+};
+use glam::DVec3;
+
+/// What the ground has done to a body in a substep, as mass times displacement [kg·m].
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Pressed {
+    normal: f64,
+    friction: DVec3,
+    /// Where, times `normal`.
+    moment: DVec3,
+}
+
+impl Pressed {
+    /// Adds what it has done to a particle of a mass [kg] at a position [m]: how far it has pushed it [m], and how far
+    /// friction has brought it back [m].
+    pub fn add(&mut self, mass: f64, position: DVec3, normal: f64, friction: DVec3) {
+        self.normal += mass * normal;
+        self.friction += friction * mass;
+        self.moment += position * (mass * normal);
+    }
+
+    /// The motion of a rigid body that it takes in a substep of `h` seconds: an angular velocity [rad/s], and the point
+    /// about which it is [m].
+    pub fn resist(&self, ground: &Ground, motion: &Motion, h: f64) -> Option<(DVec3, DVec3)> {
+        let height = f64::from(ground.height);
+        let radius = motion.center.y - height;
+        if self.normal <= 0.0 || radius <= 0.0 {
+            return None;
+        }
+        let velocity = motion.velocity();
+        let rolling = velocity - DVec3::Y * velocity.y;
+        let most = f64::from(ground.rolling_resistance.get()) * self.normal / h * radius;
+        let limited = |momentum: f64| (most / momentum.max(most)).min(1.0);
+        let contact = (self.moment / self.normal).with_y(height);
+        let arm = motion.center - contact;
+        let way = rolling.cross(arm) * motion.mass;
+        let about_contact = rolling * limited((motion.momentum(rolling) + arm.cross(way)).length());
+        let friction = f64::from(ground.friction.get()) * self.normal - self.friction.length();
+        let needed = about_contact.cross(arm).length() * motion.mass * h;
+        if needed <= friction {
+            return Some((about_contact, contact));
+        }
+        let about_center = rolling * limited(motion.momentum(rolling).length());
+        Some((about_center, motion.center))
+    }
+}
+
+impl Stepper<'_> {
+    /// Ends a substep in which the ground may have resisted that the body rolls.
+    pub(crate) fn resist_rolling(&mut self) {
+        let particles = &mut *self.particles;
+        let rolls = self.effects.resists_rolling();
+        let Some(ground) = self.effects.ground.filter(|_| rolls) else {
+            return;
+        };
+        let mut pressed = Pressed::default();
+        for (i, kept) in self.lambdas.rigid.ground.iter().enumerate() {
+            if kept.normal > 0.0 {
+                let mass = 1.0 / f64::from(particles.positions[i].w);
+                let friction = kept.friction.as_dvec3();
+                pressed.add(mass, particles.position(i), kept.normal.into(), friction);
+            }
+        }
+        if pressed.normal == 0.0 || particles.positions.iter().any(|x| x.w == 0.0) {
+            return;
+        }
+        let h = f64::from(particles.substep_seconds());
+        let motion = Motion::of(mote(particles), particles.len());
+        if let Some((turn, center)) = pressed.resist(&ground, &motion, h) {
+            for i in 0..particles.len() {
+                let change = -turn.cross(particles.position(i) - center);
+                particles.accelerate(i, change);
+                particles.shift(i, change * h);
+            }
+        }
+    }
+}
