@@ -2,7 +2,7 @@
 
 use crate::support::{
     G, body, body_of_masses, chain, pinned, random_vector, run, settings, state_bits, stretch,
-    with, world,
+    topology, with, world,
 };
 use glam::{UVec2, Vec2, Vec3};
 use pliant::{
@@ -168,4 +168,25 @@ fn threads_change_no_bit_of_what_tethers_do() {
     let one = fall(1);
     assert_eq!(one, fall(2));
     assert_eq!(one, fall(8));
+}
+
+/// What was found for a mesh is found again for another, though that may have as many particles.
+#[test]
+fn tethers_of_another_mesh_of_as_many_particles_are_found_again() {
+    let shape = chain(4, 0.25);
+    let mut crooked = shape.clone();
+    crooked.edges = vec![[0, 2], [2, 1], [1, 3], [3, 4]];
+    let positions = pinned(body("rope", shape.clone(), 1.0), &[0])
+        .particles
+        .positions;
+    let [straight, crooked] = [shape, crooked].map(topology);
+    let mut leads = Leads::of(&straight, &positions);
+    leads.update(&crooked, &positions);
+    let found: Vec<_> = leads.ways().collect();
+    let expected: Vec<_> = Leads::of(&crooked, &positions).ways().collect();
+    assert_eq!(found, expected);
+    assert_ne!(
+        found,
+        Leads::of(&straight, &positions).ways().collect::<Vec<_>>()
+    );
 }

@@ -85,4 +85,4 @@ pub use repair::Repair;
 pub use rest::SleepSettings;
 pub use step::world::World;
 pub use substep::{Settings, Substep};
-pub use topology::{RestShape, Topology, TopologyError};
+pub use topology::{RestShape, Topology, TopologyError, TopologyId};

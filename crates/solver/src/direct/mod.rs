@@ -35,8 +35,8 @@ pub(super) mod matrix;
 pub(super) mod plan;
 
 use super::{
-    Effects, ElasticKind, Method, Topology, effects::Multipliers, effects::kinds::sweep_kind,
-    lanes::Instructions, particles::Part,
+    Effects, ElasticKind, Method, Topology, TopologyId, effects::Multipliers,
+    effects::kinds::sweep_kind, lanes::Instructions, particles::Part,
 };
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
@@ -79,7 +79,7 @@ pub struct Factors(Option<Box<Room>>);
 #[derive(Debug, Clone, Default)]
 struct Room {
     /// Which effects of how many particles `plan` is for.
-    planned: Option<(u32, usize)>,
+    planned: Option<(u32, TopologyId)>,
     plan: Option<Plan>,
     columns: Columns,
     matrix: Matrix,
@@ -297,7 +297,7 @@ impl Room {
         let kinds = ElasticKind::ALL.into_iter();
         let kinds = kinds.filter(|kind| effects.has(*kind) && kind.is_solved_directly());
         let kinds = kinds.fold(0, |all, kind| all | 1 << kind as u32);
-        let wanted = Some((kinds, topology.particles()));
+        let wanted = Some((kinds, topology.id()));
         if self.planned == wanted {
             return;
         }

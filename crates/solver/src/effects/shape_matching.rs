@@ -28,8 +28,10 @@
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
-    Damping, Frequency, Particles, RegionSize, Topology, fit, kernel::sum::SquareSum,
-    particles::Part, topology::Regions,
+    Damping, Frequency, Particles, RegionSize, Topology, fit,
+    kernel::sum::SquareSum,
+    particles::Part,
+    topology::{Identity, Regions},
 };
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
@@ -80,8 +82,8 @@ pub struct Place {
 /// the regions.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Matching {
-    /// What size the regions were made for [m].
-    size: Option<f32>,
+    /// What the regions were made for: a topology, and a size [m].
+    made_for: Option<(Identity, f32)>,
     regions: Regions,
     /// λ of each region; λ/h² is a force over the root of a mass.
     lambdas: Vec<f64>,
@@ -135,14 +137,16 @@ impl Matching {
             self.regions = Regions::of(topology, size);
             self.lambdas = vec![0.0; self.regions.count()];
             self.moves = vec![DVec3::ZERO; topology.particles()];
-            self.size = Some(size);
+            self.made_for = Some((topology.identity(), size));
         }
     }
 
     /// Whether the regions are those that the effect asks for.
     #[must_use]
     pub fn is_of(&self, topology: &Topology, effect: &ShapeMatching) -> bool {
-        self.size == Some(effect.region.get()) && self.moves.len() == topology.particles()
+        self.made_for.as_ref().is_some_and(|(identity, size)| {
+            identity.id() == topology.id() && *size == effect.region.get()
+        })
     }
 
     /// The regions.

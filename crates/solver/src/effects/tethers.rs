@@ -13,7 +13,7 @@
 
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
-use crate::{Slack, Topology, kernel::sum::SquareSum, particles::Part};
+use crate::{Slack, Topology, TopologyId, kernel::sum::SquareSum, particles::Part};
 use glam::{DVec3, Vec4};
 use serde::{Deserialize, Serialize};
 use std::{cmp::Reverse, collections::BinaryHeap};
@@ -36,6 +36,8 @@ pub struct Tethers {
 /// change.
 #[derive(Debug, Clone, Default)]
 pub struct Leads {
+    /// What they were found in.
+    found_in: Option<TopologyId>,
     /// The pinned particles.
     pins: Vec<u32>,
     /// The nearest pin of each particle.
@@ -64,9 +66,10 @@ impl Leads {
     pub fn update(&mut self, topology: &Topology, positions: &[Vec4]) {
         let pins = (0..).zip(positions).filter(|(_, x)| x.w == 0.0);
         let pins = pins.map(|(particle, _)| particle);
-        let same =
-            self.leads.len() == positions.len() && pins.clone().eq(self.pins.iter().copied());
+        let found_in = Some(topology.id());
+        let same = self.found_in == found_in && pins.clone().eq(self.pins.iter().copied());
         if !same {
+            self.found_in = found_in;
             self.pins = pins.collect();
             self.find(topology);
         }

@@ -18,6 +18,7 @@ pub mod tetrahedra;
 pub mod facets;
 pub mod frames;
 pub mod hinges;
+mod id;
 pub mod numbering;
 pub mod order;
 pub mod regions;
@@ -31,6 +32,7 @@ pub use facets::Facets;
 pub use flow::RestValues;
 pub use frames::Frames;
 pub use hinges::{Cotangents, Hinges};
+pub use id::{Identity, TopologyId};
 pub use regions::Regions;
 pub use rest_shape::RestShape;
 pub use surface::Surface;
@@ -107,6 +109,7 @@ pub struct Topology {
     enclosure: Lazy<Result<Enclosure, NotClosed>>,
     /// What it was before its rest values flowed.
     original: Option<Arc<Topology>>,
+    identity: Identity,
 }
 
 /// A part that follows from the others, made when somebody first asks for it; it makes no
@@ -286,6 +289,7 @@ impl Topology {
             surface: Lazy::default(),
             enclosure: Lazy::default(),
             original: None,
+            identity: Identity::default(),
         })
     }
 
@@ -365,6 +369,16 @@ impl Topology {
     #[must_use]
     pub fn vertex(&self, particle: usize) -> u32 {
         self.numbering.vertex(particle as u32)
+    }
+
+    /// Which mesh it is of.
+    #[must_use]
+    pub fn id(&self) -> TopologyId {
+        self.identity.id()
+    }
+
+    pub(crate) fn identity(&self) -> Identity {
+        self.identity.clone()
     }
 
     /// How many particles a body of this topology has.
