@@ -1,48 +1,24 @@
 //! The window: a studio to look at soft bodies, a hand to pull them, and a panel to turn what
 //! they are made of.
 //!
-//! Two halves that share [`view`]: the picture and the hand ([`stage`], [`camera`], [`bodies`],
-//! [`pointer`], [`drag`], …), and the words (panel, head-up line, keys, messages). Neither
-//! touches the simulation but through [`Actions`](crate::simulation::Actions), its clock and
+//! - [`ui`]: the kit that others write with: theme, widgets, messages.
+//! - [`render`]: the picture. [`view`](render::view) says what is shown.
+//! - [`input`]: keys, pointer, drag.
+//! - [`lab`]: instruments.
+//! - [`panel`]: the panel and the head-up line.
+//! - [`app`]: what the window opens with, loads, keeps and writes down.
+//!
+//! None of them touches the simulation but through [`Actions`](crate::simulation::Actions), its clock and
 //! its settings.
 
-pub mod accuracy;
-pub mod answer;
-pub mod arrival;
-pub mod bodies;
-pub mod camera;
-pub mod colliders;
-pub mod display;
-pub mod drag;
-pub mod drop;
-pub mod frozen;
-pub mod gallery;
-pub mod ghost;
-pub mod grounding;
-pub mod help;
-pub mod hud;
-pub mod journal;
-pub mod keys;
-pub mod load;
-pub mod material;
-pub mod message;
-pub mod orbit;
-pub mod overlay;
+pub mod app;
+pub mod input;
+pub mod lab;
 pub mod panel;
-pub mod pick;
-pub mod picture;
-pub mod pointer;
-pub mod record;
-pub mod resolution;
-pub mod screenshot;
-pub mod settings;
-pub mod solver_view;
-pub mod stage;
-pub mod theme;
-pub mod throughput;
-pub mod view;
-pub mod wires;
+pub mod render;
+pub mod ui;
 
+use self::app::display::NoDisplay;
 use crate::{
     SoftBodyPlugins,
     scene::registry::SCENES,
@@ -56,7 +32,6 @@ use bevy::{
     window::PresentMode,
 };
 use bevy_egui::EguiPlugin;
-use display::NoDisplay;
 use std::{
     panic::{self, AssertUnwindSafe},
     path::PathBuf,
@@ -90,7 +65,7 @@ pub struct SandboxOptions {
 /// # Errors
 /// [`NoDisplay`] if no window can be opened here; nothing has been opened then.
 pub fn run(options: &SandboxOptions) -> Result<AppExit, NoDisplay> {
-    let reached = display::check()?;
+    let reached = app::display::check()?;
     let mut app = quietly(|| build(options)).map_err(NoDisplay::Refused)?;
     drop(reached);
     Ok(app.run())
@@ -100,9 +75,9 @@ pub fn run(options: &SandboxOptions) -> Result<AppExit, NoDisplay> {
 fn build(options: &SandboxOptions) -> App {
     let mut app = App::new();
     if !options.no_settings {
-        app.add_plugins(settings::KeptSettingsPlugin);
+        app.add_plugins(app::settings::KeptSettingsPlugin);
     }
-    let kept = app.world().get_resource::<settings::KeptSettings>();
+    let kept = app.world().get_resource::<app::settings::KeptSettings>();
     let size = options
         .size
         .or_else(|| kept?.size())
@@ -134,15 +109,15 @@ fn build(options: &SandboxOptions) -> App {
     // own ticks, and needs the real time of every frame to draw between them.
     .add_plugins(SoftBodyPlugins::new(PostUpdate))
     .add_plugins(SandboxPlugins)
-    .add_plugins(load::LoadPlugin {
+    .add_plugins(app::load::LoadPlugin {
         first: first.unwrap_or_else(|| SCENES[0].name.to_owned()),
     })
     .add_systems(Startup, (spawn_camera, bound_ticks));
     if let Some(path) = options.journal.clone() {
-        app.add_plugins(journal::JournalPlugin { path });
+        app.add_plugins(app::journal::JournalPlugin { path });
     }
     if let Some(path) = options.record.clone() {
-        app.add_plugins(record::RecordPlugin { path });
+        app.add_plugins(app::record::RecordPlugin { path });
     }
     app
 }
@@ -153,44 +128,48 @@ pub struct SandboxPlugins;
 impl PluginGroup for SandboxPlugins {
     fn build(self) -> PluginGroupBuilder {
         PluginGroupBuilder::start::<Self>()
-            .add(view::ViewPlugin)
-            .add(stage::StagePlugin)
-            .add(pointer::PointerPlugin)
-            .add(drag::DragPlugin)
-            .add(camera::CameraPlugin)
-            .add(bodies::BodiesPlugin)
-            .add(colliders::CollidersPlugin)
-            .add(wires::WiresPlugin)
-            .add(solver_view::SolverViewPlugin)
-            .add(overlay::OverlayPlugin)
-            .add(answer::AnswerPlugin)
-            .add(screenshot::ScreenshotPlugin)
-            .add(theme::ThemePlugin)
+            .add(render::view::ViewPlugin)
+            .add(render::stage::StagePlugin)
+            .add(input::pointer::PointerPlugin)
+            .add(input::drag::DragPlugin)
+            .add(render::camera::CameraPlugin)
+            .add(render::bodies::BodiesPlugin)
+            .add(render::colliders::CollidersPlugin)
+            .add(render::wires::WiresPlugin)
+            .add(render::solver_view::SolverViewPlugin)
+            .add(render::overlay::OverlayPlugin)
+            .add(lab::answer::AnswerPlugin)
+            .add(app::screenshot::ScreenshotPlugin)
+            .add(ui::theme::ThemePlugin)
             .add(panel::PanelPlugin)
-            .add(throughput::ThroughputPlugin)
-            .add(resolution::ResolutionPlugin)
-            .add(accuracy::AccuracyPlugin)
-            .add(gallery::GalleryPlugin)
-            .add(ghost::GhostPlugin)
-            .add(ghost::form::GhostFormPlugin)
-            .add(hud::HudPlugin)
-            .add(message::MessagePlugin)
-            .add(frozen::FrozenPlugin)
-            .add(keys::KeysPlugin)
-            .add(help::HelpPlugin)
-            .add(arrival::ArrivalPlugin)
-            .add(drop::DropPlugin)
+            .add(lab::throughput::ThroughputPlugin)
+            .add(lab::resolution::ResolutionPlugin)
+            .add(lab::accuracy::AccuracyPlugin)
+            .add(lab::gallery::GalleryPlugin)
+            .add(lab::ghost::GhostPlugin)
+            .add(lab::ghost::form::GhostFormPlugin)
+            .add(panel::hud::HudPlugin)
+            .add(ui::message::MessagePlugin)
+            .add(lab::frozen::FrozenPlugin)
+            .add(input::keys::KeysPlugin)
+            .add(panel::help::HelpPlugin)
+            .add(app::arrival::ArrivalPlugin)
+            .add(input::drop::DropPlugin)
     }
 }
 
 fn spawn_camera(mut commands: Commands, adapter: Res<RenderAdapterInfo>) {
     // Four samples a pixel cost a processor four times the work, and a graphics card next to none.
-    let smoothing = if stage::is_software(&adapter) {
+    let smoothing = if render::stage::is_software(&adapter) {
         Msaa::Off
     } else {
         Msaa::Sample4
     };
-    commands.spawn((camera::OrbitCamera::default(), stage::lens(), smoothing));
+    commands.spawn((
+        render::camera::OrbitCamera::default(),
+        render::stage::lens(),
+        smoothing,
+    ));
 }
 
 fn bound_ticks(mut clock: ResMut<SimulationClock>) {

@@ -7,9 +7,8 @@ use bevy_egui::egui::{
 };
 use pliant::{
     sandbox::{
-        accuracy::{AccuracyCommand, Card, Dot, Goals, News, Task, Worker, show},
-        panel::Places,
-        theme,
+        lab::accuracy::{AccuracyCommand, Card, Dot, Goals, News, Task, Worker, show},
+        ui::{Places, theme},
     },
     study::Goal,
 };

@@ -5,9 +5,8 @@ use bevy_egui::egui::{
 };
 use pliant::{
     sandbox::{
-        frozen::{FrozenBody, draw, reason},
-        panel::Places,
-        theme,
+        lab::frozen::{FrozenBody, draw, reason},
+        ui::{Places, theme},
     },
     solver::Quarantine,
 };

@@ -10,9 +10,10 @@ use bevy_egui::egui::{
 use pliant::{
     recording::replay,
     sandbox::{
-        gallery::{Card, GalleryCommand, Line, News, On, Subject, Verdict, Worker, save, show},
-        panel::Places,
-        theme,
+        lab::gallery::{
+            Card, GalleryCommand, Line, News, On, Subject, Verdict, Worker, save, show,
+        },
+        ui::{Places, theme},
     },
     solver::{Body, Threads, deform},
     torture::{CASES, Case, Figure, run::given},
@@ -255,7 +256,7 @@ fn settings_that_pass_are_looked_for_on_a_thread() {
         for news in worker.news() {
             if let News::Advised(words) = news {
                 let words = words.expect("it can be run");
-                assert!(words.contains("passes at 10×4"), "{words}");
+                assert!(words.contains("passes at 80×1"), "{words}");
                 return;
             }
         }

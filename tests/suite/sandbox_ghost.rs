@@ -9,7 +9,7 @@ use bevy::{prelude::*, time::TimeUpdateStrategy};
 use pliant::{
     SoftBodyPlugins,
     sandbox::{
-        ghost::{
+        lab::ghost::{
             Ghost, GhostCommand, GhostPlugin,
             pace::{LEAST, MOST, fitting},
             twins::{Moment, Seen, Twins},

@@ -6,10 +6,10 @@ use bevy_egui::egui::{
     ViewportId, ViewportInfo, pos2, vec2,
 };
 use pliant::sandbox::{
-    ghost::distance::{Distance, Trail},
-    keys::{BINDINGS, GESTURES},
+    input::keys::{BINDINGS, GESTURES},
+    lab::ghost::distance::{Distance, Trail},
     panel::{
-        Panel, Places,
+        Panel,
         energy::EnergyTrack,
         history::History,
         model::{
@@ -18,10 +18,12 @@ use pliant::sandbox::{
             StageModel,
         },
         show,
+    },
+    render::view::SolverView,
+    ui::{
+        Places, theme,
         track::{Spread, Track},
     },
-    theme,
-    view::SolverView,
 };
 use pliant::solver::advance::Stage;
 

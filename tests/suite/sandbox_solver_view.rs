@@ -5,7 +5,7 @@ use bevy::color::{LinearRgba, Oklaba};
 use glam::{UVec2, UVec3, Vec2, Vec3};
 use pliant::{
     mesh::Primitive,
-    sandbox::{
+    sandbox::render::{
         solver_view::{
             legend::sentence,
             place::{Kinds, Place, Summary, Turn, places},

@@ -4,7 +4,7 @@ use crate::support_app::cubes;
 use bevy::{prelude::*, time::TimeUpdateStrategy};
 use pliant::{
     SoftBodyPlugins,
-    sandbox::throughput::{Throughput, ThroughputPlugin},
+    sandbox::lab::throughput::{Throughput, ThroughputPlugin},
     simulation::{Asleep, Profile, SimulationClock, SoftBody, TickStart, plain},
     solver::Particles,
 };

@@ -15,13 +15,15 @@ use super::{
 use crate::{
     effect::EffectRegistry,
     sandbox::{
-        accuracy::{Accuracy, AccuracyCommand},
-        arrival::Arrivals,
-        drag::Drag,
-        gallery::{Gallery, GalleryCommand},
-        ghost::GhostCommand,
-        message::{Notices, capitalised},
-        view::{LastGrab, ViewCommand, ViewSettings},
+        app::arrival::Arrivals,
+        input::drag::Drag,
+        lab::{
+            accuracy::{Accuracy, AccuracyCommand},
+            gallery::{Gallery, GalleryCommand},
+            ghost::GhostCommand,
+        },
+        render::view::{LastGrab, ViewCommand, ViewSettings},
+        ui::message::{Notices, capitalised},
     },
     scene::Material,
     simulation::{

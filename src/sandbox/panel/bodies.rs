@@ -5,10 +5,10 @@ use bevy_egui::egui::{ComboBox, Label, RichText, Ui};
 use super::{
     Panel,
     model::{BodyEntry, BodyState, Distortion, PanelModel, Request, Scope},
-    number,
     section::{self, RowButton, section},
 };
-use crate::{sandbox::theme, scene::Material};
+use crate::sandbox::ui::number;
+use crate::{sandbox::ui::theme, scene::Material};
 
 /// Draws the section.
 pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {

@@ -4,9 +4,10 @@ use bevy::prelude::*;
 use bevy_egui::egui::{Label, RichText, Ui};
 use std::collections::BTreeMap;
 
-use super::{Panel, PanelState, model::DeliveredModel, number::format};
+use super::{Panel, PanelState, model::DeliveredModel};
+use crate::sandbox::ui::number::format;
 use crate::{
-    sandbox::theme,
+    sandbox::ui::theme,
     simulation::{Active, Multipliers, SimulationSettings, SoftBody, plain::effects},
     solver::{
         ElasticKind, Particles,

@@ -5,12 +5,12 @@ use bevy_egui::egui::{Response, ScrollArea, Ui};
 use super::{
     bodies, effects, energy, ghost,
     model::{PanelModel, Request},
-    places::Places,
     scene,
     section::{self, RowButton},
     world,
 };
-use crate::sandbox::{theme, view::SolverView};
+use crate::sandbox::ui::Places;
+use crate::sandbox::{render::view::SolverView, ui::theme};
 
 /// What one drawing of the panel gives back: what was asked for, and where each widget is.
 #[derive(Debug, Default)]

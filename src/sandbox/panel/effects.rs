@@ -11,13 +11,13 @@ use bevy_egui::egui::{
 use super::{
     Panel, delivered, history,
     model::{EffectModel, PanelModel, Request, Scope},
-    number,
     parameter::{self, Edit},
     section::{self, section},
 };
+use crate::sandbox::ui::number;
 use crate::{
     effect::{Effect, Stitches},
-    sandbox::theme,
+    sandbox::ui::theme,
 };
 
 /// Width of the bar of a share [logical px].

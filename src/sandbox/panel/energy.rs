@@ -10,12 +10,12 @@ use std::collections::VecDeque;
 use super::{
     Panel, PanelState, history,
     model::{EnergyModel, PanelModel, Request},
-    number::format,
     section::{self, RowButton, section},
 };
+use crate::sandbox::ui::number::format;
 use crate::{
     effect::EffectRegistry,
-    sandbox::theme,
+    sandbox::ui::theme,
     simulation::{EnergyLedger, SimulationSettings},
 };
 

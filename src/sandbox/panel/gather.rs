@@ -10,16 +10,16 @@ use super::{
     },
     originals::{Originals, SceneSettings},
     picker::Picker,
-    track::{Spread, Track},
 };
+use crate::sandbox::ui::track::{Spread, Track};
 use crate::{
     effect::{
         Contact, Effect, EffectInfo, EffectRegistry, ParameterInfo, Pressure, Scale, SelfContact,
     },
     sandbox::{
-        arrival, frozen,
-        throughput::Throughput,
-        view::{LastGrab, ViewSettings},
+        app::arrival,
+        lab::{frozen, throughput::Throughput},
+        render::view::{LastGrab, ViewSettings},
     },
     scene::{Answer, CurrentScene, Material},
     simulation::{

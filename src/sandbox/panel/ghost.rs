@@ -10,16 +10,16 @@ use bevy_egui::egui::{
 use super::{
     Panel,
     model::{GhostModel, Request},
-    number::format,
     section::{self, RowButton, section},
 };
+use crate::sandbox::ui::number::format;
 use crate::{
     sandbox::{
-        ghost::{
+        lab::ghost::{
             Ghost,
             distance::{Distance, TICKS, Trail},
         },
-        theme,
+        ui::theme,
     },
     simulation::SimulationSettings,
 };

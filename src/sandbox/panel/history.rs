@@ -6,9 +6,10 @@ use bevy_egui::egui::{
 };
 use std::collections::VecDeque;
 
-use super::{Panel, PanelState, number::format};
+use super::{Panel, PanelState};
+use crate::sandbox::ui::number::format;
 use crate::{
-    sandbox::theme,
+    sandbox::ui::theme,
     simulation::{Profile, SimulationClock},
     solver::advance::Stage,
 };

@@ -12,25 +12,21 @@ mod effects;
 pub mod energy;
 mod gather;
 mod ghost;
+pub mod help;
 pub mod history;
+pub mod hud;
 pub mod model;
-mod number;
 mod originals;
 mod parameter;
 mod picker;
-mod places;
 mod restart;
 mod scene;
 mod section;
-mod slider;
-pub mod track;
 mod world;
 
 pub use draw::Panel;
 pub use model::{Addition, PanelModel, Request, SceneEntry, Scope};
-pub use number::{count, format};
 pub use originals::{Originals, SceneSettings};
-pub use places::Places;
 
 use std::collections::BTreeMap;
 
@@ -40,10 +36,10 @@ use bevy_egui::{
     egui::{Area, Context, Frame, Id, Margin, Order, Rect, Stroke, pos2},
 };
 
-use super::{
-    load::SceneLoaded,
-    theme,
-    view::{LastGrab, ViewCommand, ViewSettings},
+use crate::sandbox::{
+    app::load::SceneLoaded,
+    render::view::{LastGrab, ViewCommand, ViewSettings},
+    ui::{Places, theme},
 };
 use crate::simulation::{Measuring, Profile};
 

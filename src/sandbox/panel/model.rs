@@ -4,9 +4,10 @@
 //! holds no simulation state of its own, and nothing here knows the ECS, so that it can be drawn
 //! and pressed in a test without a window.
 
-use super::{energy::EnergyTrack, history::History, track::Track};
+use super::{energy::EnergyTrack, history::History};
+use crate::sandbox::ui::track::Track;
 use crate::{
-    sandbox::{ghost::distance::Trail, view::SolverView},
+    sandbox::{lab::ghost::distance::Trail, render::view::SolverView},
     scene::Material,
 };
 

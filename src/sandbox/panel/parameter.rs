@@ -6,8 +6,9 @@ use bevy_egui::egui::{
     Align2, Button, DragValue, FontSelection, Response, RichText, Sense, Ui, Vec2,
 };
 
-use super::{Panel, model::Parameter, number, section::hint, slider::slider, track::Spread};
-use crate::sandbox::theme;
+use super::{Panel, model::Parameter, section::hint};
+use crate::sandbox::ui::theme;
+use crate::sandbox::ui::{number, slider::slider, track::Spread};
 
 /// Width of the column of titles [logical px].
 const TITLE: f32 = 104.0;

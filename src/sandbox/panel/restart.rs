@@ -6,7 +6,7 @@ use bevy::prelude::*;
 use super::originals::{Originals, SceneSettings};
 use crate::{
     effect::EffectRegistry,
-    sandbox::load::SceneLoaded,
+    sandbox::app::load::SceneLoaded,
     simulation::{Action, Actions, SimulationSettings, action, plain::bodies_in_order},
 };
 

@@ -7,9 +7,9 @@ use super::{
     model::{PanelModel, Parameter, Request},
     parameter::{self, Edit},
     section::{self, RowButton},
-    track::{Spread, Track},
 };
-use crate::sandbox::theme;
+use crate::sandbox::ui::theme;
+use crate::sandbox::ui::track::{Spread, Track};
 
 /// Draws the picker, the note, and the buttons of the clock.
 pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {

@@ -8,7 +8,7 @@ use bevy_egui::egui::{
 };
 
 use super::Panel;
-use crate::sandbox::theme;
+use crate::sandbox::ui::theme;
 
 /// A section that can be closed. Its heading is known as `section.<title>` among the places.
 pub fn section(

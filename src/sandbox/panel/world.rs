@@ -9,7 +9,7 @@ use super::{
     parameter::{self, Edit},
     section::{self, RowButton, section},
 };
-use crate::sandbox::{hud::millions, theme};
+use crate::sandbox::{panel::hud::millions, ui::theme};
 
 /// Said where there is nothing to choose.
 const ONE_THREAD: &str = if cfg!(feature = "parallel") {

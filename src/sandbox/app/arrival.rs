@@ -1,0 +1,193 @@
+//! Bodies that arrive in a running scene: from the panel's menu, or from a file dropped on the
+//! window.
+//!
+//! Reading and filling a mesh can take seconds, so it is done on another thread; the scene goes
+//! on meanwhile, and goes on as it is if the mesh cannot be used.
+
+mod recipe;
+mod source;
+
+use std::{path::Path, sync::Arc};
+
+use bevy::{
+    prelude::*,
+    tasks::{AsyncComputeTaskPool, Task, futures::check_ready},
+};
+
+use crate::sandbox::ui::message::Notices;
+use crate::{
+    mesh::Skin,
+    simulation::{Action, Actions, NewBody, SimulationClock, action, tick},
+    solver::Topology,
+};
+use recipe::{body, free_place, surroundings};
+use source::Source;
+
+pub use source::additions;
+
+/// A body that is ready to be put into the scene.
+#[derive(Debug)]
+struct Arrival {
+    name: String,
+    topology: Arc<Topology>,
+    skin: Option<Skin>,
+    notes: Vec<String>,
+}
+
+/// Bodies that are being made.
+#[derive(Resource, Debug, Default)]
+pub struct Arrivals(Vec<Task<Result<Arrival, String>>>);
+
+impl Arrivals {
+    /// Makes a body of an entry of the panel's menu.
+    pub fn build(&mut self, name: &str) {
+        if let Some(source) = Source::named(name) {
+            self.begin(name.to_owned(), source);
+        }
+    }
+
+    /// Makes a body of a mesh file.
+    pub fn read(&mut self, path: &Path) {
+        let name = path.file_stem().map_or_else(
+            || "mesh".to_owned(),
+            |stem| stem.to_string_lossy().into_owned(),
+        );
+        self.begin(name, Source::File(path.to_owned()));
+    }
+
+    /// How many bodies are being made.
+    pub fn pending(&self) -> usize {
+        self.0.len()
+    }
+
+    fn begin(&mut self, name: String, source: Source) {
+        let task = async move { make(name, &source) };
+        self.0.push(AsyncComputeTaskPool::get().spawn(task));
+    }
+}
+
+/// Puts bodies into the scene when they are ready.
+pub struct ArrivalPlugin;
+
+impl Plugin for ArrivalPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Arrivals>()
+            .init_resource::<Notices>()
+            .add_systems(Update, welcome);
+    }
+}
+
+fn make(name: String, source: &Source) -> Result<Arrival, String> {
+    let mesh = source.soft_mesh().map_err(|error| error.to_string())?;
+    let topology = Topology::new(mesh.shape).map_err(|error| error.to_string())?;
+    Ok(Arrival {
+        name,
+        topology: Arc::new(topology),
+        skin: mesh.skin,
+        notes: mesh.notes,
+    })
+}
+
+fn welcome(world: &mut World) {
+    if world.resource::<Arrivals>().0.is_empty() {
+        return;
+    }
+    let mut ready = Vec::new();
+    world.resource_mut::<Arrivals>().0.retain_mut(|task| {
+        let result = check_ready(task);
+        let waits = result.is_none();
+        ready.extend(result);
+        waits
+    });
+    for result in ready {
+        match result {
+            Ok(arrival) => enter(world, arrival),
+            Err(error) => world.resource_mut::<Notices>().error(error),
+        }
+    }
+}
+
+fn enter(world: &mut World, arrival: Arrival) {
+    // A tick that is spread over frames is ended first: bodies come between ticks.
+    if world.resource::<SimulationClock>().mid_tick() {
+        tick(world);
+    }
+    let name = free_name(world, &arrival.name);
+    let mut body = body(&name, arrival.topology);
+    body.effects = surroundings(world, body.effects);
+    body.translate(free_place(world, &body));
+    let particles = body.particles.positions.len();
+    let new = NewBody {
+        body,
+        skin: arrival.skin.map(Arc::new),
+    };
+    let mut actions = world.resource_mut::<Actions>();
+    actions.push(Action::Spawn(Arc::new(new)));
+    // At once, so that the next one finds its place above this one.
+    action::apply(world);
+    let mut notices = world.resource_mut::<Notices>();
+    let mut text = match particles {
+        1 => format!("Added {name}: 1 particle"),
+        _ => format!(
+            "Added {name}: {} particles",
+            crate::sandbox::ui::count(particles)
+        ),
+    };
+    for note in &arrival.notes {
+        text.push_str("\n· ");
+        text.push_str(note);
+    }
+    if arrival.notes.is_empty() {
+        notices.info(text);
+    } else {
+        notices.warn(text);
+    }
+}
+
+/// The name, with a number behind it if it is taken.
+fn free_name(world: &mut World, wanted: &str) -> String {
+    let taken: Vec<String> = world
+        .query::<&Name>()
+        .iter(world)
+        .map(Name::to_string)
+        .collect();
+    numbered(wanted, |name| taken.iter().any(|other| other == name))
+}
+
+fn numbered(wanted: &str, taken: impl Fn(&str) -> bool) -> String {
+    if !taken(wanted) {
+        return wanted.to_owned();
+    }
+    (2_u32..)
+        .map(|number| format!("{wanted} {number}"))
+        .find(|name| !taken(name))
+        .unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_second_bunny_has_a_name_of_its_own() {
+        let there = ["bunny", "bunny 2"];
+        assert_eq!(numbered("bunny", |name| there.contains(&name)), "bunny 3");
+        assert_eq!(numbered("rope", |name| there.contains(&name)), "rope");
+    }
+
+    #[test]
+    fn everything_in_the_menu_can_be_made() {
+        for addition in additions() {
+            let source = Source::named(&addition.name).expect("the menu is made of sources");
+            let arrival = make(addition.name.clone(), &source).expect("it can be made");
+            assert!(arrival.topology.particles() > 0, "{}", addition.name);
+        }
+    }
+
+    #[test]
+    fn a_file_that_is_no_mesh_is_refused_with_a_reason() {
+        let source = Source::File(std::path::PathBuf::from("no/such/file.obj"));
+        let error = make("file".to_owned(), &source).expect_err("there is no such file");
+        assert!(error.contains("file.obj"), "{error}");
+    }
+}

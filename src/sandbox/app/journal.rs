@@ -1,0 +1,311 @@
+//! The journal: what happens in the window, a line of JSON each, for scripted tests and
+//! demonstrations with a real pointer.
+//!
+//! | event | when | fields |
+//! |---|---|---|
+//! | `ready` | the first scene is drawn | `width`, `height` [logical px], `scale` |
+//! | `scene` | a scene was opened, or not | `name`, `error` |
+//! | `widget` | a widget came, moved or went | `name`, `rect` [x, y, width, height] [px] or null |
+//! | `body` | ten times a second | `name`, `screen` [x, y] [px] or null, `centre` [m] |
+//! | `action` | an action was carried out | `tick`, `action` |
+//! | `tick` | ten times a second | the figures of the head-up line |
+//! | `notice` | a message was shown | `text` |
+//! | `closing` | the window closes | |
+//!
+//! Pixels are physical, from the window's upper left corner, as a pointer driver wants them.
+
+use std::{
+    collections::BTreeMap,
+    fs::File,
+    io::{BufWriter, Write},
+    path::PathBuf,
+};
+
+use bevy::{
+    app::AppExit,
+    prelude::*,
+    window::{ExitSystems, PrimaryWindow},
+};
+use bevy_egui::egui::Rect;
+use serde_json::{Value, json};
+
+use crate::sandbox::{
+    app::load::SceneLoaded,
+    lab::{accuracy::CardPlaces, frozen::FrozenPlaces, gallery::GalleryPlaces},
+    panel::PanelPlaces,
+    render::camera::OrbitCamera,
+    ui::message::Notices,
+};
+use crate::{
+    scene::CurrentScene,
+    simulation::{Action, Applied, Statistics},
+    solver::Particles,
+};
+
+/// Lines a second for bodies and ticks.
+const RATE: f32 = 10.0;
+/// Frames after which the window is taken to be drawn.
+const SETTLED: u32 = 5;
+
+/// The open file.
+#[derive(Resource, Debug)]
+struct Journal {
+    file: BufWriter<File>,
+    places: BTreeMap<String, Rect>,
+    notices: Vec<String>,
+    frames: u32,
+    seconds: f32,
+}
+
+impl Journal {
+    /// Writes a line. A disk that is full ends the journal, not the window.
+    fn line(&mut self, value: &Value) {
+        if let Err(error) = writeln!(self.file, "{value}") {
+            warn!("cannot continue the journal: {error}");
+        }
+    }
+}
+
+/// Writes a journal to a new file; one that is there is replaced.
+#[derive(Debug)]
+pub struct JournalPlugin {
+    /// The file.
+    pub path: PathBuf,
+}
+
+impl Plugin for JournalPlugin {
+    fn build(&self, app: &mut App) {
+        let file = match File::create(&self.path) {
+            Ok(file) => file,
+            Err(error) => {
+                let path = self.path.display();
+                let mut notices = app.world_mut().get_resource_or_init::<Notices>();
+                notices.error(format!("Cannot write the journal {path}: {error}"));
+                return;
+            }
+        };
+        app.insert_resource(Journal {
+            file: BufWriter::new(file),
+            places: BTreeMap::new(),
+            notices: Vec::new(),
+            frames: 0,
+            seconds: 0.0,
+        })
+        .add_systems(
+            Last,
+            (
+                write_ready,
+                write_scenes,
+                write_widgets,
+                write_actions,
+                write_notices,
+                write_figures,
+                write_end.after(ExitSystems),
+            )
+                .chain(),
+        );
+    }
+}
+
+fn write_ready(
+    mut journal: ResMut<Journal>,
+    window: Option<Single<&Window, With<PrimaryWindow>>>,
+    scene: Option<Res<CurrentScene>>,
+) {
+    if scene.is_none() {
+        return;
+    }
+    journal.frames = journal.frames.saturating_add(1);
+    if let Some(window) = window
+        && journal.frames == SETTLED
+    {
+        journal.line(&json!({
+            "event": "ready",
+            "width": window.width(),
+            "height": window.height(),
+            "scale": window.scale_factor(),
+        }));
+    }
+}
+
+fn write_scenes(mut journal: ResMut<Journal>, mut loaded: MessageReader<SceneLoaded>) {
+    for scene in loaded.read() {
+        journal.line(&json!({"event": "scene", "name": scene.name, "error": scene.error}));
+    }
+}
+
+fn write_widgets(
+    mut journal: ResMut<Journal>,
+    (panel, card, gallery, frozen): (
+        Res<PanelPlaces>,
+        Res<CardPlaces>,
+        Res<GalleryPlaces>,
+        Res<FrozenPlaces>,
+    ),
+    window: Option<Single<&Window, With<PrimaryWindow>>>,
+) {
+    let changed =
+        panel.is_changed() || card.is_changed() || gallery.is_changed() || frozen.is_changed();
+    let (true, Some(window)) = (changed, window) else {
+        return;
+    };
+    let scale = window.scale_factor();
+    let now: BTreeMap<String, Rect> = panel
+        .iter()
+        .chain(card.iter())
+        .chain(gallery.iter())
+        .chain(frozen.iter())
+        .map(|(name, rect)| (name.to_owned(), rect * scale))
+        .collect();
+    let before = std::mem::take(&mut journal.places);
+    for name in before.keys().filter(|name| !now.contains_key(*name)) {
+        journal.line(&json!({"event": "widget", "name": name, "rect": null}));
+    }
+    for (name, rect) in now
+        .iter()
+        .filter(|(name, rect)| before.get(*name) != Some(*rect))
+    {
+        let rect = [rect.min.x, rect.min.y, rect.width(), rect.height()];
+        journal.line(&json!({"event": "widget", "name": name, "rect": rect}));
+    }
+    journal.places = now;
+}
+
+fn write_actions(
+    mut journal: ResMut<Journal>,
+    mut applied: MessageReader<Applied>,
+    names: Query<&Name>,
+) {
+    for Applied { tick, action, .. } in applied.read() {
+        let action = describe(action, |body| {
+            names
+                .get(body)
+                .map_or_else(|_| body.to_string(), Name::to_string)
+        });
+        journal.line(&json!({"event": "action", "tick": tick, "action": action}));
+    }
+}
+
+/// An action with bodies by their names.
+fn describe(action: &Action, name: impl Fn(Entity) -> String) -> Value {
+    match action {
+        Action::Grab { body, target, .. } => {
+            json!({"do": "grab", "body": name(*body), "target": target.to_array()})
+        }
+        Action::MoveGrab { body, target } => {
+            json!({"do": "move", "body": name(*body), "target": target.to_array()})
+        }
+        Action::Release { body } => json!({"do": "release", "body": name(*body)}),
+        Action::SetParameter {
+            body,
+            effect,
+            parameter,
+            value,
+        } => json!({
+            "do": "set",
+            "body": name(*body),
+            "parameter": format!("{effect}.{parameter}"),
+            "value": number(*value),
+        }),
+        Action::SetSetting {
+            name: setting,
+            value,
+        } => {
+            json!({"do": "set", "parameter": setting, "value": number(*value)})
+        }
+        Action::AddEffect { body, effect } => {
+            json!({"do": "add effect", "body": name(*body), "effect": effect})
+        }
+        Action::RemoveEffect { body, effect } => {
+            json!({"do": "remove effect", "body": name(*body), "effect": effect})
+        }
+        Action::SetDensity { body, density } => {
+            json!({"do": "set", "body": name(*body), "parameter": "density", "value": f64::from(*density)})
+        }
+        Action::Pin { body, vertex } => {
+            json!({"do": "pin", "body": name(*body), "vertex": vertex})
+        }
+        Action::Unpin { body, vertex } => {
+            json!({"do": "unpin", "body": name(*body), "vertex": vertex})
+        }
+        Action::Deform { body, deformation } => {
+            json!({"do": "deform", "body": name(*body), "how": format!("{deformation:?}")})
+        }
+        Action::Restore { body } => json!({"do": "restore", "body": name(*body)}),
+        Action::Spawn(new) => json!({"do": "spawn", "body": new.body.name}),
+        Action::Despawn { body } => json!({"do": "despawn", "body": name(*body)}),
+    }
+}
+
+/// A number, or the word for one that JSON does not know.
+fn number(value: f64) -> Value {
+    if value.is_finite() {
+        json!(value)
+    } else {
+        json!(value.to_string())
+    }
+}
+
+fn write_notices(mut journal: ResMut<Journal>, notices: Res<Notices>) {
+    let now: Vec<String> = notices.iter().map(|notice| notice.text.clone()).collect();
+    let before = std::mem::take(&mut journal.notices);
+    for text in now.iter().filter(|text| !before.contains(text)) {
+        journal.line(&json!({"event": "notice", "text": text}));
+    }
+    journal.notices = now;
+}
+
+fn write_figures(
+    mut journal: ResMut<Journal>,
+    time: Res<Time<Real>>,
+    statistics: Res<Statistics>,
+    bodies: Query<(&Name, &Particles)>,
+    camera: Single<(&Camera, &GlobalTransform), With<OrbitCamera>>,
+    window: Option<Single<&Window, With<PrimaryWindow>>>,
+) {
+    journal.seconds += time.delta_secs();
+    let (true, Some(window)) = (journal.seconds >= 1.0 / RATE, window) else {
+        return;
+    };
+    journal.seconds = 0.0;
+    let (camera, eye) = *camera;
+    for (name, particles) in &bodies {
+        let sum: Vec3 = particles.positions.iter().map(|x| x.truncate()).sum();
+        let centre = sum / particles.positions.len().max(1) as f32;
+        let screen = camera
+            .world_to_viewport(eye, centre)
+            .ok()
+            .map(|place| (place * window.scale_factor()).to_array());
+        journal.line(&json!({
+            "event": "body",
+            "name": name.as_str(),
+            "screen": screen,
+            "centre": centre.to_array(),
+        }));
+    }
+    journal.line(&json!({
+        "event": "tick",
+        "tick": statistics.tick,
+        "time": statistics.time,
+        "ms_per_tick": statistics.ms_per_tick,
+        "particles": statistics.particles,
+        "constraints": statistics.constraint_count(),
+        "energy_j": number(statistics.energy()),
+        "volume_error": number(statistics.volume_error),
+        "residual": number(statistics.residual),
+        "asleep": statistics.asleep,
+        "finite": statistics.finite,
+    }));
+    if let Err(error) = journal.file.flush() {
+        warn!("cannot continue the journal: {error}");
+    }
+}
+
+fn write_end(mut journal: ResMut<Journal>, mut exits: MessageReader<AppExit>) {
+    if exits.read().next().is_some() {
+        journal.line(&json!({"event": "closing"}));
+        if let Err(error) = journal.file.flush() {
+            warn!("cannot continue the journal: {error}");
+        }
+    }
+}

@@ -1,0 +1,263 @@
+//! Scenes come and go: the picker's and the keys' commands, and the first scene of a run.
+//!
+//! Reading a scene and making its bodies can take seconds, so it is done on another thread; the
+//! scene that is open goes on meanwhile. One that cannot be built changes nothing: the one that runs goes on, and
+//! [`SceneLoaded`] carries the reason.
+
+use crate::sandbox::render::{
+    camera::OrbitCamera,
+    orbit::Orbit,
+    stage::FloorHeight,
+    view::{ViewCommand, ViewSettings},
+};
+use crate::{
+    recording::{About, Recorder, SnapshotError, open},
+    scene::{self, BuiltScene, CameraSpec, CurrentScene, registry::SCENES},
+    simulation::SimulationClock,
+    solver::{Body, topology::bounds},
+};
+use bevy::{
+    prelude::*,
+    tasks::{AsyncComputeTaskPool, Task, futures::check_ready},
+    window::PrimaryWindow,
+};
+use std::time::{Duration, Instant};
+
+/// A scene was opened, or could not be.
+#[derive(Message, Debug, Clone)]
+pub struct SceneLoaded {
+    /// Its name.
+    pub name: String,
+    /// Why it could not be opened, for the user.
+    pub error: Option<String>,
+}
+
+/// Opens scenes.
+pub struct LoadPlugin {
+    /// Name or path of the first scene.
+    pub first: String,
+}
+
+#[derive(Resource)]
+struct FirstScene(String);
+
+/// A scene that has been read and made.
+type Made = Result<(CurrentScene, BuiltScene), SnapshotError>;
+
+/// The scene that is being made, on another thread; a later one takes its place.
+#[derive(Resource, Debug, Default)]
+pub struct Opening(Option<Pending>);
+
+#[derive(Debug)]
+struct Pending {
+    name: String,
+    camera: Camera,
+    since: Instant,
+    task: Task<Made>,
+}
+
+impl Opening {
+    /// Name of the scene, if it takes so long that the user wants to know.
+    #[must_use]
+    pub fn slow(&self) -> Option<&str> {
+        let slow = |pending: &&Pending| pending.since.elapsed() > SLOW;
+        self.0.as_ref().filter(slow).map(|it| it.name.as_str())
+    }
+}
+
+/// A scene that is there sooner comes without a word.
+const SLOW: Duration = Duration::from_millis(300);
+
+/// The open scene as it began, so that it begins anew at once.
+#[derive(Resource)]
+struct Beginning(BuiltScene);
+
+impl Plugin for LoadPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_message::<SceneLoaded>()
+            .init_resource::<Opening>()
+            .insert_resource(FirstScene(self.first.clone()))
+            .add_systems(PostStartup, open_first)
+            .add_systems(First, (obey, finish).chain());
+    }
+}
+
+fn open_first(first: Res<FirstScene>, mut opening: ResMut<Opening>, mut commands: Commands) {
+    opening.begin(&first.0, Camera::Jump);
+    commands.remove_resource::<FirstScene>();
+}
+
+/// What the camera does when a scene is opened.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Camera {
+    /// It is there at once.
+    Jump,
+    /// It glides there.
+    Glide,
+}
+
+fn obey(world: &mut World, mut read: Local<bevy::ecs::message::MessageCursor<ViewCommand>>) {
+    let orders: Vec<ViewCommand> = read
+        .read(world.resource::<Messages<ViewCommand>>())
+        .cloned()
+        .collect();
+    for order in orders {
+        let opening = world.resource::<Opening>().0.as_ref();
+        let coming = opening.map(|pending| pending.name.as_str());
+        let current = world.get_resource::<CurrentScene>();
+        let name = coming.or(current.map(|scene| scene.name.as_str()));
+        let target = match order {
+            ViewCommand::NextScene => neighbour(name.unwrap_or_default(), 1).to_owned(),
+            ViewCommand::PreviousScene => neighbour(name.unwrap_or_default(), -1).to_owned(),
+            ViewCommand::LoadScene(name) => name,
+            ViewCommand::Restart => {
+                restart(world);
+                continue;
+            }
+            ViewCommand::FrameAll | ViewCommand::Screenshot => continue,
+        };
+        let mut opening = world.resource_mut::<Opening>();
+        opening.begin(&target, Camera::Glide);
+    }
+}
+
+impl Opening {
+    /// Reads a scene and makes its bodies, which may take seconds.
+    fn begin(&mut self, name: &str, camera: Camera) {
+        let wanted = name.to_owned();
+        let task = async move { open(&wanted) };
+        self.0 = Some(Pending {
+            name: name.to_owned(),
+            camera,
+            since: Instant::now(),
+            task: AsyncComputeTaskPool::get().spawn(task),
+        });
+    }
+}
+
+/// Puts the scene in the place of the one that runs when it is made.
+fn finish(world: &mut World) {
+    let mut opening = world.resource_mut::<Opening>();
+    let Some(made) = opening
+        .0
+        .as_mut()
+        .and_then(|pending| check_ready(&mut pending.task))
+    else {
+        return;
+    };
+    let Some(Pending { name, camera, .. }) = opening.0.take() else {
+        return;
+    };
+    let error = made.as_ref().err().map(ToString::to_string);
+    world.write_message(SceneLoaded {
+        name: name.clone(),
+        error,
+    });
+    match made {
+        Ok((current, built)) => {
+            let (hint, about) = (current.scene.camera, About::from(&current));
+            world.insert_resource(current);
+            Recorder::scene_ends(world);
+            replace(world, &built);
+            Recorder::scene_opened(world, about);
+            look(world, &built, hint, camera);
+            world.insert_resource(Beginning(built));
+        }
+        // The window is never empty: the registry's scenes build, a test builds every one.
+        Err(_) if !world.contains_resource::<CurrentScene>() && name != SCENES[0].name => {
+            let mut opening = world.resource_mut::<Opening>();
+            opening.begin(SCENES[0].name, Camera::Jump);
+        }
+        Err(_) => {}
+    }
+}
+
+/// Begins the current scene anew, without reading or making anything again.
+fn restart(world: &mut World) {
+    let Some(name) = world
+        .get_resource::<CurrentScene>()
+        .map(|it| it.name.clone())
+    else {
+        return;
+    };
+    let Some(Beginning(built)) = world.remove_resource() else {
+        return;
+    };
+    world.write_message(SceneLoaded { name, error: None });
+    Recorder::scene_ends(world);
+    replace(world, &built);
+    Recorder::scene_restarted(world);
+    world.insert_resource(Beginning(built));
+}
+
+/// The scene of the registry that lies so many places after the named one, around the end.
+fn neighbour(name: &str, step: isize) -> &'static str {
+    let here = SCENES.iter().position(|scene| scene.name == name);
+    let count = SCENES.len() as isize;
+    // From a scene of one's own, the next is the first, and the previous the last.
+    let from = here.map_or(if step > 0 { -1 } else { 0 }, |i| i as isize);
+    SCENES[(from + step).rem_euclid(count) as usize].name
+}
+
+fn replace(world: &mut World, built: &BuiltScene) {
+    scene::despawn(world);
+    world.resource_mut::<SimulationClock>().restart();
+    world.insert_resource(FloorHeight(floor(&built.world.bodies)));
+    scene::spawn(built, world);
+}
+
+/// The floor is where bodies come to lie; where none of them would, there is no floor to see
+/// unless all of them are above zero.
+fn floor(bodies: &[Body]) -> Option<f32> {
+    let grounds = bodies.iter().filter_map(|body| {
+        let effects = &body.effects;
+        let ground = effects.ground.map(|ground| ground.height);
+        ground.or(effects.sticky_ground.map(|ground| ground.height))
+    });
+    let hovers = extent(bodies).0.y >= 0.0;
+    grounds.reduce(f32::min).or(hovers.then_some(0.0))
+}
+
+/// The box around all particles [m].
+fn extent(bodies: &[Body]) -> (Vec3, Vec3) {
+    let particles = bodies.iter().flat_map(|body| &body.particles.positions);
+    bounds(particles.map(|x| x.truncate()))
+}
+
+fn look(world: &mut World, built: &BuiltScene, hint: Option<CameraSpec>, camera: Camera) {
+    let panel = world.resource::<ViewSettings>().panel_width;
+    let mut windows = world.query_filtered::<&Window, With<PrimaryWindow>>();
+    let aspect = windows.single(world).map_or(1.6, |window| {
+        (window.width() - panel).max(1.0) / window.height().max(1.0)
+    });
+    let mut cameras = world.query::<&mut OrbitCamera>();
+    let Ok(mut orbit) = cameras.single_mut(world) else {
+        return;
+    };
+    let goal = match hint {
+        Some(hint) => Orbit::look(hint.eye, hint.target),
+        None => {
+            let (low, high) = extent(&built.world.bodies);
+            Orbit::default().framing(low, high, aspect)
+        }
+    };
+    orbit.goal = goal;
+    if camera == Camera::Jump {
+        orbit.now = goal;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn next_and_previous_go_round_the_registry() {
+        let (first, last) = (SCENES[0].name, SCENES[SCENES.len() - 1].name);
+        assert_eq!(neighbour(last, 1), first);
+        assert_eq!(neighbour(first, -1), last);
+        assert_eq!(neighbour(first, 1), SCENES[1].name);
+        assert_eq!(neighbour("my own", 1), first);
+        assert_eq!(neighbour("my own", -1), last);
+    }
+}

@@ -1,0 +1,199 @@
+//! What is kept between runs: the window's size, the scene, what is drawn, and the world's
+//! settings where they differ from the scene's.
+//!
+//! A small file in the user's folder of preferences, written a moment after something changed
+//! and when the window closes. What it holds is checked like any other input: a value that the
+//! scene or the solver refuses is left out.
+
+use std::time::Duration;
+
+use bevy::{
+    app::AppExit,
+    prelude::*,
+    settings::{
+        ReflectSettingsGroup, SaveSettingsDeferred, SaveSettingsSync, SettingsGroup, SettingsPlugin,
+    },
+    window::{ExitSystems, PrimaryWindow},
+};
+
+use crate::sandbox::{app::load::SceneLoaded, panel::SceneSettings, render::view::ViewSettings};
+use crate::{
+    scene::CurrentScene,
+    simulation::{Action, Actions, SimulationClock, SimulationSettings, action},
+};
+
+/// Sizes of a window that are believed [logical px].
+const SIZES: std::ops::RangeInclusive<u32> = 320..=16_384;
+
+/// What is kept.
+#[derive(Resource, SettingsGroup, Reflect, Debug, Clone, PartialEq)]
+#[reflect(Resource, SettingsGroup, Default)]
+#[settings_group(group = "sandbox")]
+pub struct KeptSettings {
+    /// Width of the window [logical px].
+    pub width: u32,
+    /// Height of the window [logical px].
+    pub height: u32,
+    /// Name or path of the scene; empty for the first.
+    pub scene: String,
+    /// Settings of the world that differ from the scene's, as `name=value`.
+    pub changes: Vec<String>,
+    /// Simulated seconds per second.
+    pub speed: f64,
+    /// Whether the panel is shown.
+    pub panel: bool,
+    /// Whether the wireframe is drawn.
+    pub wireframe: bool,
+    /// Whether the tetrahedra are drawn.
+    pub tetrahedra: bool,
+}
+
+impl Default for KeptSettings {
+    fn default() -> Self {
+        Self {
+            width: 1280,
+            height: 800,
+            scene: String::new(),
+            changes: Vec::new(),
+            speed: 1.0,
+            panel: true,
+            wireframe: false,
+            tetrahedra: false,
+        }
+    }
+}
+
+impl KeptSettings {
+    /// The kept size of the window [logical px], if it is a size that a window can have.
+    pub fn size(&self) -> Option<UVec2> {
+        let sensible = SIZES.contains(&self.width) && SIZES.contains(&self.height);
+        sensible.then_some(UVec2::new(self.width, self.height))
+    }
+
+    /// The kept scene, if there is one.
+    pub fn scene(&self) -> Option<&str> {
+        (!self.scene.is_empty()).then_some(self.scene.as_str())
+    }
+}
+
+/// Reads what was kept, at once, so that the window can be opened with it, and keeps it up to
+/// date. To be added before the window is made.
+pub struct KeptSettingsPlugin;
+
+impl Plugin for KeptSettingsPlugin {
+    fn build(&self, app: &mut App) {
+        app.register_type::<KeptSettings>()
+            .add_plugins(SettingsPlugin::new("pliant"))
+            .add_systems(Startup, restore_view)
+            .add_systems(Update, restore_world)
+            .add_systems(Last, (keep, save_at_the_end.after(ExitSystems)).chain());
+    }
+}
+
+fn restore_view(
+    kept: Res<KeptSettings>,
+    mut view: ResMut<ViewSettings>,
+    mut clock: ResMut<SimulationClock>,
+) {
+    view.panel_visible = kept.panel;
+    view.wireframe = kept.wireframe;
+    view.tetrahedra = kept.tetrahedra;
+    if (0.001..=100.0).contains(&kept.speed) {
+        clock.speed = kept.speed;
+    }
+}
+
+/// The first scene of a run gets the settings that it was left with, if it is the same scene.
+fn restore_world(
+    mut loaded: MessageReader<SceneLoaded>,
+    kept: Res<KeptSettings>,
+    mut actions: ResMut<Actions>,
+    mut done: Local<bool>,
+) {
+    let Some(scene) = loaded.read().last().filter(|_| !*done) else {
+        return;
+    };
+    *done = true;
+    if scene.error.is_some() || kept.scene() != Some(scene.name.as_str()) {
+        return;
+    }
+    for (name, value) in kept.changes.iter().filter_map(|change| parse(change)) {
+        let name = name.to_owned();
+        actions.push(Action::SetSetting { name, value });
+    }
+}
+
+fn keep(
+    mut kept: ResMut<KeptSettings>,
+    window: Option<Single<&Window, With<PrimaryWindow>>>,
+    scene: Option<Res<CurrentScene>>,
+    view: Res<ViewSettings>,
+    clock: Res<SimulationClock>,
+    settings: Res<SimulationSettings>,
+    original: Res<SceneSettings>,
+    mut commands: Commands,
+) {
+    let (Some(window), Some(scene)) = (window, scene) else {
+        return;
+    };
+    let changes = action::SETTINGS
+        .iter()
+        .filter_map(|(name, ..)| {
+            let value = action::setting(&settings, name)?;
+            (value != action::setting(&original, name)?).then(|| format!("{name}={value}"))
+        })
+        .collect();
+    let now = KeptSettings {
+        width: window.width().round() as u32,
+        height: window.height().round() as u32,
+        scene: scene.name.clone(),
+        changes,
+        speed: clock.speed,
+        panel: view.panel_visible,
+        wireframe: view.wireframe,
+        tetrahedra: view.tetrahedra,
+    };
+    if kept.set_if_neq(now) {
+        commands.queue(SaveSettingsDeferred(Duration::from_secs(1)));
+    }
+}
+
+/// Closing the window does not wait for the moment after a change.
+fn save_at_the_end(mut exits: MessageReader<AppExit>, mut commands: Commands) {
+    if exits.read().next().is_some() {
+        commands.queue(SaveSettingsSync::IfChanged);
+    }
+}
+
+/// A change as it is kept.
+fn parse(change: &str) -> Option<(&str, f64)> {
+    let (name, value) = change.split_once('=')?;
+    let value: f64 = value.parse().ok()?;
+    value.is_finite().then_some((name, value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_size_that_no_window_has_is_not_believed() {
+        let kept = |width, height| KeptSettings {
+            width,
+            height,
+            ..default()
+        };
+        assert_eq!(kept(900, 600).size(), Some(UVec2::new(900, 600)));
+        assert_eq!(kept(0, 600).size(), None);
+        assert_eq!(kept(900, u32::MAX).size(), None);
+    }
+
+    #[test]
+    fn changes_read_back_and_nonsense_is_left_out() {
+        assert_eq!(parse("substeps=20"), Some(("substeps", 20.0)));
+        assert_eq!(parse("gravity_y=-3.5"), Some(("gravity_y", -3.5)));
+        for nonsense in ["", "substeps", "substeps=", "substeps=many", "rate=NaN"] {
+            assert_eq!(parse(nonsense), None, "{nonsense}");
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! Files dropped on the window: a mesh becomes a soft body.
+//!
+//! While a file is held over the window, it is said what will become of it; and while a body or
+//! a scene is being made, that it is.
+
+use std::path::Path;
+
+use bevy::prelude::*;
+use bevy_egui::{
+    EguiContexts, EguiPrimaryContextPass,
+    egui::{self, Align2, Area, Frame, Id, Margin, Order, RichText, Stroke, vec2},
+};
+
+use crate::sandbox::{
+    app::{arrival::Arrivals, load::Opening},
+    render::view::{ViewCommand, ViewSettings},
+    ui::theme,
+};
+
+/// Receives files.
+pub struct DropPlugin;
+
+impl Plugin for DropPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Arrivals>()
+            .init_resource::<Hovering>()
+            .init_resource::<ViewSettings>()
+            .add_message::<ViewCommand>()
+            .add_systems(Update, receive)
+            .add_systems(EguiPrimaryContextPass, announce);
+    }
+}
+
+/// Name of the file that is held over the window.
+#[derive(Resource, Debug, Default)]
+struct Hovering(Option<String>);
+
+fn receive(
+    mut files: MessageReader<FileDragAndDrop>,
+    mut hovering: ResMut<Hovering>,
+    mut arrivals: ResMut<Arrivals>,
+    mut commands: MessageWriter<ViewCommand>,
+) {
+    for file in files.read() {
+        match file {
+            FileDragAndDrop::HoveredFile { path_buf, .. } => {
+                hovering.0 = Some(file_name(path_buf));
+            }
+            FileDragAndDrop::HoveredFileCanceled { .. } => hovering.0 = None,
+            FileDragAndDrop::DroppedFile { path_buf, .. } => {
+                hovering.0 = None;
+                if is_scene(path_buf) {
+                    let path = path_buf.to_string_lossy().into_owned();
+                    commands.write(ViewCommand::LoadScene(path));
+                } else {
+                    arrivals.read(path_buf);
+                }
+            }
+        }
+    }
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name()
+        .map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+}
+
+/// Scene files are opened; everything else is read as a mesh, which says what it expected.
+fn is_scene(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("ron"))
+}
+
+fn announce(
+    mut contexts: EguiContexts,
+    hovering: Res<Hovering>,
+    arrivals: Res<Arrivals>,
+    opening: Option<Res<Opening>>,
+    view: Res<ViewSettings>,
+) -> Result {
+    let scene = opening.as_ref().and_then(|opening| opening.slow());
+    let text = match (&hovering.0, scene, arrivals.pending()) {
+        (Some(name), ..) if is_scene(Path::new(name)) => format!("Drop to open the scene {name}"),
+        (Some(name), ..) => format!("Drop to import {name} as a soft body"),
+        (None, Some(name), _) => format!("Opening {name} …"),
+        (None, None, 0) => return Ok(()),
+        (None, None, 1) => "Building a soft body …".to_owned(),
+        (None, None, several) => format!("Building {several} soft bodies …"),
+    };
+    draw(contexts.ctx_mut()?, &text, view.panel_width);
+    Ok(())
+}
+
+fn draw(context: &egui::Context, text: &str, covered: f32) {
+    Area::new(Id::new("drop"))
+        .order(Order::Foreground)
+        .interactable(false)
+        .anchor(Align2::CENTER_CENTER, vec2(-covered / 2.0, 0.0))
+        .show(context, |ui| {
+            Frame::new()
+                .fill(theme::VEIL)
+                .stroke(Stroke::new(1.5, theme::ACCENT))
+                .corner_radius(10.0)
+                .inner_margin(Margin::symmetric(24, 16))
+                .show(ui, |ui| {
+                    ui.label(RichText::new(text).heading().color(theme::STRONG));
+                });
+        });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scene_files_are_told_from_meshes_by_their_ending() {
+        assert!(is_scene(Path::new("my scene.RON")));
+        assert!(!is_scene(Path::new("bunny.obj")));
+        assert!(!is_scene(Path::new("ron")));
+    }
+}

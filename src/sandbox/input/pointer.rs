@@ -1,0 +1,297 @@
+//! Who owns the pointer: the panel, the camera, a body, or nobody.
+//!
+//! Decided when the first button goes down and kept until every button is up, so that
+//! no order of presses moves the camera while a body or the panel is in use, or the
+//! other way round. This module decides and does nothing else: the drag and the camera
+//! read [`Pointer`] and act only while they own it.
+
+use crate::render::Drawn;
+use crate::sandbox::{
+    input::pick,
+    render::{camera::OrbitCamera, view::ViewSettings},
+};
+use bevy::{
+    input::mouse::{AccumulatedMouseScroll, MouseScrollUnit},
+    prelude::*,
+    window::{CursorMoved, PrimaryWindow},
+};
+use bevy_egui::{EguiContext, PrimaryEguiContext};
+
+/// Who the pointer belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum PointerOwner {
+    /// Nobody: no button is down, or it went down where nothing answers.
+    #[default]
+    None,
+    /// The panel, or another egui area.
+    Panel,
+    /// The camera: it orbits or pans.
+    Camera,
+    /// A body: it is being dragged.
+    Body(Entity),
+    /// Used up: a gesture has ended (or began where nothing answers) with a button still down.
+    Spent,
+}
+
+/// What lies under the pointer at the moment of a press.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Under {
+    /// The panel, or another egui area that wants the pointer.
+    Panel,
+    /// A body.
+    Body(Entity),
+    /// The floor or the backdrop.
+    Stage,
+}
+
+/// The buttons of one frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Buttons {
+    /// Left is down, or went down in this frame.
+    pub left: bool,
+    /// Right or middle is down, or went down in this frame.
+    pub other: bool,
+    /// A button went down in this frame.
+    pub pressed: bool,
+}
+
+impl PointerOwner {
+    /// The owner after a frame with these buttons, over `under`.
+    #[must_use]
+    pub fn next(self, buttons: Buttons, under: Under) -> Self {
+        if !buttons.left && !buttons.other {
+            return Self::None;
+        }
+        match self {
+            Self::None if buttons.pressed => match (under, buttons) {
+                (Under::Panel, _) => Self::Panel,
+                (
+                    Under::Body(body),
+                    Buttons {
+                        left: true,
+                        other: false,
+                        ..
+                    },
+                ) => Self::Body(body),
+                (_, Buttons { left: false, .. }) => Self::Camera,
+                _ => Self::Spent,
+            },
+            // The hand let go of the body, but another button is still down.
+            Self::Body(_) if !buttons.left => Self::Spent,
+            owner => owner,
+        }
+    }
+}
+
+/// The pointer as the sandbox sees it.
+#[derive(Resource, Debug, Default)]
+pub struct Pointer {
+    /// Who owns it.
+    pub owner: PointerOwner,
+    /// The body under it while nobody owns it; the body that is dragged while one is.
+    pub hovered: Option<Entity>,
+    /// What the ray hits, if it is a body that nobody drags.
+    pub hit: Option<(Entity, pick::Hit)>,
+    /// Where it is in the window [logical px]; it may lie outside while a button is down.
+    pub position: Option<Vec2>,
+    /// Its ray into the scene.
+    pub ray: Option<Ray3d>,
+    /// Wheel steps of this frame that are not egui's: positive is away from the user.
+    pub wheel: f32,
+}
+
+/// Systems that find out about the pointer; what acts on it runs after them, in `Update`.
+#[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct PointerSystems;
+
+/// Keeps [`Pointer`].
+pub struct PointerPlugin;
+
+impl Plugin for PointerPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Pointer>()
+            .add_systems(Update, (locate, own).chain().in_set(PointerSystems));
+    }
+}
+
+/// How far from a rope's axis a press still takes it [logical px].
+const REACH: f32 = 8.0;
+
+fn locate(
+    mut pointer: ResMut<Pointer>,
+    mut moved: MessageReader<CursorMoved>,
+    window: Single<(Entity, &Window), With<PrimaryWindow>>,
+    camera: Single<(&Camera, &GlobalTransform), With<OrbitCamera>>,
+    bodies: Query<(Entity, &Drawn)>,
+) {
+    let (entity, window) = *window;
+    // While a button is down the window system reports positions outside the window too;
+    // `Window::cursor_position` would drop them.
+    let reported = moved
+        .read()
+        .filter(|m| m.window == entity)
+        .last()
+        .map(|m| m.position);
+    let kept = if pointer.owner == PointerOwner::None {
+        window.cursor_position()
+    } else {
+        pointer.position
+    };
+    pointer.position = reported.or(kept);
+    let (camera, eye) = *camera;
+    pointer.ray = pointer
+        .position
+        .and_then(|at| camera.viewport_to_world(eye, at).ok());
+    pointer.hit = match (pointer.owner, pointer.ray) {
+        (PointerOwner::None, Some(ray)) => {
+            let per_pixel = pixel_size(camera, window.height());
+            pick::nearest(ray, REACH * per_pixel, bodies.iter())
+        }
+        _ => None,
+    };
+}
+
+/// Size of a pixel at a distance of 1 m from the eye [m/px].
+fn pixel_size(camera: &Camera, height: f32) -> f32 {
+    // The projection's [1][1] is 1/tan(half the field of view).
+    2.0 / (camera.clip_from_view().y_axis.y * height.max(1.0))
+}
+
+fn own(
+    mut pointer: ResMut<Pointer>,
+    mouse: Res<ButtonInput<MouseButton>>,
+    scroll: Res<AccumulatedMouseScroll>,
+    settings: Res<ViewSettings>,
+    window: Single<&Window, With<PrimaryWindow>>,
+    mut egui: Query<&mut EguiContext, With<PrimaryEguiContext>>,
+) {
+    let mut on_panel = egui.iter_mut().any(|mut context| {
+        let context = context.get_mut();
+        context.is_pointer_over_egui()
+            || context.egui_is_using_pointer()
+            || context.any_popup_open()
+    });
+    if let Some(at) = pointer.position {
+        on_panel |= at.x >= window.width() - settings.panel_width;
+    }
+    let under = match (on_panel, pointer.hit.as_ref()) {
+        (true, _) => Under::Panel,
+        (false, Some((body, _))) => Under::Body(*body),
+        (false, None) => Under::Stage,
+    };
+    let down = |button| mouse.pressed(button);
+    let buttons = Buttons {
+        left: down(MouseButton::Left),
+        other: down(MouseButton::Right) || down(MouseButton::Middle),
+        pressed: mouse.get_just_pressed().next().is_some(),
+    };
+    pointer.owner = pointer.owner.next(buttons, under);
+    pointer.hovered = match (pointer.owner, under) {
+        (PointerOwner::Body(body), _) | (PointerOwner::None, Under::Body(body)) => Some(body),
+        _ => None,
+    };
+    let steps = match scroll.unit {
+        MouseScrollUnit::Line => scroll.delta.y,
+        MouseScrollUnit::Pixel => scroll.delta.y / MouseScrollUnit::SCROLL_UNIT_CONVERSION_FACTOR,
+    };
+    let wheel_is_ours = match pointer.owner {
+        PointerOwner::Panel => false,
+        PointerOwner::None => !on_panel,
+        _ => true,
+    };
+    pointer.wheel = if wheel_is_ours { steps } else { 0.0 };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BODY: Entity = Entity::from_raw_u32(7).expect("7 is a valid index");
+    const LEFT: Buttons = Buttons {
+        left: true,
+        other: false,
+        pressed: true,
+    };
+    const RIGHT: Buttons = Buttons {
+        left: false,
+        other: true,
+        pressed: true,
+    };
+    const BOTH: Buttons = Buttons {
+        left: true,
+        other: true,
+        pressed: true,
+    };
+    const UP: Buttons = Buttons {
+        left: false,
+        other: false,
+        pressed: false,
+    };
+
+    fn held(buttons: Buttons) -> Buttons {
+        Buttons {
+            pressed: false,
+            ..buttons
+        }
+    }
+
+    #[test]
+    fn left_on_a_body_drags_it_and_right_on_it_turns_the_camera() {
+        let none = PointerOwner::None;
+        assert_eq!(none.next(LEFT, Under::Body(BODY)), PointerOwner::Body(BODY));
+        assert_eq!(none.next(RIGHT, Under::Body(BODY)), PointerOwner::Camera);
+        assert_eq!(none.next(RIGHT, Under::Stage), PointerOwner::Camera);
+    }
+
+    #[test]
+    fn the_panel_keeps_the_pointer_wherever_it_goes() {
+        let owner = PointerOwner::None.next(LEFT, Under::Panel);
+        assert_eq!(owner, PointerOwner::Panel);
+        assert_eq!(
+            owner.next(held(LEFT), Under::Body(BODY)),
+            PointerOwner::Panel
+        );
+        assert_eq!(owner.next(BOTH, Under::Stage), PointerOwner::Panel);
+        assert_eq!(owner.next(UP, Under::Stage), PointerOwner::None);
+    }
+
+    #[test]
+    fn the_camera_never_takes_over_from_a_body_whatever_the_order() {
+        let owner = PointerOwner::None.next(LEFT, Under::Body(BODY));
+        let both = owner.next(BOTH, Under::Stage);
+        assert_eq!(both, PointerOwner::Body(BODY));
+        let right_left_over = both.next(held(RIGHT), Under::Stage);
+        assert_eq!(right_left_over, PointerOwner::Spent);
+        assert_eq!(
+            right_left_over.next(BOTH, Under::Body(BODY)),
+            PointerOwner::Spent
+        );
+        assert_eq!(right_left_over.next(UP, Under::Stage), PointerOwner::None);
+    }
+
+    #[test]
+    fn a_body_never_takes_over_from_the_camera() {
+        let owner = PointerOwner::None.next(RIGHT, Under::Stage);
+        assert_eq!(owner.next(BOTH, Under::Body(BODY)), PointerOwner::Camera);
+        assert_eq!(
+            owner.next(held(LEFT), Under::Body(BODY)),
+            PointerOwner::Camera
+        );
+    }
+
+    #[test]
+    fn a_press_beside_everything_belongs_to_nobody_until_all_is_up() {
+        let owner = PointerOwner::None.next(LEFT, Under::Stage);
+        assert_eq!(owner, PointerOwner::Spent);
+        assert_eq!(owner.next(BOTH, Under::Body(BODY)), PointerOwner::Spent);
+        assert_eq!(owner.next(UP, Under::Stage), PointerOwner::None);
+    }
+
+    #[test]
+    fn a_button_that_was_down_before_the_window_had_it_starts_nothing() {
+        assert_eq!(
+            PointerOwner::None.next(held(LEFT), Under::Body(BODY)),
+            PointerOwner::None
+        );
+    }
+}

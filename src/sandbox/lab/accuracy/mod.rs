@@ -1,0 +1,285 @@
+//! Accuracy vs. cost of the scene on screen: a card with a diagram that fills while the scene runs
+//! on.
+//!
+//! A copy of the world as it is now goes to a thread of its own ([`Worker`]), where it is
+//! continued for half a second at several settings and as an f64 reference with small steps. Each
+//! setting becomes a dot: what a tick of it costs, and how far it ends up from it. A dot that
+//! is pressed becomes the scene's setting. Or a goal is given, in milliseconds or in per cent, and
+//! the thread looks for the setting that meets it best.
+
+mod card;
+mod chart;
+mod worker;
+
+pub use card::{Card, show};
+pub use chart::{Dot, Marker};
+pub use worker::{News, Task, Worker};
+
+use crate::sandbox::{
+    panel::{Asked, Request},
+    render::view::ViewSettings,
+    ui::{Places, format},
+};
+use crate::{
+    scene::CurrentScene,
+    simulation::{SimulationSettings, plain},
+    solver::{
+        Threads,
+        modes::{Modes, half_life},
+    },
+    study::{Choice, Goal},
+};
+use bevy::prelude::*;
+use bevy_egui::{EguiContext, EguiPrimaryContextPass, PrimaryEguiContext};
+
+/// What is asked of the card, by itself or by a key.
+#[derive(Message, Debug, Clone, Copy, PartialEq)]
+pub enum AccuracyCommand {
+    /// Open the card, and measure if nothing has been; or close it.
+    Toggle,
+    /// Measure the scene as it is now.
+    Measure,
+    /// Stop measuring; what is there stays.
+    Stop,
+    /// Find a setting that meets a goal, and use it.
+    Reach(Goal),
+    /// Set what the goals of the two buttons are.
+    Goals(Goals),
+}
+
+/// The goals in the card's two fields.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Goals {
+    /// The most that a tick may cost [ms]; default 1.
+    pub milliseconds: f64,
+    /// The most that the error may be [%]; default 1.
+    pub percent: f64,
+}
+
+impl Default for Goals {
+    fn default() -> Self {
+        Self {
+            milliseconds: 1.0,
+            percent: 1.0,
+        }
+    }
+}
+
+/// What is known of the scene on screen.
+#[derive(Resource, Debug, Default)]
+pub struct Accuracy {
+    open: bool,
+    goals: Goals,
+    worker: Option<Worker>,
+    share: f32,
+    dots: Vec<Dot>,
+    /// The uncertainty of the reference itself, as a ratio.
+    uncertainty: f64,
+    modes: Option<Modes>,
+    /// What was found last, in words, and whether it is bad news.
+    said: Option<(String, bool)>,
+}
+
+impl Accuracy {
+    /// Whether its card is open.
+    #[must_use]
+    pub const fn is_open(&self) -> bool {
+        self.open
+    }
+}
+
+/// Where the card's widgets are; for the journal.
+#[derive(Resource, Debug, Default, Deref)]
+pub struct CardPlaces(pub Places);
+
+/// Shows the card.
+pub struct AccuracyPlugin;
+
+impl Plugin for AccuracyPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Accuracy>()
+            .init_resource::<CardPlaces>()
+            .add_message::<AccuracyCommand>()
+            .add_systems(Update, (forget, carry_out, listen).chain())
+            .add_systems(EguiPrimaryContextPass, card);
+    }
+}
+
+/// What was measured of one scene says nothing of another.
+fn forget(scene: Option<Res<CurrentScene>>, mut accuracy: ResMut<Accuracy>) {
+    if scene.is_some_and(|scene| scene.is_changed()) {
+        *accuracy = Accuracy {
+            open: accuracy.open,
+            goals: accuracy.goals,
+            ..default()
+        };
+    }
+}
+
+fn carry_out(world: &mut World) {
+    let commands: Vec<_> = world
+        .resource_mut::<Messages<AccuracyCommand>>()
+        .drain()
+        .collect();
+    for command in commands {
+        let mut accuracy = world.resource_mut::<Accuracy>();
+        match command {
+            AccuracyCommand::Toggle => {
+                accuracy.open = !accuracy.open;
+                let begin = accuracy.open && accuracy.dots.is_empty() && accuracy.worker.is_none();
+                if begin {
+                    start(world, Task::Survey);
+                }
+            }
+            AccuracyCommand::Measure => start(world, Task::Survey),
+            AccuracyCommand::Stop => accuracy.worker = None,
+            AccuracyCommand::Reach(goal) => start(world, Task::Reach(goal)),
+            AccuracyCommand::Goals(goals) => accuracy.goals = goals,
+        }
+    }
+}
+
+/// Sends a copy of the world to a thread.
+fn start(world: &mut World, task: Task) {
+    let mut copy = plain::capture(world);
+    // The scene on screen goes on meanwhile: its threads are its own.
+    copy.threads = Threads::default();
+    let begun = Worker::start(copy, task);
+    let mut accuracy = world.resource_mut::<Accuracy>();
+    accuracy.said = None;
+    accuracy.share = 0.0;
+    match begun {
+        Ok(worker) => {
+            accuracy.worker = Some(worker);
+            // They went on from another state.
+            accuracy.dots.clear();
+        }
+        Err(error) => {
+            accuracy.said = Some((
+                format!("Cannot start the measurement thread: {error}"),
+                true,
+            ))
+        }
+    }
+}
+
+/// Takes in what the thread has found.
+fn listen(
+    mut accuracy: ResMut<Accuracy>,
+    settings: Res<SimulationSettings>,
+    mut asked: MessageWriter<Asked>,
+) {
+    let Some(worker) = &accuracy.worker else {
+        return;
+    };
+    for news in worker.news() {
+        match news {
+            News::Share(share) => accuracy.share = share,
+            News::Modes(modes) => accuracy.modes = Some(modes),
+            News::Point(point) => {
+                let dot = Dot::new(&point, settings.rate.get());
+                accuracy.uncertainty = point.uncertainty;
+                let place = accuracy
+                    .dots
+                    .iter()
+                    .position(|other| other.setting == dot.setting);
+                match place {
+                    Some(place) => accuracy.dots[place] = dot,
+                    None => accuracy.dots.push(dot),
+                }
+            }
+            News::Chosen(choice) => {
+                if let Some(choice) = &choice {
+                    for (name, value) in [
+                        ("substeps", choice.setting.substeps),
+                        ("iterations", choice.setting.iterations),
+                    ] {
+                        asked.write(Asked(Request::Setting {
+                            name,
+                            value: Some(f64::from(value)),
+                        }));
+                    }
+                }
+                let words = choice.map_or_else(|| (NOTHING.to_owned(), true), |it| words(&it));
+                accuracy.said = Some(words);
+            }
+            News::Ended => {
+                accuracy.worker = None;
+                return;
+            }
+            News::Failed(reason) => accuracy.said = Some((reason, true)),
+        }
+    }
+}
+
+const NOTHING: &str = "No setting meets the goal: the body diverged at all of them.";
+
+/// A choice in words, and whether the goal was missed.
+fn words(choice: &Choice) -> (String, bool) {
+    let Choice {
+        setting,
+        error,
+        met,
+        ..
+    } = choice;
+    let verdict = if *met {
+        "Selected"
+    } else {
+        "Goal not reachable; closest setting"
+    };
+    let text = format!(
+        "{verdict}: {} × {}, error {} %. {}",
+        setting.substeps,
+        setting.iterations,
+        format(error * 100.0, 2),
+        choice.reason
+    );
+    (text, !met)
+}
+
+/// Notes where the widgets are, if they are elsewhere than before.
+fn note(world: &mut World, places: Places) {
+    let mut known = world.resource_mut::<CardPlaces>();
+    if known.0 != places {
+        known.0 = places;
+    }
+}
+
+fn card(world: &mut World) -> Result {
+    let accuracy = world.resource::<Accuracy>();
+    if !accuracy.open {
+        note(world, Places::default());
+        return Ok(());
+    }
+    let settings = world.resource::<SimulationSettings>();
+    let model = Card {
+        dots: accuracy.dots.clone(),
+        here: (settings.substeps.get(), settings.iterations.get()),
+        share: accuracy.worker.is_some().then_some(accuracy.share),
+        said: accuracy.said.clone(),
+        uncertainty: accuracy.uncertainty,
+        goals: accuracy.goals,
+        half_lives: accuracy.modes.map(|modes| {
+            let of = |omega| half_life(omega, settings.substep_seconds());
+            (of(modes.stiffest), modes.softest.map(of))
+        }),
+    };
+    let covered = world.resource::<ViewSettings>().panel_width;
+    let context = world
+        .query_filtered::<&mut EguiContext, With<PrimaryEguiContext>>()
+        .single_mut(world)?
+        .get_mut()
+        .clone();
+    let answer = show(&context, &model, covered);
+    note(world, answer.places);
+    for command in answer.commands {
+        world.write_message(command);
+    }
+    if let Some((substeps, iterations)) = answer.pressed {
+        for (name, value) in [("substeps", substeps), ("iterations", iterations)] {
+            let value = Some(f64::from(value));
+            world.write_message(Asked(Request::Setting { name, value }));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,99 @@
+//! What mathematics says that bodies should look like at rest, drawn over them.
+
+use crate::sandbox::render::{
+    camera::OrbitCamera,
+    overlay::{Screen, painter},
+    view::ViewSettings,
+};
+use crate::{
+    scene::{
+        CurrentScene,
+        answer::{Curve, Subject},
+    },
+    simulation::{BodyDensity, SimulationSettings, SoftBody, carried::Carried},
+    solver::{Grab, Particles},
+};
+use bevy::prelude::*;
+use bevy_egui::{
+    EguiContexts, EguiPrimaryContextPass,
+    egui::{Color32, Shape, Stroke},
+};
+
+const LINE: Color32 = Color32::from_rgb(20, 28, 44);
+const HALO: Color32 = Color32::from_rgba_premultiplied(170, 170, 170, 170);
+/// Dashes and the gaps between them [px].
+const DASH: (f32, f32) = (7.0, 5.0);
+
+/// Draws the answers of the scene while they are asked for.
+pub struct AnswerPlugin;
+
+impl Plugin for AnswerPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(
+            EguiPrimaryContextPass,
+            paint.run_if(|view: Res<ViewSettings>| view.answers),
+        );
+    }
+}
+
+/// Curves that were drawn last, with their points: they are found again only when a number changes.
+type Known = Vec<(Curve, Option<Vec<Vec3>>)>;
+
+fn paint(
+    mut contexts: EguiContexts,
+    camera: Single<(&Camera, &GlobalTransform), With<OrbitCamera>>,
+    scene: Option<Res<CurrentScene>>,
+    settings: Res<SimulationSettings>,
+    bodies: Query<(
+        &Name,
+        &SoftBody,
+        &Particles,
+        &BodyDensity,
+        Option<&Grab>,
+        Carried,
+    )>,
+    mut known: Local<Known>,
+) -> Result {
+    let Some(scene) = scene else {
+        return Ok(());
+    };
+    let painter = painter(contexts.ctx_mut()?);
+    let (camera, eye) = *camera;
+    let screen = Screen { camera, eye };
+    let mut drawn = Known::new();
+    for answer in &scene.scene.answers {
+        let of_body = bodies
+            .iter()
+            .find(|(name, ..)| name.as_str() == answer.body());
+        let Some((_, body, particles, density, grab, carried)) = of_body else {
+            continue;
+        };
+        let subject = Subject {
+            topology: body,
+            positions: &particles.positions,
+            effects: &carried.effects(grab.copied()),
+            density: density.0,
+        };
+        let Some(curve) = answer.curve(&subject, settings.gravity) else {
+            continue;
+        };
+        let place = known.iter().position(|(other, _)| *other == curve);
+        let (curve, points) = match place {
+            Some(place) => known.swap_remove(place),
+            None => (curve, curve.points()),
+        };
+        if let Some(points) = &points {
+            let line: Vec<_> = points
+                .iter()
+                .filter_map(|&point| screen.at(point))
+                .collect();
+            for (colour, width) in [(HALO, 4.5), (LINE, 2.0)] {
+                let stroke = Stroke::new(width, colour);
+                painter.extend(Shape::dashed_line(&line, stroke, DASH.0, DASH.1));
+            }
+        }
+        drawn.push((curve, points));
+    }
+    *known = drawn;
+    Ok(())
+}

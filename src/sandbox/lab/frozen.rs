@@ -1,0 +1,198 @@
+//! Bodies in quarantine: which, where and why, for as long as they are, and a button that lets each
+//! go on from its last good state.
+
+use std::collections::BTreeMap;
+
+use bevy::prelude::*;
+use bevy_egui::{
+    EguiContext, EguiPrimaryContextPass, PrimaryEguiContext,
+    egui::{
+        self, Align2, Area, Button, Frame, Id, Label, Margin, Order, RichText, Stroke, Vec2, vec2,
+    },
+};
+
+use crate::sandbox::{
+    panel::{Asked, Request},
+    render::view::ViewSettings,
+    ui::{Places, theme},
+};
+use crate::{
+    simulation::{
+        Action, Applied, BodyQuarantined, Quarantined, SimulationClock, plain::bodies_in_order,
+    },
+    solver::{Quarantine, body::INPUT},
+};
+
+/// Bodies that have a line of their own; of more it is said how many.
+const MOST: usize = 4;
+/// Ticks after which a restored body is taken to be sound.
+const SOON: u64 = 60;
+
+/// A body in quarantine, as it is shown.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FrozenBody {
+    /// What it is asked for by.
+    pub key: u64,
+    /// Its name.
+    pub name: String,
+    /// Which particle and why.
+    pub reason: String,
+    /// Whether it had just been restored when it turned non-finite again.
+    pub again: bool,
+}
+
+/// Where the buttons are; for the journal.
+#[derive(Resource, Debug, Default, Deref)]
+pub struct FrozenPlaces(Places);
+
+/// Said when a body turns non-finite right after it was restored. Restarting would be no help: what
+/// was changed in the panel stays over a restart.
+const AGAIN: &str = "The body diverged right after it was restored, so the cause is still there: undo the \
+                     last change, or reopen the scene.";
+
+/// When bodies were restored, and whether it was in vain.
+#[derive(Resource, Debug, Default)]
+struct Restored(BTreeMap<Entity, (u64, bool)>);
+
+/// Shows bodies that are in quarantine.
+pub struct FrozenPlugin;
+
+impl Plugin for FrozenPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<FrozenPlaces>()
+            .init_resource::<Restored>()
+            .init_resource::<ViewSettings>()
+            .add_message::<Asked>()
+            .add_systems(Update, remember)
+            .add_systems(EguiPrimaryContextPass, show);
+    }
+}
+
+/// Where and why, in a part of a sentence.
+#[must_use]
+pub fn reason(quarantine: &Quarantine) -> String {
+    let Quarantine { vertex, stage } = quarantine;
+    if *stage == INPUT {
+        format!("non-finite input for vertex {vertex}")
+    } else {
+        format!("non-finite state of vertex {vertex} after {stage}")
+    }
+}
+
+fn remember(
+    mut restored: ResMut<Restored>,
+    clock: Res<SimulationClock>,
+    mut applied: MessageReader<Applied>,
+    mut quarantined: MessageReader<BodyQuarantined>,
+    bodies: Query<()>,
+) {
+    for Applied { tick, action, .. } in applied.read() {
+        if let Action::Restore { body } = action {
+            restored.0.insert(*body, (*tick, false));
+        }
+    }
+    for message in quarantined.read() {
+        if let Some((tick, in_vain)) = restored.0.get_mut(&message.body) {
+            *in_vain = clock.tick().saturating_sub(*tick) <= SOON;
+        }
+    }
+    restored.0.retain(|body, _| bodies.contains(*body));
+}
+
+fn show(world: &mut World) -> Result {
+    let frozen: Vec<FrozenBody> = bodies_in_order(world)
+        .into_iter()
+        .filter_map(|body| {
+            let entity = world.entity(body);
+            let quarantine = entity.get::<Quarantined>()?;
+            let restored = world.resource::<Restored>().0.get(&body);
+            Some(FrozenBody {
+                key: body.to_bits(),
+                name: entity
+                    .get::<Name>()
+                    .map_or_else(|| body.to_string(), Name::to_string),
+                reason: reason(quarantine),
+                again: restored.is_some_and(|(_, in_vain)| *in_vain),
+            })
+        })
+        .collect();
+    let mut places = Places::default();
+    if !frozen.is_empty() {
+        let context = world
+            .query_filtered::<&mut EguiContext, With<PrimaryEguiContext>>()
+            .single_mut(world)?
+            .get_mut()
+            .clone();
+        let covered = world.resource::<ViewSettings>().panel_width;
+        for key in draw(&context, &frozen, covered, &mut places) {
+            world.write_message(Asked(Request::Restore(key)));
+        }
+    }
+    let mut known = world.resource_mut::<FrozenPlaces>();
+    if known.0 != places {
+        known.0 = places;
+    }
+    Ok(())
+}
+
+/// Draws the card over the view, left of the panel's `covered` width; the keys of the bodies that
+/// are to be restored.
+pub fn draw(
+    context: &egui::Context,
+    bodies: &[FrozenBody],
+    covered: f32,
+    places: &mut Places,
+) -> Vec<u64> {
+    let mut pressed = Vec::new();
+    Area::new(Id::new("frozen"))
+        .order(Order::Foreground)
+        .anchor(Align2::CENTER_TOP, vec2(-covered / 2.0, 64.0))
+        .show(context, |ui| {
+            Frame::new()
+                .fill(theme::VEIL)
+                .stroke(Stroke::new(1.0, theme::ALARM))
+                .corner_radius(6.0)
+                .inner_margin(Margin::symmetric(14, 10))
+                .show(ui, |ui| {
+                    ui.set_max_width(460.0);
+                    for body in bodies.iter().take(MOST) {
+                        if line(ui, body, places) {
+                            pressed.push(body.key);
+                        }
+                    }
+                    if bodies.iter().any(|body| body.again) {
+                        let text = RichText::new(AGAIN).color(theme::CHANGED);
+                        ui.add(Label::new(text).wrap());
+                    }
+                    if bodies.len() > 1 && all(ui, bodies.len(), places) {
+                        pressed = bodies.iter().map(|body| body.key).collect();
+                    }
+                });
+        });
+    pressed
+}
+
+/// What is wrong with one body; true if it is to be restored.
+fn line(ui: &mut egui::Ui, body: &FrozenBody, places: &mut Places) -> bool {
+    let FrozenBody { name, reason, .. } = body;
+    let again = if body.again { " again" } else { "" };
+    let text = format!("{name} diverged{again} and is paused: {reason}");
+    ui.add(Label::new(RichText::new(text).color(theme::STRONG)).wrap());
+    let help = "Resume from the last finite state, the start of the tick in which the body diverged, at zero velocity";
+    let button = Button::new("Restore last finite state").min_size(Vec2::new(0.0, theme::ROW));
+    let response = ui.add(button).on_hover_text(help);
+    places.note(format!("restore.{name}"), &response, ui.clip_rect());
+    ui.add_space(4.0);
+    response.clicked()
+}
+
+/// How many there are; true if all are to be restored.
+fn all(ui: &mut egui::Ui, count: usize, places: &mut Places) -> bool {
+    let text = match count.saturating_sub(MOST) {
+        0 => format!("Restore all {count}"),
+        more => format!("Restore all {count} (these and {more} more)"),
+    };
+    let response = ui.add(Button::new(text).min_size(Vec2::new(0.0, theme::ROW)));
+    places.note("restore.all", &response, ui.clip_rect());
+    response.clicked()
+}

@@ -1,0 +1,330 @@
+//! The card over the picture, drawn from plain data.
+
+use super::{GalleryCommand, On, Verdict};
+use crate::{
+    sandbox::ui::{Places, format, theme},
+    torture::{Figure, filmstrip::Frame},
+};
+use bevy_egui::egui::{
+    Align, Align2, Area, Button, Color32, Context, Frame as Pane, Id, Label, Layout, Margin, Order,
+    ProgressBar, Rect, RichText, ScrollArea, Sense, Shape, Stroke, Ui, pos2, vec2,
+};
+
+/// Width of the card [logical px].
+const WIDTH: f32 = 400.0;
+/// Height of the list [logical px], where the window has room for it.
+const LIST: f32 = 290.0;
+/// Where it begins, below the head-up line [logical px].
+const TOP: f32 = 84.0;
+/// Room left for a notice at the foot of the window [logical px].
+const NOTICE: f32 = 60.0;
+/// Height of a window that has room for pictures [logical px].
+const PICTURES: f32 = 600.0;
+/// Width of a button of a line [logical px].
+const BUTTON: f32 = 44.0;
+
+/// Everything that the card shows.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Card {
+    /// What the body on screen is called, if there is one.
+    pub this: Option<String>,
+    /// The cases.
+    pub lines: Vec<Line>,
+    /// The verdict that is shown whole.
+    pub shown: Option<(usize, On, Verdict)>,
+    /// Why a case could not be run.
+    pub trouble: Option<String>,
+}
+
+/// A case in the list.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Line {
+    /// What it is called.
+    pub title: &'static str,
+    /// What is done, and what must come of it.
+    pub about: &'static str,
+    /// Whether it can be done to the body on screen.
+    pub any_body: bool,
+    /// Whether it passed on the body on screen and on its own, and whether that was expected to fail.
+    pub verdicts: [Option<(bool, bool)>; 2],
+    /// How much is done of what runs.
+    pub running: Option<f32>,
+}
+
+/// What one drawing of the card gives back.
+#[derive(Debug, Default)]
+pub struct Answer {
+    /// What was asked for, in order.
+    pub commands: Vec<GalleryCommand>,
+    /// Where the widgets are.
+    pub places: Places,
+}
+
+/// Draws the card at the left edge, below the head-up line, in what the panel's `covered` width leaves.
+pub fn show(context: &Context, card: &Card, covered: f32) -> Answer {
+    let screen = context.content_rect();
+    let width = WIDTH.min(screen.width() - covered - 20.0);
+    let pictures = screen.height() >= PICTURES;
+    let rest = if pictures { 350.0 } else { 210.0 };
+    let list = LIST.min(screen.height() - TOP - rest - NOTICE).max(60.0);
+    let mut answer = Answer::default();
+    let area = Area::new(Id::new("stress tests"))
+        .order(Order::Middle)
+        .anchor(Align2::LEFT_TOP, vec2(10.0, TOP))
+        .constrain(false)
+        .show(context, |ui| {
+            Pane::new()
+                .fill(theme::GROUND)
+                .stroke(Stroke::new(1.0, theme::LINE))
+                .corner_radius(8.0)
+                .inner_margin(Margin::symmetric(12, 10))
+                .show(ui, |ui| {
+                    ui.set_width(width - 26.0);
+                    head(ui, card, &mut answer);
+                    ScrollArea::vertical()
+                        .max_height(list)
+                        .auto_shrink([false, true])
+                        .show(ui, |ui| {
+                            for (number, line) in card.lines.iter().enumerate() {
+                                case(ui, card, (number, line), &mut answer);
+                            }
+                        });
+                    foot(ui, card, pictures, &mut answer);
+                });
+        });
+    answer.places.note("gallery", &area.response, screen);
+    answer
+}
+
+fn head(ui: &mut Ui, card: &Card, answer: &mut Answer) {
+    ui.horizontal(|ui| {
+        ui.label(RichText::new("Stress tests").color(theme::STRONG));
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let close = ui.add(Button::new("×").frame(false));
+            answer.places.note("gallery.close", &close, ui.clip_rect());
+            if close.on_hover_text("Close (C)").clicked() {
+                answer.commands.push(GalleryCommand::Toggle);
+            }
+            let runs = card.lines.iter().any(|line| line.running.is_some());
+            let (text, help, command) = if runs {
+                ("Stop", "Stop and keep the results", GalleryCommand::Stop)
+            } else {
+                (
+                    "Run all",
+                    "Run every case on its test bodies, as `pliant torture --quick` does",
+                    GalleryCommand::RunAll,
+                )
+            };
+            let button = ui.button(text).on_hover_text(help);
+            answer.places.note("gallery.all", &button, ui.clip_rect());
+            if button.clicked() {
+                answer.commands.push(command);
+            }
+        });
+    });
+    let this = card.this.as_deref().unwrap_or("the selected body (none)");
+    let text = format!("“This” runs a case on {this}, “Test” on its test bodies.");
+    ui.add(Label::new(RichText::new(text).small().color(theme::WEAK)).wrap());
+}
+
+fn case(ui: &mut Ui, card: &Card, (number, line): (usize, &Line), answer: &mut Answer) {
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = theme::GAP;
+        let looked_at = card.shown.as_ref().is_some_and(|shown| shown.0 == number);
+        let colour = if looked_at {
+            theme::STRONG
+        } else {
+            theme::TEXT
+        };
+        let title = RichText::new(line.title).small().color(colour);
+        let title = ui.add(Label::new(title).sense(Sense::click()));
+        let place = format!("gallery.{number}");
+        answer.places.note(place, &title, ui.clip_rect());
+        if title.on_hover_text(line.about).clicked() {
+            answer.commands.push(GalleryCommand::Look(number));
+        }
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            ui.add_space(8.0);
+            for (on, name, text, enabled, verdict) in [
+                (On::Own, "own", "Test", true, line.verdicts[1]),
+                (
+                    On::This,
+                    "this",
+                    "This",
+                    line.any_body && card.this.is_some(),
+                    line.verdicts[0],
+                ),
+            ] {
+                if on == On::This && !line.any_body {
+                    ui.add_space(BUTTON);
+                    continue;
+                }
+                let mut button = Button::new(RichText::new(text).small());
+                if let Some((passed, expected)) = verdict {
+                    button = button.stroke(Stroke::new(1.5, verdict_colour(passed, expected)));
+                }
+                let button = button.min_size(vec2(BUTTON, 18.0));
+                let button = ui.add_enabled(enabled, button);
+                let place = format!("gallery.{number}.{name}");
+                answer.places.note(place, &button, ui.clip_rect());
+                if button.clicked() {
+                    answer.commands.push(GalleryCommand::Run(number, on));
+                }
+            }
+            if let Some(share) = line.running {
+                let bar = ProgressBar::new(share).desired_height(6.0);
+                ui.add(bar.desired_width(70.0).fill(theme::ACCENT));
+            }
+        });
+    });
+}
+
+/// Green for a pass, amber for a known failure, red for an unexpected one; the words say it too.
+fn verdict_colour(passed: bool, expected: bool) -> Color32 {
+    match (passed, expected) {
+        (true, _) => theme::ACCENT,
+        (false, true) => theme::CHANGED,
+        (false, false) => theme::ALARM,
+    }
+}
+
+fn foot(ui: &mut Ui, card: &Card, pictures: bool, answer: &mut Answer) {
+    if let Some(trouble) = &card.trouble {
+        let text = RichText::new(trouble).small().color(theme::ALARM);
+        ui.add(Label::new(text).wrap());
+    }
+    let Some((number, on, verdict)) = &card.shown else {
+        return;
+    };
+    ui.separator();
+    let title = card.lines.get(*number).map_or("", |line| line.title);
+    let colour = verdict_colour(verdict.passed(), verdict.expected.is_some());
+    let text = RichText::new(format!("{title}: {}", words(*on, verdict)));
+    ui.add(Label::new(text.color(colour)).wrap());
+    for figure in verdict.figures.iter().take(4) {
+        let colour = if figure.holds() {
+            theme::TEXT
+        } else {
+            theme::ALARM
+        };
+        let text = RichText::new(figure_words(figure)).small().color(colour);
+        ui.add(Label::new(text).wrap());
+    }
+    if let Some(reason) = verdict.expected {
+        let text = format!("Known failure: {reason}");
+        ui.add(Label::new(RichText::new(text).small().color(theme::CHANGED)).wrap());
+    }
+    match &verdict.advice {
+        Some(advice) => {
+            let text = RichText::new(format!("It {advice}."))
+                .small()
+                .color(theme::STRONG);
+            ui.add(Label::new(text).wrap());
+        }
+        None if !verdict.passed() => {
+            let runs = card.lines.iter().any(|line| line.running.is_some());
+            let button = ui
+                .add_enabled(!runs, Button::new("Find settings that pass"))
+                .on_hover_text(
+                    "Try more substeps, more iterations and the direct solver, the cheapest first",
+                );
+            answer
+                .places
+                .note("gallery.advise", &button, ui.clip_rect());
+            if button.clicked() {
+                answer.commands.push(GalleryCommand::Advise(*number, *on));
+            }
+        }
+        None => {}
+    }
+    if pictures {
+        strip(ui, &verdict.film);
+    }
+    if *on == On::This {
+        let button = ui
+            .button("Save recording")
+            .on_hover_text("Save this run as a recording for `pliant replay`");
+        answer.places.note("gallery.save", &button, ui.clip_rect());
+        if button.clicked() {
+            answer.commands.push(GalleryCommand::Save(*number));
+        }
+    }
+}
+
+fn words(on: On, verdict: &Verdict) -> String {
+    let outcome = if verdict.passed() { "passes" } else { "fails" };
+    let Verdict {
+        member,
+        members,
+        failed,
+        expected_failed,
+        ..
+    } = verdict;
+    let passed = members - failed - expected_failed;
+    match (on, failed, expected_failed) {
+        (On::This, ..) => format!("{outcome} on this body."),
+        (On::Own, 0, 0) => format!("all {members} pass. Closest to its limit: {member}."),
+        (On::Own, 0, 1) => format!(
+            "{passed} of {members} pass, 1 is a known failure. Closest to its limit: {member}."
+        ),
+        (On::Own, 0, expected) => format!(
+            "{passed} of {members} pass, {expected} are known failures. Closest to its limit: {member}."
+        ),
+        (On::Own, failed, _) => {
+            format!("unexpected failures: {failed} of {members}. Shown: {member}, which {outcome}.")
+        }
+    }
+}
+
+fn figure_words(figure: &Figure) -> String {
+    let Figure {
+        name,
+        value,
+        limit,
+        unit,
+    } = figure;
+    let value = format(*value, 3);
+    if limit.is_finite() {
+        format!("{name}: {value} {unit} (limit {})", format(*limit, 3))
+    } else {
+        format!("{name}: {value} {unit}")
+    }
+}
+
+/// The pictures side by side, each with its time and its size.
+fn strip(ui: &mut Ui, film: &[Frame]) {
+    if film.is_empty() {
+        return;
+    }
+    let width = (ui.available_width() - 8.0) / film.len() as f32;
+    let height = width + 14.0;
+    let size = vec2(ui.available_width(), height);
+    let (rect, _) = ui.allocate_exact_size(size, Sense::hover());
+    for (place, frame) in film.iter().enumerate() {
+        let left = rect.left() + (width + 4.0) * place as f32;
+        let picture = Rect::from_min_size(pos2(left, rect.top()), vec2(width, width));
+        let painter = ui.painter().with_clip_rect(picture);
+        painter.rect_filled(picture, 3.0, theme::SUNKEN);
+        let inside = picture.shrink(8.0);
+        let at = |[x, y]: [f32; 2]| {
+            pos2(
+                inside.left() + x * inside.width(),
+                inside.bottom() - y * inside.height(),
+            )
+        };
+        let stroke = Stroke::new(0.7, theme::ACCENT.gamma_multiply(0.8));
+        for ends in frame.lines.iter().map(|line| line.map(at)) {
+            painter.add(Shape::line_segment(ends, stroke));
+        }
+        let text = format!(
+            "{} {} s, {} m",
+            frame.name,
+            format(frame.time, 2),
+            format(frame.extent, 2)
+        );
+        ui.put(
+            Rect::from_min_size(pos2(left, picture.bottom()), vec2(width, 14.0)),
+            Label::new(RichText::new(text).small().color(theme::WEAK)).truncate(),
+        );
+    }
+}

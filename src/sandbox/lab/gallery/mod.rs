@@ -1,0 +1,312 @@
+//! The gallery of hard cases: one click a case, on its own family of bodies or on the body on
+//! screen, with its figures when it has run.
+//!
+//! A case is run by [`torture`](crate::torture), on a thread of its own, as `pliant torture` runs
+//! it. On the body on screen it is run with a copy, alone, without gravity and without ground; where
+//! the case begins with a deformation, the body on screen is put into the same state, so that one
+//! sees it recover.
+
+mod card;
+mod verdict;
+mod worker;
+
+pub use card::{Card, Line, show};
+pub use verdict::Verdict;
+pub use worker::{News, Subject, Worker, save};
+
+use crate::sandbox::{
+    app::screenshot::free_path,
+    panel::{PanelState, Scope},
+    render::view::ViewSettings,
+    ui::{Places, message::Notices},
+};
+use crate::{
+    simulation::{Action, Actions, SimulationSettings, SoftBody, plain},
+    solver::{Body, Settings},
+    torture::{CASES, Case, run::given},
+};
+use bevy::prelude::*;
+use bevy_egui::{EguiContext, EguiPrimaryContextPass, PrimaryEguiContext};
+use std::collections::BTreeMap;
+
+/// What is asked of the gallery.
+#[derive(Message, Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GalleryCommand {
+    /// Open the card, or close it.
+    Toggle,
+    /// Run a case, by its number in the table.
+    Run(usize, On),
+    /// Run every case on its own bodies, one after the other.
+    RunAll,
+    /// Stop what runs; what is there stays.
+    Stop,
+    /// Show the figures and the pictures of a case, by its number in the table.
+    Look(usize),
+    /// Look for settings with which a case passes, by its number in the table.
+    Advise(usize, On),
+    /// Record a case as it was run last on a body on screen, in a file of its own.
+    Save(usize),
+}
+
+/// What a case is run on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum On {
+    /// The body on screen.
+    This,
+    /// The case's own family.
+    Own,
+}
+
+/// What is known of the hard cases.
+#[derive(Resource, Debug, Default)]
+pub struct Gallery {
+    open: bool,
+    /// What runs, and how much of it is done, from 0 to 1.
+    running: Option<(usize, On, Worker, f32)>,
+    /// What is to run after that.
+    waiting: Vec<usize>,
+    verdicts: BTreeMap<(usize, On), Verdict>,
+    /// The bodies that cases were run on last, as they were before.
+    subjects: BTreeMap<usize, (Body, Settings)>,
+    /// Which of them is shown whole.
+    looked_at: Option<(usize, On)>,
+    /// Why something could not be run.
+    trouble: Option<String>,
+}
+
+impl Gallery {
+    /// Whether its card is open.
+    #[must_use]
+    pub const fn is_open(&self) -> bool {
+        self.open
+    }
+}
+
+/// Where the card's widgets are; for the journal.
+#[derive(Resource, Debug, Default, Deref)]
+pub struct GalleryPlaces(pub Places);
+
+/// Shows the gallery.
+pub struct GalleryPlugin;
+
+impl Plugin for GalleryPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Gallery>()
+            .init_resource::<GalleryPlaces>()
+            .add_message::<GalleryCommand>()
+            .add_systems(Update, (carry_out, listen).chain())
+            .add_systems(EguiPrimaryContextPass, card);
+    }
+}
+
+fn carry_out(world: &mut World) {
+    let commands: Vec<_> = world
+        .resource_mut::<Messages<GalleryCommand>>()
+        .drain()
+        .collect();
+    for command in commands {
+        let mut gallery = world.resource_mut::<Gallery>();
+        match command {
+            GalleryCommand::Toggle => gallery.open = !gallery.open,
+            GalleryCommand::Run(case, on) => {
+                gallery.waiting.clear();
+                start(world, case, on);
+            }
+            GalleryCommand::RunAll => {
+                gallery.waiting = (1..CASES.len()).rev().collect();
+                start(world, 0, On::Own);
+            }
+            GalleryCommand::Advise(case, on) => {
+                gallery.waiting.clear();
+                advise(world, case, on);
+            }
+            GalleryCommand::Stop => {
+                gallery.waiting.clear();
+                gallery.running = None;
+            }
+            GalleryCommand::Save(number) => {
+                let subject = gallery.subjects.get(&number).cloned();
+                if let (Some((body, settings)), Some(case)) = (subject, CASES.get(number)) {
+                    let name = format!("{}-{}", case.name, body.name);
+                    let path = free_path(&name, "rec", |path| path.exists());
+                    let done = save(case, body, settings, &path);
+                    let mut notices = world.resource_mut::<Notices>();
+                    let path = path.display();
+                    match done {
+                        Ok(()) => notices.info(format!(
+                            "Saved {path}. Replay it with `pliant replay {path}`"
+                        )),
+                        Err(reason) => notices.error(format!("Cannot save {path}: {reason}")),
+                    }
+                }
+            }
+            GalleryCommand::Look(case) => {
+                let seen = gallery.looked_at.map(|(case, _)| case);
+                let known = [On::This, On::Own].map(|on| (case, on));
+                let known = known
+                    .into_iter()
+                    .find(|key| gallery.verdicts.contains_key(key));
+                gallery.looked_at = known.filter(|_| seen != Some(case));
+            }
+        }
+    }
+}
+
+/// Begins to run a case on a thread.
+fn start(world: &mut World, number: usize, on: On) {
+    let Some(case) = CASES.get(number) else {
+        return;
+    };
+    let subject = match on {
+        On::Own => Subject::Own,
+        On::This => {
+            let Some(entity) = subject(world) else {
+                world.resource_mut::<Gallery>().trouble =
+                    Some("No body to test: add one to the scene first.".to_owned());
+                return;
+            };
+            let settings = **world.resource::<SimulationSettings>();
+            let Some(body) = plain::body(world.entity(entity)) else {
+                return;
+            };
+            if let Some(deformation) = case.deformation(&given(&body, settings)) {
+                let action = Action::Deform {
+                    body: entity,
+                    deformation,
+                };
+                world.resource_mut::<Actions>().push(action);
+            }
+            let subjects = &mut world.resource_mut::<Gallery>().subjects;
+            subjects.insert(number, (body.clone(), settings));
+            Subject::This(Box::new(body), settings)
+        }
+    };
+    let begun = Worker::start(case, subject);
+    let mut gallery = world.resource_mut::<Gallery>();
+    gallery.trouble = None;
+    match begun {
+        Ok(worker) => gallery.running = Some((number, on, worker, 0.0)),
+        Err(error) => gallery.trouble = Some(format!("Cannot start the test thread: {error}")),
+    }
+}
+
+/// Begins to look for settings with which a case passes that failed.
+fn advise(world: &mut World, number: usize, on: On) {
+    let mut gallery = world.resource_mut::<Gallery>();
+    let (Some(case), Some(verdict)) = (CASES.get(number), gallery.verdicts.get(&(number, on)))
+    else {
+        return;
+    };
+    let member = verdict.member.clone();
+    let subject = match (on, gallery.subjects.get(&number)) {
+        (On::Own, _) => Subject::Own,
+        (On::This, Some((body, settings))) => Subject::This(Box::new(body.clone()), *settings),
+        (On::This, None) => return,
+    };
+    match Worker::advise(case, subject, member) {
+        Ok(worker) => gallery.running = Some((number, on, worker, 0.0)),
+        Err(error) => gallery.trouble = Some(format!("Cannot start the test thread: {error}")),
+    }
+}
+
+/// The body that is shown in the panel, or else the first.
+fn subject(world: &mut World) -> Option<Entity> {
+    match world.resource::<PanelState>().scope {
+        Scope::Body(key) => Entity::try_from_bits(key).filter(|body| {
+            let entity = world.get_entity(*body);
+            entity.is_ok_and(|entity| entity.contains::<SoftBody>())
+        }),
+        Scope::All => plain::bodies_in_order(world).first().copied(),
+    }
+}
+
+/// Takes in what the thread has found, and goes on with what waits.
+fn listen(world: &mut World) {
+    let mut gallery = world.resource_mut::<Gallery>();
+    let Some((case, on, worker, share)) = &mut gallery.running else {
+        return;
+    };
+    let (case, on) = (*case, *on);
+    let mut last = None;
+    for news in worker.news() {
+        match news {
+            News::Share(done) => *share = done,
+            news => last = Some(news),
+        }
+    }
+    let Some(last) = last else {
+        return;
+    };
+    gallery.running = None;
+    match last {
+        News::Ended(Ok(verdict)) => {
+            gallery.verdicts.insert((case, on), verdict);
+            gallery.looked_at = Some((case, on));
+        }
+        News::Advised(Ok(words)) => {
+            if let Some(verdict) = gallery.verdicts.get_mut(&(case, on)) {
+                verdict.advice = Some(words);
+            }
+        }
+        News::Ended(Err(reason)) | News::Advised(Err(reason)) => gallery.trouble = Some(reason),
+        News::Share(_) => {}
+    }
+    if let Some(next) = gallery.waiting.pop() {
+        start(world, next, On::Own);
+    }
+}
+
+/// Notes where the widgets are, if they are elsewhere than before.
+fn note(world: &mut World, places: Places) {
+    let mut known = world.resource_mut::<GalleryPlaces>();
+    if known.0 != places {
+        known.0 = places;
+    }
+}
+
+fn card(world: &mut World) -> Result {
+    if !world.resource::<Gallery>().open {
+        note(world, Places::default());
+        return Ok(());
+    }
+    let this = subject(world).map(|body| {
+        let name = world.get::<Name>(body);
+        name.map_or_else(|| body.to_string(), |name| name.to_string())
+    });
+    let gallery = world.resource::<Gallery>();
+    let line = |(number, case): (usize, &'static Case)| Line {
+        title: case.title,
+        about: case.about,
+        any_body: case.any_body,
+        verdicts: [On::This, On::Own].map(|on| {
+            let verdict = gallery.verdicts.get(&(number, on))?;
+            Some((verdict.passed(), verdict.expected.is_some()))
+        }),
+        running: gallery
+            .running
+            .as_ref()
+            .filter(|(running, ..)| *running == number)
+            .map(|(.., share)| *share),
+    };
+    let model = Card {
+        this,
+        lines: CASES.iter().enumerate().map(line).collect(),
+        shown: gallery.looked_at.and_then(|(case, on)| {
+            let verdict = gallery.verdicts.get(&(case, on))?;
+            Some((case, on, verdict.clone()))
+        }),
+        trouble: gallery.trouble.clone(),
+    };
+    let covered = world.resource::<ViewSettings>().panel_width;
+    let context = world
+        .query_filtered::<&mut EguiContext, With<PrimaryEguiContext>>()
+        .single_mut(world)?
+        .get_mut()
+        .clone();
+    let answer = show(&context, &model, covered);
+    note(world, answer.places);
+    for command in answer.commands {
+        world.write_message(command);
+    }
+    Ok(())
+}

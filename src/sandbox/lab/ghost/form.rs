@@ -1,0 +1,128 @@
+//! Ghosts as they are drawn: translucent, over their bodies.
+//!
+//! The picture shows bodies between their last two ticks, and ghosts may be a tick behind. So a
+//! ghost is drawn as far from its body, particle by particle, as it was at the last ticks that both
+//! have done: what is seen to be apart was apart, at one and the same time.
+
+use super::Ghost;
+use crate::{
+    render::{Drawn, MeshSystems, place},
+    sandbox::render::material::{GhostMaterial, Veil, linear},
+    scene::BodySkin,
+    simulation::{SimulationClock, SoftBody},
+};
+use bevy::{
+    camera::{
+        primitives::Aabb,
+        visibility::{NoAutoAabb, VisibilitySystems},
+    },
+    light::{NotShadowCaster, NotShadowReceiver},
+    prelude::*,
+};
+use std::sync::Arc;
+
+/// Colour of all ghosts, as 8-bit sRGB: no body of the palette has it.
+pub const COLOUR: [u8; 3] = [250, 252, 255];
+
+/// Draws ghosts.
+pub struct GhostFormPlugin;
+
+impl Plugin for GhostFormPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(
+            PostUpdate,
+            (show, follow)
+                .chain()
+                .after(MeshSystems)
+                .before(VisibilitySystems::VisibilityPropagate)
+                .run_if(resource_exists::<Ghost>.or_else(any_with_component::<Form>)),
+        );
+    }
+}
+
+/// The ghost of the body that is the entity's parent, as it is drawn.
+#[derive(Component, Debug)]
+struct Form {
+    drawn: Drawn,
+    /// The tick that was drawn last.
+    tick: u64,
+}
+
+/// Makes forms for the ghosts that have none, and drops those of ghosts that are gone.
+fn show(
+    mut commands: Commands,
+    ghost: Option<Res<Ghost>>,
+    bodies: Query<(&Drawn, &SoftBody)>,
+    forms: Query<(Entity, &ChildOf), With<Form>>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<GhostMaterial>>,
+) {
+    let gaps = ghost.as_ref().and_then(|ghost| ghost.compared());
+    let gaps = gaps.map_or(&[][..], |comparison| &comparison.gaps);
+    for (form, parent) in &forms {
+        if !gaps.iter().any(|(body, _)| *body == parent.parent()) {
+            commands.entity(form).despawn();
+        }
+    }
+    for &(body, _) in gaps {
+        let Ok((drawn, topology)) = bodies.get(body) else {
+            continue;
+        };
+        if forms.iter().any(|(_, parent)| parent.parent() == body) {
+            continue;
+        }
+        let outline = Arc::clone(&drawn.outline);
+        let veil = Veil {
+            colour: linear(COLOUR),
+            reach: topology.size / 2.0,
+            closed: outline.closed.into(),
+        };
+        commands.spawn((
+            ChildOf(body),
+            Mesh3d(meshes.add(outline.mesh())),
+            MeshMaterial3d(materials.add(GhostMaterial { veil })),
+            Form {
+                drawn: Drawn::new(outline),
+                tick: u64::MAX,
+            },
+            // Also over a body that the solver view hides.
+            Visibility::Visible,
+            (NotShadowCaster, NotShadowReceiver),
+            (Aabb::default(), NoAutoAabb),
+        ));
+    }
+}
+
+/// Brings the forms to where the ghosts are.
+fn follow(
+    ghost: Option<Res<Ghost>>,
+    clock: Res<SimulationClock>,
+    bodies: Query<(Ref<Drawn>, &SoftBody, Option<&BodySkin>)>,
+    mut forms: Query<(&ChildOf, &mut Form, &Mesh3d, &mut Aabb)>,
+    mut meshes: ResMut<Assets<Mesh>>,
+) {
+    let Some(ghost) = ghost else {
+        return;
+    };
+    let tick = ghost
+        .compared()
+        .map_or(u64::MAX, |comparison| comparison.tick);
+    for (parent, mut form, mesh, mut bounds) in &mut forms {
+        let body = parent.parent();
+        let (Ok((drawn, topology, skin)), Some(gaps)) =
+            (bodies.get(body), ghost.gaps(body, clock.overstep()))
+        else {
+            continue;
+        };
+        if (!drawn.is_changed() && form.tick == tick) || drawn.particles.is_empty() {
+            continue;
+        }
+        form.tick = tick;
+        let particles = drawn.particles.iter().zip(gaps);
+        let particles = particles.map(|(x, gap)| *x + gap.extend(0.0));
+        place(&mut form.drawn, topology, skin, particles);
+        if let Some(mut mesh) = meshes.get_mut(&mesh.0) {
+            *bounds = form.drawn.write(&mut mesh);
+        }
+    }
+}

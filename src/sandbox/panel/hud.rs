@@ -1,0 +1,297 @@
+//! The head-up line: what the simulation costs and how well it holds, over the view.
+//!
+//! The figures are those of [`Statistics`], the same as in the CSV; the frame rate and the
+//! [`Throughput`] are the window's own. They are read a few times a second, so that they can be
+//! read by people.
+
+use bevy::prelude::*;
+use bevy_egui::{
+    EguiContexts, EguiPrimaryContextPass,
+    egui::{self, Area, Frame, Id, Label, Layout, Margin, Order, RichText, pos2, vec2},
+};
+
+use crate::sandbox::{
+    lab::{ghost::Ghost, throughput::Throughput},
+    render::view::ViewSettings,
+    ui::{count, format, theme},
+};
+use crate::simulation::{SimulationClock, SoftBody, Statistics, statistics};
+
+/// How often the figures change [1/s].
+const REFRESH: f32 = 5.0;
+/// Width of a figure [logical px].
+const CELL: f32 = 74.0;
+
+/// A figure of the line.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Figure {
+    /// The number with its unit.
+    pub value: String,
+    /// What it is.
+    pub name: &'static str,
+    /// Whether it says that something is wrong.
+    pub alarm: bool,
+}
+
+/// What the line says.
+#[derive(Resource, Debug, Default)]
+pub struct HeadUp {
+    figures: Vec<Figure>,
+    /// Paused, slow, dropped ticks; empty if nothing is out of the ordinary.
+    state: String,
+    frames: u32,
+    seconds: f32,
+}
+
+/// Shows the head-up line.
+pub struct HudPlugin;
+
+impl Plugin for HudPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<HeadUp>()
+            .init_resource::<ViewSettings>()
+            .init_resource::<Throughput>()
+            .add_systems(Update, (measure_while_paused, refresh).chain())
+            .add_systems(EguiPrimaryContextPass, show);
+    }
+}
+
+/// Figures are taken after ticks; a body that comes while there are none would not be counted.
+fn measure_while_paused(world: &mut World, new: &mut QueryState<(), Added<SoftBody>>) {
+    let came = new.iter(world).next().is_some();
+    if came && world.resource::<SimulationClock>().paused {
+        let statistics = statistics::measure(world);
+        world.insert_resource(statistics);
+    }
+}
+
+fn refresh(
+    mut head_up: ResMut<HeadUp>,
+    time: Res<Time<Real>>,
+    statistics: Res<Statistics>,
+    throughput: Res<Throughput>,
+    clock: Res<SimulationClock>,
+    ghost: Option<Res<Ghost>>,
+) {
+    head_up.frames += 1;
+    head_up.seconds += time.delta_secs();
+    head_up.state = state(&clock, ghost.is_some_and(|ghost| ghost.holds()));
+    if head_up.seconds >= 1.0 / REFRESH {
+        let rate = head_up.frames as f32 / head_up.seconds;
+        head_up.figures = figures(rate, &statistics, throughput.per_second());
+        head_up.frames = 0;
+        head_up.seconds = 0.0;
+    }
+}
+
+/// The figures of the line, in their order; `projections` are those a second.
+pub fn figures(
+    frames_per_second: f32,
+    statistics: &Statistics,
+    projections: Option<f64>,
+) -> Vec<Figure> {
+    let figure = |value: String, name| Figure {
+        value,
+        name,
+        alarm: false,
+    };
+    vec![
+        figure(format!("{frames_per_second:.0} fps"), "frame rate"),
+        figure(format!("{:.2} ms", statistics.ms_per_tick), "per tick"),
+        figure(count(statistics.particles), "particles"),
+        figure(count(statistics.constraint_count()), "constraints"),
+        figure(millions(projections), "projections"),
+        figure(prefixed(statistics.energy(), "J"), "energy"),
+        figure(percent(statistics.volume_error), "volume error"),
+        Figure {
+            alarm: !statistics.finite,
+            ..figure(format(statistics.residual, 2), "residual")
+        },
+    ]
+}
+
+/// Projections a second in millions; a dash while there are none, so that no figure moves.
+pub fn millions(projections: Option<f64>) -> String {
+    projections.map_or_else(
+        || "–".to_owned(),
+        |projections| format!("{} M/s", format(projections / 1e6, 3)),
+    )
+}
+
+/// A quantity in three digits with the prefix of its size: `1.25 mJ`.
+fn prefixed(value: f64, unit: &str) -> String {
+    const PREFIXES: [(f64, &str); 7] = [
+        (1e9, "G"),
+        (1e6, "M"),
+        (1e3, "k"),
+        (1.0, ""),
+        (1e-3, "m"),
+        (1e-6, "µ"),
+        (1e-9, "n"),
+    ];
+    let size = value.abs();
+    match PREFIXES.iter().find(|(factor, _)| size >= *factor) {
+        Some((factor, prefix)) => format!("{} {prefix}{unit}", format(value / factor, 3)),
+        None => format!("0 {unit}"),
+    }
+}
+
+/// A ratio in per cent with its sign, to a hundredth.
+fn percent(ratio: f64) -> String {
+    let percent = ratio * 100.0;
+    if percent.abs() < 0.005 {
+        "0 %".to_owned()
+    } else {
+        format!("{percent:+.2} %")
+    }
+}
+
+fn state(clock: &SimulationClock, ghost_holds: bool) -> String {
+    let mut parts = Vec::new();
+    if clock.paused {
+        parts.push("paused".to_owned());
+    }
+    if clock.speed != 1.0 {
+        parts.push(format!("{}× speed", format(clock.speed, 2)));
+    }
+    if ghost_holds {
+        parts.push("waiting for the reference".to_owned());
+    }
+    match clock.dropped() {
+        0 => {}
+        1 => parts.push("1 tick dropped".to_owned()),
+        dropped => parts.push(format!("{} ticks dropped", count(dropped as usize))),
+    }
+    parts.join("  ·  ")
+}
+
+fn show(mut contexts: EguiContexts, head_up: Res<HeadUp>, view: Res<ViewSettings>) -> Result {
+    if !head_up.figures.is_empty() {
+        draw(
+            contexts.ctx_mut()?,
+            &head_up.figures,
+            &head_up.state,
+            view.panel_width,
+        );
+    }
+    Ok(())
+}
+
+/// Draws the line in the upper left corner, in what the panel's `covered` width leaves.
+pub fn draw(context: &egui::Context, figures: &[Figure], state: &str, covered: f32) {
+    let screen = context.content_rect();
+    let margin = 10.0;
+    let width = screen.width() - covered - 2.0 * margin;
+    // Never in the way of the hand: the pointer goes through it.
+    Area::new(Id::new("head-up line"))
+        .order(Order::Background)
+        .interactable(false)
+        .fixed_pos(pos2(screen.left() + margin, screen.top() + margin))
+        .constrain(false)
+        .show(context, |ui| {
+            ui.set_max_width(width);
+            Frame::new()
+                .fill(theme::VEIL)
+                .corner_radius(8.0)
+                .inner_margin(Margin::symmetric(10, 5))
+                .show(ui, |ui| line(ui, figures, width - 20.0));
+            if !state.is_empty() {
+                badge(ui, state);
+            }
+        });
+}
+
+fn line(ui: &mut egui::Ui, figures: &[Figure], width: f32) {
+    let most = ((width / CELL) as usize).clamp(1, figures.len());
+    // As many in each row, so that none is left alone in the last.
+    let a_row = figures.len().div_ceil(figures.len().div_ceil(most));
+    ui.spacing_mut().item_spacing = vec2(0.0, 4.0);
+    for row in figures.chunks(a_row) {
+        ui.horizontal(|ui| {
+            for figure in row {
+                cell(ui, figure);
+            }
+        });
+    }
+}
+
+fn cell(ui: &mut egui::Ui, figure: &Figure) {
+    let layout = Layout::top_down(egui::Align::Min);
+    ui.allocate_ui_with_layout(vec2(CELL, 28.0), layout, |ui| {
+        ui.set_min_width(CELL);
+        ui.spacing_mut().item_spacing.y = 0.0;
+        let colour = if figure.alarm {
+            theme::ALARM
+        } else {
+            theme::STRONG
+        };
+        let value = RichText::new(&figure.value).monospace().color(colour);
+        ui.add(Label::new(value).extend());
+        let name = RichText::new(figure.name).small().color(theme::WEAK);
+        ui.add(Label::new(name).extend());
+    });
+}
+
+fn badge(ui: &mut egui::Ui, state: &str) {
+    ui.add_space(4.0);
+    Frame::new()
+        .fill(theme::VEIL)
+        .corner_radius(8.0)
+        .inner_margin(Margin::symmetric(10, 3))
+        .show(ui, |ui| {
+            ui.label(RichText::new(state).color(theme::CHANGED));
+        });
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::sandbox::panel::hud::*;
+
+    #[test]
+    fn the_line_has_the_eight_figures_with_their_units() {
+        let statistics = Statistics {
+            ms_per_tick: 1.236,
+            particles: 12_288,
+            kinetic: 12.0,
+            potential: 0.345,
+            volume_error: -0.001_24,
+            residual: 1.24e-5,
+            finite: true,
+            ..Statistics::default()
+        };
+        let values: Vec<_> = figures(59.7, &statistics, Some(212.34e6))
+            .into_iter()
+            .map(|figure| figure.value)
+            .collect();
+        let wanted = [
+            "60 fps", "1.24 ms", "12 288", "0", "212 M/s", "12.3 J", "-0.12 %", "1.2e-5",
+        ];
+        assert_eq!(values, wanted);
+    }
+
+    #[test]
+    fn no_projections_are_a_dash() {
+        assert_eq!(millions(None), "–");
+        assert_eq!(millions(Some(0.834e6)), "0.834 M/s");
+    }
+
+    #[test]
+    fn an_energy_has_the_prefix_of_its_size() {
+        assert_eq!(prefixed(-1.254e-3, "J"), "-1.25 mJ");
+        assert_eq!(prefixed(0.0, "J"), "0 J");
+        assert_eq!(prefixed(98_100.0, "J"), "98.1 kJ");
+    }
+
+    #[test]
+    fn what_is_out_of_the_ordinary_is_said() {
+        let mut clock = SimulationClock::default();
+        assert_eq!(state(&clock, false), "");
+        clock.paused = true;
+        clock.speed = 0.1;
+        assert_eq!(state(&clock, false), "paused  ·  0.1× speed");
+        assert_eq!(
+            state(&clock, true),
+            "paused  ·  0.1× speed  ·  waiting for the reference"
+        );
+    }
+}

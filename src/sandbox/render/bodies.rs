@@ -1,0 +1,93 @@
+//! The look of bodies: a material for each, and the rim of the one under the pointer.
+
+use crate::sandbox::{
+    input::pointer::Pointer,
+    render::{
+        material::{Finish, SkinMaterial, linear, palette},
+        stage::FloorHeight,
+    },
+};
+use crate::{
+    render::{Drawn, MeshSystems, SoftBodyMeshPlugin},
+    scene::Look,
+    simulation::{SoftBody, SoftBodySystems},
+    solver::topology::Dimension,
+};
+use bevy::prelude::*;
+
+/// How fast a highlight comes and goes: all but 1/e of it in this time [s].
+const FADE: f32 = 0.06;
+
+/// Draws the soft bodies.
+pub struct BodiesPlugin;
+
+impl Plugin for BodiesPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_plugins(SoftBodyMeshPlugin)
+            .init_resource::<Pointer>()
+            .add_systems(Update, highlight)
+            .add_systems(
+                PostUpdate,
+                dress.after(SoftBodySystems::Last).before(MeshSystems),
+            );
+    }
+}
+
+/// Gives a new body its material.
+fn dress(
+    mut commands: Commands,
+    new: Query<(Entity, &SoftBody, Option<&Look>), Without<MeshMaterial3d<SkinMaterial>>>,
+    dressed: Query<(), (With<SoftBody>, With<MeshMaterial3d<SkinMaterial>>)>,
+    floor: Res<FloorHeight>,
+    mut materials: ResMut<Assets<SkinMaterial>>,
+) {
+    let first = dressed.iter().count();
+    for (n, (entity, body, look)) in new.iter().enumerate() {
+        let named = look.and_then(|look| look.colour);
+        let colour = named.map_or_else(|| palette(first + n), linear);
+        let finish = match body.0.dimension {
+            Dimension::Solid => Finish::jelly(colour),
+            Dimension::Sheet => Finish::cloth(colour),
+            Dimension::Line => Finish::cord(colour),
+        };
+        let finish = Finish {
+            floor: floor.0.unwrap_or(f32::MIN),
+            ..finish
+        };
+        let material = MeshMaterial3d(materials.add(SkinMaterial { finish }));
+        commands.entity(entity).insert(material);
+    }
+}
+
+/// Lights the rim of the body under the pointer.
+fn highlight(
+    pointer: Res<Pointer>,
+    time: Res<Time<Real>>,
+    bodies: Query<(Entity, &MeshMaterial3d<SkinMaterial>), With<Drawn>>,
+    mut materials: ResMut<Assets<SkinMaterial>>,
+) {
+    let share = 1.0 - (-time.delta_secs() / FADE).exp();
+    for (body, material) in &bodies {
+        let goal = if pointer.hovered == Some(body) {
+            1.0
+        } else {
+            0.0
+        };
+        let now = materials
+            .get(&material.0)
+            .map_or(goal, |m| m.finish.highlight);
+        if now == goal {
+            continue;
+        }
+        let next = now + (goal - now) * share;
+        // The last hundredth is not worth another upload a frame.
+        let next = if (goal - next).abs() < 0.01 {
+            goal
+        } else {
+            next
+        };
+        if let Some(mut material) = materials.get_mut(&material.0) {
+            material.finish.highlight = next;
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! The camera: it orbits with the right button, pans with the middle one (or shift and the
+//! right one), and the wheel zooms.
+//!
+//! It moves only while it owns the pointer (and zooms only while nobody else does), and it
+//! glides to where the hand put it. The view is shifted so that its centre is the centre of
+//! what the panel leaves free.
+
+use crate::render::Drawn;
+use crate::sandbox::{
+    input::pointer::{Pointer, PointerOwner, PointerSystems},
+    render::{
+        orbit::Orbit,
+        view::{ViewCommand, ViewSettings},
+    },
+};
+use bevy::{
+    camera::SubCameraView, input::mouse::AccumulatedMouseMotion, prelude::*, window::PrimaryWindow,
+};
+
+/// How fast the camera glides: it covers all but 1/e of its way in this time [s].
+const GLIDE: f32 = 0.07;
+
+/// The camera's orbit: where it is, and where it glides to.
+#[derive(Component, Debug, Clone, Copy, Default)]
+pub struct OrbitCamera {
+    /// Where it is.
+    pub now: Orbit,
+    /// Where the hand put it.
+    pub goal: Orbit,
+    /// Shift of the view to the left [px], half of what the panel covers.
+    shift: f32,
+}
+
+impl OrbitCamera {
+    /// A camera that stands still.
+    #[must_use]
+    pub fn at(orbit: Orbit) -> Self {
+        Self {
+            now: orbit,
+            goal: orbit,
+            shift: 0.0,
+        }
+    }
+}
+
+/// Systems that move the camera, in `Update` after the pointer's.
+#[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct CameraSystems;
+
+/// Lets the user move the camera.
+pub struct CameraPlugin;
+
+impl Plugin for CameraPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(
+            Update,
+            (steer, frame_all, glide)
+                .chain()
+                .in_set(CameraSystems)
+                .after(PointerSystems),
+        );
+    }
+}
+
+fn steer(
+    pointer: Res<Pointer>,
+    motion: Res<AccumulatedMouseMotion>,
+    mouse: Res<ButtonInput<MouseButton>>,
+    keys: Res<ButtonInput<KeyCode>>,
+    window: Single<&Window, With<PrimaryWindow>>,
+    mut camera: Single<&mut OrbitCamera>,
+) {
+    let shift = keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]);
+    let right = mouse.pressed(MouseButton::Right);
+    let middle = mouse.pressed(MouseButton::Middle);
+    if pointer.owner == PointerOwner::Camera && motion.delta != Vec2::ZERO {
+        if middle || (right && shift) {
+            camera.goal = camera.goal.panned(motion.delta, window.height());
+        } else if right {
+            camera.goal = camera.goal.turned(motion.delta);
+        }
+    }
+    let free = matches!(pointer.owner, PointerOwner::None | PointerOwner::Camera);
+    if free && pointer.wheel != 0.0 {
+        camera.goal = camera.goal.zoomed(pointer.wheel);
+    }
+}
+
+fn frame_all(
+    mut commands: MessageReader<ViewCommand>,
+    bodies: Query<&Drawn>,
+    settings: Res<ViewSettings>,
+    window: Single<&Window, With<PrimaryWindow>>,
+    mut camera: Single<&mut OrbitCamera>,
+) {
+    if !commands
+        .read()
+        .any(|command| *command == ViewCommand::FrameAll)
+    {
+        return;
+    }
+    let free = (window.width() - settings.panel_width).max(1.0);
+    if let Some((low, high)) = bounds(&bodies) {
+        camera.goal = camera
+            .goal
+            .framing(low, high, free / window.height().max(1.0));
+    }
+}
+
+/// The box around all bodies [m].
+fn bounds(bodies: &Query<&Drawn>) -> Option<(Vec3, Vec3)> {
+    bodies
+        .iter()
+        .map(|drawn| (drawn.low, drawn.high))
+        .filter(|(low, high)| low.is_finite() && high.is_finite())
+        .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+}
+
+fn glide(
+    time: Res<Time<Real>>,
+    settings: Res<ViewSettings>,
+    window: Single<&Window, With<PrimaryWindow>>,
+    mut camera: Single<(&mut OrbitCamera, &mut Transform, &mut Camera)>,
+) {
+    let (orbit, transform, camera) = &mut *camera;
+    let share = 1.0 - (-time.delta_secs() / GLIDE).exp();
+    let now = orbit.now.towards(orbit.goal, share);
+    // Settled to a fraction of a pixel it is left alone, and nothing is recomputed.
+    let now = if now.is_near(orbit.goal) {
+        orbit.goal
+    } else {
+        now
+    };
+    if now != orbit.now {
+        orbit.now = now;
+    }
+    transform.set_if_neq(now.transform());
+    let goal = settings.panel_width / 2.0;
+    let shift = orbit.shift + (goal - orbit.shift) * share;
+    orbit.shift = if (goal - shift).abs() < 0.5 {
+        goal
+    } else {
+        shift
+    };
+    let view = shifted_view(window.physical_size(), orbit.shift * window.scale_factor());
+    if camera.sub_camera_view != view {
+        camera.sub_camera_view = view;
+    }
+}
+
+/// The view moved left by some physical pixels, without turning the camera.
+fn shifted_view(size: UVec2, shift: f32) -> Option<SubCameraView> {
+    (shift.round() != 0.0 && size.min_element() > 0).then(|| SubCameraView {
+        full_size: size,
+        offset: Vec2::new(shift.round(), 0.0),
+        size,
+    })
+}

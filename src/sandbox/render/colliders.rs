@@ -1,0 +1,82 @@
+//! The colliders' meshes, at the place where they are between two ticks.
+
+use crate::sandbox::render::material::{Finish, SkinMaterial};
+use crate::{
+    simulation::{SimulationClock, SimulationSettings},
+    solver::{Collider, ColliderShape, Pose},
+};
+use bevy::prelude::*;
+
+/// Draws the colliders.
+pub struct CollidersPlugin;
+
+impl Plugin for CollidersPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(
+            PostUpdate,
+            (dress, place).chain().before(TransformSystems::Propagate),
+        );
+    }
+}
+
+fn dress(
+    mut commands: Commands,
+    new: Query<(Entity, &Collider), Without<Mesh3d>>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<SkinMaterial>>,
+) {
+    for (entity, collider) in &new {
+        let mesh = mesh(&collider.shape);
+        commands.entity(entity).insert((
+            Mesh3d(meshes.add(mesh)),
+            MeshMaterial3d(materials.add(SkinMaterial {
+                finish: Finish::collider(),
+            })),
+            transform(&collider.pose_at(0.0)),
+        ));
+    }
+}
+
+/// Colliders are drawn a hair smaller than they are: what lies on one touches it with its
+/// vertices, and between them its flat triangles would sink in.
+const DRAWN: f32 = 0.985;
+
+fn mesh(shape: &ColliderShape) -> Mesh {
+    let full = match *shape {
+        ColliderShape::Sphere { radius } => Sphere::new(radius).mesh().uv(64, 32),
+        ColliderShape::Box { size } => Cuboid::from_size(size).mesh().build(),
+        ColliderShape::Capsule { radius, length } => Capsule3d::new(radius, length)
+            .mesh()
+            .longitudes(48)
+            .latitudes(24)
+            .build(),
+    };
+    full.scaled_by(Vec3::splat(DRAWN))
+}
+
+fn place(
+    clock: Res<SimulationClock>,
+    settings: Res<SimulationSettings>,
+    mut colliders: Query<(&Collider, &mut Transform)>,
+) {
+    let time = drawn_time(&clock, settings.tick_seconds());
+    for (collider, mut place) in &mut colliders {
+        place.set_if_neq(transform(&collider.pose_at(time)));
+    }
+}
+
+/// The simulated time that the picture shows [s]: it lies between the start of the last tick and
+/// its end, and at the start of a tick that is under way.
+fn drawn_time(clock: &SimulationClock, tick_seconds: f64) -> f64 {
+    let behind = if clock.mid_tick() {
+        0.0
+    } else {
+        1.0 - f64::from(clock.overstep())
+    };
+    (clock.time() - behind * tick_seconds).max(0.0)
+}
+
+fn transform(pose: &Pose) -> Transform {
+    Transform::from_translation(pose.translation.as_vec3())
+        .with_rotation(Quat::from_mat3(&pose.rotation.as_mat3()))
+}

@@ -1,0 +1,224 @@
+//! What things are made of: the skin of soft bodies and colliders, lines, ghosts, and the
+//! palette.
+//!
+//! The skin is a material of our own (`shaders/body.wgsl`): jelly needs light that wraps
+//! and shines through, which a standard surface has not, and it costs a software
+//! renderer a third of one.
+
+use bevy::{
+    asset::embedded_asset,
+    mesh::MeshVertexBufferLayoutRef,
+    pbr::{Material, MaterialPipeline, MaterialPipelineKey},
+    prelude::*,
+    reflect::TypePath,
+    render::render_resource::{
+        AsBindGroup, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError,
+    },
+    shader::ShaderRef,
+};
+
+/// Colours for bodies that name none, as 8-bit sRGB: told apart by lightness as well as by hue, so
+/// that neighbours differ for colour-blind eyes too (after Okabe and Ito).
+pub const PALETTE: [[u8; 3]; 8] = [
+    [240, 84, 60],  // coral
+    [0, 158, 142],  // teal
+    [247, 179, 32], // amber
+    [84, 94, 214],  // iris
+    [86, 185, 236], // sky
+    [214, 78, 140], // raspberry
+    [120, 178, 58], // leaf
+    [140, 82, 60],  // cocoa
+];
+
+/// The palette's colour for the n-th body, linear sRGB.
+#[must_use]
+pub fn palette(n: usize) -> Vec3 {
+    linear(PALETTE[n % PALETTE.len()])
+}
+
+/// Linear sRGB of an 8-bit sRGB colour.
+#[must_use]
+pub fn linear([red, green, blue]: [u8; 3]) -> Vec3 {
+    Color::srgb_u8(red, green, blue).to_linear().to_vec3()
+}
+
+/// Uniform of `body.wgsl`; the fields are explained there.
+#[derive(Debug, Clone, Copy, PartialEq, ShaderType)]
+pub struct Finish {
+    /// Colour, linear sRGB.
+    pub colour: Vec3,
+    /// Perceptual roughness of the coat, 0 (mirror) to 1.
+    pub roughness: f32,
+    /// How far light travels inside, 0 (plaster) to 1 (jelly).
+    pub translucency: f32,
+    /// Strength of the coat's reflection, 0 (matt) to 1.
+    pub gloss: f32,
+    /// 0, or 1 while the pointer is over the body or holds it.
+    pub highlight: f32,
+    /// Height of the floor [m].
+    pub floor: f32,
+    /// Colour of light that went through, linear sRGB.
+    pub deep: Vec3,
+}
+
+impl Finish {
+    /// A jelly of a colour, linear sRGB.
+    #[must_use]
+    pub fn jelly(colour: Vec3) -> Self {
+        Self::new(colour, 0.20, 1.0, 1.0)
+    }
+
+    /// Woven cloth of a colour, linear sRGB.
+    #[must_use]
+    pub fn cloth(colour: Vec3) -> Self {
+        Self::new(colour, 0.75, 0.5, 0.25)
+    }
+
+    /// A rope or chain of a colour, linear sRGB.
+    #[must_use]
+    pub fn cord(colour: Vec3) -> Self {
+        Self::new(colour, 0.4, 0.3, 0.7)
+    }
+
+    /// A collider: pale, hard and matt, so that it recedes behind what is soft.
+    #[must_use]
+    pub fn collider() -> Self {
+        Self::new(linear([196, 202, 206]), 0.45, 0.0, 0.5)
+    }
+
+    fn new(colour: Vec3, roughness: f32, translucency: f32, gloss: f32) -> Self {
+        Self {
+            colour,
+            roughness,
+            translucency,
+            gloss,
+            highlight: 0.0,
+            floor: 0.0,
+            // Light loses most of what the colour lacks on its way through.
+            deep: colour.powf(1.0 + 0.35 * translucency),
+        }
+    }
+}
+
+/// The skin of a body or collider.
+#[derive(Asset, TypePath, AsBindGroup, Debug, Clone)]
+pub struct SkinMaterial {
+    /// How it looks.
+    #[uniform(0)]
+    pub finish: Finish,
+}
+
+impl Material for SkinMaterial {
+    fn fragment_shader() -> ShaderRef {
+        "embedded://pliant/sandbox/render/shaders/body.wgsl".into()
+    }
+
+    fn specialize(
+        _: &MaterialPipeline,
+        descriptor: &mut RenderPipelineDescriptor,
+        _: &MeshVertexBufferLayoutRef,
+        _: MaterialPipelineKey<Self>,
+    ) -> Result<(), SpecializedMeshPipelineError> {
+        // Cloth has two sides, and a body that was turned inside out must not vanish.
+        descriptor.primitive.cull_mode = None;
+        Ok(())
+    }
+}
+
+/// Lines over bodies, in one colour.
+#[derive(Asset, TypePath, AsBindGroup, Debug, Clone)]
+pub struct WireMaterial {
+    /// Colour, linear sRGB with opacity.
+    #[uniform(0)]
+    pub colour: LinearRgba,
+}
+
+impl Material for WireMaterial {
+    fn vertex_shader() -> ShaderRef {
+        "embedded://pliant/sandbox/render/shaders/wire.wgsl".into()
+    }
+
+    fn fragment_shader() -> ShaderRef {
+        "embedded://pliant/sandbox/render/shaders/wire.wgsl".into()
+    }
+
+    fn alpha_mode(&self) -> AlphaMode {
+        AlphaMode::Blend
+    }
+
+    fn enable_prepass() -> bool {
+        false
+    }
+
+    fn enable_shadows() -> bool {
+        false
+    }
+}
+
+/// Uniform of `ghost.wgsl`.
+#[derive(Debug, Clone, Copy, PartialEq, ShaderType)]
+pub struct Veil {
+    /// Colour, linear sRGB.
+    pub colour: Vec3,
+    /// How far inside its body it is still seen [m].
+    pub reach: f32,
+    /// 1 if the surface encloses a volume: its far side is left out then.
+    pub closed: u32,
+}
+
+/// A surface that one looks through.
+#[derive(Asset, TypePath, AsBindGroup, Debug, Clone)]
+pub struct GhostMaterial {
+    /// How it looks.
+    #[uniform(0)]
+    pub veil: Veil,
+}
+
+impl Material for GhostMaterial {
+    fn vertex_shader() -> ShaderRef {
+        "embedded://pliant/sandbox/render/shaders/ghost.wgsl".into()
+    }
+
+    fn fragment_shader() -> ShaderRef {
+        "embedded://pliant/sandbox/render/shaders/ghost.wgsl".into()
+    }
+
+    fn alpha_mode(&self) -> AlphaMode {
+        AlphaMode::Blend
+    }
+
+    fn enable_prepass() -> bool {
+        false
+    }
+
+    fn enable_shadows() -> bool {
+        false
+    }
+
+    fn specialize(
+        _: &MaterialPipeline,
+        descriptor: &mut RenderPipelineDescriptor,
+        _: &MeshVertexBufferLayoutRef,
+        _: MaterialPipelineKey<Self>,
+    ) -> Result<(), SpecializedMeshPipelineError> {
+        // Cloth has two sides.
+        descriptor.primitive.cull_mode = None;
+        Ok(())
+    }
+}
+
+/// The materials of bodies, colliders, lines and ghosts.
+pub struct SkinPlugin;
+
+impl Plugin for SkinPlugin {
+    fn build(&self, app: &mut App) {
+        embedded_asset!(app, "shaders/body.wgsl");
+        embedded_asset!(app, "shaders/wire.wgsl");
+        embedded_asset!(app, "shaders/ghost.wgsl");
+        app.add_plugins((
+            MaterialPlugin::<SkinMaterial>::default(),
+            MaterialPlugin::<WireMaterial>::default(),
+            MaterialPlugin::<GhostMaterial>::default(),
+        ));
+    }
+}

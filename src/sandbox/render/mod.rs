@@ -1,0 +1,14 @@
+//! The picture: camera, stage, bodies, colliders, overlays.
+
+pub mod bodies;
+pub mod camera;
+pub mod colliders;
+pub mod grounding;
+pub mod material;
+pub mod orbit;
+pub mod overlay;
+pub mod picture;
+pub mod solver_view;
+pub mod stage;
+pub mod view;
+pub mod wires;

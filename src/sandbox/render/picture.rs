@@ -1,0 +1,165 @@
+//! A picture of a scene without a window: the same studio, drawn into an image.
+//!
+//! Needs a graphics adapter but no display. It draws what it is given and steps nothing.
+
+use crate::sandbox::{
+    app::{
+        display::{self, NoDisplay},
+        screenshot,
+    },
+    render::{
+        bodies::BodiesPlugin,
+        camera::OrbitCamera,
+        colliders::CollidersPlugin,
+        orbit::Orbit,
+        stage::{self, StagePlugin},
+        view::ViewSettings,
+    },
+};
+use crate::{
+    SoftBodyPlugins,
+    render::Drawn,
+    scene::{self, BuiltScene, CameraSpec},
+    simulation::SimulationClock,
+};
+use bevy::{
+    app::PluginsState,
+    camera::RenderTarget,
+    log::LogPlugin,
+    prelude::*,
+    render::{
+        RenderPlugin,
+        pipelined_rendering::PipelinedRenderingPlugin,
+        render_resource::TextureFormat,
+        view::screenshot::{Screenshot, ScreenshotCaptured},
+    },
+    window::ExitCondition,
+    winit::WinitPlugin,
+};
+use std::path::{Path, PathBuf};
+
+/// Frames to wait for an image to come back from the graphics card before giving up.
+const PATIENCE: u32 = 600;
+
+/// Why there is no picture.
+#[derive(Debug, thiserror::Error)]
+pub enum PictureError {
+    /// Nothing here can draw.
+    #[error(transparent)]
+    NoAdapter(#[from] NoDisplay),
+    /// The file could not be written.
+    #[error("cannot write the image {}: {reason}", path.display())]
+    NotWritten {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        reason: String,
+    },
+    /// The graphics card never gave the image back.
+    #[error("the graphics adapter did not return the image; try again")]
+    NoAnswer,
+}
+
+/// Draws a scene in the state that its world is in, from where `camera` says or else so that all
+/// of it is in sight, and writes it to `path` as the kind of file that its name says (PNG).
+///
+/// # Errors
+/// [`PictureError`] if there is no adapter, or the file cannot be written.
+pub fn picture(
+    built: &BuiltScene,
+    camera: Option<CameraSpec>,
+    path: &Path,
+    size: UVec2,
+) -> Result<(), PictureError> {
+    display::check_adapter()?;
+    let mut app = App::new();
+    app.add_plugins(
+        DefaultPlugins
+            .set(WindowPlugin {
+                primary_window: None,
+                exit_condition: ExitCondition::DontExit,
+                ..default()
+            })
+            .set(RenderPlugin {
+                synchronous_pipeline_compilation: true,
+                ..default()
+            })
+            .disable::<WinitPlugin>()
+            .disable::<LogPlugin>()
+            .disable::<PipelinedRenderingPlugin>(),
+    )
+    .add_plugins(SoftBodyPlugins::default())
+    .add_plugins((StagePlugin, BodiesPlugin, CollidersPlugin))
+    .init_resource::<ViewSettings>();
+    while app.plugins_state() == PluginsState::Adding {
+        bevy::tasks::tick_global_task_pools_on_main_thread();
+    }
+    app.finish();
+    app.cleanup();
+
+    app.world_mut().resource_mut::<SimulationClock>().paused = true;
+    let target = app
+        .world_mut()
+        .resource_mut::<Assets<Image>>()
+        .add(Image::new_target_texture(
+            size.x,
+            size.y,
+            TextureFormat::Rgba8UnormSrgb,
+            None,
+        ));
+    let eye = app
+        .world_mut()
+        .spawn((
+            OrbitCamera::default(),
+            stage::lens(),
+            Msaa::Sample4,
+            RenderTarget::Image(target.clone().into()),
+        ))
+        .id();
+    scene::spawn(built, app.world_mut());
+    // The first frame gives the bodies their surfaces, which tells where to look.
+    app.update();
+    let orbit = orbit(camera, app.world_mut(), size);
+    app.world_mut()
+        .entity_mut(eye)
+        .insert((OrbitCamera::at(orbit), orbit.transform()));
+    app.update();
+    capture(&mut app, target, path)
+}
+
+/// Where the scene says to look from, or from where everything is in sight.
+fn orbit(camera: Option<CameraSpec>, world: &mut World, size: UVec2) -> Orbit {
+    if let Some(camera) = camera {
+        return Orbit::look(camera.eye, camera.target);
+    }
+    let mut bodies = world.query::<&Drawn>();
+    let aspect = size.x as f32 / size.y.max(1) as f32;
+    bodies
+        .iter(world)
+        .map(|drawn| (drawn.low, drawn.high))
+        .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+        .map_or_else(Orbit::default, |(low, high)| {
+            Orbit::default().framing(low, high, aspect)
+        })
+}
+
+/// What came of the capture.
+#[derive(Resource)]
+struct Outcome(Result<(), String>);
+
+fn capture(app: &mut App, target: Handle<Image>, path: &Path) -> Result<(), PictureError> {
+    let file = path.to_owned();
+    app.world_mut().spawn(Screenshot::image(target)).observe(
+        move |captured: On<ScreenshotCaptured>, mut commands: Commands| {
+            commands.insert_resource(Outcome(screenshot::save(&captured.image, &file)));
+        },
+    );
+    for _ in 0..PATIENCE {
+        app.update();
+        if let Some(Outcome(outcome)) = app.world_mut().remove_resource::<Outcome>() {
+            let path = path.to_owned();
+            return outcome.map_err(|reason| PictureError::NotWritten { path, reason });
+        }
+    }
+    Err(PictureError::NoAnswer)
+}

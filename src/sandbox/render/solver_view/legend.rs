@@ -1,0 +1,126 @@
+//! The legend of the solver view: what the colors of the constraints mean.
+
+use bevy_egui::egui::{
+    self, Align2, Area, Color32, Frame, Id, Label, Margin, Order, RichText, Sense, TextStyle, pos2,
+    vec2,
+};
+
+use super::place::{Filling, Summary};
+use crate::{
+    sandbox::{
+        render::{material::PALETTE, view::SolverView},
+        ui::{count, theme},
+    },
+    solver::{bands::SMALLEST_CUT, lanes::WIDTH},
+};
+
+/// Greatest width of the legend [logical px].
+const WIDEST: f32 = 330.0;
+
+/// What a view shows, in words.
+#[must_use]
+pub fn sentence(view: SolverView, summary: &Summary) -> String {
+    let mut text = match view {
+        SolverView::Off => String::new(),
+        SolverView::Bands => bands(summary),
+        SolverView::Colours => format!(
+            "Colors per partition, at most: {}. Constraints of one color share no particle and \
+             can be solved at the same time.",
+            kinds(summary, |filling| filling.colours.to_string()),
+        ),
+        SolverView::Lanes => format!(
+            "Blocks of {WIDTH} constraints are solved together, one SIMD lane each. Lanes in use: {}.",
+            kinds(summary, |filling| {
+                let share = filling.share().unwrap_or_default();
+                format!("{:.0} %", share * 100.0)
+            }),
+        ),
+    };
+    if summary.loose > 0 && view != SolverView::Off {
+        text.push_str(&format!(
+            " {} in no partition (white), and solved one at a time.",
+            several(summary.loose, "constraint is", "constraints are"),
+        ));
+    }
+    text
+}
+
+fn bands(summary: &Summary) -> String {
+    let bands = several(summary.bands, "partition", "partitions");
+    let bodies = several(summary.bodies, "body", "bodies");
+    let mut text = format!("{bands} in {bodies}: the pieces that workers step concurrently.");
+    if summary.bands == summary.bodies {
+        let smallest = count(SMALLEST_CUT);
+        text.push_str(&format!(
+            " A body of fewer than {smallest} particles is not divided."
+        ));
+    }
+    text
+}
+
+/// What holds for the edges, the tetrahedra and the struts, as far as there are any.
+fn kinds(summary: &Summary, say: impl Fn(Filling) -> String) -> String {
+    let all = [
+        ("edges", summary.edges),
+        ("tetrahedra", summary.tetrahedra),
+        ("struts", summary.struts),
+    ];
+    let there = all.iter().filter(|(_, filling)| filling.constraints > 0);
+    let said: Vec<String> = there
+        .map(|(kind, filling)| format!("{kind} {}", say(*filling)))
+        .collect();
+    said.join(", ")
+}
+
+fn several(number: usize, one: &str, more: &str) -> String {
+    format!("{} {}", count(number), if number == 1 { one } else { more })
+}
+
+/// Draws the legend in the lower right corner of the view, left of the panel's `covered` width.
+pub fn draw(context: &egui::Context, view: SolverView, summary: &Summary, covered: f32) {
+    let screen = context.content_rect();
+    let width = (screen.width() - covered - 44.0).clamp(120.0, WIDEST);
+    // Never in the way of the hand: the pointer goes through it.
+    Area::new(Id::new("solver legend"))
+        .order(Order::Background)
+        .interactable(false)
+        .pivot(Align2::RIGHT_BOTTOM)
+        .fixed_pos(pos2(
+            screen.right() - covered - 10.0,
+            screen.bottom() - 10.0,
+        ))
+        .constrain(false)
+        .show(context, |ui| {
+            ui.set_max_width(width);
+            Frame::new()
+                .fill(theme::VEIL)
+                .corner_radius(8.0)
+                .inner_margin(Margin::symmetric(10, 6))
+                .show(ui, |ui| {
+                    if view == SolverView::Lanes {
+                        lanes(ui);
+                    }
+                    let text = RichText::new(sentence(view, summary)).color(theme::TEXT);
+                    ui.add(Label::new(text.small()).wrap());
+                });
+        });
+}
+
+/// The colour of each lane under its number.
+fn lanes(ui: &mut egui::Ui) {
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 3.0;
+        for (lane, [red, green, blue]) in PALETTE.iter().enumerate() {
+            let (rect, _) = ui.allocate_exact_size(vec2(22.0, 15.0), Sense::hover());
+            let painter = ui.painter();
+            painter.rect_filled(rect, 3.0, Color32::from_rgb(*red, *green, *blue));
+            painter.text(
+                rect.center(),
+                Align2::CENTER_CENTER,
+                lane.to_string(),
+                TextStyle::Small.resolve(ui.style()),
+                Color32::BLACK,
+            );
+        }
+    });
+}

@@ -1,0 +1,258 @@
+//! Messages to the user: short notes in the corner of the view that go by themselves.
+//!
+//! Whoever has something to say pushes it to [`Notices`]. A note that comes again while it is
+//! shown is counted, not repeated. Errors stay longest; a press takes any of them away.
+
+use bevy::prelude::*;
+use bevy_egui::{
+    EguiContexts, EguiPrimaryContextPass,
+    egui::{self, Area, Color32, Frame, Id, Label, Margin, Order, RichText, Sense, Stroke, pos2},
+};
+
+use crate::sandbox::{
+    app::{load::SceneLoaded, screenshot::ScreenshotSaved},
+    render::view::ViewSettings,
+    ui::theme,
+};
+
+/// How many notes are shown at once; the oldest go first.
+const MOST: usize = 5;
+/// Greatest width of a note [logical px].
+const WIDTH: f32 = 440.0;
+
+/// How serious a note is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Gravity {
+    /// Something was done.
+    Info,
+    /// Something was done, but not as one may think.
+    Warning,
+    /// Something was not done.
+    Error,
+}
+
+impl Gravity {
+    /// How long a note stays [s].
+    const fn seconds(self) -> f32 {
+        match self {
+            Self::Info => 4.0,
+            Self::Warning => 8.0,
+            Self::Error => 15.0,
+        }
+    }
+
+    const fn colour(self) -> Color32 {
+        match self {
+            Self::Info => theme::ACCENT,
+            Self::Warning => theme::CHANGED,
+            Self::Error => theme::ALARM,
+        }
+    }
+}
+
+/// A note that is shown.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Notice {
+    /// How serious it is.
+    pub gravity: Gravity,
+    /// What it says.
+    pub text: String,
+    /// How often it was said while it was shown.
+    pub times: u32,
+    remaining: f32,
+}
+
+/// The notes that are shown, oldest first.
+#[derive(Resource, Debug, Default)]
+pub struct Notices(Vec<Notice>);
+
+impl Notices {
+    /// Says that something was done.
+    pub fn info(&mut self, text: impl Into<String>) {
+        self.push(Gravity::Info, text.into());
+    }
+
+    /// Warns of something.
+    pub fn warn(&mut self, text: impl Into<String>) {
+        self.push(Gravity::Warning, text.into());
+    }
+
+    /// Says that something went wrong.
+    pub fn error(&mut self, text: impl Into<String>) {
+        self.push(Gravity::Error, text.into());
+    }
+
+    /// The notes, oldest first.
+    pub fn iter(&self) -> impl Iterator<Item = &Notice> {
+        self.0.iter()
+    }
+
+    fn push(&mut self, gravity: Gravity, text: String) {
+        let remaining = gravity.seconds();
+        let same = |notice: &&mut Notice| notice.gravity == gravity && notice.text == text;
+        if let Some(notice) = self.0.iter_mut().find(same) {
+            notice.times += 1;
+            notice.remaining = remaining;
+            return;
+        }
+        if self.0.len() == MOST {
+            self.0.remove(0);
+        }
+        self.0.push(Notice {
+            gravity,
+            text,
+            times: 1,
+            remaining,
+        });
+    }
+
+    /// Lets real time pass.
+    fn age(&mut self, seconds: f32) {
+        for notice in &mut self.0 {
+            notice.remaining -= seconds;
+        }
+        self.0.retain(|notice| notice.remaining > 0.0);
+    }
+}
+
+/// Shows the notes.
+pub struct MessagePlugin;
+
+impl Plugin for MessagePlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Notices>()
+            .init_resource::<ViewSettings>()
+            .add_message::<SceneLoaded>()
+            .add_message::<ScreenshotSaved>()
+            .add_systems(Update, (age, report_scenes, report_pictures))
+            .add_systems(EguiPrimaryContextPass, show);
+    }
+}
+
+fn age(mut notices: ResMut<Notices>, time: Res<Time<Real>>) {
+    notices.bypass_change_detection().age(time.delta_secs());
+}
+
+fn report_scenes(mut scenes: MessageReader<SceneLoaded>, mut notices: ResMut<Notices>) {
+    for error in scenes.read().filter_map(|scene| scene.error.as_ref()) {
+        notices.error(capitalised(error));
+    }
+}
+
+fn report_pictures(mut pictures: MessageReader<ScreenshotSaved>, mut notices: ResMut<Notices>) {
+    for picture in pictures.read() {
+        let path = picture.path.display();
+        match &picture.error {
+            None => notices.info(format!("Saved {path}")),
+            Some(error) => notices.error(format!("Cannot save {path}: {error}")),
+        }
+    }
+}
+
+/// A sentence of an error, which begins in small letters, as one that stands alone.
+pub fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
+}
+
+fn show(
+    mut contexts: EguiContexts,
+    mut notices: ResMut<Notices>,
+    view: Res<ViewSettings>,
+) -> Result {
+    if !notices.0.is_empty() {
+        draw(contexts.ctx_mut()?, &mut notices, view.panel_width);
+    }
+    Ok(())
+}
+
+/// Draws the notes in the lower left corner, left of the panel's `covered` width.
+pub fn draw(context: &egui::Context, notices: &mut Notices, covered: f32) {
+    let screen = context.content_rect();
+    let width = (screen.width() - covered - 24.0).clamp(120.0, WIDTH);
+    let mut bottom = screen.bottom() - 12.0;
+    let mut dismissed = None;
+    for (index, notice) in notices.0.iter().enumerate().rev() {
+        let area = Area::new(Id::new(("notice", index)))
+            .order(Order::Foreground)
+            .fixed_pos(pos2(screen.left() + 12.0, bottom))
+            .pivot(egui::Align2::LEFT_BOTTOM)
+            .constrain(false)
+            .show(context, |ui| card(ui, notice, width));
+        if area.inner {
+            dismissed = Some(index);
+        }
+        bottom = area.response.rect.top() - 6.0;
+    }
+    if let Some(index) = dismissed {
+        notices.0.remove(index);
+    }
+}
+
+/// One note; `true` if it was pressed away.
+fn card(ui: &mut egui::Ui, notice: &Notice, width: f32) -> bool {
+    ui.set_max_width(width);
+    ui.multiply_opacity(notice.remaining.clamp(0.0, 1.0));
+    let frame = Frame::new()
+        .fill(theme::VEIL)
+        .stroke(Stroke::new(1.0, theme::LINE))
+        .corner_radius(6.0)
+        .inner_margin(Margin {
+            left: 14,
+            right: 12,
+            top: 8,
+            bottom: 8,
+        })
+        .show(ui, |ui| {
+            let text = match notice.times {
+                1 => notice.text.clone(),
+                times => format!("{} (×{times})", notice.text),
+            };
+            ui.add(Label::new(RichText::new(text).color(theme::TEXT)).wrap());
+        });
+    let rect = frame.response.rect;
+    let mut stripe = rect.shrink(1.0);
+    stripe.set_width(4.0);
+    ui.painter()
+        .rect_filled(stripe, 3.0, notice.gravity.colour());
+    frame.response.interact(Sense::click()).clicked()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_same_words_are_counted_not_repeated() {
+        let mut notices = Notices::default();
+        notices.error("no such file");
+        notices.error("no such file");
+        notices.info("no such file");
+        let shown: Vec<_> = notices.iter().map(|n| (n.gravity, n.times)).collect();
+        assert_eq!(shown, [(Gravity::Error, 2), (Gravity::Info, 1)]);
+    }
+
+    #[test]
+    fn notes_go_by_themselves_and_errors_last() {
+        let mut notices = Notices::default();
+        notices.error("broken");
+        notices.info("saved");
+        notices.age(5.0);
+        assert_eq!(notices.iter().count(), 1);
+        notices.age(15.0);
+        assert_eq!(notices.iter().count(), 0);
+    }
+
+    #[test]
+    fn a_flood_of_notes_leaves_the_newest() {
+        let mut notices = Notices::default();
+        for number in 0..20 {
+            notices.warn(format!("note {number}"));
+        }
+        let texts: Vec<_> = notices.iter().map(|n| n.text.as_str()).collect();
+        assert_eq!(texts.len(), MOST);
+        assert_eq!(texts.last(), Some(&"note 19"));
+    }
+}

@@ -1,0 +1,120 @@
+//! The slider: a rail with the powers of ten marked, a mark where the scene's value is, and a
+//! handle.
+//!
+//! Not egui's own, which knows neither a stop for 0 and infinity of its own width nor a mark.
+//! It draws and reads the pointer and the arrow keys; [`Track`] says what a place means.
+
+use bevy_egui::egui::{
+    EventFilter, Key, Rect, Response, Sense, Shape, Stroke, Ui, Vec2, WidgetInfo, WidgetType, pos2,
+};
+
+use crate::sandbox::ui::theme;
+use crate::sandbox::ui::track::Track;
+
+const RADIUS: f32 = 6.0;
+const RAIL: f32 = 4.0;
+
+/// A slider of a width [logical px] for a value on a track. `mark` is where the scene's value is,
+/// if the value is another. Returns the value that the user moved it to, if they did.
+pub fn slider(
+    ui: &mut Ui,
+    width: f32,
+    track: &Track,
+    value: f64,
+    mark: Option<f64>,
+    title: &str,
+) -> (Response, Option<f64>) {
+    let (rect, mut response) =
+        ui.allocate_exact_size(Vec2::new(width, theme::ROW), Sense::click_and_drag());
+    let moved = by_pointer(&response, rect, track).or_else(|| by_keys(ui, &response, track, value));
+    // The solver keeps f32: a value that is the same there was not moved.
+    let moved = moved.filter(|moved| *moved as f32 != value as f32);
+    if moved.is_some() {
+        response.mark_changed();
+    }
+    let shown = moved.unwrap_or(value);
+    response.widget_info(|| {
+        let mut info = WidgetInfo::new(WidgetType::Slider);
+        info.label = Some(title.to_owned());
+        info.value = Some(shown);
+        info
+    });
+    if ui.is_rect_visible(rect) {
+        paint(ui, rect, &response, track, shown, mark);
+    }
+    (response, moved)
+}
+
+/// The rail's ends lie a handle's radius inside, so that the handle never leaves the widget.
+fn rail(rect: Rect) -> Rect {
+    Rect::from_center_size(rect.center(), Vec2::new(rect.width() - 2.0 * RADIUS, RAIL))
+}
+
+fn by_pointer(response: &Response, rect: Rect, track: &Track) -> Option<f64> {
+    let rail = rail(rect);
+    let pressed = response.is_pointer_button_down_on() || response.dragged() || response.clicked();
+    let pointer = response.interact_pointer_pos().filter(|_| pressed)?;
+    let position = (pointer.x - rail.left()) / rail.width();
+    Some(track.value(f64::from(position)))
+}
+
+fn by_keys(ui: &Ui, response: &Response, track: &Track, value: f64) -> Option<f64> {
+    if !response.has_focus() {
+        return None;
+    }
+    // Without the filter the arrows would move the focus to the next widget.
+    let filter = EventFilter {
+        horizontal_arrows: true,
+        ..Default::default()
+    };
+    ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, filter));
+    let (back, forth) = ui.input(|input| {
+        (
+            input.num_presses(Key::ArrowLeft),
+            input.num_presses(Key::ArrowRight),
+        )
+    });
+    let mut moved = value;
+    for _ in 0..back {
+        moved = track.step(moved, false);
+    }
+    for _ in 0..forth {
+        moved = track.step(moved, true);
+    }
+    (back + forth > 0).then_some(moved)
+}
+
+fn paint(ui: &Ui, rect: Rect, response: &Response, track: &Track, value: f64, mark: Option<f64>) {
+    let rail = rail(rect);
+    let at = |position: f64| rail.left() + position as f32 * rail.width();
+    let painter = ui.painter();
+    let tick = Stroke::new(1.0, theme::TICK);
+    for position in track.ticks() {
+        let x = painter.round_to_pixel_center(at(position));
+        painter.vline(x, rail.bottom() + 1.0..=rail.bottom() + 4.0, tick);
+    }
+    painter.rect_filled(rail, RAIL / 2.0, theme::RAISED);
+    let x = at(track.position(value));
+    let enabled = if ui.is_enabled() { 1.0 } else { 0.4 };
+    let accent = theme::ACCENT.gamma_multiply(enabled);
+    let origin = at(track.origin());
+    let filled = Rect::from_x_y_ranges(origin.min(x)..=origin.max(x), rail.y_range());
+    painter.rect_filled(filled, RAIL / 2.0, accent.gamma_multiply(0.7));
+    if let Some(mark) = mark {
+        let x = at(track.position(mark));
+        let points = vec![
+            pos2(x, rail.top() - 1.0),
+            pos2(x - 3.5, rail.top() - 6.0),
+            pos2(x + 3.5, rail.top() - 6.0),
+        ];
+        painter.add(Shape::convex_polygon(points, theme::CHANGED, Stroke::NONE));
+    }
+    let lit = response.hovered() || response.dragged() || response.has_focus();
+    let radius = if lit { RADIUS } else { RADIUS - 1.0 };
+    let colour = if lit { theme::STRONG } else { accent };
+    let centre = pos2(x, rail.center().y);
+    painter.circle(centre, radius, colour, Stroke::new(2.0, theme::GROUND));
+    if response.has_focus() {
+        painter.circle_stroke(centre, radius + 1.0, Stroke::new(1.0, theme::ACCENT));
+    }
+}
