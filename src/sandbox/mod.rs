@@ -29,6 +29,7 @@ use bevy::{
     app::{AppExit, PluginGroupBuilder},
     prelude::*,
     render::renderer::RenderAdapterInfo,
+    time::TimeSystems,
     window::PresentMode,
 };
 use bevy_egui::EguiPlugin;
@@ -39,9 +40,12 @@ use std::{
     time::Duration,
 };
 
-/// Real time that ticks may take of a frame before they are spread over several: with it a
-/// frame stays under a thirtieth of a second whatever the physics costs.
-const TICK_BUDGET: Duration = Duration::from_millis(16);
+/// Real time that ticks may take of a frame before they are spread over several: where pictures are fast, a frame stays
+/// under a thirtieth of a second whatever the physics costs.
+const MIN_TICK_BUDGET: Duration = Duration::from_millis(16);
+
+/// Where pictures are slow, ticks may take half of the time, up to this, so that the physics does not wait for pictures.
+const MAX_TICK_BUDGET: Duration = Duration::from_millis(100);
 
 /// What the window opens with.
 #[derive(Debug, Clone, Default)]
@@ -112,7 +116,8 @@ fn build(options: &SandboxOptions) -> App {
     .add_plugins(app::load::LoadPlugin {
         first: first.unwrap_or_else(|| SCENES[0].name.to_owned()),
     })
-    .add_systems(Startup, (spawn_camera, bound_ticks));
+    .add_systems(Startup, spawn_camera)
+    .add_systems(First, bound_ticks.after(TimeSystems));
     if let Some(path) = options.journal.clone() {
         app.add_plugins(app::journal::JournalPlugin { path });
     }
@@ -172,8 +177,9 @@ fn spawn_camera(mut commands: Commands, adapter: Res<RenderAdapterInfo>) {
     ));
 }
 
-fn bound_ticks(mut clock: ResMut<SimulationClock>) {
-    clock.budget = Some(TICK_BUDGET);
+fn bound_ticks(mut clock: ResMut<SimulationClock>, time: Res<Time<Real>>) {
+    let half = time.delta() / 2;
+    clock.budget = Some(half.clamp(MIN_TICK_BUDGET, MAX_TICK_BUDGET));
 }
 
 /// Runs `build`, turning a panic into its message: window systems and drivers panic where they

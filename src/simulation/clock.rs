@@ -21,11 +21,11 @@ pub struct SimulationClock {
     /// Simulated seconds a real second, between 0 and 100; default 1. The length of a tick does
     /// not depend on it.
     pub speed: f64,
-    /// Ticks at most in one run of the outer schedule; default 4. What cannot be caught up is
+    /// Real time at most that ticks catch up with in one run of the outer schedule; default 0.25 s. What is beyond is
     /// dropped, so that a slow computer shows slow motion and never stands still.
-    pub most_ticks: u32,
-    /// Real time for ticks in one run of the outer schedule; default none. A tick that takes
-    /// longer is spread over several runs, which keeps a window alive whatever a tick costs.
+    pub catch_up: Duration,
+    /// Real time for ticks in one run of the outer schedule; default none. Ticks that take
+    /// longer are spread over several runs, which keeps a window alive whatever a tick costs.
     pub budget: Option<Duration>,
     /// Whether no tick begins because something that goes along with the simulation has not caught
     /// up; default false. A tick under way is finished. What would have been due is dropped.
@@ -47,7 +47,7 @@ impl Default for SimulationClock {
         Self {
             paused: false,
             speed: 1.0,
-            most_ticks: 4,
+            catch_up: Duration::from_millis(250),
             budget: None,
             held: false,
             time: 0.0,
@@ -109,7 +109,7 @@ impl SimulationClock {
         *self = Self {
             paused: self.paused,
             speed: self.speed,
-            most_ticks: self.most_ticks,
+            catch_up: self.catch_up,
             budget: self.budget,
             ..Self::default()
         };
@@ -128,8 +128,11 @@ impl SimulationClock {
         };
         self.waiting += real.as_secs_f64() * speed;
         // One more than the bound may wait, so that a tick that is due a hair late is not lost.
-        let bound = if self.held { 1 } else { self.most_ticks.max(1) };
-        let most = f64::from(bound) + 1.0;
+        let bound = match self.held {
+            true => 1.0,
+            false => (self.catch_up.as_secs_f64() * speed / tick_seconds).max(1.0),
+        };
+        let most = bound + 1.0;
         let due = self.waiting / tick_seconds;
         if due > most {
             let dropped = (due - most).ceil();

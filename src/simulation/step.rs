@@ -87,7 +87,7 @@ pub(super) fn advance(world: &mut World) {
     let mut clock = world.resource_mut::<SimulationClock>();
     clock.advance(passed, tick_seconds);
     let deadline = clock.budget.map(|budget| Instant::now() + budget);
-    for _ in 0..clock.most_ticks.max(1) {
+    loop {
         let mut clock = world.resource_mut::<SimulationClock>();
         if !clock.mid_tick() && !clock.take_tick() {
             break;

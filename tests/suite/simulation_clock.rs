@@ -119,16 +119,21 @@ fn a_speed_that_makes_no_sense_breaks_nothing() {
 
 #[test]
 fn what_cannot_be_caught_up_is_dropped_and_counted() {
-    // Ten ticks are due in each update; four are done, and one more may wait.
+    // Ten ticks are due in each update; four of them and one more may wait.
     let mut app = app_at(tick_time() * 10);
+    clock(&mut app).catch_up = tick_time() * 4;
     updates(&mut app, 20);
     let (done, dropped) = (clock(&mut app).tick(), clock(&mut app).dropped());
-    assert_eq!(done, 80);
-    assert!((115..=120).contains(&dropped), "{dropped} dropped");
+    // Rounding of real time to nanoseconds decides whether the one more is left.
+    assert!((80..=100).contains(&done), "{done} done");
+    assert!(
+        (195..=200).contains(&(done + dropped)),
+        "{done} done, {dropped} dropped"
+    );
     app.insert_resource(TimeUpdateStrategy::ManualDuration(tick_time()));
     updates(&mut app, 20);
     // At its own pace again at once: a hitch is no debt.
-    assert!(clock(&mut app).tick() <= 102);
+    assert!(clock(&mut app).tick() <= done + 22);
     assert_eq!(clock(&mut app).dropped(), dropped);
 }
 

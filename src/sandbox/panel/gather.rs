@@ -84,7 +84,6 @@ pub(super) fn model(world: &mut World) -> PanelModel {
             paused: clock.paused,
             speed: clock.speed,
             time: clock.time(),
-            dropped: clock.dropped(),
         },
         settings: settings(world),
         threads: threads(world),

@@ -37,10 +37,49 @@ pub struct Figure {
 #[derive(Resource, Debug, Default)]
 pub struct HeadUp {
     figures: Vec<Figure>,
-    /// Paused, slow, dropped ticks; empty if nothing is out of the ordinary.
+    /// Paused, slow; empty if nothing is out of the ordinary.
     state: String,
     frames: u32,
     seconds: f32,
+    pace: Pace,
+}
+
+/// Simulated seconds per real second.
+#[derive(Debug, Default)]
+struct Pace {
+    /// Over the last second; none before it.
+    found: Option<f64>,
+    /// Real seconds since it was found, and the simulated time then [s].
+    seconds: f64,
+    start: f64,
+}
+
+impl Pace {
+    /// How long it is looked for [s]: pictures of a slow renderer are a seventh of a second apart.
+    const WINDOW: f64 = 1.0;
+
+    /// Simulated time is `now` after `real` more seconds [s].
+    fn pass(&mut self, clock: &SimulationClock, real: f64) {
+        let now = clock.time();
+        if clock.paused || clock.held || now < self.start {
+            *self = Self {
+                start: now,
+                ..Self::default()
+            };
+            return;
+        }
+        self.seconds += real;
+        if self.seconds >= Self::WINDOW {
+            self.found = Some((now - self.start) / self.seconds);
+            self.seconds = 0.0;
+            self.start = now;
+        }
+    }
+
+    /// If the computer does not keep up: less than this share of what the clock asks for.
+    fn slow(&self, clock: &SimulationClock) -> Option<f64> {
+        self.found.filter(|pace| *pace < 0.95 * clock.speed)
+    }
 }
 
 /// Shows the head-up line.
@@ -75,7 +114,9 @@ fn refresh(
 ) {
     head_up.frames += 1;
     head_up.seconds += time.delta_secs();
-    head_up.state = state(&clock, ghost.is_some_and(|ghost| ghost.holds()));
+    head_up.pace.pass(&clock, time.delta_secs_f64());
+    let slow = head_up.pace.slow(&clock);
+    head_up.state = state(&clock, slow, ghost.is_some_and(|ghost| ghost.holds()));
     if head_up.seconds >= 1.0 / REFRESH {
         let rate = head_up.frames as f32 / head_up.seconds;
         head_up.figures = figures(rate, &statistics, throughput.per_second());
@@ -146,7 +187,8 @@ fn percent(ratio: f64) -> String {
     }
 }
 
-fn state(clock: &SimulationClock, ghost_holds: bool) -> String {
+/// What is out of the ordinary; `slow` is the pace of a computer that does not keep up.
+fn state(clock: &SimulationClock, slow: Option<f64>, ghost_holds: bool) -> String {
     let mut parts = Vec::new();
     if clock.paused {
         parts.push("paused".to_owned());
@@ -157,10 +199,8 @@ fn state(clock: &SimulationClock, ghost_holds: bool) -> String {
     if ghost_holds {
         parts.push("waiting for the reference".to_owned());
     }
-    match clock.dropped() {
-        0 => {}
-        1 => parts.push("1 tick dropped".to_owned()),
-        dropped => parts.push(format!("{} ticks dropped", count(dropped as usize))),
+    if let Some(pace) = slow {
+        parts.push(format!("running at {}× real time", format(pace, 2)));
     }
     parts.join("  ·  ")
 }
@@ -285,12 +325,14 @@ mod tests {
     #[test]
     fn what_is_out_of_the_ordinary_is_said() {
         let mut clock = SimulationClock::default();
-        assert_eq!(state(&clock, false), "");
+        assert_eq!(state(&clock, None, false), "");
+        let slow = "running at 0.45× real time";
+        assert_eq!(state(&clock, Some(0.451), false), slow);
         clock.paused = true;
         clock.speed = 0.1;
-        assert_eq!(state(&clock, false), "paused  ·  0.1× speed");
+        assert_eq!(state(&clock, None, false), "paused  ·  0.1× speed");
         assert_eq!(
-            state(&clock, true),
+            state(&clock, None, true),
             "paused  ·  0.1× speed  ·  waiting for the reference"
         );
     }

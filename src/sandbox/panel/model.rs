@@ -82,8 +82,6 @@ pub struct ClockModel {
     pub speed: f64,
     /// Simulated time [s].
     pub time: f64,
-    /// Ticks that were left out since the scene began, because the machine did not keep up.
-    pub dropped: u64,
 }
 
 /// A number that can be moved.
