@@ -45,13 +45,13 @@ impl Effect for Pressure {
             return Figures::default();
         };
         let h = particles.history.seconds(h.into()) as f32;
-        let walls = &multipliers.0.walls;
+        let state = &multipliers.0.pressure_state;
         let at = |i: u32| particles.position(i as usize);
         Figures {
             elements: usize::from(topology.enclosure().is_ok()),
             energy: Some(measure::pressure_energy(self, topology, at)),
-            residual: measure::pressure_residual(self, topology, particles, walls, h),
-            overpressure: walls.overpressure(h.into()),
+            residual: measure::pressure_residual(self, topology, particles, state, h),
+            overpressure: state.overpressure(h.into()),
         }
     }
 }

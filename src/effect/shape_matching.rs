@@ -4,8 +4,8 @@ use super::{Effect, Figures, Parameter, Scale, parameter};
 use crate::{
     simulation::{Multipliers, SoftBody},
     solver::{
-        Damping, Frequency, Matching, Particles, RegionSize, ShapeMatching, advance::Stage,
-        effects::shape_matching::Place,
+        Damping, Frequency, Particles, RegionSize, ShapeMatching, ShapeMatchingState,
+        advance::Stage, effects::shape_matching::Place,
     },
 };
 use bevy::prelude::*;
@@ -56,7 +56,7 @@ impl Effect for ShapeMatching {
         let matching = if let Some(known) = known {
             known
         } else {
-            found = Matching::of(topology, self);
+            found = ShapeMatchingState::of(topology, self);
             &found
         };
         Figures {

@@ -25,13 +25,14 @@ impl Effect for Tethers {
     }
 
     fn figures(&self, body: &EntityRef, _h: f32) -> Figures {
-        let (Some(leads), Some(particles)) = (body.get::<TetherLeads>(), body.get::<Particles>())
+        let (Some(tether_targets), Some(particles)) =
+            (body.get::<TetherLeads>(), body.get::<Particles>())
         else {
             return Figures::default();
         };
         Figures {
-            elements: leads.0.count(),
-            residual: leads.0.residual(&particles.positions, self),
+            elements: tether_targets.0.count(),
+            residual: tether_targets.0.residual(&particles.positions, self),
             ..Figures::default()
         }
     }

@@ -1,12 +1,12 @@
 //! The window: a studio to look at soft bodies, a hand to pull them, and a panel to turn what
 //! they are made of.
 //!
-//! - [`ui`]: the kit that others write with: theme, widgets, messages.
-//! - [`render`]: the picture. [`view`](render::view) says what is shown.
-//! - [`input`]: keys, pointer, drag.
-//! - [`lab`]: instruments.
-//! - [`panel`]: the panel and the head-up line.
-//! - [`app`]: what the window opens with, loads, keeps and writes down.
+//! - [`ui`] is the kit: theme, widgets, messages.
+//! - [`render`] is the picture. [`view`](render::view) says what is shown.
+//! - [`input`] has keys, pointer, drag.
+//! - [`lab`] has the instruments.
+//! - [`panel`] is the panel and the head-up line.
+//! - [`app`] has what the window opens with, loads, keeps and writes down.
 //!
 //! None of them touches the simulation but through [`Actions`](crate::simulation::Actions), its clock and
 //! its settings.
@@ -151,14 +151,14 @@ impl PluginGroup for SandboxPlugins {
             .add(lab::resolution::ResolutionPlugin)
             .add(lab::accuracy::AccuracyPlugin)
             .add(lab::gallery::GalleryPlugin)
-            .add(lab::ghost::GhostPlugin)
-            .add(lab::ghost::form::GhostFormPlugin)
+            .add(lab::reference_overlay::ReferenceOverlayPlugin)
+            .add(lab::reference_overlay::form::ReferenceFormPlugin)
             .add(panel::hud::HudPlugin)
             .add(ui::message::MessagePlugin)
-            .add(lab::frozen::FrozenPlugin)
+            .add(lab::quarantine::QuarantinePlugin)
             .add(input::keys::KeysPlugin)
             .add(panel::help::HelpPlugin)
-            .add(app::arrival::ArrivalPlugin)
+            .add(app::import::ImportPlugin)
             .add(input::drop::DropPlugin)
     }
 }

@@ -7,7 +7,7 @@ use super::{
 use crate::solver::{
     Collide, Collider, Grab, Particles, Quarantine, Stitches,
     body::{INPUT, freeze, set_inverse_masses},
-    contact::collider::Sweep,
+    contact::collider::SweptCollider,
     rest::{disturbed, written},
 };
 use bevy::prelude::*;
@@ -71,7 +71,7 @@ pub(super) fn wake_touched(
     let end = clock.time + settings.tick_seconds();
     let mut colliders: Vec<_> = colliders.iter().collect();
     colliders.sort_unstable_by_key(|(order, _)| **order);
-    let swept: Vec<Sweep> = colliders
+    let swept: Vec<SweptCollider> = colliders
         .iter()
         .map(|(_, collider)| collider.sweep(clock.time, end))
         .collect();

@@ -3,7 +3,8 @@
 use crate::{
     mesh::Skin,
     solver::{
-        self, Density, Factors, Lambdas, Leads, Mass, Particles, Topology, body::set_inverse_masses,
+        self, Density, Factors, Lambdas, Mass, Particles, TetherTargets, Topology,
+        body::set_inverse_masses,
     },
 };
 use bevy::prelude::*;
@@ -50,7 +51,7 @@ pub struct Multipliers(pub Lambdas);
 
 /// The tethers of a body that carries [`Tethers`](crate::effect::Tethers): they follow from its pins.
 #[derive(Component, Debug, Clone, Default)]
-pub struct TetherLeads(pub(crate) Leads);
+pub struct TetherLeads(pub(crate) TetherTargets);
 
 /// What a body that carries [`Direct`](crate::effect::Direct) is solved with: it follows from its mesh
 /// and its effects.

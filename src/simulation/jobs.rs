@@ -5,9 +5,9 @@ use super::{
     SolverThreads, SpawnOrder, TetherLeads, carried::Carried, profile::StageWatch,
 };
 use crate::solver::{
-    Contact, ContactCounts, Contacts, Effects, Factors, Grab, Leads, Ledger, Load, Particles,
-    SelfContact, Stitches, Substep, Threads,
-    advance::{Means, NotFinite, Stage, Stepper, Watch},
+    Contact, ContactCounts, Contacts, Effects, Factors, Grab, Ledger, Particles, SelfContact,
+    Stitches, Substep, TetherTargets, Threads, WorkEstimate,
+    advance::{NotFinite, Stage, StepContext, Stepper, Watch},
     ledger,
     step::together::{self, Companion, are_needed},
 };
@@ -48,25 +48,28 @@ struct Job<'a> {
     body: Mut<'a, SoftBody>,
     particles: Mut<'a, Particles>,
     multipliers: Mut<'a, Multipliers>,
-    leads: Option<Mut<'a, TetherLeads>>,
+    tether_targets: Option<Mut<'a, TetherLeads>>,
     stitches: Option<Mut<'a, Stitches>>,
     factors: Option<Mut<'a, DirectFactors>>,
     grab: Option<Mut<'a, Grab>>,
     effects: Effects,
-    absent: (Leads, Stitches, Factors),
+    absent: (TetherTargets, Stitches, Factors),
     outcome: Result<Ledger, NotFinite>,
 }
 
 impl Job<'_> {
     fn stepper(&mut self) -> Stepper<'_> {
-        let (leads, stitches, factors) = &mut self.absent;
+        let (tether_targets, stitches, factors) = &mut self.absent;
         Stepper {
             // That it is stepped is no change that wakes a body, or for which it is drawn anew.
             topology: &mut self.body.bypass_change_detection().0,
             particles: &mut self.particles,
             effects: &mut self.effects,
             lambdas: &mut self.multipliers.0,
-            leads: self.leads.as_mut().map_or(leads, |leads| &mut leads.0),
+            tether_targets: self
+                .tether_targets
+                .as_mut()
+                .map_or(tether_targets, |tether_targets| &mut tether_targets.0),
             stitches: match &mut self.stitches {
                 Some(stitches) => stitches.bypass_change_detection(),
                 None => stitches,
@@ -121,7 +124,7 @@ pub(super) struct Bodies<'w, 's> {
 }
 
 /// What is done with bodies that are stepped together, if it is not the same for each.
-type Together<'a> = &'a dyn Fn(&mut [Companion], &mut Contacts, &Means);
+type Together<'a> = &'a dyn Fn(&mut [Companion], &mut Contacts, &StepContext);
 
 impl Bodies<'_, '_> {
     /// Whether something is to be done where each substep begins: for a body under repair, or for bodies that touch.
@@ -137,14 +140,14 @@ impl Bodies<'_, '_> {
         self.work(
             1,
             |_, _| true,
-            |stepper, means| {
+            |stepper, context| {
                 stepper.prepare(read);
-                stepper.begin(step, means);
+                stepper.begin(step, context);
                 Ok(Ledger::default())
             },
-            Some(&|companions, contacts, means| {
-                together::each(companions, means, |it, _| it.body.prepare(read));
-                together::begin(companions, contacts, step, means);
+            Some(&|companions, contacts, context| {
+                together::each(companions, context, |it, _| it.body.prepare(read));
+                together::begin(companions, contacts, step, context);
             }),
         );
     }
@@ -155,23 +158,23 @@ impl Bodies<'_, '_> {
         substeps: &Range<u32>,
         (read, booked): (bool, bool),
     ) -> impl Iterator<Item = Outcome> {
-        let means = self.current.means(&self.threads);
-        let iterations = substeps.len() * means.settings.substep(0).sweeps() as usize;
+        let context = self.current.context(&self.threads);
+        let iterations = substeps.len() * context.settings.substep(0).sweeps() as usize;
         self.work(
             iterations,
             |_, _| true,
-            |stepper, means| {
+            |stepper, context| {
                 stepper.prepare(read);
                 if booked {
-                    ledger::advance(stepper, substeps.clone(), means)
+                    ledger::advance(stepper, substeps.clone(), context)
                 } else {
-                    stepper.advance(substeps.clone(), means)?;
+                    stepper.advance(substeps.clone(), context)?;
                     Ok(Ledger::default())
                 }
             },
-            Some(&|companions, contacts, means| {
-                together::each(companions, means, |it, _| it.body.prepare(read));
-                together::advance(companions, contacts, substeps.clone(), booked, means);
+            Some(&|companions, contacts, context| {
+                together::each(companions, context, |it, _| it.body.prepare(read));
+                together::advance(companions, contacts, substeps.clone(), booked, context);
             }),
         );
         self.outcomes.drain(..)
@@ -186,20 +189,20 @@ impl Bodies<'_, '_> {
             // Contacts are between all that can touch, whichever of the two effects they have.
             stage.acts(effects, stitched, step.method) || is_contact && effects.can_touch()
         };
-        let each = |stepper: &mut Stepper, means: &Means| {
-            stepper.stage(stage, &step, iteration, means)?;
+        let each = |stepper: &mut Stepper, context: &StepContext| {
+            stepper.stage(stage, &step, iteration, context)?;
             if stage == Stage::Postsolve {
                 stepper.end();
             }
             Ok(Ledger::default())
         };
-        let solve: Together = &|companions, contacts, means| {
-            together::solve(companions, contacts, stage, means);
+        let solve: Together = &|companions, contacts, context| {
+            together::solve(companions, contacts, stage, context);
         };
-        let finish: Together = &|companions, contacts, means| {
-            together::cut(companions, contacts, &step, means);
-            together::each(companions, means, |it, means| {
-                it.result = each(&mut it.body, means);
+        let finish: Together = &|companions, contacts, context| {
+            together::cut(companions, contacts, &step, context);
+            together::each(companions, context, |it, context| {
+                it.result = each(&mut it.body, context);
             });
             together::end(companions, contacts, &step);
         };
@@ -218,7 +221,7 @@ impl Bodies<'_, '_> {
         &mut self,
         iterations: usize,
         wanted: impl Fn(&Effects, bool) -> bool,
-        each: impl Fn(&mut Stepper, &Means) -> Result<Ledger, NotFinite> + Sync,
+        each: impl Fn(&mut Stepper, &StepContext) -> Result<Ledger, NotFinite> + Sync,
         together: Option<Together>,
     ) {
         let mut jobs = reused(take(&mut *self.room));
@@ -230,7 +233,7 @@ impl Bodies<'_, '_> {
             body,
             particles,
             multipliers,
-            leads,
+            tether_targets,
             stitches,
             factors,
             grab,
@@ -246,7 +249,7 @@ impl Bodies<'_, '_> {
                     body,
                     particles,
                     multipliers,
-                    leads,
+                    tether_targets,
                     stitches,
                     factors,
                     grab,
@@ -257,9 +260,9 @@ impl Bodies<'_, '_> {
             }
         }
         let watch = self.profile.by_part.then(StageWatch::default);
-        let means = Means {
+        let context = StepContext {
             watch: watch.as_ref().map(|watch| watch as &dyn Watch),
-            ..self.current.means(&self.threads)
+            ..self.current.context(&self.threads)
         };
         let started = Instant::now();
         let is_asked = together.is_some();
@@ -275,12 +278,12 @@ impl Bodies<'_, '_> {
         let (alone, touching) = jobs.split_at_mut(alone);
         let load = |job: &Job| match job.is_active {
             true => job.effects.load(&job.body.0, iterations),
-            false => Load::default(),
+            false => WorkEstimate::default(),
         };
         self.threads
             .for_each(alone, load, &|job: &mut Job, threads: &Threads| {
                 if job.is_active {
-                    job.outcome = each(&mut job.stepper(), &Means { threads, ..means });
+                    job.outcome = each(&mut job.stepper(), &StepContext { threads, ..context });
                 }
             });
         if let Some(together) = together {
@@ -295,7 +298,7 @@ impl Bodies<'_, '_> {
                     Companion::new(job.stepper(), is_active)
                 })
                 .collect();
-            together(&mut companions, contacts, &means);
+            together(&mut companions, contacts, &context);
             let results: Vec<_> = companions.into_iter().map(|it| it.result).collect();
             for (job, result) in touching.iter_mut().zip(results) {
                 job.outcome = result;

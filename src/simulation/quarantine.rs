@@ -14,15 +14,15 @@ pub(super) fn quarantine(world: &mut World, entity: Entity, error: NotFinite) {
     let Some(body) = plain::body(world.entity(entity)) else {
         return;
     };
-    let means = world
+    let context = world
         .resource::<CurrentSubstep>()
-        .means(world.resource::<SolverThreads>());
+        .context(world.resource::<SolverThreads>());
     let other = if body.effects.can_touch() {
         CONTACT
     } else {
         USER
     };
-    let quarantine = body.find_cause(error, other, &means);
+    let quarantine = body.find_cause(error, other, &context);
     let mut entity_mut = world.entity_mut(entity);
     if let Some(mut particles) = entity_mut.get_mut::<Particles>() {
         freeze(&mut particles, &body.tick_start.positions);

@@ -12,8 +12,8 @@ use crate::{
     effect,
     solver::{
         Collider, Grab, Particles, Settings, SleepSettings, Substep, Threads,
-        advance::{Means, Stage},
-        contact::collider::{Sweep, Swept},
+        advance::{Stage, StepContext},
+        contact::collider::{Swept, SweptCollider},
         lanes::Instructions,
         rest::{Wakefulness, settle},
     },
@@ -48,14 +48,14 @@ impl CurrentSubstep {
 
     /// What every collider does during the substep, in the order in which they came.
     #[must_use]
-    pub fn colliders(&self) -> &[Sweep] {
+    pub fn colliders(&self) -> &[SweptCollider] {
         self.swept.of(self.step.index)
     }
 
     /// What the solver steps bodies with.
     #[must_use]
-    pub fn means<'a>(&'a self, threads: &'a SolverThreads) -> Means<'a> {
-        Means {
+    pub fn context<'a>(&'a self, threads: &'a SolverThreads) -> StepContext<'a> {
+        StepContext {
             settings: &self.settings,
             time: self.time,
             swept: &self.swept,

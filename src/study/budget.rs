@@ -21,8 +21,8 @@ pub struct Budget {
     pub finer: (Vec<u32>, Vec<u32>),
     /// Work of a run at most, see [`work`].
     pub run: u64,
-    /// Work of the three runs of the twin at most.
-    pub twin: u64,
+    /// Work of the three runs of the f64 reference at most.
+    pub converged: u64,
     /// Projections of a tick at most, where a tick is timed.
     pub tick: u64,
     /// Rounds in which every setting of a case is timed once, after one to warm up.
@@ -41,7 +41,7 @@ impl Budget {
             iterations: vec![1, 4, 16],
             finer: (vec![4, 16, 64], vec![1]),
             run: 15_000_000,
-            twin: 80_000_000,
+            converged: 80_000_000,
             tick: 1_000_000,
             rounds: 5,
             slot: Duration::from_millis(2),
@@ -58,7 +58,7 @@ impl Budget {
             iterations: powers(64),
             finer: (vec![1, 4, 16, 64, 256], vec![1, 4, 16]),
             run: 80_000_000,
-            twin: 1_500_000_000,
+            converged: 1_500_000_000,
             tick: 10_000_000,
             rounds: 7,
             slot: Duration::from_millis(4),
@@ -101,7 +101,7 @@ impl Budget {
         let all = case.problem.observe.seconds();
         let affordable = all * self.run as f64 / work(case, setting) as f64;
         let enough =
-            affordable >= all || (case.problem.observe.is_static() && affordable >= LEAST_REST);
+            affordable >= all || (case.problem.observe.is_static() && affordable >= MIN_REST);
         enough.then_some(affordable.min(all))
     }
 
@@ -111,10 +111,10 @@ impl Budget {
         setting.projections(&case.world) <= self.tick
     }
 
-    /// Whether the twin's three runs can be afforded.
+    /// Whether the f64 reference's three runs can be afforded.
     #[must_use]
-    pub fn affords_twin(&self, case: &Case) -> bool {
-        twin_work(case) <= self.twin
+    pub fn affords_reference(&self, case: &Case) -> bool {
+        reference_work(case) <= self.converged
     }
 
     /// The budget in words, for its hash.
@@ -125,7 +125,7 @@ impl Budget {
 }
 
 /// A body that has less time to come to rest would not [s].
-const LEAST_REST: f64 = 2.0;
+const MIN_REST: f64 = 2.0;
 
 /// Work of a run to its end: projections, with what a sweep and a substep take beside them, as
 /// if they were projections too.
@@ -142,13 +142,16 @@ pub fn work(case: &Case, setting: Setting) -> u64 {
     ticks.round().max(1.0) as u64 * u64::from(setting.substeps) * substep
 }
 
-/// The same for all runs of the twin; bodies come to rest in a fraction of the time that they
+/// The same for all runs of the f64 reference; bodies come to rest in a fraction of the time that they
 /// have, as they begin near it.
 #[must_use]
-pub fn twin_work(case: &Case) -> u64 {
-    let twin = case.problem.twin;
-    let each = work(case, Setting::xpbd(twin.substeps, twin.iterations));
-    if case.problem.observe.is_static() && twin.keeps_multipliers {
+pub fn reference_work(case: &Case) -> u64 {
+    let converged = case.problem.converged;
+    let each = work(
+        case,
+        Setting::xpbd(converged.substeps, converged.iterations),
+    );
+    if case.problem.observe.is_static() && converged.keeps_multipliers {
         each * 3 / 4
     } else if case.problem.observe.is_static() {
         each * 7 / 4

@@ -23,7 +23,7 @@ pub enum Goal {
     Milliseconds(f64),
     /// A tick takes at most so many projections of constraints.
     Projections(u64),
-    /// The error is at most this: root mean square distance to the twin, over the body's size.
+    /// The error is at most this: root mean square distance to the f64 reference, over the body's size.
     Error(f64),
 }
 
@@ -48,7 +48,7 @@ pub struct Choice {
 const ITERATIONS: [u32; 5] = [1, 2, 4, 8, 16];
 
 /// Sweeps a tick at most: what costs more is not interactive for any body worth the name.
-pub const MOST_SWEEPS: u32 = 512;
+pub const MAX_SWEEPS: u32 = 512;
 
 /// Looks for the setting that meets a goal best, for a world that goes on for `seconds`.
 ///
@@ -69,7 +69,7 @@ pub fn choose(
     }
 }
 
-/// The same, where the twin is there already.
+/// The same, where the f64 reference is there already.
 ///
 /// # Errors
 /// [`InvalidValue`] if a setting is out of its range.
@@ -131,7 +131,7 @@ impl<N: FnMut(ProbeNews) -> ControlFlow<()>> Search<'_, N> {
         let mut best: Option<(u32, Setting)> = None;
         let mut sweeps_of = Vec::new();
         for iterations in ITERATIONS {
-            let limit = best.map_or(MOST_SWEEPS, |(sweeps, _)| sweeps - 1);
+            let limit = best.map_or(MAX_SWEEPS, |(sweeps, _)| sweeps - 1);
             let found = self.fewest_substeps(iterations, limit / iterations, error)?;
             if self.stopped {
                 return Ok(None);
@@ -144,7 +144,7 @@ impl<N: FnMut(ProbeNews) -> ControlFlow<()>> Search<'_, N> {
         }
         let Some((sweeps, setting)) = best else {
             let reason =
-                format!("No setting of up to {MOST_SWEEPS} iterations per tick is that accurate.");
+                format!("No setting of up to {MAX_SWEEPS} iterations per tick is that accurate.");
             return Ok(self.nearest(reason));
         };
         let reason = match sweeps_of.first() {
@@ -153,7 +153,7 @@ impl<N: FnMut(ProbeNews) -> ControlFlow<()>> Search<'_, N> {
                  {sweeps}: more iterations are more efficient here."
             ),
             _ if setting.iterations > 1 => format!(
-                "Substeps alone do not reach the goal within {MOST_SWEEPS} iterations per tick; with \
+                "Substeps alone do not reach the goal within {MAX_SWEEPS} iterations per tick; with \
                  more iterations per substep, {sweeps} suffice."
             ),
             _ if setting.substeps == 1 => "No setting is cheaper.".to_owned(),
@@ -214,7 +214,7 @@ impl<N: FnMut(ProbeNews) -> ControlFlow<()>> Search<'_, N> {
         let sweeps = u32::try_from(projections / a_sweep).unwrap_or(u32::MAX);
         let mut best: Option<(f64, Setting)> = None;
         for iterations in ITERATIONS {
-            let mut substeps = sweeps.min(MOST_SWEEPS) / iterations;
+            let mut substeps = sweeps.min(MAX_SWEEPS) / iterations;
             // One more try, with fewer, if substeps cost more than their sweeps.
             for _ in 0..2 {
                 if substeps == 0 || self.stopped {

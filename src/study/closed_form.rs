@@ -14,7 +14,8 @@ use std::f64::consts::{PI, TAU};
 pub enum Reference {
     /// Nothing: there is only the converged answer on the same mesh. Springs and volumes have no
     /// Young's modulus, so most solids have no closed form.
-    Twin,
+    #[serde(alias = "Twin")]
+    Converged,
     /// Nothing, but the answer tends to something as the mesh is refined: that of the finest mesh
     /// is what the others are held against, extrapolated where three levels show an order.
     FinestMesh,
@@ -158,7 +159,7 @@ impl Reference {
     #[must_use]
     pub fn value(&self) -> Option<f64> {
         Some(match *self {
-            Self::Twin | Self::FinestMesh => return None,
+            Self::Converged | Self::FinestMesh => return None,
             Self::Conserved | Self::SpringEnergy { .. } => 0.0,
             Self::HangingMass {
                 mass,
@@ -273,7 +274,7 @@ impl Reference {
     #[must_use]
     pub const fn words(&self) -> &'static str {
         match self {
-            Self::Twin => "converged solution on the same mesh",
+            Self::Converged => "converged solution on the same mesh",
             Self::FinestMesh => "limit of mesh refinement",
             Self::Conserved => "0 (conserved)",
             Self::HangingMass { .. } => "αmg",

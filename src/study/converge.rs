@@ -1,18 +1,18 @@
 //! The converged answer on a mesh, in f64.
 //!
 //! Of what rests: the [static equilibrium](equilibrium) by Newton's method, which takes no time steps and
-//! costs less than a second. Where that does not apply, as on a ground or with pressure, the f64 twin at h
+//! costs less than a second. Where that does not apply, as on a ground or with pressure, the f64 f64 reference at h
 //! and h/2, with multipliers that are kept from substep to substep, so that where it rests is where the
 //! equations are solved and owes nothing to h or to how many sweeps there are; what is left between the two
 //! is how far the search for rest may be off.
 //!
-//! Of what moves: the twin at h, h/2 and h/4, and what these tend to (Richardson 1911), with the order that
+//! Of what moves: the f64 reference at h, h/2 and h/4, and what these tend to (Richardson 1911), with the order that
 //! they show.
 
 use super::{
     StudyError,
     observe::{Observe, Observed, distance},
-    problem::{Case, Twin},
+    problem::{Case, ReferenceSettings},
     setting::Setting,
     state::Solver,
 };
@@ -44,7 +44,7 @@ pub struct Converged {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FoundBy {
-    /// By time steps of the f64 twin.
+    /// By time steps of the f64 f64 reference.
     #[default]
     Stepping,
     /// As the static equilibrium, by Newton's method.
@@ -61,7 +61,7 @@ const SAME: f64 = 1e-7;
 /// Orders of convergence that a first-order method may show.
 pub const FIRST_ORDER: std::ops::RangeInclusive<f64> = 0.8..=1.2;
 
-/// By Newton's method where that applies, by the twin else.
+/// By Newton's method where that applies, by the f64 reference else.
 ///
 /// # Errors
 /// [`StudyError::Value`] for settings out of their range.
@@ -69,7 +69,7 @@ pub fn converge(case: &Case) -> Result<Converged, StudyError> {
     by_equilibrium(case).map_or_else(|| by_stepping(case), Ok)
 }
 
-/// Whether the answer is to be found as a static equilibrium, without the twin.
+/// Whether the answer is to be found as a static equilibrium, without the f64 reference.
 #[must_use]
 pub fn has_equilibrium(case: &Case) -> bool {
     let Observe::Rest { quantity, .. } = &case.problem.observe else {
@@ -112,23 +112,23 @@ pub fn by_equilibrium(case: &Case) -> Option<Converged> {
     })
 }
 
-/// Runs the twin. A body at rest is found by the fast solver first, then by the twin from there:
-/// the twin decides, and gets there sooner.
+/// Runs the f64 reference. A body at rest is found by the fast solver first, then by the f64 reference from there:
+/// the f64 reference decides, and gets there sooner.
 ///
 /// # Errors
 /// [`StudyError::Value`] for settings out of their range.
 pub fn by_stepping(case: &Case) -> Result<Converged, StudyError> {
-    let Twin {
+    let ReferenceSettings {
         substeps,
         iterations,
         keeps_multipliers,
-    } = case.problem.twin;
+    } = case.problem.converged;
     let observe = &case.problem.observe;
     if !(observe.is_static() && keeps_multipliers) {
         let (mut seen, mut nearer) = (Vec::new(), None);
         for factor in [1, 2, 4] {
             let setting = Setting::xpbd(substeps * factor, iterations);
-            let mut solver = Solver::twin(&setting.applied(&case.world)?);
+            let mut solver = Solver::reference(&setting.applied(&case.world)?);
             // Rest of a finer step is near that of a coarser one.
             if let Some(state) = nearer.take() {
                 solver.place(&state);
@@ -144,7 +144,7 @@ pub fn by_stepping(case: &Case) -> Result<Converged, StudyError> {
     for factor in [1, 2] {
         let setting = Setting::xpbd(substeps * factor, iterations);
         let nearer = solver.state();
-        solver = Solver::relaxed_twin(&setting.applied(&case.world)?);
+        solver = Solver::relaxed_reference(&setting.applied(&case.world)?);
         if nearer.finite() {
             solver.place(&nearer);
         }

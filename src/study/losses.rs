@@ -103,7 +103,7 @@ pub(super) fn sentences(study: &Study) -> Vec<String> {
             let case = problem.finest_with_errors();
             case.is_some_and(|case| {
                 let front = case.front();
-                front.iter().any(|point| case.accident(point).is_some())
+                front.iter().any(|point| case.coincidence(point).is_some())
             })
         })
         .map(|problem| &problem.problem.title[..])

@@ -50,7 +50,7 @@ pub enum Observe {
         seconds: f64,
     },
     /// Where all particles are at these times [s]; the error is their root mean square distance
-    /// to the twin over the size of their body.
+    /// to the f64 reference over the size of their body.
     Path {
         /// Times [s], rising.
         times: Vec<f64>,

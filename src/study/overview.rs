@@ -23,7 +23,7 @@ pub(super) fn table(study: &Study) -> Block {
     Block::Table(head.map(str::to_owned).to_vec(), rows)
 }
 
-/// The cheapest setting for an error with its cost; where that is right by accident, also the
+/// The cheapest setting for an error with its cost; where its agreement is coincidental, also the
 /// cheapest that is not.
 pub(super) fn cheapest(case: &CaseResult, error: f64) -> String {
     let cost = |point: &Point| {
@@ -31,12 +31,12 @@ pub(super) fn cheapest(case: &CaseResult, error: f64) -> String {
         format!("{}, {} ms", point.setting, number(ms))
     };
     match (case.cheapest(error), case.cheapest_sound(error)) {
-        (Some((point, _)), sound) if case.accident(point).is_some() => {
+        (Some((point, _)), sound) if case.coincidence(point).is_some() => {
             let sound = sound.map_or_else(|| not_reached(case), cost);
-            format!("{sound} (by accident {})", cost(point))
+            format!("{sound} (coincidental: {})", cost(point))
         }
         (Some((point, rivals)), _) if rivals.is_empty() => cost(point),
-        (Some((point, _)), _) => format!("{} *undecided*", cost(point)),
+        (Some((point, _)), _) => format!("{} *within noise*", cost(point)),
         (None, _) => not_reached(case),
     }
 }

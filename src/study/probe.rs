@@ -20,10 +20,10 @@ pub struct ProbePoint {
     pub projections_per_tick: u64,
     /// Wall-clock time for a simulated second [ms]; wider with every round.
     pub ms_per_second: Spread,
-    /// Root mean square distance of the particles to the f64 twin over all ticks, over the size of
+    /// Root mean square distance of the particles to the f64 f64 reference over all ticks, over the size of
     /// their body; 0.01 is 1 %. Not finite if the body blew up.
     pub error: f64,
-    /// How far the twin itself may be off, in the same measure: its distance to one with half as
+    /// How far the f64 reference itself may be off, in the same measure: its distance to one with half as
     /// many substeps. An error below this is not to be told from it.
     pub uncertainty: f64,
 }
@@ -40,13 +40,13 @@ pub enum ProbeNews {
 /// Times of each setting, one in turn with the others.
 pub const ROUNDS: usize = 5;
 
-/// The twin takes at most so many projections: some three seconds of one thread.
-const TWIN_PROJECTIONS: u64 = 100_000_000;
+/// The f64 reference takes at most so many projections: some three seconds of one thread.
+const REFERENCE_PROJECTIONS: u64 = 100_000_000;
 
 /// Sweeps until nothing rigid is violated any more: a dozen times across a body of twenty cells.
 pub const PROJECTIONS: u32 = 300;
 
-/// A world with what its f64 twin with small steps makes of it, to hold settings against.
+/// A world with what its f64 f64 reference with small steps makes of it, to hold settings against.
 ///
 /// All begin where the [rigid](reference::World::project) is satisfied: what a solver that does too
 /// little leaves violated, small steps would turn into speed, and no two could be compared.
@@ -54,29 +54,29 @@ pub const PROJECTIONS: u32 = 300;
 pub struct Probe {
     world: World,
     seconds: f64,
-    /// States of the twin after each tick.
-    twin: Vec<State>,
+    /// States of the f64 reference after each tick.
+    converged: Vec<State>,
     uncertainty: f64,
 }
 
 impl Probe {
-    /// Lets the twin go on for `seconds`. Tells the share that is done, up to a half; `None` if it
+    /// Lets the f64 reference go on for `seconds`. Tells the share that is done, up to a half; `None` if it
     /// was stopped.
     ///
     /// # Errors
-    /// [`InvalidValue`] if the twin's steps are out of their range.
+    /// [`InvalidValue`] if the f64 reference's steps are out of their range.
     pub fn new(
         world: &World,
         seconds: f64,
         news: &mut impl FnMut(ProbeNews) -> ControlFlow<()>,
     ) -> Result<Option<Self>, InvalidValue> {
         let iterations = world.settings.iterations.get();
-        let finest = twin_substeps(world, seconds);
+        let finest = reference_substeps(world, seconds);
         let world = &projected(world, finest)?;
         let mut paths = Vec::new();
         for (part, substeps) in [finest.div_ceil(2), finest].into_iter().enumerate() {
             let start = Setting::xpbd(substeps, iterations).applied(world)?;
-            let mut solver = Solver::twin(&start);
+            let mut solver = Solver::reference(&start);
             let ticks = solver.ticks(seconds);
             let mut path = Vec::new();
             for tick in 1..=ticks {
@@ -90,10 +90,10 @@ impl Probe {
             paths.push(path);
         }
         let uncertainty = distance(world, &paths[0], &paths[1]);
-        Ok(paths.pop().map(|twin| Self {
+        Ok(paths.pop().map(|converged| Self {
             world: world.clone(),
             seconds,
-            twin,
+            converged,
             uncertainty,
         }))
     }
@@ -114,13 +114,13 @@ impl Probe {
             setting,
             projections_per_tick: setting.projections(&self.world),
             ms_per_second: Spread::of(vec![ms]),
-            error: distance(&self.world, &path, &self.twin),
+            error: distance(&self.world, &path, &self.converged),
             uncertainty: self.uncertainty,
         })
     }
 }
 
-/// Continues a copy of `world` for `seconds` at each of the settings and as an f64 twin with small
+/// Continues a copy of `world` for `seconds` at each of the settings and as an f64 f64 reference with small
 /// steps, and compares. The world is left as it is.
 ///
 /// Tells every point when it is there, and again whenever its time is better known; when it is told
@@ -163,13 +163,13 @@ pub fn probe(
     Ok(points)
 }
 
-/// A copy of a world in which nothing is violated that is rigid for a twin of so many substeps.
+/// A copy of a world in which nothing is violated that is rigid for a f64 reference of so many substeps.
 fn projected(world: &World, substeps: u32) -> Result<World, InvalidValue> {
     let fine = Setting::xpbd(substeps, world.settings.iterations.get()).applied(world)?;
-    let mut twin = reference::World::of(&fine);
-    twin.project(PROJECTIONS);
+    let mut converged = reference::World::of(&fine);
+    converged.project(PROJECTIONS);
     let mut world = world.clone();
-    for (body, exact) in world.bodies.iter_mut().zip(&twin.bodies) {
+    for (body, exact) in world.bodies.iter_mut().zip(&converged.bodies) {
         for (i, exact) in exact.x.iter().enumerate() {
             body.particles.set_position(i, *exact);
         }
@@ -177,12 +177,12 @@ fn projected(world: &World, substeps: u32) -> Result<World, InvalidValue> {
     Ok(world)
 }
 
-/// Substeps of the twin: 64 times as many as the world has, or what can be afforded.
-fn twin_substeps(world: &World, seconds: f64) -> u32 {
+/// Substeps of the f64 reference: 64 times as many as the world has, or what can be afforded.
+fn reference_substeps(world: &World, seconds: f64) -> u32 {
     let ticks = (seconds * world.settings.rate.get()).max(1.0);
     let sweeps = u64::from(world.settings.iterations.get());
     let each = constraints(world).max(1) as u64 * sweeps * ticks.round() as u64;
-    let affordable = u32::try_from(TWIN_PROJECTIONS / each.max(1)).unwrap_or(u32::MAX);
+    let affordable = u32::try_from(REFERENCE_PROJECTIONS / each.max(1)).unwrap_or(u32::MAX);
     let wanted = world.settings.substeps.get().saturating_mul(64);
     wanted
         .min(affordable)
@@ -206,9 +206,9 @@ fn timed_path(world: World, seconds: f64) -> (Vec<State>, f64) {
 }
 
 /// Root mean square distance of particles over ticks, over the size of their body.
-fn distance(world: &World, path: &[State], twin: &[State]) -> f64 {
+fn distance(world: &World, path: &[State], converged: &[State]) -> f64 {
     let (mut sum, mut count) = (0.0, 0);
-    for (here, there) in path.iter().zip(twin) {
+    for (here, there) in path.iter().zip(converged) {
         for ((here, there), body) in here.bodies.iter().zip(&there.bodies).zip(&world.bodies) {
             let size = f64::from(body.topology.size).max(f64::MIN_POSITIVE);
             for (x, y) in here.x.iter().zip(&there.x) {

@@ -47,9 +47,9 @@ pub struct Problem {
     /// size of the body for a path, and what there was at first for what is conserved.
     #[serde(default)]
     pub percent_of: Option<f64>,
-    /// How the twin converges.
-    #[serde(default)]
-    pub twin: Twin,
+    /// How the f64 reference converges.
+    #[serde(default, alias = "twin")]
+    pub converged: ReferenceSettings,
 }
 
 /// A mesh.
@@ -63,11 +63,11 @@ pub struct Level {
     pub bodies: Vec<BodySpec>,
 }
 
-/// Where what is observed is not a [static equilibrium](super::converge), the twin is run with these settings and with twice as many substeps; with four times as many
+/// Where what is observed is not a [static equilibrium](super::converge), the f64 reference is run with these settings and with twice as many substeps; with four times as many
 /// too if what is observed moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct Twin {
+pub struct ReferenceSettings {
     /// Substeps a tick at first, from 1 to 2500; 128 by default.
     pub substeps: u32,
     /// Iterations a substep, from 1; 1 by default.
@@ -78,7 +78,7 @@ pub struct Twin {
     pub keeps_multipliers: bool,
 }
 
-impl Default for Twin {
+impl Default for ReferenceSettings {
     fn default() -> Self {
         Self {
             substeps: 128,
@@ -181,7 +181,7 @@ impl Problem {
         }
         let mut world = scene.build()?.world;
         world.sleep.enabled = false;
-        let start = Solver::twin(&world).state();
+        let start = Solver::reference(&world).state();
         let case = Case {
             problem: self.clone(),
             level,
@@ -230,11 +230,11 @@ impl Problem {
             );
             return Err(self.wrong(message));
         }
-        let Twin {
+        let ReferenceSettings {
             substeps,
             iterations,
             ..
-        } = self.twin;
+        } = self.converged;
         if !(1..=2500).contains(&substeps) || !(1..=10_000).contains(&iterations) {
             let message = "the reference takes 1 to 2500 substeps, which are then doubled twice, and 1 to 10 000 iterations";
             return Err(self.wrong(message));

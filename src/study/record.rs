@@ -46,7 +46,7 @@ pub struct ProblemText {
 pub struct ReferenceRecord {
     /// The case.
     pub case: String,
-    /// The answer; none if there is no static equilibrium and the twin would take more than the budget
+    /// The answer; none if there is no static equilibrium and the f64 reference would take more than the budget
     /// has.
     pub converged: Option<Converged>,
 }

@@ -72,7 +72,7 @@ fn problem_json(result: &ProblemResult) -> Value {
                 let (point, rivals) = case.cheapest(error)?;
                 let mut value = point_json(case, point);
                 let rivals = rivals.iter().map(|rival| rival.setting.to_string());
-                value["undecided_against"] = rivals.collect::<Vec<_>>().into();
+                value["within_noise_of"] = rivals.collect::<Vec<_>>().into();
                 Some(value)
             })
             .collect()

@@ -100,7 +100,7 @@ fn dual_of(body: &Body, alone: &[DVec3]) -> (f64, f64) {
         let at = |i: u32| body.particles.position(i as usize);
         enclosure.volume_and_gradients(&body.topology, at, &mut gradients);
         for (force, gradient) in forces.iter_mut().zip(gradients) {
-            *force += gradient * body.lambdas.walls.multiplier;
+            *force += gradient * body.lambdas.pressure_state.multiplier;
         }
     }
     let matching = body.lambdas.matching.clone();

@@ -26,16 +26,16 @@ pub struct Rest {
 /// window, so what is left is some ten times this.
 const FAST_STEP: f64 = 2e-6;
 
-/// The same for the twin, which does not round so early.
-const TWIN_STEP: f64 = 2e-8;
+/// The same for the f64 reference, which does not round so early.
+const REFERENCE_STEP: f64 = 2e-8;
 
 /// What is left of the forces on all particles, over their weight, is at most this. It is the change of
 /// velocity over a [`WINDOW`], so that what trembles cancels. A load that is off by a share moves what
 /// rests by about the same share, and 0.1 % is the smallest error that a study asks for.
 const FAST_IMBALANCE: f64 = 1e-3;
 
-/// The same for the twin, whose steps are a hundredth too.
-const TWIN_IMBALANCE: f64 = 1e-5;
+/// The same for the f64 reference, whose steps are a hundredth too.
+const REFERENCE_IMBALANCE: f64 = 1e-5;
 
 /// See [`FAST_STEP`] [s].
 const WINDOW: f64 = 0.5;
@@ -49,7 +49,7 @@ pub fn find(solver: &mut Solver, size: f64, seconds: f64) -> Rest {
             let ulp = f64::from(f32::EPSILON) * solver.state().reach();
             ((FAST_STEP * size).max(ulp / 2.0), FAST_IMBALANCE)
         }
-        Solver::Twin(_) => (TWIN_STEP * size, TWIN_IMBALANCE),
+        Solver::Reference(_) => (REFERENCE_STEP * size, REFERENCE_IMBALANCE),
     };
     let gravity = solver.settings().gravity.as_dvec3().length();
     let window = (WINDOW / tick).ceil().max(2.0) as u64;

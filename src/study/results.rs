@@ -108,7 +108,7 @@ impl Point {
     /// Whether its time cannot be told from another's: what lies between their lowest and highest
     /// overlaps.
     #[must_use]
-    pub fn undecided_against(&self, other: &Self) -> bool {
+    pub fn is_within_noise_of(&self, other: &Self) -> bool {
         match (self.ms, other.ms) {
             (Some(a), Some(b)) => a.low <= b.high && b.low <= a.high,
             _ => false,
@@ -219,7 +219,7 @@ fn case_result(case: Case, budget: &Budget, records: &[Record]) -> CaseResult {
             _ => {}
         }
     }
-    // Where one of the twin's runs blew up, the other alone tells nothing.
+    // Where one of the f64 reference's runs blew up, the other alone tells nothing.
     converged = converged.filter(|converged: &Converged| converged.uncertainty.is_finite());
     let scale = case
         .problem
@@ -337,7 +337,7 @@ impl CaseResult {
             .zip(&figures)
             .filter(|(_, figure)| figure.1 <= error)
             .map(|(&place, _)| &self.points[place])
-            .filter(|point| point.setting != best.setting && best.undecided_against(point))
+            .filter(|point| point.setting != best.setting && best.is_within_noise_of(point))
             .collect();
         Some((best, rivals))
     }

@@ -1,4 +1,4 @@
-//! What the fast solver and its twin have in common: where everything is, in f64.
+//! What the fast solver and its f64 reference have in common: where everything is, in f64.
 
 use crate::solver::{Settings, World, reference};
 use glam::DVec3;
@@ -8,8 +8,8 @@ use glam::DVec3;
 pub enum Solver {
     /// The solver that users have, in f32.
     Fast(Box<World>),
-    /// The twin, in f64.
-    Twin(Box<reference::World>),
+    /// The f64 reference, in f64.
+    Reference(Box<reference::World>),
 }
 
 /// Where the particles of a world are, how fast, how heavy.
@@ -37,26 +37,26 @@ impl Solver {
         Self::Fast(Box::new(world))
     }
 
-    /// The twin of a world, in the state that it is in.
+    /// The f64 reference of a world, in the state that it is in.
     #[must_use]
-    pub fn twin(world: &World) -> Self {
-        Self::Twin(Box::new(reference::World::of(world)))
+    pub fn reference(world: &World) -> Self {
+        Self::Reference(Box::new(reference::World::of(world)))
     }
 
-    /// The twin of a world, to find where it rests: with multipliers that are
+    /// The f64 reference of a world, to find where it rests: with multipliers that are
     /// [kept](reference::World::keeps_multipliers).
     #[must_use]
-    pub fn relaxed_twin(world: &World) -> Self {
-        let mut twin = reference::World::of(world);
-        twin.keeps_multipliers = true;
-        Self::Twin(Box::new(twin))
+    pub fn relaxed_reference(world: &World) -> Self {
+        let mut converged = reference::World::of(world);
+        converged.keeps_multipliers = true;
+        Self::Reference(Box::new(converged))
     }
 
     /// A tick of 1/rate seconds.
     pub fn tick(&mut self) {
         match self {
             Self::Fast(world) => world.tick(),
-            Self::Twin(world) => world.tick(),
+            Self::Reference(world) => world.tick(),
         }
     }
 
@@ -65,7 +65,7 @@ impl Solver {
     pub fn settings(&self) -> &Settings {
         match self {
             Self::Fast(world) => &world.settings,
-            Self::Twin(world) => &world.settings,
+            Self::Reference(world) => &world.settings,
         }
     }
 
@@ -73,7 +73,7 @@ impl Solver {
     pub fn settings_mut(&mut self) -> &mut Settings {
         match self {
             Self::Fast(world) => &mut world.settings,
-            Self::Twin(world) => &mut world.settings,
+            Self::Reference(world) => &mut world.settings,
         }
     }
 
@@ -91,7 +91,7 @@ impl Solver {
                     body.particles.stop();
                 }
             }
-            Self::Twin(world) => {
+            Self::Reference(world) => {
                 for body in &mut world.bodies {
                     body.v.fill(DVec3::ZERO);
                 }
@@ -109,7 +109,7 @@ impl Solver {
                     }
                 }
             }
-            Self::Twin(world) => {
+            Self::Reference(world) => {
                 for (body, from) in world.bodies.iter_mut().zip(&state.bodies) {
                     body.x.clone_from(&from.x);
                 }
@@ -137,7 +137,7 @@ impl Solver {
                     }
                 })
                 .collect(),
-            Self::Twin(world) => world
+            Self::Reference(world) => world
                 .bodies
                 .iter()
                 .map(|body| BodyState {

@@ -105,7 +105,7 @@ fn answers(
             let work = if converge::has_equilibrium(case) {
                 0
             } else {
-                TWIN_SLOWNESS * budget::twin_work(case).min(budget.twin)
+                REFERENCE_SLOWNESS * budget::reference_work(case).min(budget.converged)
             };
             tasks.push((work, Task::Reference(case)));
         }
@@ -135,14 +135,14 @@ fn answers(
     Ok(found.into_inner().unwrap_or_else(PoisonError::into_inner).0)
 }
 
-/// How many times as long as the fast solver the twin takes for a projection, about.
-const TWIN_SLOWNESS: u64 = 4;
+/// How many times as long as the fast solver the f64 reference takes for a projection, about.
+const REFERENCE_SLOWNESS: u64 = 4;
 
 fn perform(task: Task, budget: &Budget) -> Result<Record, StudyError> {
     match task {
         Task::Reference(case) => {
             let converged = match converge::by_equilibrium(case) {
-                None if budget.affords_twin(case) => Some(converge::by_stepping(case)?),
+                None if budget.affords_reference(case) => Some(converge::by_stepping(case)?),
                 found => found,
             };
             Ok(Record::Reference(ReferenceRecord {
@@ -164,7 +164,7 @@ pub fn run_one(case: &Case, setting: Setting, seconds: f64) -> Result<RunRecord,
     let observed = observe.run(&mut solver, &case.start, &case.world);
     let residuals = match &solver {
         Solver::Fast(world) => residuals(world),
-        Solver::Twin(_) => None,
+        Solver::Reference(_) => None,
     };
     Ok(RunRecord {
         case: case.id(),

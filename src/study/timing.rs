@@ -8,7 +8,7 @@ use super::{
     record::{TimeRecord, machine},
     setting::Setting,
 };
-use crate::solver::{Threads, World, bands::SMALLEST_CUT};
+use crate::solver::{Threads, World, partitions::MIN_CUT};
 use std::time::Instant;
 
 /// A tick is timed together with others until so many projections are done.
@@ -62,7 +62,7 @@ pub fn time(
 /// Whether the solver would use threads at all: see [`Threads::pays`] and
 /// [`bands`](crate::solver::bands).
 fn used(case: &Case, setting: Setting, threads: &Threads) -> bool {
-    let cut = |particles: usize| particles >= SMALLEST_CUT;
+    let cut = |particles: usize| particles >= MIN_CUT;
     let shared =
         case.world.bodies.len() > 1 || case.start.bodies.iter().any(|body| cut(body.x.len()));
     shared && threads.pays(case.constraints() * setting.substeps as usize)

@@ -1,8 +1,9 @@
 //! What was found, in words. Every figure in a sentence is from the data.
 
 use super::{
-    Study, accident,
+    Study,
     closed_form::Reference,
+    coincidence,
     converge::{FIRST_ORDER, FoundBy},
     floor, growth, losses, overview,
     report::TARGETS,
@@ -65,7 +66,7 @@ pub(super) fn problem(study: &Study, result: &ProblemResult) -> Vec<Block> {
     let mut sentences = vec![reference(result)];
     if let Some(case) = result.finest_with_errors() {
         sentences.extend(cheapest(case));
-        sentences.extend(accident::sentence(case));
+        sentences.extend(coincidence::sentence(case));
         sentences.extend(floor::sentence(case));
         sentences.extend(predictions(case));
     }
@@ -83,7 +84,7 @@ fn reference(result: &ProblemResult) -> String {
     let unit = if unit == "1" { "" } else { unit };
     let against = result.problem.reference;
     let mut words = match (against, result.reference) {
-        (Reference::Twin, _) => {
+        (Reference::Converged, _) => {
             "No closed form: errors are relative to the f64 reference, and the mesh error is unknown."
                 .to_owned()
         }
@@ -306,8 +307,8 @@ pub(super) fn end(study: &Study) -> Vec<Block> {
                 study.header.version, study.header.budget, study.header.hash
             ),
             format!("Machine: {}.", study.machines.join("; ")),
-            "Settings of one mesh are timed in turn, round by round. “Undecided” means that the times \
-             overlap."
+            "Settings of one mesh are timed in turn, round by round. “Within noise” means that \
+             the times overlap."
                 .to_owned(),
             "Rest is found by kinetic damping: velocities are set to zero whenever the kinetic energy \
              passes a peak. The result is a fixed point of the substep, including the excess \

@@ -6,7 +6,7 @@
 //! little.
 
 use crate::solver::{
-    Body, Matching, ShapeMatching, World,
+    Body, ShapeMatching, ShapeMatchingState, World,
     effects::shape_matching::Place,
     elastic::{Elastic, Visit},
     measure::{self, gravitational_energy, kinetic_energy},
@@ -114,7 +114,7 @@ fn closing_shapes(body: &Body, h: f64) -> f64 {
     let Some(effect) = body.effects.shape_matching.filter(rigid) else {
         return 0.0;
     };
-    let matching = Matching::of(&body.topology, &effect);
+    let matching = ShapeMatchingState::of(&body.topology, &effect);
     let at = Place::among(&body.particles);
     let squares = matching
         .strains(&body.topology, at)

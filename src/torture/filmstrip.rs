@@ -31,7 +31,7 @@ pub struct Frame {
 }
 
 /// Lines drawn of a body at most: more are one grey.
-const MOST_LINES: usize = 4000;
+const MAX_LINES: usize = 4000;
 
 /// The start, the moment of the largest strain after it, and the end; the bodies of each fill their
 /// picture. `None` unless positions were kept.
@@ -108,7 +108,7 @@ fn seen(body: &[Vec4]) -> Vec<Vec2> {
 /// Edges of a body, of very many some.
 fn wires(body: &Body, points: &[Vec2]) -> impl Iterator<Item = [Vec2; 2]> {
     let edges = body.topology.edges.ends();
-    let step = edges.len().div_ceil(MOST_LINES).max(1);
+    let step = edges.len().div_ceil(MAX_LINES).max(1);
     let at = |i: u32| points.get(i as usize).copied().unwrap_or(Vec2::NAN);
     let lines = edges.step_by(step).map(move |ends| ends.map(at));
     lines.filter(|[a, b]| a.is_finite() && b.is_finite())

@@ -1,5 +1,5 @@
 //! What every elastic effect promises: its gradients are those of its C, they neither push nor turn
-//! the world, and eight lanes in f32 do what the twin does in f64.
+//! the world, and eight lanes in f32 do what the reference does in f64.
 
 use crate::support::{body, cube, random_vector, sweep};
 use glam::DVec3;
@@ -115,24 +115,25 @@ impl Visit for Lanes<'_> {
     fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
         const H: f32 = 0.01;
         let mut fast = self.0.clone();
-        let mut twin = reference::Body::of(&fast);
-        // The twin of a body in the middle of a substep.
-        for i in 0..twin.x.len() {
-            (twin.x[i], twin.p[i]) = (fast.particles.predicted(i), fast.particles.position(i));
+        let mut reference = reference::Body::of(&fast);
+        // The reference of a body in the middle of a substep.
+        for i in 0..reference.x.len() {
+            (reference.x[i], reference.p[i]) =
+                (fast.particles.predicted(i), fast.particles.position(i));
         }
         for sweeps in 0..2 {
             let mut lambdas = vec![0.0; E::KIND.multipliers(&fast.topology)];
             sweep(&mut fast, effect, H, Multipliers::First(&mut lambdas));
             sweep(&mut fast, effect, H, Multipliers::Next(&mut lambdas));
-            twin.solve(effect, f64::from(H), true);
-            twin.solve(effect, f64::from(H), false);
-            let most = (0..).zip(&twin.x);
+            reference.solve(effect, f64::from(H), true);
+            reference.solve(effect, f64::from(H), false);
+            let most = (0..).zip(&reference.x);
             let most = most.map(|(i, to)| self.0.particles.predicted(i).distance(*to));
             let most = most.fold(0.0, f64::max);
-            for (i, twin) in (0..).zip(&twin.x) {
+            for (i, reference) in (0..).zip(&reference.x) {
                 // A place is known to 6e-8 m, an element of 0.3 m to a few times that over its
                 // size, and a particle has a dozen elements that all pass on what they got.
-                let off = fast.particles.predicted(i).distance(*twin);
+                let off = fast.particles.predicted(i).distance(*reference);
                 assert!(
                     off < 1e-5 + 1e-4 * most,
                     "{} after {} sweeps: off by {off} m of {most} m",
@@ -145,7 +146,7 @@ impl Visit for Lanes<'_> {
 }
 
 #[test]
-fn eight_lanes_do_what_the_twin_does() {
+fn eight_lanes_do_what_the_reference_does() {
     let mut random = Random::new(4);
     for tau in [0.0, 0.02] {
         for _ in 0..3 {

@@ -30,13 +30,13 @@ mod reference_support;
 #[cfg(feature = "window")]
 mod sandbox_accuracy;
 #[cfg(feature = "window")]
-mod sandbox_frozen;
-#[cfg(feature = "window")]
 mod sandbox_gallery;
 #[cfg(feature = "window")]
-mod sandbox_ghost;
-#[cfg(feature = "window")]
 mod sandbox_panel;
+#[cfg(feature = "window")]
+mod sandbox_quarantine;
+#[cfg(feature = "window")]
+mod sandbox_reference_overlay;
 #[cfg(feature = "window")]
 mod sandbox_solver_view;
 #[cfg(feature = "window")]

@@ -238,7 +238,7 @@ fn a_topology_made_of_its_own_rest_shape_is_the_same() {
         acceptance: (seconds: 1))"#;
     let large: Scene = large.parse().expect("a scene");
     let scenes = SCENES.iter().map(|scene| built(scene.name));
-    let (mut renumbered, mut loose, mut bands) = (0, 0, 0);
+    let (mut renumbered, mut loose, mut partitions) = (0, 0, 0);
     for built in scenes.chain([large.build().expect("it builds")]) {
         for body in &built.world.bodies {
             let topology = &*body.topology;
@@ -248,10 +248,13 @@ fn a_topology_made_of_its_own_rest_shape_is_the_same() {
             assert!(again == *topology, "{}", body.name);
             renumbered += usize::from(!topology.numbering.vertices().is_empty());
             loose += usize::from(topology.tetrahedra.elements.loose().is_some());
-            bands = bands.max(topology.bands.count());
+            partitions = partitions.max(topology.partitions.count());
         }
     }
-    assert!(renumbered > 0 && bands > 1, "{renumbered} {bands} {loose}");
+    assert!(
+        renumbered > 0 && partitions > 1,
+        "{renumbered} {partitions} {loose}"
+    );
 }
 
 /// Many constraints on one particle: what no colour takes is solved one at a time, and stays so.

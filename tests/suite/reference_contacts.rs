@@ -1,4 +1,4 @@
-//! Contacts against the twin, on random particles: one substep of one sweep of each.
+//! Contacts against the reference, on random particles: one substep of one sweep of each.
 
 use crate::{
     reference_support::{EPSILON, assert_near, random_body, settings, step},
@@ -16,7 +16,7 @@ fn surface(friction: f32, restitution: f32) -> (Friction, Restitution) {
 }
 
 #[test]
-fn both_grounds_equal_the_twin() {
+fn both_grounds_equal_the_reference() {
     for (mu, e, rate) in [(0.5, 0.0, 60.0), (0.3, 0.7, 600.0), (0.0, 1.0, 6000.0)] {
         let (friction, restitution) = surface(mu, e);
         let mut body = random_body::<1>(1000, 4);
@@ -40,7 +40,7 @@ fn both_grounds_equal_the_twin() {
 }
 
 #[test]
-fn colliders_equal_the_twin() {
+fn colliders_equal_the_reference() {
     let shapes = [
         ColliderShape::Sphere { radius: 0.7 },
         ColliderShape::Box {

@@ -1,4 +1,4 @@
-//! Every fast kernel against the twin, on random elements: one substep of one sweep of each.
+//! Every fast kernel against the reference, on random elements: one substep of one sweep of each.
 //!
 //! The worlds hold many elements that share no particle, with random masses, places and speeds,
 //! some pinned, and some degenerate. A single operation in f32 is off by ε = 2⁻²⁴ of its result;
@@ -12,7 +12,7 @@ use glam::Vec3;
 use pliant::solver::{Damping, Grab, SurfacePoint, deform::Random, reference};
 
 #[test]
-fn presolve_and_postsolve_equal_the_twin() {
+fn presolve_and_postsolve_equal_the_reference() {
     for rate in [60.0, 6000.0] {
         let state = step(world(settings(rate), random_body::<1>(1000, 1)));
         for i in 0..state.len() {
@@ -23,7 +23,7 @@ fn presolve_and_postsolve_equal_the_twin() {
 }
 
 #[test]
-fn stretch_equals_the_twin() {
+fn stretch_equals_the_reference() {
     for (compliance, tau, rate) in [(0.0, 0.0, 600.0), (1e-4, 0.0, 60.0), (1e-6, 0.01, 6000.0)] {
         let mut body = random_body::<2>(1000, 2);
         body.effects.stretch = stretch(compliance);
@@ -73,7 +73,7 @@ fn stretch_equals_the_twin() {
 }
 
 #[test]
-fn volume_equals_the_twin() {
+fn volume_equals_the_reference() {
     for (compliance, tau, rate) in [(0.0, 0.0, 600.0), (1e-6, 0.0, 60.0), (1e-9, 0.01, 6000.0)] {
         let mut body = random_body::<4>(500, 3);
         body.effects.volume = volume(compliance);
@@ -120,7 +120,7 @@ fn volume_equals_the_twin() {
 }
 
 #[test]
-fn grab_equals_the_twin() {
+fn grab_equals_the_reference() {
     for seed in 0..200 {
         let mut random = Random::new(seed);
         let mut body = random_body::<1>(12, seed);
@@ -140,20 +140,20 @@ fn grab_equals_the_twin() {
 }
 
 #[test]
-fn many_substeps_of_everything_stay_near_the_twin() {
+fn many_substeps_of_everything_stay_near_the_reference() {
     let mut body = support::body("cube", support::cube(0.5, 2), 1000.0);
     body.effects = support::elastic_on_ground();
     body.effects.stretch = stretch(1e-6);
     body.translate(Vec3::new(0.0, 0.5, 0.0));
     body.set_velocity(Vec3::new(0.5, 0.0, 0.1));
     let mut world = world(support::settings(9.81, 60.0, 5, 2), body);
-    let mut twin = reference::World::of(&world);
+    let mut reference = reference::World::of(&world);
     for _ in 0..60 {
         world.tick();
-        twin.tick();
+        reference.tick();
     }
     // Contact makes neighbouring states part; a millimetre in a second of a bounce of half a metre.
-    for (i, expected) in twin.bodies[0].x.iter().enumerate() {
+    for (i, expected) in reference.bodies[0].x.iter().enumerate() {
         let x = world.bodies[0].particles.position(i);
         let error = x.distance(*expected);
         assert!(error < 1e-3, "{x} instead of {expected}");

@@ -1,4 +1,4 @@
-//! Random bodies, and a step of the fast solver beside one of the twin.
+//! Random bodies, and a step of the fast solver beside one of the reference.
 
 use crate::support::random_vector;
 use glam::{DVec3, Vec3};
@@ -47,18 +47,18 @@ pub fn random_body<const N: usize>(count: u32, seed: u32) -> Body {
     body
 }
 
-/// The state after a substep, of the fast solver and of the twin: (x, x̂), (v, v̂).
+/// The state after a substep, of the fast solver and of the reference: (x, x̂), (v, v̂).
 pub fn step(mut world: World) -> Vec<[(DVec3, DVec3); 2]> {
-    let mut twin = reference::World::of(&world);
+    let mut reference = reference::World::of(&world);
     world.tick();
-    twin.tick();
+    reference.tick();
     assert!(world.bodies[0].quarantine.is_none());
-    let (fast, twin) = (&world.bodies[0].particles, &twin.bodies[0]);
+    let (fast, reference) = (&world.bodies[0].particles, &reference.bodies[0]);
     (0..fast.len())
         .map(|i| {
             [
-                (fast.position(i), twin.x[i]),
-                (fast.velocity_f64(i), twin.v[i]),
+                (fast.position(i), reference.x[i]),
+                (fast.velocity_f64(i), reference.v[i]),
             ]
         })
         .collect()

@@ -8,7 +8,7 @@ use bevy_egui::egui::{
 use pliant::{
     sandbox::{
         lab::accuracy::{AccuracyCommand, Card, Dot, Goals, News, Task, Worker, show},
-        ui::{Places, theme},
+        ui::{WidgetRects, theme},
     },
     study::Goal,
 };
@@ -44,7 +44,7 @@ struct Hand {
     card: Card,
     size: Vec2,
     frames: u32,
-    places: Places,
+    places: WidgetRects,
     commands: Vec<AccuracyCommand>,
     pressed: Option<(u32, u32)>,
     words: Vec<String>,
@@ -59,7 +59,7 @@ impl Hand {
             card,
             size,
             frames: 0,
-            places: Places::default(),
+            places: WidgetRects::default(),
             commands: Vec::new(),
             pressed: None,
             words: Vec::new(),

@@ -13,7 +13,7 @@ use pliant::{
         lab::gallery::{
             Card, GalleryCommand, Line, News, On, Subject, Verdict, Worker, save, show,
         },
-        ui::{Places, theme},
+        ui::{WidgetRects, theme},
     },
     solver::{Body, Threads, deform},
     torture::{CASES, Case, Figure, run::given},
@@ -56,13 +56,17 @@ fn card(shown: Option<Verdict>) -> Card {
 
 /// What the card asks for when a widget is pressed, if one is named; where its widgets are, and
 /// what it says.
-fn drawn(card: &Card, size: Vec2, press: Option<&str>) -> (Vec<GalleryCommand>, Places, String) {
+fn drawn(
+    card: &Card,
+    size: Vec2,
+    press: Option<&str>,
+) -> (Vec<GalleryCommand>, WidgetRects, String) {
     let context = Context::default();
     theme::apply(&context);
-    let mut places = Places::default();
+    let mut places = WidgetRects::default();
     let mut commands = Vec::new();
     let mut words = String::new();
-    let mut frame = |events: Vec<Event>, places: &mut Places| {
+    let mut frame = |events: Vec<Event>, places: &mut WidgetRects| {
         let input = RawInput {
             screen_rect: Some(Rect::from_min_size(Pos2::ZERO, size)),
             events,

@@ -7,21 +7,21 @@ use bevy_egui::egui::{
 };
 use pliant::sandbox::{
     input::keys::{BINDINGS, GESTURES},
-    lab::ghost::distance::{Distance, Trail},
+    lab::reference_overlay::distance::{Distance, Trail},
     panel::{
         Panel,
         energy::EnergyTrack,
         history::History,
         model::{
             Addition, BodyEntry, BodyState, ClockModel, DeliveredModel, Distortion, EffectModel,
-            EnergyModel, GhostModel, GrabModel, PanelModel, Parameter, Request, SceneEntry, Scope,
-            StageModel,
+            EnergyModel, GrabModel, PanelModel, Parameter, ReferenceModel, Request, SceneEntry,
+            Scope, StageModel,
         },
         show,
     },
     render::view::SolverView,
     ui::{
-        Places, theme,
+        WidgetRects, theme,
         track::{Spread, Track},
     },
 };
@@ -161,12 +161,12 @@ fn model() -> PanelModel {
         tetrahedra: false,
         materials: pliant::scene::Material::all().iter().collect(),
         answers: ("heavy elastica".to_owned(), true),
-        solver: SolverView::Bands,
+        solver: SolverView::Partitions,
         threads: Some(parameter("threads", "", whole(8.0), 2.0)),
         projections: Some(212e6),
         steps: vec!["presolve", "stretch", "ground", "postsolve"],
         energy: Some(energy()),
-        ghost: None,
+        reference_overlay: None,
     }
 }
 
@@ -194,7 +194,7 @@ struct Hand {
     size: Vec2,
     scale: f32,
     frames: u32,
-    places: Places,
+    places: WidgetRects,
     requests: Vec<Request>,
 }
 
@@ -208,7 +208,7 @@ impl Hand {
             size,
             scale,
             frames: 0,
-            places: Places::default(),
+            places: WidgetRects::default(),
             requests: Vec::new(),
         };
         // What egui knows of a widget's place is from the frame before.
@@ -422,12 +422,12 @@ fn every_button_asks_for_what_stands_on_it() {
         ("wireframe", Request::Wireframe(true)),
         ("tetrahedra", Request::Tetrahedra(true)),
         ("solver.off", Request::SolverView(SolverView::Off)),
-        ("solver.bands", Request::SolverView(SolverView::Bands)),
+        ("solver.bands", Request::SolverView(SolverView::Partitions)),
         ("solver.colours", Request::SolverView(SolverView::Colours)),
         ("solver.lanes", Request::SolverView(SolverView::Lanes)),
         ("energy.keep", Request::Ledger(false)),
         ("energy.anew", Request::Ledger(true)),
-        ("ghost", Request::Ghost),
+        ("reference_overlay", Request::ReferenceOverlay),
         ("frame", Request::FrameAll),
         ("screenshot", Request::Screenshot),
         ("help", Request::Help),
@@ -457,7 +457,7 @@ fn every_button_asks_for_what_stands_on_it() {
 }
 
 #[test]
-fn the_ghost_has_a_section_while_there_is_one() {
+fn the_reference_overlay_has_a_section_while_there_is_one() {
     let mut trail = Trail::default();
     (0..50).for_each(|_| {
         trail.push(Distance {
@@ -467,21 +467,21 @@ fn the_ghost_has_a_section_while_there_is_one() {
             largest_share: 0.008,
         });
     });
-    assert!(one_hand().places.get("ghost.plot").is_none());
-    let ghost = GhostModel {
+    assert!(one_hand().places.get("reference_overlay.plot").is_none());
+    let reference_overlay = ReferenceModel {
         trail,
         bodies: (1, 1),
         substeps: Some(80),
         of: 10,
         tick: 1.0 / 60.0,
         holds: true,
-        ..GhostModel::default()
+        ..ReferenceModel::default()
     };
-    let with_ghost = PanelModel {
-        ghost: Some(ghost),
+    let with_reference_overlay = PanelModel {
+        reference_overlay: Some(reference_overlay),
         ..model()
     };
-    let mut hand = Hand::new(with_ghost, SIZES[0]);
+    let mut hand = Hand::new(with_reference_overlay, SIZES[0]);
     let mut texts = Vec::new();
     collect_texts(&hand.draw(Vec::new()), &mut texts);
     for words in ["1.25 mm  ·  0.25 %", "4 mm  ·  0.8 %", "peak 4 mm"] {
@@ -490,8 +490,11 @@ fn the_ghost_has_a_section_while_there_is_one() {
     for words in ["80 substeps of 208 µs", "waiting for the reference"] {
         assert!(texts.iter().any(|text| text.contains(words)), "{texts:?}");
     }
-    assert!(hand.place("ghost.plot").width() > 200.0);
-    assert_eq!(hand.press_widget("ghost.again"), [Request::GhostAgain]);
+    assert!(hand.place("reference_overlay.plot").width() > 200.0);
+    assert_eq!(
+        hand.press_widget("reference_overlay.again"),
+        [Request::ReferenceAgain]
+    );
 }
 
 #[test]

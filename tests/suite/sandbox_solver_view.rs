@@ -12,7 +12,7 @@ use pliant::{
         },
         view::SolverView,
     },
-    solver::{RestShape, Topology, coloring::MOST_COLOURS, lanes::WIDTH, order::Elements},
+    solver::{RestShape, Topology, coloring::MAX_COLOURS, lanes::WIDTH, order::Elements},
 };
 use std::collections::BTreeMap;
 
@@ -47,7 +47,7 @@ fn block() -> Topology {
 
 /// One particle in the middle of more edges than there are colours.
 fn star() -> Topology {
-    let rays = MOST_COLOURS as u32 + 10;
+    let rays = MAX_COLOURS as u32 + 10;
     let at = |i: u32| Vec3::new((i % 12) as f32, (i / 12) as f32, 0.0);
     Topology::new(RestShape {
         vertices: (0..=rays).map(at).collect(),
@@ -64,19 +64,26 @@ fn check<const N: usize>(topology: &Topology, elements: &Elements<N>) {
     let mut blocks: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
     let mut touched = BTreeMap::new();
     for (index, (place, corners)) in places.iter().zip(elements.corners()).enumerate() {
-        let Some(Turn { band, colour }) = place.turn else {
+        let Some(Turn { partition, colour }) = place.turn else {
             continue;
         };
-        assert_eq!(topology.bands.band_of(&corners), Some(band));
-        blocks.entry((band, colour)).or_default().push(place.lane);
+        assert_eq!(topology.partitions.partition_of(&corners), Some(partition));
+        blocks
+            .entry((partition, colour))
+            .or_default()
+            .push(place.lane);
         for corner in corners {
-            let other = touched.insert((band, colour, corner), index);
+            let other = touched.insert((partition, colour, corner), index);
             assert_eq!(other, None, "constraint {index} shares particle {corner}");
         }
     }
-    for ((band, colour), lanes) in blocks {
+    for ((partition, colour), lanes) in blocks {
         for (index, lane) in lanes.into_iter().enumerate() {
-            assert_eq!(lane, index % WIDTH, "in colour {colour} of band {band}");
+            assert_eq!(
+                lane,
+                index % WIDTH,
+                "in colour {colour} of partition {partition}"
+            );
         }
     }
 }
@@ -84,7 +91,7 @@ fn check<const N: usize>(topology: &Topology, elements: &Elements<N>) {
 #[test]
 fn a_place_says_what_is_solved_together() {
     let (cloth, block) = (cloth(), block());
-    assert!(cloth.bands.count() > 1, "it is large enough to be cut");
+    assert!(cloth.partitions.count() > 1, "it is large enough to be cut");
     check(&cloth, &cloth.edges.elements);
     check(&block, &block.edges.elements);
     check(&block, &block.tetrahedra.elements);
@@ -97,7 +104,7 @@ fn what_no_colour_takes_has_no_turn_and_is_white() {
     let loose: Vec<&Place> = places.iter().filter(|place| place.turn.is_none()).collect();
     assert_eq!(loose.len(), 10);
     for place in loose {
-        for view in [SolverView::Bands, SolverView::Colours] {
+        for view in [SolverView::Partitions, SolverView::Colours] {
             assert_eq!(place.tint(view, 3), Vec3::ONE);
         }
     }
@@ -114,15 +121,19 @@ fn difference(a: Vec3, b: Vec3) -> f32 {
 
 #[test]
 fn neighbours_are_told_apart() {
-    let place = |band, colour, lane| Place {
-        turn: Some(Turn { band, colour }),
+    let place = |partition, colour, lane| Place {
+        turn: Some(Turn { partition, colour }),
         lane,
     };
     for n in 0..200 {
         // A band touches the next one; a constraint's neighbours have the colours near its own.
         for other in n + 1..n + 4 {
-            let bands = [n, other].map(|band| place(band, 0, 0).tint(SolverView::Bands, 0));
-            assert!(difference(bands[0], bands[1]) > 0.1, "bands {n}, {other}");
+            let partitions =
+                [n, other].map(|partition| place(partition, 0, 0).tint(SolverView::Partitions, 0));
+            assert!(
+                difference(partitions[0], partitions[1]) > 0.1,
+                "bands {n}, {other}"
+            );
             let colours = [n, other].map(|colour| place(0, colour, 0).tint(SolverView::Colours, 0));
             assert!(
                 difference(colours[0], colours[1]) > 0.1,
@@ -142,17 +153,17 @@ fn neighbours_are_told_apart() {
 }
 
 #[test]
-fn each_view_shows_its_own_and_bands_are_counted_on_from_body_to_body() {
-    let place = |band, colour, lane| Place {
-        turn: Some(Turn { band, colour }),
+fn each_view_shows_its_own_and_partitions_are_counted_on_from_body_to_body() {
+    let place = |partition, colour, lane| Place {
+        turn: Some(Turn { partition, colour }),
         lane,
     };
     let same = |view, a: Place, b: Place| assert_eq!(a.tint(view, 0), b.tint(view, 0));
-    same(SolverView::Bands, place(2, 0, 0), place(2, 5, 7));
+    same(SolverView::Partitions, place(2, 0, 0), place(2, 5, 7));
     same(SolverView::Colours, place(0, 4, 0), place(9, 4, 7));
     same(SolverView::Lanes, place(0, 0, 6), place(9, 4, 6));
-    let second = place(0, 0, 0).tint(SolverView::Bands, 2);
-    assert_eq!(second, place(2, 0, 0).tint(SolverView::Bands, 0));
+    let second = place(0, 0, 0).tint(SolverView::Partitions, 2);
+    assert_eq!(second, place(2, 0, 0).tint(SolverView::Partitions, 0));
     assert_eq!(
         place(0, 3, 0).tint(SolverView::Colours, 2),
         place(0, 3, 0).tint(SolverView::Colours, 0)
@@ -163,7 +174,7 @@ fn each_view_shows_its_own_and_bands_are_counted_on_from_body_to_body() {
 fn the_summary_counts_what_is_solved() {
     let tetrahedron = Topology::new(support::tetrahedron()).expect("sound");
     let all = Summary::of(&tetrahedron, BOTH);
-    assert_eq!((all.bodies, all.bands, all.loose), (1, 1, 0));
+    assert_eq!((all.bodies, all.partitions, all.loose), (1, 1, 0));
     // Six edges, of which each shares no particle with one other: three colours of two.
     assert_eq!((all.edges.constraints, all.edges.colours), (6, 3));
     assert_eq!(all.edges.share(), Some(6.0 / 24.0));
@@ -171,7 +182,7 @@ fn the_summary_counts_what_is_solved() {
     let edges = Summary::of(&tetrahedron, EDGES);
     assert_eq!(edges.tetrahedra.share(), None, "volume is off");
     let both = all.and(edges);
-    assert_eq!((both.bodies, both.bands), (2, 2));
+    assert_eq!((both.bodies, both.partitions), (2, 2));
     assert_eq!(both.edges.constraints, 12);
     assert_eq!(both.tetrahedra, all.tetrahedra);
 }
@@ -187,7 +198,7 @@ fn the_sentence_says_how_many_and_how_full() {
         }
         assert!(!text.contains("white"), "nothing is loose: {text}");
     };
-    says(SolverView::Bands, &["1 partition in 1 body"]);
+    says(SolverView::Partitions, &["1 partition in 1 body"]);
     says(SolverView::Colours, &["edges 3, tetrahedra 1."]);
     says(SolverView::Lanes, &["edges 25 %, tetrahedra 12 %."]);
     let star = Summary::of(&star(), EDGES);

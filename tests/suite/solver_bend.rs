@@ -1,4 +1,4 @@
-//! Hinges: their angles and gradients, against the twin and against differences.
+//! Hinges: their angles and gradients, against the reference and against differences.
 
 use crate::support::{body, random_vector, sweep};
 use glam::{DVec3, Vec3};
@@ -33,15 +33,15 @@ fn rigidity(stiffness: f32) -> Bend {
     }
 }
 
-/// A substep of 1/100 s by the fast kernel and by the twin: places of all particles.
+/// A substep of 1/100 s by the fast kernel and by the reference: places of all particles.
 fn projected(body: &mut Body, bend: Bend) -> (Vec<DVec3>, Vec<DVec3>) {
     body.effects.bend = Some(bend);
-    let mut twin = reference::Body::of(body);
-    twin.solve(&bend, 0.01, true);
+    let mut reference = reference::Body::of(body);
+    reference.solve(&bend, 0.01, true);
     let mut fast = body.clone();
     sweep(&mut fast, &bend, 0.01, Multipliers::Unused);
     let places = (0..fast.particles.len()).map(|i| fast.particles.predicted(i));
-    (places.collect(), twin.x)
+    (places.collect(), reference.x)
 }
 
 #[test]
@@ -86,15 +86,15 @@ fn a_hinge_moves_along_the_central_differences_of_its_angle() {
             .map(|&i| f64::from(body.particles.positions[i].w));
         let weight: f64 = w.zip(gradients).map(|(w, g)| w * g.length_squared()).sum();
         let change = -(angle(x) - rest) / weight;
-        let (fast, twin) = projected(&mut body, rigidity(f32::INFINITY));
+        let (fast, reference) = projected(&mut body, rigidity(f32::INFINITY));
         for (corner, &i) in order.iter().enumerate() {
             let start = body.particles.positions[i];
             let expected = gradients[corner] * (change * f64::from(start.w));
             let start = start.truncate().as_dvec3();
             // The square of the step over heights of some 0.3 m, times the third derivative of an
             // angle, which is of the order of one over the height's cube.
-            let off = (twin[i] - start).distance(expected);
-            assert!(off < 1e-6, "twin: off by {off}");
+            let off = (reference[i] - start).distance(expected);
+            assert!(off < 1e-6, "reference: off by {off}");
             // Places near 1 m are known to 6e-8 m, angles to that over 0.3 m, through sums of a
             // dozen terms.
             let off = (fast[i] - start).distance(expected);
@@ -102,7 +102,9 @@ fn a_hinge_moves_along_the_central_differences_of_its_angle() {
         }
         let moved: DVec3 = order
             .iter()
-            .map(|&i| (twin[i] - corners_of(&body, i)) / f64::from(body.particles.positions[i].w))
+            .map(|&i| {
+                (reference[i] - corners_of(&body, i)) / f64::from(body.particles.positions[i].w)
+            })
             .sum();
         assert!(moved.length() < 1e-12, "Σ∇ = 0, not {moved}");
     }
@@ -113,9 +115,9 @@ fn corners_of(body: &Body, i: usize) -> DVec3 {
 }
 
 /// A closed, an opened, a flat, a fully folded hinge, of every scale, stretched, squashed to a line
-/// and to a point: the fast kernel does what the twin does, and nothing is thrown away.
+/// and to a point: the fast kernel does what the reference does, and nothing is thrown away.
 #[test]
-fn hinges_equal_the_twin_and_stay_finite_when_they_collapse() {
+fn hinges_equal_the_reference_and_stay_finite_when_they_collapse() {
     for size in [1e-3, 1.0, 1e3] {
         for (rest, fold) in [
             (0.0, FRAC_PI_2),
@@ -130,10 +132,10 @@ fn hinges_equal_the_twin_and_stay_finite_when_they_collapse() {
                 *x = to.extend(x.w);
             }
             body.particles.settle();
-            let (fast, twin) = projected(&mut body, rigidity(1.0));
-            for (fast, twin) in fast.iter().zip(twin) {
+            let (fast, reference) = projected(&mut body, rigidity(1.0));
+            for (fast, reference) in fast.iter().zip(reference) {
                 // As above, over the size; at ±π the last bit decides on which side it is.
-                let off = fast.distance(twin) / size;
+                let off = fast.distance(reference) / size;
                 assert!(
                     off < 2e-5 || fold == PI,
                     "{size} {rest} {fold}: off by {off}"
@@ -149,9 +151,9 @@ fn hinges_equal_the_twin_and_stay_finite_when_they_collapse() {
                 for x in &mut flat.particles.positions {
                     *x = (x.truncate() * squash).extend(x.w);
                 }
-                let (fast, twin) = projected(&mut flat, rigidity(f32::INFINITY));
-                for (fast, twin) in fast.iter().zip(twin) {
-                    assert!(fast.is_finite() && twin.is_finite());
+                let (fast, reference) = projected(&mut flat, rigidity(f32::INFINITY));
+                for (fast, reference) in fast.iter().zip(reference) {
+                    assert!(fast.is_finite() && reference.is_finite());
                     assert!(fast.length() < 10.0 * size, "{fast}");
                 }
             }

@@ -66,16 +66,16 @@ fn a_mass_on_a_spring_swings_with_the_period_of_the_discrete_method() {
             tolerance,
             &format!("period at ωh = {omega_h}"),
         );
-        let mut twin = reference::World::of(&oscillator(h));
+        let mut reference = reference::World::of(&oscillator(h));
         let measured = period(h, || {
-            twin.tick();
-            -twin.bodies[0].x[1].y
+            reference.tick();
+            -reference.bodies[0].x[1].y
         });
         assert_relative(
             measured,
             expected,
             tolerance,
-            &format!("twin's period at ωh = {omega_h}"),
+            &format!("reference's period at ωh = {omega_h}"),
         );
     }
 }
@@ -93,12 +93,12 @@ fn the_period_tends_to_that_of_the_continuous_spring() {
     });
     assert_relative(measured, TAU / omega(), 2e-4, "period");
     let h = 1e-3 / omega();
-    let mut twin = reference::World::of(&oscillator(h));
+    let mut reference = reference::World::of(&oscillator(h));
     let measured = period(h, || {
-        twin.tick();
-        -twin.bodies[0].x[1].y
+        reference.tick();
+        -reference.bodies[0].x[1].y
     });
-    assert_relative(measured, TAU / omega(), 1e-6, "the twin's period");
+    assert_relative(measured, TAU / omega(), 1e-6, "the reference's period");
 }
 
 #[test]
@@ -106,7 +106,7 @@ fn a_spring_loses_energy_as_the_discrete_method_does() {
     for omega_h in [0.5, 0.1, 0.02] {
         let h = omega_h / omega();
         let mut fast = oscillator(h);
-        let mut twin = reference::World::of(&fast);
+        let mut reference = reference::World::of(&fast);
         let effect: Stretch = stretch(COMPLIANCE as f32).expect("given");
         let energy = |world: &World| {
             let body = &world.bodies[0];
@@ -117,7 +117,7 @@ fn a_spring_loses_energy_as_the_discrete_method_does() {
         let n = 40;
         for _ in 0..n {
             fast.tick();
-            twin.tick();
+            reference.tick();
         }
         let expected = start * (1.0 + omega_h * omega_h).powi(-n);
         // E ~ x² and x̂ ~ 0.06 (1 + (ωh)²)^(−n/2) m; x is known to 2⁻²⁵ m and v to 2⁻²⁴ m / h, in
@@ -125,12 +125,12 @@ fn a_spring_loses_energy_as_the_discrete_method_does() {
         let amplitude = AMPLITUDE * (1.0 + omega_h * omega_h).powf(-0.5 * f64::from(n));
         let rounding = 2.0_f64.powi(-24) / omega_h * f64::from(n).sqrt() / amplitude;
         assert_relative(energy(&fast), expected, 1e-6 + 2.0 * rounding, "energy");
-        let twin = &twin.bodies[0];
-        let stretched = twin.x[1].length() - REST;
+        let reference = &reference.bodies[0];
+        let stretched = reference.x[1].length() - REST;
         let held = 0.5 * stretched * stretched / f64::from(COMPLIANCE as f32);
-        let moved = 0.5 * MASS * twin.v[1].length_squared();
+        let moved = 0.5 * MASS * reference.v[1].length_squared();
         // h itself is 1/rate, rounded in f64.
-        assert_relative(held + moved, expected, 1e-9, "the twin's energy");
+        assert_relative(held + moved, expected, 1e-9, "the reference's energy");
     }
 }
 

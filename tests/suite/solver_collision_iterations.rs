@@ -131,7 +131,7 @@ fn passes_in_the_schedules_equal_those_of_the_plan() {
 }
 
 #[test]
-fn passes_equal_those_of_the_twin() {
+fn passes_equal_those_of_the_reference() {
     for count in [1, 3, 9] {
         let mut body = random_body::<1>(1000, 4);
         body.effects.collide = Some(Collide::default());

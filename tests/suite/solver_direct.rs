@@ -62,29 +62,29 @@ fn held(cells: u32) -> Body {
     pinned(body, &pins)
 }
 
-/// Root mean square distance between a body and its twin, over the size of the body.
-fn apart(body: &Body, twin: &reference::Body) -> f64 {
-    let both = twin.x.iter().enumerate();
+/// Root mean square distance between a body and its reference, over the size of the body.
+fn apart(body: &Body, reference: &reference::Body) -> f64 {
+    let both = reference.x.iter().enumerate();
     let sum: f64 = both
         .map(|(i, x)| body.particles.position(i).distance_squared(*x))
         .sum();
-    (sum / twin.x.len() as f64).sqrt() / f64::from(body.topology.size)
+    (sum / reference.x.len() as f64).sqrt() / f64::from(body.topology.size)
 }
 
-/// How far a world is from its twin with so many sweeps, at most over `ticks` ticks.
+/// How far a world is from its reference with so many sweeps, at most over `ticks` ticks.
 fn error(world: &World, sweeps: u32, ticks: u32) -> f64 {
-    let mut twin = reference::World::of(world);
-    twin.settings.iterations = settings(G, 60.0, 1, sweeps).iterations;
+    let mut reference = reference::World::of(world);
+    reference.settings.iterations = settings(G, 60.0, 1, sweeps).iterations;
     let mut fast = world.clone();
     (0..ticks).fold(0.0, |most: f64, _| {
         fast.tick();
-        twin.tick();
-        most.max(apart(&fast.bodies[0], &twin.bodies[0]))
+        reference.tick();
+        most.max(apart(&fast.bodies[0], &reference.bodies[0]))
     })
 }
 
 #[test]
-fn one_substep_equals_the_converged_twin() {
+fn one_substep_equals_the_converged_reference() {
     // From a start that is a little off, one substep. What Newton leaves after a step is of second
     // order in the turn of an element, here about 1e-3; positions near 0.4 m are rounded by 3e-8 m.
     let rope = pinned(body("rope", chain(20, 0.05), 0.1), &[0]);
@@ -191,7 +191,7 @@ fn cloth() -> Body {
 }
 
 #[test]
-fn every_effect_that_is_solved_gives_what_the_converged_twin_gives() {
+fn every_effect_that_is_solved_gives_what_the_converged_reference_gives() {
     // Eight Newton steps a substep leave rounding. Of four substeps of positions up to 0.3 m each is
     // rounded by 1.5e-8 m, and begins the next with a velocity that is off by as much over h: 1.5e-8 m
     // times 1 + 2 + 3 + 4, of a body of 0.57 m.

@@ -1,4 +1,4 @@
-//! Forces from outside, against closed forms, in the fast solver and in the twin.
+//! Forces from outside, against closed forms, in the fast solver and in the reference.
 
 use crate::support::{self, assert_relative, body, body_of_masses, chain, settings, with, world};
 use glam::{DVec3, Vec3};
@@ -25,17 +25,17 @@ fn free(effects: impl Into<Effects>, speed: Vec3) -> World {
     world(settings(0.0, 60.0, 10, 1), body)
 }
 
-/// Place and velocity of the first particle after some ticks, of the fast solver and of the twin.
+/// Place and velocity of the first particle after some ticks, of the fast solver and of the reference.
 fn after(mut world: World, ticks: u32) -> [(DVec3, DVec3); 2] {
-    let mut twin = reference::World::of(&world);
+    let mut reference = reference::World::of(&world);
     for _ in 0..ticks {
         world.tick();
-        twin.tick();
+        reference.tick();
     }
     let particles = &world.bodies[0].particles;
     [
         (particles.position(0), particles.velocity_f64(0)),
-        (twin.bodies[0].x[0], twin.bodies[0].v[0]),
+        (reference.bodies[0].x[0], reference.bodies[0].v[0]),
     ]
 }
 
@@ -102,12 +102,12 @@ fn a_point_pulls_as_plummer_says_and_a_particle_circles_it() {
     let speed = (10.0 / 1.09_f64.powf(1.5)).sqrt();
     let mut world = free(point, Vec3::Z * speed as f32);
     world.bodies[0].translate(Vec3::X);
-    let mut twin = reference::World::of(&world);
+    let mut reference = reference::World::of(&world);
     for _ in 0..300 {
         world.tick();
-        twin.tick();
+        reference.tick();
         let fast = world.bodies[0].particles.position(0);
-        for place in [fast, twin.bodies[0].x[0]] {
+        for place in [fast, reference.bodies[0].x[0]] {
             // Symplectic Euler goes on an ellipse off by hv/2 = 2.5e-3 m at most each way.
             assert!((place.length() - 1.0).abs() < 6e-3, "{place}");
         }
@@ -161,10 +161,10 @@ fn a_level_sheet_falls_at_the_speed_at_which_drag_bears_its_weight() {
         ..Wind::default()
     };
     let mut world = sail(still, 9.81);
-    let mut twin = reference::World::of(&world);
+    let mut reference = reference::World::of(&world);
     for _ in 0..60 {
         world.tick();
-        twin.tick();
+        reference.tick();
     }
     // ½ρC_D A v² = mg. Corners of one triangle and of two bear the same share of their mass, so that
     // the sheet stays level. After a second it is reached to 1 − tanh(g/v_t) = 1e-3.
@@ -173,7 +173,7 @@ fn a_level_sheet_falls_at_the_speed_at_which_drag_bears_its_weight() {
     let momentum = pliant::solver::measure::momentum(particles).y / 0.5;
     assert_relative(-momentum, expected, 0.01, "terminal speed");
     let fast = particles.velocity_f64(4).y;
-    assert_relative(fast, twin.bodies[0].v[4].y, 1e-3, "as the twin");
+    assert_relative(fast, reference.bodies[0].v[4].y, 1e-3, "as the reference");
 }
 
 #[test]
@@ -246,7 +246,7 @@ fn forces_are_in_the_books_of_the_ledger() {
     for _ in 0..30 {
         let settings = world.settings;
         let body = &mut world.bodies[0];
-        let means = pliant::solver::advance::Means {
+        let context = pliant::solver::advance::StepContext {
             settings: &settings,
             time: 0.0,
             swept: &swept,
@@ -256,7 +256,7 @@ fn forces_are_in_the_books_of_the_ledger() {
         };
         body.begin_tick();
         let substeps = 0..settings.substeps.get();
-        books += ledger::advance(&mut body.stepper(), substeps, &means).expect("finite");
+        books += ledger::advance(&mut body.stepper(), substeps, &context).expect("finite");
     }
     let change = energy(&world.bodies[0]) - start;
     assert!(books.forces.abs() > 0.1, "they worked: {} J", books.forces);

@@ -36,17 +36,17 @@ fn edges_push_along_the_central_differences_of_their_length() {
     for _ in 0..1000 {
         let (mut body, ends) = random_edge(&mut random);
         let expected = expected_pushes(ends);
-        let mut twin = reference::Body::of(&body);
-        twin.solve(&Stretch::default(), 0.01, true);
+        let mut reference = reference::Body::of(&body);
+        reference.solve(&Stretch::default(), 0.01, true);
         sweep(&mut body, &Stretch::default(), 0.01, Multipliers::Unused);
         let mut pushes = [Vec3::ZERO; 2];
         for i in 0..2 {
             let w = f64::from(body.particles.positions[i].w);
-            let moved = (twin.x[i] - ends[i]) / w;
+            let moved = (reference.x[i] - ends[i]) / w;
             // Central differences are exact to the square of 1e-5 m over the length.
             assert!(
                 moved.distance(expected[i]) < 1e-6,
-                "twin: {moved}, not {}",
+                "reference: {moved}, not {}",
                 expected[i]
             );
             let moved = (body.particles.predicted(i) - ends[i]) / w;

@@ -57,13 +57,18 @@ fn a_particle_sticks_on_a_slope_no_steeper_than_friction_allows() {
 fn a_particle_slides_on_a_steeper_slope_with_what_friction_leaves_of_gravity() {
     for (tangent, friction) in [(0.1, 0.0), (0.51, 0.5), (0.8, 0.5), (2.0, 1.0)] {
         let (mut world, sin, cos) = on_slope(tangent, friction);
-        let mut twin = reference::World::of(&world);
+        let mut reference = reference::World::of(&world);
         support::run(&mut world, 0.2);
-        (0..12).for_each(|_| twin.tick());
+        (0..12).for_each(|_| reference.tick());
         let acceleration = G * (sin - f64::from(friction) * cos);
         let expected = acceleration * H * H * 120.0 * 121.0 / 2.0;
         // Gravity and µ are f32, and their difference is at least a hundredth of them.
-        assert_relative(twin.bodies[0].x[0].x, expected, 1e-5, "the twin's way");
+        assert_relative(
+            reference.bodies[0].x[0].x,
+            expected,
+            1e-5,
+            "the reference's way",
+        );
         // Along the way every step is rounded by at most half an ulp of 0.25 m, 1.5e-8 m, and the
         // velocity carries that on: n²/2 of them in a walk that may lean to one side.
         let error = (f64::from(position(&world, 0).x) - expected).abs();
@@ -121,14 +126,14 @@ fn a_bounce_reaches_the_square_of_restitution_of_the_height_before_it() {
         let mut world = on_ground(ground(0.5, e));
         world.settings = settings(G, rate, 1, 1);
         world.bodies[0].translate(Vec3::Y);
-        let mut twin = reference::World::of(&world);
+        let mut reference = reference::World::of(&world);
         let fast = tops(h, || {
             world.tick();
             f64::from(position(&world, 0).y)
         });
         let exact = tops(h, || {
-            twin.tick();
-            twin.bodies[0].x[0].y
+            reference.tick();
+            reference.bodies[0].x[0].y
         });
         // First order in h: falling and rising by symplectic Euler are off by gh/v each, and
         // where within a substep the ground was met by 2gh/v.
@@ -147,7 +152,7 @@ fn a_bounce_reaches_the_square_of_restitution_of_the_height_before_it() {
                 pair[1],
                 expected,
                 late(expected),
-                &format!("the twin's top {k}"),
+                &format!("the reference's top {k}"),
             );
         }
         if rate > 5000.0 {

@@ -1,4 +1,4 @@
-//! Membranes and weaves: their strains and gradients, against the twin, against differences and
+//! Membranes and weaves: their strains and gradients, against the reference, against differences and
 //! against the material that was asked for.
 
 use crate::support::{
@@ -134,9 +134,9 @@ fn strains_of_a_triangle_have_their_central_differences_for_gradients() {
     gradients_are_differences(&weave([1e-3, 2e-3, 3e-3]));
 }
 
-/// How far the fast kernel is from the twin after a sweep over a triangle that is strained, mirrored
+/// How far the fast kernel is from the reference after a sweep over a triangle that is strained, mirrored
 /// or collapsed, over its size.
-fn off_the_twin<E: Elastic<3, 3> + Into<Effects>>(
+fn off_the_reference<E: Elastic<3, 3> + Into<Effects>>(
     effect: &E,
     size: f64,
     change: impl Fn(DVec3) -> DVec3,
@@ -148,20 +148,20 @@ fn off_the_twin<E: Elastic<3, 3> + Into<Effects>>(
             * Vec3::splat(size as f32).extend(1.0);
     }
     body.particles.settle();
-    let mut twin = reference::Body::of(&body);
-    twin.solve(effect, 0.01, true);
+    let mut reference = reference::Body::of(&body);
+    reference.solve(effect, 0.01, true);
     sweep(&mut body, effect, 0.01, Multipliers::Unused);
-    let both = places(&body).into_iter().zip(&twin.x);
-    both.map(|(fast, twin)| {
-        assert!(fast.is_finite() && twin.is_finite());
+    let both = places(&body).into_iter().zip(&reference.x);
+    both.map(|(fast, reference)| {
+        assert!(fast.is_finite() && reference.is_finite());
         assert!(fast.length() < 10.0 * size, "thrown to {fast}");
-        fast.distance(*twin) / size
+        fast.distance(*reference) / size
     })
     .fold(0.0, f64::max)
 }
 
 #[test]
-fn triangles_equal_the_twin_and_stay_finite_when_they_collapse() {
+fn triangles_equal_the_reference_and_stay_finite_when_they_collapse() {
     let mut random = Random::new(8);
     for size in [1e-3, 1.0, 1e3] {
         for _ in 0..100 {
@@ -169,10 +169,10 @@ fn triangles_equal_the_twin_and_stay_finite_when_they_collapse() {
             let change = |x: DVec3| x + a * x.x + b * x.y + c * x.z;
             let soft = membrane((1e4 / size) as f32, 0.3);
             for off in [
-                off_the_twin(&soft, size, change),
-                off_the_twin(&membrane(f32::INFINITY, 0.3), size, change),
-                off_the_twin(&weave([1e-3, 1e-2, 1e-1]), size, change),
-                off_the_twin(&weave([0.0; 3]), size, change),
+                off_the_reference(&soft, size, change),
+                off_the_reference(&membrane(f32::INFINITY, 0.3), size, change),
+                off_the_reference(&weave([1e-3, 1e-2, 1e-1]), size, change),
+                off_the_reference(&weave([0.0; 3]), size, change),
             ] {
                 // Places near the size are known to 6e-8 of it, strains to some of that, through
                 // sums of a dozen terms and the elimination.
@@ -187,9 +187,9 @@ fn triangles_equal_the_twin_and_stay_finite_when_they_collapse() {
             -DVec3::ONE,
         ] {
             for effect in [membrane(f32::INFINITY, 0.3), membrane(1e4, 0.45)] {
-                off_the_twin(&effect, size, |x| x * squash);
+                off_the_reference(&effect, size, |x| x * squash);
             }
-            off_the_twin(&weave([0.0; 3]), size, |x| x * squash);
+            off_the_reference(&weave([0.0; 3]), size, |x| x * squash);
         }
     }
 }
@@ -216,12 +216,12 @@ fn pulled<E: Elastic<3, 3> + Into<Effects>>(effect: &E, degrees: f64, cells: UVe
     // In the middle of 1 m of 1 kg/m² half of it pulls.
     let gravity = (along * (2.0 * TENSION)).as_vec3();
     world.settings.set_gravity(gravity).expect("sound");
-    let mut twin = reference::World::of(&world);
-    twin.keeps_multipliers = true;
+    let mut reference = reference::World::of(&world);
+    reference.keeps_multipliers = true;
     for _ in 0..180 {
-        twin.tick();
+        reference.tick();
     }
-    let body = &twin.bodies[0];
+    let body = &reference.bodies[0];
     let speed = body.v.iter().map(|v| v.length()).fold(0.0, f64::max);
     // What dies away over 0.02 s is then 2e-7 m from rest, of the millimetre that is measured.
     assert!(speed < 1e-5, "it still moves at {speed} m/s");

@@ -1,4 +1,4 @@
-//! Methods, and averaged passes: what they are against hand-written ones, the twin, and each other.
+//! Methods, and averaged passes: what they are against hand-written ones, the reference, and each other.
 
 use crate::{
     reference_support::{EPSILON, random_body},
@@ -118,7 +118,7 @@ fn methods() -> Vec<(&'static str, Settings)> {
 }
 
 #[test]
-fn a_substep_of_every_method_equals_the_twins() {
+fn a_substep_of_every_method_equals_the_references() {
     for (name, settings) in methods() {
         // Tetrahedra in a row, each sharing a face with the next.
         let mut bar = with(
@@ -135,10 +135,10 @@ fn a_substep_of_every_method_equals_the_twins() {
         }
         bar.translate(Vec3::Y * 0.6);
         let mut fast = world(settings, pinned(bar, &[3]));
-        let mut twin = reference::World::of(&fast);
+        let mut reference = reference::World::of(&fast);
         fast.tick();
-        twin.tick();
-        for (i, expected) in twin.bodies[0].x.iter().enumerate() {
+        reference.tick();
+        for (i, expected) in reference.bodies[0].x.iter().enumerate() {
             let error = fast.bodies[0].particles.position(i).distance(*expected);
             // Some 30 operations a constraint on lengths of 1 m, some 30 constraints a particle, seven
             // sweeps, none of which makes a difference grow.

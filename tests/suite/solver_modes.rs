@@ -158,13 +158,13 @@ fn measured(body: Body, h: f64, shape: impl Fn(f64) -> f64) -> f64 {
     let compliance = f64::from(COMPLIANCE);
     let mut world = world(settings(0.0, 1.0 / h, 1, 60), body);
     world.settings.substeps = Substeps::new(1).expect("sound");
-    let mut twin = reference::World::of(&world);
-    let start = energy(&twin.bodies[0], compliance);
+    let mut reference = reference::World::of(&world);
+    let start = energy(&reference.bodies[0], compliance);
     let ticks = 200;
     for _ in 0..ticks {
-        twin.tick();
+        reference.tick();
     }
-    let left = energy(&twin.bodies[0], compliance) / start;
+    let left = energy(&reference.bodies[0], compliance) / start;
     h * f64::from(ticks) * 0.5_f64.ln() / left.ln()
 }
 

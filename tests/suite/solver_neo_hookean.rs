@@ -93,7 +93,7 @@ fn strains_have_the_gradients_of_central_differences() {
 }
 
 #[test]
-fn lanes_do_what_the_twin_does() {
+fn lanes_do_what_the_reference_does() {
     let mut random = Random::new(6);
     for (e, nu) in [(1e3, 0.0), (1e5, 0.3), (1e7, 0.49), (1e11, 0.499)] {
         for tau in [0.0, 0.02] {
@@ -109,13 +109,14 @@ fn lanes_do_what_the_twin_does() {
                         *u = random_vector(&mut random, half).extend(0.0);
                     }
                     let particles = &body.particles;
-                    let mut twin = reference::Body::of(&body);
+                    let mut reference = reference::Body::of(&body);
                     for i in 0..particles.len() {
-                        (twin.p[i], twin.x[i]) = (particles.position(i), particles.predicted(i));
+                        (reference.p[i], reference.x[i]) =
+                            (particles.position(i), particles.predicted(i));
                     }
                     let mut lambdas = [0.0; 2];
                     for first in [true, false] {
-                        twin.solve(&material, 0.01, first);
+                        reference.solve(&material, 0.01, first);
                         let kept = if first {
                             Multipliers::First(&mut lambdas)
                         } else {
@@ -123,9 +124,9 @@ fn lanes_do_what_the_twin_does() {
                         };
                         sweep(&mut body, &material, 0.01, kept);
                     }
-                    for (i, twin) in twin.x.iter().enumerate() {
+                    for (i, reference) in reference.x.iter().enumerate() {
                         let fast = body.particles.predicted(i);
-                        let off = fast.distance(*twin);
+                        let off = fast.distance(*reference);
                         assert!(fast.is_finite());
                         assert!(off < 1e-4, "E {e}, ν {nu}, τ {tau}, {half}: off by {off}");
                     }

@@ -7,10 +7,10 @@ use pliant::{
     mesh::Primitive,
     solver::{
         Deformation, Effects, RestShape, Topology, World,
-        bands::{Bands, SMALLEST_CUT},
-        coloring::MOST_COLOURS,
+        coloring::MAX_COLOURS,
         deform, measure,
         order::{Elements, Painting},
+        partitions::{MIN_CUT, Partitions},
     },
 };
 use proptest::prelude::*;
@@ -27,21 +27,25 @@ fn order<const N: usize>(
     constraints: &[[u32; N]],
     particles: usize,
     odd_first: bool,
-) -> (Bands, Elements<N>, Vec<u32>) {
-    let bands = Bands::cut(particles, reaches(constraints));
+) -> (Partitions, Elements<N>, Vec<u32>) {
+    let partitions = Partitions::cut(particles, reaches(constraints));
     let (elements, stored) = Elements::new(
         constraints,
-        &bands,
+        &partitions,
         Painting {
             odd_first,
             scattered: odd_first,
         },
     );
-    (bands, elements, stored)
+    (partitions, elements, stored)
 }
 
 /// Checks what every order promises.
-fn check<const N: usize>(constraints: &[[u32; N]], bands: &Bands, elements: &Elements<N>) {
+fn check<const N: usize>(
+    constraints: &[[u32; N]],
+    partitions: &Partitions,
+    elements: &Elements<N>,
+) {
     let mut given = constraints.to_vec();
     let mut stored = elements.corners().collect::<Vec<_>>();
     given.sort_unstable();
@@ -49,7 +53,7 @@ fn check<const N: usize>(constraints: &[[u32; N]], bands: &Bands, elements: &Ele
     assert_eq!(given, stored, "each constraint exactly once");
 
     let mut next = 0;
-    let mut touched = vec![0; bands.particles()];
+    let mut touched = vec![0; partitions.particles()];
     let mut round = 0;
     for batch in elements.batches() {
         assert_eq!(batch.constraints().start, next, "no gap between batches");
@@ -70,24 +74,26 @@ fn check<const N: usize>(constraints: &[[u32; N]], bands: &Bands, elements: &Ele
 
     for odd in [false, true] {
         let mut end = 0;
-        for piece in bands.pieces(odd) {
+        for piece in partitions.pieces(odd) {
             assert_eq!(
                 piece.particles.start, end,
                 "pieces share no particle and leave none out"
             );
             end = piece.particles.end;
-            let Some(band) = piece.band else { continue };
-            let batch = &elements.batches()[elements.batch_of(band)];
-            assert_eq!(batch.band(), Some(band));
+            let Some(partition) = piece.partition else {
+                continue;
+            };
+            let batch = &elements.batches()[elements.batch_of(partition)];
+            assert_eq!(batch.partition(), Some(partition));
             let reach = batch.particles();
             assert!(
                 reach.is_empty()
                     || piece.particles.start <= reach.start && reach.end <= piece.particles.end,
-                "band {band} reaches {reach:?}, beyond its piece {:?}",
+                "partition {partition} reaches {reach:?}, beyond its piece {:?}",
                 piece.particles
             );
         }
-        assert_eq!(end, bands.particles());
+        assert_eq!(end, partitions.particles());
     }
 }
 
@@ -111,9 +117,9 @@ proptest! {
         edges in constraints::<2>(40, 300),
         odd_first: bool,
     ) {
-        let (bands, elements, stored) = order(&edges, 40, odd_first);
-        check(&edges, &bands, &elements);
-        prop_assert_eq!(bands.count(), 1);
+        let (partitions, elements, stored) = order(&edges, 40, odd_first);
+        check(&edges, &partitions, &elements);
+        prop_assert_eq!(partitions.count(), 1);
         prop_assert_eq!(stored, order(&edges, 40, odd_first).2);
     }
 
@@ -122,17 +128,17 @@ proptest! {
         tetrahedra in constraints::<4>(60, 300),
         odd_first: bool,
     ) {
-        let (bands, elements, _) = order(&tetrahedra, 60, odd_first);
-        check(&tetrahedra, &bands, &elements);
+        let (partitions, elements, _) = order(&tetrahedra, 60, odd_first);
+        check(&tetrahedra, &partitions, &elements);
     }
 
     #[test]
-    fn large_bodies_are_cut_so_that_every_second_band_is_apart(
-        tetrahedra in constraints::<4>(SMALLEST_CUT as u32 + 500, 4000),
+    fn large_bodies_are_cut_so_that_every_second_partition_is_apart(
+        tetrahedra in constraints::<4>(MIN_CUT as u32 + 500, 4000),
         odd_first: bool,
     ) {
-        let (bands, elements, _) = order(&tetrahedra, SMALLEST_CUT + 500, odd_first);
-        check(&tetrahedra, &bands, &elements);
+        let (partitions, elements, _) = order(&tetrahedra, MIN_CUT + 500, odd_first);
+        check(&tetrahedra, &partitions, &elements);
     }
 
     #[test]
@@ -141,17 +147,17 @@ proptest! {
         added in constraints::<2>(300, 60),
         seed: u32,
     ) {
-        let (bands, before, _) = order(&edges, 300, false);
+        let (partitions, before, _) = order(&edges, 300, false);
         let mut random = Random::new(seed);
         let removed: Vec<usize> =
             (0..edges.len()).filter(|_| random.next() < 0.1).collect();
-        let (after, from) = before.edited(&removed, &added, &bands);
+        let (after, from) = before.edited(&removed, &added, &partitions);
 
         let stays = (0..edges.len()).filter(|index| !removed.contains(index));
         let old: Vec<[u32; 2]> = before.corners().collect();
         let mut expected: Vec<[u32; 2]> = stays.map(|index| old[index]).collect();
         expected.extend(&added);
-        check(&expected, &bands, &after);
+        check(&expected, &partitions, &after);
         for (corners, &from) in after.corners().zip(&from) {
             let old = old.get(from as usize);
             prop_assert_eq!(&corners, old.unwrap_or_else(|| &added[from as usize - edges.len()]));
@@ -165,16 +171,16 @@ proptest! {
 #[test]
 fn a_star_of_ten_thousand_edges_is_coloured_and_the_rest_is_loose() {
     let edges: Vec<[u32; 2]> = (1..=10_000).map(|tip| [0, tip]).collect();
-    let (bands, elements, _) = order(&edges, 10_001, false);
-    check(&edges, &bands, &elements);
+    let (partitions, elements, _) = order(&edges, 10_001, false);
+    check(&edges, &partitions, &elements);
     let loose = &elements.batches()[elements.loose().expect("more edges than colours")];
-    assert_eq!(loose.constraints().len(), 10_000 - MOST_COLOURS);
+    assert_eq!(loose.constraints().len(), 10_000 - MAX_COLOURS);
 }
 
 #[test]
 fn nothing_to_order_gives_no_constraints() {
-    let (bands, elements, stored) = order::<2>(&[], 0, false);
-    check(&[], &bands, &elements);
+    let (partitions, elements, stored) = order::<2>(&[], 0, false);
+    check(&[], &partitions, &elements);
     assert!(stored.is_empty() && elements.loose().is_none());
 }
 
@@ -212,9 +218,13 @@ fn meshes_of_every_size_and_in_several_pieces_are_ordered() {
     for shape in shapes() {
         let topology = Topology::new(shape).expect("sound");
         let ends = topology.edges.ends().collect::<Vec<_>>();
-        check(&ends, &topology.bands, &topology.edges.elements);
+        check(&ends, &topology.partitions, &topology.edges.elements);
         let corners = topology.tetrahedra.corners().collect::<Vec<_>>();
-        check(&corners, &topology.bands, &topology.tetrahedra.elements);
+        check(
+            &corners,
+            &topology.partitions,
+            &topology.tetrahedra.elements,
+        );
     }
 }
 
@@ -248,7 +258,7 @@ fn few_lanes_stay_empty() {
 }
 
 #[test]
-fn a_mesh_in_any_order_of_vertices_is_cut_into_bands_and_keeps_the_numbers_of_its_vertices() {
+fn a_mesh_in_any_order_of_vertices_is_cut_into_partitions_and_keeps_the_numbers_of_its_vertices() {
     let mut shape = shapes().swap_remove(2);
     let count = shape.vertices.len() as u32;
     // 7919 is prime, so that this gives each number once.
@@ -270,9 +280,9 @@ fn a_mesh_in_any_order_of_vertices_is_cut_into_bands_and_keeps_the_numbers_of_it
     let edges: Vec<_> = shape.edges.iter().map(sorted).collect();
     let topology = Topology::new(shape).expect("sound");
     assert!(
-        topology.bands.count() >= 8,
-        "only {} bands",
-        topology.bands.count()
+        topology.partitions.count() >= 8,
+        "only {} partitions",
+        topology.partitions.count()
     );
     for particle in 0..count {
         let vertex = topology.numbering.vertex(particle);

@@ -16,8 +16,8 @@ use pliant::{
     simulation::{SolvePhase, SolveSchedule, plain},
     solver::{
         Bend, Body, Coefficient, Creep, Drag, Effects, FlexuralRigidity, Instructions,
-        IsometricBend, Ledger, PlasticLimit, Plasticity, Threads, World, Yield, advance::Means,
-        contact::collider::Swept, ledger, measure, reference,
+        IsometricBend, Ledger, PlasticLimit, Plasticity, Threads, World, Yield,
+        advance::StepContext, contact::collider::Swept, ledger, measure, reference,
     },
 };
 
@@ -208,27 +208,27 @@ fn clay() -> World {
 }
 
 #[test]
-fn the_twin_flows_as_the_body_does() {
+fn the_reference_flows_as_the_body_does() {
     let mut world = clay();
-    let mut twin = reference::World::of(&world);
+    let mut reference = reference::World::of(&world);
     // In the air, so that nothing but the flow can part them.
-    for world_of in [&mut world.settings, &mut twin.settings] {
+    for world_of in [&mut world.settings, &mut reference.settings] {
         world_of.set_gravity(Vec3::ZERO).expect("finite");
     }
     for (x, wide) in world.bodies[0]
         .particles
         .positions
         .iter_mut()
-        .zip(&mut twin.bodies[0].x)
+        .zip(&mut reference.bodies[0].x)
     {
         x.y *= 0.8;
         wide.y = x.y.into();
     }
     for _ in 0..3 {
         world.tick();
-        twin.tick();
+        reference.tick();
     }
-    let [fast, slow] = [&world.bodies[0].topology, &twin.bodies[0].topology];
+    let [fast, slow] = [&world.bodies[0].topology, &reference.bodies[0].topology];
     let furthest = |a: &[f32], b: &[f32]| {
         let both = a.iter().zip(b);
         both.map(|(a, b)| f64::from((a - b).abs()))
@@ -302,7 +302,7 @@ fn a_snapshot_keeps_what_has_flowed() {
 fn books(body: &mut Body, settings: &pliant::solver::Settings, ticks: u32) -> Ledger {
     let mut books = Ledger::default();
     for tick in 0..ticks {
-        let means = Means {
+        let context = StepContext {
             settings,
             time: settings.tick_seconds() * f64::from(tick),
             swept: &Swept::default(),
@@ -312,7 +312,7 @@ fn books(body: &mut Body, settings: &pliant::solver::Settings, ticks: u32) -> Le
         };
         body.begin_tick();
         let substeps = 0..settings.substeps.get();
-        books += ledger::advance(&mut body.stepper(), substeps, &means).expect("finite");
+        books += ledger::advance(&mut body.stepper(), substeps, &context).expect("finite");
     }
     books
 }

@@ -15,7 +15,7 @@ use pliant::{
     },
     solver::{
         Body, Damping, Deformation, Effects, Filling, Fraction, Ledger, Method, Order, Pressure,
-        RestShape, Stiffness, Topology, World, advance::Means, deform, deform::Random,
+        RestShape, Stiffness, Topology, World, advance::StepContext, deform, deform::Random,
         lanes::Instructions, ledger, measure, reference, topology::NotClosed,
     },
 };
@@ -114,7 +114,7 @@ fn the_gradient_of_a_volume_is_its_central_difference_and_sums_to_nothing() {
 
 /// Liquids and gases, from too little to too much, several sweeps.
 #[test]
-fn pressure_equals_the_twin() {
+fn pressure_equals_the_reference() {
     for (factor, modulus) in [
         (1.0, f32::INFINITY),
         (0.2, AIR),
@@ -129,18 +129,18 @@ fn pressure_equals_the_twin() {
             *x += random_vector(&mut random, 0.02).extend(0.0);
         }
         fast.particles.settle();
-        let mut twin = reference::Body::of(&fast);
+        let mut reference = reference::Body::of(&fast);
         for iteration in 0..4 {
             let part = fast.particles.as_part();
-            let walls = &mut fast.lambdas.walls;
+            let walls = &mut fast.lambdas.pressure_state;
             pressure.solve(&fast.topology, part, walls, 0.002, iteration);
-            twin.solve_pressure(&pressure, f64::from(0.002_f32), iteration == 0);
+            reference.solve_pressure(&pressure, f64::from(0.002_f32), iteration == 0);
         }
         let places = (0..fast.particles.len()).map(|i| fast.particles.predicted(i));
         let size = places.clone().map(DVec3::length).fold(0.0, f64::max);
-        for (x, twin) in places.zip(&twin.x) {
+        for (x, reference) in places.zip(&reference.x) {
             // Four roundings of positions of up to `size`, each felt by the next volumes alike.
-            let off = x.distance(*twin) / size;
+            let off = x.distance(*reference) / size;
             assert!(
                 off < 16.0 * f64::from(f32::EPSILON),
                 "{factor} {modulus}: off by {off}"
@@ -181,7 +181,11 @@ fn a_gas_at_rest_keeps_pressure_times_volume() {
             run(&mut world, 3.0);
             let body = &world.bodies[0];
             let h = world.settings.substep_seconds();
-            let pressure = body.lambdas.walls.overpressure(h).expect("stepped");
+            let pressure = body
+                .lambdas
+                .pressure_state
+                .overpressure(h)
+                .expect("stepped");
             let amount = (f64::from(AIR) + pressure) * volume(body);
             let what = format!("pV of factor {factor} in a skin of {compliance} m/N");
             assert_relative(
@@ -207,7 +211,11 @@ fn overpressure_is_twice_the_tension_over_the_radius() {
         run(&mut world, 1.5);
         let body = &world.bodies[0];
         let h = world.settings.substep_seconds();
-        let pressure = body.lambdas.walls.overpressure(h).expect("stepped");
+        let pressure = body
+            .lambdas
+            .pressure_state
+            .overpressure(h)
+            .expect("stepped");
         let s = (volume(body) / rest).cbrt();
         let tension = 3.0_f64.sqrt() / f64::from(compliance) * (s - 1.0) / s;
         // Σl² of its edges is 1.5 % above 2√3 times its area, as triangles are not equilateral, and a
@@ -302,7 +310,7 @@ fn the_ledger_knows_what_a_gas_stores() {
     let before = held(&body);
     let mut books = Ledger::default();
     for _ in 0..30 {
-        let means = Means {
+        let context = StepContext {
             settings: &settings,
             time: 0.0,
             swept: &plain.swept,
@@ -310,7 +318,7 @@ fn the_ledger_knows_what_a_gas_stores() {
             instructions: Instructions::default(),
             watch: None,
         };
-        books += ledger::advance(&mut body.stepper(), 0..20, &means).expect("finite");
+        books += ledger::advance(&mut body.stepper(), 0..20, &context).expect("finite");
     }
     let change = held(&body) - before;
     // A part in 1e4 of what the gas gave: K V₀ (2 ln 2 − 1) = 2.5 kJ.

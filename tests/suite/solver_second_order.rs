@@ -31,16 +31,16 @@ fn spring() -> Body {
     mass
 }
 
-/// How far the twin has the mass after 1.2 s from −1 − 0.1 cos ωt [m]; ω = 2π/s. Amplitude and phase both
+/// How far the reference has the mass after 1.2 s from −1 − 0.1 cos ωt [m]; ω = 2π/s. Amplitude and phase both
 /// count there.
 fn error(order: Order, substeps: u32) -> f64 {
     let mut world = world(settings(0.0, 60.0, substeps, 1), spring());
     world.settings.order = order;
-    let mut twin = reference::World::of(&world);
-    (0..72).for_each(|_| twin.tick());
+    let mut reference = reference::World::of(&world);
+    (0..72).for_each(|_| reference.tick());
     let omega = (1.0 / f64::from(0.025_330_3_f32)).sqrt();
     let expected = -1.0 - f64::from(1.1_f32 - 1.0) * (omega * 1.2).cos();
-    twin.bodies[0].x[1].y - expected
+    reference.bodies[0].x[1].y - expected
 }
 
 #[test]
@@ -64,7 +64,7 @@ fn the_study_measures_the_order() {
         let mut problem = Problem::load("spring_period").expect("built in");
         let times = vec![0.3, 1.2, 5.2];
         problem.observe = Observe::Path { times };
-        problem.twin.substeps = 16;
+        problem.converged.substeps = 16;
         let mut case = problem.cases().expect("sound").remove(0);
         case.world.settings.order = order;
         let found = converge(&case).expect("in range").order.expect("it moves");
@@ -197,16 +197,16 @@ fn the_schedules_equal_the_plan_and_one_order_follows_the_other() {
 }
 
 #[test]
-fn substeps_equal_the_twins() {
+fn substeps_equal_the_references() {
     // Before anything is touched: ten substeps, of which nine are of second order.
     let mut fast = falling();
     fast.settings.substeps = Substeps::new(5).expect("in range");
-    let mut twin = reference::World::of(&fast);
+    let mut reference = reference::World::of(&fast);
     for _ in 0..2 {
         fast.tick();
-        twin.tick();
+        reference.tick();
     }
-    for (i, expected) in twin.bodies[0].x.iter().enumerate() {
+    for (i, expected) in reference.bodies[0].x.iter().enumerate() {
         let error = fast.bodies[0].particles.position(i).distance(*expected);
         // 1000 roundings of a metre in each of ten substeps at worst.
         assert!(error < 1e-5, "{error}");

@@ -13,11 +13,11 @@ use pliant::{
     mesh::Primitive,
     simulation::{SolvePhase, SolveSchedule, state_hash},
     solver::{
-        Body, Coefficient, Deformation, Effects, Fraction, Frequency, Ground, Ledger, Matching,
-        Method, Order, RegionSize, RestShape, ShapeMatching, SmoothingIterations, Threads, World,
-        deform,
+        Body, Coefficient, Deformation, Effects, Fraction, Frequency, Ground, Ledger, Method,
+        Order, RegionSize, RestShape, ShapeMatching, ShapeMatchingState, SmoothingIterations,
+        Threads, World, deform,
         deform::Random,
-        effects::shape_matching::{Place, Sweep},
+        effects::shape_matching::{Pass, Place},
         measure, reference,
         topology::Regions,
     },
@@ -40,8 +40,8 @@ fn of(effect: ShapeMatching) -> Effects {
 }
 
 /// A sweep of a substep of 0.01 s.
-fn hundredth(first: bool) -> Sweep {
-    Sweep {
+fn hundredth(first: bool) -> Pass {
+    Pass {
         h: 0.01,
         first,
         share: 1.0,
@@ -72,7 +72,7 @@ fn crumpled(mut body: Body, random: &mut Random, half: f32) -> Body {
 
 fn strains(body: &Body, effect: &ShapeMatching) -> Vec<f64> {
     let at = Place::among(&body.particles);
-    let matching = Matching::of(&body.topology, effect);
+    let matching = ShapeMatchingState::of(&body.topology, effect);
     matching.strains(&body.topology, at).collect()
 }
 
@@ -126,9 +126,9 @@ fn a_sweep_goes_down_the_gradient_and_neither_pushes_nor_turns() {
         };
         let positions = &body.particles.positions;
         let at = Place::among(&body.particles);
-        let mut found = Matching::of(&body.topology, &rigid);
+        let mut found = ShapeMatchingState::of(&body.topology, &rigid);
         let half = |at: &dyn Fn(u32) -> Place| -> f64 {
-            let strains = Matching::of(&body.topology, &rigid);
+            let strains = ShapeMatchingState::of(&body.topology, &rigid);
             let squares = strains.strains(&body.topology, at).map(|d| 0.5 * d * d);
             squares.sum()
         };
@@ -159,7 +159,7 @@ fn a_sweep_goes_down_the_gradient_and_neither_pushes_nor_turns() {
         }
         // Several sweeps, damped, from places that differ from those before.
         let mut x: Vec<DVec3> = (0..positions.len()).map(|i| at(i as u32).x).collect();
-        let mut soften = Matching::of(&body.topology, &soft);
+        let mut soften = ShapeMatchingState::of(&body.topology, &soft);
         for sweep in 0..5 {
             let here = x.clone();
             let place = |i: u32| Place {
@@ -426,7 +426,7 @@ fn unused_vertices_hold_nothing() {
 }
 
 #[test]
-fn the_twin_does_the_same_and_threads_and_masses_change_nothing() {
+fn the_reference_does_the_same_and_threads_and_masses_change_nothing() {
     let mut random = Random::new(11);
     for size in [WHOLE, 0.3] {
         let effect = ShapeMatching {
@@ -436,12 +436,12 @@ fn the_twin_does_the_same_and_threads_and_masses_change_nothing() {
         let body = crumpled(body("bar", bar(), 1000.0), &mut random, 0.02);
         let start = with(pinned(body, &[0, 5, 40]), of(effect));
         let mut one = world(settings(G, 60.0, 4, 3), start.clone());
-        let mut twin = reference::World::of(&one);
+        let mut reference = reference::World::of(&one);
         one.tick();
-        twin.tick();
-        for (i, twin) in twin.bodies[0].x.iter().enumerate() {
+        reference.tick();
+        for (i, reference) in reference.bodies[0].x.iter().enumerate() {
             // Four substeps of places below 1 m, and of speeds that are rounded with them.
-            assert!(one.bodies[0].particles.position(i).distance(*twin) < 3e-6);
+            assert!(one.bodies[0].particles.position(i).distance(*reference) < 3e-6);
         }
         for threads in [2, 8] {
             let mut more = world(settings(G, 60.0, 4, 3), start.clone());
@@ -455,12 +455,12 @@ fn the_twin_does_the_same_and_threads_and_masses_change_nothing() {
 
 /// A body of several bands, whose edges threads share; its regions are on all of it.
 #[test]
-fn threads_change_no_bit_of_a_body_of_several_bands() {
+fn threads_change_no_bit_of_a_body_of_several_partitions() {
     let fall = |threads: usize| {
         let mut effects = of(matching(20.0, 0.3));
         effects.stretch = crate::support::stretch(1e-6);
         let mut body = with(body("cube", cube(0.5, 13), 1000.0), effects);
-        assert!(body.topology.bands.count() > 1);
+        assert!(body.topology.partitions.count() > 1);
         body = crumpled(body, &mut Random::new(3), 0.005);
         let mut world = world(settings(G, 60.0, 4, 2), body);
         world.threads = Threads::new(threads).expect("sound");
@@ -475,7 +475,9 @@ fn threads_change_no_bit_of_a_body_of_several_bands() {
 /// What a body of one region has left over after implicit Euler is nothing: a sweep solves it.
 #[test]
 fn energy_is_what_the_ledger_says() {
-    use pliant::solver::{advance::Means, contact::collider::Swept, lanes::Instructions, ledger};
+    use pliant::solver::{
+        advance::StepContext, contact::collider::Swept, lanes::Instructions, ledger,
+    };
     let effect = ShapeMatching {
         damping: damping(0.01),
         ..matching(3.0, WHOLE)
@@ -486,7 +488,7 @@ fn energy_is_what_the_ledger_says() {
     }
     let energy = |body: &Body| {
         let at = Place::among(&body.particles);
-        Matching::of(&body.topology, &effect).energy(&body.topology, &effect, at)
+        ShapeMatchingState::of(&body.topology, &effect).energy(&body.topology, &effect, at)
             + measure::kinetic_energy(&body.particles)
     };
     let before = energy(&body);
@@ -495,7 +497,7 @@ fn energy_is_what_the_ledger_says() {
     let mut sum = Ledger::default();
     for tick in 0..60 {
         body.begin_tick();
-        let means = Means {
+        let context = StepContext {
             settings: &settings,
             time: f64::from(tick) / 60.0,
             swept: &swept,
@@ -503,7 +505,7 @@ fn energy_is_what_the_ledger_says() {
             instructions: Instructions::default(),
             watch: None,
         };
-        sum += ledger::advance(&mut body.stepper(), 0..20, &means).expect("finite");
+        sum += ledger::advance(&mut body.stepper(), 0..20, &context).expect("finite");
     }
     let change = energy(&body) - before;
     assert!(

@@ -143,10 +143,10 @@ fn the_schedules_do_the_same() {
     let (mut planned, ..) = app_of(&plain);
     let (mut scheduled, ..) = app_of(&plain);
     scheduled.add_systems(SolveSchedule, (|| ()).in_set(SolvePhase::User));
-    let mut twin = reference::World::of(&plain);
+    let mut reference = reference::World::of(&plain);
     for tick in 1..=60 {
         plain.tick();
-        twin.tick();
+        reference.tick();
         ticks(&mut planned, 1);
         ticks(&mut scheduled, 1);
         let expected = plain.state_hash();
@@ -158,7 +158,7 @@ fn the_schedules_do_the_same() {
         );
         if tick <= 10 {
             let body = &plain.bodies[0].particles;
-            for (i, x) in twin.bodies[0].x.iter().enumerate() {
+            for (i, x) in reference.bodies[0].x.iter().enumerate() {
                 // In 100 substeps of 12 edges a particle, each off by 2e-8 m at most.
                 assert!(x.distance(body.position(i)) < 100.0 * 12.0 * 2e-8);
             }

@@ -47,16 +47,16 @@ fn free_fall_follows_the_closed_form_to_a_micrometre() {
 }
 
 #[test]
-fn the_twin_falls_by_the_closed_form_for_ten_seconds() {
+fn the_reference_falls_by_the_closed_form_for_ten_seconds() {
     let start = world(settings(G, 60.0, 10, 1), particle());
-    let mut twin = reference::World::of(&start);
+    let mut reference = reference::World::of(&start);
     for _ in 0..600 {
-        twin.tick();
+        reference.tick();
     }
     // 6000² / 2 roundings of 2⁻⁴⁴ m (half a unit of 490 m) at worst; gravity itself is an f32.
     let gravity = f64::from(start.settings.gravity.y.abs());
     let expected = fallen(0.0, gravity, 1.0 / 600.0, 6000);
-    assert!((twin.bodies[0].x[0].y - expected).abs() < 1e-6);
+    assert!((reference.bodies[0].x[0].y - expected).abs() < 1e-6);
 }
 
 #[test]
@@ -206,17 +206,17 @@ fn the_momentum_of_a_free_body_is_constant_but_for_rounding() {
 }
 
 #[test]
-fn the_momentum_of_a_free_body_of_the_twin_is_constant_to_eleven_digits() {
+fn the_momentum_of_a_free_body_of_the_reference_is_constant_to_eleven_digits() {
     let (world, _) = tumbling(0.0);
-    let mut twin = reference::World::of(&world);
-    let momentum = |twin: &reference::World| {
-        let body = &twin.bodies[0];
+    let mut reference = reference::World::of(&world);
+    let momentum = |reference: &reference::World| {
+        let body = &reference.bodies[0];
         (0..4).fold(DVec3::ZERO, |sum, i| sum + body.v[i] / body.w[i])
     };
-    let before = momentum(&twin);
-    (0..60).for_each(|_| twin.tick());
+    let before = momentum(&reference);
+    (0..60).for_each(|_| reference.tick());
     // The random walk of the fast one, 2²⁹ times as short.
-    assert!(momentum(&twin).distance(before) < 1e-11 * before.length());
+    assert!(momentum(&reference).distance(before) < 1e-11 * before.length());
 }
 
 #[test]

@@ -142,21 +142,21 @@ fn two_points_meet_and_momentum_stays() {
 }
 
 #[test]
-fn the_twin_is_stitched_too() {
+fn the_reference_is_stitched_too() {
     for strength in [25.0, 9.0] {
         let mut world = hung(1e-3, strength);
         world.bodies[0].particles.positions[0].x = 1e-3;
-        let mut twin = reference::World::of(&world);
+        let mut reference = reference::World::of(&world);
         for _ in 0..30 {
             world.tick();
-            twin.tick();
+            reference.tick();
         }
         let broken = world.bodies[0].stitches.broken();
-        assert_eq!(broken, twin.bodies[0].stitches.0.broken());
+        assert_eq!(broken, reference.bodies[0].stitches.0.broken());
         let place = world.bodies[0].particles.position(0);
         // A place below 2 m that is rounded by 6e-8 m makes every later one of 600 substeps as much
         // wrong again, as its speed goes on: a random walk, to 600^1.5 times that.
-        let apart = twin.bodies[0].x[0].distance(place);
+        let apart = reference.bodies[0].x[0].distance(place);
         assert!(apart < 600.0_f64.powf(1.5) * 6e-8, "{apart} m apart");
     }
 }

@@ -44,7 +44,7 @@ fn edges(lengths: &[f32]) -> Body {
 }
 
 #[test]
-fn an_edge_beyond_its_limit_is_put_back_to_it_and_the_twin_says_so_too() {
+fn an_edge_beyond_its_limit_is_put_back_to_it_and_the_reference_says_so_too() {
     let mut random = Random::new(3);
     for _ in 0..1000 {
         let mut body = body_of_masses(chain(1, 0.5), &[1.0, 3.0]);
@@ -55,15 +55,15 @@ fn an_edge_beyond_its_limit_is_put_back_to_it_and_the_twin_says_so_too() {
         let place = |body: &Body, i: usize| body.particles.predicted(i);
         let start = [place(&body, 0), place(&body, 1)];
         let before = start[0].distance(start[1]);
-        let mut twin = reference::Body::of(&body);
-        twin.solve(&limit(0.2), 0.01, true);
+        let mut reference = reference::Body::of(&body);
+        reference.solve(&limit(0.2), 0.01, true);
         sweep(&mut body, &limit(0.2), 0.01, Multipliers::Unused);
         let expected = before.min(0.5 * 1.2);
         let [a, b] = [place(&body, 0), place(&body, 1)];
         // Places below 1 m, known to 6e-8 m; the limit to as much of itself.
         assert!((a.distance(b) - expected).abs() < 5e-7);
         for i in 0..2 {
-            assert!(twin.x[i].distance(place(&body, i)) < 5e-7);
+            assert!(reference.x[i].distance(place(&body, i)) < 5e-7);
         }
         let middle = |[a, b]: [DVec3; 2]| a + b * 3.0;
         assert!(middle([a, b]).distance(middle(start)) < 1e-6, "momentum");

@@ -87,17 +87,17 @@ fn struts_are_inside_whichever_way_a_surface_faces() {
 }
 
 #[test]
-fn struts_equal_the_twin() {
+fn struts_equal_the_reference() {
     let effect = struts(1e-4);
     let mut fast = held(Some(effect));
     deform(&mut fast.particles, Deformation::Squash(0.7));
-    let mut twin = reference::Body::of(&fast);
-    twin.solve(&effect, f64::from(0.01_f32), true);
+    let mut reference = reference::Body::of(&fast);
+    reference.solve(&effect, f64::from(0.01_f32), true);
     sweep(&mut fast, &effect, 0.01, Multipliers::Unused);
-    for (i, twin) in twin.x.iter().enumerate() {
+    for (i, reference) in reference.x.iter().enumerate() {
         // A dozen struts a vertex at most, each rounding places below 0.5 m by 3e-8 m, and what it
         // passes on by as much.
-        let off = fast.particles.predicted(i).distance(*twin);
+        let off = fast.particles.predicted(i).distance(*reference);
         assert!(off < 24.0 * 3e-8, "off by {off} m");
     }
 }

@@ -7,7 +7,7 @@ use crate::support::{
 use glam::{UVec2, Vec2, Vec3};
 use pliant::{
     mesh::Primitive,
-    solver::{Body, Effects, Leads, Slack, Tethers, Threads, deform::Random, reference},
+    solver::{Body, Effects, Slack, TetherTargets, Tethers, Threads, deform::Random, reference},
 };
 
 fn tethers(slack: f32) -> Option<Tethers> {
@@ -89,7 +89,7 @@ fn slack_tethers_change_no_bit() {
 }
 
 #[test]
-fn the_twin_holds_particles_where_the_fast_solver_does() {
+fn the_reference_holds_particles_where_the_fast_solver_does() {
     let mut random = Random::new(4);
     let mut body = with(
         pinned(banner(20), &[0, 5]),
@@ -104,18 +104,18 @@ fn the_twin_holds_particles_where_the_fast_solver_does() {
         }
     }
     let mut world = world(settings(G, 60.0, 1, 1), body);
-    let mut twin = reference::World::of(&world);
+    let mut reference = reference::World::of(&world);
     world.tick();
-    twin.tick();
+    reference.tick();
     let mut held = 0;
-    let ways = Leads::of(
+    let ways = TetherTargets::of(
         &world.bodies[0].topology,
         &world.bodies[0].particles.positions,
     );
     for (i, pin, way) in ways.ways() {
         let x = |i: usize| world.bodies[0].particles.position(i);
         // Places below 4 m, known to 2⁻²³ m, after a handful of operations.
-        assert!(x(i).distance(twin.bodies[0].x[i]) < 2e-6);
+        assert!(x(i).distance(reference.bodies[0].x[i]) < 2e-6);
         let far = x(i).distance(x(pin)) / (way * 1.05) - 1.0;
         assert!(far < 1e-6);
         held += usize::from(far > -1e-6);
@@ -130,7 +130,7 @@ fn the_twin_holds_particles_where_the_fast_solver_does() {
 fn tethers_go_to_the_nearest_pin_and_follow_when_pins_change() {
     let mut rope = body("rope", chain(4, 0.5), 1.0);
     let ways = |rope: &Body| -> Vec<(usize, usize, f64)> {
-        Leads::of(&rope.topology, &rope.particles.positions)
+        TetherTargets::of(&rope.topology, &rope.particles.positions)
             .ways()
             .collect()
     };
@@ -143,7 +143,7 @@ fn tethers_go_to_the_nearest_pin_and_follow_when_pins_change() {
     rope.effects = rigid(tethers(0.0));
     let mut world = world(settings(G, 60.0, 1, 1), rope);
     world.tick();
-    let found = |body: &Body| -> Vec<_> { body.leads.ways().collect() };
+    let found = |body: &Body| -> Vec<_> { body.tether_targets.ways().collect() };
     assert_eq!(found(&world.bodies[0]).len(), 4);
     let rope = &mut world.bodies[0];
     rope.pins = vec![0, 4];
@@ -180,13 +180,15 @@ fn tethers_of_another_mesh_of_as_many_particles_are_found_again() {
         .particles
         .positions;
     let [straight, crooked] = [shape, crooked].map(topology);
-    let mut leads = Leads::of(&straight, &positions);
-    leads.update(&crooked, &positions);
-    let found: Vec<_> = leads.ways().collect();
-    let expected: Vec<_> = Leads::of(&crooked, &positions).ways().collect();
+    let mut tether_targets = TetherTargets::of(&straight, &positions);
+    tether_targets.update(&crooked, &positions);
+    let found: Vec<_> = tether_targets.ways().collect();
+    let expected: Vec<_> = TetherTargets::of(&crooked, &positions).ways().collect();
     assert_eq!(found, expected);
     assert_ne!(
         found,
-        Leads::of(&straight, &positions).ways().collect::<Vec<_>>()
+        TetherTargets::of(&straight, &positions)
+            .ways()
+            .collect::<Vec<_>>()
     );
 }

@@ -72,7 +72,7 @@ fn gradients_of_the_volume_neither_push_nor_turn() {
 }
 
 #[test]
-fn the_twin_moves_corners_along_the_central_differences() {
+fn the_reference_moves_corners_along_the_central_differences() {
     let mut random = Random::new(9);
     for _ in 0..100 {
         let mut start = body("tetrahedron", tetrahedron(), 24.0);
@@ -80,17 +80,17 @@ fn the_twin_moves_corners_along_the_central_differences() {
         for x in &mut start.particles.positions {
             *x += random_vector(&mut random, 0.2).extend(0.0);
         }
-        let mut twin = reference::Body::of(&start);
-        let before: [DVec3; 4] = std::array::from_fn(|i| twin.x[i]);
+        let mut reference = reference::Body::of(&start);
+        let before: [DVec3; 4] = std::array::from_fn(|i| reference.x[i]);
         let gradients = differences(before);
         let square: f64 = gradients.iter().map(|g| g.length_squared()).sum();
         let rest = f64::from(start.topology.tetrahedra.rest_volume[0]);
         let step = -(exact_volume(before) - rest) / square;
-        twin.solve_elastic(0.01, true);
+        reference.solve_elastic(0.01, true);
         for i in 0..4 {
             let expected = gradients[i] * step;
             // Masses are f32: those of 24 kg/m³ × 1/24 m³ are 1 kg but for one rounding.
-            assert!((twin.x[i] - before[i]).distance(expected) < 1e-6 * step.abs());
+            assert!((reference.x[i] - before[i]).distance(expected) < 1e-6 * step.abs());
         }
     }
 }

@@ -3,7 +3,7 @@
 
 use pliant::study::{
     self, Budget, Method, Options, Plan, Setting, Study,
-    budget::{twin_work, work},
+    budget::{reference_work, work},
     converge::{Converged, converge},
     journal::{self, Journal},
     record::Record,
@@ -33,11 +33,11 @@ const PROBLEMS: [&str; 10] = [
 /// What is shown as a diagram.
 const DIAGRAMS: [&str; 3] = ["spring_energy", "chain_1e-3", "cantilever_8"];
 
-/// Work of a run, and of a twin's runs, that are computed again, at most: those of all exhibits
+/// Work of a run, and of a reference's runs, that are computed again, at most: those of all exhibits
 /// together take some seconds.
 const AGAIN: (u64, u64) = (8_000_000, 30_000_000);
 
-/// Numbers that were written and read again differ in their last digit, and so may the twin's
+/// Numbers that were written and read again differ in their last digit, and so may the reference's
 /// where a platform's sines do, which turn a scene's bodies.
 const SAME: f64 = 1e-9;
 
@@ -119,12 +119,12 @@ fn shown(study: &Study, record: &Record) -> bool {
     }
 }
 
-/// Settings that a row of the table rests on: the front, what shows that some of it is there by
-/// accident, what is as cheap, and the best of what is not by accident.
+/// Settings that a row of the table rests on: the front, what shows that the agreement of some of it is
+/// coincidental, what is as cheap, and the best of what is not.
 fn told(case: &CaseResult) -> Vec<Setting> {
     let front = case.front();
-    let accidents = front.iter().filter_map(|point| case.accident(point));
-    let mut points: Vec<&Point> = accidents.chain(case.best_sound()).collect();
+    let coincidences = front.iter().filter_map(|point| case.coincidence(point));
+    let mut points: Vec<&Point> = coincidences.chain(case.best_sound()).collect();
     for target in report::TARGETS {
         points.extend(case.cheapest_sound(target));
         points.extend(
@@ -143,7 +143,7 @@ fn exhibit(report: &str, study: &Study) -> String {
     let table = table.and_then(|rest| rest.split("\n\n").next());
     format!(
         "{}\n\n*Milliseconds of one thread for a simulated second, at the setting that costs least, \
-         as substeps × iterations a tick of 1/60 s; undecided where the times of another overlap; {}.*\n",
+         as substeps × iterations a tick of 1/60 s; within noise where the times of another overlap; {}.*\n",
         table.expect("a report begins with it"),
         study.machines.join("; "),
     )
@@ -262,13 +262,13 @@ fn same(then: &[f64], now: &[f64]) -> bool {
 
 fn converges_again(result: &CaseResult) {
     if let Some(then) = &result.converged
-        && twin_work(&result.case) <= AGAIN.1
+        && reference_work(&result.case) <= AGAIN.1
     {
         let now = converge(&result.case).expect("sound settings");
         let id = result.case.id();
         assert!(
             same(&then.values, &now.values),
-            "{id}: the twin's answer is {:?}, not {:?}",
+            "{id}: the reference's answer is {:?}, not {:?}",
             now.values,
             then.values
         );
@@ -295,8 +295,8 @@ fn comes_out_again(result: &CaseResult, point: &Point, budget: &Budget) {
 
 /// A rigid chain of 32 links hangs as low as a soft one while 4 × 2 sweeps do not get through it.
 #[test]
-fn what_is_right_by_accident_is_told_from_what_is_right() {
-    let folder = temporary("accident");
+fn what_is_right_by_coincidence_is_told_from_what_is_right() {
+    let folder = temporary("coincidence");
     let points = file("assets/readme/study");
     let study = study::merge(&[points], &folder).expect("its points are there");
     fs::remove_dir_all(folder).expect("it was made here");
@@ -309,7 +309,7 @@ fn what_is_right_by_accident_is_told_from_what_is_right() {
     };
     let lucky = case.point(lucky).expect("it was tried");
     assert!(lucky.error.is_some_and(|error| error < 0.01));
-    let shown = case.accident(lucky).expect("more sweeps are worse");
+    let shown = case.coincidence(lucky).expect("more sweeps are worse");
     // Without compliance it hangs 5 cm too high of 1 m.
     assert!(shown.error.is_some_and(|error| error > 0.04));
     let sound = case.cheapest_sound(0.01).expect("1 % is reached");
@@ -318,5 +318,5 @@ fn what_is_right_by_accident_is_told_from_what_is_right() {
         .points
         .iter()
         .filter(|point| point.setting.method == Method::Xpbd);
-    assert!(sound.all(|point| case.accident(point).is_none()));
+    assert!(sound.all(|point| case.coincidence(point).is_none()));
 }

@@ -1,4 +1,4 @@
-//! The study's problems against their closed forms, in f32 and in the twin.
+//! The study's problems against their closed forms, in f32 and in the reference.
 
 use pliant::{
     solver::equilibrium::TOLERANCE,
@@ -88,10 +88,10 @@ fn energy_is_lost_and_periods_grow_as_the_discrete_method_has_it() {
             );
             let world = setting.applied(&case.world).expect("sound settings");
             let observe = &case.problem.observe;
-            let twin = observe.run(&mut Solver::twin(&world), &case.start, &case.world);
+            let reference = observe.run(&mut Solver::reference(&world), &case.start, &case.world);
             assert!(
-                (twin.values[0] - predicted).abs() < 1e-5,
-                "{name}, the twin"
+                (reference.values[0] - predicted).abs() < 1e-5,
+                "{name}, the reference"
             );
         }
     }
@@ -152,7 +152,7 @@ fn a_weave_and_a_shape_that_is_matched_converge_to_their_closed_forms() {
 }
 
 #[test]
-fn chains_rest_where_their_closed_form_has_them_whatever_the_twins_substeps() {
+fn chains_rest_where_their_closed_form_has_them_whatever_the_references_substeps() {
     for name in ["chain_1e-5", "chain_1e-3"] {
         let case = &cases(name)[0];
         let converged = converge(case).expect("sound settings");
@@ -211,7 +211,7 @@ fn a_clamped_strip_hangs_as_its_bending_stiffness_says_on_any_mesh_by_either_ene
 }
 
 #[test]
-fn a_static_equilibrium_is_where_the_twin_comes_to_rest() {
+fn a_static_equilibrium_is_where_the_reference_comes_to_rest() {
     for name in [
         "chain_1e-3",
         "hanging_strip",
@@ -252,7 +252,7 @@ fn a_beam_bends_as_far_as_linear_finite_elements_on_its_mesh_say() {
 }
 
 #[test]
-fn what_rests_on_a_ground_is_still_found_by_the_twin() {
+fn what_rests_on_a_ground_is_still_found_by_the_reference() {
     assert!(by_equilibrium(&cases("bulk_block")[0]).is_none());
 }
 
@@ -280,7 +280,7 @@ fn a_body_that_only_creeps_has_not_come_to_rest() {
             acceptance: (seconds: 5.0),
         ),
         observe: Rest(quantity: Moved(body: 0, select: Particle(1), axis: (1.0, 0.0, 0.0)), seconds: 5.0),
-        reference: Twin,
+        reference: Converged,
     )"#;
     let problem = Problem::parse("pendulum", "pendulum.ron", text).expect("sound");
     let case = &problem.cases().expect("it can be built")[0];

@@ -45,7 +45,7 @@ const OWN: &str = r#"Problem(
     observe: Rest(quantity: Moved(body: 0, axis: (0, -1, 0),
         select: Within(low: (-1, -0.51, -1), high: (1, -0.49, 1))), seconds: 6.0),
     reference: HangingBar(density: 1, length: 1, stiffness: 300, gravity: 9.81),
-    twin: (substeps: 16, iterations: 4),
+    converged: (substeps: 16, iterations: 4),
 )"#;
 
 fn own(folder: &Path) -> PathBuf {

@@ -11,13 +11,13 @@ use glam::Vec3;
 use serde::Serialize;
 
 /// Root mean square strain above which a body is no longer one.
-const MOST_STRAIN: f64 = 0.5;
+const MAX_STRAIN: f64 = 0.5;
 /// A body may grow to so many times its size, measured along the diagonal of its bounding box.
-const MOST_GROWTH: f32 = 3.0;
+const MAX_GROWTH: f32 = 3.0;
 /// What a pin may move [m].
-const MOST_SLIP: f32 = 1e-2;
+const MAX_SLIP: f32 = 1e-2;
 /// What the farthest particle must have moved after a few ticks of falling [m].
-const LEAST_MOTION: f32 = 1e-4;
+const MIN_MOTION: f32 = 1e-4;
 
 /// How far a run is from its constraints.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
@@ -54,7 +54,7 @@ pub fn examine(scene: &Scene, has_volume: bool, report: &Report) -> Result<Resid
         check_body(scene, body, *offset)?;
     }
     let residual = residual(scene, bodies());
-    if residual.edge_strain > MOST_STRAIN {
+    if residual.edge_strain > MAX_STRAIN {
         return Err(format!(
             "edges strained by {:.0} %",
             residual.edge_strain * 100.0
@@ -66,15 +66,15 @@ pub fn examine(scene: &Scene, has_volume: bool, report: &Report) -> Result<Resid
 fn check_body(scene: &Scene, body: &[Vec3], offset: Vec3) -> Result<(), String> {
     let rest = &scene.shape.vertices;
     let slip = |&pin: &u32| body[pin as usize].distance(rest[pin as usize] + offset);
-    if scene.pins.iter().map(slip).any(|slip| slip > MOST_SLIP) {
+    if scene.pins.iter().map(slip).any(|slip| slip > MAX_SLIP) {
         return Err("a pin moved".into());
     }
     let growth = diagonal(body) / diagonal(rest);
-    if growth > MOST_GROWTH {
+    if growth > MAX_GROWTH {
         return Err(format!("fell apart to {growth:.1} times its size"));
     }
     let moved = body.iter().zip(rest).map(|(x, r)| x.distance(*r + offset));
-    if moved.fold(0.0, f32::max) < LEAST_MOTION {
+    if moved.fold(0.0, f32::max) < MIN_MOTION {
         return Err("does not move".into());
     }
     Ok(())

@@ -34,10 +34,10 @@ pub use diagnostics::{delivered, ledger, measure, memory, modes, resolution};
 pub use effects::{elastic, force};
 pub use kernel::lanes;
 pub use step::{advance, body, history, method, repair, rest, rolling, spin, stages};
-pub use topology::{bands, coloring, numbering, order};
+pub use topology::{coloring, numbering, order, partitions};
 
 use kernel::fit;
-use step::{crew, phases, share, substep};
+use step::{executor, phases, shared_body, substep};
 
 pub use body::{Body, Quarantine};
 pub use contact::{
@@ -56,12 +56,12 @@ pub use effects::{
     neo_hookean::NeoHookean,
     plasticity::Plasticity,
     pressure::Pressure,
-    shape_matching::{Matching, ShapeMatching},
+    shape_matching::{ShapeMatching, ShapeMatchingState},
     stitches::{Stitch, StitchEnd, StitchError, Stitches},
     strain_limit::StrainLimit,
     stretch::Stretch,
     struts::Struts,
-    tethers::{Leads, Tethers},
+    tethers::{TetherTargets, Tethers},
     volume::Volume,
     weave::Weave,
 };
@@ -72,7 +72,7 @@ pub use lanes::Instructions;
 pub use ledger::Ledger;
 pub use method::Method;
 pub use modes::Modes;
-pub use parallel::threads::{Load, MAX_THREADS, Threads, ThreadsError, available};
+pub use parallel::threads::{MAX_THREADS, Threads, ThreadsError, WorkEstimate, available};
 pub use particles::Particles;
 pub use quantity::{
     Coefficient, CollisionIterations, Compliance, ContactThickness, Creep, Damping, Density,

@@ -53,7 +53,7 @@ impl StoredBody {
             // They are zero where a substep begins.
             lambdas: _,
             // They follow from the pins.
-            leads: _,
+            tether_targets: _,
             stitches,
             // They begin anew in each substep.
             factors: _,

@@ -31,8 +31,8 @@ use serde_json::{Value, json};
 
 use crate::sandbox::{
     app::load::SceneLoaded,
-    lab::{accuracy::CardPlaces, frozen::FrozenPlaces, gallery::GalleryPlaces},
-    panel::PanelPlaces,
+    lab::{accuracy::CardRects, gallery::GalleryRects, quarantine::QuarantineRects},
+    panel::PanelRects,
     render::camera::OrbitCamera,
     ui::message::Notices,
 };
@@ -137,10 +137,10 @@ fn write_scenes(mut journal: ResMut<Journal>, mut loaded: MessageReader<SceneLoa
 fn write_widgets(
     mut journal: ResMut<Journal>,
     (panel, card, gallery, frozen): (
-        Res<PanelPlaces>,
-        Res<CardPlaces>,
-        Res<GalleryPlaces>,
-        Res<FrozenPlaces>,
+        Res<PanelRects>,
+        Res<CardRects>,
+        Res<GalleryRects>,
+        Res<QuarantineRects>,
     ),
     window: Option<Single<&Window, With<PrimaryWindow>>>,
 ) {

@@ -1,7 +1,7 @@
 //! The window as an application: what it opens with, loads, keeps between runs, and writes down.
 
-pub mod arrival;
 pub mod display;
+pub mod import;
 pub mod journal;
 pub mod load;
 pub mod record;

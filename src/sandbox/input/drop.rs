@@ -12,7 +12,7 @@ use bevy_egui::{
 };
 
 use crate::sandbox::{
-    app::{arrival::Arrivals, load::Opening},
+    app::{import::Imports, load::Opening},
     render::view::{ViewCommand, ViewSettings},
     ui::theme,
 };
@@ -22,7 +22,7 @@ pub struct DropPlugin;
 
 impl Plugin for DropPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Arrivals>()
+        app.init_resource::<Imports>()
             .init_resource::<Hovering>()
             .init_resource::<ViewSettings>()
             .add_message::<ViewCommand>()
@@ -38,7 +38,7 @@ struct Hovering(Option<String>);
 fn receive(
     mut files: MessageReader<FileDragAndDrop>,
     mut hovering: ResMut<Hovering>,
-    mut arrivals: ResMut<Arrivals>,
+    mut imports: ResMut<Imports>,
     mut commands: MessageWriter<ViewCommand>,
 ) {
     for file in files.read() {
@@ -53,7 +53,7 @@ fn receive(
                     let path = path_buf.to_string_lossy().into_owned();
                     commands.write(ViewCommand::LoadScene(path));
                 } else {
-                    arrivals.read(path_buf);
+                    imports.read(path_buf);
                 }
             }
         }
@@ -74,12 +74,12 @@ fn is_scene(path: &Path) -> bool {
 fn announce(
     mut contexts: EguiContexts,
     hovering: Res<Hovering>,
-    arrivals: Res<Arrivals>,
+    imports: Res<Imports>,
     opening: Option<Res<Opening>>,
     view: Res<ViewSettings>,
 ) -> Result {
     let scene = opening.as_ref().and_then(|opening| opening.slow());
-    let text = match (&hovering.0, scene, arrivals.pending()) {
+    let text = match (&hovering.0, scene, imports.pending()) {
         (Some(name), ..) if is_scene(Path::new(name)) => format!("Drop to open the scene {name}"),
         (Some(name), ..) => format!("Drop to import {name} as a soft body"),
         (None, Some(name), _) => format!("Opening {name} …"),

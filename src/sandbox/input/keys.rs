@@ -15,7 +15,7 @@ use bevy::{
 use bevy_egui::input::EguiWantsInput;
 
 use crate::sandbox::{
-    panel::{Asked, PanelSystems},
+    panel::{PanelRequest, PanelSystems},
     render::view::{LastGrab, ViewCommand, ViewSettings},
 };
 use hand::Hand;
@@ -62,7 +62,7 @@ pub enum Command {
     /// Opens or closes the gallery of stress tests.
     Gallery,
     /// Switches the reference overlay on or off.
-    Ghost,
+    ReferenceOverlay,
     /// Shows or hides the panel.
     Panel,
     /// Saves a picture of the window.
@@ -219,7 +219,7 @@ pub const BINDINGS: &[Binding] = &[
         &[Types("g")],
         "G",
         "reference overlay (f64, finer substeps)",
-        Command::Ghost,
+        Command::ReferenceOverlay,
     ),
     row(&[Types("h")], "H", "show / hide the panel", Command::Panel),
     row(
@@ -286,7 +286,7 @@ impl Plugin for KeysPlugin {
         app.init_resource::<ViewSettings>()
             .init_resource::<LastGrab>()
             .add_message::<ViewCommand>()
-            .add_message::<Asked>()
+            .add_message::<PanelRequest>()
             .add_systems(Update, obey.before(PanelSystems));
     }
 }

@@ -2,8 +2,8 @@
 
 pub mod accuracy;
 pub mod answer;
-pub mod frozen;
 pub mod gallery;
-pub mod ghost;
+pub mod quarantine;
+pub mod reference_overlay;
 pub mod resolution;
 pub mod throughput;

@@ -6,21 +6,21 @@
 use bevy::prelude::*;
 
 use super::{
-    Asked, PanelState, energy,
+    PanelRequest, PanelState, energy,
     gather::{in_scope, track},
     model::{Distortion, Request, Scope},
-    originals::{Originals, SceneSettings},
     restart,
+    scene_defaults::{SceneDefaults, SceneSettings},
 };
 use crate::{
     effect::EffectRegistry,
     sandbox::{
-        app::arrival::Arrivals,
+        app::import::Imports,
         input::drag::Drag,
         lab::{
             accuracy::{Accuracy, AccuracyCommand},
             gallery::{Gallery, GalleryCommand},
-            ghost::GhostCommand,
+            reference_overlay::ReferenceCommand,
         },
         render::view::{LastGrab, ViewCommand, ViewSettings},
         ui::message::{Notices, capitalised},
@@ -37,8 +37,11 @@ const SQUASHED: f32 = 0.1;
 
 /// Carries out everything that was asked for in this frame.
 pub(super) fn carry_out(world: &mut World) {
-    let asked: Vec<Asked> = world.resource_mut::<Messages<Asked>>().drain().collect();
-    for Asked(request) in asked {
+    let asked: Vec<PanelRequest> = world
+        .resource_mut::<Messages<PanelRequest>>()
+        .drain()
+        .collect();
+    for PanelRequest(request) in asked {
         carry_out_one(world, request);
     }
 }
@@ -76,11 +79,11 @@ fn carry_out_one(world: &mut World, request: Request) {
             }
         }
         Request::Ledger(on) => energy::keep(world, on),
-        Request::Ghost => {
-            world.write_message(GhostCommand::Toggle);
+        Request::ReferenceOverlay => {
+            world.write_message(ReferenceCommand::Toggle);
         }
-        Request::GhostAgain => {
-            world.write_message(GhostCommand::Again);
+        Request::ReferenceAgain => {
+            world.write_message(ReferenceCommand::Again);
         }
         Request::Pause(paused) => world.resource_mut::<SimulationClock>().paused = paused,
         Request::Step => {
@@ -114,7 +117,7 @@ fn carry_out_one(world: &mut World, request: Request) {
         Request::Effect { effect, on } => switch(world, scope, effect, on),
         Request::Material(name) => make_of(world, scope, name),
         Request::Distort(distortion) => distort(world, scope, distortion),
-        Request::AddBody(name) => world.resource_mut::<Arrivals>().build(&name),
+        Request::AddBody(name) => world.resource_mut::<Imports>().build(&name),
         Request::Restore(key) => {
             if let Some(body) = Entity::try_from_bits(key) {
                 push(world, Action::Restore { body });
@@ -168,8 +171,8 @@ fn parameter_of(
             .get(effect)
             .and_then(|info| (info.get)(&entity, info.parameter(parameter)?));
         let original = entity
-            .get::<Originals>()
-            .and_then(|originals| originals.get(effect, parameter));
+            .get::<SceneDefaults>()
+            .and_then(|scene_defaults| scene_defaults.get(effect, parameter));
         let chosen =
             value.and_then(|value| choose(value, original).filter(|chosen| *chosen != value));
         if let Some(value) = chosen {

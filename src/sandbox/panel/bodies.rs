@@ -111,20 +111,20 @@ fn state(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
 }
 
 /// Diverged bodies that are named; of more, the panel gives the number.
-const MOST_NAMED: usize = 2;
+const MAX_NAMED: usize = 2;
 
 fn frozen(ui: &mut Ui, panel: &mut Panel, stuck: &[(&BodyEntry, &str)]) {
     let alarm = |ui: &mut Ui, text: String| {
         ui.add(Label::new(RichText::new(text).small().color(theme::ALARM)).wrap());
     };
-    for (body, reason) in stuck.iter().take(MOST_NAMED) {
+    for (body, reason) in stuck.iter().take(MAX_NAMED) {
         alarm(
             ui,
             format!("{} diverged and is paused: {reason}", body.name),
         );
     }
-    if stuck.len() > MOST_NAMED {
-        alarm(ui, format!("and {} more", stuck.len() - MOST_NAMED));
+    if stuck.len() > MAX_NAMED {
+        alarm(ui, format!("and {} more", stuck.len() - MAX_NAMED));
     }
     if stuck.is_empty() {
         return;

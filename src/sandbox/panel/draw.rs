@@ -3,20 +3,20 @@
 use bevy_egui::egui::{Response, ScrollArea, Ui};
 
 use super::{
-    bodies, effects, energy, ghost,
+    bodies, effects, energy,
     model::{PanelModel, Request},
-    scene,
+    reference_overlay, scene,
     section::{self, RowButton},
     world,
 };
-use crate::sandbox::ui::Places;
+use crate::sandbox::ui::WidgetRects;
 use crate::sandbox::{render::view::SolverView, ui::theme};
 
 /// What one drawing of the panel gives back: what was asked for, and where each widget is.
 #[derive(Debug, Default)]
 pub struct Panel {
     requests: Vec<Request>,
-    places: Places,
+    places: WidgetRects,
 }
 
 impl Panel {
@@ -30,7 +30,7 @@ impl Panel {
             .auto_shrink([false, false])
             .max_height(ui.available_height() - foot)
             .show(ui, |ui| {
-                ghost::show(ui, &mut panel, model.ghost.as_ref());
+                reference_overlay::show(ui, &mut panel, model.reference_overlay.as_ref());
                 world::show(ui, &mut panel, model);
                 bodies::show(ui, &mut panel, model);
                 effects::show(ui, &mut panel, model);
@@ -47,7 +47,7 @@ impl Panel {
     }
 
     /// Where the widgets are.
-    pub fn places(&self) -> &Places {
+    pub fn places(&self) -> &WidgetRects {
         &self.places
     }
 
@@ -111,7 +111,7 @@ impl Panel {
                 "Draw the bodies as shaded surfaces (V)",
             ),
             button(
-                SolverView::Bands,
+                SolverView::Partitions,
                 "solver.bands",
                 "Partition",
                 "Draw the constraints by partition, the piece of a body that one worker steps (V)",
@@ -131,9 +131,9 @@ impl Panel {
                  together (V)",
             ),
             RowButton {
-                selected: model.ghost.is_some(),
+                selected: model.reference_overlay.is_some(),
                 ..RowButton::new(
-                    "ghost",
+                    "reference_overlay",
                     "f64 ref",
                     "Reference overlay: draw a double-precision simulation with smaller substeps \
                      over each body, and plot the distance to it (G)",
@@ -143,7 +143,7 @@ impl Panel {
         if let Some(index) = section::button_row(ui, self, &buttons) {
             self.ask(match SolverView::ALL.get(index) {
                 Some(view) => Request::SolverView(*view),
-                None => Request::Ghost,
+                None => Request::ReferenceOverlay,
             });
         }
     }

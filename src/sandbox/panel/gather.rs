@@ -3,13 +3,14 @@
 use bevy::prelude::*;
 
 use super::{
-    PanelState, delivered, energy, ghost, history,
+    PanelState, delivered, energy, history,
     model::{
         BodyEntry, BodyState, ClockModel, EffectModel, GrabModel, PanelModel, Parameter, Scope,
         StageModel,
     },
-    originals::{Originals, SceneSettings},
     picker::Picker,
+    reference_overlay,
+    scene_defaults::{SceneDefaults, SceneSettings},
 };
 use crate::sandbox::ui::track::{Spread, Track};
 use crate::{
@@ -17,8 +18,8 @@ use crate::{
         Contact, Effect, EffectInfo, EffectRegistry, ParameterInfo, Pressure, Scale, SelfContact,
     },
     sandbox::{
-        app::arrival,
-        lab::{frozen, throughput::Throughput},
+        app::import,
+        lab::{quarantine, throughput::Throughput},
         render::view::{LastGrab, ViewSettings},
     },
     scene::{Answer, CurrentScene, Material},
@@ -96,13 +97,13 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         history: world.resource::<PanelState>().history.clone(),
         energy: energy::model(world),
         grabbed: grabbed(world),
-        additions: arrival::additions(),
+        additions: import::additions(),
         materials: materials(world, &shown),
         wireframe: view.wireframe,
         tetrahedra: view.tetrahedra,
         answers: (scene.map(answers).unwrap_or_default(), view.answers),
         solver: view.solver,
-        ghost: ghost::model(world),
+        reference_overlay: reference_overlay::model(world),
     }
 }
 
@@ -145,7 +146,7 @@ pub(super) fn track(info: &ParameterInfo) -> Track {
 fn entry(world: &World, body: Entity) -> BodyEntry {
     let entity = world.entity(body);
     let state = match entity.get::<Quarantined>() {
-        Some(quarantine) => BodyState::Quarantined(frozen::reason(quarantine)),
+        Some(quarantine) => BodyState::Quarantined(quarantine::reason(quarantine)),
         None if entity.contains::<Asleep>() => BodyState::Asleep,
         None => BodyState::Awake,
     };
@@ -170,7 +171,7 @@ fn effect(world: &World, info: &EffectInfo, bodies: &[Entity], shown: &[Entity])
             let values = carriers.iter().filter_map(|body| {
                 let body = world.entity(*body);
                 let value = (info.get)(&body, index)?;
-                let original = body.get::<Originals>()?.get(info.name, parameter.name);
+                let original = body.get::<SceneDefaults>()?.get(info.name, parameter.name);
                 Some((value, original))
             });
             parameter_of(parameter, values)
@@ -214,7 +215,7 @@ fn overpressure(world: &World, effect: &str, shown: &[Entity]) -> Option<(f64, f
     let all = shown.iter().filter_map(|body| {
         let body = world.entity(*body);
         body.get::<Pressure>()?;
-        body.get::<Multipliers>()?.walls.overpressure(h)
+        body.get::<Multipliers>()?.pressure_state.overpressure(h)
     });
     all.map(|pressure| (pressure, pressure))
         .reduce(|(low, high), (one, _)| (low.min(one), high.max(one)))

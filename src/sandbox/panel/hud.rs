@@ -11,7 +11,7 @@ use bevy_egui::{
 };
 
 use crate::sandbox::{
-    lab::{ghost::Ghost, throughput::Throughput},
+    lab::{reference_overlay::ReferenceOverlay, throughput::Throughput},
     render::view::ViewSettings,
     ui::{count, format, theme},
 };
@@ -110,13 +110,17 @@ fn refresh(
     statistics: Res<Statistics>,
     throughput: Res<Throughput>,
     clock: Res<SimulationClock>,
-    ghost: Option<Res<Ghost>>,
+    reference_overlay: Option<Res<ReferenceOverlay>>,
 ) {
     head_up.frames += 1;
     head_up.seconds += time.delta_secs();
     head_up.pace.pass(&clock, time.delta_secs_f64());
     let slow = head_up.pace.slow(&clock);
-    head_up.state = state(&clock, slow, ghost.is_some_and(|ghost| ghost.holds()));
+    head_up.state = state(
+        &clock,
+        slow,
+        reference_overlay.is_some_and(|reference_overlay| reference_overlay.holds()),
+    );
     if head_up.seconds >= 1.0 / REFRESH {
         let rate = head_up.frames as f32 / head_up.seconds;
         head_up.figures = figures(rate, &statistics, throughput.per_second());
@@ -188,7 +192,7 @@ fn percent(ratio: f64) -> String {
 }
 
 /// What is out of the ordinary; `slow` is the pace of a computer that does not keep up.
-fn state(clock: &SimulationClock, slow: Option<f64>, ghost_holds: bool) -> String {
+fn state(clock: &SimulationClock, slow: Option<f64>, reference_overlay_holds: bool) -> String {
     let mut parts = Vec::new();
     if clock.paused {
         parts.push("paused".to_owned());
@@ -196,7 +200,7 @@ fn state(clock: &SimulationClock, slow: Option<f64>, ghost_holds: bool) -> Strin
     if clock.speed != 1.0 {
         parts.push(format!("{}× speed", format(clock.speed, 2)));
     }
-    if ghost_holds {
+    if reference_overlay_holds {
         parts.push("waiting for the reference".to_owned());
     }
     if let Some(pace) = slow {

@@ -11,22 +11,22 @@ mod draw;
 mod effects;
 pub mod energy;
 mod gather;
-mod ghost;
 pub mod help;
 pub mod history;
 pub mod hud;
 pub mod model;
-mod originals;
 mod parameter;
 mod picker;
+mod reference_overlay;
 mod restart;
 mod scene;
+mod scene_defaults;
 mod section;
 mod world;
 
 pub use draw::Panel;
 pub use model::{Addition, PanelModel, Request, SceneEntry, Scope};
-pub use originals::{Originals, SceneSettings};
+pub use scene_defaults::{SceneDefaults, SceneSettings};
 
 use std::collections::BTreeMap;
 
@@ -39,13 +39,13 @@ use bevy_egui::{
 use crate::sandbox::{
     app::load::SceneLoaded,
     render::view::{LastGrab, ViewCommand, ViewSettings},
-    ui::{Places, theme},
+    ui::{WidgetRects, theme},
 };
 use crate::simulation::{Measuring, Profile};
 
 /// Something was asked for, by the panel or by a key.
 #[derive(Message, Debug, Clone, PartialEq, Deref)]
-pub struct Asked(pub Request);
+pub struct PanelRequest(pub Request);
 
 /// What the panel itself remembers.
 #[derive(Resource, Debug, Default)]
@@ -66,7 +66,7 @@ pub struct PanelState {
 
 /// Where the panel's widgets are; for the journal.
 #[derive(Resource, Debug, Default, Deref)]
-pub struct PanelPlaces(Places);
+pub struct PanelRects(WidgetRects);
 
 /// Systems that carry out what was asked for, in `Update`.
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -78,16 +78,19 @@ pub struct PanelPlugin;
 impl Plugin for PanelPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<PanelState>()
-            .init_resource::<PanelPlaces>()
+            .init_resource::<PanelRects>()
             .init_resource::<ViewSettings>()
             .init_resource::<LastGrab>()
             .init_resource::<SceneSettings>()
             .init_resource::<picker::Picker>()
             .init_resource::<restart::Carried>()
-            .add_message::<Asked>()
+            .add_message::<PanelRequest>()
             .add_message::<ViewCommand>()
             .add_message::<SceneLoaded>()
-            .add_systems(PreUpdate, (restart::begin, originals::remember).chain())
+            .add_systems(
+                PreUpdate,
+                (restart::begin, scene_defaults::remember).chain(),
+            )
             .add_systems(
                 Update,
                 (
@@ -136,13 +139,13 @@ fn panel(world: &mut World) -> Result {
         .get_mut()
         .clone();
     if !world.resource::<ViewSettings>().panel_visible {
-        world.resource_mut::<PanelPlaces>().0.clear();
+        world.resource_mut::<PanelRects>().0.clear();
         world.resource_mut::<ViewSettings>().panel_width = 0.0;
         return Ok(());
     }
     let model = gather::model(world);
     let (panel, covered) = show(&context, &model);
-    let mut places = world.resource_mut::<PanelPlaces>();
+    let mut places = world.resource_mut::<PanelRects>();
     if places.0 != *panel.places() {
         places.0 = panel.places().clone();
     }
@@ -151,7 +154,7 @@ fn panel(world: &mut World) -> Result {
         view.panel_width = covered;
     }
     for request in panel.requests() {
-        world.write_message(Asked(request.clone()));
+        world.write_message(PanelRequest(request.clone()));
     }
     Ok(())
 }

@@ -7,7 +7,7 @@
 use super::{energy::EnergyTrack, history::History};
 use crate::sandbox::ui::track::Track;
 use crate::{
-    sandbox::{lab::ghost::distance::Trail, render::view::SolverView},
+    sandbox::{lab::reference_overlay::distance::Trail, render::view::SolverView},
     scene::Material,
 };
 
@@ -58,8 +58,8 @@ pub struct PanelModel {
     pub answers: (String, bool),
     /// What of the solver is drawn.
     pub solver: SolverView,
-    /// The ghost, if there is one.
-    pub ghost: Option<GhostModel>,
+    /// The reference overlay, if there is one.
+    pub reference_overlay: Option<ReferenceModel>,
 }
 
 /// A line of the scene picker.
@@ -205,9 +205,9 @@ pub struct EnergyModel {
     pub track: EnergyTrack,
 }
 
-/// The ghost, and how far bodies are from it.
+/// The reference overlay, and how far bodies are from it.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct GhostModel {
+pub struct ReferenceModel {
     /// Distances over the last ticks; none before it has begun.
     pub trail: Trail,
     /// How many bodies had one when it began, and how many could.
@@ -349,10 +349,10 @@ pub enum Request {
     Gallery,
     /// Keep the energy ledger from now on (`true`), or no longer.
     Ledger(bool),
-    /// Let there be a ghost, or none.
-    Ghost,
-    /// Begin the ghost again from where the bodies are.
-    GhostAgain,
+    /// Let there be a reference overlay, or none.
+    ReferenceOverlay,
+    /// Begin the reference overlay again from where the bodies are.
+    ReferenceAgain,
     /// Save a picture.
     Screenshot,
     /// Show the overlay of keys.

@@ -3,7 +3,7 @@
 
 use bevy::prelude::*;
 
-use super::originals::{Originals, SceneSettings};
+use super::scene_defaults::{SceneDefaults, SceneSettings};
 use crate::{
     effect::EffectRegistry,
     sandbox::app::load::SceneLoaded,
@@ -55,13 +55,13 @@ pub(super) fn note(world: &mut World) {
 
 fn changed(world: &World, place: usize, body: Entity) -> Vec<ChangedParameter> {
     let entity = world.entity(body);
-    let Some(originals) = entity.get::<Originals>() else {
+    let Some(scene_defaults) = entity.get::<SceneDefaults>() else {
         return Vec::new();
     };
     let mut changes = Vec::new();
     for effect in world.resource::<EffectRegistry>().iter() {
         for (index, parameter) in effect.parameters.iter().enumerate() {
-            let original = originals.get(effect.name, parameter.name);
+            let original = scene_defaults.get(effect.name, parameter.name);
             let value = (effect.get)(&entity, index);
             if let (Some(value), Some(original)) = (value, original)
                 && value != original

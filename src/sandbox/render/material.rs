@@ -1,4 +1,4 @@
-//! What things are made of: the skin of soft bodies and colliders, lines, ghosts, and the
+//! What things are made of: the skin of soft bodies and colliders, lines, reference overlays, and the
 //! palette.
 //!
 //! The skin is a material of our own (`shaders/body.wgsl`): jelly needs light that wraps
@@ -155,7 +155,7 @@ impl Material for WireMaterial {
     }
 }
 
-/// Uniform of `ghost.wgsl`.
+/// Uniform of `reference_overlay.wgsl`.
 #[derive(Debug, Clone, Copy, PartialEq, ShaderType)]
 pub struct Veil {
     /// Colour, linear sRGB.
@@ -168,19 +168,19 @@ pub struct Veil {
 
 /// A surface that one looks through.
 #[derive(Asset, TypePath, AsBindGroup, Debug, Clone)]
-pub struct GhostMaterial {
+pub struct ReferenceMaterial {
     /// How it looks.
     #[uniform(0)]
     pub veil: Veil,
 }
 
-impl Material for GhostMaterial {
+impl Material for ReferenceMaterial {
     fn vertex_shader() -> ShaderRef {
-        "embedded://pliant/sandbox/render/shaders/ghost.wgsl".into()
+        "embedded://pliant/sandbox/render/shaders/reference_overlay.wgsl".into()
     }
 
     fn fragment_shader() -> ShaderRef {
-        "embedded://pliant/sandbox/render/shaders/ghost.wgsl".into()
+        "embedded://pliant/sandbox/render/shaders/reference_overlay.wgsl".into()
     }
 
     fn alpha_mode(&self) -> AlphaMode {
@@ -207,18 +207,18 @@ impl Material for GhostMaterial {
     }
 }
 
-/// The materials of bodies, colliders, lines and ghosts.
+/// The materials of bodies, colliders, lines and reference overlays.
 pub struct SkinPlugin;
 
 impl Plugin for SkinPlugin {
     fn build(&self, app: &mut App) {
         embedded_asset!(app, "shaders/body.wgsl");
         embedded_asset!(app, "shaders/wire.wgsl");
-        embedded_asset!(app, "shaders/ghost.wgsl");
+        embedded_asset!(app, "shaders/reference_overlay.wgsl");
         app.add_plugins((
             MaterialPlugin::<SkinMaterial>::default(),
             MaterialPlugin::<WireMaterial>::default(),
-            MaterialPlugin::<GhostMaterial>::default(),
+            MaterialPlugin::<ReferenceMaterial>::default(),
         ));
     }
 }

@@ -68,7 +68,7 @@ struct Marks {
     view: SolverView,
     kinds: Kinds,
     /// Number of the body's first band among those of all bodies.
-    first_band: usize,
+    first_partition: usize,
     summary: Summary,
 }
 
@@ -83,7 +83,7 @@ impl Marks {
     fn mesh(&self, topology: &Topology) -> Mesh {
         let (mut tints, mut indices) = (Vec::new(), Vec::new());
         let tint = |place: place::Place, side: f32| {
-            let tint = place.tint(self.view, self.first_band);
+            let tint = place.tint(self.view, self.first_partition);
             tint.extend(side).to_array()
         };
         if self.kinds.tetrahedra {
@@ -162,7 +162,7 @@ fn show(
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<ConstraintMaterial>>,
 ) {
-    let mut first_band = 0;
+    let mut first_partition = 0;
     for (entity, body, (edges, volume, struts), mut visibility, children) in &mut bodies {
         let there = children
             .into_iter()
@@ -177,12 +177,12 @@ fn show(
         let wanted = (settings.solver != SolverView::Off && solved).then(|| Marks {
             view: settings.solver,
             kinds,
-            first_band,
+            first_partition,
             summary: there
                 .filter(|(_, marks)| !body.is_changed() && marks.kinds == kinds)
                 .map_or_else(|| Summary::of(&body, kinds), |(_, marks)| marks.summary),
         });
-        first_band += body.bands.count();
+        first_partition += body.partitions.count();
         if !body.is_changed() && there.map(|(_, marks)| marks) == wanted {
             continue;
         }

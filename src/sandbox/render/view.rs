@@ -58,7 +58,7 @@ pub enum SolverView {
     #[default]
     Off,
     /// The band: the piece of the body that a thread takes.
-    Bands,
+    Partitions,
     /// The colour: constraints of one share no particle, and are solved at the same time.
     Colours,
     /// The lane: the place in a block of eight that one instruction solves.
@@ -67,14 +67,14 @@ pub enum SolverView {
 
 impl SolverView {
     /// All of them, in the order in which the key goes through them.
-    pub const ALL: [Self; 4] = [Self::Off, Self::Bands, Self::Colours, Self::Lanes];
+    pub const ALL: [Self; 4] = [Self::Off, Self::Partitions, Self::Colours, Self::Lanes];
 
     /// The one that the key shows next.
     #[must_use]
     pub const fn next(self) -> Self {
         match self {
-            Self::Off => Self::Bands,
-            Self::Bands => Self::Colours,
+            Self::Off => Self::Partitions,
+            Self::Partitions => Self::Colours,
             Self::Colours => Self::Lanes,
             Self::Lanes => Self::Off,
         }

@@ -2,10 +2,10 @@
 
 pub mod message;
 pub mod number;
-mod places;
 pub mod slider;
 pub mod theme;
 pub mod track;
+mod widget_rects;
 
 pub use number::{count, format};
-pub use places::Places;
+pub use widget_rects::WidgetRects;

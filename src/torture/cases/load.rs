@@ -7,7 +7,7 @@ use crate::solver::{
 use glam::Vec3;
 
 /// The most sweeps a substep that are tried.
-const MOST_SWEEPS: u32 = 8192;
+const MAX_SWEEPS: u32 = 8192;
 
 /// Largest strain of an edge.
 fn most_strain(world: &World) -> f64 {
@@ -48,7 +48,7 @@ pub const MASSES: Case = Case {
                 trial.tick();
                 most = most.max(most_strain(&trial));
             }
-            if most <= 0.01 || sweeps >= MOST_SWEEPS {
+            if most <= 0.01 || sweeps >= MAX_SWEEPS {
                 return Ok(());
             }
             sweeps *= 2;

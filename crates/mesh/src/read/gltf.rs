@@ -131,7 +131,7 @@ fn refuse_extensions(file: &str, document: &Document) -> Result<(), MeshError> {
 
 /// Vertices and triangles that a scene may show beyond those that its buffers hold once. Nodes may
 /// share a mesh, and primitives their data, so that a short file could stand for any number.
-const MOST_REPEATED: usize = 4_000_000;
+const MAX_REPEATED: usize = 4_000_000;
 
 struct Reader<'a> {
     file: &'a str,
@@ -211,7 +211,7 @@ impl Reader<'_> {
         }
         let base = self.surface.vertices.len();
         let shown = base + positions.len() + self.surface.triangles.len() + indices.len();
-        let most = MOST_REPEATED + self.data.bytes();
+        let most = MAX_REPEATED + self.data.bytes();
         if shown > most {
             return Err(format!(
                 "brings the scene to {shown} vertices and indices of triangles, but at most {most} \

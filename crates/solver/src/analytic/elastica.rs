@@ -18,9 +18,9 @@ const PARTS: usize = 2000;
 /// under a large load there are others, which wind to and fro.
 const GROWTH: f64 = 4.0;
 /// The largest load: the bend is √(B/(wL)) long, six parts.
-const MOST_LOAD: f64 = 1e5;
+const MAX_LOAD: f64 = 1e5;
 /// Steps of Newton's method at a load, at most.
-const MOST_STEPS: u32 = 100;
+const MAX_STEPS: u32 = 100;
 
 impl Elastica {
     /// Points of the strip, at equal parts of its length, at most 2000: how far along the level from
@@ -40,7 +40,7 @@ impl Elastica {
 
     /// All points, from where it is held to its end.
     fn places(&self) -> Option<impl Iterator<Item = [f64; 2]>> {
-        let known = self.load > 0.0 && self.load <= MOST_LOAD && self.clamp.is_finite();
+        let known = self.load > 0.0 && self.load <= MAX_LOAD && self.clamp.is_finite();
         if !known {
             return None;
         }
@@ -63,7 +63,7 @@ impl Elastica {
         let mut load = self.load.min(1.0);
         loop {
             // Some five steps are enough; below this it is rounding that moves the angles.
-            for _ in 0..MOST_STEPS {
+            for _ in 0..MAX_STEPS {
                 if change(&mut angles, load) < 1e-11 {
                     break;
                 }

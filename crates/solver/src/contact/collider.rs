@@ -46,8 +46,8 @@ impl Collider {
 
     /// What it does between two times [s].
     #[must_use]
-    pub fn sweep(&self, from: f64, to: f64) -> Sweep {
-        Sweep {
+    pub fn sweep(&self, from: f64, to: f64) -> SweptCollider {
+        SweptCollider {
             shape: self.shape,
             from: self.pose_at(from),
             to: self.pose_at(to),
@@ -73,7 +73,7 @@ pub struct Collide {
 
 /// A collider over one substep.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sweep {
+pub struct SweptCollider {
     /// Its shape.
     pub shape: ColliderShape,
     /// Where it was at the start.
@@ -82,7 +82,7 @@ pub struct Sweep {
     pub to: Pose,
 }
 
-impl Sweep {
+impl SweptCollider {
     /// Whether it moves.
     #[must_use]
     pub fn moves(&self) -> bool {
@@ -104,7 +104,7 @@ impl Sweep {
 #[derive(Debug, Clone, Default)]
 pub struct Swept {
     /// One substep after the other, and the whole tick last.
-    sweeps: Vec<Sweep>,
+    sweeps: Vec<SweptCollider>,
     colliders: usize,
 }
 
@@ -130,13 +130,13 @@ impl Swept {
 
     /// What they do in the tick.
     #[must_use]
-    pub fn whole(&self) -> &[Sweep] {
+    pub fn whole(&self) -> &[SweptCollider] {
         &self.sweeps[self.sweeps.len() - self.colliders..]
     }
 
     /// What they do in a substep.
     #[must_use]
-    pub fn of(&self, substep: u32) -> &[Sweep] {
+    pub fn of(&self, substep: u32) -> &[SweptCollider] {
         let first = substep as usize * self.colliders;
         &self.sweeps[first..first + self.colliders]
     }
@@ -156,7 +156,7 @@ impl PartialEq for Swept {
 pub fn solve(
     particles: Part,
     collide: &Collide,
-    (number, collider): (u32, &Sweep),
+    (number, collider): (u32, &SweptCollider),
     kept: &mut [ContactMultiplier],
     h: f32,
     gravity: Vec3,
@@ -214,7 +214,7 @@ struct Reach {
 }
 
 impl Reach {
-    fn of(collider: &Sweep) -> Self {
+    fn of(collider: &SweptCollider) -> Self {
         let (from, to) = (collider.from.translation, collider.to.translation);
         let middle = ((from + to) / 2.0).as_vec3();
         let radius = collider.shape.reach() + (from.distance(to) / 2.0) as f32;

@@ -45,7 +45,7 @@ use crate::{Damping, Particles, Settings, Topology, elastic::Elastic};
 pub const CLOSE: f64 = 1.1;
 
 /// More substeps a tick than these are not advised.
-pub const MOST_SUBSTEPS: u32 = 1000;
+pub const MAX_SUBSTEPS: u32 = 1000;
 
 /// Strains below this many roundings of their positions are taken for noise.
 const ROUNDINGS: f64 = 4.0;
@@ -170,7 +170,7 @@ impl Delivered {
     }
 
     /// Substeps a tick, from those that it has, with which it would be at most [`CLOSE`] times as
-    /// soft as asked; `None` if [`MOST_SUBSTEPS`] would not do. Then more iterations may help, or
+    /// soft as asked; `None` if [`MAX_SUBSTEPS`] would not do. Then more iterations may help, or
     /// a softer material has to be accepted.
     ///
     /// What is softer than asked is (1 + γ)δ, and δ is made of ∇C w ∇C λ = h² ∇C w ∇C F with
@@ -190,6 +190,6 @@ impl Delivered {
         };
         let now = settings.substeps.get();
         let enough = |&n: &u32| excess * own(n) <= (CLOSE - 1.0) * own(now);
-        (now..=MOST_SUBSTEPS).find(enough)
+        (now..=MAX_SUBSTEPS).find(enough)
     }
 }

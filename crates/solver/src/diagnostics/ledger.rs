@@ -29,7 +29,7 @@
 
 use crate::{
     ForceKind, Friction, Particles, Substep,
-    advance::{Means, NotFinite, Solve, Stage, Stepper},
+    advance::{NotFinite, Solve, Stage, StepContext, Stepper},
     effects::shape_matching::Place,
     elastic::{Elastic, Visit},
     measure::{gravitational_energy, kinetic_energy},
@@ -133,14 +133,14 @@ enum Cause {
 pub fn advance(
     body: &mut Stepper,
     substeps: Range<u32>,
-    means: &Means,
+    context: &StepContext,
 ) -> Result<Ledger, NotFinite> {
     let mut ledger = Ledger::default();
     let mut book = Book::of(body);
     for index in substeps {
-        let step = means.settings.substep(index);
-        ledger += book.substep(body, &step, means)?;
-        ledger.plastic += book.flow(body, &step, means)?;
+        let step = context.settings.substep(index);
+        ledger += book.substep(body, &step, context)?;
+        ledger.plastic += book.flow(body, &step, context)?;
     }
     Ok(ledger)
 }
@@ -282,15 +282,15 @@ impl Book {
         &mut self,
         body: &mut Stepper,
         step: &Substep,
-        means: &Means,
+        context: &StepContext,
     ) -> Result<Ledger, NotFinite> {
-        self.draw(body, step, means);
-        self.predict(body, step, means, false)?;
+        self.draw(body, step, context);
+        self.predict(body, step, context, false)?;
         let solve = Solve::of(body.effects, !body.stitches.is_empty(), step.method);
         for (stage, iteration) in solve.stages(*step) {
-            self.stage(body, stage, step, iteration, means)?;
+            self.stage(body, stage, step, iteration, context)?;
         }
-        self.finish(body, step, means)
+        self.finish(body, step, context)
     }
 
     /// Does the first stage of a substep, and what comes before and after it. `is_near` says that another surface is.
@@ -298,20 +298,20 @@ impl Book {
         &mut self,
         body: &mut Stepper,
         step: &Substep,
-        means: &Means,
+        context: &StepContext,
         is_near: bool,
     ) -> Result<(), NotFinite> {
         self.start.clone_from(body.particles);
-        body.begin_drawn(step, means, is_near);
+        body.begin_drawn(step, context, is_near);
         velocities(&mut self.leapt, body.particles);
         for kind in ForceKind::ALL {
-            body.stage(Stage::Force(kind), step, 0, means)?;
+            body.stage(Stage::Force(kind), step, 0, context)?;
         }
         velocities(&mut self.forced, body.particles);
-        body.stage(Stage::Presolve, step, 0, means)?;
+        body.stage(Stage::Presolve, step, 0, context)?;
         self.begin(body.particles);
         self.carry[0].clone_from(&body.particles.carry);
-        self.contact(body, Stage::StickyGround, step, 0, means)
+        self.contact(body, Stage::StickyGround, step, 0, context)
     }
 
     /// Does a part of the second stage.
@@ -321,17 +321,17 @@ impl Book {
         stage: Stage,
         step: &Substep,
         iteration: u32,
-        means: &Means,
+        context: &StepContext,
     ) -> Result<(), NotFinite> {
         let cause = match stage {
             Stage::Contact | Stage::SelfContact => return Ok(()),
             Stage::Ground | Stage::Collide => {
-                return self.contact(body, stage, step, iteration, means);
+                return self.contact(body, stage, step, iteration, context);
             }
             Stage::Grab => Cause::Hand,
             _ => Cause::Elastic,
         };
-        body.stage(stage, step, iteration, means)?;
+        body.stage(stage, step, iteration, context)?;
         self.credit(body.particles, cause);
         Ok(())
     }
@@ -352,10 +352,10 @@ impl Book {
         &mut self,
         body: &mut Stepper,
         step: &Substep,
-        means: &Means,
+        context: &StepContext,
     ) -> Result<Ledger, NotFinite> {
         self.carry[1].clone_from(&body.particles.carry);
-        body.stage(Stage::Postsolve, step, 0, means)?;
+        body.stage(Stage::Postsolve, step, 0, context)?;
         velocities(&mut self.turned, body.particles);
         body.restore_spin();
         velocities(&mut self.rolled, body.particles);
@@ -373,12 +373,12 @@ impl Book {
     }
 
     /// Begins a substep: draws what is under repair.
-    pub(crate) fn draw(&mut self, body: &mut Stepper, step: &Substep, means: &Means) {
+    pub(crate) fn draw(&mut self, body: &mut Stepper, step: &Substep, context: &StepContext) {
         let mechanical = |particles: &Particles| {
             kinetic_energy(particles) + gravitational_energy(particles, step.gravity)
         };
         let before = mechanical(body.particles);
-        body.draw_where_damaged(step, means);
+        body.draw_where_damaged(step, context);
         if body.particles.repair.is_empty() {
             return;
         }
@@ -427,7 +427,7 @@ impl Book {
         stage: Stage,
         step: &Substep,
         iteration: u32,
-        means: &Means,
+        context: &StepContext,
     ) -> Result<(), NotFinite> {
         let present = match stage {
             Stage::StickyGround => body.effects.sticky_ground.is_some(),
@@ -457,7 +457,7 @@ impl Book {
             std::mem::swap(&mut body.lambdas.rigid, &mut rigid);
             body.lambdas.rigid.let_slip();
             std::mem::swap(body.particles, &mut smooth);
-            let result = body.stage(stage, step, iteration, means);
+            let result = body.stage(stage, step, iteration, context);
             std::mem::swap(body.particles, &mut smooth);
             body.lambdas.rigid = rigid;
             *body.effects = rough;
@@ -465,7 +465,7 @@ impl Book {
         }
         self.credit(&smooth, Cause::Contact);
         self.smooth = smooth;
-        body.stage(stage, step, iteration, means)?;
+        body.stage(stage, step, iteration, context)?;
         self.credit(body.particles, Cause::Friction);
         Ok(())
     }
@@ -475,12 +475,12 @@ impl Book {
         &mut self,
         body: &mut Stepper,
         step: &Substep,
-        means: &Means,
+        context: &StepContext,
     ) -> Result<f64, NotFinite> {
         if body.effects.plasticity.is_none() {
             return Ok(0.0);
         }
-        body.stage(Stage::Flow, step, 0, means)?;
+        body.stage(Stage::Flow, step, 0, context)?;
         let errors = Errors::of(body);
         let energy = |&(error, compliance, _): &(f64, f64, f64)| match compliance {
             0.0 => 0.0,

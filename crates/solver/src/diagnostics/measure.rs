@@ -5,8 +5,8 @@ pub use crate::kernel::sum::SquareSum;
 
 use crate::kernel::geometry::volume_and_gradients;
 use crate::{
-    Effects, Lambdas, Matching, Particles, Pressure, Topology,
-    effects::{pressure::Walls, shape_matching::Place},
+    Effects, Lambdas, Particles, Pressure, ShapeMatchingState, Topology,
+    effects::{pressure::PressureState, shape_matching::Place},
     elastic::{Elastic, Visit},
 };
 use glam::{DVec3, Vec3, Vec4};
@@ -161,7 +161,7 @@ pub fn elastic_energies(
     });
     let matched = effects.shape_matching.map_or(0.0, |effect| {
         let at = |i: u32| Place::still(at(i));
-        Matching::of(topology, &effect).energy(topology, &effect, at)
+        ShapeMatchingState::of(topology, &effect).energy(topology, &effect, at)
     });
     let mut sum = Sum(0.0, topology, at);
     effects.visit(&mut sum);
@@ -182,18 +182,18 @@ pub fn pressure_residual(
     pressure: &Pressure,
     topology: &Topology,
     particles: &Particles,
-    walls: &Walls,
+    pressure_state: &PressureState,
     h: f32,
 ) -> SquareSum {
     let Ok(enclosure) = topology.enclosure() else {
         return SquareSum::default();
     };
-    if walls.gradients.is_empty() {
+    if pressure_state.gradients.is_empty() {
         return SquareSum::default();
     }
     let at = |i: u32| particles.position(i as usize);
     let volume = enclosure.volume(topology, at);
-    let left = pressure.residual(enclosure, volume, walls.multiplier, h.into());
+    let left = pressure.residual(enclosure, volume, pressure_state.multiplier, h.into());
     SquareSum {
         sum: left * left,
         count: 1,
@@ -270,7 +270,7 @@ pub fn residuals(
         sum.all.add(own);
     }
     if let Some(pressure) = &effects.pressure {
-        let own = pressure_residual(pressure, topology, particles, &lambdas.walls, h);
+        let own = pressure_residual(pressure, topology, particles, &lambdas.pressure_state, h);
         sum.all.add(own);
     }
     sum.all

@@ -22,7 +22,7 @@ pub fn solver_bytes(bodies: &[Body]) -> usize {
                 + original
                 + state(&body.particles)
                 + body.tick_start.len() * size_of::<Vec4>()
-                + body.leads.bytes()
+                + body.tether_targets.bytes()
                 + body.lambdas.bytes()
                 + body.stitches.bytes()
                 + body.factors.bytes()

@@ -145,7 +145,7 @@ impl Visit for Prepare<'_> {
 
 /// Where particles are, and what of them.
 #[derive(Clone, Copy)]
-pub(super) struct Places<'a> {
+pub(super) struct Positions<'a> {
     pub topology: &'a Topology,
     /// Inverse masses [1/kg].
     pub w: &'a [f64],
@@ -157,7 +157,7 @@ pub(super) struct Places<'a> {
     pub h: f64,
 }
 
-impl Places<'_> {
+impl Positions<'_> {
     fn points<const N: usize>(&self, corners: [u32; N]) -> [Point; N] {
         corners.map(|i| i as usize).map(|i| Point {
             x: self.x[i],
@@ -176,7 +176,7 @@ impl Places<'_> {
 
 /// Adds the equations at x to a matrix and a right-hand side.
 pub(super) struct Assemble<'a> {
-    pub places: Places<'a>,
+    pub places: Positions<'a>,
     pub plan: &'a Plan,
     pub columns: &'a mut Columns,
     pub matrix: &'a mut Matrix,
@@ -269,7 +269,7 @@ impl Visit for Assemble<'_> {
 }
 
 /// Finds λ after a whole step Δx.
-pub(super) struct Foresee<'a> {
+pub(super) struct ForeseenMerit<'a> {
     pub topology: &'a Topology,
     pub plan: &'a Plan,
     pub columns: &'a mut Columns,
@@ -283,7 +283,7 @@ pub(super) struct Foresee<'a> {
     pub tighter: bool,
 }
 
-impl Visit for Foresee<'_> {
+impl Visit for ForeseenMerit<'_> {
     fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, _: &E) {
         if !E::KIND.is_solved_directly() {
             return;
@@ -318,7 +318,7 @@ impl Visit for Foresee<'_> {
 
 /// Adds up what is minimised at x, with the λ that was foreseen.
 pub(super) struct Merit<'a> {
-    pub places: Places<'a>,
+    pub places: Positions<'a>,
     pub columns: &'a Columns,
     pub sum: f64,
 }

@@ -40,7 +40,7 @@ use super::{
 };
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
-use assemble::{Assemble, Column, Columns, Foresee, Links, Merit, Places, Prepare};
+use assemble::{Assemble, Column, Columns, ForeseenMerit, Links, Merit, Positions, Prepare};
 use glam::{DVec3, Vec4};
 use matrix::{Matrix, add_unit};
 use plan::{Plan, TooLarge};
@@ -59,7 +59,7 @@ use std::fmt;
 pub struct Direct {}
 
 /// Multiplications of a factorization at most: some 5 ms.
-pub const MOST_WORK: u64 = 20_000_000;
+pub const MAX_WORK: u64 = 20_000_000;
 
 /// Systems of an iteration at most, each with the tensions that the one before has found.
 const PASSES: usize = 3;
@@ -74,10 +74,10 @@ const SLACK: f64 = 1e-6;
 /// The plan of a body that is solved directly, and the room that it works in; nothing for other bodies.
 /// It follows from the topology and the effects, and is no part of the state.
 #[derive(Debug, Clone, Default)]
-pub struct Factors(Option<Box<Room>>);
+pub struct Factors(Option<Box<Workspace>>);
 
 #[derive(Debug, Clone, Default)]
-struct Room {
+struct Workspace {
     /// Which effects of how many particles `plan` is for.
     planned: Option<(u32, TopologyId)>,
     plan: Option<Plan>,
@@ -107,7 +107,7 @@ pub enum Done {
     Solved,
     /// An iteration was a sweep, because the body was far from its rest shape or no step helped.
     Swept,
-    /// It was swept, because a factorization would take more than [`MOST_WORK`].
+    /// It was swept, because a factorization would take more than [`MAX_WORK`].
     TooLarge,
 }
 
@@ -136,7 +136,7 @@ pub enum Unfit {
     Method,
     /// It carries neo-Hookean tetrahedra.
     NeoHookean,
-    /// A factorization would take more than [`MOST_WORK`]; how many particles there are.
+    /// A factorization would take more than [`MAX_WORK`]; how many particles there are.
     TooLarge(usize),
 }
 
@@ -155,7 +155,7 @@ impl fmt::Display for Unfit {
                 f,
                 "a factorization of its {particles} particles would take more than {} million \
                  multiplications per substep; use fewer cells",
-                MOST_WORK / 1_000_000
+                MAX_WORK / 1_000_000
             ),
         }
     }
@@ -183,7 +183,7 @@ impl PartialEq for Factors {
 
 /// What a substep of a body is solved with.
 #[derive(Debug)]
-pub(super) struct Given<'a> {
+pub(super) struct Iteration<'a> {
     pub topology: &'a Topology,
     pub effects: &'a Effects,
     /// All particles of the body, predicted.
@@ -206,7 +206,7 @@ impl ElasticKind {
 }
 
 /// Multiplications that a factorization of a body with these effects takes; `None` if they are more
-/// than [`MOST_WORK`], so that the body is swept.
+/// than [`MAX_WORK`], so that the body is swept.
 #[must_use]
 pub fn work(topology: &Topology, effects: &Effects) -> Option<u64> {
     plan(topology, effects).ok().map(|plan| plan.work)
@@ -218,31 +218,33 @@ fn plan(topology: &Topology, effects: &Effects) -> Result<Plan, TooLarge> {
         found: Vec::new(),
     };
     effects.visit(&mut links);
-    Plan::new(topology.particles(), links.found.into_iter(), MOST_WORK)
+    Plan::new(topology.particles(), links.found.into_iter(), MAX_WORK)
 }
 
 impl Factors {
     /// What became of the last substep.
     #[must_use]
     pub fn done(&self) -> Done {
-        self.0.as_ref().map_or(Done::Nothing, |room| room.done)
+        self.0
+            .as_ref()
+            .map_or(Done::Nothing, |workspace| workspace.done)
     }
 
     /// Bytes of memory.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let room = self.0.as_ref();
-        room.map_or(0, |room| size_of::<Room>() + room.bytes())
+        let workspace = self.0.as_ref();
+        workspace.map_or(0, |workspace| size_of::<Workspace>() + workspace.bytes())
     }
 
     /// Moves the particles of a body to where its elastic effects bring them in an iteration, and tells
     /// their multipliers.
-    pub(super) fn solve(&mut self, given: Given) {
+    pub(super) fn solve(&mut self, given: Iteration) {
         self.0.get_or_insert_default().solve(given);
     }
 }
 
-impl Room {
+impl Workspace {
     /// Bytes of memory of its columns.
     fn bytes(&self) -> usize {
         let columns = [
@@ -267,7 +269,7 @@ impl Room {
                 .sum::<usize>()
     }
 
-    fn solve(&mut self, mut given: Given) {
+    fn solve(&mut self, mut given: Iteration) {
         let first = given.iteration.0 == 0;
         if first {
             self.prepare(given.topology, given.effects);
@@ -316,7 +318,7 @@ impl Room {
     }
 
     /// Whether it could; if not, nothing has moved.
-    fn solve_directly(&mut self, given: &mut Given) -> bool {
+    fn solve_directly(&mut self, given: &mut Iteration) -> bool {
         if !self.newton(given) {
             return false;
         }
@@ -339,7 +341,7 @@ impl Room {
     }
 
     /// Reads the state when a substep begins.
-    fn begin(&mut self, given: &Given) {
+    fn begin(&mut self, given: &Iteration) {
         let part = &given.part;
         predicted(&mut self.x, part);
         started(&mut self.previous, part);
@@ -357,7 +359,7 @@ impl Room {
     }
 
     /// Takes over what others have done to particles since the last iteration.
-    fn follow(&mut self, given: &Given) {
+    fn follow(&mut self, given: &Iteration) {
         let part = &given.part;
         started(&mut self.previous, part);
         let since = part.displacements.iter().zip(&self.left);
@@ -370,7 +372,7 @@ impl Room {
     }
 
     /// A Newton step; whether one was taken.
-    fn newton(&mut self, given: &Given) -> bool {
+    fn newton(&mut self, given: &Iteration) -> bool {
         let Self {
             plan: Some(plan),
             columns,
@@ -407,7 +409,7 @@ impl Room {
                 add_unit(&mut matrix.diagonal[place], mass);
                 right[place] = (predicted[i] - x[i]) * mass;
             }
-            let places = Places {
+            let places = Positions {
                 topology,
                 w,
                 x,
@@ -429,7 +431,7 @@ impl Room {
             step.clone_from(right);
             matrix.factor(plan, given.instructions);
             matrix.solve(plan, step);
-            let mut foresee = Foresee {
+            let mut foresee = ForeseenMerit {
                 topology,
                 plan,
                 columns,
@@ -450,7 +452,7 @@ impl Room {
             for (i, x) in x.iter_mut().enumerate() {
                 *x = before[i] + step[plan.place[i] as usize] * share;
             }
-            let places = Places {
+            let places = Positions {
                 topology,
                 w,
                 x,
@@ -476,7 +478,7 @@ impl Room {
     }
 
     /// Sweeps over all constraints that are else solved directly.
-    fn sweep(&mut self, given: &mut Given) {
+    fn sweep(&mut self, given: &mut Iteration) {
         let (iteration, iterations) = given.iteration;
         for kind in ElasticKind::ALL {
             if !given.effects.has(kind) || !kind.is_solved_directly() {

@@ -1,6 +1,8 @@
 //! Multipliers of all effects of a body.
 
-use super::{Effects, elastic::ElasticKind, pressure::Walls, shape_matching::Matching};
+use super::{
+    Effects, elastic::ElasticKind, pressure::PressureState, shape_matching::ShapeMatchingState,
+};
 use crate::{ContactMultiplier, Topology};
 use glam::{Vec3, Vec4};
 
@@ -10,9 +12,9 @@ use glam::{Vec3, Vec4};
 pub struct Lambdas {
     columns: [Vec<f32>; ElasticKind::COUNT],
     /// What pressure keeps.
-    pub walls: Walls,
+    pub pressure_state: PressureState,
     /// The regions whose shapes are matched, with their multipliers; none before the first substep.
-    pub matching: Option<Box<Matching>>,
+    pub matching: Option<Box<ShapeMatchingState>>,
     /// Sums of the displacements of averaged passes; zeros between them.
     sums: Vec<Vec4>,
     /// Of contact with the ground and with colliders, particle by particle; empty where one pass does not need what
@@ -90,13 +92,13 @@ impl Lambdas {
     pub fn bytes(&self) -> usize {
         self.count() * size_of::<f32>()
             + size_of_val(&self.sums[..])
-            + size_of_val(&self.walls.gradients[..])
+            + size_of_val(&self.pressure_state.gradients[..])
             + size_of_val(&self.rigid.ground[..])
             + size_of_val(&self.rigid.colliders[..])
             + self
                 .matching
                 .as_ref()
-                .map_or(0, |it| size_of::<Matching>() + it.bytes())
+                .map_or(0, |it| size_of::<ShapeMatchingState>() + it.bytes())
     }
 
     /// How many multipliers there are.

@@ -26,7 +26,7 @@ pub mod weave;
 
 pub use multipliers::Multipliers;
 
-use crate::{ElasticKind, Load, Method, Substep, Topology};
+use crate::{ElasticKind, Method, Substep, Topology, WorkEstimate};
 use serde::{Deserialize, Serialize};
 
 /// The table of effects, in the order in which they act: calls the macro that it is given with all of them, in
@@ -159,12 +159,12 @@ impl Effects {
     /// Estimated work of a number of iterations: pressure counts its triangles, shape matching its particles, other effects
     /// their constraints.
     #[must_use]
-    pub fn load(&self, topology: &Topology, sweeps: usize) -> Load {
-        let walls = self.pressure.map_or(0, |_| topology.triangles.len());
+    pub fn load(&self, topology: &Topology, sweeps: usize) -> WorkEstimate {
+        let pressure_state = self.pressure.map_or(0, |_| topology.triangles.len());
         let matched = self.shape_matching.map_or(0, |_| topology.particles());
-        Load {
-            projections: (self.constraints(topology) + walls + matched) * sweeps,
-            pieces: topology.bands.count(),
+        WorkEstimate {
+            projections: (self.constraints(topology) + pressure_state + matched) * sweeps,
+            pieces: topology.partitions.count(),
         }
     }
 }

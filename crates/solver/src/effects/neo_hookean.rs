@@ -65,7 +65,7 @@ pub struct NeoHookean {
 }
 
 /// λ is at least this share of µ, so that 1/λ is finite with ν = 0; ν is then 5e-7.
-const LEAST_LAMBDA: f64 = 1e-6;
+const MIN_LAMBDA: f64 = 1e-6;
 
 impl NeoHookean {
     /// Lamé's µ and λ [Pa].
@@ -75,7 +75,7 @@ impl NeoHookean {
         let nu = f64::from(self.poisson_ratio.get());
         let mu = e / (2.0 * (1.0 + nu));
         let lambda = e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
-        [mu, lambda.max(LEAST_LAMBDA * mu)]
+        [mu, lambda.max(MIN_LAMBDA * mu)]
     }
 
     /// Compliances of D and H [1/J] of a tetrahedron of the given rest volume [m³].
@@ -94,10 +94,10 @@ const FLOOR: f32 = 0.01;
 const VANISHED: f32 = 1e-4;
 
 /// D is not divided by below this: it is then within the rounding of its coordinates.
-const LEAST_STRAIN: f32 = 1e-7;
+const MIN_STRAIN: f32 = 1e-7;
 
 /// H is at least this.
-const LEAST_VOLUME: f32 = -0.5;
+const MIN_VOLUME: f32 = -0.5;
 
 /// Compliances are at most this [1/J, times 1/s²], so that products with them are finite.
 const SOFTEST: f32 = 1e30;
@@ -117,7 +117,7 @@ pub fn strains(h: DMat3) -> ([f64; 2], [DMat3; 2]) {
         f.x_axis.cross(f.y_axis),
     );
     let slope = f * (1.0 - 2.0 * added) + cofactors * (volume - 1.0);
-    let by_shear = slope * (1.0 / shear.max(LEAST_STRAIN.into()));
+    let by_shear = slope * (1.0 / shear.max(MIN_STRAIN.into()));
     ([shear, volume], [by_shear, cofactors])
 }
 
@@ -173,7 +173,7 @@ impl Elastic<4, 2> for NeoHookean {
         let weight: f64 = terms.map(|(g, point)| point.w * g.length_squared()).sum();
         if weight < f64::from(VANISHED) * least {
             volume = gradients(DMat3::IDENTITY, inverse);
-        } else if errors[1] < LEAST_VOLUME.into() {
+        } else if errors[1] < MIN_VOLUME.into() {
             volume = [DVec3::ZERO; 4];
         }
         let [alpha_shear, alpha_volume] =
@@ -187,7 +187,7 @@ impl Elastic<4, 2> for NeoHookean {
                 least: 0.0,
             },
             Row {
-                error: errors[1].max(LEAST_VOLUME.into()),
+                error: errors[1].max(MIN_VOLUME.into()),
                 gradients: volume,
                 compliance: alpha_volume,
                 scale: 1.0,
@@ -305,7 +305,7 @@ impl Blocks<4, 2> for Kernel<'_> {
         }
         let [a, b, c] = &f;
         let cofactors = [cross(b, c), cross(c, a), cross(a, b)];
-        let over = one / shear.max(LEAST_STRAIN);
+        let over = one / shear.max(MIN_STRAIN);
         let (straight, crossed) = ((one - added * 2.0) * over, (volume - 1.0) * over);
         let mut slope = f;
         for column in 0..3 {
@@ -323,7 +323,7 @@ impl Blocks<4, 2> for Kernel<'_> {
         let scale = block.column(simd, &self.frames.gradient_scale);
         let floor = scale * (x[0][3] + x[1][3] + (x[2][3] + x[3][3])) * FLOOR;
         let vanished = weight.simd_lt(floor * VANISHED);
-        let folded = volume.simd_lt(LEAST_VOLUME);
+        let folded = volume.simd_lt(MIN_VOLUME);
         for axis in 0..3 {
             let sum = inverse[0][axis] + inverse[1][axis] + inverse[2][axis];
             for corner in 0..4 {
@@ -354,7 +354,7 @@ impl Blocks<4, 2> for Kernel<'_> {
                 least: zero,
             },
             LaneRow {
-                error: vanished.select(volume.max(LEAST_VOLUME), error),
+                error: vanished.select(volume.max(MIN_VOLUME), error),
                 gradients: along_volume,
                 alpha: alpha_volume,
                 least: floor,

@@ -77,10 +77,10 @@ impl Plasticity {
 }
 
 /// How much of what is to flow at least flows at once; see the module.
-const LEAST_SHARE: f64 = 1.0 / 256.0;
+const MIN_SHARE: f64 = 1.0 / 256.0;
 
 /// Rest lengths and rest volumes do not shrink below what this leaves of them, whatever the limit.
-const MOST_SHRINKING: f32 = 0.9;
+const MAX_SHRINKING: f32 = 0.9;
 
 impl Plasticity {
     /// For how long something flows at the end of a substep of `h` seconds, `time` seconds after the
@@ -91,7 +91,7 @@ impl Plasticity {
         if creep == 0.0 {
             return None;
         }
-        let together = ((LEAST_SHARE / (creep * h)) as u64).max(1);
+        let together = ((MIN_SHARE / (creep * h)) as u64).max(1);
         let number = (time / h).round() as u64;
         number
             .is_multiple_of(together)
@@ -155,7 +155,7 @@ impl Plasticity {
         }
     }
 
-    /// The same in plain `f64`, for the twin.
+    /// The same in plain `f64`, for the reference.
     pub fn flow_plainly(
         &self,
         effects: &Effects,
@@ -260,7 +260,7 @@ impl Law {
 
     /// The least and the greatest value of a rest length or volume that began as `start`.
     fn of_size(&self, start: f32) -> [f32; 2] {
-        let less = start - start * self.limit.min(MOST_SHRINKING);
+        let less = start - start * self.limit.min(MAX_SHRINKING);
         let more = start + start * self.limit;
         [less.min(more), less.max(more)]
     }
@@ -298,7 +298,7 @@ impl Law {
     /// [`of_size`](Self::of_size) in lanes.
     #[inline(always)]
     fn bounds<L: Lanes>(&self, start: f32x8<L>) -> [f32x8<L>; 2] {
-        let less = start - start * self.limit.min(MOST_SHRINKING);
+        let less = start - start * self.limit.min(MAX_SHRINKING);
         let more = start + start * self.limit;
         [less.min(more), less.max(more)]
     }

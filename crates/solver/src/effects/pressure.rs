@@ -37,7 +37,7 @@ pub struct Pressure {
 
 /// What is kept of the pressure on a body: the multiplier, and room for a substep.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Walls {
+pub struct PressureState {
     /// λ [Pa·s²].
     pub multiplier: f64,
     /// ∇V of each particle [m²], as it was in the last sweep; empty before the first.
@@ -47,7 +47,7 @@ pub struct Walls {
 /// A filling stores no more than it would when pressed to this share of its own volume.
 const DENSEST: f64 = 1e-6;
 
-impl Walls {
+impl PressureState {
     /// The overpressure [Pa] after a substep of `h` seconds; `None` if there was none yet, or if the
     /// method has no compliances, for which `h` is ∞.
     #[must_use]
@@ -84,7 +84,7 @@ impl Pressure {
         &self,
         topology: &Topology,
         mut part: Part,
-        walls: &mut Walls,
+        pressure_state: &mut PressureState,
         h: f32,
         iteration: u32,
     ) {
@@ -92,12 +92,12 @@ impl Pressure {
             return;
         };
         if iteration == 0 {
-            walls.multiplier = 0.0;
+            pressure_state.multiplier = 0.0;
         }
         let at = |i: u32| part.predicted(i as usize);
         let weight = |i: usize| f64::from(part.positions[i].w);
-        let change = walls.sweep(self, (topology, enclosure), at, weight, h.into());
-        for (i, gradient) in walls.gradients.iter().enumerate() {
+        let change = pressure_state.sweep(self, (topology, enclosure), at, weight, h.into());
+        for (i, gradient) in pressure_state.gradients.iter().enumerate() {
             let w = f64::from(part.positions[i].w);
             if w > 0.0 {
                 part.shift(i, *gradient * (w * change));

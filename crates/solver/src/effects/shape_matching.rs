@@ -81,7 +81,7 @@ pub struct Place {
 /// The regions of a body with what is found of them; they follow from the topology and the size of
 /// the regions.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Matching {
+pub struct ShapeMatchingState {
     /// What the regions were made for: a topology, and a size [m].
     made_for: Option<(Identity, f32)>,
     regions: Regions,
@@ -96,7 +96,7 @@ pub struct Matching {
 
 /// How a sweep is done.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sweep {
+pub struct Pass {
     /// Length of the substep that compliance and damping are taken for [s].
     pub h: f64,
     /// Whether it is the first one of a substep, where λ is 0.
@@ -121,7 +121,7 @@ impl Place {
     }
 }
 
-impl Matching {
+impl ShapeMatchingState {
     /// That of a body.
     #[must_use]
     pub fn of(topology: &Topology, effect: &ShapeMatching) -> Self {
@@ -220,7 +220,7 @@ impl Matching {
         &mut self,
         topology: &Topology,
         effect: &ShapeMatching,
-        Sweep { h, first, share }: Sweep,
+        Pass { h, first, share }: Pass,
         at: impl Fn(u32) -> Place,
     ) -> &[DVec3] {
         let alpha = effect.compliance() / (h * h);
@@ -288,7 +288,7 @@ impl Matching {
         &mut self,
         topology: &Topology,
         effect: &ShapeMatching,
-        sweep: Sweep,
+        sweep: Pass,
         mut part: Part,
     ) {
         if self.moves.len() != part.positions.len() {

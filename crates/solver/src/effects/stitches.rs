@@ -9,7 +9,7 @@
 //!
 //! What it does to one end it does to the other, so that momentum stays; a collider takes what comes.
 
-use crate::{Compliance, Force, SurfacePoint, contact::collider::Sweep, particles::Part};
+use crate::{Compliance, Force, SurfacePoint, contact::collider::SweptCollider, particles::Part};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -126,13 +126,13 @@ impl Stitches {
 
     /// Whether one that holds leads to a collider that moves.
     #[must_use]
-    pub fn are_pulled(&self, colliders: &[Sweep]) -> bool {
+    pub fn are_pulled(&self, colliders: &[SweptCollider]) -> bool {
         let mut held = self.all.iter().filter(|stitch| !stitch.broken);
         held.any(|stitch| match stitch.to {
             StitchEnd::Point(_) => false,
             StitchEnd::Collider { number, .. } => {
                 let collider = colliders.get(number as usize);
-                collider.is_some_and(Sweep::moves)
+                collider.is_some_and(SweptCollider::moves)
             }
         })
     }
@@ -173,7 +173,7 @@ impl Stitches {
     pub(crate) fn solve(
         &mut self,
         mut part: Part,
-        colliders: &[Sweep],
+        colliders: &[SweptCollider],
         h: f32,
         (iteration, iterations): (u32, u32),
     ) {

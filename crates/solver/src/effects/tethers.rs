@@ -35,7 +35,7 @@ pub struct Tethers {
 /// The tethers of a body: they follow from its topology and its pins, and are found again when pins
 /// change.
 #[derive(Debug, Clone, Default)]
-pub struct Leads {
+pub struct TetherTargets {
     /// What they were found in.
     found_in: Option<TopologyId>,
     /// The pinned particles.
@@ -43,23 +43,23 @@ pub struct Leads {
     /// The nearest pin of each particle.
     nearest: Vec<u32>,
     /// Place of that pin [m], and the way to it at rest [m]: ∞ for what is pinned, or hangs on no pin.
-    leads: Vec<Vec4>,
+    tether_targets: Vec<Vec4>,
 }
 
 /// They follow from what a body is compared by.
-impl PartialEq for Leads {
+impl PartialEq for TetherTargets {
     fn eq(&self, _: &Self) -> bool {
         true
     }
 }
 
-impl Leads {
+impl TetherTargets {
     /// Those of a body as it is now.
     #[must_use]
     pub fn of(topology: &Topology, positions: &[Vec4]) -> Self {
-        let mut leads = Self::default();
-        leads.update(topology, positions);
-        leads
+        let mut tether_targets = Self::default();
+        tether_targets.update(topology, positions);
+        tether_targets
     }
 
     /// Brings them in line with the pins of a body and their places; to be called before a tick.
@@ -73,7 +73,7 @@ impl Leads {
             self.pins = pins.collect();
             self.find(topology);
         }
-        for (lead, &nearest) in self.leads.iter_mut().zip(&self.nearest) {
+        for (lead, &nearest) in self.tether_targets.iter_mut().zip(&self.nearest) {
             *lead = positions[nearest as usize].truncate().extend(lead.w);
         }
     }
@@ -107,26 +107,31 @@ impl Leads {
         for &pin in &self.pins {
             ways[pin as usize] = f64::INFINITY;
         }
-        let leads = ways.iter().map(|&way| Vec4::W * way as f32);
-        self.leads.clear();
-        self.leads.extend(leads);
+        let tether_targets = ways.iter().map(|&way| Vec4::W * way as f32);
+        self.tether_targets.clear();
+        self.tether_targets.extend(tether_targets);
     }
 
     /// How many particles are tethered.
     #[must_use]
     pub fn count(&self) -> usize {
-        self.leads.iter().filter(|lead| lead.w.is_finite()).count()
+        self.tether_targets
+            .iter()
+            .filter(|lead| lead.w.is_finite())
+            .count()
     }
 
     /// Bytes of memory.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.pins[..]) + size_of_val(&self.nearest[..]) + size_of_val(&self.leads[..])
+        size_of_val(&self.pins[..])
+            + size_of_val(&self.nearest[..])
+            + size_of_val(&self.tether_targets[..])
     }
 
     /// Of each particle that is tethered: its number, that of its pin, and the way between at rest [m].
     pub fn ways(&self) -> impl Iterator<Item = (usize, usize, f64)> {
-        let both = self.nearest.iter().zip(&self.leads).enumerate();
+        let both = self.nearest.iter().zip(&self.tether_targets).enumerate();
         both.filter(|(_, (_, lead))| lead.w.is_finite())
             .map(|(particle, (&pin, lead))| (particle, pin as usize, lead.w.into()))
     }
@@ -136,7 +141,7 @@ impl Leads {
     pub fn residual(&self, positions: &[Vec4], tethers: &Tethers) -> SquareSum {
         let most = 1.0 + f64::from(tethers.slack.get());
         let mut all = SquareSum::default();
-        for (x, lead) in positions.iter().zip(&self.leads) {
+        for (x, lead) in positions.iter().zip(&self.tether_targets) {
             let length = f64::from(lead.w) * most;
             if length.is_finite() {
                 let far = (x.truncate() - lead.truncate()).as_dvec3().length();
@@ -150,12 +155,12 @@ impl Leads {
 
     /// Puts particles from number `first` on, which are too far from their pins, back.
     pub fn solve(&self, part: Part, first: usize, tethers: &Tethers) {
-        let Some(leads) = self.leads.get(first..) else {
+        let Some(tether_targets) = self.tether_targets.get(first..) else {
             return;
         };
         let most = 1.0 + tethers.slack.get();
         let particles = part.positions.iter().zip(part.displacements);
-        for ((p, u), lead) in particles.zip(leads) {
+        for ((p, u), lead) in particles.zip(tether_targets) {
             let d = (*p - *lead).truncate() + u.truncate();
             let length = lead.w * most;
             if d.length_squared() > length * length {

@@ -4,7 +4,7 @@
 //!
 //! is least with pins in their places: the sum over all elastic rows, a being gravity and the uniform
 //! acceleration. It is found by Newton's method, without any time step, and owes nothing to substeps,
-//! iterations or single precision: what the [solver](super::World) and its [f64 twin](super::reference)
+//! iterations or single precision: what the [solver](super::World) and its [f64 reference](super::reference)
 //! tend to where they come to rest.
 //!
 //! - [`refusal`]: which bodies have no such energy, or one that this module does not know.

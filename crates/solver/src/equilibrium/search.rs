@@ -41,7 +41,7 @@ const ROUNDING: f64 = 1e-13;
 
 /// The least multiple of the masses that is added, over load per mass and size [1/s²]. A pendulum as long
 /// as the body takes a thousandth of the time step of it.
-const LEAST_SHIFT: f64 = 1e-6;
+const MIN_SHIFT: f64 = 1e-6;
 
 /// The largest: no time for anything to move.
 const MAX_SHIFT: f64 = 1e15;
@@ -127,7 +127,7 @@ impl<'a> Search<'a> {
         self.energy
             .assemble(&self.u, &self.plan, &mut self.assembled, false);
         // A body that would take a thousand times as long to leave as a pendulum to swing is at rest.
-        if !self.factor(LEAST_SHIFT * self.stiffness) {
+        if !self.factor(MIN_SHIFT * self.stiffness) {
             return Err(NoEquilibrium::Unstable);
         }
         let step = self.solve(&slope.gradient);
@@ -170,7 +170,7 @@ impl<'a> Search<'a> {
                 None if residual <= ROUNDED_TOLERANCE => return Ok(()),
                 Some(1.0) => {
                     shift /= SHIFT_FACTOR;
-                    if shift < LEAST_SHIFT * self.stiffness {
+                    if shift < MIN_SHIFT * self.stiffness {
                         shift = 0.0;
                     }
                 }
@@ -227,7 +227,7 @@ impl<'a> Search<'a> {
     }
 
     fn grown(&self, shift: f64) -> f64 {
-        (shift * SHIFT_FACTOR).max(LEAST_SHIFT * self.stiffness)
+        (shift * SHIFT_FACTOR).max(MIN_SHIFT * self.stiffness)
     }
 
     /// Factors the second derivatives with `shift` [1/s²] times the masses; whether they are positive

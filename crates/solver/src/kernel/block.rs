@@ -125,8 +125,8 @@ pub(crate) fn solve_all<const N: usize, const M: usize, B: Blocks<N, M>>(
     for (index, batch) in blocks.elements().batches().iter().enumerate() {
         let constraints = batch.constraints();
         let multipliers = multipliers.part(constraints.start * M..constraints.end * M);
-        let means = (Put::Whole, Instructions::default());
-        solve_batch(blocks, index, (part.reborrow(), 0), multipliers, means);
+        let context = (Put::Whole, Instructions::default());
+        solve_batch(blocks, index, (part.reborrow(), 0), multipliers, context);
     }
 }
 

@@ -18,7 +18,7 @@ pub struct Threads {
 
 /// What there is to do for a body.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Load {
+pub struct WorkEstimate {
     /// Projections of constraints.
     pub projections: usize,
     /// Into how many pieces it is cut.
@@ -104,7 +104,7 @@ impl Threads {
     pub fn for_each<T: Send>(
         &self,
         items: &mut [T],
-        load: impl Fn(&T) -> Load + Sync,
+        load: impl Fn(&T) -> WorkEstimate + Sync,
         work: &(impl Fn(&mut T, &Self) + Sync),
     ) {
         let one = Self::default();
@@ -114,7 +114,7 @@ impl Threads {
             return items.iter_mut().for_each(|item| work(item, &one));
         }
         let is_large = |item: &T| {
-            let Load {
+            let WorkEstimate {
                 projections,
                 pieces,
             } = load(item);

@@ -1,6 +1,6 @@
 //! Elastic effects by their rows, shapes and pressure.
 
-use super::{Body, Sweep};
+use super::{Body, Pass};
 use crate::{
     Pressure, ShapeMatching, Substep, effects::shape_matching, effects::shape_matching::Place,
     elastic::Elastic, elastic::Point, elastic::Row, elastic::Visit, kernel::block::DEPENDENT,
@@ -28,15 +28,21 @@ impl Body {
         if let (Some(_), Ok(enclosure)) = (effects.pressure, self.topology.enclosure()) {
             let at = |i: u32| self.x[i as usize];
             // There is nothing yet in the first substep.
-            self.walls.gradients.resize(self.x.len(), DVec3::ZERO);
-            enclosure.volume_and_gradients(&self.topology, at, &mut self.walls.gradients);
-            self.blow(self.walls.multiplier);
+            self.pressure_state
+                .gradients
+                .resize(self.x.len(), DVec3::ZERO);
+            enclosure.volume_and_gradients(&self.topology, at, &mut self.pressure_state.gradients);
+            self.blow(self.pressure_state.multiplier);
         }
     }
 
     /// Moves every particle by w ∇V λ.
     pub(super) fn blow(&mut self, lambda: f64) {
-        let all = self.x.iter_mut().zip(&self.w).zip(&self.walls.gradients);
+        let all = self
+            .x
+            .iter_mut()
+            .zip(&self.w)
+            .zip(&self.pressure_state.gradients);
         for ((x, w), gradient) in all {
             *x += *gradient * (w * lambda);
         }
@@ -56,7 +62,7 @@ impl Body {
     /// One sweep over the constraints of all elastic effects by XPBD, and of pressure; λ starts at 0
     /// with the first sweep of a substep.
     pub fn solve_elastic(&mut self, h: f64, first: bool) {
-        self.visit_elastic(Sweep {
+        self.visit_elastic(Pass {
             h,
             first,
             share: 1.0,
@@ -66,7 +72,7 @@ impl Body {
 
     /// Sweep number `iteration` of a substep by its method.
     pub(super) fn sweep(&mut self, step: &Substep, h: f64, iteration: u32, first: bool) {
-        self.visit_elastic(Sweep {
+        self.visit_elastic(Pass {
             h: step.method.compliant_seconds(h),
             first,
             share: step.method.share().into(),
@@ -74,8 +80,8 @@ impl Body {
         });
     }
 
-    pub(super) fn visit_elastic(&mut self, sweep: Sweep) {
-        struct Solve<'a>(&'a mut Body, Sweep);
+    pub(super) fn visit_elastic(&mut self, sweep: Pass) {
+        struct Solve<'a>(&'a mut Body, Pass);
         impl Visit for Solve<'_> {
             fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
                 match self.1.averaging {
@@ -87,10 +93,10 @@ impl Body {
         let effects = self.effects;
         effects.visit(&mut Solve(self, sweep));
         if let Some(effect) = &effects.shape_matching {
-            let Sweep {
+            let Pass {
                 h, first, share, ..
             } = sweep;
-            let sweep = shape_matching::Sweep { h, first, share };
+            let sweep = shape_matching::Pass { h, first, share };
             self.match_shapes(effect, sweep);
         }
         if let Some(pressure) = effects.pressure {
@@ -99,7 +105,7 @@ impl Body {
     }
 
     /// One sweep over the regions whose shapes are matched.
-    pub(super) fn match_shapes(&mut self, effect: &ShapeMatching, sweep: shape_matching::Sweep) {
+    pub(super) fn match_shapes(&mut self, effect: &ShapeMatching, sweep: shape_matching::Pass) {
         let at = |i: u32| place(&self.x, &self.p, &self.w, i);
         let moves = self.matching.sweep(&self.topology, effect, sweep, at);
         go(&mut self.x, moves);
@@ -112,11 +118,11 @@ impl Body {
             return;
         };
         if first {
-            self.walls.multiplier = 0.0;
+            self.pressure_state.multiplier = 0.0;
         }
         let (at, weight) = (|i: u32| self.x[i as usize], |i: usize| self.w[i]);
         let body = (&*topology, enclosure);
-        let change = self.walls.sweep(pressure, body, at, weight, h);
+        let change = self.pressure_state.sweep(pressure, body, at, weight, h);
         self.blow(change);
     }
 
@@ -125,7 +131,7 @@ impl Body {
     pub(super) fn average<const N: usize, const M: usize, E: Elastic<N, M>>(
         &mut self,
         effect: &E,
-        Sweep { h, first, .. }: Sweep,
+        Pass { h, first, .. }: Pass,
         Averaging { own_weight, masses }: Averaging,
     ) {
         let topology = Arc::clone(&self.topology);
@@ -174,7 +180,7 @@ impl Body {
         h: f64,
         first: bool,
     ) {
-        let sweep = Sweep {
+        let sweep = Pass {
             h,
             first,
             share: 1.0,
@@ -186,9 +192,9 @@ impl Body {
     pub(super) fn solve_by<const N: usize, const M: usize, E: Elastic<N, M>>(
         &mut self,
         effect: &E,
-        Sweep {
+        Pass {
             h, first, share, ..
-        }: Sweep,
+        }: Pass,
     ) {
         let topology = Arc::clone(&self.topology);
         let mut lambdas = std::mem::take(&mut self.lambdas[E::KIND as usize]);

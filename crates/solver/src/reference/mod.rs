@@ -20,10 +20,10 @@ mod motion;
 use contact::Pushed;
 
 use crate::{
-    Contacts, Effects, ElasticKind, Leads, Matching, Repair, Settings, Stitches, Substep,
-    SurfacePoint, Topology,
+    Contacts, Effects, ElasticKind, Repair, Settings, ShapeMatchingState, Stitches, Substep,
+    SurfacePoint, TetherTargets, Topology,
     contact::{Collider, pairs::Between},
-    effects::pressure::Walls,
+    effects::pressure::PressureState,
     force::Moment,
     method::Averaging,
     step::together::are_needed,
@@ -84,9 +84,9 @@ pub struct Body {
     /// λ of the constraints of each elastic effect; empty before the first sweep.
     pub lambdas: [Vec<f64>; ElasticKind::COUNT],
     /// λ of the pressure.
-    pub walls: Walls,
+    pub pressure_state: PressureState,
     /// The regions whose shapes are matched: their one formula is in `f64`, and the fast solver has it too.
-    pub matching: Matching,
+    pub matching: ShapeMatchingState,
     /// What of it is under repair.
     repair: Repair,
     /// What [steps of second order](crate::history) need of the substep before.
@@ -124,7 +124,7 @@ pub struct Hold {
 
 /// A sweep over the constraints of elastic effects.
 #[derive(Clone, Copy)]
-struct Sweep {
+struct Pass {
     /// Length of the substep that compliance and damping are taken for [s].
     h: f64,
     /// Whether multipliers begin anew.
@@ -320,8 +320,8 @@ impl Body {
             collide: None,
             rigid: Default::default(),
             lambdas: Default::default(),
-            walls: Walls::default(),
-            matching: Matching::default(),
+            pressure_state: PressureState::default(),
+            matching: ShapeMatchingState::default(),
             repair: Repair::default(),
             past: Past::default(),
             h: 0.0,
@@ -339,8 +339,10 @@ impl Body {
             let places = self.x.iter().zip(&self.w);
             let places: Vec<Vec4> = places.map(|(x, &w)| x.as_vec3().extend(w as f32)).collect();
             let most = 1.0 + f64::from(tethers.slack);
-            let leads = Leads::of(&self.topology, &places);
-            let ways = leads.ways().map(|(i, pin, way)| (i, pin, way * most));
+            let tether_targets = TetherTargets::of(&self.topology, &places);
+            let ways = tether_targets
+                .ways()
+                .map(|(i, pin, way)| (i, pin, way * most));
             self.tethers.extend(ways);
         }
         if let Some(effect) = &effects.shape_matching {

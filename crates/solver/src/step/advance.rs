@@ -8,23 +8,23 @@
 
 pub use super::{
     stage::Stage,
-    stepper::{Means, NotFinite, Stepper, Watch},
+    stepper::{NotFinite, StepContext, Stepper, Watch},
 };
 
 use super::kernels::{Kernels, Work, halves_of};
 pub(crate) use super::stage::Solve;
 use crate::{
     Collide, ContactMultiplier, Effects, ElasticKind, ForceKind, Substep, Topology,
-    bands::Piece,
     contact::{collider, ground},
-    crew::Crew,
-    direct::Given,
-    effects::{pressure::Walls, shape_matching::Sweep},
+    direct::Iteration,
+    effects::{pressure::PressureState, shape_matching::Pass},
+    executor::PhaseExecutor,
     force::Moment,
     kernel::block::Put,
     particles::Part,
+    partitions::Piece,
     phases::{Phase, Phases, Side, Task},
-    share::Shared,
+    shared_body::SharedBody,
     stages,
 };
 use std::{iter, ops::Range, sync::Arc};
@@ -97,61 +97,62 @@ impl Stepper<'_> {
             self.lambdas.make_room(kind, topology, kept);
         }
         if effects.pressure.is_none() {
-            self.lambdas.walls = Walls::default();
+            self.lambdas.pressure_state = PressureState::default();
         }
         if effects.shape_matching.is_none() {
             self.lambdas.matching = None;
         }
         if effects.tethers.is_some() {
-            self.leads.update(topology, &self.particles.positions);
+            self.tether_targets
+                .update(topology, &self.particles.positions);
         }
     }
 
     /// Begins a substep: where steps are of second order, with what the last two states tell. To be done
     /// before anything else of it; [`advance`](Self::advance) does.
-    pub fn begin(&mut self, step: &Substep, means: &Means) {
-        self.draw_where_damaged(step, means);
-        self.begin_drawn(step, means, false);
+    pub fn begin(&mut self, step: &Substep, context: &StepContext) {
+        self.draw_where_damaged(step, context);
+        self.begin_drawn(step, context, false);
     }
 
     /// Finds what is to be repaired where a tick begins, and draws what is under repair.
-    pub(crate) fn draw_where_damaged(&mut self, step: &Substep, means: &Means) {
+    pub(crate) fn draw_where_damaged(&mut self, step: &Substep, context: &StepContext) {
         if step.index == 0 {
-            self.look_for_damage(means);
+            self.look_for_damage(context);
         }
-        self.draw(means);
+        self.draw(context);
     }
 
     /// The rest of it, once what is under repair has been drawn. `is_near` says that another surface is: steps of
     /// second order begin anew.
-    pub(crate) fn begin_drawn(&mut self, step: &Substep, means: &Means, is_near: bool) {
-        if means.settings.order.get() == 1 {
-            self.begin_first_order(means);
-            self.note_spin(means);
+    pub(crate) fn begin_drawn(&mut self, step: &Substep, context: &StepContext, is_near: bool) {
+        if context.settings.order.get() == 1 {
+            self.begin_first_order(context);
+            self.note_spin(context);
             return;
         }
-        let restarts = is_near || self.meets(step, means);
-        let h = means.settings.substep_seconds();
+        let restarts = is_near || self.meets(step, context);
+        let h = context.settings.substep_seconds();
         self.particles.look_back(h, restarts);
     }
 
     /// Steps of implicit Euler do not look back.
-    fn begin_first_order(&mut self, means: &Means) {
+    fn begin_first_order(&mut self, context: &StepContext) {
         self.particles.history.forget();
-        let h = means.settings.substep_seconds() as f32;
+        let h = context.settings.substep_seconds() as f32;
         self.particles.set_substep_seconds(h);
     }
 
     /// Whether a particle is in touch with the ground or a collider, or will be at the end of a substep
     /// if nothing holds it.
-    fn meets(&self, step: &Substep, means: &Means) -> bool {
+    fn meets(&self, step: &Substep, context: &StepContext) -> bool {
         let heights = [
             self.effects.ground.map(|ground| ground.height),
             self.effects.sticky_ground.map(|ground| ground.height),
         ];
         let height = heights.into_iter().flatten().reduce(f32::max);
         let colliders = match self.effects.collide {
-            Some(_) => means.swept.of(step.index),
+            Some(_) => context.swept.of(step.index),
             None => &[],
         };
         if height.is_none() && colliders.is_empty() {
@@ -177,28 +178,32 @@ impl Stepper<'_> {
     /// # Errors
     /// [`NotFinite`] when a displacement no longer is; the body is then as it was left at that place,
     /// its positions being finite.
-    pub fn advance(&mut self, substeps: Range<u32>, means: &Means) -> Result<(), NotFinite> {
-        let begins = means.settings.begins_each_substep();
+    pub fn advance(
+        &mut self,
+        substeps: Range<u32>,
+        context: &StepContext,
+    ) -> Result<(), NotFinite> {
+        let begins = context.settings.begins_each_substep();
         if !begins {
-            self.begin_first_order(means);
+            self.begin_first_order(context);
         }
         if substeps.start == 0 {
-            self.look_for_damage(means);
+            self.look_for_damage(context);
         }
         let repaired = !self.particles.repair.is_empty();
         let flows = self.effects.plasticity.is_some() || self.effects.resists_rolling();
         if !begins && !repaired && !flows {
-            return self.advance_together(substeps, means);
+            return self.advance_together(substeps, context);
         }
         for index in substeps {
-            let step = means.settings.substep(index);
-            self.draw(means);
+            let step = context.settings.substep(index);
+            self.draw(context);
             if begins {
-                self.begin_drawn(&step, means, false);
+                self.begin_drawn(&step, context, false);
             }
-            self.advance_together(index..index + 1, means)?;
+            self.advance_together(index..index + 1, context)?;
             self.end();
-            self.flow(&step, means);
+            self.flow(&step, context);
         }
         Ok(())
     }
@@ -212,10 +217,14 @@ impl Stepper<'_> {
     }
 
     /// Does substeps between which nothing flows and nobody looks back.
-    fn advance_together(&mut self, substeps: Range<u32>, means: &Means) -> Result<(), NotFinite> {
+    fn advance_together(
+        &mut self,
+        substeps: Range<u32>,
+        context: &StepContext,
+    ) -> Result<(), NotFinite> {
         let shape = Arc::clone(self.topology);
         let topology: &Topology = &shape;
-        let (effects, settings) = (*self.effects, means.settings);
+        let (effects, settings) = (*self.effects, context.settings);
         let stitched = !self.stitches.is_empty();
         let any = settings.substep(0);
         let averages = any.averaging(any.sweeps() - 1).is_some();
@@ -231,7 +240,7 @@ impl Stepper<'_> {
         let forces: [_; ForceKind::COUNT] = std::array::from_fn(|_| forces.next());
         // Two stages in one pass cannot be told apart by who watches, and forces act between them.
         let fades = settings.method.keeps_speed().is_some();
-        let apart = means.watch.is_some() || forces[0].is_some() || fades;
+        let apart = context.watch.is_some() || forces[0].is_some() || fades;
         let tasks = substeps.clone().flat_map(|index| {
             let step = settings.substep(index);
             let before = index.checked_sub(1).filter(|_| index > first);
@@ -258,7 +267,7 @@ impl Stepper<'_> {
         let end = substeps
             .last()
             .map(|substep| (Task::End { substep }, Side::Any));
-        self.run(topology, tasks.chain(end), sweeps, means)
+        self.run(topology, tasks.chain(end), sweeps, context)
     }
 
     /// Does one stage of a substep.
@@ -270,10 +279,10 @@ impl Stepper<'_> {
         stage: Stage,
         step: &Substep,
         iteration: u32,
-        means: &Means,
+        context: &StepContext,
     ) -> Result<(), NotFinite> {
         if stage == Stage::Flow {
-            self.flow(step, means);
+            self.flow(step, context);
             return Ok(());
         }
         let shape = Arc::clone(self.topology);
@@ -285,7 +294,7 @@ impl Stepper<'_> {
         let stitched = !self.stitches.is_empty();
         let tasks = stage.tasks(&shape, (self.effects, stitched), step, iteration);
         let sweeps = usize::from(matches!(stage, Stage::Elastic(_)));
-        self.run(&shape, tasks, sweeps, means)
+        self.run(&shape, tasks, sweeps, context)
     }
 
     /// Does some stages of a substep, with the numbers of their iterations, in one go.
@@ -296,7 +305,7 @@ impl Stepper<'_> {
         &mut self,
         stages: impl Iterator<Item = (Stage, u32)> + Clone + Send + Sync,
         step: &Substep,
-        means: &Means,
+        context: &StepContext,
     ) -> Result<(), NotFinite> {
         let shape = Arc::clone(self.topology);
         let topology: &Topology = &shape;
@@ -313,12 +322,12 @@ impl Stepper<'_> {
         let tasks = stages.flat_map(move |(stage, iteration)| {
             stage.tasks(topology, (effects, stitched), step, iteration)
         });
-        self.run(topology, tasks, sweeps, means)
+        self.run(topology, tasks, sweeps, context)
     }
 
     /// Does one stage that is not the last, which alone looks for what is not finite.
-    pub fn act(&mut self, stage: Stage, step: &Substep, iteration: u32, means: &Means) {
-        let done = self.stage(stage, step, iteration, means);
+    pub fn act(&mut self, stage: Stage, step: &Substep, iteration: u32, context: &StepContext) {
+        let done = self.stage(stage, step, iteration, context);
         debug_assert!(done.is_ok(), "{stage:?} looks for what is not finite");
     }
 
@@ -340,14 +349,14 @@ impl Stepper<'_> {
     }
 
     /// Lets rest values flow at the end of a substep, if it is time to.
-    pub(crate) fn flow(&mut self, step: &Substep, means: &Means) {
-        let h = means.settings.substep_seconds();
-        let end = means.time + h * f64::from(step.index + 1);
+    pub(crate) fn flow(&mut self, step: &Substep, context: &StepContext) {
+        let h = context.settings.substep_seconds();
+        let end = context.time + h * f64::from(step.index + 1);
         if let Some(plasticity) = self.effects.plasticity
             && let Some(seconds) = plasticity.due(end, h)
         {
             let mut flow = || plasticity.flow(self.effects, self.topology, self.particles, seconds);
-            match means.watch {
+            match context.watch {
                 Some(watch) => watch.see(Stage::Flow, &mut flow),
                 None => flow(),
             }
@@ -359,19 +368,20 @@ impl Stepper<'_> {
         topology: &Topology,
         tasks: impl Iterator<Item = (Task, Side)> + Clone + Send + Sync,
         sweeps: usize,
-        means: &Means,
+        context: &StepContext,
     ) -> Result<(), NotFinite> {
-        let bands = &topology.bands;
+        let partitions = &topology.partitions;
         let projections = self.effects.constraints(topology) * sweeps;
-        let phases = Phases::new(tasks, bands);
-        let context = Context::new(topology, self, means);
-        let shared = Shared::new(self);
+        let phases = Phases::new(tasks, partitions);
+        let task_context = TaskContext::new(topology, self, context);
+        let shared = SharedBody::new(self);
         // SAFETY: pieces of a phase share no particle and no constraint, and a phase begins when
         // all pieces of the one before are done.
-        let work = |phase: &Phase, piece: usize| unsafe { context.work(&shared, phase, piece) };
-        let result = if bands.count() > 1 && means.threads.pays(projections) {
-            let crew = Crew::new();
-            crew.work(means.threads, phases, &work)
+        let work =
+            |phase: &Phase, piece: usize| unsafe { task_context.work(&shared, phase, piece) };
+        let result = if partitions.count() > 1 && context.threads.pays(projections) {
+            let executor = PhaseExecutor::new();
+            executor.work(context.threads, phases, &work)
         } else {
             let mut phases = phases;
             phases.try_for_each(|phase| {
@@ -386,10 +396,10 @@ impl Stepper<'_> {
 }
 
 /// What the tasks on all pieces have in common.
-struct Context<'a> {
+struct TaskContext<'a> {
     topology: &'a Topology,
     effects: Effects,
-    means: &'a Means<'a>,
+    context: &'a StepContext<'a>,
     /// Any substep of the tick, for what they have in common.
     any: Substep,
     /// Length of a substep [s], as implicit Euler has it.
@@ -399,20 +409,20 @@ struct Context<'a> {
     kernels: Kernels<'a>,
 }
 
-impl<'a> Context<'a> {
-    fn new(topology: &'a Topology, body: &Stepper<'a>, means: &'a Means<'a>) -> Self {
+impl<'a> TaskContext<'a> {
+    fn new(topology: &'a Topology, body: &Stepper<'a>, context: &'a StepContext<'a>) -> Self {
         let Stepper { effects, .. } = body;
         let h = body
             .particles
             .history
-            .seconds(means.settings.substep_seconds());
-        let compliant = means.settings.method.compliant_seconds(h) as f32;
+            .seconds(context.settings.substep_seconds());
+        let compliant = context.settings.method.compliant_seconds(h) as f32;
         let h = h as f32;
         Self {
             topology,
             effects: **effects,
-            means,
-            any: means.settings.substep(0),
+            context,
+            any: context.settings.substep(0),
             h,
             compliant,
             kernels: Kernels::new(effects, topology, compliant),
@@ -423,8 +433,13 @@ impl<'a> Context<'a> {
     ///
     /// # Safety
     /// Nobody else works on the piece, or on one that shares a particle with it.
-    unsafe fn work(&self, shared: &Shared, phase: &Phase, piece: usize) -> Result<(), NotFinite> {
-        let watch = self.means.watch;
+    unsafe fn work(
+        &self,
+        shared: &SharedBody,
+        phase: &Phase,
+        piece: usize,
+    ) -> Result<(), NotFinite> {
+        let watch = self.context.watch;
         let piece = &phase.pieces[piece];
         // SAFETY: the caller's promise.
         let mut part = unsafe { shared.part(piece) };
@@ -451,16 +466,16 @@ impl<'a> Context<'a> {
     unsafe fn task(
         &self,
         task: Task,
-        shared: &Shared,
+        shared: &SharedBody,
         phase: &Phase,
         piece: &Piece,
         part: Part,
     ) -> Result<(), NotFinite> {
-        let Means {
+        let StepContext {
             settings,
             instructions,
             ..
-        } = *self.means;
+        } = *self.context;
         let first = piece.particles.start;
         let not_finite = |substep| {
             move |place: usize| NotFinite {
@@ -472,7 +487,7 @@ impl<'a> Context<'a> {
             Task::Force { kind, substep } => {
                 let h = settings.substep_seconds();
                 let moment = Moment {
-                    time: self.means.time + h * f64::from(substep),
+                    time: self.context.time + h * f64::from(substep),
                     h: self.h.into(),
                 };
                 self.effects.push(kind, self.topology, moment, part);
@@ -527,7 +542,7 @@ impl<'a> Context<'a> {
                 // SAFETY: shapes are matched on the whole body, which is one piece.
                 let matching = unsafe { shared.matching() };
                 if let (Some(effect), Some(matching)) = (&self.effects.shape_matching, matching) {
-                    let sweep = Sweep {
+                    let sweep = Pass {
                         h: self.compliant.into(),
                         first: iteration == 0,
                         share: self.any.method.share().into(),
@@ -538,15 +553,15 @@ impl<'a> Context<'a> {
             Task::Pressure { iteration } => {
                 if let Some(pressure) = &self.effects.pressure {
                     // SAFETY: pressure is on the whole body, which is one piece.
-                    let walls = unsafe { shared.walls() };
+                    let pressure_state = unsafe { shared.pressure_state() };
                     let h = self.compliant;
-                    pressure.solve(self.topology, part, walls, h, iteration);
+                    pressure.solve(self.topology, part, pressure_state, h, iteration);
                 }
             }
             Task::Direct { iteration } => {
                 // SAFETY: the whole body is one piece.
                 let (factors, lambdas) = unsafe { (shared.factors(), shared.all_lambdas()) };
-                factors.solve(Given {
+                factors.solve(Iteration {
                     topology: self.topology,
                     effects: &self.effects,
                     part,
@@ -565,11 +580,11 @@ impl<'a> Context<'a> {
             }
             Task::Tether => {
                 if let Some(tethers) = &self.effects.tethers {
-                    shared.leads.solve(part, first, tethers);
+                    shared.tether_targets.solve(part, first, tethers);
                 }
             }
             Task::Stitch { substep, sweep } => {
-                let colliders = self.means.swept.of(substep);
+                let colliders = self.context.swept.of(substep);
                 // SAFETY: stitches are on the whole body, which is one piece.
                 let stitches = unsafe { shared.stitches() };
                 stitches.solve(part, colliders, self.h, sweep);
@@ -608,8 +623,8 @@ impl<'a> Context<'a> {
         substep: u32,
     ) -> bool {
         let mut touched = false;
-        for collider in (0..).zip(self.means.swept.of(substep)) {
-            let gravity = self.means.settings.gravity;
+        for collider in (0..).zip(self.context.swept.of(substep)) {
+            let gravity = self.context.settings.gravity;
             let part = part.reborrow();
             touched |= collider::solve(part, collide, collider, kept, self.h, gravity);
         }
@@ -620,8 +635,8 @@ impl<'a> Context<'a> {
 /// A substep begins without what ground and colliders have done in the last one.
 ///
 /// # Safety
-/// As of [`Context::work`].
-unsafe fn forget(shared: &Shared, piece: &Piece) {
+/// As of [`TaskContext::work`].
+unsafe fn forget(shared: &SharedBody, piece: &Piece) {
     // SAFETY: the caller's promise.
     for kept in unsafe { [shared.ground(piece), shared.colliders(piece)] } {
         kept.fill(ContactMultiplier::default());

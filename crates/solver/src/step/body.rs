@@ -2,8 +2,8 @@
 
 use crate::{
     Density, Effects, Factors, ForceKind, Lambdas, Mass, Particles, Topology,
-    advance::{Means, NotFinite, Solve, Stage, Stepper},
-    effects::{stitches::Stitches, tethers::Leads},
+    advance::{NotFinite, Solve, Stage, StepContext, Stepper},
+    effects::{stitches::Stitches, tethers::TetherTargets},
     rest::RestTimer,
 };
 use glam::{Vec3, Vec4};
@@ -47,7 +47,7 @@ pub struct Body {
     /// λ of the constraints of elastic effects.
     pub lambdas: Lambdas,
     /// Its tethers, if it has them; they follow from its pins when a tick begins.
-    pub leads: Leads,
+    pub tether_targets: TetherTargets,
     /// Its stitches, broken ones too.
     pub stitches: Stitches,
     /// What it is solved with directly, if it is.
@@ -77,7 +77,7 @@ impl Body {
             pins: Vec::new(),
             effects: Effects::default(),
             lambdas: Lambdas::default(),
-            leads: Leads::default(),
+            tether_targets: TetherTargets::default(),
             stitches: Stitches::default(),
             factors: Factors::default(),
             rest: RestTimer::default(),
@@ -136,7 +136,7 @@ impl Body {
             particles: &mut self.particles,
             effects: &mut self.effects,
             lambdas: &mut self.lambdas,
-            leads: &mut self.leads,
+            tether_targets: &mut self.tether_targets,
             stitches: &mut self.stitches,
             factors: &mut self.factors,
         }
@@ -144,10 +144,10 @@ impl Body {
 
     /// All substeps of a tick. A body that is no longer finite is frozen where the tick began: what
     /// the substeps before the bad one made is finite, but as a rule already torn apart.
-    pub fn advance(&mut self, means: &Means) {
-        let substeps = 0..means.settings.substeps.get();
-        if let Err(error) = self.stepper().advance(substeps, means) {
-            self.quarantine = Some(self.find_cause(error, USER, means));
+    pub fn advance(&mut self, context: &StepContext) {
+        let substeps = 0..context.settings.substeps.get();
+        if let Err(error) = self.stepper().advance(substeps, context) {
+            self.quarantine = Some(self.find_cause(error, USER, context));
             freeze(&mut self.particles, &self.tick_start.positions);
         }
     }
@@ -189,7 +189,12 @@ impl Body {
     /// name the first particle and the stage that did it; the particle of the error, and the `other` stage, if it was
     /// none of them.
     #[must_use]
-    pub fn find_cause(&self, error: NotFinite, other: &'static str, means: &Means) -> Quarantine {
+    pub fn find_cause(
+        &self,
+        error: NotFinite,
+        other: &'static str,
+        context: &StepContext,
+    ) -> Quarantine {
         let mut again = self.clone();
         again.particles.clone_from(&self.tick_start);
         again.stepper().prepare(true);
@@ -201,27 +206,27 @@ impl Body {
                     stage,
                 })
         };
-        let step = means.settings.substep(error.substep);
+        let step = context.settings.substep(error.substep);
         // What was broken or flowed in the tick is so from its start: the same substep need not come
         // out to the bit.
-        if again.stepper().advance(0..error.substep, means).is_ok() {
+        if again.stepper().advance(0..error.substep, context).is_ok() {
             let mut stepper = again.stepper();
-            stepper.begin(&step, means);
+            stepper.begin(&step, context);
             for kind in ForceKind::ALL {
                 let stage = Stage::Force(kind);
                 // Only the last stage looks for what is not finite.
-                let _ = again.stepper().stage(stage, &step, 0, means);
+                let _ = again.stepper().stage(stage, &step, 0, context);
                 if let Some(found) = spoilt_by(stage.name(), &again) {
                     return found;
                 }
             }
-            let _ = again.stepper().stage(Stage::Presolve, &step, 0, means);
+            let _ = again.stepper().stage(Stage::Presolve, &step, 0, context);
             if let Some(found) = spoilt_by(Stage::Presolve.name(), &again) {
                 return found;
             }
             let solve = Solve::of(&self.effects, !self.stitches.is_empty(), step.method);
             for (stage, iteration) in solve.stages(step) {
-                let _ = again.stepper().stage(stage, &step, iteration, means);
+                let _ = again.stepper().stage(stage, &step, iteration, context);
                 if let Some(found) = spoilt_by(stage.name(), &again) {
                     return found;
                 }

@@ -2,7 +2,7 @@
 
 use super::{
     phases::{Side, Task},
-    share::Shared,
+    shared_body::SharedBody,
 };
 use crate::{
     effects::{
@@ -23,7 +23,7 @@ use crate::{
         lanes::Instructions,
     },
     particles::Part,
-    topology::{Topology, bands::Piece, order::Elements},
+    topology::{Topology, order::Elements, partitions::Piece},
 };
 
 /// Makes what elastic effects need one line each for.
@@ -103,7 +103,7 @@ pub(crate) struct Work<'a> {
     /// Its particles.
     pub part: Part<'a>,
     /// The body.
-    pub shared: &'a Shared<'a>,
+    pub shared: &'a SharedBody<'a>,
     /// Which sweep of how many, and whether λ is to be kept.
     pub sweep: (u32, u32, bool),
     /// What becomes of where constraints would have particles.
@@ -125,7 +125,9 @@ impl Work<'_> {
         let batch = if self.whole {
             elements.loose()
         } else {
-            self.piece.band.map(|band| elements.batch_of(band))
+            self.piece
+                .partition
+                .map(|partition| elements.batch_of(partition))
         };
         if let Some(index) = batch {
             let constraints = elements.batches()[index].constraints();
@@ -134,8 +136,8 @@ impl Work<'_> {
             let column = unsafe { self.shared.lambdas(kind, column) };
             let multipliers = Multipliers::of_sweep(column, self.sweep);
             let particles = (self.part, self.piece.particles.start);
-            let means = (self.put, self.instructions);
-            solve_batch(kernel, index, particles, multipliers, means);
+            let context = (self.put, self.instructions);
+            solve_batch(kernel, index, particles, multipliers, context);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 pub mod advance;
 pub mod body;
-pub mod crew;
+pub mod executor;
 pub mod history;
 pub mod kernels;
 pub mod method;
@@ -10,7 +10,7 @@ pub mod phases;
 pub mod repair;
 pub mod rest;
 pub mod rolling;
-pub mod share;
+pub mod shared_body;
 pub mod spin;
 mod stage;
 pub mod stages;

@@ -12,7 +12,7 @@
 
 use crate::{
     ElasticKind, ForceKind,
-    bands::{Bands, Piece},
+    partitions::{Partitions, Piece},
     step::stage::Stage,
 };
 use std::iter::Peekable;
@@ -104,12 +104,12 @@ impl Side {
 }
 
 /// Tasks of a phase at most.
-const MOST_TASKS: usize = 16;
+const MAX_TASKS: usize = 16;
 
 /// Tasks that are done together, on pieces that share no particle.
 #[derive(Debug, Clone)]
 pub(crate) struct Phase<'a> {
-    tasks: [Task; MOST_TASKS],
+    tasks: [Task; MAX_TASKS],
     count: usize,
     side: Side,
     /// All particles of the body.
@@ -132,14 +132,14 @@ impl Phase<'_> {
 #[derive(Debug, Clone)]
 pub(crate) struct Phases<'a, I: Iterator<Item = (Task, Side)>> {
     tasks: Peekable<I>,
-    bands: &'a Bands,
+    partitions: &'a Partitions,
 }
 
 impl<'a, I: Iterator<Item = (Task, Side)>> Phases<'a, I> {
-    pub fn new(tasks: I, bands: &'a Bands) -> Self {
+    pub fn new(tasks: I, partitions: &'a Partitions) -> Self {
         Self {
             tasks: tasks.peekable(),
-            bands,
+            partitions,
         }
     }
 }
@@ -149,9 +149,9 @@ impl<'a, I: Iterator<Item = (Task, Side)>> Iterator for Phases<'a, I> {
 
     fn next(&mut self) -> Option<Phase<'a>> {
         let (task, mut side) = self.tasks.next()?;
-        let mut tasks = [task; MOST_TASKS];
+        let mut tasks = [task; MAX_TASKS];
         let mut count = 1;
-        while count < MOST_TASKS
+        while count < MAX_TASKS
             && let Some(&(task, next)) = self.tasks.peek()
             && let Some(both) = side.with(next)
         {
@@ -161,9 +161,9 @@ impl<'a, I: Iterator<Item = (Task, Side)>> Iterator for Phases<'a, I> {
             self.tasks.next();
         }
         let pieces = match side {
-            Side::Any | Side::Even => self.bands.pieces(false),
-            Side::Odd => self.bands.pieces(true),
-            Side::Whole => self.bands.whole(),
+            Side::Any | Side::Even => self.partitions.pieces(false),
+            Side::Odd => self.partitions.pieces(true),
+            Side::Whole => self.partitions.whole(),
         };
         Some(Phase {
             tasks,

@@ -3,7 +3,7 @@
 //! Rest is judged by how far particles went in a whole tick: over one substep the rounding of
 //! positions alone, near ε‖x‖/h, looks like a speed.
 
-use crate::{Particles, contact::collider::Sweep, topology::bounds};
+use crate::{Particles, contact::collider::SweptCollider, topology::bounds};
 use glam::{Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
@@ -119,8 +119,8 @@ pub fn written(particles: &Particles, start: &[Vec4]) -> bool {
 
 /// Whether a collider that moves during a tick comes near a body at these positions.
 #[must_use]
-pub fn disturbed(positions: &[Vec4], colliders: &[Sweep]) -> bool {
-    if !colliders.iter().any(Sweep::moves) {
+pub fn disturbed(positions: &[Vec4], colliders: &[SweptCollider]) -> bool {
+    if !colliders.iter().any(SweptCollider::moves) {
         return false;
     }
     let (low, high): (Vec3, Vec3) = bounds(positions.iter().map(|x| x.truncate()));

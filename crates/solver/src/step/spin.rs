@@ -17,7 +17,7 @@
 
 use crate::{
     Effects, ForceKind, Particles, StitchEnd, Stitches,
-    advance::{Means, Stepper},
+    advance::{StepContext, Stepper},
 };
 use glam::{DMat3, DVec3};
 
@@ -27,8 +27,8 @@ const LINE: f64 = 1e-12;
 
 impl Stepper<'_> {
     /// Begins a substep in which angular momentum is to be kept, if it is.
-    pub(crate) fn note_spin(&mut self, means: &Means) {
-        let settings = means.settings;
+    pub(crate) fn note_spin(&mut self, context: &StepContext) {
+        let settings = context.settings;
         let asked = settings.keep_spin.get() == 1 && settings.order.get() == 1;
         let free = asked
             && settings.method.keeps_speed().is_none()

@@ -2,7 +2,7 @@
 
 use super::{stage::Stage, substep::Settings};
 use crate::{
-    Effects, Factors, Lambdas, Leads, Particles, Stitches, Threads, Topology,
+    Effects, Factors, Lambdas, Particles, Stitches, TetherTargets, Threads, Topology,
     contact::collider::Swept, lanes::Instructions,
 };
 use std::{fmt, sync::Arc};
@@ -28,7 +28,7 @@ pub struct Stepper<'a> {
     /// λ of the constraints of elastic effects; as many as there are if they are to be kept.
     pub lambdas: &'a mut Lambdas,
     /// Its tethers; none if it has none.
-    pub leads: &'a mut Leads,
+    pub tether_targets: &'a mut TetherTargets,
     /// Its stitches; which are broken changes.
     pub stitches: &'a mut Stitches,
     /// What it is solved with directly, if it is.
@@ -37,7 +37,7 @@ pub struct Stepper<'a> {
 
 /// What all bodies are stepped with.
 #[derive(Debug, Clone, Copy)]
-pub struct Means<'a> {
+pub struct StepContext<'a> {
     /// Gravity, rate, substeps, iterations.
     pub settings: &'a Settings,
     /// Start of the tick [s].

@@ -16,12 +16,12 @@
 //! same bits.
 
 use super::{
-    advance::{Means, NotFinite, Stage, Stepper},
+    advance::{NotFinite, Stage, StepContext, Stepper},
     stage::Solve,
     substep::Substep,
 };
 use crate::{
-    Contacts, Effects, ForceKind, Load, Threads, Topology,
+    Contacts, Effects, ForceKind, Threads, Topology, WorkEstimate,
     contact::pairs::{Between, Tangible},
     ledger::{Book, Ledger},
 };
@@ -154,63 +154,78 @@ pub fn advance(
     contacts: &mut Contacts,
     substeps: Range<u32>,
     booked: bool,
-    means: &Means,
+    context: &StepContext,
 ) {
     if booked {
-        each(bodies, means, |it, _| {
+        each(bodies, context, |it, _| {
             it.book = Some(Box::new(Book::of(&mut it.body)));
         });
     }
     for index in substeps {
-        let step = means.settings.substep(index);
-        predict(bodies, contacts, &step, means);
+        let step = context.settings.substep(index);
+        predict(bodies, contacts, &step, context);
         for iteration in 0..step.sweeps() {
-            each(bodies, means, |it, means| {
-                iterate(it, &step, iteration, means)
+            each(bodies, context, |it, context| {
+                iterate(it, &step, iteration, context)
             });
             for _ in 0..step.contacts_after(iteration) {
-                solve(bodies, contacts, Stage::Contact, means);
-                solve(bodies, contacts, Stage::SelfContact, means);
-                each(bodies, means, |it, means| {
-                    meet_rigid(it, &step, iteration, means);
+                solve(bodies, contacts, Stage::Contact, context);
+                solve(bodies, contacts, Stage::SelfContact, context);
+                each(bodies, context, |it, context| {
+                    meet_rigid(it, &step, iteration, context);
                 });
             }
         }
-        finish(bodies, contacts, &step, means);
+        finish(bodies, contacts, &step, context);
     }
 }
 
 /// Begins a substep by itself, as [`advance`] does: finds what is near, and does what comes before forces.
-pub fn begin(bodies: &mut [Companion], contacts: &mut Contacts, step: &Substep, means: &Means) {
-    find(bodies, contacts, step, means);
-    each(bodies, means, |it, means| {
-        it.body.draw_where_damaged(step, means);
-        it.body.begin_drawn(step, means, it.is_near);
+pub fn begin(
+    bodies: &mut [Companion],
+    contacts: &mut Contacts,
+    step: &Substep,
+    context: &StepContext,
+) {
+    find(bodies, contacts, step, context);
+    each(bodies, context, |it, context| {
+        it.body.draw_where_damaged(step, context);
+        it.body.begin_drawn(step, context, it.is_near);
     });
 }
 
 /// Everything up to the first iteration.
-fn predict(bodies: &mut [Companion], contacts: &mut Contacts, step: &Substep, means: &Means) {
-    find(bodies, contacts, step, means);
-    each(bodies, means, |it, means| {
+fn predict(
+    bodies: &mut [Companion],
+    contacts: &mut Contacts,
+    step: &Substep,
+    context: &StepContext,
+) {
+    find(bodies, contacts, step, context);
+    each(bodies, context, |it, context| {
         let is_near = it.is_near;
         it.work(|body, book| {
             if let Some(book) = book {
-                book.draw(body, step, means);
-                return book.predict(body, step, means, is_near);
+                book.draw(body, step, context);
+                return book.predict(body, step, context, is_near);
             }
-            body.draw_where_damaged(step, means);
-            body.begin_drawn(step, means, is_near);
+            body.draw_where_damaged(step, context);
+            body.begin_drawn(step, context, is_near);
             let forces = ForceKind::ALL.map(|kind| (Stage::Force(kind), 0));
             let first = [(Stage::Presolve, 0), (Stage::StickyGround, 0)];
-            body.stages(forces.into_iter().chain(first), step, means)
+            body.stages(forces.into_iter().chain(first), step, context)
         });
     });
 }
 
 /// What comes after the last iteration.
-fn finish(bodies: &mut [Companion], contacts: &mut Contacts, step: &Substep, means: &Means) {
-    cut(bodies, contacts, step, means);
+fn finish(
+    bodies: &mut [Companion],
+    contacts: &mut Contacts,
+    step: &Substep,
+    context: &StepContext,
+) {
+    cut(bodies, contacts, step, context);
     if bodies.iter().any(|it| it.book.is_some()) {
         for (body, particle, way) in contacts.rubbed() {
             if let Some(book) = &mut bodies[body].book {
@@ -218,17 +233,17 @@ fn finish(bodies: &mut [Companion], contacts: &mut Contacts, step: &Substep, mea
             }
         }
     }
-    each(bodies, means, |it, means| {
+    each(bodies, context, |it, context| {
         let mut gained = Ledger::default();
         it.work(|body, book| {
             if let Some(book) = book {
-                gained += book.finish(body, step, means)?;
-                gained.plastic += book.flow(body, step, means)?;
+                gained += book.finish(body, step, context)?;
+                gained.plastic += book.flow(body, step, context)?;
                 return Ok(());
             }
-            body.stages(std::iter::once((Stage::Postsolve, 0)), step, means)?;
+            body.stages(std::iter::once((Stage::Postsolve, 0)), step, context)?;
             body.end();
-            body.flow(step, means);
+            body.flow(step, context);
             Ok(())
         });
         if let Ok(ledger) = &mut it.result {
@@ -239,59 +254,69 @@ fn finish(bodies: &mut [Companion], contacts: &mut Contacts, step: &Substep, mea
 }
 
 /// The constraints of an iteration.
-fn iterate(it: &mut Companion, step: &Substep, iteration: u32, means: &Means) {
+fn iterate(it: &mut Companion, step: &Substep, iteration: u32, context: &StepContext) {
     it.work(|body, book| {
         let solve = Solve::of(body.effects, !body.stitches.is_empty(), step.method);
         if let Some(book) = book {
             let mut stages = solve.constraints();
-            return stages.try_for_each(|stage| book.stage(body, stage, step, iteration, means));
+            return stages.try_for_each(|stage| book.stage(body, stage, step, iteration, context));
         }
         body.stages(
             solve.constraints().map(|stage| (stage, iteration)),
             step,
-            means,
+            context,
         )
     });
 }
 
 /// Ground and colliders, after an iteration.
-fn meet_rigid(it: &mut Companion, step: &Substep, iteration: u32, means: &Means) {
+fn meet_rigid(it: &mut Companion, step: &Substep, iteration: u32, context: &StepContext) {
     it.work(|body, book| {
         let solve = Solve::of(body.effects, !body.stitches.is_empty(), step.method);
         if let Some(book) = book {
             let mut stages = solve.contacts();
-            return stages.try_for_each(|stage| book.stage(body, stage, step, iteration, means));
+            return stages.try_for_each(|stage| book.stage(body, stage, step, iteration, context));
         }
         body.stages(
             solve.contacts().map(|stage| (stage, iteration)),
             step,
-            means,
+            context,
         )
     });
 }
 
 /// Finds what is near, before anything moves: repair moves particles too.
-fn find(bodies: &mut [Companion], contacts: &mut Contacts, step: &Substep, means: &Means) {
-    watched(means, Stage::Contact, || contacts.begin(bodies, step));
-    let looks_back = means.settings.order.get() > 1;
+fn find(bodies: &mut [Companion], contacts: &mut Contacts, step: &Substep, context: &StepContext) {
+    watched(context, Stage::Contact, || contacts.begin(bodies, step));
+    let looks_back = context.settings.order.get() > 1;
     for (place, it) in bodies.iter_mut().enumerate() {
         it.is_near = looks_back && contacts.is_near(place);
     }
 }
 
 /// A pass over contacts of one kind: [`Stage::Contact`] or [`Stage::SelfContact`].
-pub fn solve(bodies: &mut [Companion], contacts: &mut Contacts, stage: Stage, means: &Means) {
+pub fn solve(
+    bodies: &mut [Companion],
+    contacts: &mut Contacts,
+    stage: Stage,
+    context: &StepContext,
+) {
     let between = match stage {
         Stage::SelfContact => Between::Itself,
         _ => Between::Bodies,
     };
-    watched(means, stage, || contacts.solve(bodies, between));
+    watched(context, stage, || contacts.solve(bodies, between));
     credit(bodies);
 }
 
 /// Cuts motion that would cross, before the last stage.
-pub fn cut(bodies: &mut [Companion], contacts: &mut Contacts, step: &Substep, means: &Means) {
-    watched(means, Stage::Contact, || contacts.truncate(bodies, step));
+pub fn cut(
+    bodies: &mut [Companion],
+    contacts: &mut Contacts,
+    step: &Substep,
+    context: &StepContext,
+) {
+    watched(context, Stage::Contact, || contacts.truncate(bodies, step));
     credit(bodies);
 }
 
@@ -308,24 +333,34 @@ fn credit(bodies: &mut [Companion]) {
     }
 }
 
-fn watched(means: &Means, stage: Stage, mut work: impl FnMut()) {
-    match means.watch {
+fn watched(context: &StepContext, stage: Stage, mut work: impl FnMut()) {
+    match context.watch {
         Some(watch) => watch.see(stage, &mut work),
         None => work(),
     }
 }
 
 /// Does a part of a substep with every body that is stepped, on all threads.
-pub fn each(bodies: &mut [Companion], means: &Means, work: impl Fn(&mut Companion, &Means) + Sync) {
+pub fn each(
+    bodies: &mut [Companion],
+    context: &StepContext,
+    work: impl Fn(&mut Companion, &StepContext) + Sync,
+) {
     let load = |it: &Companion| match it.is_active() {
         true => it.body.effects.load(it.body.topology, 1),
-        false => Load::default(),
+        false => WorkEstimate::default(),
     };
-    means
+    context
         .threads
         .for_each(bodies, load, &|it: &mut Companion, threads: &Threads| {
             if it.is_active() {
-                work(it, &Means { threads, ..*means });
+                work(
+                    it,
+                    &StepContext {
+                        threads,
+                        ..*context
+                    },
+                );
             }
         });
 }

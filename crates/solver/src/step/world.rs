@@ -6,10 +6,10 @@ use super::{
     together::{self, Companion, are_needed},
 };
 use crate::{
-    Body, Collider, Contacts, Load, Settings, Threads,
-    advance::Means,
+    Body, Collider, Contacts, Settings, Threads, WorkEstimate,
+    advance::StepContext,
     contact::{
-        collider::{Sweep, Swept},
+        collider::{Swept, SweptCollider},
         pairs::{Outline, crossings},
     },
     lanes::Instructions,
@@ -57,7 +57,7 @@ impl World {
         } = self;
         let seconds = settings.tick_seconds();
         swept.fill(colliders.iter(), settings, self.time);
-        let means = Means {
+        let context = StepContext {
             settings,
             time: self.time,
             swept,
@@ -75,7 +75,7 @@ impl World {
         let step = |body: &mut Body, threads: &Threads| {
             body.begin_tick();
             if is_alone(body) {
-                body.advance(&Means { threads, ..means });
+                body.advance(&StepContext { threads, ..context });
             }
             if is_alone(body) && body.end_tick(seconds, settings.gravity, sleep) {
                 body.fall_asleep();
@@ -84,12 +84,12 @@ impl World {
         let sweeps = settings.substeps.get() as usize * settings.substep(0).sweeps() as usize;
         let load = |body: &Body| match is_alone(body) {
             true => body.effects.load(&body.topology, sweeps),
-            false => Load::default(),
+            false => WorkEstimate::default(),
         };
         threads.for_each(bodies, load, &step);
         if together {
-            advance_together(bodies, contacts, &means);
-            rest_together(bodies, contacts, &means, sleep);
+            advance_together(bodies, contacts, &context);
+            rest_together(bodies, contacts, &context, sleep);
         } else {
             contacts.clear();
         }
@@ -123,29 +123,34 @@ impl World {
 }
 
 /// Does all substeps of a tick with the bodies that can touch.
-fn advance_together(bodies: &mut [Body], contacts: &mut Contacts, means: &Means) {
-    let substeps = 0..means.settings.substeps.get();
+fn advance_together(bodies: &mut [Body], contacts: &mut Contacts, context: &StepContext) {
+    let substeps = 0..context.settings.substeps.get();
     let mut all = companions(bodies);
-    together::advance(&mut all, contacts, substeps, false, means);
+    together::advance(&mut all, contacts, substeps, false, context);
     let results: Vec<_> = all.into_iter().map(|it| it.result).collect();
     let touching = bodies.iter_mut().filter(|body| body.effects.can_touch());
     for (body, result) in touching.zip(results) {
         if let Err(error) = result {
-            body.quarantine = Some(body.find_cause(error, CONTACT, means));
+            body.quarantine = Some(body.find_cause(error, CONTACT, context));
             freeze(&mut body.particles, &body.tick_start.positions);
         }
     }
 }
 
 /// Ends a tick of the bodies that can touch: those that touch each other fall asleep and wake together.
-fn rest_together(bodies: &mut [Body], contacts: &Contacts, means: &Means, sleep: &SleepSettings) {
-    let seconds = means.settings.tick_seconds();
+fn rest_together(
+    bodies: &mut [Body],
+    contacts: &Contacts,
+    context: &StepContext,
+    sleep: &SleepSettings,
+) {
+    let seconds = context.settings.tick_seconds();
     let can_touch = |body: &&mut Body| body.effects.can_touch();
     let mut group: Vec<Wakefulness> = bodies
         .iter_mut()
         .filter(can_touch)
         .map(|body| match body.is_active() {
-            true if body.end_tick(seconds, means.settings.gravity, sleep) => Wakefulness::Still,
+            true if body.end_tick(seconds, context.settings.gravity, sleep) => Wakefulness::Still,
             true => Wakefulness::Awake,
             false => Wakefulness::Asleep,
         })
@@ -171,7 +176,7 @@ fn companions(bodies: &mut [Body]) -> Vec<Companion<'_>> {
         .collect()
 }
 
-fn wakes(body: &Body, colliders: &[Sweep]) -> bool {
+fn wakes(body: &Body, colliders: &[SweptCollider]) -> bool {
     body.effects.grab.is_some()
         || written(&body.particles, &body.tick_start.positions)
         || body.stitches.are_pulled(colliders)

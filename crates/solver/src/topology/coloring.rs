@@ -3,7 +3,7 @@
 //! Greedy in the order given, so that the same input gives the same colours everywhere.
 
 /// Colours at most; a particle in more constraints than this leaves the rest loose.
-pub const MOST_COLOURS: usize = 128;
+pub const MAX_COLOURS: usize = 128;
 
 /// Colours sets of constraints, one after the other.
 #[derive(Debug)]
@@ -40,7 +40,7 @@ impl Painter {
             }
         }
         // A colour is full at a multiple of the lanes, so that few blocks have idle ones.
-        let colours = (busiest + busiest / 4 + 1).min(MOST_COLOURS);
+        let colours = (busiest + busiest / 4 + 1).min(MAX_COLOURS);
         let capacity = members.len().div_ceil(colours).next_multiple_of(8);
         let mut colours: Vec<Vec<u32>> = Vec::new();
         let mut full = 0_u128;
@@ -50,7 +50,7 @@ impl Painter {
                 .iter()
                 .fold(full, |used, &corner| used | self.taken[corner as usize]);
             let free = used.trailing_ones() as usize;
-            if free == MOST_COLOURS {
+            if free == MAX_COLOURS {
                 loose.push(member);
                 continue;
             }

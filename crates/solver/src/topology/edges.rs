@@ -1,8 +1,8 @@
 //! Edges of a body.
 
 use super::{
-    bands::Bands,
     order::{Elements, Painting},
+    partitions::Partitions,
 };
 use glam::Vec3;
 
@@ -26,12 +26,17 @@ impl Edges {
         self.elements.bytes() + size_of_val(&self.rest_length[..])
     }
 
-    pub(super) fn new(ends: &[[u32; 2]], rest: &[Vec3], bands: &Bands, scattered: bool) -> Self {
+    pub(super) fn new(
+        ends: &[[u32; 2]],
+        rest: &[Vec3],
+        partitions: &Partitions,
+        scattered: bool,
+    ) -> Self {
         let how = Painting {
             scattered,
             ..Painting::default()
         };
-        let (elements, _) = Elements::new(ends, bands, how);
+        let (elements, _) = Elements::new(ends, partitions, how);
         Self {
             rest_length: elements
                 .corners()

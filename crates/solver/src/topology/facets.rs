@@ -1,9 +1,9 @@
 //! Facets: the triangles of a surface with their rest shapes, for membranes.
 
 use super::{
-    bands::Bands,
     hinges::has_area,
     order::{Elements, Painting},
+    partitions::Partitions,
 };
 use glam::{DVec3, Vec3};
 
@@ -38,14 +38,14 @@ const FACING: f64 = 1e-3;
 impl Facets {
     /// All triangles that have an area.
     #[must_use]
-    pub fn of(triangles: &[[u32; 3]], rest: &[Vec3], bands: &Bands) -> Self {
+    pub fn of(triangles: &[[u32; 3]], rest: &[Vec3], partitions: &Partitions) -> Self {
         let at = |i: u32| rest[i as usize];
         let corners: Vec<[u32; 3]> = triangles
             .iter()
             .copied()
             .filter(|corners| has_area(corners.map(at)))
             .collect();
-        let (elements, _) = Elements::new(&corners, bands, Painting::default());
+        let (elements, _) = Elements::new(&corners, partitions, Painting::default());
         let mut facets = Self {
             elements,
             ..Self::default()

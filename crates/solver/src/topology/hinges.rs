@@ -1,8 +1,8 @@
 //! Hinges: pairs of triangles of a surface with a common edge, for bending.
 
 use super::{
-    bands::Bands,
     order::{Elements, Painting},
+    partitions::Partitions,
 };
 use glam::{DVec3, Vec3};
 
@@ -39,13 +39,13 @@ impl Hinges {
     /// All hinges of a surface. An edge of more than two triangles has one hinge for each triangle
     /// after the first; triangles without area have none.
     #[must_use]
-    pub fn of(triangles: &[[u32; 3]], rest: &[Vec3], bands: &Bands) -> Self {
+    pub fn of(triangles: &[[u32; 3]], rest: &[Vec3], partitions: &Partitions) -> Self {
         let corners = pairs(triangles, rest);
         let how = Painting {
             odd_first: true,
             ..Painting::default()
         };
-        let (elements, _) = Elements::new(&corners, bands, how);
+        let (elements, _) = Elements::new(&corners, partitions, how);
         let mut hinges = Self {
             elements,
             ..Self::default()

@@ -7,11 +7,11 @@
 //! cloth explode). Rest values are rounded as the solver rounds the values that it compares with
 //! them, so that a body in its rest shape does not move by a bit.
 
-pub mod bands;
 pub mod coloring;
 pub mod edges;
 pub mod enclosure;
 mod flow;
+pub mod partitions;
 mod parts;
 pub mod tetrahedra;
 
@@ -39,8 +39,8 @@ pub use surface::Surface;
 pub use tetrahedra::Tetrahedra;
 
 use crate::{
-    bands::{Bands, SMALLEST_CUT},
     numbering::Numbering,
+    partitions::{MIN_CUT, Partitions},
 };
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
@@ -80,7 +80,7 @@ pub struct Topology {
     /// go by vertices; everything else here, by particles.
     pub numbering: Numbering,
     /// How the particles are cut into bands.
-    pub bands: Bands,
+    pub partitions: Partitions,
     /// Edges, for stretch.
     pub edges: Edges,
     /// Tetrahedra, for volume.
@@ -190,7 +190,7 @@ impl Topology {
     /// an index out of range or repeated.
     pub fn new(shape: RestShape) -> Result<Self, TopologyError> {
         Self::with(shape, |count, ends, corners| {
-            if count < SMALLEST_CUT {
+            if count < MIN_CUT {
                 Numbering::default()
             } else {
                 Numbering::new(count, ends, corners)
@@ -269,12 +269,12 @@ impl Topology {
         };
 
         let (low, high) = bounds(rest.iter().copied());
-        let bands = Bands::cut(count, reaches(&ends).chain(reaches(&corners)));
+        let partitions = Partitions::cut(count, reaches(&ends).chain(reaches(&corners)));
         let is_sheet = dimension == Dimension::Sheet;
         Ok(Self {
-            edges: Edges::new(&ends, &rest, &bands, is_sheet),
-            tetrahedra: Tetrahedra::new(&corners, &rest, &bands),
-            bands,
+            edges: Edges::new(&ends, &rest, &partitions, is_sheet),
+            tetrahedra: Tetrahedra::new(&corners, &rest, &partitions),
+            partitions,
             triangles,
             numbering,
             dimension,

@@ -7,8 +7,8 @@
 //! coloured too, but are solved on one thread.
 
 use crate::{
-    bands::Bands,
-    coloring::{MOST_COLOURS, Painter},
+    coloring::{MAX_COLOURS, Painter},
+    partitions::Partitions,
 };
 use glam::Vec4;
 use std::ops::Range;
@@ -60,7 +60,7 @@ impl Corner {
 /// The constraints of one band, or the loose ones.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Batch {
-    band: Option<usize>,
+    partition: Option<usize>,
     particles: Range<usize>,
     constraints: Range<usize>,
     groups: Range<usize>,
@@ -90,7 +90,11 @@ const STRETCH: u32 = 64;
 impl<const N: usize> Elements<N> {
     /// Orders constraints on particles that are cut into bands. Returns them with their old numbers.
     #[must_use]
-    pub fn new(constraints: &[[u32; N]], bands: &Bands, how: Painting) -> (Self, Vec<u32>) {
+    pub fn new(
+        constraints: &[[u32; N]],
+        partitions: &Partitions,
+        how: Painting,
+    ) -> (Self, Vec<u32>) {
         let Painting {
             odd_first,
             scattered,
@@ -100,11 +104,11 @@ impl<const N: usize> Elements<N> {
             let stretch = first(i).map_or(0, |first| first / STRETCH);
             (stretch, hash(&constraints[*i as usize]))
         };
-        let mut members = vec![Vec::new(); bands.count()];
+        let mut members = vec![Vec::new(); partitions.count()];
         let mut loose = Vec::new();
         for (index, corners) in constraints.iter().enumerate() {
-            match bands.band_of(corners) {
-                Some(band) => members[band].push(index as u32),
+            match partitions.partition_of(corners) {
+                Some(partition) => members[partition].push(index as u32),
                 None => loose.push(index as u32),
             }
         }
@@ -113,11 +117,11 @@ impl<const N: usize> Elements<N> {
             ..Self::default()
         };
         let mut stored = Vec::with_capacity(constraints.len());
-        let mut painter = Painter::new(bands.particles());
+        let mut painter = Painter::new(partitions.particles());
         for half in 0..2 {
             let parity = usize::from(odd_first == (half == 0));
-            for band in (parity..bands.count()).step_by(2) {
-                let members = &mut members[band];
+            for partition in (parity..partitions.count()).step_by(2) {
+                let members = &mut members[partition];
                 if scattered {
                     members.sort_by_key(place);
                 } else {
@@ -130,7 +134,7 @@ impl<const N: usize> Elements<N> {
                         .iter_mut()
                         .for_each(|colour| colour.sort_by_key(first));
                 }
-                all.close_batch(Some(band), colours, &mut stored);
+                all.close_batch(Some(partition), colours, &mut stored);
             }
             if half == 0 {
                 all.first_half = all.batches.len();
@@ -150,12 +154,17 @@ impl<const N: usize> Elements<N> {
     /// its band that has none of its particles. Returns for each constraint its old number, which
     /// for those added counts on from the old ones.
     #[must_use]
-    pub fn edited(&self, removed: &[usize], added: &[[u32; N]], bands: &Bands) -> (Self, Vec<u32>) {
-        let mut arrivals: Vec<Vec<u32>> = vec![Vec::new(); bands.count()];
+    pub fn edited(
+        &self,
+        removed: &[usize],
+        added: &[[u32; N]],
+        partitions: &Partitions,
+    ) -> (Self, Vec<u32>) {
+        let mut arrivals: Vec<Vec<u32>> = vec![Vec::new(); partitions.count()];
         let mut loose = Vec::new();
         for (index, corners) in (self.corners.len() as u32..).zip(added) {
-            match bands.band_of(corners) {
-                Some(band) => arrivals[band].push(index),
+            match partitions.partition_of(corners) {
+                Some(partition) => arrivals[partition].push(index),
                 None => loose.push(index),
             }
         }
@@ -175,10 +184,14 @@ impl<const N: usize> Elements<N> {
             ..Self::default()
         };
         let mut stored = Vec::with_capacity(self.corners.len() + added.len());
-        for batch in self.batches.iter().filter(|batch| batch.band.is_some()) {
+        for batch in self
+            .batches
+            .iter()
+            .filter(|batch| batch.partition.is_some())
+        {
             let groups = &self.groups[batch.groups.clone()];
             let mut colours: Vec<Vec<u32>> = groups.iter().map(stays).collect();
-            let newcomers = batch.band.map(|band| &arrivals[band]);
+            let newcomers = batch.partition.map(|partition| &arrivals[partition]);
             for &index in newcomers.into_iter().flatten() {
                 let corners = corners_of(index);
                 let free = colours.iter().position(|colour| {
@@ -187,11 +200,11 @@ impl<const N: usize> Elements<N> {
                 });
                 match free {
                     Some(free) => colours[free].push(index),
-                    None if colours.len() < MOST_COLOURS => colours.push(vec![index]),
+                    None if colours.len() < MAX_COLOURS => colours.push(vec![index]),
                     None => loose.push(index),
                 }
             }
-            all.close_batch(batch.band, colours, &mut stored);
+            all.close_batch(batch.partition, colours, &mut stored);
         }
         let groups = match self.loose() {
             Some(index) => &self.groups[self.batches[index].groups.clone()],
@@ -211,7 +224,12 @@ impl<const N: usize> Elements<N> {
     }
 
     /// Stores the constraints of a band, colour by colour.
-    fn close_batch(&mut self, band: Option<usize>, colours: Vec<Vec<u32>>, stored: &mut Vec<u32>) {
+    fn close_batch(
+        &mut self,
+        partition: Option<usize>,
+        colours: Vec<Vec<u32>>,
+        stored: &mut Vec<u32>,
+    ) {
         let (first, first_group) = (stored.len(), self.groups.len());
         for colour in colours.into_iter().filter(|colour| !colour.is_empty()) {
             let first = stored.len() as u32;
@@ -219,7 +237,7 @@ impl<const N: usize> Elements<N> {
             stored.extend(colour);
         }
         self.batches.push(Batch {
-            band,
+            partition,
             particles: 0..0,
             constraints: first..stored.len(),
             groups: first_group..self.groups.len(),
@@ -284,11 +302,11 @@ impl<const N: usize> Elements<N> {
 
     /// Number of the batch of a band.
     #[must_use]
-    pub fn batch_of(&self, band: usize) -> usize {
-        if (band % 2 == 1) == self.odd_first {
-            band / 2
+    pub fn batch_of(&self, partition: usize) -> usize {
+        if (partition % 2 == 1) == self.odd_first {
+            partition / 2
         } else {
-            self.first_half + band / 2
+            self.first_half + partition / 2
         }
     }
 
@@ -296,7 +314,7 @@ impl<const N: usize> Elements<N> {
     #[must_use]
     pub fn loose(&self) -> Option<usize> {
         let last = self.batches.last()?;
-        last.band.is_none().then(|| self.batches.len() - 1)
+        last.partition.is_none().then(|| self.batches.len() - 1)
     }
 
     /// All constraints of the odd bands, or of the even ones.
@@ -338,8 +356,8 @@ fn hash<const N: usize>(corners: &[u32; N]) -> (u64, [u32; N]) {
 impl Batch {
     /// Number of the band; `None` for loose constraints.
     #[must_use]
-    pub fn band(&self) -> Option<usize> {
-        self.band
+    pub fn partition(&self) -> Option<usize> {
+        self.partition
     }
 
     /// The range of its particles.

@@ -9,7 +9,7 @@ impl Topology {
     pub fn facets(&self) -> &Facets {
         self.facets
             .0
-            .get_or_init(|| Facets::of(&self.triangles, &self.rest, &self.bands))
+            .get_or_init(|| Facets::of(&self.triangles, &self.rest, &self.partitions))
     }
 
     /// The rest frames of its tetrahedra, found when they are first asked for.
@@ -33,7 +33,7 @@ impl Topology {
     pub fn hinges(&self) -> &Hinges {
         self.hinges
             .0
-            .get_or_init(|| Hinges::of(&self.triangles, &self.rest, &self.bands))
+            .get_or_init(|| Hinges::of(&self.triangles, &self.rest, &self.partitions))
     }
 
     /// What of it can touch, found when it is first asked for.

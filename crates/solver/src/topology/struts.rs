@@ -27,7 +27,7 @@ impl Topology {
     /// ray.
     #[must_use]
     pub fn struts(&self) -> &Edges {
-        let find = || Edges::new(&struts(self), &self.rest, &self.bands, false);
+        let find = || Edges::new(&struts(self), &self.rest, &self.partitions, false);
         self.struts.0.get_or_init(find)
     }
 }

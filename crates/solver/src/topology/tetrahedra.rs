@@ -1,8 +1,8 @@
 //! Tetrahedra of a body.
 
 use super::{
-    bands::Bands,
     order::{Elements, Painting},
+    partitions::Partitions,
 };
 use crate::kernel::geometry::volume_and_gradients;
 use glam::Vec3;
@@ -25,12 +25,12 @@ impl Tetrahedra {
         self.elements.corners()
     }
 
-    pub(super) fn new(corners: &[[u32; 4]], rest: &[Vec3], bands: &Bands) -> Self {
+    pub(super) fn new(corners: &[[u32; 4]], rest: &[Vec3], partitions: &Partitions) -> Self {
         let how = Painting {
             odd_first: true,
             ..Painting::default()
         };
-        let (elements, _) = Elements::new(corners, bands, how);
+        let (elements, _) = Elements::new(corners, partitions, how);
         let rest_volume: Vec<f32> = elements
             .corners()
             .map(|c| volume_and_gradients(c.map(|i| rest[i as usize])).0)

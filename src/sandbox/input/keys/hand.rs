@@ -8,7 +8,7 @@ use bevy::{ecs::system::SystemParam, prelude::*};
 use super::Command;
 use crate::{
     sandbox::{
-        panel::{Asked, PanelState, Request, Scope},
+        panel::{PanelRequest, PanelState, Request, Scope},
         render::view::{LastGrab, ViewCommand, ViewSettings},
     },
     simulation::{Pins, SimulationClock, SimulationSettings},
@@ -23,7 +23,7 @@ pub(super) struct Hand<'w, 's> {
     panel: Res<'w, PanelState>,
     grab: Res<'w, LastGrab>,
     pins: Query<'w, 's, &'static Pins>,
-    requests: MessageWriter<'w, Asked>,
+    requests: MessageWriter<'w, PanelRequest>,
     commands: MessageWriter<'w, ViewCommand>,
 }
 
@@ -57,7 +57,7 @@ impl Hand<'_, '_> {
             Command::SolverView => self.view.solver = self.view.solver.next(),
             Command::Accuracy => self.ask(Request::Accuracy),
             Command::Gallery => self.ask(Request::Gallery),
-            Command::Ghost => self.ask(Request::Ghost),
+            Command::ReferenceOverlay => self.ask(Request::ReferenceOverlay),
             Command::Panel => self.view.panel_visible = !self.view.panel_visible,
             Command::Help => self.view.help_visible = !self.view.help_visible,
             Command::Close => self.view.help_visible = false,
@@ -65,7 +65,7 @@ impl Hand<'_, '_> {
     }
 
     fn ask(&mut self, request: Request) {
-        self.requests.write(Asked(request));
+        self.requests.write(PanelRequest(request));
     }
 
     fn pin(&mut self) {

@@ -5,7 +5,7 @@ use super::{
     chart::{self, Dot, Marker},
 };
 use crate::{
-    sandbox::ui::{Places, format, theme},
+    sandbox::ui::{WidgetRects, format, theme},
     study::Goal,
 };
 use bevy_egui::egui::{
@@ -47,7 +47,7 @@ pub struct Answer {
     /// Substeps and iterations of a dot that was pressed.
     pub pressed: Option<(u32, u32)>,
     /// Where the widgets are.
-    pub places: Places,
+    pub places: WidgetRects,
 }
 
 /// Draws the card in the lower left corner, in what the panel's `covered` width leaves.

@@ -16,9 +16,9 @@ pub use chart::{Dot, Marker};
 pub use worker::{News, Task, Worker};
 
 use crate::sandbox::{
-    panel::{Asked, Request},
+    panel::{PanelRequest, Request},
     render::view::ViewSettings,
-    ui::{Places, format},
+    ui::{WidgetRects, format},
 };
 use crate::{
     scene::CurrentScene,
@@ -90,7 +90,7 @@ impl Accuracy {
 
 /// Where the card's widgets are; for the journal.
 #[derive(Resource, Debug, Default, Deref)]
-pub struct CardPlaces(pub Places);
+pub struct CardRects(pub WidgetRects);
 
 /// Shows the card.
 pub struct AccuracyPlugin;
@@ -98,7 +98,7 @@ pub struct AccuracyPlugin;
 impl Plugin for AccuracyPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Accuracy>()
-            .init_resource::<CardPlaces>()
+            .init_resource::<CardRects>()
             .add_message::<AccuracyCommand>()
             .add_systems(Update, (forget, carry_out, listen).chain())
             .add_systems(EguiPrimaryContextPass, card);
@@ -167,7 +167,7 @@ fn start(world: &mut World, task: Task) {
 fn listen(
     mut accuracy: ResMut<Accuracy>,
     settings: Res<SimulationSettings>,
-    mut asked: MessageWriter<Asked>,
+    mut asked: MessageWriter<PanelRequest>,
 ) {
     let Some(worker) = &accuracy.worker else {
         return;
@@ -194,7 +194,7 @@ fn listen(
                         ("substeps", choice.setting.substeps),
                         ("iterations", choice.setting.iterations),
                     ] {
-                        asked.write(Asked(Request::Setting {
+                        asked.write(PanelRequest(Request::Setting {
                             name,
                             value: Some(f64::from(value)),
                         }));
@@ -238,8 +238,8 @@ fn words(choice: &Choice) -> (String, bool) {
 }
 
 /// Notes where the widgets are, if they are elsewhere than before.
-fn note(world: &mut World, places: Places) {
-    let mut known = world.resource_mut::<CardPlaces>();
+fn note(world: &mut World, places: WidgetRects) {
+    let mut known = world.resource_mut::<CardRects>();
     if known.0 != places {
         known.0 = places;
     }
@@ -248,7 +248,7 @@ fn note(world: &mut World, places: Places) {
 fn card(world: &mut World) -> Result {
     let accuracy = world.resource::<Accuracy>();
     if !accuracy.open {
-        note(world, Places::default());
+        note(world, WidgetRects::default());
         return Ok(());
     }
     let settings = world.resource::<SimulationSettings>();
@@ -278,7 +278,7 @@ fn card(world: &mut World) -> Result {
     if let Some((substeps, iterations)) = answer.pressed {
         for (name, value) in [("substeps", substeps), ("iterations", iterations)] {
             let value = Some(f64::from(value));
-            world.write_message(Asked(Request::Setting { name, value }));
+            world.write_message(PanelRequest(Request::Setting { name, value }));
         }
     }
     Ok(())

@@ -19,7 +19,7 @@ use std::{
 pub const SECONDS: f64 = 0.5;
 
 /// Sweeps a tick of the costliest setting of a survey.
-const MOST_SWEEPS: u32 = 128;
+const MAX_SWEEPS: u32 = 128;
 
 /// What the thread is to do.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -132,7 +132,7 @@ fn survey(world: &World) -> Vec<Setting> {
     );
     let powers = |most: u32| (0..=most.ilog2()).map(|power| 1 << power);
     let grid = powers(16).flat_map(|iterations| {
-        powers(MOST_SWEEPS / iterations).map(move |substeps| Setting::xpbd(substeps, iterations))
+        powers(MAX_SWEEPS / iterations).map(move |substeps| Setting::xpbd(substeps, iterations))
     });
     let mut settings: Vec<_> = grid.filter(|setting| *setting != here).collect();
     // From the cheapest on, so that the diagram fills soon; and what is on screen before all.

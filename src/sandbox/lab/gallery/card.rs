@@ -2,7 +2,7 @@
 
 use super::{GalleryCommand, On, Verdict};
 use crate::{
-    sandbox::ui::{Places, format, theme},
+    sandbox::ui::{WidgetRects, format, theme},
     torture::{Figure, filmstrip::Frame},
 };
 use bevy_egui::egui::{
@@ -57,7 +57,7 @@ pub struct Answer {
     /// What was asked for, in order.
     pub commands: Vec<GalleryCommand>,
     /// Where the widgets are.
-    pub places: Places,
+    pub places: WidgetRects,
 }
 
 /// Draws the card at the left edge, below the head-up line, in what the panel's `covered` width leaves.

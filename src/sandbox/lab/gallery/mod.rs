@@ -18,7 +18,7 @@ use crate::sandbox::{
     app::screenshot::free_path,
     panel::{PanelState, Scope},
     render::view::ViewSettings,
-    ui::{Places, message::Notices},
+    ui::{WidgetRects, message::Notices},
 };
 use crate::{
     simulation::{Action, Actions, SimulationSettings, SoftBody, plain},
@@ -84,7 +84,7 @@ impl Gallery {
 
 /// Where the card's widgets are; for the journal.
 #[derive(Resource, Debug, Default, Deref)]
-pub struct GalleryPlaces(pub Places);
+pub struct GalleryRects(pub WidgetRects);
 
 /// Shows the gallery.
 pub struct GalleryPlugin;
@@ -92,7 +92,7 @@ pub struct GalleryPlugin;
 impl Plugin for GalleryPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Gallery>()
-            .init_resource::<GalleryPlaces>()
+            .init_resource::<GalleryRects>()
             .add_message::<GalleryCommand>()
             .add_systems(Update, (carry_out, listen).chain())
             .add_systems(EguiPrimaryContextPass, card);
@@ -257,8 +257,8 @@ fn listen(world: &mut World) {
 }
 
 /// Notes where the widgets are, if they are elsewhere than before.
-fn note(world: &mut World, places: Places) {
-    let mut known = world.resource_mut::<GalleryPlaces>();
+fn note(world: &mut World, places: WidgetRects) {
+    let mut known = world.resource_mut::<GalleryRects>();
     if known.0 != places {
         known.0 = places;
     }
@@ -266,7 +266,7 @@ fn note(world: &mut World, places: Places) {
 
 fn card(world: &mut World) -> Result {
     if !world.resource::<Gallery>().open {
-        note(world, Places::default());
+        note(world, WidgetRects::default());
         return Ok(());
     }
     let this = subject(world).map(|body| {

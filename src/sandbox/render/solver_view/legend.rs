@@ -11,7 +11,7 @@ use crate::{
         render::{material::PALETTE, view::SolverView},
         ui::{count, theme},
     },
-    solver::{bands::SMALLEST_CUT, lanes::WIDTH},
+    solver::{lanes::WIDTH, partitions::MIN_CUT},
 };
 
 /// Greatest width of the legend [logical px].
@@ -22,7 +22,7 @@ const WIDEST: f32 = 330.0;
 pub fn sentence(view: SolverView, summary: &Summary) -> String {
     let mut text = match view {
         SolverView::Off => String::new(),
-        SolverView::Bands => bands(summary),
+        SolverView::Partitions => partitions(summary),
         SolverView::Colours => format!(
             "Colors per partition, at most: {}. Constraints of one color share no particle and \
              can be solved at the same time.",
@@ -45,12 +45,12 @@ pub fn sentence(view: SolverView, summary: &Summary) -> String {
     text
 }
 
-fn bands(summary: &Summary) -> String {
-    let bands = several(summary.bands, "partition", "partitions");
+fn partitions(summary: &Summary) -> String {
+    let partitions = several(summary.partitions, "partition", "partitions");
     let bodies = several(summary.bodies, "body", "bodies");
-    let mut text = format!("{bands} in {bodies}: the pieces that workers step concurrently.");
-    if summary.bands == summary.bodies {
-        let smallest = count(SMALLEST_CUT);
+    let mut text = format!("{partitions} in {bodies}: the pieces that workers step concurrently.");
+    if summary.partitions == summary.bodies {
+        let smallest = count(MIN_CUT);
         text.push_str(&format!(
             " A body of fewer than {smallest} particles is not divided."
         ));

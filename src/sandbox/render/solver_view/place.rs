@@ -25,7 +25,7 @@ pub struct Place {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Turn {
     /// Number of the band.
-    pub band: usize,
+    pub partition: usize,
     /// Number of the colour among those of the band.
     pub colour: usize,
 }
@@ -40,7 +40,9 @@ pub fn places<const N: usize>(elements: &Elements<N>) -> Vec<Place> {
     let mut places = vec![alone; elements.corners().len()];
     for batch in elements.batches() {
         for (colour, (first, group)) in elements.groups(batch).enumerate() {
-            let turn = batch.band().map(|band| Turn { band, colour });
+            let turn = batch
+                .partition()
+                .map(|partition| Turn { partition, colour });
             for (index, place) in places[first..][..group.len()].iter_mut().enumerate() {
                 *place = Place {
                     turn,
@@ -53,13 +55,13 @@ pub fn places<const N: usize>(elements: &Elements<N>) -> Vec<Place> {
 }
 
 impl Place {
-    /// The tint of the place in a view, linear sRGB. Bands are counted on from `first_band`, so
+    /// The tint of the place in a view, linear sRGB. Bands are counted on from `first_partition`, so
     /// that two bodies of a band each differ. What is loose has no band and no colour: it is white.
     #[must_use]
-    pub fn tint(self, view: SolverView, first_band: usize) -> Vec3 {
+    pub fn tint(self, view: SolverView, first_partition: usize) -> Vec3 {
         match (view, self.turn) {
             (SolverView::Lanes, _) => linear(PALETTE[self.lane]),
-            (SolverView::Bands, Some(turn)) => distinct(first_band + turn.band),
+            (SolverView::Partitions, Some(turn)) => distinct(first_partition + turn.partition),
             (SolverView::Colours, Some(turn)) => distinct(turn.colour),
             (SolverView::Off, _) | (_, None) => Vec3::ONE,
         }
@@ -94,7 +96,7 @@ pub struct Summary {
     /// Bodies.
     pub bodies: usize,
     /// Bands of all bodies.
-    pub bands: usize,
+    pub partitions: usize,
     /// Constraints that have no band.
     pub loose: usize,
     /// The edges, where stretch is on.
@@ -122,7 +124,7 @@ impl Summary {
     pub fn of(topology: &Topology, kinds: Kinds) -> Self {
         let mut all = Self {
             bodies: 1,
-            bands: topology.bands.count(),
+            partitions: topology.partitions.count(),
             ..Self::default()
         };
         if kinds.edges {
@@ -147,7 +149,7 @@ impl Summary {
                 filling.constraints += group.len();
                 filling.lanes += group.len().next_multiple_of(WIDTH);
             }
-            if batch.band().is_some() {
+            if batch.partition().is_some() {
                 filling.colours = filling.colours.max(colours);
             } else {
                 self.loose += batch.constraints().len();
@@ -161,7 +163,7 @@ impl Summary {
     pub fn and(self, other: Self) -> Self {
         Self {
             bodies: self.bodies + other.bodies,
-            bands: self.bands + other.bands,
+            partitions: self.partitions + other.partitions,
             loose: self.loose + other.loose,
             edges: self.edges.and(other.edges),
             tetrahedra: self.tetrahedra.and(other.tetrahedra),

@@ -1,7 +1,7 @@
 //! Forces from outside, on bodies that ask for them. They act before the first stage, each changing
 //! velocities by what it gives in a substep: v += h a(x, v, t).
 //!
-//! Each has one formula, in `f64`, which the fast solver and the twin share; tests hold it against
+//! Each has one formula, in `f64`, which the fast solver and the reference share; tests hold it against
 //! closed forms. A body is done on one thread. Most forces are cheap beside constraints; gusts are not:
 //! their noise is asked for each triangle in each substep, and takes three quarters of a tick of the
 //! scene `flag`.

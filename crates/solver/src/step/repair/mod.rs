@@ -52,7 +52,7 @@ use state::{Regions, UnderRepair};
 
 use crate::{
     Particles, Topology,
-    advance::{Means, Stepper},
+    advance::{StepContext, Stepper},
     effects::shape_matching::HEAVY,
     fit,
     spin::Motion,
@@ -434,8 +434,8 @@ impl Whole {
 
 impl Stepper<'_> {
     /// Begins a tick: looks for what is to be repaired.
-    pub(crate) fn look_for_damage(&mut self, means: &Means) {
-        let settings = means.settings;
+    pub(crate) fn look_for_damage(&mut self, context: &StepContext) {
+        let settings = context.settings;
         let Some(body) = Repairable::of(self.effects, self.topology, settings) else {
             self.particles.repair = Repair::default();
             return;
@@ -443,17 +443,17 @@ impl Stepper<'_> {
         let seconds = settings.tick_seconds();
         let mut repair = std::mem::take(&mut self.particles.repair);
         repair.look(&body, seconds, &*self.particles, |particles| {
-            body.may_be_damaged(particles, means.instructions)
+            body.may_be_damaged(particles, context.instructions)
         });
         self.particles.repair = repair;
     }
 
     /// Begins a substep: draws what is under repair towards its shape at rest.
-    pub(crate) fn draw(&mut self, means: &Means) {
+    pub(crate) fn draw(&mut self, context: &StepContext) {
         let particles = &mut *self.particles;
         if !particles.repair.is_empty() {
             let mut repair = std::mem::take(&mut particles.repair);
-            let h = means.settings.substep_seconds();
+            let h = context.settings.substep_seconds();
             repair.draw(self.topology, h, particles);
             particles.repair = repair;
         }

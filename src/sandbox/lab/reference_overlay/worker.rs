@@ -1,8 +1,8 @@
-//! The thread that the ghosts live on.
+//! The thread that the reference overlays live on.
 
 use super::{
+    bodies::{Comparison, Moment, ReferenceBodies, Seen},
     pace::{Pace, fitting},
-    twins::{Comparison, Moment, Seen, Twins},
 };
 use crate::solver::World;
 use bevy::ecs::entity::Entity;
@@ -26,7 +26,7 @@ pub struct Worker {
 }
 
 impl Worker {
-    /// Begins ghosts of the bodies of a world, those that `entities` name in their order, of as many
+    /// Begins reference overlays of the bodies of a world, those that `entities` name in their order, of as many
     /// as keep pace where `room` seconds are there for each tick. The first comparison is of where
     /// they begin.
     ///
@@ -38,7 +38,7 @@ impl Worker {
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = Arc::clone(&stop);
         thread::Builder::new()
-            .name("ghost".to_owned())
+            .name("reference_overlay".to_owned())
             .spawn(move || {
                 let stopped = || stopped.load(Ordering::Relaxed);
                 live(world, &entities, room, &orders, &news, stopped);
@@ -50,7 +50,7 @@ impl Worker {
         })
     }
 
-    /// Lets the ghosts do a tick. Returns whether anybody listens.
+    /// Lets the reference overlays do a tick. Returns whether anybody listens.
     pub fn send(&self, moment: Arc<Moment>) -> bool {
         self.moments.send(moment).is_ok()
     }
@@ -85,7 +85,7 @@ fn live(
     if stopped() {
         return;
     }
-    let mut twins = Twins::begin(&world, entities, settings);
+    let mut references = ReferenceBodies::begin(&world, entities, settings);
     let bodies = world.bodies.iter().zip(entities);
     let start: Vec<Seen> = bodies
         .map(|(body, &entity)| Seen {
@@ -95,7 +95,7 @@ fn live(
             asleep: body.asleep,
         })
         .collect();
-    let mut comparison = twins.compare(world.tick, settings.substeps.get(), &start);
+    let mut comparison = references.compare(world.tick, settings.substeps.get(), &start);
     drop((world, start));
     while news.send(comparison).is_ok() {
         let Ok(moment) = moments.recv() else {
@@ -107,8 +107,8 @@ fn live(
         let started = Instant::now();
         pace.follow(&moment.settings, moment.room);
         let settings = pace.settings(&moment.settings);
-        let stepped = twins.follow(&moment, settings);
-        comparison = twins.compare(moment.tick, settings.substeps.get(), &moment.bodies);
+        let stepped = references.follow(&moment, settings);
+        comparison = references.compare(moment.tick, settings.substeps.get(), &moment.bodies);
         if stepped {
             let spent = started.elapsed().as_secs_f64();
             pace.observe(spent, &moment.settings, moment.room);

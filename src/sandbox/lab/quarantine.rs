@@ -12,9 +12,9 @@ use bevy_egui::{
 };
 
 use crate::sandbox::{
-    panel::{Asked, Request},
+    panel::{PanelRequest, Request},
     render::view::ViewSettings,
-    ui::{Places, theme},
+    ui::{WidgetRects, theme},
 };
 use crate::{
     simulation::{
@@ -43,7 +43,7 @@ pub struct FrozenBody {
 
 /// Where the buttons are; for the journal.
 #[derive(Resource, Debug, Default, Deref)]
-pub struct FrozenPlaces(Places);
+pub struct QuarantineRects(WidgetRects);
 
 /// Said when a body turns non-finite right after it was restored. Restarting would be no help: what
 /// was changed in the panel stays over a restart.
@@ -55,14 +55,14 @@ const AGAIN: &str = "The body diverged right after it was restored, so the cause
 struct Restored(BTreeMap<Entity, (u64, bool)>);
 
 /// Shows bodies that are in quarantine.
-pub struct FrozenPlugin;
+pub struct QuarantinePlugin;
 
-impl Plugin for FrozenPlugin {
+impl Plugin for QuarantinePlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<FrozenPlaces>()
+        app.init_resource::<QuarantineRects>()
             .init_resource::<Restored>()
             .init_resource::<ViewSettings>()
-            .add_message::<Asked>()
+            .add_message::<PanelRequest>()
             .add_systems(Update, remember)
             .add_systems(EguiPrimaryContextPass, show);
     }
@@ -100,7 +100,7 @@ fn remember(
 }
 
 fn show(world: &mut World) -> Result {
-    let frozen: Vec<FrozenBody> = bodies_in_order(world)
+    let quarantine: Vec<FrozenBody> = bodies_in_order(world)
         .into_iter()
         .filter_map(|body| {
             let entity = world.entity(body);
@@ -116,19 +116,19 @@ fn show(world: &mut World) -> Result {
             })
         })
         .collect();
-    let mut places = Places::default();
-    if !frozen.is_empty() {
+    let mut places = WidgetRects::default();
+    if !quarantine.is_empty() {
         let context = world
             .query_filtered::<&mut EguiContext, With<PrimaryEguiContext>>()
             .single_mut(world)?
             .get_mut()
             .clone();
         let covered = world.resource::<ViewSettings>().panel_width;
-        for key in draw(&context, &frozen, covered, &mut places) {
-            world.write_message(Asked(Request::Restore(key)));
+        for key in draw(&context, &quarantine, covered, &mut places) {
+            world.write_message(PanelRequest(Request::Restore(key)));
         }
     }
-    let mut known = world.resource_mut::<FrozenPlaces>();
+    let mut known = world.resource_mut::<QuarantineRects>();
     if known.0 != places {
         known.0 = places;
     }
@@ -141,7 +141,7 @@ pub fn draw(
     context: &egui::Context,
     bodies: &[FrozenBody],
     covered: f32,
-    places: &mut Places,
+    places: &mut WidgetRects,
 ) -> Vec<u64> {
     let mut pressed = Vec::new();
     Area::new(Id::new("frozen"))
@@ -173,7 +173,7 @@ pub fn draw(
 }
 
 /// What is wrong with one body; true if it is to be restored.
-fn line(ui: &mut egui::Ui, body: &FrozenBody, places: &mut Places) -> bool {
+fn line(ui: &mut egui::Ui, body: &FrozenBody, places: &mut WidgetRects) -> bool {
     let FrozenBody { name, reason, .. } = body;
     let again = if body.again { " again" } else { "" };
     let text = format!("{name} diverged{again} and is paused: {reason}");
@@ -187,7 +187,7 @@ fn line(ui: &mut egui::Ui, body: &FrozenBody, places: &mut Places) -> bool {
 }
 
 /// How many there are; true if all are to be restored.
-fn all(ui: &mut egui::Ui, count: usize, places: &mut Places) -> bool {
+fn all(ui: &mut egui::Ui, count: usize, places: &mut WidgetRects) -> bool {
     let text = match count.saturating_sub(MOST) {
         0 => format!("Restore all {count}"),
         more => format!("Restore all {count} (these and {more} more)"),

@@ -1,4 +1,4 @@
-//! The ghost, without a window: that it is the twin of its body at the same tick, changes no bit of
+//! The reference overlay, without a window: that it is the reference of its body at the same tick, changes no bit of
 //! the simulation, begins again when it has to, and leaves nothing behind.
 
 use crate::{
@@ -9,10 +9,10 @@ use bevy::{prelude::*, time::TimeUpdateStrategy};
 use pliant::{
     SoftBodyPlugins,
     sandbox::{
-        lab::ghost::{
-            Ghost, GhostCommand, GhostPlugin,
+        lab::reference_overlay::{
+            ReferenceCommand, ReferenceOverlay, ReferenceOverlayPlugin,
+            bodies::{Moment, ReferenceBodies, Seen},
             pace::{LEAST, MOST, fitting},
-            twins::{Moment, Seen, Twins},
         },
         panel::{PanelState, Scope},
     },
@@ -35,7 +35,7 @@ use std::{
 fn app_of(world: &solver::World) -> (App, Vec<Entity>) {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, SoftBodyPlugins::new(PostUpdate)))
-        .add_plugins(GhostPlugin)
+        .add_plugins(ReferenceOverlayPlugin)
         .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_nanos(
             1_000_000_000 / 60 + 1,
         )));
@@ -47,19 +47,19 @@ fn app_of(world: &solver::World) -> (App, Vec<Entity>) {
     (app, bodies)
 }
 
-fn command(app: &mut App, command: GhostCommand) {
+fn command(app: &mut App, command: ReferenceCommand) {
     app.world_mut().write_message(command);
 }
 
-fn ghost(app: &App) -> &Ghost {
-    app.world().resource::<Ghost>()
+fn reference_overlay(app: &App) -> &ReferenceOverlay {
+    app.world().resource::<ReferenceOverlay>()
 }
 
 fn tick(app: &App) -> u64 {
     app.world().resource::<SimulationClock>().tick()
 }
 
-/// An update, and time for the ghosts to do what it brought.
+/// An update, and time for the reference overlays to do what it brought.
 fn update(app: &mut App) {
     app.update();
     // A minute is a thousand times what it takes.
@@ -69,23 +69,27 @@ fn update(app: &mut App) {
         app.update();
         app.world_mut().resource_mut::<SimulationClock>().paused = false;
         let wanted = tick(app);
-        match app.world().get_resource::<Ghost>() {
-            Some(ghost) if ghost.compared().is_none_or(|done| done.tick < wanted) => {
+        match app.world().get_resource::<ReferenceOverlay>() {
+            Some(reference_overlay)
+                if reference_overlay
+                    .compared()
+                    .is_none_or(|done| done.tick < wanted) =>
+            {
                 thread::sleep(Duration::from_millis(1));
             }
             _ => return,
         }
     }
-    panic!("the ghost has not come to tick {}", tick(app));
+    panic!("the reference_overlay has not come to tick {}", tick(app));
 }
 
 fn updates(app: &mut App, count: usize) {
     (0..count).for_each(|_| update(app));
 }
 
-/// The bodies that have a ghost.
+/// The bodies that have a reference overlay.
 fn followed(app: &App) -> Vec<Entity> {
-    let compared = ghost(app).compared().expect("it was compared");
+    let compared = reference_overlay(app).compared().expect("it was compared");
     let mut bodies: Vec<_> = compared.gaps.iter().map(|(body, _)| *body).collect();
     bodies.sort_unstable();
     bodies
@@ -95,16 +99,23 @@ fn push(app: &mut App, action: Action) {
     app.world_mut().resource_mut::<Actions>().push(action);
 }
 
-/// The same bits with and without: a ghost only looks.
+/// The same bits with and without: a reference overlay only looks.
 #[test]
-fn a_ghost_changes_no_bit_of_the_simulation() {
+fn a_reference_overlay_changes_no_bit_of_the_simulation() {
     let mut expected = cubes();
     let (mut app, _) = app_of(&expected);
-    command(&mut app, GhostCommand::Toggle);
+    command(&mut app, ReferenceCommand::Toggle);
     while tick(&app) < 90 {
         update(&mut app);
     }
-    assert!(ghost(&app).compared().expect("there").distance.largest > 0.0);
+    assert!(
+        reference_overlay(&app)
+            .compared()
+            .expect("there")
+            .distance
+            .largest
+            > 0.0
+    );
     (0..90).for_each(|_| expected.tick());
     assert_eq!(state_hash(app.world_mut()), expected.state_hash());
 }
@@ -166,23 +177,23 @@ fn finer(settings: &Settings) -> Settings {
 }
 
 #[test]
-fn a_ghost_is_the_twin_under_the_same_hand_sliders_pins_and_colliders() {
+fn a_reference_overlay_is_the_reference_under_the_same_hand_sliders_pins_and_colliders() {
     let mut fast = eventful();
     let body = Entity::from_raw_u32(1).expect("a number");
-    let mut ghosts = Twins::begin(&fast, &[body], finer(&fast.settings));
+    let mut reference_overlays = ReferenceBodies::begin(&fast, &[body], finer(&fast.settings));
     let mut fine = fast.clone();
     fine.settings = finer(&fast.settings);
-    let mut twin = reference::World::of(&fine);
-    twin.project(PROJECTIONS);
+    let mut reference = reference::World::of(&fine);
+    reference.project(PROJECTIONS);
     for tick in 1..=60 {
         happen(&mut fast, tick);
-        // The twin as the reference itself takes it over from the body, but for the state.
+        // The reference as the reference itself takes it over from the body, but for the state.
         let fresh = reference::Body::of(&fast.bodies[0]);
-        let old = std::mem::replace(&mut twin.bodies[0], fresh);
-        let now = &mut twin.bodies[0];
+        let old = std::mem::replace(&mut reference.bodies[0], fresh);
+        let now = &mut reference.bodies[0];
         (now.x, now.p, now.v) = (old.x, old.p, old.v);
-        twin.settings = finer(&fast.settings);
-        twin.tick();
+        reference.settings = finer(&fast.settings);
+        reference.tick();
         // What was in force is noted before the tick: at its end the hand has arrived.
         let effects = fast.bodies[0].effects;
         fast.tick();
@@ -199,13 +210,20 @@ fn a_ghost_is_the_twin_under_the_same_hand_sliders_pins_and_colliders() {
             }],
         };
         let finer = finer(&fast.settings);
-        assert!(ghosts.follow(&moment, finer));
-        let comparison = ghosts.compare(tick, finer.substeps.get(), &moment.bodies);
+        assert!(reference_overlays.follow(&moment, finer));
+        let comparison = reference_overlays.compare(tick, finer.substeps.get(), &moment.bodies);
         let (_, gaps) = &comparison.gaps[0];
-        let places = twin.bodies[0].x.iter().zip(&moment.bodies[0].positions);
-        for (gap, (twin, x)) in gaps.iter().zip(places) {
+        let places = reference.bodies[0]
+            .x
+            .iter()
+            .zip(&moment.bodies[0].positions);
+        for (gap, (reference, x)) in gaps.iter().zip(places) {
             // The same operations in the same order: the same bits.
-            assert_eq!(*gap, (*twin - x.truncate().as_dvec3()).as_vec3(), "{tick}");
+            assert_eq!(
+                *gap,
+                (*reference - x.truncate().as_dvec3()).as_vec3(),
+                "{tick}"
+            );
         }
         if tick == 60 {
             assert!(comparison.distance.rms > 0.0);
@@ -213,7 +231,7 @@ fn a_ghost_is_the_twin_under_the_same_hand_sliders_pins_and_colliders() {
     }
 }
 
-/// Distance to the ghost after half a second of a fall and a landing.
+/// Distance to the reference overlay after half a second of a fall and a landing.
 fn rms(substeps: u32) -> f64 {
     let body = with(
         support::body("cube", cube(0.4, 2), 1000.0),
@@ -227,7 +245,7 @@ fn rms(substeps: u32) -> f64 {
         substeps: Substeps::new(256).expect("sound"),
         ..fast.settings
     };
-    let mut ghosts = Twins::begin(&fast, &[body], fine);
+    let mut reference_overlays = ReferenceBodies::begin(&fast, &[body], fine);
     let mut moment = Moment {
         tick: 0,
         settings: fast.settings,
@@ -243,41 +261,44 @@ fn rms(substeps: u32) -> f64 {
             positions: fast.bodies[0].particles.positions.clone(),
             asleep: false,
         }];
-        ghosts.follow(&moment, fine);
+        reference_overlays.follow(&moment, fine);
     }
-    ghosts.compare(30, 256, &moment.bodies).distance.rms
+    reference_overlays
+        .compare(30, 256, &moment.bodies)
+        .distance
+        .rms
 }
 
 #[test]
-fn a_body_with_more_substeps_is_nearer_to_its_ghost() {
+fn a_body_with_more_substeps_is_nearer_to_its_reference_overlay() {
     let (coarse, fine) = (rms(2), rms(16));
     assert!(fine < coarse / 2.0, "{coarse} m, {fine} m");
 }
 
 #[test]
-fn while_there_is_no_ghost_there_is_no_system_and_nothing_is_kept() {
+fn while_there_is_no_reference_overlay_there_is_no_system_and_nothing_is_kept() {
     let (mut app, _) = app_of(&cubes());
     updates(&mut app, 3);
     let before = systems(&app, StepSchedule).len();
     for _ in 0..2 {
-        command(&mut app, GhostCommand::Toggle);
+        command(&mut app, ReferenceCommand::Toggle);
         updates(&mut app, 3);
         assert_eq!(systems(&app, StepSchedule).len(), before + 1);
         assert_eq!(followed(&app).len(), 2);
-        command(&mut app, GhostCommand::Toggle);
+        command(&mut app, ReferenceCommand::Toggle);
         updates(&mut app, 3);
         assert_eq!(systems(&app, StepSchedule).len(), before);
-        assert!(!app.world().contains_resource::<Ghost>());
+        assert!(!app.world().contains_resource::<ReferenceOverlay>());
         assert!(!app.world().resource::<SimulationClock>().held);
     }
 }
 
 #[test]
-fn a_body_that_is_pushed_out_of_shape_has_its_ghost_begin_again_there() {
+fn a_body_that_is_pushed_out_of_shape_has_its_reference_overlay_begin_again_there() {
     let (mut app, bodies) = app_of(&cubes());
-    command(&mut app, GhostCommand::Toggle);
+    command(&mut app, ReferenceCommand::Toggle);
     updates(&mut app, 20);
-    assert!(ghost(&app).trail().iter().len() >= 20);
+    assert!(reference_overlay(&app).trail().iter().len() >= 20);
     push(
         &mut app,
         Action::Deform {
@@ -286,30 +307,30 @@ fn a_body_that_is_pushed_out_of_shape_has_its_ghost_begin_again_there() {
         },
     );
     updates(&mut app, 2);
-    let len = ghost(&app).trail().iter().len();
+    let len = reference_overlay(&app).trail().iter().len();
     assert!((1..=3).contains(&len), "{len} ticks are on the plot");
 }
 
 #[test]
-fn a_body_that_somebody_moves_between_ticks_has_its_ghost_begin_again_there() {
+fn a_body_that_somebody_moves_between_ticks_has_its_reference_overlay_begin_again_there() {
     let (mut app, bodies) = app_of(&cubes());
-    command(&mut app, GhostCommand::Toggle);
+    command(&mut app, ReferenceCommand::Toggle);
     updates(&mut app, 20);
     let mut particles = app.world_mut().get_mut::<Particles>(bodies[1]);
     for x in &mut particles.as_mut().expect("a body").positions {
         x.x += 1.0;
     }
     updates(&mut app, 2);
-    let ghost = ghost(&app);
-    assert!(ghost.trail().iter().len() <= 3);
-    let distance = ghost.compared().expect("there").distance;
+    let reference_overlay = reference_overlay(&app);
+    assert!(reference_overlay.trail().iter().len() <= 3);
+    let distance = reference_overlay.compared().expect("there").distance;
     assert!(distance.largest < 0.5, "it came along: {distance:?}");
 }
 
 #[test]
-fn bodies_that_come_and_go_have_ghosts_that_come_and_go() {
+fn bodies_that_come_and_go_have_reference_overlays_that_come_and_go() {
     let (mut app, bodies) = app_of(&cubes());
-    command(&mut app, GhostCommand::Toggle);
+    command(&mut app, ReferenceCommand::Toggle);
     updates(&mut app, 5);
     let mut all = bodies.clone();
     all.sort_unstable();
@@ -326,10 +347,10 @@ fn bodies_that_come_and_go_have_ghosts_that_come_and_go() {
 }
 
 #[test]
-fn a_body_that_is_chosen_has_the_ghost_alone() {
+fn a_body_that_is_chosen_has_the_reference_overlay_alone() {
     let (mut app, bodies) = app_of(&cubes());
     app.world_mut().resource_mut::<PanelState>().scope = Scope::Body(bodies[1].to_bits());
-    command(&mut app, GhostCommand::Toggle);
+    command(&mut app, ReferenceCommand::Toggle);
     updates(&mut app, 5);
     assert_eq!(followed(&app), bodies[1..]);
     app.world_mut().resource_mut::<PanelState>().scope = Scope::Body(bodies[0].to_bits());
@@ -338,22 +359,25 @@ fn a_body_that_is_chosen_has_the_ghost_alone() {
 }
 
 #[test]
-fn a_body_in_quarantine_loses_its_ghost_and_the_others_keep_theirs() {
+fn a_body_in_quarantine_loses_its_reference_overlay_and_the_others_keep_theirs() {
     let (mut app, bodies) = app_of(&cubes());
-    command(&mut app, GhostCommand::Toggle);
+    command(&mut app, ReferenceCommand::Toggle);
     updates(&mut app, 10);
     let mut particles = app.world_mut().get_mut::<Particles>(bodies[0]);
     particles.as_mut().expect("a body").displacements[0].x = f32::NAN;
     updates(&mut app, 5);
     assert_eq!(followed(&app), bodies[1..]);
-    let ghost = ghost(&app);
-    assert!(ghost.trail().iter().len() >= 15, "it did not begin again");
-    let distance = ghost.compared().expect("there").distance;
+    let reference_overlay = reference_overlay(&app);
+    assert!(
+        reference_overlay.trail().iter().len() >= 15,
+        "it did not begin again"
+    );
+    let distance = reference_overlay.compared().expect("there").distance;
     assert!(distance.largest.is_finite(), "{distance:?}");
 }
 
 #[test]
-fn a_ghost_of_a_sleeping_body_comes_to_rest_too_and_is_stepped_no_more() {
+fn a_reference_overlay_of_a_sleeping_body_comes_to_rest_too_and_is_stepped_no_more() {
     let mut fast = world(
         settings(9.81, 60.0, 4, 1),
         with(support::body("cube", cube(0.4, 1), 1000.0), elastic()),
@@ -363,15 +387,15 @@ fn a_ghost_of_a_sleeping_body_comes_to_rest_too_and_is_stepped_no_more() {
         .set_gravity(Vec3::ZERO)
         .expect("a sound gravity");
     let (mut app, bodies) = app_of(&fast);
-    command(&mut app, GhostCommand::Toggle);
-    // Still from the start: it sleeps after half a second, and so does its ghost.
+    command(&mut app, ReferenceCommand::Toggle);
+    // Still from the start: it sleeps after half a second, and so does its reference overlay.
     updates(&mut app, 60);
     assert!(app.world().entity(bodies[0]).contains::<Asleep>());
-    let compared = ghost(&app).compared().expect("there");
+    let compared = reference_overlay(&app).compared().expect("there");
     assert_eq!(compared.tick, tick(&app), "it is compared all the same");
 
     let body = Entity::from_raw_u32(1).expect("a number");
-    let mut ghosts = Twins::begin(&fast, &[body], fast.settings);
+    let mut reference_overlays = ReferenceBodies::begin(&fast, &[body], fast.settings);
     let moment = Moment {
         tick: 0,
         settings: fast.settings,
@@ -384,35 +408,37 @@ fn a_ghost_of_a_sleeping_body_comes_to_rest_too_and_is_stepped_no_more() {
             asleep: true,
         }],
     };
-    let stepped = (0..60).filter(|_| ghosts.follow(&moment, fast.settings));
+    let stepped = (0..60).filter(|_| reference_overlays.follow(&moment, fast.settings));
     // Half a second of 60 ticks a second, and one for rounding.
     assert!((30..=31).contains(&stepped.count()));
 }
 
 #[test]
-fn bodies_wait_for_ghosts_that_do_not_keep_pace() {
-    // 1331 particles and 80 substeps of the ghost: tens of milliseconds a tick.
+fn bodies_wait_for_reference_overlays_that_do_not_keep_pace() {
+    // 1331 particles and 80 substeps of the reference overlay: tens of milliseconds a tick.
     let heavy = world(
         settings(9.81, 60.0, 20, 1),
         with(support::body("cube", cube(0.4, 10), 1000.0), elastic()),
     );
     let (mut app, _) = app_of(&heavy);
-    command(&mut app, GhostCommand::Toggle);
+    command(&mut app, ReferenceCommand::Toggle);
     let mut held = 0;
     for _ in 0..200 {
         app.update();
-        let done = ghost(&app).compared().map_or(0, |done| done.tick);
+        let done = reference_overlay(&app)
+            .compared()
+            .map_or(0, |done| done.tick);
         // One that may be under way, and the most that an update makes in a quarter of a second.
         let most = 1 + 16;
         assert!(tick(&app) - done <= most, "{} and {done}", tick(&app));
         held += usize::from(app.world().resource::<SimulationClock>().held);
     }
     assert!(held > 100, "held in {held} of 200 updates");
-    assert!(ghost(&app).holds());
+    assert!(reference_overlay(&app).holds());
 }
 
 #[test]
-fn as_many_bodies_have_a_ghost_as_there_is_room_for() {
+fn as_many_bodies_have_a_reference_overlay_as_there_is_room_for() {
     let world = cubes();
     let (all, seconds) = fitting(&world, 1e9);
     assert_eq!(all, 2);
@@ -421,11 +447,11 @@ fn as_many_bodies_have_a_ghost_as_there_is_room_for() {
 }
 
 #[test]
-fn the_ghost_has_many_times_the_substeps_of_its_body() {
+fn the_reference_overlay_has_many_times_the_substeps_of_its_body() {
     let (mut app, _) = app_of(&cubes());
-    command(&mut app, GhostCommand::Toggle);
+    command(&mut app, ReferenceCommand::Toggle);
     updates(&mut app, 5);
     let of = app.world().resource::<SimulationSettings>().substeps.get();
-    let times = ghost(&app).compared().expect("there").substeps / of;
+    let times = reference_overlay(&app).compared().expect("there").substeps / of;
     assert!(times.is_power_of_two() && (LEAST..=MOST).contains(&times));
 }

@@ -8,9 +8,9 @@ use bevy_egui::egui::{Rect, Response};
 ///
 /// A widget that is scrolled out of sight has no entry; one that is cut has its visible part.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Places(BTreeMap<String, Rect>);
+pub struct WidgetRects(BTreeMap<String, Rect>);
 
-impl Places {
+impl WidgetRects {
     /// Notes a widget, given what the scroll area shows of it.
     pub fn note(&mut self, name: impl Into<String>, response: &Response, visible: Rect) {
         let rect = response.rect.intersect(visible);

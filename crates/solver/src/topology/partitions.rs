@@ -6,17 +6,17 @@
 use std::ops::Range;
 
 /// A body with fewer particles is one band. Miri is too slow for larger ones.
-pub const SMALLEST_CUT: usize = if cfg!(miri) { 64 } else { 2048 };
+pub const MIN_CUT: usize = if cfg!(miri) { 64 } else { 2048 };
 
 /// Pieces at most, for either half of the bands.
-const MOST_PIECES: usize = 256;
+const MAX_PIECES: usize = 256;
 
 /// Particles of a band, if nothing else decides.
 const USUAL: usize = if cfg!(miri) { 16 } else { 256 };
 
 /// How the particles of a body are cut.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Bands {
+pub struct Partitions {
     /// First particle of each band, and the number of particles.
     starts: Vec<u32>,
     /// Pieces to work on the even bands, and on the odd ones.
@@ -30,15 +30,15 @@ pub struct Piece {
     /// The particles.
     pub particles: Range<usize>,
     /// The band whose constraints are solved on them, if one is.
-    pub band: Option<usize>,
+    pub partition: Option<usize>,
 }
 
-impl Bands {
+impl Partitions {
     /// Cuts `particles` whose constraints reach from one to another: pairs of the lowest and the
     /// highest particle of each.
     #[must_use]
     pub fn cut(particles: usize, reaches: impl Iterator<Item = (u32, u32)>) -> Self {
-        if particles < SMALLEST_CUT {
+        if particles < MIN_CUT {
             return Self::new(vec![0, particles as u32]);
         }
         let mut farthest: Vec<u32> = (0..particles as u32).collect();
@@ -47,7 +47,7 @@ impl Bands {
             *far = high.max(*far);
         }
         // Eight bands keep four threads busy in either half.
-        let count = (particles / USUAL / 8 * 8).clamp(8, 2 * (MOST_PIECES - 1));
+        let count = (particles / USUAL / 8 * 8).clamp(8, 2 * (MAX_PIECES - 1));
         let width = particles.div_ceil(count);
         let mut starts = vec![0, width.min(particles) as u32];
         while let &[.., before, last] = &starts[..]
@@ -63,17 +63,17 @@ impl Bands {
     }
 
     fn new(starts: Vec<u32>) -> Self {
-        let bands = starts.len() - 1;
-        let start = |band: usize| starts[band.min(bands)] as usize;
-        let piece = |band: usize| Piece {
-            particles: start(band)..start(band + 2),
-            band: Some(band),
+        let partitions = starts.len() - 1;
+        let start = |partition: usize| starts[partition.min(partitions)] as usize;
+        let piece = |partition: usize| Piece {
+            particles: start(partition)..start(partition + 2),
+            partition: Some(partition),
         };
-        let even = (0..bands).step_by(2).map(piece).collect();
-        let mut odd: Vec<_> = (1..bands).step_by(2).map(piece).collect();
+        let even = (0..partitions).step_by(2).map(piece).collect();
+        let mut odd: Vec<_> = (1..partitions).step_by(2).map(piece).collect();
         let whole = Piece {
-            particles: 0..start(bands),
-            band: None,
+            particles: 0..start(partitions),
+            partition: None,
         };
         match odd.first_mut() {
             // What is before the first odd band goes with it.
@@ -113,11 +113,11 @@ impl Bands {
 
     /// The band of a constraint; `None` if it reaches beyond the next one.
     #[must_use]
-    pub fn band_of<const N: usize>(&self, corners: &[u32; N]) -> Option<usize> {
+    pub fn partition_of<const N: usize>(&self, corners: &[u32; N]) -> Option<usize> {
         let low = corners.iter().min()?;
         let high = corners.iter().max()?;
-        let band = self.starts.partition_point(|start| start <= low) - 1;
-        let end = self.starts.get(band + 2).or(self.starts.last())?;
-        (high < end).then_some(band)
+        let partition = self.starts.partition_point(|start| start <= low) - 1;
+        let end = self.starts.get(partition + 2).or(self.starts.last())?;
+        (high < end).then_some(partition)
     }
 }

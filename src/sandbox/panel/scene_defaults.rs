@@ -12,9 +12,9 @@ pub struct SceneSettings(pub Settings);
 
 /// The parameters that a body came with, by effect and parameter.
 #[derive(Component, Debug, Clone, Default, PartialEq)]
-pub struct Originals(BTreeMap<(&'static str, &'static str), f64>);
+pub struct SceneDefaults(BTreeMap<(&'static str, &'static str), f64>);
 
-impl Originals {
+impl SceneDefaults {
     /// The value that the body came with; `None` if it came without the effect.
     pub fn get(&self, effect: &'static str, parameter: &'static str) -> Option<f64> {
         self.0.get(&(effect, parameter)).copied()
@@ -38,10 +38,10 @@ impl Originals {
 pub(super) fn remember(
     mut commands: Commands,
     registry: Res<EffectRegistry>,
-    new: Query<EntityRef, (With<SoftBody>, Without<Originals>)>,
+    new: Query<EntityRef, (With<SoftBody>, Without<SceneDefaults>)>,
 ) {
     for body in &new {
-        let originals = Originals::of(&body, &registry);
-        commands.entity(body.id()).insert(originals);
+        let scene_defaults = SceneDefaults::of(&body, &registry);
+        commands.entity(body.id()).insert(scene_defaults);
     }
 }

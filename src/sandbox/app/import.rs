@@ -27,7 +27,7 @@ pub use source::additions;
 
 /// A body that is ready to be put into the scene.
 #[derive(Debug)]
-struct Arrival {
+struct Import {
     name: String,
     topology: Arc<Topology>,
     skin: Option<Skin>,
@@ -36,9 +36,9 @@ struct Arrival {
 
 /// Bodies that are being made.
 #[derive(Resource, Debug, Default)]
-pub struct Arrivals(Vec<Task<Result<Arrival, String>>>);
+pub struct Imports(Vec<Task<Result<Import, String>>>);
 
-impl Arrivals {
+impl Imports {
     /// Makes a body of an entry of the panel's menu.
     pub fn build(&mut self, name: &str) {
         if let Some(source) = Source::named(name) {
@@ -67,20 +67,20 @@ impl Arrivals {
 }
 
 /// Puts bodies into the scene when they are ready.
-pub struct ArrivalPlugin;
+pub struct ImportPlugin;
 
-impl Plugin for ArrivalPlugin {
+impl Plugin for ImportPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Arrivals>()
+        app.init_resource::<Imports>()
             .init_resource::<Notices>()
             .add_systems(Update, welcome);
     }
 }
 
-fn make(name: String, source: &Source) -> Result<Arrival, String> {
+fn make(name: String, source: &Source) -> Result<Import, String> {
     let mesh = source.soft_mesh().map_err(|error| error.to_string())?;
     let topology = Topology::new(mesh.shape).map_err(|error| error.to_string())?;
-    Ok(Arrival {
+    Ok(Import {
         name,
         topology: Arc::new(topology),
         skin: mesh.skin,
@@ -89,11 +89,11 @@ fn make(name: String, source: &Source) -> Result<Arrival, String> {
 }
 
 fn welcome(world: &mut World) {
-    if world.resource::<Arrivals>().0.is_empty() {
+    if world.resource::<Imports>().0.is_empty() {
         return;
     }
     let mut ready = Vec::new();
-    world.resource_mut::<Arrivals>().0.retain_mut(|task| {
+    world.resource_mut::<Imports>().0.retain_mut(|task| {
         let result = check_ready(task);
         let waits = result.is_none();
         ready.extend(result);
@@ -101,25 +101,25 @@ fn welcome(world: &mut World) {
     });
     for result in ready {
         match result {
-            Ok(arrival) => enter(world, arrival),
+            Ok(import) => enter(world, import),
             Err(error) => world.resource_mut::<Notices>().error(error),
         }
     }
 }
 
-fn enter(world: &mut World, arrival: Arrival) {
+fn enter(world: &mut World, import: Import) {
     // A tick that is spread over frames is ended first: bodies come between ticks.
     if world.resource::<SimulationClock>().mid_tick() {
         tick(world);
     }
-    let name = free_name(world, &arrival.name);
-    let mut body = body(&name, arrival.topology);
+    let name = free_name(world, &import.name);
+    let mut body = body(&name, import.topology);
     body.effects = surroundings(world, body.effects);
     body.translate(free_place(world, &body));
     let particles = body.particles.positions.len();
     let new = NewBody {
         body,
-        skin: arrival.skin.map(Arc::new),
+        skin: import.skin.map(Arc::new),
     };
     let mut actions = world.resource_mut::<Actions>();
     actions.push(Action::Spawn(Arc::new(new)));
@@ -133,11 +133,11 @@ fn enter(world: &mut World, arrival: Arrival) {
             crate::sandbox::ui::count(particles)
         ),
     };
-    for note in &arrival.notes {
+    for note in &import.notes {
         text.push_str("\n· ");
         text.push_str(note);
     }
-    if arrival.notes.is_empty() {
+    if import.notes.is_empty() {
         notices.info(text);
     } else {
         notices.warn(text);
@@ -179,8 +179,8 @@ mod tests {
     fn everything_in_the_menu_can_be_made() {
         for addition in additions() {
             let source = Source::named(&addition.name).expect("the menu is made of sources");
-            let arrival = make(addition.name.clone(), &source).expect("it can be made");
-            assert!(arrival.topology.particles() > 0, "{}", addition.name);
+            let import = make(addition.name.clone(), &source).expect("it can be made");
+            assert!(import.topology.particles() > 0, "{}", addition.name);
         }
     }
 

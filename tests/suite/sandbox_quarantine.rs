@@ -5,8 +5,8 @@ use bevy_egui::egui::{
 };
 use pliant::{
     sandbox::{
-        lab::frozen::{FrozenBody, draw, reason},
-        ui::{Places, theme},
+        lab::quarantine::{FrozenBody, draw, reason},
+        ui::{WidgetRects, theme},
     },
     solver::Quarantine,
 };
@@ -25,7 +25,7 @@ struct Card {
     context: Context,
     bodies: Vec<FrozenBody>,
     size: Vec2,
-    places: Places,
+    places: WidgetRects,
     pressed: Vec<u64>,
 }
 
@@ -37,7 +37,7 @@ impl Card {
             context,
             bodies,
             size,
-            places: Places::default(),
+            places: WidgetRects::default(),
             pressed: Vec::new(),
         };
         // What egui knows of a widget's place is from the frame before.
@@ -52,7 +52,7 @@ impl Card {
             events,
             ..RawInput::default()
         };
-        let mut places = Places::default();
+        let mut places = WidgetRects::default();
         let mut pressed = Vec::new();
         let output = self.context.run_ui(input, |ui| {
             pressed.extend(draw(ui.ctx(), &self.bodies, 344.0, &mut places));

@@ -1,8 +1,8 @@
-//! Ghosts from tick to tick: where they begin, and what their thread is told of each.
+//! References from tick to tick: where they begin, and what their thread is told of each.
 
 use super::{
-    Ghost, Worker,
-    twins::{Moment, Seen},
+    ReferenceOverlay, Worker,
+    bodies::{Moment, Seen},
 };
 use crate::{
     sandbox::panel::{PanelState, Scope},
@@ -24,9 +24,9 @@ fn room(world: &World) -> f64 {
 
 /// Sends copies of the bodies to a thread: of the one that the panel shows, or of all, from the
 /// nearest to the eye on.
-pub(super) fn begin(world: &mut World, ghost: &mut Ghost) {
-    ghost.bodies = bodies_in_order(world);
-    ghost.chosen = world.resource::<PanelState>().scope;
+pub(super) fn begin(world: &mut World, reference_overlay: &mut ReferenceOverlay) {
+    reference_overlay.bodies = bodies_in_order(world);
+    reference_overlay.chosen = world.resource::<PanelState>().scope;
     let room = room(world);
     let eye = world
         .query_filtered::<&GlobalTransform, With<Camera3d>>()
@@ -36,9 +36,9 @@ pub(super) fn begin(world: &mut World, ghost: &mut Ghost) {
     let mut copy = plain::capture(world);
     let mut all: Vec<_> = std::mem::take(&mut copy.bodies)
         .into_iter()
-        .zip(ghost.bodies.iter().copied())
+        .zip(reference_overlay.bodies.iter().copied())
         .filter(|(body, entity)| {
-            let shown = match ghost.chosen {
+            let shown = match reference_overlay.chosen {
                 Scope::All => true,
                 Scope::Body(key) => entity.to_bits() == key,
             };
@@ -49,17 +49,18 @@ pub(super) fn begin(world: &mut World, ghost: &mut Ghost) {
     let (bodies, entities): (_, Vec<_>) = all.into_iter().unzip();
     copy.bodies = bodies;
     copy.threads = Threads::default();
-    ghost.asked = entities.len();
-    ghost.began = copy.tick;
+    reference_overlay.asked = entities.len();
+    reference_overlay.began = copy.tick;
     if entities.is_empty() {
-        ghost.trouble =
+        reference_overlay.trouble =
             Some("No body to compare: add a body, or restore one that diverged.".to_owned());
         return;
     }
     match Worker::start(copy, entities, room) {
-        Ok(worker) => ghost.worker = Some(worker),
+        Ok(worker) => reference_overlay.worker = Some(worker),
         Err(error) => {
-            ghost.trouble = Some(format!("Cannot start the thread of the reference: {error}"))
+            reference_overlay.trouble =
+                Some(format!("Cannot start the thread of the reference: {error}"))
         }
     }
 }
@@ -73,7 +74,7 @@ fn distance(body: &solver::Body, from: Vec3) -> f32 {
 
 /// At the end of a tick: sends what was in force in it and where it took the bodies.
 ///
-/// Where somebody moved a body between two ticks (pushed it out of shape, say), no ghost could have
+/// Where somebody moved a body between two ticks (pushed it out of shape, say), no reference overlay could have
 /// gone along, and all begin again.
 pub(super) fn observe(world: &mut World, mut read: Local<MessageCursor<Applied>>) {
     if world.resource::<SimulationClock>().mid_tick() {
@@ -81,32 +82,33 @@ pub(super) fn observe(world: &mut World, mut read: Local<MessageCursor<Applied>>
     }
     let mut applied = read.read(world.resource::<Messages<Applied>>());
     let deformed = applied.any(|applied| matches!(applied.action, Action::Deform { .. }));
-    world.resource_scope(|world, mut ghost: Mut<Ghost>| {
-        if ghost.worker.is_none() && ghost.trouble.is_none() {
-            begin(world, &mut ghost);
+    world.resource_scope(|world, mut reference_overlay: Mut<ReferenceOverlay>| {
+        if reference_overlay.worker.is_none() && reference_overlay.trouble.is_none() {
+            begin(world, &mut reference_overlay);
             return;
         }
-        if deformed || moved(world, &ghost) {
-            ghost.again();
-            begin(world, &mut ghost);
+        if deformed || moved(world, &reference_overlay) {
+            reference_overlay.again();
+            begin(world, &mut reference_overlay);
             return;
         }
-        let moment = Arc::new(moment(world, &ghost));
-        let heard = ghost
+        let moment = Arc::new(moment(world, &reference_overlay));
+        let heard = reference_overlay
             .worker
             .as_ref()
             .is_some_and(|worker| worker.send(Arc::clone(&moment)));
         if heard {
-            ghost.sent = Some(moment);
-        } else if ghost.worker.take().is_some() {
-            ghost.trouble = Some("The thread of the reference has ended. Restart it.".to_owned());
+            reference_overlay.sent = Some(moment);
+        } else if reference_overlay.worker.take().is_some() {
+            reference_overlay.trouble =
+                Some("The thread of the reference has ended. Restart it.".to_owned());
         }
     });
 }
 
 /// Whether a body began this tick elsewhere than it ended the last.
-fn moved(world: &World, ghost: &Ghost) -> bool {
-    let Some(last) = &ghost.sent else {
+fn moved(world: &World, reference_overlay: &ReferenceOverlay) -> bool {
+    let Some(last) = &reference_overlay.sent else {
         return false;
     };
     last.bodies.iter().any(|seen| {
@@ -121,14 +123,16 @@ fn moved(world: &World, ghost: &Ghost) -> bool {
     })
 }
 
-fn moment(world: &mut World, ghost: &Ghost) -> Moment {
+fn moment(world: &mut World, reference_overlay: &ReferenceOverlay) -> Moment {
     let colliders = plain::colliders(world);
     let world = &*world;
-    let gaps = ghost.compared().map(|comparison| &comparison.gaps);
+    let gaps = reference_overlay
+        .compared()
+        .map(|comparison| &comparison.gaps);
     let followed: Vec<Entity> = match gaps {
         Some(gaps) => gaps.iter().map(|(body, _)| *body).collect(),
-        // Which of them have a ghost is not known yet.
-        None => ghost.bodies.clone(),
+        // Which of them have a reference overlay is not known yet.
+        None => reference_overlay.bodies.clone(),
     };
     let seen = |body: Entity| {
         let entity = world.get_entity(body).ok()?;
@@ -144,7 +148,7 @@ fn moment(world: &mut World, ghost: &Ghost) -> Moment {
     let threads = world.resource::<SolverThreads>();
     Moment {
         tick: world.resource::<SimulationClock>().tick(),
-        settings: *world.resource::<CurrentSubstep>().means(threads).settings,
+        settings: *world.resource::<CurrentSubstep>().context(threads).settings,
         colliders,
         room: room(world),
         bodies: followed.into_iter().filter_map(seen).collect(),

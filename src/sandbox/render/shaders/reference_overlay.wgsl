@@ -1,4 +1,4 @@
-// A ghost: a surface that one looks through, clear where it faces the eye and dense at its
+// The reference overlay: a surface that one looks through, clear where it faces the eye and dense at its
 // outline, as thin glass is.
 
 #import bevy_pbr::mesh_view_bindings::view

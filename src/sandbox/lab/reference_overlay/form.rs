@@ -1,13 +1,13 @@
-//! Ghosts as they are drawn: translucent, over their bodies.
+//! References as they are drawn: translucent, over their bodies.
 //!
-//! The picture shows bodies between their last two ticks, and ghosts may be a tick behind. So a
-//! ghost is drawn as far from its body, particle by particle, as it was at the last ticks that both
+//! The picture shows bodies between their last two ticks, and reference overlays may be a tick behind. So a
+//! reference overlay is drawn as far from its body, particle by particle, as it was at the last ticks that both
 //! have done: what is seen to be apart was apart, at one and the same time.
 
-use super::Ghost;
+use super::ReferenceOverlay;
 use crate::{
     render::{Drawn, MeshSystems, place},
-    sandbox::render::material::{GhostMaterial, Veil, linear},
+    sandbox::render::material::{ReferenceMaterial, Veil, linear},
     scene::BodySkin,
     simulation::{SimulationClock, SoftBody},
 };
@@ -21,13 +21,13 @@ use bevy::{
 };
 use std::sync::Arc;
 
-/// Colour of all ghosts, as 8-bit sRGB: no body of the palette has it.
+/// Colour of all reference overlays, as 8-bit sRGB: no body of the palette has it.
 pub const COLOUR: [u8; 3] = [250, 252, 255];
 
-/// Draws ghosts.
-pub struct GhostFormPlugin;
+/// Draws reference overlays.
+pub struct ReferenceFormPlugin;
 
-impl Plugin for GhostFormPlugin {
+impl Plugin for ReferenceFormPlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             PostUpdate,
@@ -35,12 +35,12 @@ impl Plugin for GhostFormPlugin {
                 .chain()
                 .after(MeshSystems)
                 .before(VisibilitySystems::VisibilityPropagate)
-                .run_if(resource_exists::<Ghost>.or_else(any_with_component::<Form>)),
+                .run_if(resource_exists::<ReferenceOverlay>.or_else(any_with_component::<Form>)),
         );
     }
 }
 
-/// The ghost of the body that is the entity's parent, as it is drawn.
+/// The reference overlay of the body that is the entity's parent, as it is drawn.
 #[derive(Component, Debug)]
 struct Form {
     drawn: Drawn,
@@ -48,16 +48,18 @@ struct Form {
     tick: u64,
 }
 
-/// Makes forms for the ghosts that have none, and drops those of ghosts that are gone.
+/// Makes forms for the reference overlays that have none, and drops those of reference overlays that are gone.
 fn show(
     mut commands: Commands,
-    ghost: Option<Res<Ghost>>,
+    reference_overlay: Option<Res<ReferenceOverlay>>,
     bodies: Query<(&Drawn, &SoftBody)>,
     forms: Query<(Entity, &ChildOf), With<Form>>,
     mut meshes: ResMut<Assets<Mesh>>,
-    mut materials: ResMut<Assets<GhostMaterial>>,
+    mut materials: ResMut<Assets<ReferenceMaterial>>,
 ) {
-    let gaps = ghost.as_ref().and_then(|ghost| ghost.compared());
+    let gaps = reference_overlay
+        .as_ref()
+        .and_then(|reference_overlay| reference_overlay.compared());
     let gaps = gaps.map_or(&[][..], |comparison| &comparison.gaps);
     for (form, parent) in &forms {
         if !gaps.iter().any(|(body, _)| *body == parent.parent()) {
@@ -80,7 +82,7 @@ fn show(
         commands.spawn((
             ChildOf(body),
             Mesh3d(meshes.add(outline.mesh())),
-            MeshMaterial3d(materials.add(GhostMaterial { veil })),
+            MeshMaterial3d(materials.add(ReferenceMaterial { veil })),
             Form {
                 drawn: Drawn::new(outline),
                 tick: u64::MAX,
@@ -93,25 +95,26 @@ fn show(
     }
 }
 
-/// Brings the forms to where the ghosts are.
+/// Brings the forms to where the reference overlays are.
 fn follow(
-    ghost: Option<Res<Ghost>>,
+    reference_overlay: Option<Res<ReferenceOverlay>>,
     clock: Res<SimulationClock>,
     bodies: Query<(Ref<Drawn>, &SoftBody, Option<&BodySkin>)>,
     mut forms: Query<(&ChildOf, &mut Form, &Mesh3d, &mut Aabb)>,
     mut meshes: ResMut<Assets<Mesh>>,
 ) {
-    let Some(ghost) = ghost else {
+    let Some(reference_overlay) = reference_overlay else {
         return;
     };
-    let tick = ghost
+    let tick = reference_overlay
         .compared()
         .map_or(u64::MAX, |comparison| comparison.tick);
     for (parent, mut form, mesh, mut bounds) in &mut forms {
         let body = parent.parent();
-        let (Ok((drawn, topology, skin)), Some(gaps)) =
-            (bodies.get(body), ghost.gaps(body, clock.overstep()))
-        else {
+        let (Ok((drawn, topology, skin)), Some(gaps)) = (
+            bodies.get(body),
+            reference_overlay.gaps(body, clock.overstep()),
+        ) else {
             continue;
         };
         if (!drawn.is_changed() && form.tick == tick) || drawn.particles.is_empty() {

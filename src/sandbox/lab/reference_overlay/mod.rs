@@ -1,20 +1,20 @@
-//! The ghost: beside each running body its twin in double precision with smaller substeps, under
+//! The reference overlay: beside each running body its reference in double precision with smaller substeps, under
 //! the same hand, colliders and settings, and how far the two are from each other.
 //!
-//! Ghosts live on a thread of their own ([`Worker`]). After each tick it is told what was in force
-//! in that tick and where the bodies are; it takes the ghosts through the same tick, and tells how
-//! far from the bodies they come out. So bodies and ghosts are only ever compared at the same tick.
+//! References live on a thread of their own ([`Worker`]). After each tick it is told what was in force
+//! in that tick and where the bodies are; it takes the reference overlays through the same tick, and tells how
+//! far from the bodies they come out. So bodies and reference overlays are only ever compared at the same tick.
 //! Where the thread does not keep pace the clock is [held](SimulationClock::held) until it has
 //! caught up: time goes slower, and no frame waits.
 //!
-//! While there is no ghost there is no [`Ghost`], no thread, and no system in the schedule of a
+//! While there is no reference overlay there is no [`ReferenceOverlay`], no thread, and no system in the schedule of a
 //! tick.
 
+pub mod bodies;
 pub mod distance;
 pub mod form;
 pub mod pace;
 mod ticks;
-pub mod twins;
 mod worker;
 
 pub use worker::Worker;
@@ -22,29 +22,29 @@ pub use worker::Worker;
 use crate::sandbox::panel::{PanelState, Scope};
 use crate::simulation::{SimulationClock, StepSchedule, StepSystems, plain::bodies_in_order};
 use bevy::{ecs::schedule::ScheduleCleanupPolicy, prelude::*};
+use bodies::{Comparison, Moment};
 use distance::Trail;
 use std::sync::Arc;
 use ticks::{begin, observe};
-use twins::{Comparison, Moment};
 
-/// What is asked of the ghost.
+/// What is asked of the reference overlay.
 #[derive(Message, Debug, Clone, Copy, PartialEq, Eq)]
-pub enum GhostCommand {
+pub enum ReferenceCommand {
     /// Let there be one, or none.
     Toggle,
     /// Begin again from where the bodies are now.
     Again,
 }
 
-/// The ghosts that there are.
+/// The reference overlays that there are.
 #[derive(Resource, Debug, Default)]
-pub struct Ghost {
+pub struct ReferenceOverlay {
     worker: Option<Worker>,
-    /// All bodies when the ghosts began, so that it is noticed when some come or go.
+    /// All bodies when the reference overlays began, so that it is noticed when some come or go.
     bodies: Vec<Entity>,
-    /// The bodies that could have had a ghost.
+    /// The bodies that could have had a reference overlay.
     asked: usize,
-    /// The body that was shown alone when the ghosts began, if one was.
+    /// The body that was shown alone when the reference overlays began, if one was.
     chosen: Scope,
     /// The tick at which they began.
     began: u64,
@@ -52,7 +52,7 @@ pub struct Ghost {
     sent: Option<Arc<Moment>>,
     /// The comparison before the last, and the last.
     compared: [Option<Comparison>; 2],
-    /// How many ghosts began.
+    /// How many reference overlays began.
     count: usize,
     /// Root mean square distance at which they began [m].
     outset: f64,
@@ -66,7 +66,7 @@ pub struct Ghost {
 /// How quickly it is noticed that frames are held, and forgotten: a share of each frame.
 const NOTICED: f32 = 0.05;
 
-impl Ghost {
+impl ReferenceOverlay {
     /// The last comparison.
     #[must_use]
     pub fn compared(&self) -> Option<&Comparison> {
@@ -79,7 +79,7 @@ impl Ghost {
         &self.trail
     }
 
-    /// How many bodies had a ghost when they began, and how many could have had one.
+    /// How many bodies had a reference overlay when they began, and how many could have had one.
     #[must_use]
     pub const fn bodies(&self) -> (usize, usize) {
         (self.count, self.asked)
@@ -97,14 +97,14 @@ impl Ghost {
         self.trouble.as_deref()
     }
 
-    /// Whether bodies wait for their ghosts, so that time goes slower.
+    /// Whether bodies wait for their reference overlays, so that time goes slower.
     #[must_use]
     pub fn holds(&self) -> bool {
         self.held > 0.2
     }
 
-    /// How far each particle's ghost is from it [m], a `share` of the way from the last tick but
-    /// one to the last; nothing if the body has no ghost.
+    /// How far each particle's reference overlay is from it [m], a `share` of the way from the last tick but
+    /// one to the last; nothing if the body has no reference overlay.
     pub fn gaps(&self, body: Entity, share: f32) -> Option<impl Iterator<Item = Vec3>> {
         let [before, now] = self.compared.each_ref().map(|comparison| {
             let mut gaps = comparison.as_ref()?.gaps.iter();
@@ -115,7 +115,7 @@ impl Ghost {
         Some(before.iter().zip(now).map(move |(a, b)| a.lerp(*b, share)))
     }
 
-    /// Ticks that the bodies have done and the ghosts have not.
+    /// Ticks that the bodies have done and the reference overlays have not.
     fn behind(&self) -> u64 {
         let sent = self.sent.as_ref().map_or(self.began, |moment| moment.tick);
         let done = self
@@ -133,22 +133,22 @@ impl Ghost {
     }
 }
 
-/// The system of the ghost in the schedule of a tick.
+/// The system of the reference overlay in the schedule of a tick.
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct GhostSystems;
+pub struct ReferenceSystems;
 
-/// Lets there be ghosts; [`form`] draws them.
-pub struct GhostPlugin;
+/// Lets there be reference overlays; [`form`] draws them.
+pub struct ReferenceOverlayPlugin;
 
-impl Plugin for GhostPlugin {
+impl Plugin for ReferenceOverlayPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<PanelState>()
-            .add_message::<GhostCommand>()
+            .add_message::<ReferenceCommand>()
             .add_systems(
                 Update,
                 (
-                    carry_out.run_if(on_message::<GhostCommand>),
-                    attend.run_if(resource_exists::<Ghost>),
+                    carry_out.run_if(on_message::<ReferenceCommand>),
+                    attend.run_if(resource_exists::<ReferenceOverlay>),
                 )
                     .chain(),
             );
@@ -157,32 +157,32 @@ impl Plugin for GhostPlugin {
 
 fn carry_out(world: &mut World) {
     let commands: Vec<_> = world
-        .resource_mut::<Messages<GhostCommand>>()
+        .resource_mut::<Messages<ReferenceCommand>>()
         .drain()
         .collect();
     for command in commands {
-        match (command, world.contains_resource::<Ghost>()) {
-            (GhostCommand::Again, _) => {
-                if let Some(mut ghost) = world.get_resource_mut::<Ghost>() {
-                    ghost.again();
+        match (command, world.contains_resource::<ReferenceOverlay>()) {
+            (ReferenceCommand::Again, _) => {
+                if let Some(mut reference_overlay) = world.get_resource_mut::<ReferenceOverlay>() {
+                    reference_overlay.again();
                 }
             }
-            (GhostCommand::Toggle, false) => {
-                world.init_resource::<Ghost>();
+            (ReferenceCommand::Toggle, false) => {
+                world.init_resource::<ReferenceOverlay>();
                 let observe = observe
-                    .in_set(GhostSystems)
+                    .in_set(ReferenceSystems)
                     .after(StepSystems::Substeps)
                     .before(StepSystems::End);
                 let mut schedules = world.resource_mut::<Schedules>();
                 schedules.add_systems(StepSchedule, observe);
             }
-            (GhostCommand::Toggle, true) => {
-                world.remove_resource::<Ghost>();
+            (ReferenceCommand::Toggle, true) => {
+                world.remove_resource::<ReferenceOverlay>();
                 world.resource_mut::<SimulationClock>().held = false;
                 world.schedule_scope(StepSchedule, |world, schedule| {
-                    // The set is there: its system came with the ghost.
+                    // The set is there: its system came with the reference overlay.
                     let _removed = schedule.remove_systems_in_set(
-                        GhostSystems,
+                        ReferenceSystems,
                         world,
                         ScheduleCleanupPolicy::RemoveSystemsOnly,
                     );
@@ -192,42 +192,44 @@ fn carry_out(world: &mut World) {
     }
 }
 
-/// Once a frame: hears of the ghosts, begins them where they are to begin, and holds the clock
+/// Once a frame: hears of the reference overlays, begins them where they are to begin, and holds the clock
 /// while they are behind.
 fn attend(world: &mut World) {
     let bodies = bodies_in_order(world);
     let scope = world.resource::<PanelState>().scope;
-    world.resource_scope(|world, mut ghost: Mut<Ghost>| {
-        let comparisons = ghost.worker.as_ref().map(Worker::comparisons);
+    world.resource_scope(|world, mut reference_overlay: Mut<ReferenceOverlay>| {
+        let comparisons = reference_overlay.worker.as_ref().map(Worker::comparisons);
         for comparison in comparisons.into_iter().flatten() {
-            if ghost.compared().is_none() {
-                ghost.outset = comparison.distance.rms;
-                ghost.count = comparison.gaps.len();
+            if reference_overlay.compared().is_none() {
+                reference_overlay.outset = comparison.distance.rms;
+                reference_overlay.count = comparison.gaps.len();
             }
-            ghost.trail.push(comparison.distance);
-            ghost.compared.swap(0, 1);
-            ghost.compared[1] = Some(comparison);
+            reference_overlay.trail.push(comparison.distance);
+            reference_overlay.compared.swap(0, 1);
+            reference_overlay.compared[1] = Some(comparison);
         }
         let strange = match scope {
-            Scope::Body(_) if scope != ghost.chosen => !ghost.follows(scope),
+            Scope::Body(_) if scope != reference_overlay.chosen => {
+                !reference_overlay.follows(scope)
+            }
             _ => false,
         };
-        if strange || ghost.bodies != bodies {
-            ghost.again();
+        if strange || reference_overlay.bodies != bodies {
+            reference_overlay.again();
         }
         let mut clock = world.resource_mut::<SimulationClock>();
-        // One tick may be under way: the ghosts' thread works while the bodies' does.
-        clock.held = ghost.behind() > 1;
+        // One tick may be under way: the reference overlays' thread works while the bodies' does.
+        clock.held = reference_overlay.behind() > 1;
         let now = if clock.held { 1.0 } else { 0.0 };
-        ghost.held += (now - ghost.held) * NOTICED;
+        reference_overlay.held += (now - reference_overlay.held) * NOTICED;
         let between = !clock.mid_tick();
-        if ghost.worker.is_none() && ghost.trouble.is_none() && between {
-            begin(world, &mut ghost);
+        if reference_overlay.worker.is_none() && reference_overlay.trouble.is_none() && between {
+            begin(world, &mut reference_overlay);
         }
     });
 }
 
-impl Ghost {
+impl ReferenceOverlay {
     fn follows(&self, scope: Scope) -> bool {
         let gaps = self.compared().map(|comparison| &comparison.gaps);
         gaps.is_none_or(|gaps| {

@@ -1,4 +1,4 @@
-//! Classic PBD is sometimes right by accident: it knows no compliance, and too few sweeps over
+//! The agreement of classic PBD is sometimes coincidental: it knows no compliance, and too few sweeps over
 //! rigid constraints can happen to be as soft as was asked. More sweeps then make it worse, and
 //! another mesh or substep makes it something else.
 
@@ -8,14 +8,14 @@ use super::{
     words::percent,
 };
 
-/// With more sweeps an error must be so many times as large for the smaller one to be an accident.
+/// With more sweeps an error must be so many times as large for the smaller one to be an coincidence.
 const WORSE: f64 = 1.5;
 
 impl CaseResult {
-    /// The point that shows that this one is right by accident: of those without compliance and with
+    /// The point that shows that the agreement of this one is coincidental: of those without compliance and with
     /// as many substeps, or iterations, that take more work, the worst, if it is clearly worse.
     #[must_use]
-    pub fn accident(&self, point: &Point) -> Option<&Point> {
+    pub fn coincidence(&self, point: &Point) -> Option<&Point> {
         if point.setting.method != Method::Pbd {
             return None;
         }
@@ -32,7 +32,7 @@ impl CaseResult {
         (error_of(worst) > WORSE * error).then_some(worst)
     }
 
-    /// The cheapest point that is at most so wrong, and not by accident.
+    /// The cheapest point that is at most so wrong, and not by coincidence.
     #[must_use]
     pub fn cheapest_sound(&self, error: f64) -> Option<&Point> {
         let figures = self.sound().filter(|(_, figures)| figures.1 <= error);
@@ -40,28 +40,28 @@ impl CaseResult {
         cheapest.map(|(point, _)| point)
     }
 
-    /// The least error of all points that are not right by accident.
+    /// The least error of all points whose agreement is not coincidental.
     #[must_use]
     pub fn best_sound(&self) -> Option<&Point> {
         let best = self.sound().min_by(|a, b| a.1.1.total_cmp(&b.1.1));
         best.map(|(point, _)| point)
     }
 
-    /// Points that count and are not right by accident, with cost and error.
+    /// Points that count and whose agreement is not coincidental, with cost and error.
     fn sound(&self) -> impl Iterator<Item = (&Point, (f64, f64))> {
         let points = self.points.iter();
         points
-            .filter(|point| self.accident(point).is_none())
+            .filter(|point| self.coincidence(point).is_none())
             .filter_map(|point| Some((point, point.cost_and_error()?)))
     }
 }
 
-/// Which points of a front are there by accident, if any.
+/// Which points of a front agree by coincidence, if any.
 pub(super) fn sentence(case: &CaseResult) -> Option<String> {
     let all: Vec<(&Point, &Point)> = case
         .front()
         .into_iter()
-        .filter_map(|point| Some((point, case.accident(point)?)))
+        .filter_map(|point| Some((point, case.coincidence(point)?)))
         .collect();
     let (_, worst) = all.iter().max_by(|a, b| {
         a.1.error

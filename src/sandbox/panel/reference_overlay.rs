@@ -9,14 +9,14 @@ use bevy_egui::egui::{
 
 use super::{
     Panel,
-    model::{GhostModel, Request},
+    model::{ReferenceModel, Request},
     section::{self, RowButton, section},
 };
 use crate::sandbox::ui::number::format;
 use crate::{
     sandbox::{
-        lab::ghost::{
-            Ghost,
+        lab::reference_overlay::{
+            ReferenceOverlay,
             distance::{Distance, TICKS, Trail},
         },
         ui::theme,
@@ -31,45 +31,45 @@ const RMS: Color32 = Color32::from_rgb(86, 180, 233);
 const LARGEST: Color32 = Color32::from_rgb(230, 159, 0);
 
 /// What is known of the reference, if there is one.
-pub(super) fn model(world: &World) -> Option<GhostModel> {
-    let ghost = world.get_resource::<Ghost>()?;
+pub(super) fn model(world: &World) -> Option<ReferenceModel> {
+    let reference_overlay = world.get_resource::<ReferenceOverlay>()?;
     let settings = world.resource::<SimulationSettings>();
-    let compared = ghost.compared();
-    Some(GhostModel {
-        trail: ghost.trail().clone(),
-        bodies: ghost.bodies(),
+    let compared = reference_overlay.compared();
+    Some(ReferenceModel {
+        trail: reference_overlay.trail().clone(),
+        bodies: reference_overlay.bodies(),
         lost: compared.map_or(0, |it| it.lost),
         substeps: compared.map(|it| it.substeps),
         of: settings.substeps.get(),
         tick: settings.tick_seconds(),
-        outset: ghost.outset(),
-        holds: ghost.holds(),
-        trouble: ghost.trouble().map(str::to_owned),
+        outset: reference_overlay.outset(),
+        holds: reference_overlay.holds(),
+        trouble: reference_overlay.trouble().map(str::to_owned),
     })
 }
 
 /// Draws the section while there is a reference.
-pub(super) fn show(ui: &mut Ui, panel: &mut Panel, ghost: Option<&GhostModel>) {
-    let Some(ghost) = ghost else {
+pub(super) fn show(ui: &mut Ui, panel: &mut Panel, reference_overlay: Option<&ReferenceModel>) {
+    let Some(reference_overlay) = reference_overlay else {
         return;
     };
     section(ui, panel, "Reference", |ui, panel| {
         let warn = |ui: &mut Ui, text: &str, colour| {
             ui.add(Label::new(RichText::new(text).small().color(colour)).wrap());
         };
-        match (&ghost.trouble, ghost.trail.now()) {
+        match (&reference_overlay.trouble, reference_overlay.trail.now()) {
             (Some(trouble), _) => warn(ui, trouble, theme::ALARM),
             (None, None) => section::note(ui, "Computing the reference…"),
             (None, Some(now)) => {
                 figures(ui, now);
-                plot(ui, panel, &ghost.trail);
-                section::note(ui, &words(ghost));
-                if ghost.holds {
+                plot(ui, panel, &reference_overlay.trail);
+                section::note(ui, &words(reference_overlay));
+                if reference_overlay.holds {
                     let text = "Slowed down: waiting for the reference simulation.";
                     warn(ui, text, theme::CHANGED);
                 }
-                if ghost.lost > 0 {
-                    let text = match ghost.lost {
+                if reference_overlay.lost > 0 {
+                    let text = match reference_overlay.lost {
                         1 => "1 reference body diverged and was removed.".to_owned(),
                         lost => format!("{lost} reference bodies diverged and were removed."),
                     };
@@ -78,13 +78,13 @@ pub(super) fn show(ui: &mut Ui, panel: &mut Panel, ghost: Option<&GhostModel>) {
             }
         }
         let again = RowButton::new(
-            "ghost.again",
+            "reference_overlay.again",
             "Restart from here",
             "Restart the reference from the current state, and measure again how many substeps run \
              in real time",
         );
         if section::button_row(ui, panel, &[again]).is_some() {
-            panel.ask(Request::GhostAgain);
+            panel.ask(Request::ReferenceAgain);
         }
     });
 }
@@ -114,15 +114,15 @@ fn figures(ui: &mut Ui, now: &Distance) {
 }
 
 /// What the reference is, in sentences.
-fn words(ghost: &GhostModel) -> String {
-    let substeps = ghost.substeps.unwrap_or(ghost.of);
-    let h = format(ghost.tick / f64::from(substeps) * 1e6, 3);
-    let times = format(f64::from(substeps) / f64::from(ghost.of), 2);
+fn words(reference_overlay: &ReferenceModel) -> String {
+    let substeps = reference_overlay.substeps.unwrap_or(reference_overlay.of);
+    let h = format(reference_overlay.tick / f64::from(substeps) * 1e6, 3);
+    let times = format(f64::from(substeps) / f64::from(reference_overlay.of), 2);
     let mut text = format!(
         "f64 reference: {substeps} substeps of {h} µs per tick, {times}× the body's. Percentages are \
          relative to the size of the body."
     );
-    let (there, asked) = ghost.bodies;
+    let (there, asked) = reference_overlay.bodies;
     if there < asked {
         let who = match there {
             1 => format!("the nearest of {asked} bodies has a reference"),
@@ -132,11 +132,11 @@ fn words(ghost: &GhostModel) -> String {
             " Only {who}; more would not run in real time. Grab another body to give it the reference."
         ));
     }
-    if ghost.outset > 0.0 {
+    if reference_overlay.outset > 0.0 {
         text.push_str(&format!(
             " Started {} mm apart (RMS): the reference first relaxes what the coarse steps left \
              unsolved.",
-            format(ghost.outset * 1e3, 2)
+            format(reference_overlay.outset * 1e3, 2)
         ));
     }
     text
@@ -146,7 +146,7 @@ fn words(ghost: &GhostModel) -> String {
 fn plot(ui: &mut Ui, panel: &mut Panel, trail: &Trail) {
     let size = vec2(ui.available_width(), HEIGHT);
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
-    panel.note("ghost.plot", &response, ui);
+    panel.note("reference_overlay.plot", &response, ui);
     let painter = ui.painter().with_clip_rect(rect);
     painter.rect_filled(rect, 3.0, theme::SUNKEN);
     let most = trail.most().max(f64::MIN_POSITIVE);
@@ -189,17 +189,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_the_ghost_is_is_said_with_its_units() {
-        let ghost = GhostModel {
+    fn what_the_reference_overlay_is_is_said_with_its_units() {
+        let reference_overlay = ReferenceModel {
             bodies: (6, 36),
             substeps: Some(80),
             of: 10,
             tick: 1.0 / 60.0,
             outset: 8.3e-4,
-            ..GhostModel::default()
+            ..ReferenceModel::default()
         };
         assert_eq!(
-            words(&ghost),
+            words(&reference_overlay),
             "f64 reference: 80 substeps of 208 µs per tick, 8× the body's. Percentages are relative \
              to the size of the body. Only the nearest 6 of 36 bodies have a reference; more would \
              not run in real time. Grab another body to give it the reference. Started 0.83 mm apart \

@@ -1,24 +1,24 @@
-//! How many substeps a ghost can have, and how many bodies a ghost, so that it keeps pace.
+//! How many substeps a reference overlay can have, and how many bodies a reference overlay, so that it keeps pace.
 
 use crate::solver::{Settings, Substeps, World, reference};
 use std::time::Instant;
 
-/// Least of the factors by which a ghost's substeps outnumber its body's: with it, a method of
-/// first order leaves a quarter of the body's error in the ghost. With less, the two would be alike
+/// Least of the factors by which a reference overlay's substeps outnumber its body's: with it, a method of
+/// first order leaves a quarter of the body's error in the reference overlay. With less, the two would be alike
 /// for being wrong alike.
 pub const LEAST: u32 = 4;
 
 /// The most of them.
 pub const MOST: u32 = 64;
 
-/// Share of the time of a tick that a ghost is planned to take. The rest is for what else the
+/// Share of the time of a tick that a reference overlay is planned to take. The rest is for what else the
 /// machine does meanwhile.
 const SHARE: f64 = 0.6;
 
 /// Share of a new measurement in the smoothed one.
 const FRESH: f64 = 0.1;
 
-/// What a sweep of all ghosts costs, and by how much their substeps outnumber the bodies'.
+/// What a sweep of all reference overlays costs, and by how much their substeps outnumber the bodies'.
 #[derive(Debug, Clone, Copy)]
 pub struct Pace {
     /// Time of one substep of one iteration [s].
@@ -29,7 +29,7 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// For ghosts that take `tick` seconds with the bodies' own settings, where `room` seconds are
+    /// For reference overlays that take `tick` seconds with the bodies' own settings, where `room` seconds are
     /// there for each tick.
     #[must_use]
     pub fn new(tick: f64, settings: &Settings, room: f64) -> Self {
@@ -42,7 +42,7 @@ impl Pace {
         pace
     }
 
-    /// By how much the ghosts' substeps outnumber the bodies'.
+    /// By how much the reference overlays' substeps outnumber the bodies'.
     #[must_use]
     pub const fn times(&self) -> u32 {
         self.times
@@ -57,7 +57,7 @@ impl Pace {
         }
     }
 
-    /// Takes in a tick of all ghosts that took `spent` seconds; with half the substeps from now on
+    /// Takes in a tick of all reference overlays that took `spent` seconds; with half the substeps from now on
     /// if that is more than there is room for.
     pub fn observe(&mut self, spent: f64, settings: &Settings, room: f64) {
         let now = spent / (sweeps(settings) * f64::from(self.times));
@@ -68,7 +68,7 @@ impl Pace {
         }
     }
 
-    /// The ghosts' settings: as the bodies', but for the substeps.
+    /// The reference overlays' settings: as the bodies', but for the substeps.
     #[must_use]
     pub fn settings(&self, bodies: &Settings) -> Settings {
         let wanted = bodies.substeps.get().saturating_mul(self.times);
@@ -93,7 +93,7 @@ fn times(tick: f64, room: f64) -> u32 {
     times
 }
 
-/// How many of the bodies, from the first on, can have a ghost where `room` seconds are there for
+/// How many of the bodies, from the first on, can have a reference overlay where `room` seconds are there for
 /// each tick, and what a tick of these takes with the bodies' own settings [s]. The first always
 /// has one.
 #[must_use]
@@ -107,12 +107,12 @@ pub fn fitting(world: &World, room: f64) -> (usize, f64) {
             time: world.time,
             ..World::default()
         };
-        let mut twin = reference::World::of(&alone);
+        let mut reference = reference::World::of(&alone);
         // The second finds everything in the caches, as those that follow will.
         let tick = (0..2)
             .map(|_| {
                 let started = Instant::now();
-                twin.tick();
+                reference.tick();
                 started.elapsed().as_secs_f64()
             })
             .fold(f64::INFINITY, f64::min);
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn more_substeps_of_the_body_leave_room_for_fewer_of_the_ghost() {
+    fn more_substeps_of_the_body_leave_room_for_fewer_of_the_reference_overlay() {
         let mut pace = Pace::new(1e-3, &settings(), 16e-3);
         let finer = Settings {
             substeps: Substeps::new(20).expect("sound"),
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ghost_that_does_not_keep_pace_takes_fewer_substeps_but_never_too_few() {
+    fn a_reference_overlay_that_does_not_keep_pace_takes_fewer_substeps_but_never_too_few() {
         let mut pace = Pace::new(1e-3, &settings(), 16e-3);
         pace.observe(15e-3, &settings(), 16e-3);
         assert_eq!(pace.times(), 8, "it fits, if barely");

@@ -1,11 +1,11 @@
-//! How far bodies are from their ghosts, and how far they were over the last seconds.
+//! How far bodies are from their reference overlays, and how far they were over the last seconds.
 
 use std::collections::VecDeque;
 
 /// Ticks that are kept: five seconds at the usual rate.
 pub const TICKS: usize = 300;
 
-/// Distance of the particles of all bodies that have a ghost to those of their ghosts, at one tick.
+/// Distance of the particles of all bodies that have a reference overlay to those of their reference overlays, at one tick.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Distance {
     /// Root mean square over the particles [m].
@@ -26,7 +26,7 @@ pub struct Sum {
 }
 
 impl Sum {
-    /// Adds a particle that is so far from its ghost [m], of a body of such a size [m].
+    /// Adds a particle that is so far from its reference overlay [m], of a body of such a size [m].
     pub fn add(&mut self, distance: f64, size: f64) {
         let share = distance / size.max(f64::MIN_POSITIVE);
         self.all.rms += distance * distance;

@@ -12,16 +12,16 @@ use std::sync::{
 };
 
 /// The pieces of a phase are dealt out into as many shares as there are threads, up to this.
-const MOST_SHARES: usize = 64;
+const MAX_QUEUES: usize = 64;
 
 /// How far one share of the pieces has been taken: the phase, which counts from 1, in the upper
 /// half, and in the lower how many of its pieces. On a cache line of its own, as the thread
 /// whose share it is mostly takes from it alone.
 #[derive(Debug)]
 #[repr(align(128))]
-struct Share(AtomicU64);
+struct Queue(AtomicU64);
 
-impl Share {
+impl Queue {
     /// The next of `count` pieces in this phase, if one is left.
     fn take(&self, phase: u32, count: usize) -> Option<usize> {
         let first = u64::from(phase) << 32;
@@ -38,8 +38,8 @@ impl Share {
 
 /// What the threads of a crew tell each other.
 #[derive(Debug)]
-pub(crate) struct Crew {
-    shares: [Share; MOST_SHARES],
+pub(crate) struct PhaseExecutor {
+    queues: [Queue; MAX_QUEUES],
     /// Pieces done in all phases.
     done: AtomicUsize,
     /// The phase in which a piece failed; later ones are not begun.
@@ -47,10 +47,10 @@ pub(crate) struct Crew {
     error: Mutex<Option<NotFinite>>,
 }
 
-impl Crew {
+impl PhaseExecutor {
     pub fn new() -> Self {
         Self {
-            shares: [const { Share(AtomicU64::new(0)) }; MOST_SHARES],
+            queues: [const { Queue(AtomicU64::new(0)) }; MAX_QUEUES],
             done: AtomicUsize::new(0),
             failed: AtomicU32::new(u32::MAX),
             error: Mutex::new(None),
@@ -80,16 +80,16 @@ impl Crew {
         work: &impl Fn(&Phase, usize) -> Result<(), NotFinite>,
     ) {
         let _guard = Guard(self);
-        let shares = members.min(MOST_SHARES);
+        let queues = members.min(MAX_QUEUES);
         let mut all = 0;
         for (number, phase) in (1..).zip(phases) {
             let pieces = phase.pieces.len();
             let mut done = 0;
             // Its own share first, so that particles stay in the cache of a core.
-            for share in (0..shares).map(|next| (member + next) % shares) {
-                let first = pieces * share / shares;
-                let count = pieces * (share + 1) / shares - first;
-                while let Some(place) = self.shares[share].take(number, count) {
+            for share in (0..queues).map(|next| (member + next) % queues) {
+                let first = pieces * share / queues;
+                let count = pieces * (share + 1) / queues - first;
+                while let Some(place) = self.queues[share].take(number, count) {
                     if let Err(error) = work(&phase, first + place) {
                         self.fail(number, error);
                     }
@@ -129,7 +129,7 @@ impl Crew {
 }
 
 /// Lets the others go home when a member panics.
-struct Guard<'a>(&'a Crew);
+struct Guard<'a>(&'a PhaseExecutor);
 
 impl Drop for Guard<'_> {
     fn drop(&mut self) {

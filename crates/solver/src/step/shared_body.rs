@@ -7,10 +7,10 @@
 )]
 
 use crate::{
-    ContactMultiplier, ElasticKind, Factors, Leads, Stitches,
-    bands::Piece,
-    effects::{grab::Grab, pressure::Walls, shape_matching::Matching},
+    ContactMultiplier, ElasticKind, Factors, Stitches, TetherTargets,
+    effects::{grab::Grab, pressure::PressureState, shape_matching::ShapeMatchingState},
     particles::Part,
+    partitions::Piece,
     step::stepper::Stepper,
 };
 use glam::Vec4;
@@ -22,7 +22,7 @@ use std::{
 };
 
 /// The parts of a [`Stepper`] that change, for threads to take pieces of.
-pub(crate) struct Shared<'a> {
+pub(crate) struct SharedBody<'a> {
     positions: *mut Vec4,
     displacements: *mut Vec4,
     carry: *mut Vec4,
@@ -32,11 +32,11 @@ pub(crate) struct Shared<'a> {
     /// Multipliers of contact with the ground and with colliders.
     rigid: [Column<ContactMultiplier>; 2],
     grab: *mut Option<Grab>,
-    walls: *mut Walls,
-    matching: *mut Option<Box<Matching>>,
+    pressure_state: *mut PressureState,
+    matching: *mut Option<Box<ShapeMatchingState>>,
     factors: *mut Factors,
     /// The tethers; read only.
-    pub leads: &'a Leads,
+    pub tether_targets: &'a TetherTargets,
     touched: AtomicBool,
     stitches: *mut Stitches,
     lives: PhantomData<&'a mut ()>,
@@ -48,10 +48,10 @@ struct Column<T> {
     len: usize,
 }
 
-// SAFETY: it only hands out what `Shared::piece`'s callers promise to be theirs alone.
-unsafe impl Sync for Shared<'_> {}
+// SAFETY: it only hands out what `SharedBody::piece`'s callers promise to be theirs alone.
+unsafe impl Sync for SharedBody<'_> {}
 
-impl<'a> Shared<'a> {
+impl<'a> SharedBody<'a> {
     /// Borrows the body for as long as it is shared.
     pub fn new(body: &'a mut Stepper) -> Self {
         let particles = &mut *body.particles;
@@ -75,10 +75,10 @@ impl<'a> Shared<'a> {
             },
             lambdas: body.lambdas.columns().each_mut().map(Column::of),
             grab: &raw mut body.effects.grab,
-            walls: &raw mut body.lambdas.walls,
+            pressure_state: &raw mut body.lambdas.pressure_state,
             matching: &raw mut body.lambdas.matching,
             factors: &raw mut *body.factors,
-            leads: &*body.leads,
+            tether_targets: &*body.tether_targets,
             touched: AtomicBool::new(false),
             stitches: &raw mut *body.stitches,
             lives: PhantomData,
@@ -191,9 +191,9 @@ impl<'a> Shared<'a> {
     ///
     /// # Safety
     /// As long as it lives, nobody else asks for it.
-    pub unsafe fn walls(&self) -> &mut Walls {
+    pub unsafe fn pressure_state(&self) -> &mut PressureState {
         // SAFETY: borrowed by `new`; theirs alone by the caller's promise.
-        unsafe { &mut *self.walls }
+        unsafe { &mut *self.pressure_state }
     }
 
     /// The stitches.
@@ -209,7 +209,7 @@ impl<'a> Shared<'a> {
     ///
     /// # Safety
     /// As long as it lives, nobody else asks for it.
-    pub unsafe fn matching(&self) -> Option<&mut Matching> {
+    pub unsafe fn matching(&self) -> Option<&mut ShapeMatchingState> {
         // SAFETY: borrowed by `new`; theirs alone by the caller's promise.
         unsafe { (*self.matching).as_deref_mut() }
     }

@@ -1,4 +1,4 @@
-//! The ghosts themselves: a twin in f64 for each body, which goes through the same ticks.
+//! The reference overlays themselves: a reference in f64 for each body, which goes through the same ticks.
 
 use super::distance::{Distance, Sum};
 use crate::{
@@ -21,7 +21,7 @@ pub struct Moment {
     pub colliders: Vec<Collider>,
     /// Real time that there is for a tick [s].
     pub room: f64,
-    /// The bodies that have a ghost.
+    /// The bodies that have a reference overlay.
     pub bodies: Vec<Seen>,
 }
 
@@ -38,31 +38,31 @@ pub struct Seen {
     pub asleep: bool,
 }
 
-/// Where ghosts are after a tick.
+/// Where reference overlays are after a tick.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Comparison {
     /// Ticks since the scene began.
     pub tick: u64,
-    /// The ghosts' substeps a tick.
+    /// The reference overlays' substeps a tick.
     pub substeps: u32,
-    /// For each body with a ghost, how far each particle's ghost is from it [m].
+    /// For each body with a reference overlay, how far each particle's reference overlay is from it [m].
     pub gaps: Vec<(Entity, Vec<Vec3>)>,
-    /// How far bodies and ghosts are from each other.
+    /// How far bodies and reference overlays are from each other.
     pub distance: Distance,
-    /// Ghosts that were given up since they began, because they were no longer finite.
+    /// References that were given up since they began, because they were no longer finite.
     pub lost: usize,
 }
 
-/// Twins of some bodies.
+/// ReferenceBodies of some bodies.
 #[derive(Debug)]
-pub struct Twins {
-    twins: Vec<Twin>,
+pub struct ReferenceBodies {
+    references: Vec<ReferenceBody>,
     sleep: SleepSettings,
     lost: usize,
 }
 
 #[derive(Debug)]
-struct Twin {
+struct ReferenceBody {
     body: Entity,
     /// The body's size [m].
     size: f64,
@@ -72,7 +72,7 @@ struct Twin {
     still: bool,
 }
 
-impl Twin {
+impl ReferenceBody {
     fn positions(&self) -> Vec<Vec4> {
         let body = &self.world.bodies[0];
         let places = body.x.iter().zip(&body.w);
@@ -84,13 +84,13 @@ impl Twin {
     }
 }
 
-impl Twins {
+impl ReferenceBodies {
     /// Begins where the bodies of a world are, moved to where nothing is violated that is rigid for
-    /// the twins' substeps: what a solver that does too little leaves violated, theirs would turn
+    /// the references' substeps: what a solver that does too little leaves violated, theirs would turn
     /// into speed.
     #[must_use]
     pub fn begin(world: &World, entities: &[Entity], settings: Settings) -> Self {
-        let twin = |(body, &entity): (&crate::solver::Body, &Entity)| {
+        let reference = |(body, &entity): (&crate::solver::Body, &Entity)| {
             let alone = World {
                 bodies: vec![body.clone()],
                 settings,
@@ -98,57 +98,59 @@ impl Twins {
                 time: world.time,
                 ..World::default()
             };
-            let mut twin = reference::World::of(&alone);
-            twin.project(PROJECTIONS);
-            Twin {
+            let mut reference = reference::World::of(&alone);
+            reference.project(PROJECTIONS);
+            ReferenceBody {
                 body: entity,
                 size: body.topology.size.into(),
-                world: twin,
+                world: reference,
                 rest: RestTimer::default(),
                 still: false,
             }
         };
         Self {
-            twins: world.bodies.iter().zip(entities).map(twin).collect(),
+            references: world.bodies.iter().zip(entities).map(reference).collect(),
             sleep: world.sleep,
             lost: 0,
         }
     }
 
-    /// Does a tick after the bodies did it, with `settings` of the twins' own. Those of bodies that
+    /// Does a tick after the bodies did it, with `settings` of the references' own. Those of bodies that
     /// are gone are gone too. Returns whether any was stepped.
     pub fn follow(&mut self, moment: &Moment, settings: Settings) -> bool {
         let mut stepped = false;
         let seen = |body| moment.bodies.iter().find(|seen| seen.body == body);
-        self.twins.retain(|twin| seen(twin.body).is_some());
-        for twin in &mut self.twins {
-            let Some(seen) = seen(twin.body) else {
+        self.references
+            .retain(|reference| seen(reference.body).is_some());
+        for reference in &mut self.references {
+            let Some(seen) = seen(reference.body) else {
                 continue;
             };
-            if seen.asleep && twin.still {
-                twin.world.time += settings.tick_seconds();
+            if seen.asleep && reference.still {
+                reference.world.time += settings.tick_seconds();
                 continue;
             }
             stepped = true;
-            twin.world.settings = settings;
-            twin.world.colliders.clone_from(&moment.colliders);
-            let body = &mut twin.world.bodies[0];
+            reference.world.settings = settings;
+            reference.world.colliders.clone_from(&moment.colliders);
+            let body = &mut reference.world.bodies[0];
             body.carry(&seen.effects);
             for (w, x) in body.w.iter_mut().zip(&seen.positions) {
                 *w = f64::from(x.w);
             }
-            let gravity = twin.world.settings.gravity.length();
-            let before = twin.positions();
-            twin.world.tick();
+            let gravity = reference.world.settings.gravity.length();
+            let before = reference.positions();
+            reference.world.tick();
             let seconds = settings.tick_seconds() as f32;
-            let after = twin.positions();
-            twin.still =
-                twin.rest
+            let after = reference.positions();
+            reference.still =
+                reference
+                    .rest
                     .observe((&before[..], &after[..]), seconds, gravity, &self.sleep);
         }
-        let before = self.twins.len();
-        self.twins.retain(Twin::finite);
-        self.lost += before - self.twins.len();
+        let before = self.references.len();
+        self.references.retain(ReferenceBody::finite);
+        self.lost += before - self.references.len();
         stepped
     }
 
@@ -156,18 +158,18 @@ impl Twins {
     #[must_use]
     pub fn compare(&self, tick: u64, substeps: u32, bodies: &[Seen]) -> Comparison {
         let mut sum = Sum::default();
-        let mut gaps = Vec::with_capacity(self.twins.len());
-        for twin in &self.twins {
-            let Some(seen) = bodies.iter().find(|seen| seen.body == twin.body) else {
+        let mut gaps = Vec::with_capacity(self.references.len());
+        for reference in &self.references {
+            let Some(seen) = bodies.iter().find(|seen| seen.body == reference.body) else {
                 continue;
             };
-            let places = twin.world.bodies[0].x.iter().zip(&seen.positions);
-            let gap = places.map(|(ghost, body)| {
-                let gap = *ghost - body.truncate().as_dvec3();
-                sum.add(gap.length(), twin.size);
+            let places = reference.world.bodies[0].x.iter().zip(&seen.positions);
+            let gap = places.map(|(reference_overlay, body)| {
+                let gap = *reference_overlay - body.truncate().as_dvec3();
+                sum.add(gap.length(), reference.size);
                 gap.as_vec3()
             });
-            gaps.push((twin.body, gap.collect()));
+            gaps.push((reference.body, gap.collect()));
         }
         Comparison {
             tick,
