@@ -35,8 +35,8 @@ impl Effect for Ground {
             (0.0, 1.0), Scale::Linear
         ),
         parameter!(
-            rolling_resistance: RollingResistance, "Rolling resistance", "",
-            "Lever of the torque that resists rolling, over the radius. A ball rolls down slopes steeper than this.",
+            rolling_resistance: RollingResistance, "Rolling friction", "",
+            "Rolling resistance: lever of the torque that resists rolling, over the radius. A ball rolls down slopes steeper than this.",
             (0.0, 0.1), Scale::Linear
         ),
     ];

@@ -65,6 +65,8 @@ pub struct ParameterInfo {
     pub range: (f64, f64),
     /// How a slider runs over the range.
     pub scale: Scale,
+    /// What it is on a body that the effect is added to; `None` where it cannot be.
+    pub default: Option<f64>,
 }
 
 /// Figures of one effect on one body.
@@ -117,6 +119,12 @@ pub trait Effect: Component<Mutability = Mutable> + Sized {
         Figures::default()
     }
 
+    /// Whether a parameter, by its name, matters to a body; by default each does. The panel hides one that does not
+    /// while it has its default.
+    fn matters(_: &str, _: &EntityRef) -> bool {
+        true
+    }
+
     /// What a user should know of the effect on a body that carries it, in a world of these settings, in
     /// a sentence.
     fn note(&self, _body: &EntityRef, _settings: &Settings) -> Option<&'static str> {
@@ -151,6 +159,8 @@ pub struct EffectInfo {
     pub figures: fn(&EntityRef, f32) -> Option<Figures>,
     /// What a user should know of it on a body in a world of these settings, in a sentence.
     pub note: fn(&EntityRef, &Settings) -> Option<&'static str>,
+    /// Whether a parameter, by its name, matters to a body.
+    pub matters: fn(&str, &EntityRef) -> bool,
     /// Whether its systems are in the schedules now.
     pub runs: bool,
     is_planned: bool,
@@ -173,6 +183,7 @@ impl EffectInfo {
                     help: p.help,
                     range: p.range,
                     scale: p.scale,
+                    default: E::when_added().as_ref().map(p.get),
                 })
                 .collect(),
             present: |body| body.contains::<E>(),
@@ -196,6 +207,7 @@ impl EffectInfo {
                 }
             }),
             unfit: E::unfit,
+            matters: E::matters,
             remove: |body| {
                 body.remove::<E>();
             },

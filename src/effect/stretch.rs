@@ -1,7 +1,11 @@
 //! Stretch: edges resist changes of length.
 
 use super::{Effect, Parameter, Scale, elastic::elastic, parameter};
-use crate::solver::{Compliance, Damping, RepairTime, Stiffness, Stretch};
+use crate::{
+    simulation::SoftBody,
+    solver::{Compliance, Damping, RepairTime, Stiffness, Stretch, topology::Dimension},
+};
+use bevy::prelude::EntityRef;
 
 impl Effect for Stretch {
     const NAME: &'static str = "stretch";
@@ -31,4 +35,13 @@ impl Effect for Stretch {
     ];
 
     elastic!(2, 1);
+
+    fn matters(parameter: &str, body: &EntityRef) -> bool {
+        let dimension = body.get::<SoftBody>().map(|body| body.dimension);
+        match parameter {
+            "axial_stiffness" => dimension == Some(Dimension::Line),
+            "repair" => dimension == Some(Dimension::Sheet),
+            _ => true,
+        }
+    }
 }

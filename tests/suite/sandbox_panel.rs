@@ -44,6 +44,7 @@ fn parameter(name: &'static str, unit: &'static str, track: Track, value: f64) -
         value,
         spread: None,
         original: Some(value),
+        choices: &[],
         changed: false,
     }
 }
@@ -119,6 +120,7 @@ fn model() -> PanelModel {
         note: "Look at it.".to_owned(),
     };
     PanelModel {
+        is_pinned: true,
         scenes: vec![scene("jelly"), scene("bunny")],
         scene: "jelly".to_owned(),
         scene_title: "jelly".to_owned(),
@@ -419,10 +421,28 @@ fn every_button_asks_for_what_stands_on_it() {
         ("shuffle", Request::Distort(Distortion::Shuffle)),
         ("mirror", Request::Distort(Distortion::Mirror)),
         ("pin", Request::Pin(true)),
+        ("unpin_all", Request::UnpinAll),
+        (
+            "use_substeps",
+            Request::Setting {
+                name: "substeps",
+                value: Some(24.0),
+            },
+        ),
+        (
+            "world.order.BDF2",
+            Request::Setting {
+                name: "order",
+                value: Some(2.0),
+            },
+        ),
         ("wireframe", Request::Wireframe(true)),
         ("tetrahedra", Request::Tetrahedra(true)),
         ("solver.off", Request::SolverView(SolverView::Off)),
-        ("solver.bands", Request::SolverView(SolverView::Partitions)),
+        (
+            "solver.partitions",
+            Request::SolverView(SolverView::Partitions),
+        ),
         ("solver.colours", Request::SolverView(SolverView::Colours)),
         ("solver.lanes", Request::SolverView(SolverView::Lanes)),
         ("energy.keep", Request::Ledger(false)),
@@ -448,7 +468,12 @@ fn every_button_asks_for_what_stands_on_it() {
     ];
     // High enough for all sections, without scrolling.
     let (size, scale) = SIZES[0];
-    let mut hand = Hand::new(model(), (size + Vec2::new(0.0, 200.0), scale));
+    let mut panel = model();
+    panel.settings.push(Parameter {
+        choices: &["Euler", "BDF2"],
+        ..parameter("order", "", Track::new(1.0..=2.0, Spread::Integer), 1.0)
+    });
+    let mut hand = Hand::new(panel, (size + Vec2::new(0.0, 200.0), scale));
     for (name, request) in wanted {
         assert_eq!(hand.press_widget(name), [request], "{name}");
     }
@@ -633,6 +658,7 @@ fn a_scene_without_bodies_can_be_shown_and_asks_for_nothing() {
         bodies: Vec::new(),
         effects: vec![absent()],
         grabbed: None,
+        is_pinned: false,
         ..model()
     };
     let mut hand = Hand::new(empty, SIZES[0]);
@@ -642,6 +668,7 @@ fn a_scene_without_bodies_can_be_shown_and_asks_for_nothing() {
         "mirror",
         "pin",
         "unpin",
+        "unpin_all",
         "effect.collide",
     ] {
         assert_eq!(hand.press_widget(name), [], "{name}");

@@ -27,7 +27,8 @@ use crate::{
     },
     scene::Material,
     simulation::{
-        Action, Actions, SimulationClock, SoftBody, SolverThreads, action, plain::bodies_in_order,
+        Action, Actions, Pins, SimulationClock, SoftBody, SolverThreads, action,
+        plain::bodies_in_order,
     },
     solver::{Deformation, Threads},
 };
@@ -125,6 +126,7 @@ fn carry_out_one(world: &mut World, request: Request) {
         }
         Request::Remove => remove(world, scope),
         Request::Pin(pinned) => pin(world, pinned),
+        Request::UnpinAll => unpin_all(world, scope),
         Request::Wireframe(on) => world.resource_mut::<ViewSettings>().wireframe = on,
         Request::Tetrahedra(on) => world.resource_mut::<ViewSettings>().tetrahedra = on,
         Request::Answers(on) => world.resource_mut::<ViewSettings>().answers = on,
@@ -283,6 +285,17 @@ fn pin(world: &mut World, pinned: bool) {
             Action::Unpin { body, vertex }
         };
         push(world, action);
+    }
+}
+
+fn unpin_all(world: &mut World, scope: Scope) {
+    for body in bodies(world, scope) {
+        let pins = world
+            .get::<Pins>(body)
+            .map_or(Vec::new(), |pins| pins.0.clone());
+        for vertex in pins {
+            push(world, Action::Unpin { body, vertex });
+        }
     }
 }
 

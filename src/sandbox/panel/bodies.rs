@@ -189,9 +189,19 @@ fn buttons(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
             enabled: pinned == Some(true),
             ..RowButton::new("unpin", "Unpin", &help)
         },
+        RowButton {
+            enabled: model.is_pinned,
+            ..RowButton::new(
+                "unpin_all",
+                "Unpin all",
+                "Release every pin of the selection",
+            )
+        },
     ];
-    if let Some(index) = section::button_row(ui, panel, &pins) {
-        panel.ask(Request::Pin(index == 0));
+    match section::button_row(ui, panel, &pins) {
+        Some(2) => panel.ask(Request::UnpinAll),
+        Some(index) => panel.ask(Request::Pin(index == 0)),
+        None => {}
     }
 }
 

@@ -4,7 +4,11 @@ use bevy::prelude::*;
 use bevy_egui::egui::{Label, RichText, Ui};
 use std::collections::BTreeMap;
 
-use super::{Panel, PanelState, model::DeliveredModel};
+use super::{
+    Panel, PanelState,
+    model::{DeliveredModel, Request},
+    section::{self, RowButton},
+};
 use crate::sandbox::ui::number::format;
 use crate::{
     sandbox::ui::theme,
@@ -99,6 +103,20 @@ pub(super) fn show(ui: &mut Ui, panel: &mut Panel, effect: &str, delivered: &Del
          second. While a body swings or is hit, it describes those waves and not the static load.",
     );
     panel.note(format!("{effect}.delivered"), &response, ui);
+    if let Some(substeps) = delivered.substeps.filter(|_| delivered.limited) {
+        let text = match substeps {
+            1 => "Use 1 substep".to_owned(),
+            _ => format!("Use {substeps} substeps"),
+        };
+        let help = "Set the substeps per tick to the number that reaches the requested compliance";
+        let button = RowButton::new("use_substeps", &text, help);
+        if section::button_row(ui, panel, &[button]).is_some() {
+            panel.ask(Request::Setting {
+                name: "substeps",
+                value: Some(substeps.into()),
+            });
+        }
+    }
 }
 
 fn words(delivered: &DeliveredModel) -> String {
@@ -108,10 +126,12 @@ fn words(delivered: &DeliveredModel) -> String {
         (Some(_), _) if !delivered.limited => {
             format!("Effective compliance {got}, as requested.")
         }
-        (Some(factor), Some(substeps)) => format!(
-            "Effective compliance {got}: {}× the requested value. {substeps} substeps would reach it.",
-            format(factor, 2)
-        ),
+        (Some(factor), Some(_)) => {
+            format!(
+                "Effective compliance {got}: {}× the requested value.",
+                format(factor, 2)
+            )
+        }
         (Some(factor), None) => format!(
             "Effective compliance {got}: {}× the requested value. More substeps will not help; try \
              more iterations.",
@@ -135,7 +155,7 @@ mod tests {
         };
         assert_eq!(
             words(&softer),
-            "Effective compliance 4e-4 m/N: 4× the requested value. 24 substeps would reach it."
+            "Effective compliance 4e-4 m/N: 4× the requested value."
         );
         let rigid = DeliveredModel {
             factor: None,

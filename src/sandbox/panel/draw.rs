@@ -112,7 +112,7 @@ impl Panel {
             ),
             button(
                 SolverView::Partitions,
-                "solver.bands",
+                "solver.partitions",
                 "Partition",
                 "Draw the constraints by partition, the piece of a body that one worker steps (V)",
             ),

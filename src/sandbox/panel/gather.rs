@@ -97,6 +97,11 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         history: world.resource::<PanelState>().history.clone(),
         energy: energy::model(world),
         grabbed: grabbed(world),
+        is_pinned: shown.iter().any(|body| {
+            world
+                .get::<Pins>(*body)
+                .is_some_and(|pins| !pins.is_empty())
+        }),
         additions: import::additions(),
         materials: materials(world, &shown),
         wireframe: view.wireframe,
@@ -174,7 +179,10 @@ fn effect(world: &World, info: &EffectInfo, bodies: &[Entity], shown: &[Entity])
                 let original = body.get::<SceneDefaults>()?.get(info.name, parameter.name);
                 Some((value, original))
             });
-            parameter_of(parameter, values)
+            let row = parameter_of(parameter, values)?;
+            let matters = |body: &Entity| (info.matters)(parameter.name, &world.entity(*body));
+            let is_default = row.spread.is_none() && parameter.default == Some(row.value);
+            (!is_default || carriers.iter().any(matters)).then_some(row)
         })
         .collect();
     let settings = world.resource::<SimulationSettings>();
@@ -240,6 +248,7 @@ fn parameter_of(
         value,
         spread: (low < high).then_some((low, high)),
         original: original.filter(|_| values.iter().all(|(_, other)| *other == original)),
+        choices: &[],
         changed: values
             .iter()
             .any(|(value, original)| original.is_some_and(|original| original != *value)),
@@ -266,6 +275,7 @@ fn settings(world: &World) -> Vec<Parameter> {
     let row = |name: &&'static str| {
         let (_, unit, _) = action::SETTINGS.iter().find(|(other, ..)| other == name)?;
         let (title, help, track) = words(name)?;
+        let choices = choices(name);
         let value = action::setting(now, name)?;
         let original = action::setting(scene, name)?;
         Some(Parameter {
@@ -277,6 +287,7 @@ fn settings(world: &World) -> Vec<Parameter> {
             value,
             spread: None,
             original: Some(original),
+            choices,
             changed: value != original,
         })
     };
@@ -296,8 +307,18 @@ fn threads(world: &World) -> Option<Parameter> {
         value: world.resource::<SolverThreads>().count() as f64,
         spread: None,
         original: None,
+        choices: &[],
         changed: false,
     })
+}
+
+/// What the values of a setting are called, from the least on; empty for a number.
+fn choices(setting: &str) -> &'static [&'static str] {
+    match setting {
+        "order" => &["Euler", "BDF2"],
+        "keep_spin" => &["Off", "On"],
+        _ => &[],
+    }
 }
 
 /// The title of a setting, what it does, and the slider's track.
@@ -317,14 +338,14 @@ fn words(setting: &str) -> Option<(&'static str, &'static str, Track)> {
             Track::new(1.0..=50.0, Spread::Integer),
         ),
         "order" => (
-            "Integrator order",
-            "1: implicit Euler, which damps oscillations numerically. 2: BDF2, with much less \
-             numerical damping; it restarts at contacts.",
+            "Integrator",
+            "Implicit Euler damps oscillations numerically. BDF2 has much less numerical damping; \
+             it restarts at contacts.",
             Track::new(1.0..=2.0, Spread::Integer),
         ),
         "keep_spin" => (
             "Conserve spin",
-            "1: free-flying bodies conserve angular momentum. 0: off; implicit Euler loses a \
+            "Free-flying bodies conserve angular momentum. Without it, implicit Euler loses a \
              fraction 2πhω of it per revolution.",
             Track::new(0.0..=1.0, Spread::Integer),
         ),

@@ -46,6 +46,8 @@ pub struct PanelModel {
     pub energy: Option<EnergyModel>,
     /// The point that is or was held.
     pub grabbed: Option<GrabModel>,
+    /// Whether a body of the scope has a pin.
+    pub is_pinned: bool,
     /// What can be added: built-in primitives and meshes.
     pub additions: Vec<Addition>,
     /// The materials that the bodies of the scope can be made of.
@@ -103,6 +105,8 @@ pub struct Parameter {
     pub spread: Option<(f64, f64)>,
     /// The scene's value, where it has one and all bodies shown share it.
     pub original: Option<f64>,
+    /// Names of its values, from the least of the track on; empty for a number.
+    pub choices: &'static [&'static str],
     /// Whether any body shown differs from its scene.
     pub changed: bool,
 }
@@ -279,6 +283,8 @@ pub enum Request {
     NextScene,
     /// Open the previous scene.
     PreviousScene,
+    /// Unpin every vertex of the bodies of the scope.
+    UnpinAll,
     /// Begin the scene anew.
     Restart,
     /// Stop time or let it run.

@@ -32,6 +32,9 @@ pub fn row(ui: &mut Ui, panel: &mut Panel, name: &str, parameter: &Parameter) ->
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = theme::GAP;
             title(ui, parameter);
+            if !parameter.choices.is_empty() {
+                return choose(ui, panel, name, parameter);
+            }
             let width = ui.available_width() - ENTRY - RESET - 2.0 * theme::GAP;
             let mark = parameter.original.filter(|_| parameter.changed);
             let (rail, slid) = slider(
@@ -62,6 +65,31 @@ pub fn row(ui: &mut Ui, panel: &mut Panel, name: &str, parameter: &Parameter) ->
         .inner
     })
     .inner
+}
+
+/// Buttons for values that have names.
+fn choose(ui: &mut Ui, panel: &mut Panel, name: &str, parameter: &Parameter) -> Option<Edit> {
+    let count = parameter.choices.len() as f32;
+    let width = ui.available_width() - RESET - theme::GAP;
+    let width = (width - theme::GAP * (count - 1.0)) / count;
+    let size = Vec2::new(width, theme::ROW - 2.0);
+    let first = parameter.track.low().round();
+    let mut edit = None;
+    for (value, choice) in (0..).map(|i| first + f64::from(i)).zip(parameter.choices) {
+        let selected = parameter.value == value;
+        let button = ui.add_sized(size, Button::new(*choice).selected(selected));
+        panel.note(format!("{name}.{choice}"), &button, ui);
+        if button.clicked() && !selected {
+            edit = Some(Edit::Set(value));
+        }
+        hint(ui, &button, |ui| help(ui, parameter));
+    }
+    let reset = reset(ui, parameter);
+    panel.note(format!("{name}.reset"), &reset, ui);
+    if reset.clicked() {
+        edit = Some(Edit::Reset);
+    }
+    edit
 }
 
 fn title(ui: &mut Ui, parameter: &Parameter) {
@@ -134,10 +162,7 @@ fn reset(ui: &mut Ui, parameter: &Parameter) -> Response {
         return ui.allocate_exact_size(size, Sense::hover()).1;
     }
     let text = match parameter.original {
-        Some(original) => format!(
-            "Reset to the scene's {}",
-            with_unit(original, parameter.unit)
-        ),
+        Some(original) => format!("Reset to the scene's {}", value_text(original, parameter)),
         None => "Reset each body to its value in the scene".to_owned(),
     };
     ui.scope(|ui| {
@@ -165,17 +190,27 @@ fn help(ui: &mut Ui, parameter: &Parameter) {
             with_unit(high, parameter.unit)
         ));
     }
-    let typed = "Click the number to type a value.";
+    let typed = match parameter.choices {
+        [] => "Click the number to type a value.",
+        _ => "",
+    };
     match parameter.original {
         Some(original) if parameter.changed => {
-            let original = with_unit(original, parameter.unit);
-            ui.weak(format!(
-                "{typed} Scene: {original}; double-click the slider to reset."
-            ));
+            let original = value_text(original, parameter);
+            ui.weak(format!("{typed} Scene: {original}; ⟲ resets."));
         }
+        _ if typed.is_empty() => {}
         _ => {
             ui.weak(typed);
         }
+    }
+}
+
+fn value_text(value: f64, parameter: &Parameter) -> String {
+    let place = (value - parameter.track.low()).round() as usize;
+    match parameter.choices.get(place) {
+        Some(choice) => (*choice).to_owned(),
+        None => with_unit(value, parameter.unit),
     }
 }
 

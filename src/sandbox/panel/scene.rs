@@ -134,6 +134,7 @@ fn transport(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
 /// The clock's speed as a parameter like any other.
 fn speed(model: &PanelModel) -> Parameter {
     Parameter {
+        choices: &[],
         name: "speed",
         title: "Speed",
         unit: "×",

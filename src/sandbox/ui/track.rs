@@ -31,6 +31,11 @@ pub struct Track {
 }
 
 impl Track {
+    /// The least value.
+    pub fn low(&self) -> f64 {
+        self.low
+    }
+
     /// A track from `low` to `high`. A logarithmic one wants both above 0; one that is not so is
     /// spread linearly.
     pub fn new(range: RangeInclusive<f64>, spread: Spread) -> Self {
