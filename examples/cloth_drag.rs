@@ -1,8 +1,8 @@
 //! A cloth hangs by two corners; drag it with the mouse: `cargo run --release --example cloth_drag`
 
 use bevy::{prelude::*, window::PrimaryWindow};
-use pliant::{mesh::Primitive, prelude::*, render::SoftBodyMeshPlugin, solver::SurfacePoint};
-use std::sync::Arc;
+use pliant::{prelude::*, render::SoftBodyMeshPlugin, solver::SurfacePoint};
+use std::f32::consts::FRAC_PI_2;
 
 fn main() -> AppExit {
     App::new()
@@ -17,16 +17,11 @@ fn main() -> AppExit {
 }
 
 fn setup(mut commands: Commands, mut materials: ResMut<Assets<StandardMaterial>>) -> Result {
-    let cloth = Primitive::Cloth {
-        size: Vec2::splat(1.5),
-        cells: UVec2::splat(20),
-        diagonals: default(),
-        shear: false,
-    };
-    let mut shape = cloth.build()?.shape;
-    for vertex in &mut shape.vertices {
-        *vertex = vertex.xzy().with_y(-vertex.z + 1.0); // upright, its first row on top
-    }
+    let cloth = SoftBody::cloth(Vec2::splat(1.5), UVec2::splat(20))
+        .rotated(Quat::from_rotation_x(FRAC_PI_2)) // upright, its first row on top
+        .at(Vec3::Y)
+        .density(Density::of(0.2)) // kg/m²
+        .pinned([0, 20]); // the corners of the first row
     let look = StandardMaterial {
         base_color: Color::srgb(0.2, 0.5, 0.8),
         double_sided: true,
@@ -34,10 +29,8 @@ fn setup(mut commands: Commands, mut materials: ResMut<Assets<StandardMaterial>>
         ..default()
     };
     commands.spawn((
-        SoftBody(Arc::new(Topology::new(shape)?)),
-        BodyDensity(Density::new(0.2)?), // kg/m²
+        cloth.build(),
         Stretch::default(),
-        Pins(vec![0, 20]), // the corners of the first row
         MeshMaterial3d(materials.add(look)),
     ));
     commands.spawn((

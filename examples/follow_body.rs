@@ -1,8 +1,7 @@
 //! A lamp follows a ball that bounces: `cargo run --release --example follow_body`
 
 use bevy::prelude::*;
-use pliant::{mesh::Primitive, prelude::*, render::SoftBodyMeshPlugin, solver::measure};
-use std::sync::Arc;
+use pliant::{prelude::*, render::SoftBodyMeshPlugin, solver::measure};
 
 #[derive(Component)]
 struct Follows(Entity);
@@ -23,24 +22,17 @@ fn setup(
     mut commands: Commands,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
-) -> Result {
-    let mut shape = Primitive::Sphere {
-        radius: 0.4,
-        cells: 8,
-    }
-    .build()?
-    .shape; // m
-    shape.vertices.iter_mut().for_each(|vertex| vertex.y += 2.0);
+) {
+    let ball = SoftBody::sphere(0.4, 8).at(Vec3::Y * 2.0); // m
     let ball = commands.spawn((
-        SoftBody(Arc::new(Topology::new(shape)?)),
-        BodyDensity(Density::new(100.0)?), // kg/m³
+        ball.density(Density::of(100.0)).build(), // kg/m³
         Stretch {
-            compliance: Compliance::new(1e-5)?,
+            compliance: Compliance::of(1e-5), // m/N
             ..default()
-        }, // m/N
+        },
         Volume::default(),
         Ground {
-            restitution: Restitution::new(0.9)?,
+            restitution: Restitution::of(0.9),
             ..default()
         },
         MeshMaterial3d(materials.add(Color::srgb(0.9, 0.7, 0.2))),
@@ -55,7 +47,6 @@ fn setup(
         Camera3d::default(),
         Transform::from_xyz(0.0, 2.0, 6.0).looking_at(Vec3::Y, Vec3::Y),
     ));
-    Ok(())
 }
 
 /// Keeps what follows a body a meter above its center of mass.

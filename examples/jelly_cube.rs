@@ -1,8 +1,7 @@
 //! A jelly cube falls onto the ground, in a Bevy app of one's own: `cargo run --release --example jelly_cube`
 
 use bevy::prelude::*;
-use pliant::{mesh::Primitive, prelude::*, render::SoftBodyMeshPlugin};
-use std::sync::Arc;
+use pliant::{prelude::*, render::SoftBodyMeshPlugin};
 
 fn main() -> AppExit {
     App::new()
@@ -19,21 +18,15 @@ fn setup(
     mut commands: Commands,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
-) -> Result {
-    let cube = Primitive::Box {
-        size: Vec3::splat(1.0), // m
-        cells: UVec3::splat(5),
-    };
-    let mut shape = cube.build()?.shape;
-    for vertex in &mut shape.vertices {
-        *vertex = Quat::from_rotation_z(0.4) * *vertex + Vec3::Y * 2.0;
-    }
+) {
+    let cube = SoftBody::cuboid(Vec3::ONE, UVec3::splat(5)); // m
     commands.spawn((
-        SoftBody(Arc::new(Topology::new(shape)?)),
-        BodyDensity(Density::new(1000.0)?), // kg/m³
+        cube.rotated(Quat::from_rotation_z(0.4))
+            .at(Vec3::Y * 2.0)
+            .build(),
         Stretch {
-            compliance: Compliance::new(1e-4)?, // m/N
-            damping: Damping::new(0.02)?,       // s
+            compliance: Compliance::of(1e-4), // m/N
+            damping: Damping::of(0.02),       // s
             ..default()
         },
         Volume::default(),
@@ -55,5 +48,4 @@ fn setup(
         Camera3d::default(),
         Transform::from_xyz(0.0, 2.0, 5.0).looking_at(Vec3::Y * 0.7, Vec3::Y),
     ));
-    Ok(())
 }

@@ -2,7 +2,6 @@
 
 use bevy::prelude::*;
 use pliant::{mesh::Primitive, prelude::*, simulation::tick};
-use std::sync::Arc;
 
 fn main() -> Result {
     let block = Primitive::Box {
@@ -18,15 +17,14 @@ fn main() -> Result {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, SoftBodyPlugins::default()));
     let stretch = Stretch {
-        compliance: Compliance::new(1e-4)?,
-        damping: Damping::new(0.02)?,
+        compliance: Compliance::of(1e-4), // m/N
+        damping: Damping::of(0.02),       // s
         ..default()
-    }; // m/N, s
-    let body = app.world_mut().spawn((
-        SoftBody(Arc::new(Topology::new(block.shape)?)),
-        BodyDensity(Density::new(1000.0)?), // kg/m³
-        (stretch, Volume::default(), Pins(top)),
-    ));
+    };
+    let block = SoftBody::shape(block.shape).pinned(top);
+    let body = app
+        .world_mut()
+        .spawn((block.build(), stretch, Volume::default()));
     let body = body.id();
     for compliance in [1e-4, 1e-3] {
         let mut stretch = app

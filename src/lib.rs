@@ -5,22 +5,17 @@
 //!
 //! ```
 //! use bevy::prelude::*;
-//! use pliant::{mesh::Primitive, prelude::*, simulation::tick};
-//! use std::sync::Arc;
-//!
-//! let cube = Primitive::Box { size: Vec3::splat(0.4), cells: UVec3::splat(4) };
-//! let topology = Arc::new(Topology::new(cube.build()?.shape)?);
+//! use pliant::{prelude::*, simulation::tick};
 //!
 //! let mut app = App::new();
 //! app.add_plugins((MinimalPlugins, SoftBodyPlugins::default()));
 //! let jelly = app
 //!     .world_mut()
 //!     .spawn((
-//!         SoftBody(topology),
-//!         BodyDensity(Density::new(1000.0)?),                                  // kg/m³
-//!         Stretch { compliance: Compliance::new(1e-5)?, ..Default::default() }, // m/N
-//!         Volume::default(),                                                   // incompressible
-//!         Ground { height: -1.0, ..Default::default() },                       // m
+//!         SoftBody::cuboid(Vec3::splat(0.4), UVec3::splat(4)).build(), // m
+//!         Stretch { compliance: Compliance::of(1e-5), ..default() },   // m/N
+//!         Volume::default(),                                           // incompressible
+//!         Ground { height: -1.0, ..default() },                        // m
 //!     ))
 //!     .id();
 //!
@@ -30,7 +25,6 @@
 //! let particles = app.world().get::<Particles>(jelly).expect("a body has particles");
 //! let lowest = particles.positions.iter().map(|x| x.y).fold(f32::INFINITY, f32::min);
 //! assert!(lowest >= -1.0, "it lies on the ground");
-//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
 //! # Rooms

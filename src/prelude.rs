@@ -2,9 +2,14 @@
 
 pub use crate::{
     SoftBodyPlugins,
-    effect::{Collide, Ground, StickyGround, Stretch, Volume},
+    effect::{
+        Bend, Collide, Contact, Direct, Drag, Ground, IsometricBend, Membrane, NeoHookean,
+        Plasticity, Pressure, SelfContact, ShapeMatching, StickyGround, StrainLimit, Stretch,
+        Struts, Tethers, Volume, Weave, Wind,
+    },
     simulation::{
         Action, Actions, BodyDensity, Pins, SimulationClock, SimulationSettings, SoftBody,
+        SoftBodyBuilder,
     },
     solver::{
         Body, Collider, ColliderShape, Compliance, Damping, Density, Friction, Iterations,

@@ -29,11 +29,11 @@ pub struct SoftBody(pub Arc<Topology>);
 #[derive(Component, Debug, Clone, Copy, PartialEq, Default, Deref, DerefMut)]
 pub struct BodyDensity(pub Density);
 
-/// Particles that do not move.
+/// Vertices that do not move.
 #[derive(Component, Debug, Clone, PartialEq, Eq, Default, Deref, DerefMut)]
 pub struct Pins(pub Vec<u32>);
 
-/// Masses on top of the density's, by particle.
+/// Masses on top of the density's, by vertex.
 #[derive(Component, Debug, Clone, PartialEq, Default, Deref, DerefMut)]
 pub struct AddedMass(pub Vec<(u32, Mass)>);
 

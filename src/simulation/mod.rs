@@ -8,6 +8,7 @@
 pub mod action;
 mod begin;
 mod body;
+mod builder;
 pub(crate) mod carried;
 mod clock;
 mod jobs;
@@ -26,6 +27,7 @@ pub use body::{
     Multipliers, Pins, Places, Quarantined, RestTimer, SceneEntity, SoftBody, SpawnOrder,
     TetherLeads, TickStart,
 };
+pub use builder::SoftBodyBuilder;
 pub use clock::{SimulationClock, SubstepTime, Tick};
 pub use jobs::BodyContacts;
 pub use ledger::{Energies, EnergyLedger};

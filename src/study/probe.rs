@@ -186,7 +186,7 @@ fn reference_substeps(world: &World, seconds: f64) -> u32 {
     let wanted = world.settings.substeps.get().saturating_mul(64);
     wanted
         .min(affordable)
-        .clamp(world.settings.substeps.get(), Substeps::MOST)
+        .clamp(world.settings.substeps.get(), Substeps::MAX)
 }
 
 /// States after each tick, and the time of a simulated second [ms].

@@ -48,6 +48,7 @@ mod scene_materials;
 mod scene_overrides;
 mod scene_runs;
 mod simulation_actions;
+mod simulation_builder;
 mod simulation_clock;
 mod simulation_components;
 mod simulation_ledger;

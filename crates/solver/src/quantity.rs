@@ -1,7 +1,13 @@
 //! Numbers that have been checked: each type holds a value inside its valid range and nothing else.
 //!
 //! A value is refused where it enters (code, scene file, panel, command line), all through the
-//! same constructors, so the solver may assume that what it is given is sound.
+//! same constructors, so the solver may assume that what it is given is sound. A value from outside comes by `new`, one
+//! that is written in code by `of`: `const SOFT: Compliance = Compliance::of(1e-4);`.
+
+#![allow(
+    clippy::manual_range_contains,
+    reason = "ranges are checked in constant functions"
+)]
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -48,12 +54,25 @@ macro_rules! quantity {
             /// # Errors
             #[doc = concat!("[`InvalidValue`] unless the value is ", $valid, ".")]
             pub fn new(value: $number) -> Result<Self, InvalidValue> {
-                let $v = value;
-                if $check {
+                if Self::is_valid(value) {
                     Ok(Self(value))
                 } else {
                     Err(InvalidValue { quantity: $quantity, value: f64::from(value), valid: $valid })
                 }
+            }
+
+            /// A value that is written in code.
+            ///
+            /// # Panics
+            #[doc = concat!("Unless the value is ", $valid, "; in a constant, that is an error of the compiler.")]
+            #[must_use]
+            pub const fn of(value: $number) -> Self {
+                assert!(Self::is_valid(value), concat!($quantity, " must be ", $valid));
+                Self(value)
+            }
+
+            const fn is_valid($v: $number) -> bool {
+                $check
             }
 
             /// The number itself.
@@ -125,7 +144,7 @@ macro_rules! from_whole {
 quantity!(
     /// Compliance α, the inverse of a stiffness: m/N for an edge, m⁵/N for a volume; 0 is rigid.
     Compliance(f32), "compliance", default 0.0,
-    "between 0 and 1e12 (m/N for an edge, m⁵/N for a volume)", |v| (0.0..=1e12).contains(&v)
+    "between 0 and 1e12 (m/N for an edge, m⁵/N for a volume)", |v| 0.0 <= v && v <= 1e12
 );
 quantity!(
     /// A stiffness that does not depend on the mesh: EA in N for a rope, K in Pa for a solid;
@@ -146,26 +165,26 @@ quantity!(
 quantity!(
     /// Poisson's ratio ν: how much thinner a material gets where it is pulled, over how much longer.
     PoissonRatio(f32), "Poisson's ratio", default 0.3,
-    "between 0 and 0.499", |v| (0.0..=0.499).contains(&v)
+    "between 0 and 0.499", |v| 0.0 <= v && v <= 0.499
 );
 quantity!(
     /// Thickness of a sheet in m.
     Thickness(f32), "thickness", default 1e-3,
-    "between 1e-9 and 1e3 m", |v| (1e-9..=1e3).contains(&v)
+    "between 1e-9 and 1e3 m", |v| 1e-9 <= v && v <= 1e3
 );
 quantity!(
     /// Compliance of a sheet in m/N: strain over tension, the tension being a force by width in N/m;
     /// 0 is rigid.
     MembraneCompliance(f32), "compliance", default 1e-3,
-    "between 0 and 1e12 m/N", |v| (0.0..=1e12).contains(&v)
+    "between 0 and 1e12 m/N", |v| 0.0 <= v && v <= 1e12
 );
 quantity!(
     /// The largest strain of an edge, a ratio of lengths: 0.1 is a tenth longer than at rest.
-    Strain(f32), "limit", default 0.1, "between 0 and 100", |v| (0.0..=100.0).contains(&v)
+    Strain(f32), "limit", default 0.1, "between 0 and 100", |v| 0.0 <= v && v <= 100.0
 );
 quantity!(
     /// How much longer a tether is than the way at rest, as a share of it.
-    Slack(f32), "slack", default 0.0, "between 0 and 100", |v| (0.0..=100.0).contains(&v)
+    Slack(f32), "slack", default 0.0, "between 0 and 100", |v| 0.0 <= v && v <= 100.0
 );
 quantity!(
     /// How often a second something swings, in Hz; ∞ is rigid.
@@ -180,7 +199,7 @@ quantity!(
 quantity!(
     /// How much fills a closed surface: the volume that it would have by itself over the rest volume.
     Filling(f32), "factor", default 1.0, "between 0.001 and 1000 times the rest volume",
-    |v| (1e-3..=1e3).contains(&v)
+    |v| 1e-3 <= v && v <= 1e3
 );
 quantity!(
     /// A strain, or a curvature in 1/m, beyond which something flows; ∞ is never.
@@ -198,7 +217,7 @@ quantity!(
 );
 quantity!(
     /// Damping as a time τ = αβ in s, see [`constraint`](super::constraint).
-    Damping(f32), "damping", default 0.0, "between 0 and 1000 s", |v| (0.0..=1000.0).contains(&v)
+    Damping(f32), "damping", default 0.0, "between 0 and 1000 s", |v| 0.0 <= v && v <= 1000.0
 );
 quantity!(
     /// Time constant for recovering collapsed elements [s].
@@ -208,32 +227,32 @@ quantity!(
     /// Mass per measure of a body: kg/m³ of a solid, kg/m² of a cloth, kg/m of a rope.
     Density(f32), "density", default 1000.0,
     "between 1e-9 and 1e9 (kg/m³ for a solid, kg/m² for a cloth, kg/m for a rope)",
-    |v| (1e-9..=1e9).contains(&v)
+    |v| 1e-9 <= v && v <= 1e9
 );
 quantity!(
     /// Mass of one particle in kg.
-    Mass(f32), "mass", default 1.0, "between 1e-18 and 1e12 kg", |v| (1e-18..=1e12).contains(&v)
+    Mass(f32), "mass", default 1.0, "between 1e-18 and 1e12 kg", |v| 1e-18 <= v && v <= 1e12
 );
 quantity!(
     /// Coulomb's coefficient of friction µ, a ratio of forces.
-    Friction(f32), "friction", default 0.5, "between 0 and 100", |v| (0.0..=100.0).contains(&v)
+    Friction(f32), "friction", default 0.5, "between 0 and 100", |v| 0.0 <= v && v <= 100.0
 );
 
 quantity!(
     /// Thickness of a surface that touches others in m; 0 is a tenth of its mean edge.
     ContactThickness(f32), "thickness", default 0.0,
     "between 1e-5 and 1 m, or 0 for a tenth of the mean edge length",
-    |v| v == 0.0 || (1e-5..=1.0).contains(&v)
+    |v| v == 0.0 || 1e-5 <= v && v <= 1.0
 );
 quantity!(
     /// Speed at which surfaces that overlap come apart in m/s.
     RecoverySpeed(f32), "recovery_speed", default 0.5, "between 0.01 and 10 m/s",
-    |v| (0.01..=10.0).contains(&v)
+    |v| 0.01 <= v && v <= 10.0
 );
 
 quantity!(
     /// Coefficient of rolling resistance, a ratio of forces: the lever of the torque over the radius.
-    RollingResistance(f32), "rolling_resistance", default 0.0, "between 0 and 1", |v| (0.0..=1.0).contains(&v)
+    RollingResistance(f32), "rolling_resistance", default 0.0, "between 0 and 1", |v| 0.0 <= v && v <= 1.0
 );
 
 impl Friction {
@@ -243,25 +262,20 @@ impl Friction {
 
 quantity!(
     /// Coefficient of restitution e: speed after a bounce over speed before it.
-    Restitution(f32), "restitution", default 0.0, "between 0 and 1", |v| (0.0..=1.0).contains(&v)
+    Restitution(f32), "restitution", default 0.0, "between 0 and 1", |v| 0.0 <= v && v <= 1.0
 );
 quantity!(
     /// A length above zero in m.
-    Length(f32), "length", default 1.0, "between 1e-9 and 1e9 m", |v| (1e-9..=1e9).contains(&v)
+    Length(f32), "length", default 1.0, "between 1e-9 and 1e9 m", |v| 1e-9 <= v && v <= 1e9
 );
 quantity!(
     /// A number of either sign: a coordinate in m, a speed in m/s, an acceleration in m/s².
-    Finite(f32), "the value", default 0.0, "between -1e9 and 1e9", |v| (-1e9..=1e9).contains(&v)
+    Finite(f32), "the value", default 0.0, "between -1e9 and 1e9", |v| -1e9 <= v && v <= 1e9
 );
 
 impl Finite {
     /// None at all.
     pub const ZERO: Self = Self(0.0);
-
-    /// A constant, which is within the range.
-    pub(super) const fn of(value: f32) -> Self {
-        Self(value)
-    }
 
     /// Three of them as a vector.
     #[must_use]
@@ -272,29 +286,8 @@ impl Finite {
 
 quantity!(
     /// A coefficient that is not negative.
-    Coefficient(f32), "the coefficient", default 0.0, "between 0 and 1e9", |v| (0.0..=1e9).contains(&v)
+    Coefficient(f32), "the coefficient", default 0.0, "between 0 and 1e9", |v| 0.0 <= v && v <= 1e9
 );
-
-impl Yield {
-    /// A constant, which is within the range.
-    pub(crate) const fn of(value: f32) -> Self {
-        Self(value)
-    }
-}
-
-impl Coefficient {
-    /// A constant, which is within the range.
-    pub(super) const fn of(value: f32) -> Self {
-        Self(value)
-    }
-}
-
-impl Length {
-    /// A constant, which is within the range.
-    pub(super) const fn of(value: f32) -> Self {
-        Self(value)
-    }
-}
 
 quantity!(
     /// A force limit in N.
@@ -303,17 +296,17 @@ quantity!(
 quantity!(
     /// Ticks a second.
     Rate(f64), "rate", default 60.0, "between 0.1 and 1000000 ticks per second",
-    |v| (0.1..=1e6).contains(&v)
+    |v| 0.1 <= v && v <= 1e6
 );
 quantity!(
     /// Substeps a tick.
     Substeps(u32), "substeps", default 10, "a whole number between 1 and 10000",
-    |v| (1..=Substeps::MOST).contains(&v)
+    |v| 1 <= v && v <= Substeps::MAX
 );
 quantity!(
     /// Sweeps over all constraints a substep.
     Iterations(u32), "iterations", default 1, "a whole number between 1 and 10000",
-    |v| (1..=10_000).contains(&v)
+    |v| 1 <= v && v <= 10_000
 );
 
 quantity!(
@@ -349,19 +342,12 @@ quantity!(
 );
 quantity!(
     /// A fraction of a whole.
-    Fraction(f32), "the fraction", default 1.0, "between 0 and 1", |v| (0.0..=1.0).contains(&v)
+    Fraction(f32), "the fraction", default 1.0, "between 0 and 1", |v| 0.0 <= v && v <= 1.0
 );
-
-impl Fraction {
-    /// A constant, which is within the range.
-    pub(super) const fn of(value: f32) -> Self {
-        Self(value)
-    }
-}
 
 impl Substeps {
     /// The greatest number there is.
-    pub const MOST: u32 = 10_000;
+    pub const MAX: u32 = 10_000;
 }
 
 from_float!(

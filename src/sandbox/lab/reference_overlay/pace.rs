@@ -74,7 +74,7 @@ impl Pace {
         let wanted = bodies.substeps.get().saturating_mul(self.times);
         Settings {
             // There is a most; it is more than any body is worth.
-            substeps: Substeps::new(wanted.min(Substeps::MOST)).unwrap_or(bodies.substeps),
+            substeps: Substeps::new(wanted.min(Substeps::MAX)).unwrap_or(bodies.substeps),
             ..*bodies
         }
     }

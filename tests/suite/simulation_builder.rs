@@ -1,0 +1,94 @@
+//! Bodies by a line of code: what they are made of, and what is refused.
+
+use crate::support_app::ticks;
+use bevy::prelude::*;
+use pliant::{
+    SoftBodyPlugins,
+    prelude::*,
+    solver::{RestShape, TopologyError, topology::Dimension},
+};
+use std::panic::catch_unwind;
+
+#[test]
+fn each_kind_of_body_has_its_dimension_and_a_density_of_its_own() {
+    let bodies = [
+        (
+            SoftBody::cuboid(Vec3::ONE, UVec3::ONE),
+            Dimension::Solid,
+            1000.0,
+        ),
+        (SoftBody::sphere(0.5, 4), Dimension::Solid, 1000.0),
+        (
+            SoftBody::cloth(Vec2::ONE, UVec2::splat(3)),
+            Dimension::Sheet,
+            0.3,
+        ),
+        (SoftBody::rope(1.0, 4), Dimension::Line, 0.1),
+    ];
+    for (body, dimension, density) in bodies {
+        let (body, found, pins) = body.build();
+        assert_eq!(body.dimension, dimension);
+        assert_eq!(found.get(), density, "{dimension:?}");
+        assert!(pins.is_empty());
+    }
+}
+
+#[test]
+fn a_body_is_where_it_was_put_and_its_pins_hold_it() {
+    let upright = Quat::from_rotation_z(std::f32::consts::FRAC_PI_2);
+    let rope = SoftBody::rope(1.0, 4)
+        .rotated(upright)
+        .at(Vec3::Y * 3.0)
+        .density(Density::of(0.2))
+        .pinned([4]);
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, SoftBodyPlugins::default()));
+    let body = app
+        .world_mut()
+        .spawn((rope.build(), Stretch::default()))
+        .id();
+    ticks(&mut app, 60);
+    let particles = app.world().get::<Particles>(body).expect("a body");
+    // It lay along x, and its last vertex is on top now.
+    let at = |vertex: u32| {
+        let body = app.world().get::<SoftBody>(body).expect("a body");
+        particles
+            .position(body.numbering.particle(vertex) as usize)
+            .as_vec3()
+    };
+    assert!(at(4).distance(Vec3::Y * 3.5) < 1e-6, "{}", at(4));
+    assert!(at(0).y < 3.0, "what hangs upside down falls: {}", at(0));
+    assert_eq!(
+        app.world().get::<BodyDensity>(body).expect("a body").get(),
+        0.2
+    );
+}
+
+#[test]
+fn a_size_that_makes_no_sense_is_named() {
+    let refused = |make: fn() -> SoftBodyBuilder| {
+        let message = catch_unwind(make).expect_err("no body");
+        message
+            .downcast_ref::<String>()
+            .cloned()
+            .expect("a message")
+    };
+    let message = refused(|| SoftBody::rope(-1.0, 4));
+    assert!(
+        message.contains("length") && message.contains("-1"),
+        "{message}"
+    );
+    let message = refused(|| SoftBody::cloth(Vec2::ONE, UVec2::ZERO));
+    assert!(message.contains("cells"), "{message}");
+    let empty = SoftBody::shape(RestShape::default()).try_build();
+    assert_eq!(empty.err(), Some(TopologyError::Empty));
+}
+
+#[test]
+fn a_value_in_code_is_checked_and_a_constant_by_the_compiler() {
+    const SOFT: Compliance = Compliance::of(1e-4);
+    assert_eq!(Compliance::new(1e-4), Ok(SOFT));
+    let message = catch_unwind(|| Friction::of(-0.5)).expect_err("it is refused");
+    let message = message.downcast_ref::<&str>().expect("a message");
+    assert_eq!(*message, "friction must be between 0 and 100");
+}
