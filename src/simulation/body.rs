@@ -3,7 +3,7 @@
 use crate::{
     mesh::Skin,
     solver::{
-        self, Density, Factors, Lambdas, Mass, Particles, TetherTargets, Topology,
+        self, Density, Factors, Lambdas, Mass, Particles, TetherTargets, Topology, TopologyId,
         body::set_inverse_masses,
     },
 };
@@ -21,7 +21,8 @@ use std::sync::Arc;
     TickStart,
     RestTimer,
     Multipliers,
-    SpawnOrder
+    SpawnOrder,
+    KnownMesh
 )]
 pub struct SoftBody(pub Arc<Topology>);
 
@@ -44,6 +45,10 @@ pub struct TickStart(pub(crate) Particles);
 /// How long the body has been still.
 #[derive(Component, Debug, Clone, Copy, Default)]
 pub struct RestTimer(pub(super) solver::rest::RestTimer);
+
+/// The mesh that the body's state is of.
+#[derive(Component, Debug, Clone, Copy, Default)]
+pub(super) struct KnownMesh(Option<TopologyId>);
 
 /// λ of the constraints of its elastic effects after the last substep of a tick; λ/h² is a force.
 #[derive(Component, Debug, Clone, PartialEq, Default, Deref)]
@@ -169,17 +174,64 @@ pub(super) fn complete_body(
         &BodyDensity,
         &AddedMass,
         &Pins,
+        &mut KnownMesh,
     )>,
 ) {
-    let Ok((body, mut particles, mut start, mut order, density, added_mass, pins)) =
+    let Ok((body, mut particles, mut start, mut order, density, added_mass, pins, mut known)) =
         bodies.get_mut(added.entity)
     else {
         return;
     };
     *order = next.take();
+    known.0 = Some(body.id());
     if particles.len() != body.particles() {
         *particles = Particles::at_rest(body.rest.iter().copied());
     }
     set_inverse_masses(&mut particles.positions, body, density.0, added_mass, pins);
     start.0.clone_from(&particles);
+}
+
+/// A body that is given another mesh begins anew, in the rest shape of that; effects, masses and pins stay. Nobody holds
+/// it, and it has no stitches, as both are to points of the mesh that it had.
+pub(super) fn begin_anew(
+    inserted: On<Insert, SoftBody>,
+    mut commands: Commands,
+    mut bodies: Query<(
+        &SoftBody,
+        &mut Particles,
+        &mut TickStart,
+        &mut Multipliers,
+        &mut RestTimer,
+        &BodyDensity,
+        &AddedMass,
+        &Pins,
+        &mut KnownMesh,
+    )>,
+) {
+    let Ok((
+        body,
+        mut particles,
+        mut start,
+        mut multipliers,
+        mut rest,
+        density,
+        added,
+        pins,
+        mut known,
+    )) = bodies.get_mut(inserted.entity)
+    else {
+        return;
+    };
+    if known.0 == Some(body.id()) {
+        return;
+    }
+    known.0 = Some(body.id());
+    *particles = Particles::at_rest(body.rest.iter().copied());
+    set_inverse_masses(&mut particles.positions, body, density.0, added, pins);
+    start.0.clone_from(&particles);
+    multipliers.0 = Lambdas::default();
+    rest.0.reset();
+    commands
+        .entity(inserted.entity)
+        .remove::<(Asleep, Quarantined, solver::Grab, solver::Stitches)>();
 }

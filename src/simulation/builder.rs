@@ -143,7 +143,7 @@ impl SoftBodyBuilder {
         self
     }
 
-    /// The components of the body.
+    /// The components of the body: a `Pins` beside it in a bundle would be a second one, see [`pinned`](Self::pinned).
     ///
     /// # Panics
     /// If it is a shape of one's own in which [`try_build`](Self::try_build) finds an error.

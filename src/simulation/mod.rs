@@ -98,6 +98,7 @@ impl Plugin for SimulationPlugin {
             .add_message::<BodyQuarantined>()
             .add_message::<Applied>()
             .add_observer(body::complete_body)
+            .add_observer(body::begin_anew)
             .add_observer(crate::effect::body_added)
             .add_observer(crate::effect::body_removed)
             .add_observer(body::complete_collider)
