@@ -35,6 +35,11 @@ pub const EXPECTED_FAILURES: &[ExpectedFailure] = &[
         reason: "too large for the direct solver: four Gauss–Seidel iterations depend on the order of the constraints",
     },
     ExpectedFailure {
+        case: "settles",
+        members: &["ball4,scale=10,damping=0.02,steps=32x1"],
+        reason: "ten meters of rigid edges rock from face to face for longer: 18 mm/s after 32 s, at rest after 60 s",
+    },
+    ExpectedFailure {
         case: "plates",
         members: &[
             "cube3,compliance=1e-4,damping=0.02",
