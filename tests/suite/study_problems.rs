@@ -9,6 +9,7 @@ use pliant::{
         sweep::run_one,
     },
 };
+use std::fs;
 
 fn cases(name: &str) -> Vec<Case> {
     let problem = Problem::load(name).expect("a built-in problem");
@@ -291,4 +292,24 @@ fn a_body_that_only_creeps_has_not_come_to_rest() {
         assert!((moved / bottom).abs() < 1e-3, "it was to creep: {moved} m");
         assert!(!run.observed.settled, "{substeps} substeps: {moved} m");
     }
+}
+
+/// Files of before name the settings of the reference, and the converged solution, by its old word.
+#[test]
+fn a_problem_with_the_old_names_is_read_as_the_new_one_is() {
+    let new = fs::read_to_string(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/assets/study/jelly_cube.ron"
+    ))
+    .expect("a file of the project");
+    let old = new
+        .replace("converged: (", "twin: (")
+        .replace("reference: Converged", "reference: Twin");
+    assert!(old.contains("twin: (") && old.contains("Twin"), "{old}");
+    let [old, new] = [old, new]
+        .map(|text| Problem::parse("jelly_cube", "jelly_cube.ron", &text).expect("sound"));
+    assert_eq!(
+        (old.reference, old.converged),
+        (new.reference, new.converged)
+    );
 }
