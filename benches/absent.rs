@@ -16,7 +16,7 @@ use pliant::{
     mesh::Primitive,
     prelude::*,
     simulation::{SimulationPlugin, SolvePhase, SolveSchedule, plain, tick},
-    solver::{Bend, Body, Membrane, World},
+    solver::{Bend, Body, Membrane, VertexIndex, World},
 };
 use std::{env, sync::Arc};
 
@@ -88,7 +88,7 @@ fn world(absent: &str) -> anyhow::Result<World> {
         body.effects.stretch = Some(Stretch::default());
         body.effects.bend = Some(Bend::default());
     }
-    body.pins = vec![0];
+    body.pins = [0].map(VertexIndex).to_vec();
     body.update_masses();
     let mut world = World::default();
     world.sleep.enabled = false;

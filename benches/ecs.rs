@@ -12,7 +12,7 @@ use pliant::{
     mesh::{self, BuildOptions, Primitive},
     prelude::*,
     simulation::{SolvePhase, SolveSchedule, SolverThreads, plain, tick},
-    solver::{Body, RestShape, Threads, World},
+    solver::{Body, RestShape, Threads, VertexIndex, World},
 };
 use std::{
     path::Path,
@@ -78,7 +78,7 @@ fn world(shape: RestShape) -> anyhow::Result<World> {
         ..Stretch::default()
     });
     body.effects.volume = Some(Volume::default());
-    body.pins = vec![0];
+    body.pins = [0].map(VertexIndex).to_vec();
     body.update_masses();
     let mut world = World::default();
     world.sleep.enabled = false;

@@ -15,7 +15,7 @@ use pliant::{
     mesh::Primitive,
     prelude::*,
     simulation::{SolverThreads, plain, tick},
-    solver::{Body, Collider, ColliderShape, Pose, Threads, World},
+    solver::{Body, Collider, ColliderShape, Pose, Threads, VertexIndex, World},
 };
 use std::{
     sync::Arc,
@@ -115,7 +115,7 @@ fn given(world: &World, effect: &str) -> anyhow::Result<World> {
 fn world(primitive: &Primitive) -> anyhow::Result<World> {
     let topology = Topology::new(primitive.build()?.shape)?;
     let mut body = Body::new("body", Arc::new(topology), Density::new(1.0)?);
-    body.pins = vec![0];
+    body.pins = [0].map(VertexIndex).to_vec();
     body.update_masses();
     for x in &mut body.particles.positions {
         *x = (x.truncate() * 1.2).extend(x.w);

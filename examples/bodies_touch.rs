@@ -3,7 +3,8 @@
 use pliant::{
     mesh::Primitive,
     solver::{
-        Body, Contact, Density, Effects, SelfContact, Stretch, Topology, Volume, World, measure,
+        Body, Contact, Density, Effects, SelfContact, Stretch, Topology, VertexIndex, Volume,
+        World, measure,
     },
 };
 use std::sync::Arc;
@@ -28,7 +29,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ..Effects::default()
     };
     let last = side * (side + 2);
-    cloth.pins = vec![0, side, last - side, last];
+    cloth.pins = [0, side, last - side, last].map(VertexIndex).to_vec();
     cloth.update_masses();
 
     let ball = Primitive::Sphere {

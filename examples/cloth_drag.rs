@@ -1,7 +1,11 @@
 //! A cloth hangs by two corners; drag it with the mouse: `cargo run --release --example cloth_drag`
 
 use bevy::{prelude::*, window::PrimaryWindow};
-use pliant::{prelude::*, render::SoftBodyMeshPlugin, solver::SurfacePoint};
+use pliant::{
+    prelude::*,
+    render::SoftBodyMeshPlugin,
+    solver::{ParticleIndex, SurfacePoint},
+};
 use std::f32::consts::FRAC_PI_2;
 
 fn main() -> AppExit {
@@ -64,7 +68,7 @@ fn drag(
         let nearest = (0..particles.len()).min_by(|&a, &b| off(at(a)).total_cmp(&off(at(b))));
         if let Some(i) = nearest.filter(|&i| off(at(i)) < 0.1) {
             *depth = (at(i) - ray.origin).dot(*ray.direction);
-            let point = SurfacePoint::new(&[(i as u32, 1.0)]).expect("one particle");
+            let point = SurfacePoint::new(&[(ParticleIndex(i as u32), 1.0)]).expect("one particle");
             actions.push(Action::Grab {
                 body,
                 point,

@@ -1,89 +1,82 @@
-//! An effect of one's own: a component, its parameters, and a system that exists only while a body carries it.
+//! An effect of one's own with a kernel for eight elements at once: muscles that contract the edges of a body.
 //! `cargo run --release --example custom_effect`
 
 use bevy::prelude::*;
-use pliant::{effect::*, mesh::Primitive, prelude::*, simulation::*, solver::measure};
-use std::sync::Arc;
+use pliant::{
+    effect::*,
+    prelude::*,
+    simulation::*,
+    solver::{
+        kernel::{Projection, simd::*, *},
+        order::Elements,
+        topology::Edges,
+    },
+};
 
-/// Pulls particles towards the plane y = 0 like a spring of this frequency.
+/// Edges pull themselves to a fraction of their rest length.
 #[derive(Component, Clone, Default)]
-struct Float {
-    frequency: f32, // Hz
+struct Muscle {
+    fraction: f32,
 }
 
-impl Effect for Float {
-    const NAME: &'static str = "float";
-    const TITLE: &'static str = "Float";
-    const SUMMARY: &'static str = "Pulls a body towards the plane y = 0.";
-    const PARAMETERS: &'static [Parameter<Self>] = &[Parameter {
-        name: "frequency",
-        title: "Frequency",
-        unit: "Hz",
-        help: "Frequency of the oscillation.",
-        range: (0.1, 10.0),
-        scale: Scale::Linear,
-        get: |float| float.frequency.into(),
-        set: |float, value| {
-            float.frequency = pliant::solver::quantity::finite("frequency", value as f32)?;
-            Ok(())
-        },
-    }];
+impl Effect for Muscle {
+    const NAME: &'static str = "muscle";
+    const TITLE: &'static str = "Muscle";
+    const SUMMARY: &'static str = "Contracts the edges of a body.";
     type State = ();
 
     fn add_systems(schedules: &mut Schedules) {
-        let system = pull
-            .in_set(EffectSystems(Self::NAME))
-            .in_set(SolvePhase::User);
-        schedules.add_systems(SolveSchedule, system);
+        let system = contract.in_set(EffectSystems(Self::NAME));
+        schedules.add_systems(SolveSchedule, system.in_set(SolvePhase::User));
     }
 }
 
-fn pull(step: Res<CurrentSubstep>, mut bodies: Query<(&mut Particles, &Float), Active>) {
-    for (mut particles, float) in &mut bodies {
-        let omega_h = std::f32::consts::TAU * float.frequency * step.step.h;
-        let Particles {
-            positions,
-            displacements,
-            ..
-        } = &mut *particles;
-        for (x, u) in positions
-            .iter()
-            .zip(displacements)
-            .filter(|(x, _)| x.w > 0.0)
-        {
-            u.y -= omega_h * omega_h * (x.y + u.y);
+fn contract(mut bodies: Query<(&SoftBody, &mut Particles, &Muscle), Active>) {
+    bodies
+        .par_iter_mut()
+        .for_each(|(body, mut particles, muscle)| {
+            iterate(&Contract(&body.edges, muscle.fraction), &mut particles);
+        });
+}
+
+struct Contract<'a>(&'a Edges, f32);
+
+impl Blocks<2, 1> for Contract<'_> {
+    fn elements(&self) -> &Elements<2> {
+        &self.0.elements
+    }
+
+    #[inline(always)]
+    fn project<L: Lanes>(
+        &self,
+        simd: L,
+        block: &Block<2>,
+        [a, b]: &[Columns<L>; 2],
+        _: Option<&[Vectors<L>; 2]>,
+        _: Option<[f32x8<L>; 1]>,
+    ) -> Projection<L, 2, 1> {
+        let d = difference(b, a);
+        let length = dot(&d, &d).sqrt();
+        let error = block.column(simd, &self.0.rest_length) * self.1 - length;
+        let scale = error / (length * (a[3] + b[3])); // of a direction as long as the edge
+        Projection {
+            moves: [scaled(&d, -(a[3] * scale)), scaled(&d, b[3] * scale)],
+            change: [scale * length],
         }
     }
 }
 
-fn main() -> Result {
-    let rope = Primitive::Rope {
-        length: 1.0,
-        segments: 8,
-    }
-    .build()?; // m
+fn main() {
     let mut app = App::new();
-    app.add_plugins((
-        MinimalPlugins,
-        SoftBodyPlugins::default(),
-        EffectPlugin::<Float>::default(),
-    ));
-    let topology = SoftBody(Arc::new(Topology::new(rope.shape)?));
-    let rope = (
-        topology,
-        BodyDensity(Density::new(0.1)?),
-        Stretch::default(),
-        Float { frequency: 1.0 },
-    );
-    let rope = app.world_mut().spawn(rope).id();
-    for tenth in 1..=10 {
-        (0..6).for_each(|_| tick(app.world_mut()));
-        let particles = app
-            .world()
-            .get::<Particles>(rope)
-            .expect("a body has particles");
-        let height = measure::centre_of_mass(particles).y; // about −g/ω² = −0.248 m
-        println!("{:.1} s: {height:.3} m", 0.1 * f64::from(tenth));
+    app.add_plugins((MinimalPlugins, SoftBodyPlugins::default()));
+    app.add_plugins(EffectPlugin::<Muscle>::default());
+    let rope = app.world_mut().spawn(SoftBody::rope(1.0, 20).build()).id(); // 1 m
+    for tick_number in 0..60 {
+        let fraction = 1.0 - 0.4 * tick_number as f32 / 60.0;
+        app.world_mut().entity_mut(rope).insert(Muscle { fraction });
+        tick(app.world_mut());
     }
-    Ok(())
+    let particles = app.world().get::<Particles>(rope).expect("a body");
+    let length = particles.position(0).distance(particles.position(20));
+    println!("{length:.3} m"); // 0.6 m
 }

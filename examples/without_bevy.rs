@@ -2,7 +2,7 @@
 
 use pliant::{
     mesh::Primitive,
-    solver::{Body, Damping, Density, Effects, Stiffness, Stretch, Topology, World},
+    solver::{Body, Damping, Density, Effects, Stiffness, Stretch, Topology, VertexIndex, World},
 };
 use std::sync::Arc;
 
@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }),
         ..Effects::default()
     };
-    body.pins = vec![0];
+    body.pins = vec![VertexIndex(0)];
     body.update_masses();
     let mut world = World {
         bodies: vec![body],

@@ -134,7 +134,7 @@ impl RunScene {
                 ..built
             };
             let size = bevy::math::UVec2::new(1280, 800);
-            pliant::sandbox::render::picture::picture(&built, built.camera, path, size)?;
+            pliant::sandbox::app::picture::picture(&built, built.camera, path, size)?;
         }
         if self.json {
             let summary = json::run(&current.name, &done);

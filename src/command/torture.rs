@@ -29,6 +29,10 @@ pub struct TortureCommand {
     #[arg(long)]
     quick: bool,
 
+    /// Multiply the number of random mixtures in each family (10 takes eight minutes on two cores)
+    #[arg(long, value_name = "TIMES", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    mixtures: u32,
+
     /// Run one member of the one case, by its number or its name in the list
     #[arg(long, value_name = "MEMBER", conflicts_with = "quick")]
     member: Option<String>,
@@ -61,6 +65,7 @@ impl TortureCommand {
             cases: self.cases,
             member: self.member,
             quick: self.quick,
+            mixtures: self.mixtures,
         };
         let jobs = jobs(&options)?;
         if self.list {

@@ -1,7 +1,7 @@
 //! Collide: contact with rigid colliders.
 
 use super::{Effect, Parameter, Scale, parameter};
-use crate::solver::{Collide, Friction, Restitution, advance::Stage};
+use crate::solver::{BodyEffectKind, Collide, Friction, Restitution, advance::Stage};
 
 impl Effect for Collide {
     const NAME: &'static str = "collide";
@@ -21,7 +21,7 @@ impl Effect for Collide {
     ];
 
     type State = ();
-    const STAGE: Option<Stage> = Some(Stage::Collide);
+    const STAGE: Option<Stage> = Some(Stage::Body(BodyEffectKind::Collide));
 
     fn when_added() -> Option<Self> {
         Some(Self::default())

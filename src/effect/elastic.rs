@@ -2,8 +2,8 @@
 
 use super::Figures;
 use crate::{
-    simulation::{Multipliers, SoftBody},
-    solver::{Particles, advance::Stage, elastic::Elastic, measure},
+    simulation::{SoftBody, plain::effects},
+    solver::{BodyEffectKind, EffectStates, Particles, advance::Stage, elastic::Elastic, measure},
 };
 use bevy::prelude::*;
 
@@ -24,13 +24,37 @@ pub(super) fn figures<const N: usize, const M: usize, E: Elastic<N, M>>(
     };
     let h = particles.history.seconds(h.into()) as f32;
     let multipliers = body
-        .get::<Multipliers>()
-        .map_or(&[][..], |all| all.0.of(E::KIND));
+        .get::<EffectStates>()
+        .map_or(&[][..], |states| states.multipliers(E::KIND));
     Figures {
         elements: E::KIND.elements(topology),
         energy: Some(measure::elastic_energy(effect, topology, particles)),
         residual: measure::residual(effect, topology, particles, multipliers, h),
         ..Figures::default()
+    }
+}
+
+/// Figures of an effect without elements on a body, after a substep of `h` seconds.
+pub(super) fn body_figures(kind: BodyEffectKind, body: &EntityRef, h: f32) -> Figures {
+    let (Some(topology), Some(particles), Some(states)) = (
+        body.get::<SoftBody>(),
+        body.get::<Particles>(),
+        body.get::<EffectStates>(),
+    ) else {
+        return Figures::default();
+    };
+    let effects = effects(*body);
+    let effect = (&effects, kind);
+    let h = particles.history.seconds(h.into());
+    Figures {
+        elements: states.others.elements(effect, topology),
+        energy: Some(measure::body_effect_energy(
+            effect,
+            topology,
+            (particles, states),
+        )),
+        residual: states.others.residual(effect, topology, particles, h),
+        overpressure: states.others.pressure.overpressure(h),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Grab: the mouse spring. On a body only while it is dragged.
 
 use super::{Effect, Figures, Parameter, Scale, parameter};
-use crate::solver::{Compliance, Force, Grab, advance::Stage};
+use crate::solver::{BodyEffectKind, Compliance, Force, Grab, advance::Stage};
 use bevy::prelude::*;
 
 impl Effect for Grab {
@@ -22,7 +22,7 @@ impl Effect for Grab {
     ];
 
     type State = ();
-    const STAGE: Option<Stage> = Some(Stage::Grab);
+    const STAGE: Option<Stage> = Some(Stage::Body(BodyEffectKind::Grab));
 
     fn figures(&self, _body: &EntityRef, _h: f32) -> Figures {
         Figures {

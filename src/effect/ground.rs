@@ -2,7 +2,7 @@
 
 use super::{Effect, Parameter, Scale, parameter};
 use crate::solver::{
-    Friction, Ground, Restitution, RollingResistance, StickyGround, advance::Stage,
+    BodyEffectKind, Friction, Ground, Restitution, RollingResistance, StickyGround, advance::Stage,
     quantity::finite,
 };
 
@@ -42,7 +42,7 @@ impl Effect for Ground {
     ];
 
     type State = ();
-    const STAGE: Option<Stage> = Some(Stage::Ground);
+    const STAGE: Option<Stage> = Some(Stage::Body(BodyEffectKind::Ground));
 
     fn when_added() -> Option<Self> {
         Some(Self::default())
@@ -69,7 +69,7 @@ impl Effect for StickyGround {
     }];
 
     type State = ();
-    const STAGE: Option<Stage> = Some(Stage::StickyGround);
+    const STAGE: Option<Stage> = Some(Stage::Body(BodyEffectKind::StickyGround));
 
     fn when_added() -> Option<Self> {
         Some(Self::default())

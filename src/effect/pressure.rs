@@ -1,9 +1,9 @@
 //! Pressure: a gas or liquid inside a closed surface.
 
-use super::{Effect, Figures, Parameter, Scale, parameter};
+use super::{Effect, Figures, Parameter, Scale, elastic::body_figures, parameter};
 use crate::{
-    simulation::{Multipliers, SoftBody},
-    solver::{Filling, Particles, Pressure, Settings, Stiffness, advance::Stage, measure},
+    simulation::SoftBody,
+    solver::{BodyEffectKind, Filling, Pressure, Settings, Stiffness, advance::Stage},
 };
 use bevy::prelude::*;
 
@@ -25,7 +25,7 @@ impl Effect for Pressure {
     ];
 
     type State = ();
-    const STAGE: Option<Stage> = Some(Stage::Pressure);
+    const STAGE: Option<Stage> = Some(Stage::Body(BodyEffectKind::Pressure));
 
     fn when_added() -> Option<Self> {
         Some(Self::default())
@@ -37,21 +37,6 @@ impl Effect for Pressure {
     }
 
     fn figures(&self, body: &EntityRef, h: f32) -> Figures {
-        let (Some(topology), Some(particles), Some(multipliers)) = (
-            body.get::<SoftBody>(),
-            body.get::<Particles>(),
-            body.get::<Multipliers>(),
-        ) else {
-            return Figures::default();
-        };
-        let h = particles.history.seconds(h.into()) as f32;
-        let state = &multipliers.0.pressure_state;
-        let at = |i: u32| particles.position(i as usize);
-        Figures {
-            elements: usize::from(topology.enclosure().is_ok()),
-            energy: Some(measure::pressure_energy(self, topology, at)),
-            residual: measure::pressure_residual(self, topology, particles, state, h),
-            overpressure: state.overpressure(h.into()),
-        }
+        body_figures(BodyEffectKind::Pressure, body, h)
     }
 }

@@ -91,7 +91,7 @@ pub trait Effect: Component<Mutability = Mutable> + Sized {
     /// What it does, in a sentence.
     const SUMMARY: &'static str;
     /// Its parameters.
-    const PARAMETERS: &'static [Parameter<Self>];
+    const PARAMETERS: &'static [Parameter<Self>] = &[];
 
     /// What it keeps on a body beside its parameters: comes and goes with it. `()` for nothing.
     type State: Bundle + Default;

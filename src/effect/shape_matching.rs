@@ -1,12 +1,8 @@
 //! Shape matching: particles are pulled towards the rest shape, fitted to where they are.
 
-use super::{Effect, Figures, Parameter, Scale, parameter};
-use crate::{
-    simulation::{Multipliers, SoftBody},
-    solver::{
-        Damping, Frequency, Particles, RegionSize, ShapeMatching, ShapeMatchingState,
-        advance::Stage, effects::shape_matching::Place,
-    },
+use super::{Effect, Figures, Parameter, Scale, elastic::body_figures, parameter};
+use crate::solver::{
+    BodyEffectKind, Damping, Frequency, RegionSize, ShapeMatching, advance::Stage,
 };
 use bevy::prelude::*;
 
@@ -33,37 +29,13 @@ impl Effect for ShapeMatching {
     ];
 
     type State = ();
-    const STAGE: Option<Stage> = Some(Stage::ShapeMatching);
+    const STAGE: Option<Stage> = Some(Stage::Body(BodyEffectKind::ShapeMatching));
 
     fn when_added() -> Option<Self> {
         Some(Self::default())
     }
 
     fn figures(&self, body: &EntityRef, h: f32) -> Figures {
-        let (Some(topology), Some(particles), Some(multipliers)) = (
-            body.get::<SoftBody>(),
-            body.get::<Particles>(),
-            body.get::<Multipliers>(),
-        ) else {
-            return Figures::default();
-        };
-        let h = particles.history.seconds(h.into());
-        let at = || Place::among(particles);
-        let known = multipliers.0.matching.as_deref();
-        let known = known.filter(|known| known.is_of(topology, self));
-        let found;
-        // Before the first substep after a change nobody has looked for them.
-        let matching = if let Some(known) = known {
-            known
-        } else {
-            found = ShapeMatchingState::of(topology, self);
-            &found
-        };
-        Figures {
-            elements: matching.regions().count(),
-            energy: Some(matching.energy(topology, self, at())),
-            residual: matching.residual(topology, self, h, at()),
-            ..Figures::default()
-        }
+        body_figures(BodyEffectKind::ShapeMatching, body, h)
     }
 }

@@ -1,7 +1,7 @@
 //! Stitches: breakable joints between points.
 
 use super::{Effect, Figures, Parameter};
-use crate::solver::{Stitches, advance::Stage};
+use crate::solver::{BodyEffectKind, Stitches, advance::Stage};
 use bevy::prelude::*;
 
 impl Effect for Stitches {
@@ -12,7 +12,7 @@ impl Effect for Stitches {
     const PARAMETERS: &'static [Parameter<Self>] = &[];
 
     type State = ();
-    const STAGE: Option<Stage> = Some(Stage::Stitches);
+    const STAGE: Option<Stage> = Some(Stage::Body(BodyEffectKind::Stitches));
 
     fn figures(&self, _body: &EntityRef, _h: f32) -> Figures {
         Figures {

@@ -1,10 +1,7 @@
 //! Tethers: long-range attachments to the nearest pin.
 
-use super::{Effect, Figures, Parameter, Scale, parameter};
-use crate::{
-    simulation::TetherLeads,
-    solver::{Particles, Slack, Tethers, advance::Stage},
-};
+use super::{Effect, Figures, Parameter, Scale, elastic::body_figures, parameter};
+use crate::solver::{BodyEffectKind, Slack, Tethers, advance::Stage};
 use bevy::prelude::*;
 
 impl Effect for Tethers {
@@ -17,23 +14,17 @@ impl Effect for Tethers {
         (0.0, 0.5), Scale::Linear
     )];
 
-    type State = TetherLeads;
-    const STAGE: Option<Stage> = Some(Stage::Tethers);
+    type State = ();
+    const STAGE: Option<Stage> = Some(Stage::Body(BodyEffectKind::Tethers));
 
     fn when_added() -> Option<Self> {
         Some(Self::default())
     }
 
-    fn figures(&self, body: &EntityRef, _h: f32) -> Figures {
-        let (Some(tether_targets), Some(particles)) =
-            (body.get::<TetherLeads>(), body.get::<Particles>())
-        else {
-            return Figures::default();
-        };
+    fn figures(&self, body: &EntityRef, h: f32) -> Figures {
         Figures {
-            elements: tether_targets.0.count(),
-            residual: tether_targets.0.residual(&particles.positions, self),
-            ..Figures::default()
+            energy: None,
+            ..body_figures(BodyEffectKind::Tethers, body, h)
         }
     }
 }

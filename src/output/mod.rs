@@ -3,8 +3,11 @@
 
 pub mod csv;
 pub mod document;
+mod free_path;
 pub mod json;
 pub mod plot;
+
+pub use free_path::free_path;
 
 /// Why something could not be written.
 #[derive(Debug, thiserror::Error)]

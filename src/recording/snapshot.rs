@@ -59,7 +59,7 @@ pub struct Snapshot {
 }
 
 const MAGIC: &[u8; 8] = b"PLIANTsn";
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 const HEAD: usize = 28;
 
 impl Snapshot {

@@ -91,7 +91,10 @@ const FINE: usize = 96;
 fn outline(topology: &Topology, skin: Option<&BodySkin>) -> Outline {
     if let Some(BodySkin(skin)) = skin {
         let mut points = Vec::new();
-        skin.deform(|i| topology.rest[i as usize], &mut points);
+        skin.deform(
+            |vertex| topology.rest[topology.particle(vertex)],
+            &mut points,
+        );
         return Outline::surface(&points, skin.triangles.clone(), true, CREASE);
     }
     if !topology.triangles.is_empty() {
@@ -102,7 +105,7 @@ fn outline(topology: &Topology, skin: Option<&BodySkin>) -> Outline {
         } else {
             CREASE
         };
-        return Outline::surface(&topology.rest, triangles, closed, crease);
+        return Outline::surface(&topology.rest, triangles.to_vec(), closed, crease);
     }
     let shortest = topology
         .edges
@@ -159,8 +162,7 @@ pub fn place(
     } = drawn;
     now.clear();
     now.extend(particles);
-    let numbering = &body.numbering;
-    let at = |vertex: u32| now[numbering.particle(vertex) as usize].truncate();
+    let at = |vertex| now[body.particle(vertex)].truncate();
     match skin {
         Some(BodySkin(skin)) => skin.deform(at, points),
         None => {
@@ -180,5 +182,38 @@ fn upload(
         if let Some(mut mesh) = meshes.get_mut(&mesh.0) {
             *bounds = drawn.write(&mut mesh);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        mesh::{Anchor, Primitive, Skin},
+        solver::{VertexIndex, numbering::Numbering},
+    };
+    use std::sync::Arc;
+
+    /// Skins hang on vertices, and rest positions are those of particles: however these are numbered, the form is the same.
+    #[test]
+    fn the_form_of_a_skin_does_not_depend_on_the_numbering_of_particles() {
+        let cells = UVec3::new(1, 2, 3);
+        let size = Vec3::new(1.0, 2.0, 3.0);
+        let shape = Primitive::Box { size, cells }.build().expect("sound").shape;
+        let last = shape.vertices.len() as u32;
+        let turned = (0..last).map(|i| (7 * i + 5) % last);
+        let turned = Numbering::from_vertices(turned.collect()).expect("each once");
+        let anchors = (0..last).map(|vertex| Anchor {
+            vertices: [VertexIndex(vertex); 4],
+            weights: [1.0, 0.0, 0.0, 0.0],
+        });
+        let skin = BodySkin(Arc::new(Skin {
+            triangles: shape.triangles.clone(),
+            anchors: anchors.collect(),
+        }));
+        let plain = Topology::new(shape.clone()).expect("sound");
+        let renumbered = Topology::numbered(shape, turned).expect("sound");
+        let [one, other] = [plain, renumbered].map(|it| format!("{:?}", outline(&it, Some(&skin))));
+        assert_eq!(one, other);
     }
 }

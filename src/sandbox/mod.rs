@@ -1,8 +1,9 @@
 //! The window: a studio to look at soft bodies, a hand to pull them, and a panel to turn what
 //! they are made of.
 //!
+//! - [`state`] is what the rooms share: what is shown, selected, asked for.
 //! - [`ui`] is the kit: theme, widgets, messages.
-//! - [`render`] is the picture. [`view`](render::view) says what is shown.
+//! - [`render`] is the picture. [`view`](state::view) says what is shown.
 //! - [`input`] has keys, pointer, drag.
 //! - [`lab`] has the instruments.
 //! - [`panel`] is the panel and the head-up line.
@@ -16,6 +17,7 @@ pub mod input;
 pub mod lab;
 pub mod panel;
 pub mod render;
+pub mod state;
 pub mod ui;
 
 use self::app::display::NoDisplay;
@@ -133,10 +135,12 @@ pub struct SandboxPlugins;
 impl PluginGroup for SandboxPlugins {
     fn build(self) -> PluginGroupBuilder {
         PluginGroupBuilder::start::<Self>()
-            .add(render::view::ViewPlugin)
+            .add(state::view::ViewPlugin)
             .add(render::stage::StagePlugin)
             .add(input::pointer::PointerPlugin)
             .add(input::drag::DragPlugin)
+            .add(input::steer::SteerPlugin)
+            .add(input::spring::SpringPlugin)
             .add(render::camera::CameraPlugin)
             .add(render::bodies::BodiesPlugin)
             .add(render::colliders::CollidersPlugin)
@@ -145,8 +149,10 @@ impl PluginGroup for SandboxPlugins {
             .add(render::overlay::OverlayPlugin)
             .add(lab::answer::AnswerPlugin)
             .add(app::screenshot::ScreenshotPlugin)
+            .add(app::report::ReportPlugin)
             .add(ui::theme::ThemePlugin)
             .add(panel::PanelPlugin)
+            .add(app::requests::RequestsPlugin)
             .add(lab::throughput::ThroughputPlugin)
             .add(lab::resolution::ResolutionPlugin)
             .add(lab::accuracy::AccuracyPlugin)
@@ -159,7 +165,7 @@ impl PluginGroup for SandboxPlugins {
             .add(input::keys::KeysPlugin)
             .add(panel::help::HelpPlugin)
             .add(app::import::ImportPlugin)
-            .add(input::drop::DropPlugin)
+            .add(app::drop::DropPlugin)
     }
 }
 

@@ -98,7 +98,7 @@ impl Acceptance {
                 ));
             }
             let moved = first.pins.iter().filter(|&&pin| {
-                let particle = first.topology.numbering.particle(pin) as usize;
+                let particle = first.topology.particle(pin);
                 first.particles.positions[particle] != last.particles.positions[particle]
             });
             let count = moved.count();

@@ -8,8 +8,8 @@ use crate::{
     mesh::{self, FileMesh, Skin, SoftMesh},
     simulation::Places,
     solver::{
-        Body, Collider, Effects, Pose, Stitch, StitchEnd, StitchError, Stitches, SurfacePoint,
-        Topology, World,
+        Body, Collider, Effects, ParticleIndex, Pose, Stitch, StitchEnd, StitchError, Stitches,
+        SurfacePoint, Topology, VertexIndex, World,
         contact::pose::rotation_degrees,
         deform, direct, measure,
         numbering::Numbering,
@@ -17,6 +17,7 @@ use crate::{
     },
 };
 use glam::{DVec3, Vec3, Vec4};
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// A scene that is ready to run.
@@ -36,6 +37,16 @@ pub struct BuiltScene {
     /// What was mended or left out of meshes, a sentence each.
     pub notes: Vec<String>,
 }
+
+/// The mesh of a body of a scene.
+struct BodyMesh {
+    topology: Arc<Topology>,
+    skin: Option<Arc<Skin>>,
+    notes: Vec<String>,
+}
+
+/// Meshes that are made at the same time.
+const MESHES_AT_ONCE: usize = 8;
 
 impl Scene {
     /// Makes meshes, fills surfaces, places bodies.
@@ -61,22 +72,22 @@ impl Scene {
             })?;
             built.world.colliders.push(collider);
         }
-        for spec in &self.bodies {
-            self.add(spec, &mut built)?;
+        // A few at a time, so that one that has no room is found before many more are made.
+        for specs in self.bodies.chunks(MESHES_AT_ONCE) {
+            let meshes: Vec<_> = specs.par_iter().map(|spec| self.body_mesh(spec)).collect();
+            for (spec, mesh) in specs.iter().zip(meshes) {
+                self.add(spec, mesh?, &mut built)?;
+            }
         }
         self.acceptance.check_names(&built.world)?;
         self.check_answers(&built.world)?;
         Ok(built)
     }
 
-    fn add(&self, spec: &BodySpec, built: &mut BuiltScene) -> Result<(), SceneError> {
+    /// The mesh of a body.
+    fn body_mesh(&self, spec: &BodySpec) -> Result<BodyMesh, SceneError> {
         check_numbers(spec)?;
-        let look = Look::new(spec.colour.as_deref()).map_err(|message| wrong(spec, message))?;
         let mesh = self.soft_mesh(spec)?;
-        let notes = mesh.notes.into_iter();
-        built
-            .notes
-            .extend(notes.map(|note| format!("{}: {note}", spec.name)));
         let topology = Topology::new(mesh.shape).map_err(|error| SceneError::Topology {
             body: spec.name.clone(),
             error,
@@ -86,7 +97,29 @@ impl Scene {
         {
             return Err(wrong(spec, format!("cannot apply pressure: {reason}")));
         }
-        let (topology, skin) = (Arc::new(topology), mesh.skin.map(Arc::new));
+        Ok(BodyMesh {
+            topology: Arc::new(topology),
+            skin: mesh.skin.map(Arc::new),
+            notes: mesh.notes,
+        })
+    }
+
+    fn add(
+        &self,
+        spec: &BodySpec,
+        mesh: BodyMesh,
+        built: &mut BuiltScene,
+    ) -> Result<(), SceneError> {
+        let look = Look::new(spec.colour.as_deref()).map_err(|message| wrong(spec, message))?;
+        let BodyMesh {
+            topology,
+            skin,
+            notes,
+        } = mesh;
+        let notes = notes.into_iter();
+        built
+            .notes
+            .extend(notes.map(|note| format!("{}: {note}", spec.name)));
         let places = places(spec);
         check_room(spec, &built.world, topology.particles(), places.len())?;
         for (number, &place) in places.iter().enumerate() {
@@ -261,13 +294,13 @@ fn body(
         body.particles.set_position(i, turned);
     }
     body.added_mass.clone_from(&spec.added_mass);
-    if let Some(&(particle, _)) = spec
+    if let Some(&(vertex, _)) = spec
         .added_mass
         .iter()
-        .find(|(particle, _)| *particle as usize >= topology.particles())
+        .find(|(vertex, _)| vertex.index() >= topology.particles())
     {
         let last = topology.particles() - 1;
-        let message = format!("added_mass refers to particle {particle}; expected 0 to {last}");
+        let message = format!("added_mass refers to vertex {vertex}; expected 0 to {last}");
         return Err(wrong(spec, message));
     }
     body.stitches = stitches(spec, &body, colliders)?;
@@ -364,18 +397,19 @@ fn pins(
     spec: &BodySpec,
     numbering: &Numbering,
     positions: &[Vec4],
-) -> Result<Vec<u32>, SceneError> {
+) -> Result<Vec<VertexIndex>, SceneError> {
     let (low, high) = bounds(positions.iter().map(|x| x.truncate()));
     // A layer of particles is not level to the last bit after a rotation.
     let slack = (high - low).max_element() * 1e-5;
     let mut pins = Vec::new();
     for pin in &spec.pins {
-        let vertices = (0..positions.len() as u32).map(|particle| numbering.vertex(particle));
+        let particles = (0..positions.len() as u32).map(ParticleIndex);
+        let vertices = particles.map(|particle| numbering.vertex(particle));
         let all = vertices.zip(positions.iter().map(|x| x.truncate()));
         let before = pins.len();
         match *pin {
-            Pins::Particle(particle) => {
-                pins.extend(((particle as usize) < positions.len()).then_some(particle))
+            Pins::Vertex(vertex) => {
+                pins.extend((vertex.index() < positions.len()).then_some(vertex))
             }
             Pins::Top(share) => {
                 let limit = high.y - (high.y - low.y) * share - slack;
@@ -393,7 +427,7 @@ fn pins(
         if pins.len() == before {
             let last = positions.len() - 1;
             let message = format!(
-                "{pin:?} pins no particle; the body extends from {low} to {high} m and has particles 0 to {last}"
+                "{pin:?} pins nothing; the body extends from {low} to {high} m and has vertices 0 to {last}"
             );
             return Err(wrong(spec, message));
         }
@@ -406,12 +440,12 @@ fn pins(
 fn stitches(spec: &BodySpec, body: &Body, colliders: &[Collider]) -> Result<Stitches, SceneError> {
     let point = |spec: PointSpec| {
         let terms = match spec {
-            PointSpec::Particle(vertex) => vec![(vertex, 1.0)],
+            PointSpec::Vertex(vertex) => vec![(vertex, 1.0)],
             PointSpec::Triangle(corners, shares) => corners.into_iter().zip(shares).collect(),
         };
-        let particle = |vertex: u32| match (vertex as usize) < body.particles.len() {
+        let particle = |vertex: VertexIndex| match vertex.index() < body.particles.len() {
             true => body.topology.numbering.particle(vertex),
-            false => vertex,
+            false => ParticleIndex(vertex.0),
         };
         let terms: Vec<_> = terms
             .iter()
@@ -457,15 +491,21 @@ fn stitches(spec: &BodySpec, body: &Body, colliders: &[Collider]) -> Result<Stit
         stitch(it).map_err(|message| wrong(spec, format!("stitch {}: {message}", index + 1)))
     });
     let all = all.collect::<Result<Vec<_>, _>>()?;
-    let stitches = Stitches::new(all, body.particles.len()).map_err(|error| match error {
-        // A scene file numbers particles as its mesh does.
-        StitchError::SharedParticle { stitch, particle } => StitchError::SharedParticle {
-            stitch,
-            particle: body.topology.vertex(particle as usize),
-        },
-        other => other,
-    });
-    stitches.map_err(|error| wrong(spec, error.to_string()))
+    let count = body.particles.len();
+    Stitches::new(all, count).map_err(|error| {
+        let message = match error {
+            StitchError::NoSuchParticle { stitch, .. } => format!(
+                "stitch {} refers to a vertex that the body does not have; it has {count} vertices",
+                stitch + 1
+            ),
+            StitchError::SharedParticle { stitch, particle } => format!(
+                "both ends of stitch {} are attached to vertex {}; use two different vertices",
+                stitch + 1,
+                body.topology.vertex(particle.index())
+            ),
+        };
+        wrong(spec, message)
+    })
 }
 
 fn collider(spec: &ColliderSpec) -> Result<Collider, crate::solver::InvalidValue> {

@@ -5,7 +5,8 @@ use super::{Acceptance, Answer, SceneError, registry, spawn::CurrentScene};
 use crate::{
     mesh::{BuildOptions, Primitive, Treatment},
     solver::{
-        self, ColliderShape, Compliance, Deformation, Density, Effects, Force, Mass, Path, Settings,
+        self, ColliderShape, Compliance, Deformation, Density, Effects, Force, Mass, Path,
+        Settings, VertexIndex,
     },
 };
 use glam::{UVec3, Vec3};
@@ -63,7 +64,7 @@ pub struct BodySpec {
     pub density: Option<Density>,
     /// Masses on top of that, by particle [kg].
     #[serde(default)]
-    pub added_mass: Vec<(u32, Mass)>,
+    pub added_mass: Vec<(VertexIndex, Mass)>,
     /// Where the middle of its mesh is put [m].
     #[serde(default)]
     pub position: Vec3,
@@ -156,12 +157,13 @@ macro_rules! named_by_a_scene {
 
 solver::effects!(named_by_a_scene);
 
-/// Particles that do not move, chosen where the body stands at first.
+/// Vertices that do not move, chosen where the body stands at first.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Pins {
-    /// One particle by its number.
-    Particle(u32),
+    /// One vertex by its number. Older files call it `Particle`.
+    #[serde(alias = "Particle")]
+    Vertex(VertexIndex),
     /// All in the highest part of the body's height, as a share from 0 to 1; 0 takes only the
     /// very highest.
     Top(f32),
@@ -196,10 +198,11 @@ pub struct StitchSpec {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum PointSpec {
-    /// A particle by its number.
-    Particle(u32),
-    /// A point of a triangle: its corners, and their shares, which are scaled to a sum of 1.
-    Triangle([u32; 3], [f32; 3]),
+    /// A vertex by its number. Older files call it `Particle`.
+    #[serde(alias = "Particle")]
+    Vertex(VertexIndex),
+    /// A point of a triangle: its corners, and their weights, which are scaled to a sum of 1.
+    Triangle([VertexIndex; 3], [f32; 3]),
 }
 
 /// What a point is held to.

@@ -12,7 +12,7 @@ pub use setting::{SETTINGS, setting};
 use super::{SimulationClock, SpawnOrder};
 use crate::{
     mesh::Skin,
-    solver::{Body, Deformation, Density, InvalidValue, SurfacePoint},
+    solver::{Body, Deformation, Density, InvalidValue, ParticleIndex, SurfacePoint, VertexIndex},
 };
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -97,14 +97,14 @@ pub enum Action<B = Entity> {
         /// The body.
         body: B,
         /// The vertex of its rest shape.
-        vertex: u32,
+        vertex: VertexIndex,
     },
     /// Lets a particle move again.
     Unpin {
         /// The body.
         body: B,
         /// The vertex of its rest shape.
-        vertex: u32,
+        vertex: VertexIndex,
     },
     /// Puts a body into a hard case.
     Deform {
@@ -251,11 +251,19 @@ pub enum ActionError {
         /// Why not, and what to do.
         reason: String,
     },
+    /// The vertex does not exist.
+    #[error("no vertex {vertex}: the number of vertices of the body is {vertices}")]
+    NoVertex {
+        /// The vertex that was named.
+        vertex: VertexIndex,
+        /// How many there are.
+        vertices: usize,
+    },
     /// The particle does not exist.
     #[error("no particle {particle}: the number of particles of the body is {particles}")]
     NoParticle {
         /// The particle that was named.
-        particle: u32,
+        particle: ParticleIndex,
         /// How many there are.
         particles: usize,
     },

@@ -3,7 +3,7 @@
 use crate::{
     mesh::Skin,
     solver::{
-        self, Density, Factors, Lambdas, Mass, Particles, TetherTargets, Topology, TopologyId,
+        self, Density, EffectStates, Factors, Mass, Particles, Topology, TopologyId, VertexIndex,
         body::set_inverse_masses,
     },
 };
@@ -20,7 +20,7 @@ use std::sync::Arc;
     AddedMass,
     TickStart,
     RestTimer,
-    Multipliers,
+    EffectStates,
     SpawnOrder,
     KnownMesh
 )]
@@ -32,11 +32,11 @@ pub struct BodyDensity(pub Density);
 
 /// Vertices that do not move.
 #[derive(Component, Debug, Clone, PartialEq, Eq, Default, Deref, DerefMut)]
-pub struct Pins(pub Vec<u32>);
+pub struct Pins(pub Vec<VertexIndex>);
 
 /// Masses on top of the density's, by vertex.
 #[derive(Component, Debug, Clone, PartialEq, Default, Deref, DerefMut)]
-pub struct AddedMass(pub Vec<(u32, Mass)>);
+pub struct AddedMass(pub Vec<(VertexIndex, Mass)>);
 
 /// The state at the start of the last tick, or of the one under way.
 #[derive(Component, Debug, Clone, PartialEq, Default, Deref)]
@@ -49,14 +49,6 @@ pub struct RestTimer(pub(super) solver::rest::RestTimer);
 /// The mesh that the body's state is of.
 #[derive(Component, Debug, Clone, Copy, Default)]
 pub(super) struct KnownMesh(Option<TopologyId>);
-
-/// λ of the constraints of its elastic effects after the last substep of a tick; λ/h² is a force.
-#[derive(Component, Debug, Clone, PartialEq, Default, Deref)]
-pub struct Multipliers(pub Lambdas);
-
-/// The tethers of a body that carries [`Tethers`](crate::effect::Tethers): they follow from its pins.
-#[derive(Component, Debug, Clone, Default)]
-pub struct TetherLeads(pub(crate) TetherTargets);
 
 /// What a body that carries [`Direct`](crate::effect::Direct) is solved with: it follows from its mesh
 /// and its effects.
@@ -109,7 +101,7 @@ pub struct JustRestored;
 #[derive(Component, Debug, Clone, Copy, Default)]
 pub struct Asleep;
 
-/// The body turned non-finite, and is frozen at its last good state: where the tick began in which
+/// The body turned non-finite, and is paused at its last finite state: where the tick began in which
 /// it did, at rest.
 #[derive(Component, Debug, Clone, PartialEq, Eq, Deref)]
 pub struct Quarantined(pub solver::Quarantine);
@@ -162,45 +154,28 @@ pub(super) fn forget_collider(
     }
 }
 
-/// Gives a new body its number, and particles in its rest shape unless it came with some.
-pub(super) fn complete_body(
+/// Gives a new body its number.
+pub(super) fn number_body(
     added: On<Add, SoftBody>,
     mut next: ResMut<NextPlace>,
-    mut bodies: Query<(
-        &SoftBody,
-        &mut Particles,
-        &mut TickStart,
-        &mut SpawnOrder,
-        &BodyDensity,
-        &AddedMass,
-        &Pins,
-        &mut KnownMesh,
-    )>,
+    mut bodies: Query<&mut SpawnOrder>,
 ) {
-    let Ok((body, mut particles, mut start, mut order, density, added_mass, pins, mut known)) =
-        bodies.get_mut(added.entity)
-    else {
-        return;
-    };
-    *order = next.take();
-    known.0 = Some(body.id());
-    if particles.len() != body.particles() {
-        *particles = Particles::at_rest(body.rest.iter().copied());
+    if let Ok(mut order) = bodies.get_mut(added.entity) {
+        *order = next.take();
     }
-    set_inverse_masses(&mut particles.positions, body, density.0, added_mass, pins);
-    start.0.clone_from(&particles);
 }
 
-/// A body that is given another mesh begins anew, in the rest shape of that; effects, masses and pins stay. Nobody holds
-/// it, and it has no stitches, as both are to points of the mesh that it had.
-pub(super) fn begin_anew(
+/// Gives a body particles in the rest shape of its mesh, unless a new one came with some. One that is given another mesh
+/// begins anew; its effects, masses and pins stay. It loses its grab and its stitches, which are to points of the mesh
+/// that it had.
+pub(super) fn follow_mesh(
     inserted: On<Insert, SoftBody>,
     mut commands: Commands,
     mut bodies: Query<(
         &SoftBody,
         &mut Particles,
         &mut TickStart,
-        &mut Multipliers,
+        &mut EffectStates,
         &mut RestTimer,
         &BodyDensity,
         &AddedMass,
@@ -208,30 +183,27 @@ pub(super) fn begin_anew(
         &mut KnownMesh,
     )>,
 ) {
-    let Ok((
-        body,
-        mut particles,
-        mut start,
-        mut multipliers,
-        mut rest,
-        density,
-        added,
-        pins,
-        mut known,
-    )) = bodies.get_mut(inserted.entity)
+    let Ok((body, mut particles, mut start, mut states, mut rest, density, added, pins, mut known)) =
+        bodies.get_mut(inserted.entity)
     else {
         return;
     };
-    if known.0 == Some(body.id()) {
+    let mesh = Some(body.id());
+    if known.0 == mesh {
         return;
     }
-    known.0 = Some(body.id());
-    *particles = Particles::at_rest(body.rest.iter().copied());
+    let is_new = known.0.is_none();
+    known.0 = mesh;
+    if !is_new || particles.len() != body.particles() {
+        *particles = Particles::at_rest(body.rest.iter().copied());
+    }
     set_inverse_masses(&mut particles.positions, body, density.0, added, pins);
     start.0.clone_from(&particles);
-    multipliers.0 = Lambdas::default();
-    rest.0.reset();
-    commands
-        .entity(inserted.entity)
-        .remove::<(Asleep, Quarantined, solver::Grab, solver::Stitches)>();
+    if !is_new {
+        *states = EffectStates::default();
+        rest.0.reset();
+        commands
+            .entity(inserted.entity)
+            .remove::<(Asleep, Quarantined, solver::Grab, solver::Stitches)>();
+    }
 }

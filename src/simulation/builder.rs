@@ -3,7 +3,7 @@
 use super::{BodyDensity, Pins, SoftBody};
 use crate::{
     mesh::{Diagonals, MeshError, Primitive},
-    solver::{Density, RestShape, Topology, TopologyError, topology::Dimension},
+    solver::{Density, RestShape, Topology, TopologyError, VertexIndex, topology::Dimension},
 };
 use bevy::prelude::*;
 use std::sync::Arc;
@@ -40,7 +40,7 @@ const LINE: Density = Density::of(0.1);
 pub struct SoftBodyBuilder {
     shape: RestShape,
     density: Option<Density>,
-    pins: Vec<u32>,
+    pins: Vec<VertexIndex>,
 }
 
 impl SoftBody {
@@ -139,7 +139,7 @@ impl SoftBodyBuilder {
     /// With these vertices pinned.
     #[must_use]
     pub fn pinned(mut self, vertices: impl IntoIterator<Item = u32>) -> Self {
-        self.pins.extend(vertices);
+        self.pins.extend(vertices.into_iter().map(VertexIndex));
         self
     }
 

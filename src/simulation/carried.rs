@@ -1,9 +1,9 @@
 //! The effects that an entity carries, as the solver has them.
 
-use crate::solver::{self, Effects, Grab};
+use crate::solver::{self, Effects};
 use bevy::{ecs::query::QueryData, prelude::*};
 
-/// Takes the components of all effects of the crate together; `grab` apart, as the solver writes to it.
+/// Takes the components of all effects of the crate together.
 macro_rules! carried {
     (
         { $($first:ident { $($kind1:ident $field1:ident $(($($numbers:tt)*))? $does1:literal;)* })* }
@@ -15,14 +15,15 @@ macro_rules! carried {
         carried! {
             $($($field1: solver::$kind1,)*)*
             $($($field2: solver::$kind2,)*)*
+            $grabbed: solver::$grab,
             $($($field3: solver::$kind3,)*)*
         }
     };
     ($($effect:ident: $component:ty,)*) => {
         /// The names of the effects of the crate, which a plain world and a snapshot have a place for.
-        pub const CARRIED: &[&str] = &["grab", $(stringify!($effect),)*];
+        pub const CARRIED: &[&str] = &[$(stringify!($effect),)*];
 
-        /// The effects of the crate that an entity carries, but for `grab`.
+        /// The effects of the crate that an entity carries.
         #[derive(QueryData)]
         pub(crate) struct Carried {
             $($effect: Option<&'static $component>,)*
@@ -34,10 +35,9 @@ macro_rules! carried {
                 self.contact.is_some() || self.self_contact.is_some()
             }
 
-            /// Copies of them, with a grab if there is one.
-            pub fn effects(&self, grab: Option<Grab>) -> Effects {
+            /// Copies of them.
+            pub fn effects(&self) -> Effects {
                 Effects {
-                    grab,
                     $($effect: self.$effect.copied(),)*
                 }
             }
@@ -47,17 +47,13 @@ macro_rules! carried {
         #[must_use]
         pub fn effects(entity: EntityRef) -> Effects {
             Effects {
-                grab: entity.get::<Grab>().copied(),
                 $($effect: entity.get::<$component>().copied(),)*
             }
         }
 
         /// Gives an entity these effects.
         pub(super) fn insert_effects(entity: &mut EntityWorldMut, effects: &Effects) {
-            let Effects { grab, $($effect,)* } = *effects;
-            if let Some(grab) = grab {
-                entity.insert(grab);
-            }
+            let Effects { $($effect,)* } = *effects;
             $(if let Some(effect) = $effect {
                 entity.insert(effect);
             })*

@@ -1,12 +1,12 @@
 //! Bodies as systems hand them to the solver, which steps them on any number of threads.
 
 use super::{
-    Asleep, CurrentSubstep, DirectFactors, Multipliers, Profile, Quarantined, SoftBody,
-    SolverThreads, SpawnOrder, TetherLeads, carried::Carried, profile::StageWatch,
+    Asleep, CurrentSubstep, DirectFactors, Profile, Quarantined, SoftBody, SolverThreads,
+    SpawnOrder, carried::Carried, profile::StageWatch,
 };
 use crate::solver::{
-    Contact, ContactCounts, Contacts, Effects, Factors, Grab, Ledger, Particles, SelfContact,
-    Stitches, Substep, TetherTargets, Threads, WorkEstimate,
+    Contact, ContactCounts, Contacts, EffectStates, Effects, Factors, Ledger, Particles,
+    SelfContact, Stitches, Substep, Threads, WorkEstimate,
     advance::{NotFinite, Stage, StepContext, Stepper, Watch},
     ledger,
     step::together::{self, Companion, are_needed},
@@ -22,11 +22,9 @@ type Parts = (
     Has<Quarantined>,
     &'static mut SoftBody,
     &'static mut Particles,
-    &'static mut Multipliers,
-    Option<&'static mut TetherLeads>,
+    &'static mut EffectStates,
     Option<&'static mut Stitches>,
     Option<&'static mut DirectFactors>,
-    Option<&'static mut Grab>,
     Carried,
 );
 
@@ -47,29 +45,23 @@ struct Job<'a> {
     is_active: bool,
     body: Mut<'a, SoftBody>,
     particles: Mut<'a, Particles>,
-    multipliers: Mut<'a, Multipliers>,
-    tether_targets: Option<Mut<'a, TetherLeads>>,
+    states: Mut<'a, EffectStates>,
     stitches: Option<Mut<'a, Stitches>>,
     factors: Option<Mut<'a, DirectFactors>>,
-    grab: Option<Mut<'a, Grab>>,
     effects: Effects,
-    absent: (TetherTargets, Stitches, Factors),
+    absent: (Stitches, Factors),
     outcome: Result<Ledger, NotFinite>,
 }
 
 impl Job<'_> {
     fn stepper(&mut self) -> Stepper<'_> {
-        let (tether_targets, stitches, factors) = &mut self.absent;
+        let (stitches, factors) = &mut self.absent;
         Stepper {
             // That it is stepped is no change that wakes a body, or for which it is drawn anew.
             topology: &mut self.body.bypass_change_detection().0,
             particles: &mut self.particles,
-            effects: &mut self.effects,
-            lambdas: &mut self.multipliers.0,
-            tether_targets: self
-                .tether_targets
-                .as_mut()
-                .map_or(tether_targets, |tether_targets| &mut tether_targets.0),
+            effects: &self.effects,
+            states: &mut self.states,
             stitches: match &mut self.stitches {
                 Some(stitches) => stitches.bypass_change_detection(),
                 None => stitches,
@@ -130,7 +122,7 @@ impl Bodies<'_, '_> {
     /// Whether something is to be done where each substep begins: for a body under repair, or for bodies that touch.
     pub fn begin_each_substep(&self) -> bool {
         let mut bodies = self.bodies.iter();
-        bodies.any(|(.., particles, _, _, _, _, _, carried)| {
+        bodies.any(|(.., particles, _, _, _, carried)| {
             !particles.repair.is_empty() || carried.can_touch()
         })
     }
@@ -232,15 +224,13 @@ impl Bodies<'_, '_> {
             is_quarantined,
             body,
             particles,
-            multipliers,
-            tether_targets,
+            states,
             stitches,
             factors,
-            grab,
             carried,
         ) in &mut self.bodies
         {
-            let effects = carried.effects(grab.as_deref().copied());
+            let effects = carried.effects();
             if wanted(&effects, stitches.as_ref().is_some_and(|it| !it.is_empty())) {
                 jobs.push(Job {
                     entity,
@@ -248,11 +238,9 @@ impl Bodies<'_, '_> {
                     is_active: !is_asleep && !is_quarantined,
                     body,
                     particles,
-                    multipliers,
-                    tether_targets,
+                    states,
                     stitches,
                     factors,
-                    grab,
                     effects,
                     absent: Default::default(),
                     outcome: Ok(Ledger::default()),
@@ -315,15 +303,9 @@ impl Bodies<'_, '_> {
         }
         self.outcomes.clear();
         let stepped = jobs.drain(..).filter(|job| job.is_active);
-        self.outcomes.extend(stepped.map(|mut job| {
-            if let (Some(grab), Some(held)) = (&mut job.grab, job.effects.grab) {
-                // The multiplier is state: its change is no change of a parameter.
-                *grab.bypass_change_detection() = held;
-            }
-            Outcome {
-                entity: job.entity,
-                result: job.outcome,
-            }
+        self.outcomes.extend(stepped.map(|job| Outcome {
+            entity: job.entity,
+            result: job.outcome,
         }));
         *self.room = reused(jobs);
     }

@@ -24,8 +24,7 @@ pub(crate) mod step;
 pub use action::{Action, ActionError, Actions, Applied, NewBody};
 pub use body::{
     Active, AddedMass, Asleep, BodyDensity, BodyQuarantined, BodySkin, DirectFactors, JustRestored,
-    Multipliers, Pins, Places, Quarantined, RestTimer, SceneEntity, SoftBody, SpawnOrder,
-    TetherLeads, TickStart,
+    Pins, Places, Quarantined, RestTimer, SceneEntity, SoftBody, SpawnOrder, TickStart,
 };
 pub use builder::SoftBodyBuilder;
 pub use clock::{SimulationClock, SubstepTime, Tick};
@@ -97,8 +96,8 @@ impl Plugin for SimulationPlugin {
             .init_resource::<Time<SubstepTime>>()
             .add_message::<BodyQuarantined>()
             .add_message::<Applied>()
-            .add_observer(body::complete_body)
-            .add_observer(body::begin_anew)
+            .add_observer(body::number_body)
+            .add_observer(body::follow_mesh)
             .add_observer(crate::effect::body_added)
             .add_observer(crate::effect::body_removed)
             .add_observer(body::complete_collider)

@@ -6,10 +6,17 @@ use super::{
     jobs::Bodies,
     step::{postsolve, presolve},
 };
-use crate::{effect::EffectRegistry, solver::advance::Stage};
+use crate::{
+    effect::EffectRegistry,
+    solver::{advance::Stage, effects::BodyPhase},
+};
 use bevy::{
-    ecs::schedule::{
-        InternedScheduleLabel, InternedSystemSet, ScheduleLabel, SystemKey, SystemSet,
+    ecs::{
+        schedule::{
+            InternedScheduleLabel, InternedSystemSet, ScheduleConfigs, ScheduleLabel, SystemKey,
+            SystemSet,
+        },
+        system::ScheduleSystem,
     },
     prelude::*,
 };
@@ -39,6 +46,12 @@ pub(crate) fn schedules_of_substep() -> [InternedScheduleLabel; 3] {
     ]
 }
 
+fn after_presolve<M>(
+    system: impl IntoScheduleConfigs<ScheduleSystem, M>,
+) -> ScheduleConfigs<ScheduleSystem> {
+    system.in_set(SolverSystems::Presolve).after(presolve)
+}
+
 /// Adds the system that does the stage of an effect, at its place in the schedules.
 pub(crate) fn add_stage(schedules: &mut Schedules, effect: &'static str, stage: Stage) {
     let system = move |mut bodies: Bodies| bodies.stage(stage).for_each(drop);
@@ -48,22 +61,21 @@ pub(crate) fn add_stage(schedules: &mut Schedules, effect: &'static str, stage: 
             let system = system.in_set(SolverSystems::Presolve).before(presolve);
             schedules.add_systems(SubstepSchedule, system)
         }
-        Stage::Presolve | Stage::StickyGround => {
-            let system = system.in_set(SolverSystems::Presolve).after(presolve);
-            schedules.add_systems(SubstepSchedule, system)
-        }
-        Stage::Elastic(_)
-        | Stage::ShapeMatching
-        | Stage::Pressure
-        | Stage::Stitches
-        | Stage::Direct
-        | Stage::Tethers => {
+        Stage::Presolve => schedules.add_systems(SubstepSchedule, after_presolve(system)),
+        Stage::Elastic(_) | Stage::Direct => {
             schedules.add_systems(SolveSchedule, system.in_set(SolvePhase::Elastic))
         }
-        Stage::Grab => schedules.add_systems(SolveSchedule, system.in_set(SolvePhase::Hands)),
-        Stage::Contact | Stage::SelfContact | Stage::Ground | Stage::Collide => {
-            schedules.add_systems(ContactSchedule, system)
-        }
+        Stage::Body(kind) => match kind.phase() {
+            BodyPhase::Prediction => schedules.add_systems(SubstepSchedule, after_presolve(system)),
+            BodyPhase::Iteration => {
+                schedules.add_systems(SolveSchedule, system.in_set(SolvePhase::Elastic))
+            }
+            BodyPhase::IterationEnd => {
+                schedules.add_systems(SolveSchedule, system.in_set(SolvePhase::Grab))
+            }
+            BodyPhase::Contact => schedules.add_systems(ContactSchedule, system),
+        },
+        Stage::Contact | Stage::SelfContact => schedules.add_systems(ContactSchedule, system),
         Stage::Postsolve | Stage::Flow => {
             // No commands of that are waited for: a point of synchronisation would be a system more.
             let system = system

@@ -32,7 +32,7 @@ pub struct ContactSchedule;
 ///                                         └ SubstepSchedule, `substeps` times
 ///     └ SolverSystems: Presolve → Solve → Postsolve
 ///                                  ├ SolveSchedule, `iterations` times
-///       │ └ SolvePhase: Elastic → User → Hands
+///       │ └ SolvePhase: Elastic → User → Grab
 ///       └ ContactSchedule, after each of them, or `collision_iterations` times
 /// ```
 ///
@@ -84,7 +84,7 @@ pub enum SolvePhase {
     /// Constraints of users of this crate: systems that move `Particles`.
     User,
     /// What pulls from outside; contacts come after it, in [`ContactSchedule`].
-    Hands,
+    Grab,
 }
 
 /// The systems of one effect, by its name.
@@ -133,7 +133,7 @@ pub(super) fn configure(app: &mut App, outer: impl ScheduleLabel) {
     });
     app.edit_schedule(SolveSchedule, |schedule| {
         in_order(schedule);
-        schedule.configure_sets((SolvePhase::Elastic, SolvePhase::User, SolvePhase::Hands).chain());
+        schedule.configure_sets((SolvePhase::Elastic, SolvePhase::User, SolvePhase::Grab).chain());
     });
     app.edit_schedule(ContactSchedule, in_order);
 }

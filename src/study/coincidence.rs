@@ -8,7 +8,7 @@ use super::{
     words::percent,
 };
 
-/// With more sweeps an error must be so many times as large for the smaller one to be an coincidence.
+/// Factor by which an error with more iterations must be larger for the smaller one to be a coincidence.
 const WORSE: f64 = 1.5;
 
 impl CaseResult {

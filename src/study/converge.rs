@@ -1,7 +1,7 @@
 //! The converged answer on a mesh, in f64.
 //!
 //! Of what rests: the [static equilibrium](equilibrium) by Newton's method, which takes no time steps and
-//! costs less than a second. Where that does not apply, as on a ground or with pressure, the f64 f64 reference at h
+//! costs less than a second. Where that does not apply, as on a ground or with pressure, the f64 reference at h
 //! and h/2, with multipliers that are kept from substep to substep, so that where it rests is where the
 //! equations are solved and owes nothing to h or to how many sweeps there are; what is left between the two
 //! is how far the search for rest may be off.
@@ -44,7 +44,7 @@ pub struct Converged {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FoundBy {
-    /// By time steps of the f64 f64 reference.
+    /// By time steps of the f64 reference.
     #[default]
     Stepping,
     /// As the static equilibrium, by Newton's method.

@@ -5,7 +5,7 @@
 //! and how wrong it is.
 //!
 //! **Two errors are not one.** *Solver error* is the distance of an answer to the [converged]
-//! one of the same mesh: its static equilibrium, or the f64 f64 reference with small steps. *Mesh error* is the distance of
+//! one of the same mesh: its static equilibrium, or the f64 reference with small steps. *Mesh error* is the distance of
 //! that converged answer to the continuum: a [closed form](Reference), or what the meshes tend to.
 //! Springs and volumes have no Young's modulus, so many solids have no closed form, and none is
 //! made up.

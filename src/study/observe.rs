@@ -4,7 +4,7 @@ use super::{
     physics, rest,
     state::{Solver, State},
 };
-use crate::solver::World;
+use crate::solver::{VertexIndex, World};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -342,7 +342,7 @@ pub fn size(world: &World) -> f64 {
 }
 
 fn particle_index(world: &World, body: usize, vertex: u32) -> usize {
-    world.bodies[body].topology.numbering.particle(vertex) as usize
+    world.bodies[body].topology.particle(VertexIndex(vertex))
 }
 
 impl Conserved {

@@ -20,7 +20,7 @@ pub struct ProbePoint {
     pub projections_per_tick: u64,
     /// Wall-clock time for a simulated second [ms]; wider with every round.
     pub ms_per_second: Spread,
-    /// Root mean square distance of the particles to the f64 f64 reference over all ticks, over the size of
+    /// Root mean square distance of the particles to the f64 reference over all ticks, over the size of
     /// their body; 0.01 is 1 %. Not finite if the body blew up.
     pub error: f64,
     /// How far the f64 reference itself may be off, in the same measure: its distance to one with half as
@@ -40,13 +40,13 @@ pub enum ProbeNews {
 /// Times of each setting, one in turn with the others.
 pub const ROUNDS: usize = 5;
 
-/// The f64 reference takes at most so many projections: some three seconds of one thread.
+/// Limit on the projections of the f64 reference: some three seconds of one thread.
 const REFERENCE_PROJECTIONS: u64 = 100_000_000;
 
 /// Sweeps until nothing rigid is violated any more: a dozen times across a body of twenty cells.
 pub const PROJECTIONS: u32 = 300;
 
-/// A world with what its f64 f64 reference with small steps makes of it, to hold settings against.
+/// A world with what its f64 reference with small steps makes of it, to hold settings against.
 ///
 /// All begin where the [rigid](reference::World::project) is satisfied: what a solver that does too
 /// little leaves violated, small steps would turn into speed, and no two could be compared.
@@ -120,7 +120,7 @@ impl Probe {
     }
 }
 
-/// Continues a copy of `world` for `seconds` at each of the settings and as an f64 f64 reference with small
+/// Continues a copy of `world` for `seconds` at each of the settings and as an f64 reference with small
 /// steps, and compares. The world is left as it is.
 ///
 /// Tells every point when it is there, and again whenever its time is better known; when it is told
@@ -163,13 +163,13 @@ pub fn probe(
     Ok(points)
 }
 
-/// A copy of a world in which nothing is violated that is rigid for a f64 reference of so many substeps.
+/// A copy of a world in which constraints that are rigid at this number of substeps are satisfied, by the f64 reference.
 fn projected(world: &World, substeps: u32) -> Result<World, InvalidValue> {
     let fine = Setting::xpbd(substeps, world.settings.iterations.get()).applied(world)?;
-    let mut converged = reference::World::of(&fine);
-    converged.project(PROJECTIONS);
+    let mut reference = reference::World::of(&fine);
+    reference.project(PROJECTIONS);
     let mut world = world.clone();
-    for (body, exact) in world.bodies.iter_mut().zip(&converged.bodies) {
+    for (body, exact) in world.bodies.iter_mut().zip(&reference.bodies) {
         for (i, exact) in exact.x.iter().enumerate() {
             body.particles.set_position(i, *exact);
         }

@@ -68,7 +68,7 @@ pub fn residuals(world: &World) -> Option<Residuals> {
 
 fn primal_of(body: &Body, h: f32) -> SquareSum {
     let particles = &body.particles;
-    measure::residuals(&body.effects, &body.topology, particles, &body.lambdas, h)
+    measure::residuals(&body.effects, &body.topology, particles, &body.states, h)
 }
 
 /// Adds up ∇C λ over the constraints of all effects.
@@ -78,7 +78,7 @@ impl Visit for Pull<'_> {
     fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
         let Self(body, forces) = self;
         let elements = effect.rows_of(&body.topology, &body.particles);
-        let lambdas = body.lambdas.of(E::KIND).chunks_exact(M);
+        let lambdas = body.states.multipliers(E::KIND).chunks_exact(M);
         for ((corners, rows), lambdas) in elements.zip(lambdas) {
             for (row, &lambda) in rows.iter().zip(lambdas) {
                 for (i, gradient) in corners.into_iter().zip(row.gradients) {
@@ -100,10 +100,10 @@ fn dual_of(body: &Body, alone: &[DVec3]) -> (f64, f64) {
         let at = |i: u32| body.particles.position(i as usize);
         enclosure.volume_and_gradients(&body.topology, at, &mut gradients);
         for (force, gradient) in forces.iter_mut().zip(gradients) {
-            *force += gradient * body.lambdas.pressure_state.multiplier;
+            *force += gradient * body.states.others.pressure.multiplier;
         }
     }
-    let matching = body.lambdas.matching.clone();
+    let matching = body.states.others.shape_matching.clone();
     if let (Some(_), Some(mut matching)) = (body.effects.shape_matching, matching) {
         let moves = matching.pull(&body.topology, Place::among(&body.particles));
         for ((force, by), x) in forces.iter_mut().zip(moves).zip(positions) {

@@ -47,9 +47,9 @@ impl Solver {
     /// [kept](reference::World::keeps_multipliers).
     #[must_use]
     pub fn relaxed_reference(world: &World) -> Self {
-        let mut converged = reference::World::of(world);
-        converged.keeps_multipliers = true;
-        Self::Reference(Box::new(converged))
+        let mut reference = reference::World::of(world);
+        reference.keeps_multipliers = true;
+        Self::Reference(Box::new(reference))
     }
 
     /// A tick of 1/rate seconds.

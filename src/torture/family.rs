@@ -95,10 +95,10 @@ impl Axes {
         }
     }
 
-    /// The members: each that differs from the ordinary in one number, then the mixtures. A quick
+    /// The members: each that differs from the ordinary in one number, then the mixtures, `times` as many. A quick
     /// run has those that are not large, and of the mixtures every fourth.
     #[must_use]
-    pub fn members(&self) -> Vec<Member> {
+    pub fn members(&self, times: u32) -> Vec<Member> {
         let ordinary = self.pick(0, 0, 0, 0, 0);
         let mut members = Vec::new();
         let mut add = |member: Member| {
@@ -130,7 +130,7 @@ impl Axes {
         }
         let mut random = Random::new(self.mixtures);
         let mut any = |count: usize| (random.next() * count as f32) as usize;
-        for index in 0..self.mixtures {
+        for index in 0..self.mixtures * times {
             let mut member = self.pick(
                 any(self.shapes.len()),
                 any(self.scales.len()),
@@ -170,8 +170,8 @@ impl Axes {
 
 /// The members of several families, one after the other.
 #[must_use]
-pub fn of(axes: &[Axes]) -> Vec<Member> {
-    axes.iter().flat_map(Axes::members).collect()
+pub fn of(times: u32, axes: &[Axes]) -> Vec<Member> {
+    axes.iter().flat_map(|it| it.members(times)).collect()
 }
 
 /// Every member once with each of the variants.

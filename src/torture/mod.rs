@@ -56,8 +56,8 @@ pub struct Case {
     pub about: &'static str,
     /// Simulated time [s].
     pub seconds: fn(&Member) -> f64,
-    /// The bodies that it is tried on.
-    pub family: fn() -> Vec<Member>,
+    /// The bodies that it is tried on, with this multiple of the usual number of random mixtures.
+    pub family: fn(u32) -> Vec<Member>,
     /// What is done before the first tick, to the member's body alone in a world without gravity.
     pub start: Start,
     /// What is done before each tick.

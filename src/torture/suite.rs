@@ -20,6 +20,8 @@ pub struct Options {
     pub member: Option<String>,
     /// Only what takes little time.
     pub quick: bool,
+    /// How many times the usual number of random mixtures.
+    pub mixtures: u32,
 }
 
 /// A member of a case.
@@ -83,7 +85,7 @@ pub fn jobs(options: &Options) -> Result<Vec<Job>, TortureError> {
         found.collect::<Result<_, _>>()?
     };
     let of = |case: &'static Case| {
-        let members = (1..).zip((case.family)());
+        let members = (1..).zip((case.family)(options.mixtures));
         members.map(move |(number, member)| Job {
             case,
             number,

@@ -5,6 +5,7 @@
 use std::{
     alloc::{GlobalAlloc, Layout, System},
     cell::Cell,
+    sync::atomic::{AtomicU64, Ordering},
 };
 
 struct Counting;
@@ -13,11 +14,24 @@ thread_local! {
     static COUNT: Cell<u64> = const { Cell::new(0) };
     static HELD: Cell<i64> = const { Cell::new(0) };
     static MOST: Cell<i64> = const { Cell::new(0) };
+    static IS_MEMBER: Cell<bool> = const { Cell::new(false) };
 }
+
+static OF_MEMBERS: AtomicU64 = AtomicU64::new(0);
 
 /// How often this thread has allocated.
 pub fn count() -> u64 {
     COUNT.get()
+}
+
+/// From now on this thread counts among those of [`count_of_members`].
+pub fn join() {
+    IS_MEMBER.set(true);
+}
+
+/// How often the threads that have joined have allocated, all together. For one test: all of them count as one.
+pub fn count_of_members() -> u64 {
+    OF_MEMBERS.load(Ordering::Relaxed)
 }
 
 /// Bytes that this thread has allocated and not given back. What it gives back for another thread
@@ -51,6 +65,7 @@ fn size(layout: Layout) -> i64 {
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         COUNT.set(COUNT.get() + 1);
+        OF_MEMBERS.fetch_add(IS_MEMBER.get().into(), Ordering::Relaxed);
         change(size(layout));
         // SAFETY: the caller's promise.
         unsafe { System.alloc(layout) }

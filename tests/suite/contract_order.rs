@@ -11,7 +11,7 @@ use crate::support::{body, rms_strain, with};
 use glam::{UVec2, Vec2, Vec3};
 use pliant::{
     mesh::Primitive,
-    solver::{Effects, Rate, RestShape, Stretch, Substeps, World, deform::Random},
+    solver::{Effects, Rate, RestShape, Stretch, Substeps, VertexIndex, World, deform::Random},
 };
 
 const SIDE: u32 = 200;
@@ -54,7 +54,7 @@ fn strain(shape: RestShape) -> f64 {
         ..Effects::default()
     };
     let mut body = with(body("cloth", shape, 1.0), effects);
-    body.pins = vec![0, SIDE - 1];
+    body.pins = [0, SIDE - 1].map(VertexIndex).to_vec();
     body.update_masses();
     let mut world = World::default();
     world.settings.rate = Rate::new(30.0).expect("sound");

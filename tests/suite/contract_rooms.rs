@@ -21,6 +21,16 @@ const FLOORS: [&[&str]; 8] = [
     &["effect", "simulation"],
 ];
 
+/// The same for the rooms of the window.
+const WINDOW_FLOORS: [&[&str]; 6] = [
+    &["app"],
+    &["panel"],
+    &["input", "lab"],
+    &["render"],
+    &["ui"],
+    &["state"],
+];
+
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
@@ -44,8 +54,8 @@ fn files(folder: &Path) -> Vec<(PathBuf, String)> {
     all
 }
 
-fn floor(room: &str) -> Option<usize> {
-    FLOORS.iter().position(|rooms| rooms.contains(&room))
+fn floor(floors: &[&[&str]], room: &str) -> Option<usize> {
+    floors.iter().position(|rooms| rooms.contains(&room))
 }
 
 /// Code without comments: what a line says before `//`.
@@ -54,11 +64,11 @@ fn code(text: &str) -> impl Iterator<Item = &str> {
         .map(|line| line.split("//").next().unwrap_or(""))
 }
 
-/// The rooms that a file names: after `crate::` or `pliant::`, alone or in braces.
-fn named_rooms(text: &str) -> Vec<String> {
+/// The rooms that a file names: after one of these roots, alone or in braces.
+fn named_rooms(text: &str, roots: &[&str]) -> Vec<String> {
     let all: String = code(text).collect::<Vec<_>>().join("\n");
     let mut rooms = Vec::new();
-    for root in ["crate::", "pliant::"] {
+    for root in roots {
         for (start, _) in all.match_indices(root) {
             let rest = &all[start + root.len()..];
             if let Some(braced) = rest.strip_prefix('{') {
@@ -115,25 +125,39 @@ fn the_solver_package_stands_alone() {
 /// A room can be understood without those above it, as it does not know them.
 #[test]
 fn arrows_between_rooms_point_only_down() {
+    assert_arrows_point_down(
+        &source(),
+        &FLOORS,
+        &["crate::", "pliant::"],
+        // The crate's root and its prelude name everything.
+        &["lib", "prelude"],
+    );
+}
+
+/// The same of the rooms of the window, whose root puts them together.
+#[test]
+fn arrows_between_rooms_of_the_window_point_only_down() {
+    let roots = ["sandbox::"];
+    assert_arrows_point_down(&source().join("sandbox"), &WINDOW_FLOORS, &roots, &["mod"]);
+}
+
+#[track_caller]
+fn assert_arrows_point_down(folder: &Path, floors: &[&[&str]], roots: &[&str], others: &[&str]) {
     let mut found = Vec::new();
     let mut seen = 0;
-    for (path, text) in files(&source()) {
-        let inside = path.strip_prefix(source()).expect("below src");
+    for (path, text) in files(folder) {
+        let inside = path.strip_prefix(folder).expect("below it");
         let room = inside
             .components()
             .next()
             .map(|first| word(&first.as_os_str().to_string_lossy()))
             .unwrap_or_default();
-        let Some(own) = floor(&room) else {
-            // The crate's root and its prelude name everything.
-            assert!(
-                ["lib", "prelude"].contains(&room.as_str()),
-                "an unknown room: {room}"
-            );
+        let Some(own) = floor(floors, &room) else {
+            assert!(others.contains(&room.as_str()), "an unknown room: {room}");
             continue;
         };
-        for known in named_rooms(&text) {
-            if let Some(other) = floor(&known) {
+        for known in named_rooms(&text, roots) {
+            if let Some(other) = floor(floors, &known) {
                 seen += 1;
                 if other < own {
                     found.push(format!("{} knows {known}", inside.display()));

@@ -1,38 +1,22 @@
 //! What every elastic effect promises: its gradients are those of its C, they neither push nor turn
 //! the world, and eight lanes in f32 do what the reference does in f64.
 
-use crate::support::{body, cube, random_vector, sweep};
+use crate::{
+    all_effects,
+    support::{body, cube, random_vector, sweep},
+};
 use glam::DVec3;
 use pliant::solver::{
-    Bend, Body, Damping, Effects, IsometricBend, Stretch, Volume,
+    Body, Damping, Effects,
     deform::Random,
     effects::Multipliers,
     elastic::{Elastic, Point, Visit},
     reference,
 };
 
-/// All elastic effects, as they are by default, with a damping of τ [s].
+/// All elastic effects, with a damping of τ [s].
 fn all(tau: f32) -> Effects {
-    let damping = Damping::new(tau).expect("sound");
-    Effects {
-        stretch: Some(Stretch {
-            damping,
-            ..Stretch::default()
-        }),
-        bend: Some(Bend {
-            damping,
-            ..Bend::default()
-        }),
-        isometric_bend: Some(IsometricBend {
-            damping,
-            ..IsometricBend::default()
-        }),
-        volume: Some(Volume {
-            damping,
-            ..Volume::default()
-        }),
-        ..Effects::default()
-    }
+    all_effects::elastic(Damping::new(tau).expect("sound"))
 }
 
 /// A cube of a metre whose particles are some 3 cm from where they were.
@@ -78,6 +62,11 @@ impl Visit for Gradients<'_> {
             }
             for (row, differences) in rows.iter().zip(differences) {
                 let largest = row.gradients.iter().fold(0.0_f64, |m, g| m.max(g.length()));
+                // An inequality that holds.
+                if largest == 0.0 {
+                    continue;
+                }
+                seen += 1;
                 let (mut push, mut turn) = (DVec3::ZERO, DVec3::ZERO);
                 for corner in 0..N {
                     let gradient = row.gradients[corner];
@@ -92,11 +81,16 @@ impl Visit for Gradients<'_> {
                     );
                 }
                 assert!(push.length() < 1e-12 * largest, "{name}: Σ∇ = {push}");
-                assert!(turn.length() < 1e-12 * largest, "{name}: Σ x × ∇ = {turn}");
+                // Where F = 1 + Σ u ∇N, rest positions times ∇N are not 1 but off by three roundings of `f32`, by as much
+                // of the gradients times the 0.5 m of an element.
+                let rounded = if M > 1 { 0.5 * 3.0 * 6e-8 } else { 1e-12 };
+                assert!(
+                    turn.length() < rounded * largest,
+                    "{name}: Σ x × ∇ = {turn}"
+                );
             }
-            seen += 1;
         }
-        assert!(seen > 50, "{name} has only {seen} elements");
+        assert!(seen > 30, "{name} has only {seen} equations");
     }
 }
 
@@ -154,7 +148,7 @@ fn eight_lanes_do_what_the_reference_does() {
             // The substep began some 2 mm from the rest shape.
             let crumpled = body.particles.positions.clone();
             let places = body.particles.positions.iter_mut();
-            for (x, rest) in places.zip(&body.topology.rest) {
+            for (x, rest) in places.zip(body.topology.rest.iter()) {
                 *x = (*rest + random_vector(&mut random, 0.002)).extend(x.w);
             }
             body.particles.settle();

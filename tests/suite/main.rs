@@ -1,8 +1,10 @@
 //! The suite: one binary, a module for each thing that is promised.
 
+mod all_effects;
 mod allocation;
 mod bench;
 mod contract_bits;
+mod contract_effects;
 mod contract_order;
 mod contract_rooms;
 mod contract_speed;

@@ -162,15 +162,15 @@ fn weights_sum_to_one_are_bounded_and_move_rigidly() {
             assert!(anchor.weights.iter().all(|w| w.abs() <= Anchor::MAX_WEIGHT));
             assert!(
                 anchor
-                    .particles
+                    .vertices
                     .iter()
-                    .all(|p| (*p as usize) < body.shape.vertices.len())
+                    .all(|p| p.index() < body.shape.vertices.len())
             );
         }
         let at_rest = skin_at_rest(&body);
         let mut moved = Vec::new();
         skin.deform(
-            |i| turn * body.shape.vertices[i as usize] + shift,
+            |i| turn * body.shape.vertices[i.index()] + shift,
             &mut moved,
         );
         for (rest, moved) in at_rest.iter().zip(&moved) {
@@ -190,9 +190,9 @@ fn deforming_again_keeps_the_memory() {
     let body = filled(cube(), 4);
     let skin = body.skin.as_ref().expect("a skin");
     let mut out = Vec::new();
-    skin.deform(|i| body.shape.vertices[i as usize], &mut out);
+    skin.deform(|i| body.shape.vertices[i.index()], &mut out);
     let (place, room) = (out.as_ptr(), out.capacity());
-    skin.deform(|i| body.shape.vertices[i as usize] * 2.0, &mut out);
+    skin.deform(|i| body.shape.vertices[i.index()] * 2.0, &mut out);
     assert_eq!((out.as_ptr(), out.capacity(), out.len()), (place, room, 8));
 }
 

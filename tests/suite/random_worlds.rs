@@ -12,7 +12,7 @@ use pliant::{
         Body, Collide, Collider, ColliderShape, Compliance, Damping, Deformation, Density, Effects,
         Filling, Frequency, Friction, Ground, Instructions, Path, Pose, Pressure, RegionSize,
         RestShape, Restitution, ShapeMatching, StickyGround, Stiffness, Stretch, Struts, Threads,
-        Volume, World, deform::deform, measure,
+        VertexIndex, Volume, World, deform::deform, measure,
     },
 };
 use proptest::prelude::*;
@@ -146,7 +146,11 @@ impl Soft {
             ..Effects::default()
         };
         let count = u32::try_from(body.particles.len()).expect("few");
-        body.pins = self.pins.iter().map(|pin| pin % count).collect();
+        body.pins = self
+            .pins
+            .iter()
+            .map(|pin| VertexIndex(pin % count))
+            .collect();
         body.pins.sort_unstable();
         body.pins.dedup();
         body.update_masses();
@@ -397,7 +401,7 @@ fn any_world_stays_finite_or_is_named_keeps_its_pins_and_repeats() {
                     assert_eq!(now, place, "pin {particle} after tick {tick}");
                 }
                 if let Some(quarantine) = &body.quarantine {
-                    assert!((quarantine.vertex as usize) < body.particles.len());
+                    assert!(quarantine.vertex.index() < body.particles.len());
                     assert!(!quarantine.stage.is_empty() && body.particles.is_still());
                 }
             }

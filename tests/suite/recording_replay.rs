@@ -6,7 +6,7 @@ use pliant::{
     recording::{About, HASH_EVERY, Recorder, RecordingError, Replay, replay},
     scene::{self, BuiltScene, Scene, run::headless},
     simulation::{Action, Asleep, NewBody, plain, plain::bodies_in_order, state_hash, tick},
-    solver::{Deformation, Particles, SurfacePoint, Threads},
+    solver::{Deformation, ParticleIndex, Particles, SurfacePoint, Threads, VertexIndex},
 };
 use proptest::prelude::*;
 use std::{
@@ -68,7 +68,12 @@ fn bodies(app: &mut App) -> Vec<Entity> {
 }
 
 fn grab(body: Entity, target: Vec3) -> Action {
-    let point = SurfacePoint::new(&[(0, 0.3), (1, 0.5), (2, 0.4)]).expect("sound");
+    let point = SurfacePoint::new(&[
+        (ParticleIndex(0), 0.3),
+        (ParticleIndex(1), 0.5),
+        (ParticleIndex(2), 0.4),
+    ])
+    .expect("sound");
     Action::Grab {
         body,
         point,
@@ -104,11 +109,23 @@ fn session(path: &Path) -> u64 {
     let (effect, body) = ("volume".to_owned(), all[2]);
     push(&mut app, Action::RemoveEffect { body, effect });
     push(&mut app, Action::Release { body: all[0] });
-    push(&mut app, Action::Pin { body, vertex: 3 });
+    push(
+        &mut app,
+        Action::Pin {
+            body,
+            vertex: VertexIndex(3),
+        },
+    );
     let (name, value) = ("substeps".to_owned(), 7.0);
     push(&mut app, Action::SetSetting { name, value });
     ticks(&mut app, 11);
-    push(&mut app, Action::Unpin { body, vertex: 3 });
+    push(
+        &mut app,
+        Action::Unpin {
+            body,
+            vertex: VertexIndex(3),
+        },
+    );
     let deformation = Deformation::Shuffle(7);
     push(&mut app, Action::Deform { body, deformation });
     let mut new = plain::body(app.world().entity(all[3])).expect("a body");

@@ -15,7 +15,10 @@ use pliant::{
         plain::{self, bodies_in_order},
         state_hash, tick,
     },
-    solver::{Deformation, Particles, RestShape, SurfacePoint, Topology, measure::fnv1a},
+    solver::{
+        Deformation, ParticleIndex, Particles, RestShape, SurfacePoint, Topology, VertexIndex,
+        measure::fnv1a,
+    },
 };
 use proptest::prelude::*;
 use std::{sync::Arc, time::Duration};
@@ -59,7 +62,12 @@ fn assert_same(a: &mut App, b: &mut App) {
 
 fn grab(app: &mut App, number: usize, target: Vec3) {
     let body = bodies_in_order(app.world_mut())[number];
-    let point = SurfacePoint::new(&[(0, 0.3), (1, 0.5), (2, 0.4)]).expect("sound");
+    let point = SurfacePoint::new(&[
+        (ParticleIndex(0), 0.3),
+        (ParticleIndex(1), 0.5),
+        (ParticleIndex(2), 0.4),
+    ])
+    .expect("sound");
     push(
         app,
         Action::Grab {
@@ -85,7 +93,13 @@ fn every_scene_goes_on_to_the_bit_from_the_middle_of_a_drag() {
         grab(&mut app, 0, Vec3::new(0.3, 0.9, 0.2));
         ticks(&mut app, 3);
         let body = bodies_in_order(app.world_mut())[0];
-        push(&mut app, Action::Pin { body, vertex: 1 });
+        push(
+            &mut app,
+            Action::Pin {
+                body,
+                vertex: VertexIndex(1),
+            },
+        );
         push(&mut app, set(body, "stretch", "compliance", 3e-4));
         let name = "iterations".to_owned();
         push(&mut app, Action::SetSetting { name, value: 2.0 });
@@ -160,7 +174,7 @@ fn what_was_done_since_the_last_tick_is_kept() {
         },
         Action::Pin {
             body: bodies[0],
-            vertex: 4,
+            vertex: VertexIndex(4),
         },
     ] {
         push(&mut app, action);

@@ -9,7 +9,7 @@ use crate::{
     support::{self, random_vector, stretch, volume, world},
 };
 use glam::Vec3;
-use pliant::solver::{Damping, Grab, SurfacePoint, deform::Random, reference};
+use pliant::solver::{Damping, Grab, ParticleIndex, SurfacePoint, deform::Random, reference};
 
 #[test]
 fn presolve_and_postsolve_equal_the_reference() {
@@ -39,7 +39,7 @@ fn stretch_equals_the_reference() {
             if body
                 .pins
                 .iter()
-                .any(|&pin| pin as usize == i || pin as usize == i + 1)
+                .any(|&pin| pin.index() == i || pin.index() == i + 1)
             {
                 body.particles.set_velocity(i, Vec3::ZERO);
                 body.particles.set_velocity(i + 1, Vec3::ZERO);
@@ -124,7 +124,8 @@ fn grab_equals_the_reference() {
     for seed in 0..200 {
         let mut random = Random::new(seed);
         let mut body = random_body::<1>(12, seed);
-        let terms: Vec<(u32, f32)> = (0..12).map(|i| (i, random.next() + 0.01)).collect();
+        let terms = (0..12).map(|i| (ParticleIndex(i), random.next() + 0.01));
+        let terms: Vec<_> = terms.collect();
         let point = SurfacePoint::new(&terms).expect("sound");
         let target = random_vector(&mut random, 3.0);
         let mut grab = Grab::on(point, target, 10.0, 1.0, 9.81);

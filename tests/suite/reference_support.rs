@@ -3,7 +3,8 @@
 use crate::support::random_vector;
 use glam::{DVec3, Vec3};
 use pliant::solver::{
-    Body, Density, Mass, RestShape, Settings, Topology, World, deform::Random, reference,
+    Body, Density, Mass, RestShape, Settings, Topology, VertexIndex, World, deform::Random,
+    reference,
 };
 use std::sync::Arc;
 
@@ -34,9 +35,9 @@ pub fn random_body<const N: usize>(count: u32, seed: u32) -> Body {
     for particle in 0..count * N as u32 {
         let mass = 0.1 + 10.0 * random.next() * random.next();
         body.added_mass
-            .push((particle, Mass::new(mass).expect("sound")));
+            .push((VertexIndex(particle), Mass::new(mass).expect("sound")));
         if random.next() < 0.1 {
-            body.pins.push(particle);
+            body.pins.push(VertexIndex(particle));
         }
     }
     body.update_masses();

@@ -7,7 +7,10 @@ use bevy_egui::egui::{
 };
 use pliant::{
     sandbox::{
-        lab::accuracy::{AccuracyCommand, Card, Dot, Goals, News, Task, Worker, show},
+        lab::{
+            accuracy::{AccuracyCommand, Card, Dot, Goals, News, Task, measure, show},
+            worker::Worker,
+        },
         ui::{WidgetRects, theme},
     },
     study::Goal,
@@ -215,7 +218,7 @@ fn small() -> pliant::solver::World {
     world(settings(9.81, 60.0, 2, 1), body)
 }
 
-fn until_ended(worker: &Worker) -> Vec<News> {
+fn until_ended(worker: &Worker<News>) -> Vec<News> {
     let mut all = Vec::new();
     // A minute is a hundred times what it takes.
     for _ in 0..6000 {
@@ -230,7 +233,7 @@ fn until_ended(worker: &Worker) -> Vec<News> {
 
 #[test]
 fn a_survey_tells_of_modes_and_of_many_settings_and_a_search_of_one() {
-    let worker = Worker::start(small(), Task::Survey).expect("a thread");
+    let worker = measure(small(), Task::Survey).expect("a thread");
     let news = until_ended(&worker);
     assert!(news.iter().any(|news| matches!(news, News::Modes(_))));
     let points = news.iter().filter_map(|news| match news {
@@ -248,7 +251,7 @@ fn a_survey_tells_of_modes_and_of_many_settings_and_a_search_of_one() {
     // Substeps up to 128, 64, 32, 16, 8 with 1, 2, 4, 8, 16 iterations.
     assert_eq!(settings.len(), 8 + 7 + 6 + 5 + 4);
 
-    let worker = Worker::start(small(), Task::Reach(Goal::Error(0.1))).expect("a thread");
+    let worker = measure(small(), Task::Reach(Goal::Error(0.1))).expect("a thread");
     let news = until_ended(&worker);
     let chosen = news.iter().find_map(|news| match news {
         News::Chosen(Some(choice)) => Some(choice),

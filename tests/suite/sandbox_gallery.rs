@@ -11,7 +11,8 @@ use pliant::{
     recording::replay,
     sandbox::{
         lab::gallery::{
-            Card, GalleryCommand, Line, News, On, Subject, Verdict, Worker, save, show,
+            Card, GalleryCommand, Line, News, On, Subject, Verdict, run_case, save, show,
+            start_advice,
         },
         ui::{WidgetRects, theme},
     },
@@ -185,7 +186,7 @@ fn soft_cube() -> Body {
 }
 
 fn ended(case: &'static Case, subject: Subject) -> Verdict {
-    let worker = Worker::start(case, subject).expect("a thread");
+    let worker = run_case(case, subject).expect("a thread");
     for _ in 0..6000 {
         for news in worker.news() {
             if let News::Ended(outcome) = news {
@@ -255,7 +256,7 @@ fn the_body_on_screen_begins_where_the_judged_one_does() {
 fn settings_that_pass_are_looked_for_on_a_thread() {
     let case = Case::named("plates").expect("a case");
     let member = "cube3,compliance=1e-4,damping=0.02".to_owned();
-    let worker = Worker::advise(case, Subject::Own, member).expect("a thread");
+    let worker = start_advice(case, Subject::Own, member).expect("a thread");
     for _ in 0..6000 {
         for news in worker.news() {
             if let News::Advised(words) = news {

@@ -5,27 +5,33 @@ use bevy_egui::egui::{
     Context, Event, FullOutput, Key, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape, Vec2,
     ViewportId, ViewportInfo, pos2, vec2,
 };
-use pliant::sandbox::{
-    input::keys::{BINDINGS, GESTURES},
-    lab::reference_overlay::distance::{Distance, Trail},
-    panel::{
-        Panel,
-        energy::EnergyTrack,
-        history::History,
-        model::{
-            Addition, BodyEntry, BodyState, ClockModel, DeliveredModel, Distortion, EffectModel,
-            EnergyModel, GrabModel, PanelModel, Parameter, ReferenceModel, Request, SceneEntry,
-            Scope, StageModel,
+use pliant::{
+    sandbox::{
+        input::keys::{BINDINGS, GESTURES},
+        lab::reference_overlay::distance::{Distance, Trail},
+        panel::{
+            Panel,
+            energy::EnergyTrack,
+            history::History,
+            model::{
+                Addition, BodyEntry, BodyState, ClockModel, DeliveredModel, EffectModel,
+                EnergyModel, GrabModel, PanelModel, Parameter, ReferenceModel, SceneEntry,
+                StageModel,
+            },
+            show,
         },
-        show,
+        state::{
+            request::{Distortion, Request},
+            selection::Scope,
+            view::SolverView,
+        },
+        ui::{
+            WidgetRects, theme,
+            track::{Spread, Track},
+        },
     },
-    render::view::SolverView,
-    ui::{
-        WidgetRects, theme,
-        track::{Spread, Track},
-    },
+    solver::advance::Stage,
 };
-use pliant::solver::advance::Stage;
 
 const SIZES: [(Vec2, f32); 4] = [
     (Vec2::new(1280.0, 800.0), 1.0),

@@ -5,14 +5,14 @@ use bevy_egui::egui::{
 };
 use pliant::{
     sandbox::{
-        lab::quarantine::{FrozenBody, draw, reason},
+        lab::quarantine::{QuarantinedBody, draw, reason},
         ui::{WidgetRects, theme},
     },
-    solver::Quarantine,
+    solver::{Quarantine, VertexIndex},
 };
 
-fn body(key: u64, again: bool) -> FrozenBody {
-    FrozenBody {
+fn body(key: u64, again: bool) -> QuarantinedBody {
+    QuarantinedBody {
         key,
         name: format!("cube {key}"),
         reason: "non-finite state of vertex 3 after stretch".to_owned(),
@@ -23,14 +23,14 @@ fn body(key: u64, again: bool) -> FrozenBody {
 /// The card as it is drawn in a window of this size.
 struct Card {
     context: Context,
-    bodies: Vec<FrozenBody>,
+    bodies: Vec<QuarantinedBody>,
     size: Vec2,
     places: WidgetRects,
     pressed: Vec<u64>,
 }
 
 impl Card {
-    fn new(bodies: Vec<FrozenBody>, size: Vec2) -> Self {
+    fn new(bodies: Vec<QuarantinedBody>, size: Vec2) -> Self {
         let context = Context::default();
         theme::apply(&context);
         let mut card = Self {
@@ -124,7 +124,10 @@ fn of_many_bodies_each_can_be_restored_and_the_card_stays_in_the_smallest_window
 
 #[test]
 fn what_was_given_is_not_blamed_on_a_stage() {
-    let quarantine = |stage| Quarantine { vertex: 4, stage };
+    let quarantine = |stage| Quarantine {
+        vertex: VertexIndex(4),
+        stage,
+    };
     assert_eq!(
         reason(&quarantine("input")),
         "non-finite input for vertex 4"

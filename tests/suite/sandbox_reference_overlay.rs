@@ -14,15 +14,15 @@ use pliant::{
             bodies::{Moment, ReferenceBodies, Seen},
             pace::{LEAST, MOST, fitting},
         },
-        panel::{PanelState, Scope},
+        state::selection::{Scope, Selection},
     },
     simulation::{
         Action, Actions, Asleep, SimulationClock, SimulationSettings, StepSchedule, plain,
         state_hash,
     },
     solver::{
-        self, Collide, Collider, ColliderShape, Deformation, Grab, Particles, Path, Pose, Settings,
-        Substeps, SurfacePoint, reference,
+        self, Collide, Collider, ColliderShape, Deformation, Grab, ParticleIndex, Particles, Path,
+        Pose, Settings, Substeps, SurfacePoint, VertexIndex, reference,
     },
     study::PROJECTIONS,
 };
@@ -145,7 +145,7 @@ fn happen(world: &mut solver::World, tick: u64) {
     let body = &mut world.bodies[0];
     match tick {
         5 => {
-            let point = SurfacePoint::new(&[(0, 1.0)]).expect("sound");
+            let point = SurfacePoint::new(&[(ParticleIndex(0), 1.0)]).expect("sound");
             let target = body.particles.positions[0].truncate();
             body.effects.grab = Some(Grab::on(point, target, 64.0, 0.7, 9.81));
         }
@@ -157,7 +157,7 @@ fn happen(world: &mut solver::World, tick: u64) {
         20 => body.effects.grab = None,
         22 => body.effects.stretch = support::stretch(1e-4),
         25 => {
-            body.pins = vec![3];
+            body.pins = [3].map(VertexIndex).to_vec();
             body.update_masses();
         }
         30 => {
@@ -349,11 +349,11 @@ fn bodies_that_come_and_go_have_reference_overlays_that_come_and_go() {
 #[test]
 fn a_body_that_is_chosen_has_the_reference_overlay_alone() {
     let (mut app, bodies) = app_of(&cubes());
-    app.world_mut().resource_mut::<PanelState>().scope = Scope::Body(bodies[1].to_bits());
+    app.world_mut().resource_mut::<Selection>().0 = Scope::Body(bodies[1].to_bits());
     command(&mut app, ReferenceCommand::Toggle);
     updates(&mut app, 5);
     assert_eq!(followed(&app), bodies[1..]);
-    app.world_mut().resource_mut::<PanelState>().scope = Scope::Body(bodies[0].to_bits());
+    app.world_mut().resource_mut::<Selection>().0 = Scope::Body(bodies[0].to_bits());
     updates(&mut app, 5);
     assert_eq!(followed(&app), bodies[..1], "another is chosen");
 }

@@ -5,12 +5,12 @@ use bevy::color::{LinearRgba, Oklaba};
 use glam::{UVec2, UVec3, Vec2, Vec3};
 use pliant::{
     mesh::Primitive,
-    sandbox::render::{
-        solver_view::{
+    sandbox::{
+        render::solver_view::{
             legend::sentence,
             place::{Kinds, Place, Summary, Turn, places},
         },
-        view::SolverView,
+        state::view::SolverView,
     },
     solver::{RestShape, Topology, coloring::MAX_COLOURS, lanes::WIDTH, order::Elements},
 };

@@ -8,7 +8,9 @@ use pliant::{
         answer::Subject,
         run::{RunOptions, run},
     },
-    solver::{Body, Damping, Iterations, Membrane, Stiffness, Stretch, Substeps, World},
+    solver::{
+        Body, Damping, Iterations, Membrane, Stiffness, Stretch, Substeps, VertexIndex, World,
+    },
 };
 
 fn scene(name: &str) -> (Scene, World) {
@@ -106,10 +108,10 @@ fn what_is_not_as_the_shape_wants_it_has_no_answer() {
     let pins = std::mem::take(&mut rope.pins);
     rope.update_masses();
     assert!(curve(&answer, rope, gravity).is_none(), "nothing holds it");
-    rope.pins = vec![pins[0], 5, pins[1]];
+    rope.pins = vec![pins[0], VertexIndex(5), pins[1]];
     rope.update_masses();
     assert!(curve(&answer, rope, gravity).is_none(), "three pins");
-    rope.pins = vec![pins[0], 5];
+    rope.pins = vec![pins[0], VertexIndex(5)];
     rope.update_masses();
     assert!(curve(&answer, rope, gravity).is_none(), "a tail hangs down");
 }

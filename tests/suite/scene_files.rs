@@ -202,7 +202,7 @@ fn what_is_wrong_with_a_body_names_the_body_and_what_would_be_right() {
     );
     says(
         &complaint("density: 1000", "added_mass: [(27, 1.0)]"),
-        &["“b”", "particle 27", "0 to 26"],
+        &["“b”", "vertex 27", "0 to 26"],
     );
 }
 
@@ -215,13 +215,18 @@ fn pins_that_pin_nothing_are_refused_with_where_the_body_is() {
         ),
         &[
             "“b”",
-            "pins no particle",
+            "pins nothing",
             "[-0.2, -0.2, -0.2] to [0.2, 0.2, 0.2] m",
         ],
     );
     says(
+        &complaint("density: 1000", "pins: [Vertex(27)]"),
+        &["“b”", "Vertex(27) pins nothing", "vertices 0 to 26"],
+    );
+    // As older files have it.
+    says(
         &complaint("density: 1000", "pins: [Particle(27)]"),
-        &["“b”", "Particle(27) pins no particle", "particles 0 to 26"],
+        &["“b”", "Vertex(27) pins nothing", "vertices 0 to 26"],
     );
 }
 

@@ -190,7 +190,7 @@ fn steps(world: &mut World) {
         let finite = state.all(|v| v.is_finite());
         assert!(finite, "{} is not finite: {:?}", body.name, body.quarantine);
         if let Some(quarantine) = &body.quarantine {
-            assert!((quarantine.vertex as usize) < body.particles.len());
+            assert!(quarantine.vertex.index() < body.particles.len());
             assert!(!quarantine.stage.is_empty());
         }
     }

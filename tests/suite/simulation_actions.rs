@@ -5,11 +5,11 @@ use bevy::{ecs::message::Messages, prelude::*};
 use pliant::{
     effect::{Collide, Stretch},
     simulation::{Action, Applied, BodyDensity, Pins, Quarantined, state_hash},
-    solver::{Deformation, Density, Grab, Particles, SurfacePoint},
+    solver::{Deformation, Density, Grab, ParticleIndex, Particles, SurfacePoint, VertexIndex},
 };
 
 fn point() -> SurfacePoint {
-    SurfacePoint::new(&[(0, 0.5), (1, 0.5)]).expect("sound")
+    SurfacePoint::new(&[(ParticleIndex(0), 0.5), (ParticleIndex(1), 0.5)]).expect("sound")
 }
 
 fn particles(app: &App, body: Entity) -> &Particles {
@@ -59,39 +59,18 @@ fn parameters_are_set_by_name_in_their_units() {
 #[test]
 fn pinning_holds_a_particle_where_it_is_and_unpinning_lets_it_go() {
     let (mut app, bodies, _) = app_of(&cubes());
-    let (body, particle) = (bodies[0], 3);
+    let (body, vertex) = (bodies[0], VertexIndex(3));
     let before = particles(&app, body).positions[3].truncate();
-    push(
-        &mut app,
-        Action::Pin {
-            body,
-            vertex: particle,
-        },
-    );
-    push(
-        &mut app,
-        Action::Pin {
-            body,
-            vertex: particle,
-        },
-    );
+    push(&mut app, Action::Pin { body, vertex });
+    push(&mut app, Action::Pin { body, vertex });
     ticks(&mut app, 60);
     assert_eq!(particles(&app, body).positions[3].truncate(), before);
     assert_eq!(
         app.world().get::<Pins>(body).expect("has them").0,
-        [3],
+        [vertex],
         "only once"
     );
-    assert!(
-        done(
-            &mut app,
-            Action::Unpin {
-                body,
-                vertex: particle
-            }
-        )
-        .is_empty()
-    );
+    assert!(done(&mut app, Action::Unpin { body, vertex }).is_empty());
     ticks(&mut app, 60);
     assert_ne!(particles(&app, body).positions[3].truncate(), before);
 }
@@ -180,9 +159,21 @@ fn what_was_done_is_told_with_its_tick_in_order_and_can_be_done_again() {
     let body = bodies[0];
     ticks(&mut app, 5);
     push(&mut app, set(body, "stretch", "compliance", 1e-4));
-    push(&mut app, Action::Pin { body, vertex: 2 });
+    push(
+        &mut app,
+        Action::Pin {
+            body,
+            vertex: VertexIndex(2),
+        },
+    );
     ticks(&mut app, 5);
-    push(&mut app, Action::Unpin { body, vertex: 2 });
+    push(
+        &mut app,
+        Action::Unpin {
+            body,
+            vertex: VertexIndex(2),
+        },
+    );
     ticks(&mut app, 50);
     let applied = record(&mut app);
     assert_eq!(

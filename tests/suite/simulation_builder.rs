@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use pliant::{
     SoftBodyPlugins,
     prelude::*,
-    solver::{RestShape, TopologyError, topology::Dimension},
+    solver::{RestShape, TopologyError, VertexIndex, topology::Dimension},
 };
 use std::panic::catch_unwind;
 
@@ -53,7 +53,7 @@ fn a_body_is_where_it_was_put_and_its_pins_hold_it() {
     let at = |vertex: u32| {
         let body = app.world().get::<SoftBody>(body).expect("a body");
         particles
-            .position(body.numbering.particle(vertex) as usize)
+            .position(body.particle(VertexIndex(vertex)))
             .as_vec3()
     };
     assert!(at(4).distance(Vec3::Y * 3.5) < 1e-6, "{}", at(4));

@@ -9,9 +9,10 @@ use crate::{
 use bevy::prelude::*;
 use pliant::{
     effect::{Collide, Stretch, Volume},
-    simulation::{BodyDensity, Multipliers, Pins, SimulationSettings, SoftBody, plain, state_hash},
+    simulation::{BodyDensity, Pins, SimulationSettings, SoftBody, plain, state_hash},
     solver::{
-        self, Collider, ColliderShape, Compliance, Density, Effects, ElasticKind, Particles, Pose,
+        self, Collider, ColliderShape, Compliance, Density, EffectStates, Effects, ElasticKind,
+        Particles, Pose, VertexIndex,
     },
 };
 use std::sync::Arc;
@@ -77,7 +78,7 @@ fn pins_and_densities_that_are_written_change_masses_at_the_next_tick() {
         .get_mut::<Pins>(bodies[0])
         .expect("has them")
         .0
-        .push(1);
+        .push(VertexIndex(1));
     ticks(&mut app, 1);
     assert_eq!(weight(&app), 0.0);
     app.world_mut()
@@ -148,8 +149,8 @@ fn an_absent_effect_has_no_memory() {
     ticks(&mut app, 1);
     let column = |app: &App| {
         app.world()
-            .get::<Multipliers>(bodies[0])
-            .map(|all| all.of(ElasticKind::Stretch).len())
+            .get::<EffectStates>(bodies[0])
+            .map(|states| states.multipliers(ElasticKind::Stretch).len())
     };
     assert!(column(&app).is_some_and(|length| length > 0));
     app.world_mut().entity_mut(bodies[0]).remove::<Stretch>();

@@ -6,7 +6,7 @@ use pliant::{
     SoftBodyPlugins,
     effect::{Effect, EffectPlugin, EffectRegistry, Parameter},
     prelude::*,
-    simulation::Multipliers,
+    solver::EffectStates,
     solver::InvalidValue,
 };
 
@@ -80,7 +80,7 @@ fn a_body_can_be_given_another_mesh() {
     let particles = body.get::<Particles>().expect("a body");
     assert_eq!(particles.len(), count);
     assert_eq!(particles.first_not_finite(), None);
-    assert!(body.get::<Multipliers>().is_some());
+    assert!(body.get::<EffectStates>().is_some());
 }
 
 #[derive(Component, Debug, Clone, Copy, Default)]

@@ -15,7 +15,7 @@ use pliant::{
         Active, ContactSchedule, CurrentSubstep, EffectSystems, SimulationSettings, SoftBody,
         SolvePhase, SolveSchedule, SolverSystems, SubstepSchedule,
     },
-    solver::{CollisionIterations, Particles},
+    solver::{CollisionIterations, ParticleIndex, Particles},
 };
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -53,11 +53,11 @@ fn a_tick_runs_its_stages_in_the_documented_order_as_often_as_asked() {
         (
             note("elastic").in_set(SolvePhase::Elastic),
             note("user").in_set(SolvePhase::User),
-            note("hands").in_set(SolvePhase::Hands),
+            note("grabs").in_set(SolvePhase::Grab),
         ),
     );
     app.add_systems(ContactSchedule, note("contacts"));
-    let sweep = ["elastic", "user", "hands"];
+    let sweep = ["elastic", "user", "grabs"];
     // Passes over contacts after each of four sweeps.
     for (passes, after) in [
         (0, [1, 1, 1, 1]),
@@ -224,7 +224,7 @@ fn the_inner_schedules_hold_no_ambiguity_with_everything_in_them() {
         Collide::default(),
         pliant::effect::StickyGround { height: -1.0 },
         pliant::solver::Grab::on(
-            pliant::solver::SurfacePoint::new(&[(0, 1.0)]).expect("sound"),
+            pliant::solver::SurfacePoint::new(&[(ParticleIndex(0), 1.0)]).expect("sound"),
             Vec3::ZERO,
             1.0,
             1.0,

@@ -7,7 +7,7 @@ use crate::{
 use bevy::{ecs::message::Messages, prelude::*};
 use pliant::{
     simulation::{BodyQuarantined, Quarantined, SolvePhase, SolveSchedule, plain},
-    solver::{Grab, Particles, Quarantine, SurfacePoint, World},
+    solver::{Grab, ParticleIndex, Particles, Quarantine, SurfacePoint, VertexIndex, World},
 };
 
 /// What is written into a body before tick 30 of 60.
@@ -63,7 +63,7 @@ fn assert_other_undisturbed(app: &App, other: Entity) {
 fn a_nan_written_into_a_position_freezes_that_body_alone_and_names_it() {
     let (mut app, bodies, last_finite) = spoilt(|particles| particles.positions[3].y = f32::NAN);
     let expected = Quarantine {
-        vertex: 3,
+        vertex: VertexIndex(3),
         stage: "input",
     };
     assert_eq!(quarantine(&app, bodies[0]), Some(&expected));
@@ -91,7 +91,7 @@ fn a_nan_written_into_a_position_freezes_that_body_alone_and_names_it() {
 fn infinite_velocities_are_caught_like_positions() {
     let (app, bodies, _) = spoilt(|particles| particles.displacements[5].x = f32::INFINITY);
     let expected = Quarantine {
-        vertex: 5,
+        vertex: VertexIndex(5),
         stage: "input",
     };
     assert_eq!(quarantine(&app, bodies[0]), Some(&expected));
@@ -151,7 +151,7 @@ fn a_users_system_that_writes_nan_is_named_as_such() {
     app.add_systems(SolveSchedule, spoil.in_set(SolvePhase::User));
     ticks(&mut app, 60);
     let expected = Quarantine {
-        vertex: 0,
+        vertex: VertexIndex(0),
         stage: "a user's system",
     };
     assert_eq!(quarantine(&app, bodies[0]), Some(&expected));
@@ -162,7 +162,7 @@ fn a_users_system_that_writes_nan_is_named_as_such() {
 fn a_body_in_quarantine_stays_there_to_the_bit_whatever_pulls_at_it() {
     let (mut app, bodies, _) = spoilt(|particles| particles.positions[0].x = f32::NAN);
     let frozen = bits(&particles(&app, bodies[0]).positions);
-    let point = SurfacePoint::new(&[(0, 1.0)]).expect("sound");
+    let point = SurfacePoint::new(&[(ParticleIndex(0), 1.0)]).expect("sound");
     let grab = Grab::on(point, Vec3::splat(9.0), 1.0, 1.0, 9.81);
     app.world_mut().entity_mut(bodies[0]).insert(grab);
     ticks(&mut app, 30);

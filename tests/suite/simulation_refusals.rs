@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use pliant::{
     effect::Collide,
     simulation::{Action, SimulationSettings, SoftBody},
-    solver::{Deformation, Grab, SurfacePoint},
+    solver::{Deformation, Grab, ParticleIndex, SurfacePoint, VertexIndex},
 };
 
 /// The message of an action that must be refused and change nothing.
@@ -86,7 +86,7 @@ fn a_grab_of_what_is_not_there_is_refused() {
     let (mut app, bodies, _) = app_of(&cubes());
     let grab = |target: Vec3, particle: u32| Action::Grab {
         body: bodies[0],
-        point: SurfacePoint::new(&[(particle, 1.0)]).expect("sound"),
+        point: SurfacePoint::new(&[(ParticleIndex(particle), 1.0)]).expect("sound"),
         target,
     };
     refused(&mut app, grab(Vec3::ZERO, 8));
@@ -102,7 +102,10 @@ fn a_body_that_is_gone_is_said_to_be() {
     let gone = [
         Action::Release { body },
         Action::Despawn { body },
-        Action::Pin { body, vertex: 0 },
+        Action::Pin {
+            body,
+            vertex: VertexIndex(0),
+        },
         set(body, "stretch", "compliance", 0.0),
         Action::Deform {
             body,
@@ -127,16 +130,10 @@ fn an_entity_that_is_no_body_is_refused() {
 #[test]
 fn a_particle_or_an_effect_that_does_not_exist_is_refused() {
     let (mut app, bodies, _) = app_of(&cubes());
-    let (body, particle) = (bodies[0], 99);
-    let message = refused(
-        &mut app,
-        Action::Pin {
-            body,
-            vertex: particle,
-        },
-    );
+    let (body, vertex) = (bodies[0], VertexIndex(99));
+    let message = refused(&mut app, Action::Pin { body, vertex });
     assert!(
-        message.contains("particle 99") && message.contains('8'),
+        message.contains("vertex 99") && message.contains('8'),
         "{message}"
     );
     let effect = String::from("breeze");

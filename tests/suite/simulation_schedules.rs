@@ -9,7 +9,7 @@ use bevy::prelude::*;
 use pliant::{
     effect::{Effect, EffectRegistry, Grab, Stitches, Stretch},
     simulation::{SoftBody, SolveSchedule, StepSchedule, SubstepSchedule, state_hash},
-    solver::{Effects, ForceKind, Particles, SurfacePoint, deform::Random},
+    solver::{Effects, ForceKind, ParticleIndex, Particles, SurfacePoint, deform::Random},
 };
 
 /// All effects, in the order in which they are registered.
@@ -28,7 +28,7 @@ fn insert(app: &mut App, body: Entity, effect: &str) {
             body.insert(Stitches::default());
         }
         None => {
-            let point = SurfacePoint::new(&[(0, 1.0)]).expect("sound");
+            let point = SurfacePoint::new(&[(ParticleIndex(0), 1.0)]).expect("sound");
             body.insert(Grab::on(point, Vec3::ZERO, 1.0, 1.0, 9.81));
         }
     }

@@ -9,8 +9,8 @@ use pliant::{
     effect::{Ground, Stretch},
     simulation::{Action, Actions, Asleep, BodyDensity, Pins, SimulationSettings, state_hash},
     solver::{
-        self, Collide, Collider, ColliderShape, Compliance, Density, Path, Pose, SurfacePoint,
-        measure,
+        self, Collide, Collider, ColliderShape, Compliance, Density, ParticleIndex, Path, Pose,
+        SurfacePoint, VertexIndex, measure,
     },
 };
 
@@ -115,7 +115,7 @@ fn assert_wakes(what: &str, disturb: impl FnOnce(&mut World, Entity)) {
 #[test]
 fn a_sleeper_wakes_when_it_is_grabbed() {
     assert_wakes("a grab", |world, body| {
-        let point = SurfacePoint::new(&[(0, 1.0)]).expect("sound");
+        let point = SurfacePoint::new(&[(ParticleIndex(0), 1.0)]).expect("sound");
         let target = Vec3::new(0.0, 1.0, 0.0);
         let mut actions = world.resource_mut::<Actions>();
         actions.push(Action::Grab {
@@ -148,7 +148,7 @@ fn a_sleeper_wakes_when_a_component_is_written() {
             .get_mut::<Pins>(body)
             .expect("a body has them")
             .0
-            .push(2);
+            .push(VertexIndex(2));
     });
 }
 

@@ -159,7 +159,7 @@ fn each_link_of_a_hanging_chain_pulls_with_the_weight_below_it() {
         .topology
         .edges
         .ends()
-        .zip(body.lambdas.of(ElasticKind::Stretch))
+        .zip(body.states.multipliers(ElasticKind::Stretch))
     {
         let tension = -f64::from(*lambda) / (h * h);
         let below = f64::from(5 - upper);

@@ -6,7 +6,7 @@ use crate::support::{
     volume, with, world,
 };
 use pliant::solver::{
-    Delivered, Effects, ElasticKind, Lambdas, Stretch, World,
+    Delivered, EffectStates, Effects, ElasticKind, Stretch, World,
     delivered::{CLOSE, Work},
 };
 
@@ -49,7 +49,7 @@ fn stretch_work(world: &World) -> Work {
         &body.effects.stretch.expect("given"),
         &body.topology,
         &body.particles,
-        body.lambdas.of(ElasticKind::Stretch),
+        body.states.multipliers(ElasticKind::Stretch),
         world.settings.substep_seconds(),
     )
 }
@@ -60,7 +60,7 @@ fn volume_work(world: &World) -> Work {
         &body.effects.volume.expect("given"),
         &body.topology,
         &body.particles,
-        body.lambdas.of(ElasticKind::Volume),
+        body.states.multipliers(ElasticKind::Volume),
         world.settings.substep_seconds(),
     )
 }
@@ -144,7 +144,7 @@ fn with_one_sweep_forces_are_the_tensions_however_soft_the_chain_behaves() {
             .topology
             .edges
             .ends()
-            .zip(body.lambdas.of(ElasticKind::Stretch))
+            .zip(body.states.multipliers(ElasticKind::Stretch))
         {
             let force = -f64::from(*lambda) / (h * h);
             let tolerance = 1e-4 + 10.0 * may_rest(&world);
@@ -216,7 +216,7 @@ fn block(substeps: u32, iterations: u32) -> World {
     };
     let body = with(body("block", cube(0.2, 3), 1000.0), effects);
     let top: Vec<u32> = (0..)
-        .zip(&body.topology.rest)
+        .zip(body.topology.rest.iter())
         .filter(|(_, x)| x.y > 0.0999)
         .map(|(i, _)| i)
         .collect();
@@ -299,7 +299,7 @@ fn without_load_or_without_multipliers_nothing_is_said() {
         );
     }
     let mut world = hanging(COMPLIANCE, 0.0, 10, 1);
-    world.bodies[0].lambdas = Lambdas::default();
+    world.bodies[0].states = EffectStates::default();
     assert_eq!(stretch_work(&world), Work::default());
     assert_eq!(Work::default().delivered(), None);
 }

@@ -53,10 +53,10 @@ fn material() -> Effects {
 fn held(cells: u32) -> Body {
     let body = beam(cells);
     let left = |x: &Vec3| x.x < -0.05 * cells as f32 + 1e-4;
-    let vertices = (0..).zip(&body.topology.rest);
+    let vertices = (0..).zip(body.topology.rest.iter());
     let pins: Vec<u32> = vertices
         .filter(|(_, x)| left(x))
-        .map(|(i, _)| body.topology.vertex(i))
+        .map(|(i, _)| body.topology.vertex(i).0)
         .collect();
     assert_eq!(pins.len(), 4);
     pinned(body, &pins)
@@ -142,8 +142,8 @@ fn multipliers_are_forces() {
         run(&mut world, 20.0);
         let h = world.settings.substep_seconds();
         let lambdas = world.bodies[0]
-            .lambdas
-            .of(pliant::solver::ElasticKind::Stretch);
+            .states
+            .multipliers(pliant::solver::ElasticKind::Stretch);
         let force = -f64::from(lambdas[0]) / (h * h);
         // Positions are rounded by 3e-8 m, which is as much as a force of m·3e-8/h² = 1.7e-3 N.
         assert!((force - G).abs() < 4e-3, "{force} N at {compliance} m/N");

@@ -6,7 +6,8 @@ use pliant::{
     mesh::Primitive,
     solver::{
         Body, Collide, Collider, ColliderShape, Direct, Friction, Ground, Mass, Pose, RestShape,
-        RollingResistance, Stretch, World, contact::pose::rotation, measure, reference,
+        RollingResistance, Stretch, VertexIndex, World, contact::pose::rotation, measure,
+        reference,
     },
 };
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -42,8 +43,8 @@ fn capstan(iterations: u32) -> (World, f64) {
         ..RestShape::default()
     };
     let mut rope = body("rope", shape, 0.05);
-    rope.added_mass = vec![(0, Mass::new(1.0).expect("sound"))];
-    rope.pins = vec![last];
+    rope.added_mass = vec![(VertexIndex(0), Mass::new(1.0).expect("sound"))];
+    rope.pins = [last].map(VertexIndex).to_vec();
     rope.update_masses();
     rope.effects.stretch = damped(COMPLIANCE);
     rope.effects.direct = Some(Direct::default());

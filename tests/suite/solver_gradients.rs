@@ -1,10 +1,10 @@
 //! Gradients of edges and grabs against central differences, through what a projection does.
 
-use crate::support::{body_of_masses, chain, random_vector, sweep};
+use crate::support::{act, body_of_masses, chain, random_vector, sweep};
 use glam::{DVec3, Vec3};
 use pliant::solver::{
-    Body, Compliance, Damping, Force, Grab, RestShape, Stretch, SurfacePoint, deform::Random,
-    effects::Multipliers, reference,
+    Body, BodyEffectKind, Compliance, Damping, Force, Grab, ParticleIndex, RestShape, Stretch,
+    SurfacePoint, deform::Random, effects::Multipliers, reference,
 };
 
 fn centrally(f: impl Fn(DVec3) -> f64, x: DVec3) -> DVec3 {
@@ -79,7 +79,7 @@ fn a_grab_pushes_along_the_central_differences_of_its_distance() {
             .iter()
             .map(|x| x.truncate().as_dvec3())
             .collect();
-        let terms = [0, 1, 2, 3].map(|i| (i, 0.1 + random.next()));
+        let terms = [0, 1, 2, 3].map(|i| (ParticleIndex(i), 0.1 + random.next()));
         let point = SurfacePoint::new(&terms).expect("sound");
         let weights: Vec<f64> = point.terms().map(|(_, b)| b.into()).collect();
         let target = random_vector(&mut random, 2.0) + Vec3::splat(3.0);
@@ -99,16 +99,16 @@ fn a_grab_pushes_along_the_central_differences_of_its_distance() {
             .collect();
         let w = [1.0, 0.5, 0.25, 0.125];
         let weight: f64 = (0..4).map(|i| w[i] * gradients[i].length_squared()).sum();
-        let mut grab = Grab {
+        let grab = Grab {
             point,
             target,
             from: target,
             compliance: Compliance::default(),
             damping: Damping::default(),
             max_force: Force::default(),
-            multiplier: 0.0,
         };
-        grab.solve(body.particles.as_part(), 0.01, (0, 1), 0);
+        body.effects.grab = Some(grab);
+        act(&mut body, BodyEffectKind::Grab, 0.01, 0);
         for i in 0..4 {
             let expected = gradients[i] * (-distance(&start) / weight * w[i]);
             let moved = body.particles.predicted(i) - start[i];
@@ -127,14 +127,14 @@ fn a_grab_pushes_along_the_central_differences_of_its_distance() {
 #[test]
 fn a_grab_never_pulls_harder_than_its_limit() {
     let mut body = body_of_masses(chain(1, 0.5), &[1.0, 1.0]);
-    let point = SurfacePoint::new(&[(1, 1.0)]).expect("sound");
+    let point = SurfacePoint::new(&[(ParticleIndex(1), 1.0)]).expect("sound");
     let target = Vec3::new(1000.0, 0.0, 0.0);
-    let mut grab = Grab::on(point, target, 1.0, 0.5, 9.81);
+    body.effects.grab = Some(Grab::on(point, target, 1.0, 0.5, 9.81));
     for iteration in 0..10 {
-        grab.solve(body.particles.as_part(), 0.01, (0, 1), iteration);
+        act(&mut body, BodyEffectKind::Grab, 0.01, iteration);
     }
     assert_eq!(
-        f64::from(grab.force(0.01)).round(),
+        f64::from(body.states.others.grab.force(0.01)).round(),
         (50.0 * 9.81_f64).round()
     );
     // F h²/m of a kilogram.

@@ -115,7 +115,7 @@ fn what_is_left_of_the_equations_falls_with_iterations() {
             &body.effects.stretch.expect("given"),
             &body.topology,
             &body.particles,
-            body.lambdas.of(ElasticKind::Stretch),
+            body.states.multipliers(ElasticKind::Stretch),
             world.settings.substep_seconds() as f32,
         );
         sum.rms()

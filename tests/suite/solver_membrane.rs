@@ -8,8 +8,8 @@ use glam::{DVec3, UVec2, Vec2, Vec3};
 use pliant::{
     mesh::Primitive,
     solver::{
-        Body, Effects, Membrane, MembraneCompliance, PoissonRatio, RestShape, Thickness, Weave,
-        YoungsModulus,
+        Body, Effects, Membrane, MembraneCompliance, PoissonRatio, RestShape, Thickness,
+        VertexIndex, Weave, YoungsModulus,
         deform::Random,
         effects::Multipliers,
         elastic::{Elastic, Point},
@@ -206,7 +206,7 @@ fn pulled<E: Elastic<3, 3> + Into<Effects>>(effect: &E, degrees: f64, cells: UVe
     let pins: Vec<u32> = (0..rest.len() as u32)
         .filter(|&i| {
             near(
-                rest[body.topology.numbering.particle(i) as usize].dot(along),
+                rest[body.topology.particle(VertexIndex(i))].dot(along),
                 -0.5,
             )
         })

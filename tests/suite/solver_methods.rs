@@ -14,8 +14,8 @@ use pliant::{
     mesh::Primitive,
     simulation::{SolvePhase, SolveSchedule, state_hash},
     solver::{
-        Body, Effects, Fraction, Method, Rate, Settings, SmoothingIterations, Stretch, World,
-        deform::Random, measure, reference,
+        Body, Effects, Fraction, Method, Rate, Settings, SmoothingIterations, Stretch, VertexIndex,
+        World, deform::Random, measure, reference,
     },
 };
 use std::{fs, path::Path};
@@ -221,7 +221,7 @@ fn strains(iterations: u32) -> (Vec<f64>, f64) {
         let (row, column) = (i / 11, i % 11);
         [0, 10].contains(&row) || [0, 10].contains(&column)
     };
-    net.pins = (0..121).filter(rim).collect();
+    net.pins = (0..121).filter(rim).map(VertexIndex).collect();
     net.update_masses();
     net.particles.settle();
     let mut world = world(settings(0.0, 60.0, 1, 10), net);
@@ -278,7 +278,7 @@ fn cloth(edges: impl FnOnce(&mut Vec<[u32; 2]>)) -> Body {
             ..Effects::default()
         },
     );
-    cloth.pins = vec![0, 20];
+    cloth.pins = [0, 20].map(VertexIndex).to_vec();
     cloth.update_masses();
     cloth
 }
@@ -321,10 +321,10 @@ impl Port {
         let numbers = &body.topology.numbering;
         let mut x = vec![Vec3::ZERO; 441];
         for (vertex, x) in x.iter_mut().enumerate() {
-            let particle = numbers.particle(vertex as u32) as usize;
+            let particle = numbers.particle(VertexIndex(vertex as u32)).index();
             *x = body.particles.positions[particle].truncate();
         }
-        let vertex = |particle: u32| body.topology.vertex(particle as usize) as usize;
+        let vertex = |particle: u32| body.topology.vertex(particle as usize).index();
         let ends = body.topology.edges.ends().map(|ends| ends.map(vertex));
         let edges = ends
             .map(|[i, j]| ([i, j], (x[i] - x[j]).length()))
@@ -376,7 +376,7 @@ impl Port {
     /// Goes on from the state of a body.
     fn take(&mut self, body: &Body) {
         for vertex in 0..441 {
-            let particle = body.topology.numbering.particle(vertex) as usize;
+            let particle = body.topology.particle(VertexIndex(vertex));
             self.x[vertex as usize] = body.particles.position(particle).as_vec3();
             self.v[vertex as usize] = body.particles.velocity(particle);
         }
@@ -386,7 +386,7 @@ impl Port {
     fn distance(&self, body: &Body) -> (f32, f32) {
         let mut most = (0.0_f32, 0.0_f32);
         for vertex in 0..441 {
-            let particle = body.topology.numbering.particle(vertex) as usize;
+            let particle = body.topology.particle(VertexIndex(vertex));
             let x = body.particles.position(particle).as_vec3();
             let v = body.particles.velocity(particle);
             most.0 = most.0.max(x.distance(self.x[vertex as usize]));
@@ -417,7 +417,7 @@ fn the_lab_equals_a_hand_written_one() {
         }
         let body = &world.bodies[0];
         for (particle, x) in exact.bodies[0].x.iter().enumerate() {
-            let vertex = body.topology.vertex(particle) as usize;
+            let vertex = body.topology.vertex(particle).index();
             let found = body.particles.position(particle);
             worst = worst.max(found.distance(*x));
             worst_of_port = worst_of_port.max(port.x[vertex].as_dvec3().distance(*x));
@@ -438,7 +438,8 @@ fn the_order_of_edges_and_of_triangles_does_not_matter() {
         run(&mut world, 1.0);
         let body = &world.bodies[0];
         let numbers = &body.topology.numbering;
-        let place = |i: u32| body.particles.positions[numbers.particle(i) as usize].truncate();
+        let place =
+            |i: u32| body.particles.positions[numbers.particle(VertexIndex(i)).index()].truncate();
         (0..441).map(place).collect::<Vec<_>>()
     };
     let given = after(cloth(|_| ()));
@@ -494,7 +495,7 @@ fn no_particle_of_the_lab_enters_its_ball_and_one_at_the_centre_comes_out() {
         ..Collide::default()
     });
     let centre = Vec3::new(0.0, -4.0, 0.0);
-    let middle = cloth.topology.numbering.particle(220) as usize;
+    let middle = cloth.topology.particle(VertexIndex(220));
     let mut world = lab(32, cloth);
     world.settings.collision_iterations = CollisionIterations::new(1).expect("in range");
     let ball = Collider::new(
@@ -519,13 +520,13 @@ fn no_particle_of_the_lab_enters_its_ball_and_one_at_the_centre_comes_out() {
 fn a_method_that_is_not_chosen_keeps_no_memory() {
     let mut world = falling(elastic_on_ground());
     world.tick();
-    let plain = world.bodies[0].lambdas.bytes();
+    let plain = world.bodies[0].states.bytes();
     world.settings.smoothing_iterations = smoothing(1);
     world.tick();
-    assert!(world.bodies[0].lambdas.bytes() > plain);
+    assert!(world.bodies[0].states.bytes() > plain);
     world.settings.smoothing_iterations = smoothing(0);
     world.tick();
-    assert_eq!(world.bodies[0].lambdas.bytes(), plain);
+    assert_eq!(world.bodies[0].states.bytes(), plain);
     // And a body of one particle an element at random is no hindrance.
     let mut lonely = support::world(world.settings, random_body::<1>(10, 3));
     lonely.settings.method = Method::Verlet;

@@ -285,14 +285,14 @@ fn a_mesh_in_any_order_of_vertices_is_cut_into_partitions_and_keeps_the_numbers_
         topology.partitions.count()
     );
     for particle in 0..count {
-        let vertex = topology.numbering.vertex(particle);
-        assert_eq!(topology.rest[particle as usize], vertices[vertex as usize]);
-        assert_eq!(topology.numbering.particle(vertex), particle);
+        let vertex = topology.vertex(particle as usize);
+        assert_eq!(topology.rest[particle as usize], vertices[vertex.index()]);
+        assert_eq!(topology.particle(vertex), particle as usize);
     }
     let mut back: Vec<_> = topology
         .edges
         .ends()
-        .map(|ends| sorted(&ends.map(|particle| topology.numbering.vertex(particle))))
+        .map(|ends| sorted(&ends.map(|particle| topology.vertex(particle as usize).0)))
         .collect();
     let mut edges = edges;
     back.sort_unstable();

@@ -17,9 +17,11 @@ use pliant::{
     solver::{
         Bend, Body, Coefficient, Creep, Drag, Effects, FlexuralRigidity, Instructions,
         IsometricBend, Ledger, PlasticLimit, Plasticity, Threads, World, Yield,
-        advance::StepContext, contact::collider::Swept, ledger, measure, reference,
+        advance::StepContext, contact::collider::Swept, ledger, measure, memory::solver_bytes,
+        reference,
     },
 };
+use std::sync::Arc;
 
 fn plastic(yields: f32, creep: f32) -> Plasticity {
     let yields = Yield::new(yields).expect("sound");
@@ -167,8 +169,26 @@ fn what_was_bent_stays_bent_and_what_shares_its_mesh_does_not() {
         assert!(bent < -0.05, "isometric {isometric}: {bent} m");
         assert!(straight.abs() < 0.01, "isometric {isometric}: {straight} m");
         let original = world.bodies[0].topology.original().expect("it flowed");
-        assert!(std::sync::Arc::ptr_eq(original, &world.bodies[1].topology));
+        assert!(Arc::ptr_eq(original, &world.bodies[1].topology));
     }
+}
+
+/// A body that flows has rest values of its own, and shares all else of its mesh.
+#[test]
+fn what_flows_holds_no_mesh_of_its_own() {
+    let mut world = clay();
+    let mut elastic = clay();
+    elastic.bodies[0].effects.plasticity = None;
+    let [bytes, before] = [&mut world, &mut elastic].map(|world| {
+        world.tick();
+        solver_bytes(&world.bodies[..1])
+    });
+    let flowed = &world.bodies[0].topology;
+    let own = flowed.rest_values().expect("it has flowed");
+    let values = own.lengths.len() + own.volumes.len() + own.angles.len() + own.folds.len();
+    assert_eq!(bytes - before, 4 * values);
+    let original = flowed.original().expect("it has flowed");
+    assert!(Arc::ptr_eq(&flowed.rest, &original.rest));
 }
 
 #[test]

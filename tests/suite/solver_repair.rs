@@ -122,7 +122,7 @@ fn a_body_on_pins_comes_back_to_its_place() {
     let mut body = with(body("cube", cube(0.5, 3), 1000.0), repaired(0.05));
     let top: Vec<u32> = (0..body.particles.len())
         .filter(|&i| body.particles.positions[i].y > 0.249)
-        .map(|i| body.topology.vertex(i))
+        .map(|i| body.topology.vertex(i).0)
         .collect();
     body = pinned(body, &top);
     for i in 0..body.particles.len() {
@@ -152,7 +152,7 @@ fn what_pins_hold_inside_out_is_given_up() {
     let mut body = with(body("cube", cube(0.5, 2), 1000.0), repaired(0.05));
     let ends: Vec<u32> = (0..body.particles.len())
         .filter(|&i| body.particles.positions[i].y.abs() > 0.249)
-        .map(|i| body.topology.vertex(i))
+        .map(|i| body.topology.vertex(i).0)
         .collect();
     body = pinned(body, &ends);
     for x in &mut body.particles.positions {
@@ -276,7 +276,7 @@ fn a_sheet_that_sags_is_not_repaired() {
         let top = |i: &usize| body.particles.positions[*i].y > 0.499;
         let pins: Vec<u32> = (0..body.particles.len())
             .filter(top)
-            .map(|i| body.topology.vertex(i))
+            .map(|i| body.topology.vertex(i).0)
             .collect();
         let mut world = world(settings(9.81, 60.0, 2, 1), pinned(body, &pins));
         let mut most: f64 = 0.0;

@@ -14,13 +14,17 @@ use pliant::{
     scene::{Scene, run::headless},
     simulation::{SolvePhase, SolveSchedule, plain},
     solver::{
-        Body, Collider, ColliderShape, Compliance, Effects, Force, Pose, RestShape, Stitch,
-        StitchEnd, StitchError, Stitches, SurfacePoint, Threads, World, deform::Random, reference,
+        Body, Collider, ColliderShape, Compliance, Effects, Force, ParticleIndex, Pose, RestShape,
+        Stitch, StitchEnd, StitchError, Stitches, SurfacePoint, Threads, VertexIndex, World,
+        deform::Random, reference,
     },
 };
 
 fn at(terms: &[(u32, f32)]) -> SurfacePoint {
-    SurfacePoint::new(terms).expect("a point")
+    let terms = terms
+        .iter()
+        .map(|&(particle, weight)| (ParticleIndex(particle), weight));
+    SurfacePoint::new(&terms.collect::<Vec<_>>()).expect("a point")
 }
 
 fn stitch(point: SurfacePoint, to: StitchEnd, compliance: f32, strength: f32) -> Stitch {
@@ -152,7 +156,7 @@ fn the_reference_is_stitched_too() {
             reference.tick();
         }
         let broken = world.bodies[0].stitches.broken();
-        assert_eq!(broken, reference.bodies[0].stitches.0.broken());
+        assert_eq!(broken, reference.bodies[0].stitches().broken());
         let place = world.bodies[0].particles.position(0);
         // A place below 2 m that is rounded by 6e-8 m makes every later one of 600 substeps as much
         // wrong again, as its speed goes on: a random walk, to 600^1.5 times that.
@@ -178,7 +182,7 @@ fn what_cannot_be_stitched_is_refused() {
         shared,
         Err(StitchError::SharedParticle {
             stitch: 0,
-            particle: 0
+            particle: ParticleIndex(0)
         })
     );
     let text = |to: &str| {
@@ -192,8 +196,8 @@ fn what_cannot_be_stitched_is_refused() {
             "Collider(1)",
             "stitch 1: unknown collider 1: the scene has no colliders",
         ),
-        ("Point(Particle(99))", "does not have"),
-        ("Point(Particle(0))", "attached to particle 0"),
+        ("Point(Vertex(99))", "does not have"),
+        ("Point(Vertex(0))", "attached to vertex 0"),
         (
             "Point(Triangle((1, 2, 3), (0, 0, 0)))",
             "is not a valid point",
@@ -230,7 +234,7 @@ fn blocks() -> World {
         .extend(other.triangles.iter().map(|ends| ends.map(far)));
     let mut both = with(body("blocks", shape, 1000.0), effects);
     let topology = both.topology.clone();
-    let particle = |vertex: u32| topology.numbering.particle(vertex);
+    let particle = |vertex: u32| topology.particle(VertexIndex(vertex)) as u32;
     let mut stitches = Vec::new();
     for (top, x) in (0..).zip(&other.vertices) {
         for (bottom, y) in (0..).zip(&other.vertices) {
@@ -246,7 +250,7 @@ fn blocks() -> World {
     both = stitched(both, &stitches);
     both.translate(Vec3::Y * 0.5);
     for (place, x) in both.particles.positions.iter_mut().enumerate() {
-        x.x += if topology.vertex(place) < count {
+        x.x += if topology.vertex(place).0 < count {
             0.0
         } else {
             3e-4

@@ -59,7 +59,8 @@ fn a_hanging_kilogram_reads_nine_point_eight_one_newtons() {
         let mut world = hanging(0.1, 1.0, effect, 60.0, 10);
         support::run(&mut world, 5.0);
         let h = world.settings.substep_seconds();
-        let force = f64::from(world.bodies[0].lambdas.of(ElasticKind::Stretch)[0]) / (h * h);
+        let force =
+            f64::from(world.bodies[0].states.multipliers(ElasticKind::Stretch)[0]) / (h * h);
         assert_relative(-force, G, 1e-3, &format!("force at {compliance} m/N"));
     }
 }

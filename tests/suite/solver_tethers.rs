@@ -7,7 +7,10 @@ use crate::support::{
 use glam::{UVec2, Vec2, Vec3};
 use pliant::{
     mesh::Primitive,
-    solver::{Body, Effects, Slack, TetherTargets, Tethers, Threads, deform::Random, reference},
+    solver::{
+        Body, Effects, Slack, TetherTargets, Tethers, Threads, VertexIndex, deform::Random,
+        reference,
+    },
 };
 
 fn tethers(slack: f32) -> Option<Tethers> {
@@ -143,10 +146,10 @@ fn tethers_go_to_the_nearest_pin_and_follow_when_pins_change() {
     rope.effects = rigid(tethers(0.0));
     let mut world = world(settings(G, 60.0, 1, 1), rope);
     world.tick();
-    let found = |body: &Body| -> Vec<_> { body.tether_targets.ways().collect() };
+    let found = |body: &Body| -> Vec<_> { body.states.others.tethers.ways().collect() };
     assert_eq!(found(&world.bodies[0]).len(), 4);
     let rope = &mut world.bodies[0];
-    rope.pins = vec![0, 4];
+    rope.pins = [0, 4].map(VertexIndex).to_vec();
     rope.update_masses();
     world.tick();
     assert_eq!(

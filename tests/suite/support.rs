@@ -4,8 +4,10 @@ use glam::{UVec3, Vec3, Vec4};
 use pliant::{
     mesh::Primitive,
     solver::{
-        Body, Compliance, Damping, Density, Effects, Ground, Iterations, Mass, Particles, Rate,
-        RestShape, Settings, Stretch, Substeps, Topology, Volume, World,
+        Body, BodyEffectKind, Compliance, Damping, Density, Effects, Ground, Instructions,
+        Iterations, Mass, Particles, Rate, RestShape, Settings, Stretch, Substeps, Topology,
+        VertexIndex, Volume, World,
+        advance::{Stage, StepContext},
         deform::Random,
         effects::{
             Multipliers,
@@ -84,7 +86,7 @@ pub fn body_of_masses(shape: RestShape, masses: &[f32]) -> Body {
     let mut body = body("masses", shape, 1e-9);
     for (particle, &mass) in (0..).zip(masses) {
         let mass = Mass::new(mass).expect("a sound mass");
-        body.added_mass.push((particle, mass));
+        body.added_mass.push((VertexIndex(particle), mass));
     }
     body.update_masses();
     body
@@ -92,7 +94,7 @@ pub fn body_of_masses(shape: RestShape, masses: &[f32]) -> Body {
 
 /// The body with its first particle pinned.
 pub fn pinned(mut body: Body, pins: &[u32]) -> Body {
-    body.pins = pins.to_vec();
+    body.pins = pins.iter().copied().map(VertexIndex).collect();
     body.update_masses();
     body
 }
@@ -240,4 +242,23 @@ pub fn sweep<const N: usize, const M: usize, E: Elastic<N, M>>(
 ) {
     let particles = body.particles.as_part();
     elastic::sweep(effect, &body.topology, h, particles, multipliers);
+}
+
+/// A pass of an effect without elements over a body, in a substep of `h` seconds without gravity.
+pub fn act(body: &mut Body, kind: BodyEffectKind, h: f64, iteration: u32) {
+    let settings = settings(0.0, 1.0 / h, 1, 16);
+    let plain = World::default();
+    let context = StepContext {
+        settings: &settings,
+        time: 0.0,
+        swept: &plain.swept,
+        threads: &plain.threads,
+        instructions: Instructions::default(),
+        watch: None,
+    };
+    let step = settings.substep(0);
+    let done = body
+        .stepper()
+        .stage(Stage::Body(kind), &step, iteration, &context);
+    done.expect("only the last stage looks for what is not finite");
 }

@@ -5,6 +5,9 @@
 //! found with a grid. Both meshes are of unit size.
 
 use glam::{DMat3, DVec3, IVec3};
+use pliant_solver::VertexIndex;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::Anchor;
 
@@ -136,39 +139,38 @@ pub(super) fn embed(
         .map(|t| Element::new(t.map(|i| vertices[i as usize])))
         .collect();
     let grid = Grid::new(&elements);
-    let mut near = Vec::new();
-    let mut lost = 0;
+    let lost = AtomicUsize::new(0);
     let anchors = points
-        .iter()
-        .map(|&point| {
+        .par_iter()
+        .map_init(Vec::new, |near, &point| {
             let cell = grid.cell_of(point);
             let mut reach = 0;
-            grid.near(cell, reach, &mut near);
+            grid.near(cell, reach, near);
             while near.is_empty() {
                 reach += 1;
-                grid.near(cell, reach, &mut near);
+                grid.near(cell, reach, near);
             }
-            let mut best = least_outside(&near, &elements, point);
+            let mut best = least_outside(near, &elements, point);
             // The nearest may be a sliver, in which weights are large: look behind it.
             for (bearable, farther) in FARTHER {
                 if best.0 > bearable {
-                    grid.near(cell, reach + farther, &mut near);
-                    best = least_outside(&near, &elements, point);
+                    grid.near(cell, reach + farther, near);
+                    best = least_outside(near, &elements, point);
                 }
             }
             let (_, mut tetrahedron, mut weights) = best;
             let limit = f64::from(Anchor::MAX_WEIGHT);
             if weights.iter().any(|w| w.abs() > limit) {
-                lost += 1;
-                (tetrahedron, weights) = nearest_corner(&near, &elements, point);
+                lost.fetch_add(1, Ordering::Relaxed);
+                (tetrahedron, weights) = nearest_corner(near, &elements, point);
             }
             Anchor {
-                particles: tetrahedra[tetrahedron as usize],
+                vertices: tetrahedra[tetrahedron as usize].map(VertexIndex),
                 weights: rounded(weights),
             }
         })
         .collect();
-    (anchors, lost)
+    (anchors, lost.into_inner())
 }
 
 /// Of the candidates, of which there must be one, the one with the smallest negative weight for a

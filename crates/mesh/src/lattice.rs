@@ -9,6 +9,7 @@
 //! inside out or flat. The quality depends only on the two warping thresholds.
 
 use glam::{DVec3, UVec3};
+use rayon::prelude::*;
 
 use super::{MeshError, TetMesh, primitive::MAX_TETRAHEDRA};
 
@@ -62,6 +63,13 @@ impl Lattice {
         grid(self.cubes + 1, 0.0)
             .chain(grid(self.cubes, 0.5))
             .collect()
+    }
+
+    /// The same, row by row.
+    pub fn rows<'a>(&self, points: &'a [DVec3]) -> impl ParallelIterator<Item = &'a [DVec3]> {
+        let (corners, centres) = points.split_at(self.corner_count() as usize);
+        let corners = corners.par_chunks(self.cubes.x as usize + 1);
+        corners.chain(centres.par_chunks(self.cubes.x as usize))
     }
 
     /// The point that is nearest to a place, which must be within the lattice.

@@ -1,6 +1,7 @@
 //! A fine surface that follows coarse tetrahedra.
 
 use glam::Vec3;
+use pliant_solver::VertexIndex;
 use serde::{Deserialize, Serialize};
 
 /// A fine surface embedded in the tetrahedra of a coarse shape.
@@ -19,8 +20,8 @@ pub struct Skin {
 /// outside the coarse shape, but never beyond ±[`Anchor::MAX_WEIGHT`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Anchor {
-    /// The particles of the tetrahedron.
-    pub particles: [u32; 4],
+    /// The vertices of the tetrahedron.
+    pub vertices: [VertexIndex; 4],
     /// The weight of each.
     pub weights: [f32; 4],
 }
@@ -32,8 +33,8 @@ impl Anchor {
 
     /// Where the anchored point is now [m].
     #[inline]
-    pub fn position(&self, particle: impl Fn(u32) -> Vec3) -> Vec3 {
-        let [a, b, c, d] = self.particles.map(particle);
+    pub fn position(&self, at: impl Fn(VertexIndex) -> Vec3) -> Vec3 {
+        let [a, b, c, d] = self.vertices.map(at);
         let [u, v, w, x] = self.weights;
         a * u + b * v + c * w + d * x
     }
@@ -41,9 +42,10 @@ impl Anchor {
 
 impl Skin {
     /// Writes the positions of the surface's vertices [m] to `out`, which is emptied first and keeps
-    /// its memory, so that nothing is allocated from the second call on.
-    pub fn deform(&self, particle: impl Fn(u32) -> Vec3, out: &mut Vec<Vec3>) {
+    /// its memory, so that nothing is allocated from the second call on. `at` says where the vertices of the coarse shape
+    /// are [m].
+    pub fn deform(&self, at: impl Fn(VertexIndex) -> Vec3, out: &mut Vec<Vec3>) {
         out.clear();
-        out.extend(self.anchors.iter().map(|anchor| anchor.position(&particle)));
+        out.extend(self.anchors.iter().map(|anchor| anchor.position(&at)));
     }
 }

@@ -20,7 +20,7 @@ pub mod diagnostics;
 pub mod direct;
 pub mod effects;
 pub mod equilibrium;
-mod kernel;
+pub mod kernel;
 mod parallel;
 pub mod particles;
 pub mod quantity;
@@ -47,25 +47,8 @@ pub use contact::{
 pub use deform::{Deformation, deform};
 pub use delivered::Delivered;
 pub use direct::{Direct, Factors};
-pub use effects::{
-    Effects,
-    bend::Bend,
-    grab::{Grab, SurfacePoint},
-    isometric_bend::IsometricBend,
-    membrane::Membrane,
-    neo_hookean::NeoHookean,
-    plasticity::Plasticity,
-    pressure::Pressure,
-    shape_matching::{ShapeMatching, ShapeMatchingState},
-    stitches::{Stitch, StitchEnd, StitchError, Stitches},
-    strain_limit::StrainLimit,
-    stretch::Stretch,
-    struts::Struts,
-    tethers::{TetherTargets, Tethers},
-    volume::Volume,
-    weave::Weave,
-};
-pub use effects::{elastic::ElasticKind, lambdas::Lambdas};
+pub use effects::{Effects, all::*};
+pub use effects::{body_kinds::BodyEffectKind, elastic::ElasticKind, states::EffectStates};
 pub use force::{Attract, Drag, ForceKind, Uniform, Vortex, Wind};
 pub use history::History;
 pub use lanes::Instructions;
@@ -85,4 +68,4 @@ pub use repair::Repair;
 pub use rest::SleepSettings;
 pub use step::world::World;
 pub use substep::{Settings, Substep};
-pub use topology::{RestShape, Topology, TopologyError, TopologyId};
+pub use topology::{ParticleIndex, RestShape, Topology, TopologyError, TopologyId, VertexIndex};

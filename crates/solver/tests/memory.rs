@@ -2,13 +2,25 @@
 //! body on several threads, work lent to a thread pool. They are there to be run under Miri:
 //! `cargo +nightly miri test -p pliant_solver --test memory`. What is computed, the tests of the program check.
 
-use glam::{UVec2, Vec3};
+use glam::{DVec3, UVec2, Vec3};
 use pliant_solver::{
-    Bend, Body, Contact, Density, Direct, Effects, Ground, IsometricBend, Iterations, Membrane,
-    NeoHookean, Plasticity, RestShape, SelfContact, ShapeMatching, StickyGround, StrainLimit,
-    Stretch, Struts, Substeps, Tethers, Threads, Topology, Volume, Weave, Wind, World,
+    Bend, Body, Collide, Collider, ColliderShape, Compliance, Contact, Density, Direct, Effects,
+    Force, Grab, Ground, IsometricBend, Iterations, Membrane, NeoHookean, ParticleIndex, Particles,
+    Plasticity, Pose, Pressure, RestShape, SelfContact, ShapeMatching, SmoothingIterations,
+    StickyGround, Stitch, StitchEnd, Stitches, StrainLimit, Stretch, Struts, Substeps,
+    SurfacePoint, Tethers, Threads, Topology, VertexIndex, Volume, Weave, Wind, World,
+    kernel::{
+        Block, Blocks, Columns, Lanes, Projection, Vectors, difference, f32x8, iterate, scaled,
+    },
+    order::Elements,
 };
-use std::sync::Arc;
+use std::{
+    panic::{AssertUnwindSafe, catch_unwind},
+    sync::{
+        Arc,
+        atomic::{AtomicUsize, Ordering},
+    },
+};
 
 /// A sheet in the plane y = 0 with one diagonal in each cell.
 fn sheet(cells: UVec2) -> RestShape {
@@ -155,11 +167,100 @@ fn effects_of_sheets() {
         ..Effects::default()
     };
     let mut bodies = [cloth, material, weave].map(|effects| body(sheet(UVec2::new(4, 3)), effects));
-    bodies[0].pins = vec![0];
+    bodies[0].pins = [0].map(VertexIndex).to_vec();
     bodies[0].update_masses();
     let mut world = world(bodies.to_vec(), [2, 1]);
     world.tick();
     assert_finite(&world);
+}
+
+/// What has a state of the whole body, or of each particle, and passes that add up sums.
+#[test]
+fn effects_with_a_state() {
+    let point = |particle| SurfacePoint::new(&[(ParticleIndex(particle), 1.0)]).expect("a point");
+    let effects = Effects {
+        stretch: Some(Stretch::default()),
+        pressure: Some(Pressure::default()),
+        collide: Some(Collide::default()),
+        ground: Some(Ground::default()),
+        grab: Some(Grab::on(point(0), Vec3::Y, 1.0, 0.1, 9.81)),
+        ..Effects::default()
+    };
+    let mut shape = solid();
+    let faces = [
+        [0, 2, 1],
+        [1, 2, 3],
+        [4, 5, 6],
+        [5, 7, 6],
+        [0, 1, 4],
+        [1, 5, 4],
+    ];
+    let others = [
+        [2, 6, 3],
+        [3, 6, 7],
+        [0, 4, 2],
+        [2, 4, 6],
+        [1, 3, 5],
+        [3, 7, 5],
+    ];
+    shape.triangles = [faces, others].concat();
+    let mut body = body(shape, effects);
+    let stitch = Stitch {
+        point: point(7),
+        to: StitchEnd::Point(point(1)),
+        compliance: Compliance::default(),
+        strength: Force::default(),
+        broken: false,
+    };
+    body.stitches = Stitches::new(vec![stitch], 8).expect("a stitch");
+    assert!(
+        body.topology.enclosure().is_ok(),
+        "there is something to fill"
+    );
+    let mut world = world(vec![body], [2, 2]);
+    let ball = ColliderShape::Sphere { radius: 0.05 };
+    world.colliders = vec![Collider::new(ball, Pose::at(DVec3::ZERO)).expect("a ball")];
+    world.settings.smoothing_iterations = SmoothingIterations::new(1).expect("in range");
+    world.tick();
+    assert_finite(&world);
+}
+
+/// Constraints of an app's own that are not always on the same elements: no harm is done.
+#[test]
+fn kernels_of_an_app() {
+    struct Odd<'a>(&'a [Topology; 2], AtomicUsize);
+
+    impl Blocks<2, 1> for Odd<'_> {
+        fn elements(&self) -> &Elements<2> {
+            let turn = self.1.fetch_add(1, Ordering::Relaxed);
+            &self.0[turn % 2].edges.elements
+        }
+
+        fn project<L: Lanes>(
+            &self,
+            _: L,
+            _: &Block<2>,
+            [a, b]: &[Columns<L>; 2],
+            _: Option<&[Vectors<L>; 2]>,
+            lambda: Option<[f32x8<L>; 1]>,
+        ) -> Projection<L, 2, 1> {
+            let d = difference(b, a);
+            Projection {
+                moves: [scaled(&d, a[3]), scaled(&d, -b[3])],
+                change: lambda.unwrap_or([d[0]]),
+            }
+        }
+    }
+
+    let shapes = [UVec2::new(1, 1), UVec2::new(5, 4)];
+    let both = shapes.map(|cells| Topology::new(sheet(cells)).expect("a sound shape"));
+    let mut particles = Particles::at_rest(both[0].rest.iter().copied());
+    for first in 0..2 {
+        let odd = Odd(&both, AtomicUsize::new(first));
+        let swept = catch_unwind(AssertUnwindSafe(|| iterate(&odd, &mut particles)));
+        // Those of the larger sheet do not fit, and are refused.
+        assert!(swept.is_err() || particles.first_not_finite().is_none());
+    }
 }
 
 #[test]

@@ -6,6 +6,7 @@ use crate::{
     scene::Look,
     solver::{
         Body, Density, Effects, Mass, Particles, Quarantine, Stitch, Stitches, Topology,
+        VertexIndex,
         advance::Stage,
         body::{INPUT, USER},
         rest::RestTimer,
@@ -26,8 +27,8 @@ pub struct StoredBody {
     /// Its colour as sRGB, if it was given one.
     pub colour: Option<[u8; 3]>,
     density: Density,
-    added_mass: Vec<(u32, Mass)>,
-    pins: Vec<u32>,
+    added_mass: Vec<(VertexIndex, Mass)>,
+    pins: Vec<VertexIndex>,
     effects: Effects,
     stitches: Vec<Stitch>,
     /// Rest values of a body that has flowed.
@@ -36,7 +37,7 @@ pub struct StoredBody {
     tick_start: Vec<Vec4>,
     rest: RestTimer,
     asleep: bool,
-    quarantine: Option<(u32, String)>,
+    quarantine: Option<(VertexIndex, String)>,
 }
 
 impl StoredBody {
@@ -50,10 +51,8 @@ impl StoredBody {
             added_mass,
             pins,
             effects,
-            // They are zero where a substep begins.
-            lambdas: _,
-            // They follow from the pins.
-            tether_targets: _,
+            // They follow from the body, or are zero where a substep begins.
+            states: _,
             stitches,
             // They begin anew in each substep.
             factors: _,
@@ -125,7 +124,7 @@ impl StoredBody {
         let masses = self.added_mass.iter().map(|(vertex, _)| *vertex);
         let frozen = self.quarantine.iter().map(|(vertex, _)| *vertex);
         let mut named = self.pins.iter().copied().chain(masses).chain(frozen);
-        if let Some(vertex) = named.find(|&vertex| vertex as usize >= count) {
+        if let Some(vertex) = named.find(|vertex| vertex.index() >= count) {
             return Err(wrong(format!(
                 "unknown vertex {vertex}; expected less than {count}"
             )));
@@ -189,15 +188,15 @@ pub fn skin(body: &Body, skin: u32, skins: &[Arc<Skin>]) -> Result<Arc<Skin>, Sn
     };
     let particles = body.topology.particles();
     let corners = found.triangles.as_flattened().iter();
-    let hangs = found.anchors.iter().flat_map(|anchor| &anchor.particles);
+    let hangs = found.anchors.iter().flat_map(|anchor| &anchor.vertices);
     let sound = corners
         .map(|&i| i as usize)
         .all(|i| i < found.anchors.len())
-        && hangs.map(|&i| i as usize).all(|i| i < particles);
+        && hangs.map(|vertex| vertex.index()).all(|i| i < particles);
     if sound {
         Ok(Arc::clone(found))
     } else {
-        let what = "the skin refers to particles that the body does not have";
+        let what = "the skin refers to vertices that the body does not have";
         Err(nonsense(format!("body “{name}”: {what}")))
     }
 }

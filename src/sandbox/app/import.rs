@@ -7,6 +7,7 @@
 mod recipe;
 mod source;
 
+use crate::sandbox::panel::Additions;
 use std::{path::Path, sync::Arc};
 
 use bevy::{
@@ -14,9 +15,9 @@ use bevy::{
     tasks::{AsyncComputeTaskPool, Task, futures::check_ready},
 };
 
-use crate::sandbox::ui::message::Notices;
 use crate::{
     mesh::Skin,
+    sandbox::ui::message::Notices,
     simulation::{Action, Actions, NewBody, SimulationClock, action, tick},
     solver::Topology,
 };
@@ -71,7 +72,8 @@ pub struct ImportPlugin;
 
 impl Plugin for ImportPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Imports>()
+        app.insert_resource(Additions(additions()))
+            .init_resource::<Imports>()
             .init_resource::<Notices>()
             .add_systems(Update, welcome);
     }

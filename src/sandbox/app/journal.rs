@@ -14,6 +14,7 @@
 //!
 //! Pixels are physical, from the window's upper left corner, as a pointer driver wants them.
 
+use crate::sandbox::state::event::SceneLoaded;
 use std::{
     collections::BTreeMap,
     fs::File,
@@ -29,14 +30,13 @@ use bevy::{
 use bevy_egui::egui::Rect;
 use serde_json::{Value, json};
 
-use crate::sandbox::{
-    app::load::SceneLoaded,
-    lab::{accuracy::CardRects, gallery::GalleryRects, quarantine::QuarantineRects},
-    panel::PanelRects,
-    render::camera::OrbitCamera,
-    ui::message::Notices,
-};
 use crate::{
+    sandbox::{
+        lab::{accuracy::CardRects, gallery::GalleryRects, quarantine::QuarantineRects},
+        panel::PanelRects,
+        render::camera::OrbitCamera,
+        ui::message::Notices,
+    },
     scene::CurrentScene,
     simulation::{Action, Applied, Statistics},
     solver::Particles,
@@ -136,7 +136,7 @@ fn write_scenes(mut journal: ResMut<Journal>, mut loaded: MessageReader<SceneLoa
 
 fn write_widgets(
     mut journal: ResMut<Journal>,
-    (panel, card, gallery, frozen): (
+    (panel, card, gallery, quarantine): (
         Res<PanelRects>,
         Res<CardRects>,
         Res<GalleryRects>,
@@ -145,7 +145,7 @@ fn write_widgets(
     window: Option<Single<&Window, With<PrimaryWindow>>>,
 ) {
     let changed =
-        panel.is_changed() || card.is_changed() || gallery.is_changed() || frozen.is_changed();
+        panel.is_changed() || card.is_changed() || gallery.is_changed() || quarantine.is_changed();
     let (true, Some(window)) = (changed, window) else {
         return;
     };
@@ -154,7 +154,7 @@ fn write_widgets(
         .iter()
         .chain(card.iter())
         .chain(gallery.iter())
-        .chain(frozen.iter())
+        .chain(quarantine.iter())
         .map(|(name, rect)| (name.to_owned(), rect * scale))
         .collect();
     let before = std::mem::take(&mut journal.places);

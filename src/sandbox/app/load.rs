@@ -4,14 +4,15 @@
 //! scene that is open goes on meanwhile. One that cannot be built changes nothing: the one that runs goes on, and
 //! [`SceneLoaded`] carries the reason.
 
-use crate::sandbox::render::{
-    camera::OrbitCamera,
-    orbit::Orbit,
-    stage::FloorHeight,
-    view::{ViewCommand, ViewSettings},
-};
 use crate::{
     recording::{About, Recorder, SnapshotError, open},
+    sandbox::{
+        render::{camera::OrbitCamera, orbit::Orbit, stage::FloorHeight},
+        state::{
+            event::SceneLoaded,
+            view::{ViewCommand, ViewSettings},
+        },
+    },
     scene::{self, BuiltScene, CameraSpec, CurrentScene, registry::SCENES},
     simulation::SimulationClock,
     solver::{Body, topology::bounds},
@@ -22,15 +23,6 @@ use bevy::{
     window::PrimaryWindow,
 };
 use std::time::{Duration, Instant};
-
-/// A scene was opened, or could not be.
-#[derive(Message, Debug, Clone)]
-pub struct SceneLoaded {
-    /// Its name.
-    pub name: String,
-    /// Why it could not be opened, for the user.
-    pub error: Option<String>,
-}
 
 /// Opens scenes.
 pub struct LoadPlugin {

@@ -2,22 +2,15 @@
 //!
 //! Also how a captured image becomes a file, which the picture without a window shares.
 
-use crate::sandbox::render::view::ViewCommand;
-use crate::scene::CurrentScene;
+use crate::{
+    sandbox::state::{event::ScreenshotSaved, view::ViewCommand},
+    scene::CurrentScene,
+};
 use bevy::{
     prelude::*,
     render::view::screenshot::{Screenshot, ScreenshotCaptured},
 };
-use std::path::{Path, PathBuf};
-
-/// A picture was written, or could not be.
-#[derive(Message, Debug, Clone)]
-pub struct ScreenshotSaved {
-    /// The file.
-    pub path: PathBuf,
-    /// What went wrong, for the user.
-    pub error: Option<String>,
-}
+use std::path::Path;
 
 /// Takes pictures of the window.
 pub struct ScreenshotPlugin;
@@ -38,7 +31,7 @@ fn obey(
         return;
     }
     let name = scene.map_or_else(|| "pliant".to_owned(), |scene| scene.name.clone());
-    let path = free_path(&name, "png", |path| path.exists());
+    let path = crate::output::free_path(&name, "png", |path| path.exists());
     commands.spawn(Screenshot::primary_window()).observe(
         move |captured: On<ScreenshotCaptured>, mut saved: MessageWriter<ScreenshotSaved>| {
             let error = save(&captured.image, &path).err();
@@ -48,28 +41,6 @@ fn obey(
             });
         },
     );
-}
-
-/// The first of name-001.png, name-002.png, … (for `png`) that is not taken.
-pub(in crate::sandbox) fn free_path(
-    name: &str,
-    extension: &str,
-    taken: impl Fn(&Path) -> bool,
-) -> PathBuf {
-    let plain: String = name
-        .chars()
-        .map(|c| {
-            if c.is_alphanumeric() || c == '-' || c == '_' {
-                c
-            } else {
-                '-'
-            }
-        })
-        .collect();
-    (1..)
-        .map(|n| PathBuf::from(format!("{plain}-{n:03}.{extension}")))
-        .find(|path| !taken(path))
-        .unwrap_or_default()
 }
 
 /// Writes an image as a file of the kind that its name says.
@@ -86,24 +57,4 @@ pub(in crate::sandbox) fn save(image: &Image, path: &Path) -> Result<(), String>
         .to_rgb8()
         .save(path)
         .map_err(|error| error.to_string())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_screenshot_never_overwrites_another() {
-        let taken = ["bunny-001.png", "bunny-002.png"].map(PathBuf::from);
-        let path = free_path("bunny", "png", |path| taken.iter().any(|t| t == path));
-        assert_eq!(path, Path::new("bunny-003.png"));
-    }
-
-    #[test]
-    fn a_scene_from_a_path_gives_a_name_without_folders() {
-        assert_eq!(
-            free_path("a/b: c", "png", |_| false),
-            Path::new("a-b--c-001.png")
-        );
-    }
 }

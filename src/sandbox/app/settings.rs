@@ -5,6 +5,7 @@
 //! and when the window closes. What it holds is checked like any other input: a value that the
 //! scene or the solver refuses is left out.
 
+use crate::sandbox::state::event::SceneLoaded;
 use std::time::Duration;
 
 use bevy::{
@@ -16,8 +17,8 @@ use bevy::{
     window::{ExitSystems, PrimaryWindow},
 };
 
-use crate::sandbox::{app::load::SceneLoaded, panel::SceneSettings, render::view::ViewSettings};
 use crate::{
+    sandbox::{panel::SceneSettings, state::view::ViewSettings},
     scene::CurrentScene,
     simulation::{Action, Actions, SimulationClock, SimulationSettings, action},
 };

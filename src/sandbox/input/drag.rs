@@ -5,21 +5,19 @@
 //! farther, and letting go leaves it its speed. Everything goes through [`Actions`], so that
 //! it is applied between ticks and can be recorded; this module never touches a particle.
 
-use crate::sandbox::{
-    input::{
-        pick::Hit,
-        pointer::{Pointer, PointerOwner, PointerSystems},
-    },
-    render::{
-        camera::{CameraSystems, OrbitCamera},
-        view::{GrabbedPoint, LastGrab},
-    },
-};
 use crate::{
     render::Drawn,
+    sandbox::{
+        input::{
+            pick::Hit,
+            pointer::{Pointer, PointerOwner, PointerSystems},
+        },
+        render::camera::{CameraSystems, OrbitCamera},
+        state::view::{GrabbedPoint, LastGrab},
+    },
     scene::BodySkin,
     simulation::{Action, Actions, SoftBody},
-    solver::{SurfacePoint, numbering::Numbering},
+    solver::{ParticleIndex, SurfacePoint, numbering::Numbering},
 };
 use bevy::prelude::*;
 
@@ -126,13 +124,14 @@ fn take(
 fn held_point(hit: &Hit, skin: Option<&BodySkin>, numbering: &Numbering) -> Option<SurfacePoint> {
     let corners = hit.corners.into_iter().zip(hit.weights);
     let Some(skin) = skin else {
+        let corners = corners.map(|(corner, weight)| (ParticleIndex(corner), weight));
         return SurfacePoint::new(&corners.collect::<Vec<_>>());
     };
-    let terms: Vec<(u32, f32)> = corners
+    let terms: Vec<_> = corners
         .filter_map(|(corner, weight)| skin.0.anchors.get(corner as usize).map(|a| (a, weight)))
         .flat_map(|(anchor, weight)| {
             anchor
-                .particles
+                .vertices
                 .map(|vertex| numbering.particle(vertex))
                 .into_iter()
                 .zip(anchor.weights.map(|w| w * weight))
@@ -241,7 +240,8 @@ mod tests {
         assert_eq!(
             point.terms().collect::<Vec<_>>(),
             [(4, 0.5), (2, 0.25), (9, 0.25)]
+                .map(|(corner, weight)| (ParticleIndex(corner), weight))
         );
-        assert_eq!(point.nearest(), 4);
+        assert_eq!(point.nearest(), ParticleIndex(4));
     }
 }

@@ -5,6 +5,7 @@
 
 mod hand;
 
+use crate::sandbox::state::request::{RequestSystems, Requested};
 use bevy::{
     input::{
         ButtonState,
@@ -14,10 +15,7 @@ use bevy::{
 };
 use bevy_egui::input::EguiWantsInput;
 
-use crate::sandbox::{
-    panel::{PanelRequest, PanelSystems},
-    render::view::{LastGrab, ViewCommand, ViewSettings},
-};
+use crate::sandbox::state::view::{LastGrab, ViewCommand, ViewSettings};
 use hand::Hand;
 
 /// What a key does.
@@ -286,8 +284,8 @@ impl Plugin for KeysPlugin {
         app.init_resource::<ViewSettings>()
             .init_resource::<LastGrab>()
             .add_message::<ViewCommand>()
-            .add_message::<PanelRequest>()
-            .add_systems(Update, obey.before(PanelSystems));
+            .add_message::<Requested>()
+            .add_systems(Update, obey.before(RequestSystems));
     }
 }
 

@@ -1,7 +1,8 @@
-//! Keys, the pointer, and what is picked, dragged and dropped with it.
+//! Keys, the pointer, and what is picked, dragged and steered with it.
 
 pub mod drag;
-pub mod drop;
 pub mod keys;
 pub mod pick;
 pub mod pointer;
+pub mod spring;
+pub mod steer;

@@ -8,7 +8,8 @@
 use crate::render::Drawn;
 use crate::sandbox::{
     input::pick,
-    render::{camera::OrbitCamera, view::ViewSettings},
+    render::camera::OrbitCamera,
+    state::view::{Hovered, ViewSettings},
 };
 use bevy::{
     input::mouse::{AccumulatedMouseScroll, MouseScrollUnit},
@@ -88,8 +89,6 @@ impl PointerOwner {
 pub struct Pointer {
     /// Who owns it.
     pub owner: PointerOwner,
-    /// The body under it while nobody owns it; the body that is dragged while one is.
-    pub hovered: Option<Entity>,
     /// What the ray hits, if it is a body that nobody drags.
     pub hit: Option<(Entity, pick::Hit)>,
     /// Where it is in the window [logical px]; it may lie outside while a button is down.
@@ -110,6 +109,7 @@ pub struct PointerPlugin;
 impl Plugin for PointerPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Pointer>()
+            .init_resource::<Hovered>()
             .add_systems(Update, (locate, own).chain().in_set(PointerSystems));
     }
 }
@@ -159,6 +159,7 @@ fn pixel_size(camera: &Camera, height: f32) -> f32 {
 
 fn own(
     mut pointer: ResMut<Pointer>,
+    mut hovered: ResMut<Hovered>,
     mouse: Res<ButtonInput<MouseButton>>,
     scroll: Res<AccumulatedMouseScroll>,
     settings: Res<ViewSettings>,
@@ -186,7 +187,7 @@ fn own(
         pressed: mouse.get_just_pressed().next().is_some(),
     };
     pointer.owner = pointer.owner.next(buttons, under);
-    pointer.hovered = match (pointer.owner, under) {
+    hovered.0 = match (pointer.owner, under) {
         (PointerOwner::Body(body), _) | (PointerOwner::None, Under::Body(body)) => Some(body),
         _ => None,
     };

@@ -1,17 +1,19 @@
 //! What mathematics says that bodies should look like at rest, drawn over them.
 
-use crate::sandbox::render::{
-    camera::OrbitCamera,
-    overlay::{Screen, painter},
-    view::ViewSettings,
-};
 use crate::{
+    sandbox::{
+        render::{
+            camera::OrbitCamera,
+            overlay::{Screen, painter},
+        },
+        state::view::ViewSettings,
+    },
     scene::{
         CurrentScene,
         answer::{Curve, Subject},
     },
     simulation::{BodyDensity, SimulationSettings, SoftBody, carried::Carried},
-    solver::{Grab, Particles},
+    solver::Particles,
 };
 use bevy::prelude::*;
 use bevy_egui::{
@@ -44,14 +46,7 @@ fn paint(
     camera: Single<(&Camera, &GlobalTransform), With<OrbitCamera>>,
     scene: Option<Res<CurrentScene>>,
     settings: Res<SimulationSettings>,
-    bodies: Query<(
-        &Name,
-        &SoftBody,
-        &Particles,
-        &BodyDensity,
-        Option<&Grab>,
-        Carried,
-    )>,
+    bodies: Query<(&Name, &SoftBody, &Particles, &BodyDensity, Carried)>,
     mut known: Local<Known>,
 ) -> Result {
     let Some(scene) = scene else {
@@ -65,13 +60,13 @@ fn paint(
         let of_body = bodies
             .iter()
             .find(|(name, ..)| name.as_str() == answer.body());
-        let Some((_, body, particles, density, grab, carried)) = of_body else {
+        let Some((_, body, particles, density, carried)) = of_body else {
             continue;
         };
         let subject = Subject {
             topology: body,
             positions: &particles.positions,
-            effects: &carried.effects(grab.copied()),
+            effects: &carried.effects(),
             density: density.0,
         };
         let Some(curve) = answer.curve(&subject, settings.gravity) else {

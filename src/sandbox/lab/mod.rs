@@ -7,3 +7,4 @@ pub mod quarantine;
 pub mod reference_overlay;
 pub mod resolution;
 pub mod throughput;
+pub mod worker;

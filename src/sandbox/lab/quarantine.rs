@@ -1,6 +1,7 @@
 //! Bodies in quarantine: which, where and why, for as long as they are, and a button that lets each
 //! go on from its last good state.
 
+use crate::sandbox::state::request::{Request, Requested};
 use std::collections::BTreeMap;
 
 use bevy::prelude::*;
@@ -11,12 +12,11 @@ use bevy_egui::{
     },
 };
 
-use crate::sandbox::{
-    panel::{PanelRequest, Request},
-    render::view::ViewSettings,
-    ui::{WidgetRects, theme},
-};
 use crate::{
+    sandbox::{
+        state::view::ViewSettings,
+        ui::{WidgetRects, theme},
+    },
     simulation::{
         Action, Applied, BodyQuarantined, Quarantined, SimulationClock, plain::bodies_in_order,
     },
@@ -30,7 +30,7 @@ const SOON: u64 = 60;
 
 /// A body in quarantine, as it is shown.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct FrozenBody {
+pub struct QuarantinedBody {
     /// What it is asked for by.
     pub key: u64,
     /// Its name.
@@ -62,7 +62,7 @@ impl Plugin for QuarantinePlugin {
         app.init_resource::<QuarantineRects>()
             .init_resource::<Restored>()
             .init_resource::<ViewSettings>()
-            .add_message::<PanelRequest>()
+            .add_message::<Requested>()
             .add_systems(Update, remember)
             .add_systems(EguiPrimaryContextPass, show);
     }
@@ -100,13 +100,13 @@ fn remember(
 }
 
 fn show(world: &mut World) -> Result {
-    let quarantine: Vec<FrozenBody> = bodies_in_order(world)
+    let quarantine: Vec<QuarantinedBody> = bodies_in_order(world)
         .into_iter()
         .filter_map(|body| {
             let entity = world.entity(body);
             let quarantine = entity.get::<Quarantined>()?;
             let restored = world.resource::<Restored>().0.get(&body);
-            Some(FrozenBody {
+            Some(QuarantinedBody {
                 key: body.to_bits(),
                 name: entity
                     .get::<Name>()
@@ -125,7 +125,7 @@ fn show(world: &mut World) -> Result {
             .clone();
         let covered = world.resource::<ViewSettings>().panel_width;
         for key in draw(&context, &quarantine, covered, &mut places) {
-            world.write_message(PanelRequest(Request::Restore(key)));
+            world.write_message(Requested(Request::Restore(key)));
         }
     }
     let mut known = world.resource_mut::<QuarantineRects>();
@@ -139,12 +139,12 @@ fn show(world: &mut World) -> Result {
 /// are to be restored.
 pub fn draw(
     context: &egui::Context,
-    bodies: &[FrozenBody],
+    bodies: &[QuarantinedBody],
     covered: f32,
     places: &mut WidgetRects,
 ) -> Vec<u64> {
     let mut pressed = Vec::new();
-    Area::new(Id::new("frozen"))
+    Area::new(Id::new("quarantine"))
         .order(Order::Foreground)
         .anchor(Align2::CENTER_TOP, vec2(-covered / 2.0, 64.0))
         .show(context, |ui| {
@@ -173,8 +173,8 @@ pub fn draw(
 }
 
 /// What is wrong with one body; true if it is to be restored.
-fn line(ui: &mut egui::Ui, body: &FrozenBody, places: &mut WidgetRects) -> bool {
-    let FrozenBody { name, reason, .. } = body;
+fn line(ui: &mut egui::Ui, body: &QuarantinedBody, places: &mut WidgetRects) -> bool {
+    let QuarantinedBody { name, reason, .. } = body;
     let again = if body.again { " again" } else { "" };
     let text = format!("{name} diverged{again} and is paused: {reason}");
     ui.add(Label::new(RichText::new(text).color(theme::STRONG)).wrap());

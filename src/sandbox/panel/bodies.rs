@@ -1,14 +1,20 @@
 //! The section of the bodies: whose parameters are shown, and what can be done to them.
 
+use crate::sandbox::state::{
+    request::{Distortion, Request},
+    selection::Scope,
+};
 use bevy_egui::egui::{ComboBox, Label, RichText, Ui};
 
 use super::{
     Panel,
-    model::{BodyEntry, BodyState, Distortion, PanelModel, Request, Scope},
+    model::{BodyEntry, BodyState, PanelModel},
     section::{self, RowButton, section},
 };
-use crate::sandbox::ui::number;
-use crate::{sandbox::ui::theme, scene::Material};
+use crate::{
+    sandbox::ui::{number, theme},
+    scene::Material,
+};
 
 /// Draws the section.
 pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
@@ -107,13 +113,13 @@ fn state(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         (n, Scope::All) => text.push_str(&format!(" · {n} asleep")),
     }
     section::note(ui, &text);
-    frozen(ui, panel, &stuck);
+    quarantined(ui, panel, &stuck);
 }
 
 /// Diverged bodies that are named; of more, the panel gives the number.
 const MAX_NAMED: usize = 2;
 
-fn frozen(ui: &mut Ui, panel: &mut Panel, stuck: &[(&BodyEntry, &str)]) {
+fn quarantined(ui: &mut Ui, panel: &mut Panel, stuck: &[(&BodyEntry, &str)]) {
     let alarm = |ui: &mut Ui, text: String| {
         ui.add(Label::new(RichText::new(text).small().color(theme::ALARM)).wrap());
     };

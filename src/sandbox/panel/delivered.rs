@@ -1,20 +1,20 @@
 //! The effective compliance of an effect beside the requested one.
 
+use crate::sandbox::state::request::Request;
 use bevy::prelude::*;
 use bevy_egui::egui::{Label, RichText, Ui};
 use std::collections::BTreeMap;
 
 use super::{
     Panel, PanelState,
-    model::{DeliveredModel, Request},
+    model::DeliveredModel,
     section::{self, RowButton},
 };
-use crate::sandbox::ui::number::format;
 use crate::{
-    sandbox::ui::theme,
-    simulation::{Active, Multipliers, SimulationSettings, SoftBody, plain::effects},
+    sandbox::ui::{number::format, theme},
+    simulation::{Active, SimulationSettings, SoftBody, plain::effects},
     solver::{
-        ElasticKind, Particles,
+        EffectStates, ElasticKind, Particles,
         delivered::Work,
         elastic::{Elastic, Visit},
     },
@@ -30,14 +30,14 @@ pub(super) type Works = BTreeMap<&'static str, Work>;
 struct Gather<'a> {
     body: &'a SoftBody,
     particles: &'a Particles,
-    multipliers: &'a Multipliers,
+    states: &'a EffectStates,
     h: f64,
     fresh: &'a mut Works,
 }
 
 impl Visit for Gather<'_> {
     fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
-        let lambdas = self.multipliers.of(E::KIND);
+        let lambdas = self.states.multipliers(E::KIND);
         let work = Work::of(effect, self.body, self.particles, lambdas, self.h);
         self.fresh.entry(E::KIND.name()).or_default().add(work);
     }
@@ -48,14 +48,14 @@ impl Visit for Gather<'_> {
 /// sleep nothing is new.
 pub(super) fn gather(world: &mut World, shown: &[Entity]) {
     let h = world.resource::<SimulationSettings>().substep_seconds();
-    let mut bodies = world.query_filtered::<(&SoftBody, &Particles, &Multipliers), Active>();
+    let mut bodies = world.query_filtered::<(&SoftBody, &Particles, &EffectStates), Active>();
     let mut fresh = Works::new();
     for &entity in shown {
-        if let Ok((body, particles, multipliers)) = bodies.get(world, entity) {
+        if let Ok((body, particles, states)) = bodies.get(world, entity) {
             effects(world.entity(entity)).visit(&mut Gather {
                 body,
                 particles,
-                multipliers,
+                states,
                 h,
                 fresh: &mut fresh,
             });

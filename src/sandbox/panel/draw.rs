@@ -1,16 +1,19 @@
 //! The panel as a whole, drawn into a `Ui`.
 
+use crate::sandbox::state::request::Request;
 use bevy_egui::egui::{Response, ScrollArea, Ui};
 
 use super::{
     bodies, effects, energy,
-    model::{PanelModel, Request},
+    model::PanelModel,
     reference_overlay, scene,
     section::{self, RowButton},
     world,
 };
-use crate::sandbox::ui::WidgetRects;
-use crate::sandbox::{render::view::SolverView, ui::theme};
+use crate::sandbox::{
+    state::view::SolverView,
+    ui::{WidgetRects, theme},
+};
 
 /// What one drawing of the panel gives back: what was asked for, and where each widget is.
 #[derive(Debug, Default)]

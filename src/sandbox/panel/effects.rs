@@ -3,6 +3,7 @@
 //!
 //! A switch puts an effect on the bodies of the scope or takes it off.
 
+use crate::sandbox::state::{request::Request, selection::Scope};
 use bevy_egui::egui::{
     Align, Align2, Color32, Id, Label, Layout, Rect, RichText, Sense, Ui,
     collapsing_header::CollapsingState, vec2,
@@ -10,14 +11,13 @@ use bevy_egui::egui::{
 
 use super::{
     Panel, delivered, history,
-    model::{EffectModel, PanelModel, Request, Scope},
+    model::{EffectModel, PanelModel},
     parameter::{self, Edit},
     section::{self, section},
 };
-use crate::sandbox::ui::number;
 use crate::{
     effect::{Effect, Stitches},
-    sandbox::ui::theme,
+    sandbox::ui::{number, theme},
 };
 
 /// Width of the bar of a share [logical px].

@@ -1,5 +1,6 @@
 //! The section of the energy ledger: what bodies hold, what it came from and went to.
 
+use crate::sandbox::state::request::Request;
 use bevy::prelude::*;
 use bevy_egui::egui::{
     Align, Align2, Color32, FontSelection, Layout, Rect, RichText, Sense, Shape, Stroke, TextStyle,
@@ -9,13 +10,12 @@ use std::collections::VecDeque;
 
 use super::{
     Panel, PanelState, history,
-    model::{EnergyModel, PanelModel, Request},
+    model::{EnergyModel, PanelModel},
     section::{self, RowButton, section},
 };
-use crate::sandbox::ui::number::format;
 use crate::{
     effect::EffectRegistry,
-    sandbox::ui::theme,
+    sandbox::ui::{number::format, theme},
     simulation::{EnergyLedger, SimulationSettings},
 };
 
@@ -49,7 +49,7 @@ impl EnergyTrack {
 }
 
 /// Switches the ledger on or off.
-pub(super) fn keep(world: &mut World, on: bool) {
+pub(in crate::sandbox) fn keep(world: &mut World, on: bool) {
     world.insert_resource(EnergyLedger::kept(on));
     world.resource_mut::<PanelState>().energies = EnergyTrack::default();
 }
@@ -143,7 +143,7 @@ fn words(row: &str) -> (&'static str, &'static str) {
             "Contact",
             "Energy lost in impacts and exchanged with moving colliders",
         ),
-        "hand" => ("Grab", "Work of the mouse spring on the grabbed body"),
+        "grab" => ("Grab", "Work of the mouse spring on the grabbed body"),
         "plastic" => (
             "Plastic flow",
             "Energy dissipated as rest lengths, angles and volumes change beyond the yield strain",
@@ -156,7 +156,7 @@ fn words(row: &str) -> (&'static str, &'static str) {
             "Integrator",
             "Numerical damping of the integrator, for a converged solve. More substeps reduce it.",
         ),
-        "sweeps" => (
+        "convergence" => (
             "Convergence",
             "Error of the unconverged solve: stored energy and damping above are those of the \
              requested material, but a softer one is simulated. More substeps or iterations \

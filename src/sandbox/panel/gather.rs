@@ -1,33 +1,33 @@
 //! From the ECS to the panel's model, every frame anew.
 
+use super::model::Additions;
+use crate::sandbox::state::selection::Selection;
 use bevy::prelude::*;
 
 use super::{
     PanelState, delivered, energy, history,
     model::{
-        BodyEntry, BodyState, ClockModel, EffectModel, GrabModel, PanelModel, Parameter, Scope,
-        StageModel,
+        BodyEntry, BodyState, ClockModel, EffectModel, GrabModel, PanelModel, Parameter, StageModel,
     },
     picker::Picker,
     reference_overlay,
     scene_defaults::{SceneDefaults, SceneSettings},
 };
-use crate::sandbox::ui::track::{Spread, Track};
 use crate::{
     effect::{
         Contact, Effect, EffectInfo, EffectRegistry, ParameterInfo, Pressure, Scale, SelfContact,
     },
     sandbox::{
-        app::import,
         lab::{quarantine, throughput::Throughput},
-        render::view::{LastGrab, ViewSettings},
+        state::view::{LastGrab, ViewSettings},
+        ui::track::{Spread, Track},
     },
     scene::{Answer, CurrentScene, Material},
     simulation::{
-        Asleep, Multipliers, Pins, Profile, Quarantined, SimulationClock, SimulationSettings,
-        SoftBody, SolverThreads, Statistics, action, plain::bodies_in_order, system_names,
+        Asleep, Pins, Profile, Quarantined, SimulationClock, SimulationSettings, SoftBody,
+        SolverThreads, Statistics, action, plain::bodies_in_order, system_names,
     },
-    solver::available,
+    solver::{EffectStates, available},
 };
 
 /// Share of a new measurement in the smoothed one.
@@ -38,11 +38,11 @@ pub(super) fn model(world: &mut World) -> PanelModel {
     let bodies = bodies_in_order(world);
     smooth_shares(world);
     let ticked = history::gather(world);
-    let scope = world.resource::<PanelState>().scope;
+    let scope = world.resource::<Selection>().0;
     let shown: Vec<Entity> = bodies
         .iter()
         .copied()
-        .filter(|body| in_scope(scope, *body))
+        .filter(|body| scope.contains(*body))
         .collect();
     if ticked {
         delivered::gather(world, &shown);
@@ -102,7 +102,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
                 .get::<Pins>(*body)
                 .is_some_and(|pins| !pins.is_empty())
         }),
-        additions: import::additions(),
+        additions: world.resource::<Additions>().0.clone(),
         materials: materials(world, &shown),
         wireframe: view.wireframe,
         tetrahedra: view.tetrahedra,
@@ -130,16 +130,8 @@ fn answers(scene: &CurrentScene) -> String {
     names.join(", ")
 }
 
-/// Whether the scope has a body in it.
-pub(super) fn in_scope(scope: Scope, body: Entity) -> bool {
-    match scope {
-        Scope::All => true,
-        Scope::Body(key) => body.to_bits() == key,
-    }
-}
-
 /// The track of a parameter's slider.
-pub(super) fn track(info: &ParameterInfo) -> Track {
+pub(in crate::sandbox) fn track(info: &ParameterInfo) -> Track {
     let range = info.range.0..=info.range.1;
     match info.scale {
         Scale::Linear => Track::new(range, Spread::Linear),
@@ -223,7 +215,7 @@ fn overpressure(world: &World, effect: &str, shown: &[Entity]) -> Option<(f64, f
     let all = shown.iter().filter_map(|body| {
         let body = world.entity(*body);
         body.get::<Pressure>()?;
-        body.get::<Multipliers>()?.pressure_state.overpressure(h)
+        body.get::<EffectStates>()?.others.pressure.overpressure(h)
     });
     all.map(|pressure| (pressure, pressure))
         .reduce(|(low, high), (one, _)| (low.min(one), high.max(one)))

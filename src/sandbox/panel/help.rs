@@ -8,7 +8,7 @@ use bevy_egui::{
 
 use crate::sandbox::{
     input::keys::{BINDINGS, GESTURES},
-    render::view::ViewSettings,
+    state::view::ViewSettings,
     ui::theme,
 };
 

@@ -12,7 +12,7 @@ use bevy_egui::{
 
 use crate::sandbox::{
     lab::{reference_overlay::ReferenceOverlay, throughput::Throughput},
-    render::view::ViewSettings,
+    state::view::ViewSettings,
     ui::{count, format, theme},
 };
 use crate::simulation::{SimulationClock, SoftBody, Statistics, statistics};
@@ -76,7 +76,7 @@ impl Pace {
         }
     }
 
-    /// If the computer does not keep up: less than this share of what the clock asks for.
+    /// If the computer does not keep up: less than this fraction of what the clock asks for.
     fn slow(&self, clock: &SimulationClock) -> Option<f64> {
         self.found.filter(|pace| *pace < 0.95 * clock.speed)
     }

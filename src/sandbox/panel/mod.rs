@@ -1,16 +1,16 @@
 //! The panel: what is simulated and how, as numbers that can be moved.
 //!
 //! Three steps a frame, each on its own: `gather` makes a plain [`PanelModel`] of the ECS,
-//! `draw` turns it into a picture and a list of [`Request`]s, and `apply` carries those out.
-//! Only the first and the last know the simulation; only the second knows egui.
+//! `draw` turns it into a picture and a list of [`Request`]s, which the app
+//! [carries out](crate::sandbox::app::requests). Only the first and the last know the simulation; only the second knows
+//! egui.
 
-mod apply;
 mod bodies;
 mod delivered;
 mod draw;
 mod effects;
 pub mod energy;
-mod gather;
+pub(in crate::sandbox) mod gather;
 pub mod help;
 pub mod history;
 pub mod hud;
@@ -18,14 +18,14 @@ pub mod model;
 mod parameter;
 mod picker;
 mod reference_overlay;
-mod restart;
+pub(in crate::sandbox) mod restart;
 mod scene;
 mod scene_defaults;
 mod section;
 mod world;
 
 pub use draw::Panel;
-pub use model::{Addition, PanelModel, Request, SceneEntry, Scope};
+pub use model::{Addition, Additions, PanelModel, SceneEntry};
 pub use scene_defaults::{SceneDefaults, SceneSettings};
 
 use std::collections::BTreeMap;
@@ -37,21 +37,19 @@ use bevy_egui::{
 };
 
 use crate::sandbox::{
-    app::load::SceneLoaded,
-    render::view::{LastGrab, ViewCommand, ViewSettings},
+    state::{
+        event::SceneLoaded,
+        request::{RequestSystems, Requested},
+        selection::{Scope, Selection},
+        view::{LastGrab, ViewCommand, ViewSettings},
+    },
     ui::{WidgetRects, theme},
 };
 use crate::simulation::{Measuring, Profile};
 
-/// Something was asked for, by the panel or by a key.
-#[derive(Message, Debug, Clone, PartialEq, Deref)]
-pub struct PanelRequest(pub Request);
-
 /// What the panel itself remembers.
 #[derive(Resource, Debug, Default)]
 pub struct PanelState {
-    /// Whose parameters are shown.
-    pub scope: Scope,
     /// Shares of time by effect and stage, smoothed over about a second so that they can be read.
     shares: BTreeMap<&'static str, f32>,
     /// What the solver delivered of late, by effect.
@@ -60,17 +58,11 @@ pub struct PanelState {
     history: history::History,
     /// What bodies held after the last ticks.
     energies: energy::EnergyTrack,
-    /// How often bodies were shuffled; the seed of the next time.
-    shuffles: u32,
 }
 
 /// Where the panel's widgets are; for the journal.
 #[derive(Resource, Debug, Default, Deref)]
 pub struct PanelRects(WidgetRects);
-
-/// Systems that carry out what was asked for, in `Update`.
-#[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct PanelSystems;
 
 /// The panel.
 pub struct PanelPlugin;
@@ -78,13 +70,15 @@ pub struct PanelPlugin;
 impl Plugin for PanelPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<PanelState>()
+            .init_resource::<Selection>()
+            .init_resource::<Additions>()
             .init_resource::<PanelRects>()
             .init_resource::<ViewSettings>()
             .init_resource::<LastGrab>()
             .init_resource::<SceneSettings>()
             .init_resource::<picker::Picker>()
             .init_resource::<restart::Carried>()
-            .add_message::<PanelRequest>()
+            .add_message::<Requested>()
             .add_message::<ViewCommand>()
             .add_message::<SceneLoaded>()
             .add_systems(
@@ -94,9 +88,8 @@ impl Plugin for PanelPlugin {
             .add_systems(
                 Update,
                 (
-                    (show_held, apply::carry_out, apply::report_refusals)
-                        .chain()
-                        .in_set(PanelSystems),
+                    show_held.in_set(RequestSystems),
+                    forget_what_was_shown.after(RequestSystems),
                     measure_what_is_shown,
                 ),
             )
@@ -105,15 +98,25 @@ impl Plugin for PanelPlugin {
 }
 
 /// Taking hold of a body shows its own parameters; a body that is gone is not shown.
-fn show_held(grab: Res<LastGrab>, mut state: ResMut<PanelState>, bodies: Query<()>) {
+pub(in crate::sandbox) fn show_held(
+    grab: Res<LastGrab>,
+    mut selection: ResMut<Selection>,
+    bodies: Query<()>,
+) {
     if let Some(grab) = grab.0.filter(|point| point.held && grab.is_changed()) {
-        state.scope = Scope::Body(grab.body.to_bits());
-        state.works.clear();
+        selection.0 = Scope::Body(grab.body.to_bits());
     }
-    if let Scope::Body(key) = state.scope
+    if let Scope::Body(key) = selection.0
         && Entity::try_from_bits(key).is_none_or(|body| !bodies.contains(body))
     {
-        state.scope = Scope::All;
+        selection.0 = Scope::All;
+    }
+}
+
+/// What the solver delivered to other bodies says nothing of those that are shown now.
+fn forget_what_was_shown(selection: Res<Selection>, mut state: ResMut<PanelState>) {
+    if selection.is_changed() {
+        state.works.clear();
     }
 }
 
@@ -154,7 +157,7 @@ fn panel(world: &mut World) -> Result {
         view.panel_width = covered;
     }
     for request in panel.requests() {
-        world.write_message(PanelRequest(request.clone()));
+        world.write_message(Requested(request.clone()));
     }
     Ok(())
 }

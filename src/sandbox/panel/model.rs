@@ -5,11 +5,15 @@
 //! and pressed in a test without a window.
 
 use super::{energy::EnergyTrack, history::History};
-use crate::sandbox::ui::track::Track;
 use crate::{
-    sandbox::{lab::reference_overlay::distance::Trail, render::view::SolverView},
+    sandbox::{
+        lab::reference_overlay::distance::Trail,
+        state::{selection::Scope, view::SolverView},
+        ui::track::Track,
+    },
     scene::Material,
 };
+use bevy::prelude::{Deref, Resource};
 
 /// Everything that the panel shows.
 #[derive(Debug, Clone, Default)]
@@ -132,18 +136,8 @@ pub enum BodyState {
     Awake,
     /// It came to rest and is not stepped.
     Asleep,
-    /// It turned non-finite and is frozen; the reason.
+    /// It diverged and is paused; the reason.
     Quarantined(String),
-}
-
-/// Whose parameters are shown and changed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Scope {
-    /// All bodies at once.
-    #[default]
-    All,
-    /// One body, by its key.
-    Body(u64),
 }
 
 /// An effect, whether anything carries it or not.
@@ -252,6 +246,10 @@ pub struct GrabModel {
     pub pinned: bool,
 }
 
+/// What can be added to the scene, as the menu shows it.
+#[derive(Resource, Debug, Clone, Default, Deref)]
+pub struct Additions(pub Vec<Addition>);
+
 /// Something that can be added to the scene.
 #[derive(Debug, Clone)]
 pub struct Addition {
@@ -261,106 +259,4 @@ pub struct Addition {
     pub title: String,
     /// Whether a line is drawn above it, where another kind begins.
     pub begins_group: bool,
-}
-
-/// How a body is pushed out of shape.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Distortion {
-    /// To a tenth of its height.
-    Squash,
-    /// Every particle anywhere in its box.
-    Shuffle,
-    /// Left and right changed over, so that every element is inside out.
-    Mirror,
-}
-
-/// What the user asked for, by the panel or by a key.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Request {
-    /// Open a scene by its name.
-    OpenScene(String),
-    /// Open the next scene.
-    NextScene,
-    /// Open the previous scene.
-    PreviousScene,
-    /// Unpin every vertex of the bodies of the scope.
-    UnpinAll,
-    /// Begin the scene anew.
-    Restart,
-    /// Stop time or let it run.
-    Pause(bool),
-    /// One tick.
-    Step,
-    /// Simulated seconds per second.
-    Speed(f64),
-    /// A setting of the world.
-    Setting {
-        /// Its name.
-        name: &'static str,
-        /// The value asked for; `None` is the scene's.
-        value: Option<f64>,
-    },
-    /// How many threads to step bodies on; `None` is one on each core.
-    Threads(Option<f64>),
-    /// A parameter of an effect, on all bodies of the scope that carry it.
-    Parameter {
-        /// The effect's name.
-        effect: &'static str,
-        /// The parameter's name.
-        parameter: &'static str,
-        /// The value asked for; `None` is the scene's, each body its own.
-        value: Option<f64>,
-    },
-    /// Turn the stretch compliance of these bodies up or down by a quarter.
-    Soften {
-        /// Which bodies.
-        scope: Scope,
-        /// Up or down.
-        softer: bool,
-    },
-    /// Whose parameters to show.
-    Show(Scope),
-    /// Put an effect on the bodies of the scope, or take it off.
-    Effect {
-        /// The effect's name.
-        effect: &'static str,
-        /// Whether they are to carry it.
-        on: bool,
-    },
-    /// Make the bodies of the scope, those that can be, of a material, by its name.
-    Material(&'static str),
-    /// Push the bodies of the scope out of shape.
-    Distort(Distortion),
-    /// Add a body by the name of its [`Addition`].
-    AddBody(String),
-    /// Let a body in quarantine go on from its last good state, by its key.
-    Restore(u64),
-    /// Take away the body that is or was held last, or else the one that is shown.
-    Remove,
-    /// Pin (`true`) or free the point that is or was held.
-    Pin(bool),
-    /// Draw the wireframe or not.
-    Wireframe(bool),
-    /// Draw the tetrahedra or not.
-    Tetrahedra(bool),
-    /// Draw the answers of mathematics or not.
-    Answers(bool),
-    /// Draw the constraints by how they are solved, or not.
-    SolverView(SolverView),
-    /// Move the camera so that every body is in sight.
-    FrameAll,
-    /// Open or close the card that says what accuracy costs.
-    Accuracy,
-    /// Open or close the gallery of hard cases.
-    Gallery,
-    /// Keep the energy ledger from now on (`true`), or no longer.
-    Ledger(bool),
-    /// Let there be a reference overlay, or none.
-    ReferenceOverlay,
-    /// Begin the reference overlay again from where the bodies are.
-    ReferenceAgain,
-    /// Save a picture.
-    Screenshot,
-    /// Show the overlay of keys.
-    Help,
 }

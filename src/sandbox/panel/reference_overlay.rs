@@ -1,6 +1,7 @@
 //! The section of the reference overlay: its settings, and its distance to the bodies over the last
 //! seconds.
 
+use crate::sandbox::state::request::Request;
 use bevy::prelude::World;
 use bevy_egui::egui::{
     Align2, Color32, FontSelection, Label, RichText, Sense, Shape, Stroke, TextStyle, Ui, pos2,
@@ -9,17 +10,16 @@ use bevy_egui::egui::{
 
 use super::{
     Panel,
-    model::{ReferenceModel, Request},
+    model::ReferenceModel,
     section::{self, RowButton, section},
 };
-use crate::sandbox::ui::number::format;
 use crate::{
     sandbox::{
         lab::reference_overlay::{
             ReferenceOverlay,
             distance::{Distance, TICKS, Trail},
         },
-        ui::theme,
+        ui::{number::format, theme},
     },
     simulation::SimulationSettings,
 };

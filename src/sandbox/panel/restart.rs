@@ -6,7 +6,7 @@ use bevy::prelude::*;
 use super::scene_defaults::{SceneDefaults, SceneSettings};
 use crate::{
     effect::EffectRegistry,
-    sandbox::app::load::SceneLoaded,
+    sandbox::state::event::SceneLoaded,
     simulation::{Action, Actions, SimulationSettings, action, plain::bodies_in_order},
 };
 
@@ -30,7 +30,7 @@ struct Changes {
 }
 
 /// Notes what differs from the scene's file, before the scene is begun anew.
-pub(super) fn note(world: &mut World) {
+pub(in crate::sandbox) fn note(world: &mut World) {
     let bodies = bodies_in_order(world);
     let now = &world.resource::<SimulationSettings>().0;
     let scene = &world.resource::<SceneSettings>().0;

@@ -1,15 +1,18 @@
 //! The head of the panel: which scene, and whether its time runs.
 
+use crate::sandbox::state::request::Request;
 use bevy_egui::egui::{Button, ComboBox, Label, RichText, Ui, Vec2};
 
 use super::{
     Panel,
-    model::{PanelModel, Parameter, Request},
+    model::{PanelModel, Parameter},
     parameter::{self, Edit},
     section::{self, RowButton},
 };
-use crate::sandbox::ui::theme;
-use crate::sandbox::ui::track::{Spread, Track};
+use crate::sandbox::ui::{
+    theme,
+    track::{Spread, Track},
+};
 
 /// Draws the picker, the note, and the buttons of the clock.
 pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {

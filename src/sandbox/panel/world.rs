@@ -1,11 +1,12 @@
 //! The section of the world: substeps, iterations, rate, gravity and threads, and how much the
 //! solver does with them.
 
+use crate::sandbox::state::request::Request;
 use bevy_egui::egui::{Align, Layout, RichText, Ui};
 
 use super::{
     Panel,
-    model::{PanelModel, Request},
+    model::PanelModel,
     parameter::{self, Edit},
     section::{self, RowButton, section},
 };

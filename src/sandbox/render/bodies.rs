@@ -1,11 +1,11 @@
 //! The look of bodies: a material for each, and the rim of the one under the pointer.
 
 use crate::sandbox::{
-    input::pointer::Pointer,
     render::{
         material::{Finish, SkinMaterial, linear, palette},
         stage::FloorHeight,
     },
+    state::view::Hovered,
 };
 use crate::{
     render::{Drawn, MeshSystems, SoftBodyMeshPlugin},
@@ -24,7 +24,7 @@ pub struct BodiesPlugin;
 impl Plugin for BodiesPlugin {
     fn build(&self, app: &mut App) {
         app.add_plugins(SoftBodyMeshPlugin)
-            .init_resource::<Pointer>()
+            .init_resource::<Hovered>()
             .add_systems(Update, highlight)
             .add_systems(
                 PostUpdate,
@@ -61,18 +61,14 @@ fn dress(
 
 /// Lights the rim of the body under the pointer.
 fn highlight(
-    pointer: Res<Pointer>,
+    hovered: Res<Hovered>,
     time: Res<Time<Real>>,
     bodies: Query<(Entity, &MeshMaterial3d<SkinMaterial>), With<Drawn>>,
     mut materials: ResMut<Assets<SkinMaterial>>,
 ) {
     let share = 1.0 - (-time.delta_secs() / FADE).exp();
     for (body, material) in &bodies {
-        let goal = if pointer.hovered == Some(body) {
-            1.0
-        } else {
-            0.0
-        };
+        let goal = if hovered.0 == Some(body) { 1.0 } else { 0.0 };
         let now = materials
             .get(&material.0)
             .map_or(goal, |m| m.finish.highlight);

@@ -1,21 +1,12 @@
-//! The camera: it orbits with the right button, pans with the middle one (or shift and the
-//! right one), and the wheel zooms.
-//!
-//! It moves only while it owns the pointer (and zooms only while nobody else does), and it
-//! glides to where the hand put it. The view is shifted so that its centre is the centre of
+//! The camera: it glides to where it was [steered](crate::sandbox::input::steer) to. The view is shifted so that its centre is the centre of
 //! what the panel leaves free.
 
 use crate::render::Drawn;
 use crate::sandbox::{
-    input::pointer::{Pointer, PointerOwner, PointerSystems},
-    render::{
-        orbit::Orbit,
-        view::{ViewCommand, ViewSettings},
-    },
+    render::orbit::Orbit,
+    state::view::{ViewCommand, ViewSettings},
 };
-use bevy::{
-    camera::SubCameraView, input::mouse::AccumulatedMouseMotion, prelude::*, window::PrimaryWindow,
-};
+use bevy::{camera::SubCameraView, prelude::*, window::PrimaryWindow};
 
 /// How fast the camera glides: it covers all but 1/e of its way in this time [s].
 const GLIDE: f32 = 0.07;
@@ -43,7 +34,7 @@ impl OrbitCamera {
     }
 }
 
-/// Systems that move the camera, in `Update` after the pointer's.
+/// Systems that move the camera, in `Update`.
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct CameraSystems;
 
@@ -52,37 +43,7 @@ pub struct CameraPlugin;
 
 impl Plugin for CameraPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(
-            Update,
-            (steer, frame_all, glide)
-                .chain()
-                .in_set(CameraSystems)
-                .after(PointerSystems),
-        );
-    }
-}
-
-fn steer(
-    pointer: Res<Pointer>,
-    motion: Res<AccumulatedMouseMotion>,
-    mouse: Res<ButtonInput<MouseButton>>,
-    keys: Res<ButtonInput<KeyCode>>,
-    window: Single<&Window, With<PrimaryWindow>>,
-    mut camera: Single<&mut OrbitCamera>,
-) {
-    let shift = keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]);
-    let right = mouse.pressed(MouseButton::Right);
-    let middle = mouse.pressed(MouseButton::Middle);
-    if pointer.owner == PointerOwner::Camera && motion.delta != Vec2::ZERO {
-        if middle || (right && shift) {
-            camera.goal = camera.goal.panned(motion.delta, window.height());
-        } else if right {
-            camera.goal = camera.goal.turned(motion.delta);
-        }
-    }
-    let free = matches!(pointer.owner, PointerOwner::None | PointerOwner::Camera);
-    if free && pointer.wheel != 0.0 {
-        camera.goal = camera.goal.zoomed(pointer.wheel);
+        app.add_systems(Update, (frame_all, glide).chain().in_set(CameraSystems));
     }
 }
 

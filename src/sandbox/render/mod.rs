@@ -7,8 +7,6 @@ pub mod grounding;
 pub mod material;
 pub mod orbit;
 pub mod overlay;
-pub mod picture;
 pub mod solver_view;
 pub mod stage;
-pub mod view;
 pub mod wires;

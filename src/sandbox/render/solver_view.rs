@@ -26,10 +26,10 @@ use bevy::{
 };
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
-use crate::sandbox::render::view::{SolverView, ViewSettings};
 use crate::{
     effect::{Stretch, Struts, Volume},
     render::{Drawn, MeshSystems},
+    sandbox::state::view::{SolverView, ViewSettings},
     simulation::SoftBody,
     solver::{Topology, topology::Edges},
 };

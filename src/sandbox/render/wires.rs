@@ -3,9 +3,11 @@
 //! One line mesh a body and kind, made when it is first shown; while neither kind is shown this
 //! module does nothing.
 
-use crate::render::{Drawn, MeshSystems};
-use crate::sandbox::render::{material::WireMaterial, view::ViewSettings};
-use crate::simulation::SoftBody;
+use crate::{
+    render::{Drawn, MeshSystems},
+    sandbox::{render::material::WireMaterial, state::view::ViewSettings},
+    simulation::SoftBody,
+};
 use bevy::{
     asset::RenderAssetUsages,
     camera::{primitives::Aabb, visibility::NoAutoAabb},

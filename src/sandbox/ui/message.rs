@@ -9,11 +9,7 @@ use bevy_egui::{
     egui::{self, Area, Color32, Frame, Id, Label, Margin, Order, RichText, Sense, Stroke, pos2},
 };
 
-use crate::sandbox::{
-    app::{load::SceneLoaded, screenshot::ScreenshotSaved},
-    render::view::ViewSettings,
-    ui::theme,
-};
+use crate::sandbox::{state::view::ViewSettings, ui::theme};
 
 /// How many notes are shown at once; the oldest go first.
 const MOST: usize = 5;
@@ -122,31 +118,13 @@ impl Plugin for MessagePlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Notices>()
             .init_resource::<ViewSettings>()
-            .add_message::<SceneLoaded>()
-            .add_message::<ScreenshotSaved>()
-            .add_systems(Update, (age, report_scenes, report_pictures))
+            .add_systems(Update, age)
             .add_systems(EguiPrimaryContextPass, show);
     }
 }
 
 fn age(mut notices: ResMut<Notices>, time: Res<Time<Real>>) {
     notices.bypass_change_detection().age(time.delta_secs());
-}
-
-fn report_scenes(mut scenes: MessageReader<SceneLoaded>, mut notices: ResMut<Notices>) {
-    for error in scenes.read().filter_map(|scene| scene.error.as_ref()) {
-        notices.error(capitalised(error));
-    }
-}
-
-fn report_pictures(mut pictures: MessageReader<ScreenshotSaved>, mut notices: ResMut<Notices>) {
-    for picture in pictures.read() {
-        let path = picture.path.display();
-        match &picture.error {
-            None => notices.info(format!("Saved {path}")),
-            Some(error) => notices.error(format!("Cannot save {path}: {error}")),
-        }
-    }
 }
 
 /// A sentence of an error, which begins in small letters, as one that stands alone.

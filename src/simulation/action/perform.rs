@@ -9,7 +9,7 @@ use crate::{
     },
     solver::{
         CollisionIterations, Grab, InvalidValue, Iterations, KeepSpin, Order, Particles, Rate,
-        SmoothingIterations, Substeps, SurfacePoint, deform,
+        SmoothingIterations, Substeps, SurfacePoint, VertexIndex, deform,
     },
 };
 use bevy::prelude::*;
@@ -208,16 +208,13 @@ fn grab(
 fn change_pins(
     world: &mut World,
     body: Entity,
-    vertex: u32,
+    vertex: VertexIndex,
     pinned: bool,
 ) -> Result<(), ActionError> {
     let mut entity = body_mut(world, body)?;
-    let particles = entity.get::<Particles>().map_or(0, Particles::len);
-    if vertex as usize >= particles {
-        return Err(ActionError::NoParticle {
-            particle: vertex,
-            particles,
-        });
+    let vertices = entity.get::<Particles>().map_or(0, Particles::len);
+    if vertex.index() >= vertices {
+        return Err(ActionError::NoVertex { vertex, vertices });
     }
     if let Some(mut pins) = entity.get_mut::<Pins>() {
         pins.0.retain(|&pin| pin != vertex);

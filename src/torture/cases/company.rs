@@ -3,7 +3,7 @@
 use super::*;
 use glam::Vec3;
 
-fn members() -> Vec<Member> {
+fn members(times: u32) -> Vec<Member> {
     let members = |shapes| Axes {
         scales: &[1.0, 1e-3, 1e3],
         materials: &[(0.0, 0.0), (1e-5, 0.02)],
@@ -12,11 +12,14 @@ fn members() -> Vec<Member> {
         mixtures: 0,
         ..Axes::all(shapes)
     };
-    family::of(&[
-        members(&[Shape::Cube(3), Shape::Tetrahedron]),
-        members(&[Shape::Cloth(10)]),
-        members(&[Shape::Rope(16)]),
-    ])
+    family::of(
+        times,
+        &[
+            members(&[Shape::Cube(3), Shape::Tetrahedron]),
+            members(&[Shape::Cloth(10)]),
+            members(&[Shape::Rope(16)]),
+        ],
+    )
 }
 
 /// The body that is alone or in company: let go at 0.8 of its height.
@@ -54,7 +57,7 @@ pub const NOT_FINITE: Case = Case {
     title: "NaN and infinity",
     about: "A position, a velocity or a mass of one body becomes NaN or ∞. The body is quarantined and the vertex is named; another body stays bit-identical to a run on its own.",
     seconds: |_| 0.5,
-    family: || {
+    family: |times| {
         let bad = [
             "nan_position",
             "infinite_position",
@@ -63,7 +66,7 @@ pub const NOT_FINITE: Case = Case {
             "nan_mass",
             "infinite_mass",
         ];
-        family::variants(&members(), &bad)
+        family::variants(&members(times), &bad)
     },
     start: Start::Make(|member, world| {
         first(member, world);

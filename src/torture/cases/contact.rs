@@ -1,7 +1,9 @@
 //! Plates, blows, hands, and bodies that begin inside of something.
 
 use super::*;
-use crate::solver::{Collide, Collider, ColliderShape, Grab, Ground, Path, Pose, SurfacePoint};
+use crate::solver::{
+    Collide, Collider, ColliderShape, Grab, Ground, ParticleIndex, Path, Pose, SurfacePoint,
+};
 use glam::Vec3;
 
 /// How deep the deepest particle is inside of a collider [m], at the end.
@@ -49,7 +51,7 @@ pub const PLATES: Case = Case {
     title: "Squeezed between plates",
     about: "Two plates press a soft incompressible body to half its height in 1 s and stay for 1 s. No particle penetrates them, and the volume stays within 5 %.",
     seconds: |_| 2.0,
-    family: || {
+    family: |times| {
         Axes {
             materials: &[(1e-3, 0.02), (1e-2, 0.02), (1e-4, 0.02), (1e-5, 0.02)],
             steps: &[(10, 1), (4, 1), (16, 1), (32, 1), (10, 4)],
@@ -57,7 +59,7 @@ pub const PLATES: Case = Case {
             mixtures: 16,
             ..Axes::all(BLOBS)
         }
-        .members()
+        .members(times)
     },
     start: Start::Make(|member, world| {
         world.bodies[0].effects.collide = Some(Collide::default());
@@ -95,18 +97,21 @@ pub const STRUCK: Case = Case {
     title: "Impact at 300 m/s",
     about: "A plate hits a body at 300 body lengths per second. No particle passes the plate, and within 1 s the body returns to its rest shape within 1 %.",
     seconds: |_| 1.05,
-    family: || {
+    family: |times| {
         let members = |shapes| Axes {
             materials: &[(0.0, 0.0), (1e-6, 0.02), (1e-5, 0.02), (1e-4, 0.02)],
             seeds: &[1],
             mixtures: 12,
             ..Axes::all(shapes)
         };
-        family::of(&[
-            members(BLOBS),
-            members(&[Shape::Cloth(10), Shape::Cloth(3), Shape::Cloth(20)]),
-            members(&[Shape::Rope(16), Shape::Rope(1)]),
-        ])
+        family::of(
+            times,
+            &[
+                members(BLOBS),
+                members(&[Shape::Cloth(10), Shape::Cloth(3), Shape::Cloth(20)]),
+                members(&[Shape::Rope(16), Shape::Rope(1)]),
+            ],
+        )
     },
     start: Start::Make(|member, world| {
         let body = &mut world.bodies[0];
@@ -169,7 +174,7 @@ pub const DRAGGED: Case = Case {
     title: "Fast drag and teleport",
     about: "A body of 1 m is dragged to and fro at 50 m/s for 1 s, or the grab point jumps by 10 m. 1 s after release, with linear drag of 10/s, the body returns to its rest shape within 1 %. (Without drag it may keep rotating, which stretches it.)",
     seconds: |_| 2.0,
-    family: || {
+    family: |times| {
         let members = |shapes| Axes {
             scales: &[1.0, 0.1, 10.0],
             materials: &[(0.0, 0.0), (1e-6, 0.02), (1e-5, 0.02), (1e-4, 0.02)],
@@ -177,11 +182,14 @@ pub const DRAGGED: Case = Case {
             mixtures: 8,
             ..Axes::all(shapes)
         };
-        let members = family::of(&[
-            members(BLOBS),
-            members(&[Shape::Cloth(10), Shape::Cloth(3), Shape::Cloth(20)]),
-            members(&[Shape::Rope(16), Shape::Rope(1)]),
-        ]);
+        let members = family::of(
+            times,
+            &[
+                members(BLOBS),
+                members(&[Shape::Cloth(10), Shape::Cloth(3), Shape::Cloth(20)]),
+                members(&[Shape::Rope(16), Shape::Rope(1)]),
+            ],
+        );
         family::variants(&members, &["dragged", "teleported"])
     },
     start: Start::Make(nothing),
@@ -200,7 +208,7 @@ pub const DRAGGED: Case = Case {
         if body.effects.grab.is_none() && time == 0.0 {
             let masses = body.particles.positions.iter().map(|x| 1.0 / x.w);
             let gravity = 9.81 * member.scale;
-            body.effects.grab = SurfacePoint::new(&[(0, 1.0)])
+            body.effects.grab = SurfacePoint::new(&[(ParticleIndex(0), 1.0)])
                 .map(|point| Grab::on(point, goal, masses.sum(), member.scale, gravity));
         }
         if let Some(grab) = &mut body.effects.grab {
@@ -218,14 +226,14 @@ pub const OVERLAP: Case = Case {
     title: "Initial overlap",
     about: "A body starts with its lower half below the ground, or with a ball or a box inside it. Within 1 s the overlap is resolved, at a speed below 2 body lengths per second.",
     seconds: |_| 1.0,
-    family: || {
+    family: |times| {
         let members = Axes {
             materials: &[(0.0, 0.0), (1e-6, 0.02), (1e-5, 0.02), (1e-4, 0.02)],
             seeds: &[1],
             mixtures: 8,
             ..Axes::all(BLOBS)
         };
-        family::variants(&members.members(), &["ground", "ball", "box"])
+        family::variants(&members.members(times), &["ground", "ball", "box"])
     },
     start: Start::Make(|member, world| {
         let s = member.scale;

@@ -19,7 +19,7 @@ fn members(shapes: &'static [Shape]) -> Vec<Member> {
         mixtures: 0,
         ..Axes::all(shapes)
     }
-    .members()
+    .members(1)
 }
 
 /// What a member carries: its effect, with stiffnesses such that all lengths move alike, and edges
@@ -121,7 +121,7 @@ pub const EFFECTS: Case = Case {
     title: "Every other effect",
     about: "A body with neo-Hookean elasticity, struts, pressure, plasticity, shape matching (also with regions of half its size), a membrane, a weave, isometric bending, a strain limit or tethers is squashed flat (value 0), collapsed to a point (1), scrambled (2) or stretched threefold (3). For 5 s its energy never exceeds the initial energy; the neo-Hookean body then has its rest shape within 2 %.",
     seconds: |_| 5.0,
-    family: || {
+    family: |_| {
         let solids = family::variants(
             &members(&[Shape::Cube(3), Shape::Tetrahedron, Shape::Bar(8)]),
             &[

@@ -27,8 +27,8 @@ pub const ELEMENT: Case = Case {
     title: "Single tetrahedron",
     about: "One tetrahedron, from 10 µm to 1 km, starts flat, mirrored, at −1.5 times its volume, as a line or as a point. Within 100 iterations its signed volume is correct within 1 %.",
     seconds,
-    family: || {
-        let members = tiny_to_huge(&[Shape::Tetrahedron, Shape::Sliver]).members();
+    family: |times| {
+        let members = tiny_to_huge(&[Shape::Tetrahedron, Shape::Sliver]).members(times);
         family::variants(
             &members,
             &["flat", "mirrored", "inside_out", "line", "point"],
@@ -64,7 +64,7 @@ pub const EDGE: Case = Case {
     title: "Zero-length edge",
     about: "Both ends of an edge coincide. Within 100 iterations it has its rest length within 0.001 %.",
     seconds,
-    family: || tiny_to_huge(&[Shape::Rope(1)]).members(),
+    family: |times| tiny_to_huge(&[Shape::Rope(1)]).members(times),
     start: Start::Make(|_, world| {
         deform(&mut world.bodies[0].particles, Deformation::Scale(0.0));
         Ok(())

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::solver::{
-    Compliance, Iterations, Mass, SmoothingIterations, Stiffness, Stretch, Volume,
+    Compliance, Iterations, Mass, SmoothingIterations, Stiffness, Stretch, VertexIndex, Volume,
 };
 use glam::Vec3;
 
@@ -20,7 +20,7 @@ pub const MASSES: Case = Case {
     title: "High mass ratio",
     about: "A rigid rope carries a load of 1000 and 50 000 times the mass of one of its particles. Its edges stretch by at most 1 %; the figures give the cost.",
     seconds: |_| 1.0,
-    family: || {
+    family: |times| {
         let axes = Axes {
             scales: &[1.0, 0.1, 10.0],
             materials: &[(0.0, 0.0)],
@@ -29,13 +29,13 @@ pub const MASSES: Case = Case {
             mixtures: 0,
             ..Axes::all(&[Shape::Rope(4), Shape::Rope(1), Shape::Rope(16)])
         };
-        family::values(&axes.members(), &[1e3, 5e4])
+        family::values(&axes.members(times), &[1e3, 5e4])
     },
     start: Start::Make(|member, world| {
         let body = &mut world.bodies[0];
         stand_up(member, body);
         let link = 1.0 / body.particles.positions[1].w;
-        body.added_mass = vec![(0, Mass::new(link * member.value as f32)?)];
+        body.added_mass = vec![(VertexIndex(0), Mass::new(link * member.value as f32)?)];
         pin_top(body);
         world.settings.set_gravity(member.gravity())?;
         // As few sweeps as do.
@@ -84,7 +84,7 @@ pub const STIFFNESSES: Case = Case {
     title: "High stiffness ratio",
     about: "A chain of alternating links with a stiffness ratio of 10⁴ carries 2 kg. The stretch of each soft link matches its load within 2 %.",
     seconds: |_| 6.0,
-    family: || {
+    family: |times| {
         let axes = Axes {
             scales: &[1.0],
             materials: &[(0.0, 0.05)],
@@ -93,7 +93,7 @@ pub const STIFFNESSES: Case = Case {
             mixtures: 0,
             ..Axes::all(&[Shape::Rope(4), Shape::Rope(2), Shape::Rope(8)])
         };
-        axes.members()
+        axes.members(times)
     },
     start: Start::Make(|member, world| {
         let Shape::Rope(links) = member.shape else {
@@ -108,7 +108,7 @@ pub const STIFFNESSES: Case = Case {
             shape.vertices.push(Vec3::new(0.0, height, 0.0));
         }
         let mut body = member.body_of(shape)?;
-        body.added_mass = vec![(links, Mass::new(WEIGHT)?)];
+        body.added_mass = vec![(VertexIndex(links), Mass::new(WEIGHT)?)];
         if let Some(stretch) = &mut body.effects.stretch {
             stretch.axial_stiffness = Stiffness::new(AXIAL)?;
         }
@@ -157,7 +157,7 @@ pub const EXTREMES: Case = Case {
     title: "Extreme compliances",
     about: "With compliance 0 everywhere, a body released at 0.9 of its height stays finite, and a solid returns to its rest shape within 1 s. With 10⁶ m/N and m⁵/N it falls freely, within 0.01 % of the discrete solution and f32 rounding.",
     seconds: |_| 1.0,
-    family: || {
+    family: |times| {
         let rigid = |shapes| Axes {
             materials: &[(0.0, 0.0)],
             mixtures: 8,
@@ -172,8 +172,11 @@ pub const EXTREMES: Case = Case {
             ..Axes::all(shapes)
         };
         let kinds = [family::SOLIDS, family::CLOTHS, family::ROPES];
-        let mut all = family::variants(&family::of(&kinds.map(rigid)), &["rigid"]);
-        all.extend(family::variants(&family::of(&kinds.map(loose)), &["loose"]));
+        let mut all = family::variants(&family::of(times, &kinds.map(rigid)), &["rigid"]);
+        all.extend(family::variants(
+            &family::of(times, &kinds.map(loose)),
+            &["loose"],
+        ));
         all
     },
     start: Start::Make(|member, world| {
@@ -212,18 +215,21 @@ pub const IMPOSSIBLE: Case = Case {
     title: "Conflicting pins",
     about: "A rigid body is pinned at both ends, at twice its length. Within 10 s it is at rest, below 1 mm/s, and the strain of a rope is uniform within 10 % with 16 smoothing iterations. (Without them, Gauss–Seidel satisfies the edge that it solves last and leaves the error to the others.)",
     seconds: |_| 10.0,
-    family: || {
+    family: |times| {
         let members = |shapes| Axes {
             materials: &[(0.0, 0.0), (0.0, 0.02)],
             seeds: &[1],
             mixtures: 8,
             ..Axes::all(shapes)
         };
-        family::of(&[
-            members(&[Shape::Cube(3), Shape::Cube(1), Shape::Bar(8)]),
-            members(&[Shape::Cloth(10), Shape::Cloth(3), Shape::Cloth(20)]),
-            members(&[Shape::Rope(16), Shape::Rope(2), Shape::Rope(4)]),
-        ])
+        family::of(
+            times,
+            &[
+                members(&[Shape::Cube(3), Shape::Cube(1), Shape::Bar(8)]),
+                members(&[Shape::Cloth(10), Shape::Cloth(3), Shape::Cloth(20)]),
+                members(&[Shape::Rope(16), Shape::Rope(2), Shape::Rope(4)]),
+            ],
+        )
     },
     start: Start::Make(|member, world| {
         let body = &mut world.bodies[0];

@@ -66,7 +66,7 @@ pub const MESHES: Case = Case {
     title: "Degenerate and tiny meshes",
     about: "A body of 1 m, 1 mm or 10 µm with two coincident vertices and a zero-length edge between them, with an unused vertex, with every edge twice, with a flat tetrahedron whose tip is in no other, or with a sliver of a hundredth to a hundred-thousandth of its size. Degenerate elements are counted; compressed to half its height, the body recovers within 2 s, with edges within 1 %.",
     seconds: |_| 2.0,
-    family: || {
+    family: |times| {
         let axes = Axes {
             scales: &[1.0, 1e-3, 1e-5],
             materials: &[(0.0, 0.0), (1e-5, 0.02)],
@@ -80,7 +80,7 @@ pub const MESHES: Case = Case {
                 Shape::Ball(4),
             ])
         };
-        let members = axes.members();
+        let members = axes.members(times);
         let slivers: Vec<Member> = family::variants(&members, &["sliver"]);
         let mut all = family::variants(&members, &["duplicate", "unused", "repeated", "flat"]);
         all.extend(family::values(&slivers, &[1e-2, 1e-3, 1e-5]));

@@ -8,7 +8,7 @@ const fn again(
     name: &'static str,
     title: &'static str,
     about: &'static str,
-    family: fn() -> Vec<Member>,
+    family: fn(u32) -> Vec<Member>,
     how: fn(&Member) -> Deformation,
 ) -> Case {
     Case {
@@ -25,16 +25,19 @@ const fn again(
     }
 }
 
-fn solids() -> Vec<Member> {
-    Axes::all(family::SOLIDS).members()
+fn solids(times: u32) -> Vec<Member> {
+    Axes::all(family::SOLIDS).members(times)
 }
 
-fn all_kinds() -> Vec<Member> {
-    family::of(&[
-        Axes::all(family::SOLIDS),
-        Axes::all(family::CLOTHS),
-        Axes::all(family::ROPES),
-    ])
+fn all_kinds(times: u32) -> Vec<Member> {
+    family::of(
+        times,
+        &[
+            Axes::all(family::SOLIDS),
+            Axes::all(family::CLOTHS),
+            Axes::all(family::ROPES),
+        ],
+    )
 }
 
 pub const SQUASHED: Case = again(

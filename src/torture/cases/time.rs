@@ -50,7 +50,7 @@ pub const STEPS: Case = Case {
     title: "Time steps and hitches",
     about: "A body falls with ticks of 1/10 to 1/1000 s, or with one tick ten times as long as the others: within 0.01 % of the discrete solution and f32 rounding, and with its rest shape within 1 %. Zero, negative and NaN steps are refused.",
     seconds: |_| 1.0,
-    family: || {
+    family: |times| {
         let members = |shapes| Axes {
             scales: &[1.0, 0.01, 100.0],
             materials: &[(0.0, 0.0), (1e-5, 0.02)],
@@ -59,11 +59,14 @@ pub const STEPS: Case = Case {
             mixtures: 4,
             ..Axes::all(shapes)
         };
-        let members = family::of(&[
-            members(&[Shape::Cube(3), Shape::Cube(1), Shape::Ball(4)]),
-            members(&[Shape::Cloth(10), Shape::Cloth(20)]),
-            members(&[Shape::Rope(16), Shape::Rope(1)]),
-        ]);
+        let members = family::of(
+            times,
+            &[
+                members(&[Shape::Cube(3), Shape::Cube(1), Shape::Ball(4)]),
+                members(&[Shape::Cloth(10), Shape::Cloth(20)]),
+                members(&[Shape::Rope(16), Shape::Rope(1)]),
+            ],
+        );
         let members = family::values(&members, &[10.0, 30.0, 60.0, 240.0, 1000.0]);
         family::variants(&members, &["even", "hitch"])
     },
@@ -130,7 +133,7 @@ pub const FINE: Case = Case {
     title: "Many substeps",
     about: "With 100 to 1000 substeps per tick, a body falls freely for 0.5 s, within 0.02 % of the discrete solution, or cloth or rope hangs by one side and swings. The swing converges: halving the number of substeps changes it by less than halving it again, or by 10⁻⁵ of the size.",
     seconds: |_| 0.5,
-    family: || {
+    family: |times| {
         let members = |shapes| Axes {
             scales: &[1.0, 0.01, 100.0],
             materials: &[(1e-4, 0.0), (0.0, 0.0)],
@@ -139,11 +142,14 @@ pub const FINE: Case = Case {
             mixtures: 2,
             ..Axes::all(shapes)
         };
-        let members = family::of(&[
-            members(&[Shape::Cube(3)]),
-            members(&[Shape::Cloth(10)]),
-            members(&[Shape::Rope(16)]),
-        ]);
+        let members = family::of(
+            times,
+            &[
+                members(&[Shape::Cube(3)]),
+                members(&[Shape::Cloth(10)]),
+                members(&[Shape::Rope(16)]),
+            ],
+        );
         let mut members = family::variants(&members, &["falls", "swings"]);
         members.retain(|member| member.variant == "falls" || !is_solid(member));
         members
@@ -192,25 +198,28 @@ pub const SETTLES: Case = Case {
     title: "Settling",
     about: "A body dropped onto the ground from half its length is asleep and slower than a thousandth of its length per second within 10 s, or within 60 s for edge compliances of 1 mm/N or more. Balls have a rolling resistance of 0.05: without one, nothing but the impacts of faces stops them.",
     seconds: settling,
-    family: || {
+    family: |times| {
         let members = |shapes| Axes {
             scales: &[1.0, 0.1, 10.0],
             mixtures: 12,
             seeds: &[1],
             ..Axes::all(shapes)
         };
-        family::of(&[
-            members(&[
-                Shape::Cube(3),
-                Shape::Cube(1),
-                Shape::Ball(4),
-                Shape::Ring(4),
-                Shape::Bar(8),
-                Shape::Cube(5),
-            ]),
-            members(&[Shape::Cloth(10), Shape::Cloth(3), Shape::Cloth(20)]),
-            members(&[Shape::Rope(16), Shape::Rope(1), Shape::Rope(64)]),
-        ])
+        family::of(
+            times,
+            &[
+                members(&[
+                    Shape::Cube(3),
+                    Shape::Cube(1),
+                    Shape::Ball(4),
+                    Shape::Ring(4),
+                    Shape::Bar(8),
+                    Shape::Cube(5),
+                ]),
+                members(&[Shape::Cloth(10), Shape::Cloth(3), Shape::Cloth(20)]),
+                members(&[Shape::Rope(16), Shape::Rope(1), Shape::Rope(64)]),
+            ],
+        )
     },
     start: Start::Make(|member, world| {
         world.sleep.enabled = true;
@@ -243,7 +252,7 @@ pub const HOUR: Case = Case {
     title: "Long run",
     about: "A hanging or resting body creeps by less than a millionth of its length in an hour (a minute with --quick). For a spinning body, the figures give the angular momentum lost per revolution.",
     seconds: |member| member.value,
-    family: || {
+    family: |_| {
         let mut members = Vec::new();
         for shape in [Shape::Cube(2), Shape::Cloth(4), Shape::Rope(8)] {
             for (compliance, damping) in [(0.0, 0.0), (1e-4, 0.02)] {

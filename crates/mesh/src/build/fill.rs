@@ -1,6 +1,7 @@
 //! Fills a surface of unit size with a lattice of tetrahedra, and judges the result by its volume.
 
 use glam::{DVec3, UVec3};
+use rayon::prelude::*;
 
 use super::thin::keep_thin_parts;
 use crate::{
@@ -135,18 +136,20 @@ impl<'a> Solid<'a> {
         let count = (self.half_extent * 2.0 / spacing).ceil().max(DVec3::ONE);
         let cell = self.half_extent * 2.0 / count;
         let count: UVec3 = count.as_uvec3();
-        let mut inside = 0_u32;
-        let mut simple = self.closed;
-        for z in 0..count.z {
-            for y in 0..count.y {
-                for x in 0..count.x {
-                    let at = UVec3::new(x, y, z).as_dvec3() + 0.5;
-                    let winding = self.enclosure.winding_number(at * cell - self.half_extent);
-                    simple &= (-0.5..1.5).contains(&winding);
-                    inside += u32::from(winding.abs() > 0.5);
-                }
+        let layer = |z: u32| {
+            let (mut simple, mut inside) = (true, 0_u32);
+            for (y, x) in (0..count.y).flat_map(|y| (0..count.x).map(move |x| (y, x))) {
+                let at = UVec3::new(x, y, z).as_dvec3() + 0.5;
+                let winding = self.enclosure.winding_number(at * cell - self.half_extent);
+                simple &= (-0.5..1.5).contains(&winding);
+                inside += u32::from(winding.abs() > 0.5);
             }
-        }
+            (simple, inside)
+        };
+        let (simple, inside) = (0..count.z)
+            .into_par_iter()
+            .map(layer)
+            .reduce(|| (self.closed, 0), |a, b| (a.0 && b.0, a.1 + b.1));
         if simple {
             surface_volume(self.vertices, self.triangles)
         } else {
@@ -184,18 +187,21 @@ impl<'a> Solid<'a> {
     /// two only the sign matters, and the distance is cut off.
     fn distances(&self, lattice: &Lattice) -> Vec<f64> {
         let limit = LIMIT * lattice.spacing;
-        // The first point of each row is outside, and so is the last of the row before.
-        let (mut inside, mut reach) = (false, 0.0);
-        let signed = lattice.points().into_iter().map(|point| {
-            let distance = self.enclosure.distance(point, limit);
-            // A point nearer to its neighbour than that one is to a closed surface is on its side.
-            if !self.closed || reach <= lattice.spacing {
-                inside = self.enclosure.contains(point);
-            }
-            reach = distance;
-            if inside { distance } else { -distance }
-        });
-        signed.collect()
+        let of_row = |row: &[DVec3]| {
+            let (mut inside, mut reach) = (false, 0.0);
+            let signed = row.iter().map(|&point| {
+                let distance = self.enclosure.distance(point, limit);
+                // A point nearer to its neighbour than that one is to a closed surface is on its side.
+                if !self.closed || reach <= lattice.spacing {
+                    inside = self.enclosure.contains(point);
+                }
+                reach = distance;
+                if inside { distance } else { -distance }
+            });
+            signed.collect::<Vec<_>>()
+        };
+        let points = lattice.points();
+        lattice.rows(&points).flat_map_iter(of_row).collect()
     }
 }
 

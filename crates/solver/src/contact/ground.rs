@@ -1,10 +1,22 @@
 //! A level ground, in two models: one with Coulomb friction and bounce, one that sticks.
 
-use super::{Answer, ContactMultiplier, Response, Touch};
+use super::{
+    ContactMultiplier,
+    reference::{self, Pushed},
+    response::{Answer, Response, Touch},
+};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
-use crate::{Friction, Restitution, RollingResistance, particles::Part, quantity::finite};
-use glam::{DVec3, Vec3};
+use crate::{
+    Friction, Restitution, RollingResistance,
+    effects::body_effect::{
+        BodyEffect, BodyPass, BodyPhase, ReferenceParticles, ReferencePass, Resting, WorkOf,
+    },
+    particles::Part,
+    quantity::finite,
+    step::scope::{EachParticle, ReadOnly},
+};
+use glam::DVec3;
 use serde::{Deserialize, Deserializer, Serialize, de::Error as _};
 
 /// The body rests on a level ground with friction and bounce.
@@ -56,69 +68,117 @@ fn finite_height<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f32, D::E
 /// short: half a metre in 1/600 s is 300 m/s.
 const UP_OVER: f64 = 0.4;
 
-/// Puts every particle that is below ground back onto it; one that began the substep below, towards
-/// it. Says whether there was one. `kept` are multipliers of earlier passes, or empty.
-pub fn solve(
-    particles: Part,
-    ground: &Ground,
-    kept: &mut [ContactMultiplier],
-    h: f32,
-    gravity: Vec3,
-) -> bool {
-    let mut touched = false;
-    let mut none = ContactMultiplier::default();
-    let response = Response::new(ground.friction, ground.restitution, h, gravity);
-    let height = f64::from(ground.height);
-    let come_up = (f64::from(h) / UP_OVER).min(1.0);
-    let state = particles
-        .positions
-        .iter()
-        .zip(particles.displacements)
-        .zip(particles.carry);
-    for (i, ((p, u), c)) in state.enumerate() {
-        let is_below = (p.y - ground.height) + u.y < 0.0;
-        if (is_below || kept.get(i).is_some_and(|kept| kept.normal > 0.0)) && p.w > 0.0 {
-            let (moved, began) = (u.truncate().as_dvec3(), c.truncate().as_dvec3());
-            let base = f64::from(p.y) - height;
-            let motion = moved - began;
-            // Of the position alone: to have been rounded, or to have bounced in an earlier sweep, is not
-            // to be below ground.
-            let below = -base;
-            let surface = if below > 0.0 && !response.bounces(motion.y / response.h) {
-                -below * (1.0 - come_up)
-            } else {
-                0.0
-            };
-            let depth = surface - (base + moved.y);
+/// Puts every particle that is below ground back onto it; one that began the substep below, towards it. What it keeps are
+/// multipliers of earlier passes, or nothing.
+impl BodyEffect for Ground {
+    type State = Vec<ContactMultiplier>;
+    type Scope = EachParticle;
+    type ReferenceState = Vec<Pushed>;
+    const PHASE: BodyPhase = BodyPhase::Contact;
+    const WORK: WorkOf = WorkOf::Contact;
+
+    fn prepare(&self, kept: &mut Vec<ContactMultiplier>, body: &Resting) {
+        let is_read = self.rolling_resistance.get() > 0.0;
+        ContactMultiplier::make_room(kept, body, is_read);
+    }
+
+    fn solve(&self, kept: &mut [ContactMultiplier], part: Part, pass: &BodyPass) -> bool {
+        let mut touched = false;
+        let mut none = ContactMultiplier::default();
+        let response = Response::new((self.friction, self.restitution), kept, pass);
+        let height = f64::from(self.height);
+        let come_up = (f64::from(pass.h) / UP_OVER).min(1.0);
+        let state = part
+            .positions
+            .iter()
+            .zip(part.displacements)
+            .zip(part.carry);
+        for (i, ((p, u), c)) in state.enumerate() {
+            let is_below = (p.y - self.height) + u.y < 0.0;
             let multiplier = ContactMultiplier::or_none(kept, i, &mut none);
-            if depth > 0.0 || multiplier.normal > 0.0 {
-                let touch = Touch {
-                    motion,
-                    normal: DVec3::Y,
-                    depth,
-                    carried: DVec3::ZERO,
+            if (is_below || multiplier.normal > 0.0) && p.w > 0.0 {
+                let (moved, began) = (u.truncate().as_dvec3(), c.truncate().as_dvec3());
+                let base = f64::from(p.y) - height;
+                let motion = moved - began;
+                // Of the position alone: to have been rounded, or to have bounced in an earlier sweep, is not
+                // to be below ground.
+                let below = -base;
+                let surface = if below > 0.0 && !response.bounces(motion.y / response.h) {
+                    -below * (1.0 - come_up)
+                } else {
+                    0.0
                 };
-                let Answer { shift, lowered } = response.apply(&touch, multiplier);
-                *u = (moved + shift).as_vec3().extend(0.0);
-                *c = (began + lowered).as_vec3().extend(0.0);
+                let depth = surface - (base + moved.y);
+                if depth > 0.0 || multiplier.normal > 0.0 {
+                    let touch = Touch {
+                        motion,
+                        normal: DVec3::Y,
+                        depth,
+                        carried: DVec3::ZERO,
+                    };
+                    let Answer { shift, lowered } = response.apply(&touch, multiplier);
+                    *u = (moved + shift).as_vec3().extend(0.0);
+                    *c = (began + lowered).as_vec3().extend(0.0);
+                    touched = true;
+                }
+            }
+        }
+        touched
+    }
+
+    fn begin_reference(&self, pushed: &mut Vec<Pushed>, particles: usize) {
+        reference::begin(pushed, particles);
+    }
+
+    fn solve_reference(
+        &self,
+        pushed: &mut Vec<Pushed>,
+        body: ReferenceParticles,
+        pass: &ReferencePass,
+    ) {
+        let surface = (self.friction.into(), self.restitution.into());
+        reference::ground(body, f64::from(self.height), surface, pushed, pass);
+    }
+
+    fn bytes(kept: &Vec<ContactMultiplier>) -> usize {
+        size_of_val(&kept[..])
+    }
+}
+
+/// A particle that is predicted below ground goes back to where it was, at ground level.
+impl BodyEffect for StickyGround {
+    type State = ();
+    type Scope = ReadOnly;
+    type ReferenceState = ();
+    const PHASE: BodyPhase = BodyPhase::Prediction;
+    const WORK: WorkOf = WorkOf::Contact;
+
+    fn solve(&self, _: &(), part: Part, pass: &BodyPass) -> bool {
+        let mut touched = false;
+        let state = part.positions.iter().zip(part.displacements);
+        for ((p, u), c) in state.zip(&*part.carry) {
+            if (p.y - self.height) + u.y < 0.0 && p.w > 0.0 {
+                if !pass.is_frictionless {
+                    *u = *c;
+                }
+                u.y = self.height - p.y;
                 touched = true;
             }
         }
+        touched
     }
-    touched
-}
 
-/// In the first stage, after the prediction: a particle below ground goes back to where it was,
-/// at ground level. Says whether there was one.
-pub fn stick(particles: Part, ground: &StickyGround) -> bool {
-    let mut touched = false;
-    let state = particles.positions.iter().zip(particles.displacements);
-    for ((p, u), c) in state.zip(&*particles.carry) {
-        if (p.y - ground.height) + u.y < 0.0 && p.w > 0.0 {
-            *u = *c;
-            u.y = ground.height - p.y;
-            touched = true;
+    fn solve_reference(&self, _: &mut (), body: ReferenceParticles, _: &ReferencePass) {
+        let height = f64::from(self.height);
+        for i in 0..body.x.len() {
+            if body.x[i].y < height && body.w[i] > 0.0 {
+                body.x[i] = body.p[i].with_y(height);
+                *body.touched = true;
+            }
         }
     }
-    touched
+
+    fn bytes(_: &()) -> usize {
+        0
+    }
 }

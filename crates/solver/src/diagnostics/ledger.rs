@@ -14,8 +14,8 @@
 //! - **integrator**: −½ Σ m (hg + Δvₑ)·Δv − ½ Σ ΔC²/α, Δvₑ being the share of the elastic effects.
 //!   It is what implicit Euler takes when it is solved to the end: forces of the end of the substep
 //!   work over all of its way;
-//! - **sweeps**: the rest, which solving to the end and shorter substeps make small. It is what the
-//!   sweeps left of the constraints' equations, and the curvature of C within a substep.
+//! - **convergence**: the rest, which solving to the end and shorter substeps make small. It is what the
+//!   iterations left of the constraints' equations, and the curvature of C within a substep.
 //!
 //! In a substep of second order Δv has one more share, by which the last two states have changed v
 //! before it: the integrator's.
@@ -25,12 +25,12 @@
 //! Displacements are rounded when constraints move them; what that does is **rounding**, apart from all
 //! of these.
 //!
-//! Rigid effects (α = 0) store nothing, and what they do goes to the sweeps.
+//! Rigid effects (α = 0) store nothing, and what they do goes to convergence.
 
 use crate::{
-    ForceKind, Friction, Particles, Substep,
-    advance::{NotFinite, Solve, Stage, StepContext, Stepper},
-    effects::shape_matching::Place,
+    BodyEffectKind, ForceKind, Particles, Substep,
+    advance::{Friction, NotFinite, Solve, Stage, StepContext, Stepper},
+    effects::body_effect::{Store, WorkOf},
     elastic::{Elastic, Visit},
     measure::{gravitational_energy, kinetic_energy},
 };
@@ -46,16 +46,16 @@ pub struct Ledger {
     pub friction: f64,
     /// By ground and colliders besides friction: what an impact takes, what a moving collider gives.
     pub contact: f64,
-    /// By hands that hold bodies.
-    pub hand: f64,
+    /// By grabs.
+    pub grab: f64,
     /// By flow of what was strained too far.
     pub plastic: f64,
     /// By forces from outside: wind, drag, and what else a scene asks for besides gravity.
     pub forces: f64,
     /// By the integrator itself.
     pub integrator: f64,
-    /// By sweeps that did not solve the constraints to the end.
-    pub sweeps: f64,
+    /// By iterations that did not solve the constraints to the end.
+    pub convergence: f64,
     /// By rounding to `f32`.
     pub rounding: f64,
     /// By [repair](crate::repair) of what has collapsed or is inside out.
@@ -70,11 +70,11 @@ impl Ledger {
             ("damping", self.damping),
             ("friction", self.friction),
             ("contact", self.contact),
-            ("hand", self.hand),
+            ("grab", self.grab),
             ("plastic", self.plastic),
             ("forces", self.forces),
             ("integrator", self.integrator),
-            ("sweeps", self.sweeps),
+            ("convergence", self.convergence),
             ("rounding", self.rounding),
             ("repair", self.repair),
         ]
@@ -93,22 +93,22 @@ impl AddAssign for Ledger {
             damping,
             friction,
             contact,
-            hand,
+            grab,
             plastic,
             forces,
             integrator,
-            sweeps,
+            convergence,
             rounding,
             repair,
         } = other;
         self.damping += damping;
         self.friction += friction;
         self.contact += contact;
-        self.hand += hand;
+        self.grab += grab;
         self.plastic += plastic;
         self.forces += forces;
         self.integrator += integrator;
-        self.sweeps += sweeps;
+        self.convergence += convergence;
         self.rounding += rounding;
         self.repair += repair;
     }
@@ -118,7 +118,7 @@ impl AddAssign for Ledger {
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Cause {
     Elastic,
-    Hand,
+    Grab,
     Contact,
     Friction,
 }
@@ -128,7 +128,7 @@ enum Cause {
 /// It goes stage by stage and looks at every particle after each, which takes about three
 /// times as long.
 ///
-/// # Errors
+/// # Stores
 /// As [`Stepper::advance`]; the ledger of the substeps before is lost.
 pub fn advance(
     body: &mut Stepper,
@@ -136,7 +136,7 @@ pub fn advance(
     context: &StepContext,
 ) -> Result<Ledger, NotFinite> {
     let mut ledger = Ledger::default();
-    let mut book = Book::of(body);
+    let mut book = Book::of(body, context);
     for index in substeps {
         let step = context.settings.substep(index);
         ledger += book.substep(body, &step, context)?;
@@ -151,7 +151,7 @@ pub(crate) struct Book {
     /// What came to the body when it was drawn [J].
     drawn: f64,
     /// C of the constraints at the start of the substep.
-    errors: Errors,
+    stores: Stores,
     /// The state at the start of the substep.
     start: Particles,
     /// Velocities that the substep begins with [m/s].
@@ -168,66 +168,47 @@ pub(crate) struct Book {
     before: Vec<DVec3>,
     /// Shares of them by cause [m].
     elastic: Vec<DVec3>,
-    hand: Vec<DVec3>,
+    grab: Vec<DVec3>,
     contact: Vec<DVec3>,
     friction: Vec<DVec3>,
     /// The state before a contact, to see what it would do without friction.
     smooth: Particles,
 }
 
-/// A filling at one time.
-#[derive(Debug, Clone, Copy)]
-struct Filled {
-    /// Volume [m³].
-    volume: f64,
-    /// Energy [J].
-    energy: f64,
-    /// Overpressure of the volume [Pa].
-    overpressure: f64,
-}
-
-impl Filled {
-    fn of(body: &Stepper) -> Option<Self> {
-        let pressure = body.effects.pressure?;
-        let enclosure = body.topology.enclosure().ok()?;
-        let at = |i: u32| body.particles.position(i as usize);
-        let volume = enclosure.volume(body.topology, at);
-        Some(Self {
-            volume,
-            energy: pressure.energy(enclosure, volume),
-            overpressure: pressure.overpressure(enclosure, volume),
-        })
-    }
-}
-
-/// C of the constraints of all elastic effects of a body and D of its regions at one time, with their α
-/// and τ [s], and its filling.
+/// What the effects of a body store at one time.
 #[derive(Debug, Default)]
-struct Errors(Vec<(f64, f64, f64)>, Option<Filled>);
+struct Stores(Vec<Store>);
 
-impl Errors {
+impl Stores {
     fn of(body: &Stepper) -> Self {
-        struct Collect<'a>(Vec<(f64, f64, f64)>, &'a Stepper<'a>);
+        struct Collect<'a>(Vec<Store>, &'a Stepper<'a>);
         impl Visit for Collect<'_> {
             fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
-                let tau = f64::from(effect.damping().get());
+                let damping = f64::from(effect.damping().get());
                 let rows = effect.rows_of(self.1.topology, self.1.particles);
                 let rows = rows.flat_map(|(_, rows)| rows);
-                self.0
-                    .extend(rows.map(|row| (row.error, row.compliance, tau)));
+                self.0.extend(rows.map(|row| Store::Spring {
+                    error: row.error,
+                    compliance: row.compliance,
+                    damping,
+                }));
             }
         }
         let mut collect = Collect(Vec::new(), body);
         body.effects.visit(&mut collect);
-        let mut all = collect.0;
-        let matching = &body.lambdas.matching;
-        if let (Some(effect), Some(matching)) = (&body.effects.shape_matching, matching) {
-            let (compliance, tau) = (effect.compliance(), effect.damping.get().into());
-            let at = Place::among(body.particles);
-            let strains = matching.strains(body.topology, at);
-            all.extend(strains.map(|strain| (strain, compliance, tau)));
+        let Collect(mut all, _) = collect;
+        let at = |i: u32| {
+            let i = i as usize;
+            let w = f64::from(body.particles.positions[i].w);
+            (body.particles.position(i), w)
+        };
+        let states = &body.states.others;
+        for &kind in BodyEffectKind::ALL {
+            states.stores((body.effects, kind), body.topology, &at, &mut |store| {
+                all.push(store);
+            });
         }
-        Self(all, Filled::of(body))
+        Self(all)
     }
 }
 
@@ -252,17 +233,36 @@ impl Stored {
         }
     }
 
-    fn between(before: &Errors, after: &Errors, h: f64) -> Self {
+    fn between(before: &Stores, after: &Stores, h: f64) -> Self {
         let mut all = Self::default();
-        for (before, after) in before.0.iter().zip(&after.0) {
-            let &(after, compliance, tau) = after;
-            all.add(before.0, after, compliance, tau, h);
-        }
-        if let (Some(before), Some(after)) = (before.1, after.1) {
-            let change = after.energy - before.energy;
-            all.change += change;
-            // The overpressure of the end over all of the way, as −½ΔC²/α is.
-            all.integrator += change + after.overpressure * (after.volume - before.volume);
+        for both in before.0.iter().zip(&after.0) {
+            match both {
+                (
+                    &Store::Spring { error: before, .. },
+                    &Store::Spring {
+                        error,
+                        compliance,
+                        damping,
+                    },
+                ) => all.add(before, error, compliance, damping, h),
+                (
+                    &Store::Potential {
+                        coordinate: from,
+                        energy: before,
+                        ..
+                    },
+                    &Store::Potential {
+                        coordinate,
+                        energy,
+                        force,
+                    },
+                ) => {
+                    all.change += energy - before;
+                    // The force of the end over all of the way, as −½ΔC²/α is.
+                    all.integrator += energy - before + force * (coordinate - from);
+                }
+                _ => {}
+            }
         }
         all
     }
@@ -270,10 +270,10 @@ impl Stored {
 
 impl Book {
     /// For a body at the start of some substeps.
-    pub(crate) fn of(body: &mut Stepper) -> Self {
-        body.find_regions();
+    pub(crate) fn of(body: &mut Stepper, context: &StepContext) -> Self {
+        body.prepare_effects(&context.settings.substep(0), |_| true);
         Self {
-            errors: Errors::of(body),
+            stores: Stores::of(body),
             ..Self::default()
         }
     }
@@ -311,7 +311,7 @@ impl Book {
         body.stage(Stage::Presolve, step, 0, context)?;
         self.begin(body.particles);
         self.carry[0].clone_from(&body.particles.carry);
-        self.contact(body, Stage::StickyGround, step, 0, context)
+        Stage::prediction().try_for_each(|stage| self.stage(body, stage, step, 0, context))
     }
 
     /// Does a part of the second stage.
@@ -325,10 +325,11 @@ impl Book {
     ) -> Result<(), NotFinite> {
         let cause = match stage {
             Stage::Contact | Stage::SelfContact => return Ok(()),
-            Stage::Ground | Stage::Collide => {
-                return self.contact(body, stage, step, iteration, context);
-            }
-            Stage::Grab => Cause::Hand,
+            Stage::Body(kind) => match kind.work() {
+                WorkOf::Contact => return self.contact(body, stage, step, iteration, context),
+                WorkOf::Grab => Cause::Grab,
+                WorkOf::Elasticity => Cause::Elastic,
+            },
             _ => Cause::Elastic,
         };
         body.stage(stage, step, iteration, context)?;
@@ -361,9 +362,9 @@ impl Book {
         velocities(&mut self.rolled, body.particles);
         body.resist_rolling();
         let h = body.particles.history.seconds(f64::from(step.h));
-        let errors = Errors::of(body);
-        let stored = Stored::between(&self.errors, &errors, h);
-        self.errors = errors;
+        let stores = Stores::of(body);
+        let stored = Stored::between(&self.stores, &stores, h);
+        self.stores = stores;
         let mut ledger = self.close(body.particles, step, stored);
         let fast = kinetic_energy(body.particles);
         body.stiffen();
@@ -382,9 +383,9 @@ impl Book {
         if body.particles.repair.is_empty() {
             return;
         }
-        let errors = Errors::of(body);
-        let stored = Stored::between(&self.errors, &errors, step.h.into());
-        self.errors = errors;
+        let stores = Stores::of(body);
+        let stored = Stored::between(&self.stores, &stores, step.h.into());
+        self.stores = stores;
         self.drawn = mechanical(body.particles) - before + stored.change;
     }
 
@@ -392,14 +393,14 @@ impl Book {
         let Self {
             before,
             elastic,
-            hand,
+            grab,
             contact,
             friction,
             ..
         } = self;
         before.clear();
         before.extend(ways(particles));
-        for column in [elastic, hand, contact, friction] {
+        for column in [elastic, grab, contact, friction] {
             column.clear();
             column.resize(particles.len(), DVec3::ZERO);
         }
@@ -409,7 +410,7 @@ impl Book {
     fn credit(&mut self, particles: &Particles, cause: Cause) {
         let column = match cause {
             Cause::Elastic => &mut self.elastic,
-            Cause::Hand => &mut self.hand,
+            Cause::Grab => &mut self.grab,
             Cause::Contact => &mut self.contact,
             Cause::Friction => &mut self.friction,
         };
@@ -429,40 +430,18 @@ impl Book {
         iteration: u32,
         context: &StepContext,
     ) -> Result<(), NotFinite> {
-        let present = match stage {
-            Stage::StickyGround => body.effects.sticky_ground.is_some(),
-            Stage::Ground => body.effects.ground.is_some(),
-            _ => body.effects.collide.is_some(),
-        };
-        if !present {
+        if !stage.acts(body.effects, !body.stitches.is_empty(), step.method) {
             return Ok(());
-        }
-        let mut effects = *body.effects;
-        if let Some(ground) = &mut effects.ground {
-            ground.friction = Friction::NONE;
-        }
-        if let Some(collide) = &mut effects.collide {
-            collide.friction = Friction::NONE;
         }
         let mut smooth = std::mem::take(&mut self.smooth);
         smooth.clone_from(body.particles);
-        if let (Stage::StickyGround, Some(sticky)) = (stage, effects.sticky_ground) {
-            let particles = smooth.positions.iter().zip(&mut smooth.displacements);
-            for (p, u) in particles.filter(|(p, _)| p.w > 0.0) {
-                u.y = u.y.max(sticky.height - p.y);
-            }
-        } else {
-            let rough = std::mem::replace(body.effects, effects);
-            let mut rigid = body.lambdas.rigid.clone();
-            std::mem::swap(&mut body.lambdas.rigid, &mut rigid);
-            body.lambdas.rigid.let_slip();
-            std::mem::swap(body.particles, &mut smooth);
-            let result = body.stage(stage, step, iteration, context);
-            std::mem::swap(body.particles, &mut smooth);
-            body.lambdas.rigid = rigid;
-            *body.effects = rough;
-            result?;
-        }
+        let rough = body.states.others.clone();
+        std::mem::swap(body.particles, &mut smooth);
+        let without = (stage, Friction::IsLeftOut);
+        let result = body.stage_with(without, step, iteration, context);
+        std::mem::swap(body.particles, &mut smooth);
+        body.states.others = rough;
+        result?;
         self.credit(&smooth, Cause::Contact);
         self.smooth = smooth;
         body.stage(stage, step, iteration, context)?;
@@ -481,16 +460,12 @@ impl Book {
             return Ok(0.0);
         }
         body.stage(Stage::Flow, step, 0, context)?;
-        let errors = Errors::of(body);
-        let energy = |&(error, compliance, _): &(f64, f64, f64)| match compliance {
-            0.0 => 0.0,
-            _ => 0.5 * error * error / compliance,
-        };
-        let both = errors.0.iter().zip(&self.errors.0);
+        let stores = Stores::of(body);
+        let both = stores.0.iter().zip(&self.stores.0);
         let change = both
-            .map(|(after, before)| energy(after) - energy(before))
+            .map(|(after, before)| after.energy() - before.energy())
             .sum();
-        self.errors = errors;
+        self.stores = stores;
         Ok(change)
     }
 
@@ -514,8 +489,8 @@ impl Book {
             let start = self.start.velocity_f64(index);
             let end = particles.velocity_f64(index);
             let (mean, change) = (0.5 * (start + end), end - start);
-            let [elastic, hand, contact, friction] =
-                [&self.elastic, &self.hand, &self.contact, &self.friction]
+            let [elastic, grab, contact, friction] =
+                [&self.elastic, &self.grab, &self.contact, &self.friction]
                     .map(|column| column[index] / h);
             let leapt = self.leapt[index];
             let forces = self.forced[index] - leapt;
@@ -529,14 +504,14 @@ impl Book {
                 - forces
                 - faded
                 - elastic
-                - hand
+                - grab
                 - contact
                 - friction
                 - turned
                 - rolled;
             sum.damping += mass * faded.dot(mean);
             sum.forces += mass * forces.dot(mean);
-            sum.hand += mass * hand.dot(mean);
+            sum.grab += mass * grab.dot(mean);
             // A bounce moves the place where the substep began, which is height that the particle does not
             // fall.
             let from = self.carry[0][index] - self.carry[1][index];
@@ -558,7 +533,7 @@ impl Book {
             elastic_work += mass * elastic.dot(end);
         }
         sum.integrator += stored.integrator;
-        sum.sweeps = elastic_work + stored.change - stored.integrator - stored.damping;
+        sum.convergence = elastic_work + stored.change - stored.integrator - stored.damping;
         sum
     }
 }

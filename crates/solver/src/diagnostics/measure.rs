@@ -5,8 +5,8 @@ pub use crate::kernel::sum::SquareSum;
 
 use crate::kernel::geometry::volume_and_gradients;
 use crate::{
-    Effects, Lambdas, Particles, Pressure, ShapeMatchingState, Topology,
-    effects::{pressure::PressureState, shape_matching::Place},
+    BodyEffectKind, EffectStates, Effects, Particles, Topology,
+    effects::{body_effect::Store, body_effect::spring_energy, body_kinds::BodyEffectStates},
     elastic::{Elastic, Visit},
 };
 use glam::{DVec3, Vec3, Vec4};
@@ -134,7 +134,7 @@ pub fn elastic_energy<const N: usize, const M: usize>(
 ) -> f64 {
     let rows = effect.rows_of(topology, particles);
     rows.flat_map(|(_, rows)| rows)
-        .map(|row| stored(row.error, row.compliance))
+        .map(|row| spring_energy(row.error, row.compliance))
         .sum()
 }
 
@@ -152,61 +152,38 @@ pub fn elastic_energies(
             let elements = effect.all_rows(self.1, &self.2);
             let rows = elements.flat_map(|(_, rows)| rows);
             self.0 += rows
-                .map(|row| stored(row.error, row.compliance))
+                .map(|row| spring_energy(row.error, row.compliance))
                 .sum::<f64>();
         }
     }
-    let filling = effects.pressure.map_or(0.0, |pressure| {
-        pressure_energy(&pressure, topology, |i| at(i).0)
-    });
-    let matched = effects.shape_matching.map_or(0.0, |effect| {
-        let at = |i: u32| Place::still(at(i));
-        ShapeMatchingState::of(topology, &effect).energy(topology, &effect, at)
-    });
     let mut sum = Sum(0.0, topology, at);
     effects.visit(&mut sum);
-    sum.0 + filling + matched
+    let Sum(mut all, _, at) = sum;
+    let mut store = |store: Store| all += store.energy();
+    let states = BodyEffectStates::default();
+    for &kind in BodyEffectKind::ALL {
+        states.stores((effects, kind), topology, &at, &mut store);
+    }
+    all
 }
 
-/// Energy that a filling stores [J], the particles being `at` places in m.
+/// Energy that an effect without elements stores [J].
 #[must_use]
-pub fn pressure_energy(pressure: &Pressure, topology: &Topology, at: impl Fn(u32) -> DVec3) -> f64 {
-    topology.enclosure().map_or(0.0, |enclosure| {
-        pressure.energy(enclosure, enclosure.volume(topology, at))
-    })
-}
-
-/// What is left of the equation of a filling, over its own volume; nothing before the first substep.
-#[must_use]
-pub fn pressure_residual(
-    pressure: &Pressure,
+pub fn body_effect_energy(
+    (effects, kind): (&Effects, BodyEffectKind),
     topology: &Topology,
-    particles: &Particles,
-    pressure_state: &PressureState,
-    h: f32,
-) -> SquareSum {
-    let Ok(enclosure) = topology.enclosure() else {
-        return SquareSum::default();
+    (particles, states): (&Particles, &EffectStates),
+) -> f64 {
+    let at = |i: u32| {
+        let i = i as usize;
+        (particles.position(i), particles.positions[i].w.into())
     };
-    if pressure_state.gradients.is_empty() {
-        return SquareSum::default();
-    }
-    let at = |i: u32| particles.position(i as usize);
-    let volume = enclosure.volume(topology, at);
-    let left = pressure.residual(enclosure, volume, pressure_state.multiplier, h.into());
-    SquareSum {
-        sum: left * left,
-        count: 1,
-    }
-}
-
-/// ½C²/α [J]; 0 where α is.
-fn stored(error: f64, compliance: f64) -> f64 {
-    if compliance > 0.0 {
-        0.5 * error * error / compliance
-    } else {
-        0.0
-    }
+    let mut all = 0.0;
+    let mut store = |store: Store| all += store.energy();
+    states
+        .others
+        .stores((effects, kind), topology, &at, &mut store);
+    all
 }
 
 /// What is left of an effect's equations C + αλ/h² = 0, over the scale of each (the rest length of
@@ -239,19 +216,19 @@ pub fn residuals(
     effects: &Effects,
     topology: &Topology,
     particles: &Particles,
-    lambdas: &Lambdas,
+    states: &EffectStates,
     h: f32,
 ) -> SquareSum {
     struct Sum<'a> {
         all: SquareSum,
         topology: &'a Topology,
         particles: &'a Particles,
-        lambdas: &'a Lambdas,
+        states: &'a EffectStates,
         h: f32,
     }
     impl Visit for Sum<'_> {
         fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
-            let lambda = self.lambdas.of(E::KIND);
+            let lambda = self.states.multipliers(E::KIND);
             let own = residual(effect, self.topology, self.particles, lambda, self.h);
             self.all.add(own);
         }
@@ -260,17 +237,14 @@ pub fn residuals(
         all: SquareSum::default(),
         topology,
         particles,
-        lambdas,
+        states,
         h,
     };
     effects.visit(&mut sum);
-    if let (Some(effect), Some(matching)) = (&effects.shape_matching, &lambdas.matching) {
-        let at = Place::among(particles);
-        let own = matching.residual(topology, effect, h.into(), at);
-        sum.all.add(own);
-    }
-    if let Some(pressure) = &effects.pressure {
-        let own = pressure_residual(pressure, topology, particles, &lambdas.pressure_state, h);
+    for &kind in BodyEffectKind::ALL {
+        let own = states
+            .others
+            .residual((effects, kind), topology, particles, h.into());
         sum.all.add(own);
     }
     sum.all

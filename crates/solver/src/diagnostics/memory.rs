@@ -2,7 +2,7 @@
 
 use crate::{Body, Particles, Topology};
 use glam::{Vec3, Vec4};
-use std::{collections::BTreeSet, sync::Arc};
+use std::collections::BTreeSet;
 
 /// Bytes that the solver holds for bodies: state, constraints with their order, rest shape and
 /// numbering. What several bodies share counts once; surfaces to draw do not count.
@@ -12,18 +12,17 @@ pub fn solver_bytes(bodies: &[Body]) -> usize {
     bodies
         .iter()
         .map(|body| {
-            let new = seen.insert(Arc::as_ptr(&body.topology));
-            let shared = if new { topology(&body.topology) } else { 0 };
-            let original = match body.topology.original() {
-                Some(original) if seen.insert(Arc::as_ptr(original)) => topology(original),
-                _ => 0,
+            let (mesh, own) = match body.topology.original() {
+                Some(original) => (original, rest_values(&body.topology)),
+                None => (&body.topology, 0),
             };
+            let is_new = seen.insert(mesh.id());
+            let shared = if is_new { topology(mesh) } else { 0 };
             shared
-                + original
+                + own
                 + state(&body.particles)
                 + body.tick_start.len() * size_of::<Vec4>()
-                + body.tether_targets.bytes()
-                + body.lambdas.bytes()
+                + body.states.bytes()
                 + body.stitches.bytes()
                 + body.factors.bytes()
         })
@@ -32,6 +31,17 @@ pub fn solver_bytes(bodies: &[Body]) -> usize {
 
 fn state(particles: &Particles) -> usize {
     3 * particles.len() * size_of::<Vec4>() + particles.history.bytes() + particles.repair.bytes()
+}
+
+/// What a body has for itself of a mesh whose rest values have flowed.
+fn rest_values(topology: &Topology) -> usize {
+    topology.rest_values().map_or(0, |own| {
+        let columns = [&own.lengths, &own.volumes, &own.angles, &own.folds];
+        columns
+            .into_iter()
+            .map(|column| size_of_val(&column[..]))
+            .sum()
+    })
 }
 
 fn topology(topology: &Topology) -> usize {

@@ -3,15 +3,21 @@
 //! C = ‖a − t‖ [m] with a = Σ bᵢxᵢ a weighted point of the body, so ∇ᵢC = bᵢ n. The force is
 //! limited, so that no fling, however fast, tears through what holds the body together.
 
-use crate::{Compliance, Damping, Force, particles::Part};
+use super::body_effect::{
+    BodyEffect, BodyPass, BodyPhase, ReferenceParticles, ReferencePass, WorkOf,
+};
+use crate::{Compliance, Damping, Force, ParticleIndex, particles::Part, step::scope::WholeBody};
 use glam::{DVec3, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
 /// A point of a body as a weighted mean of particles.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Vec<(u32, f32)>", into = "Vec<(u32, f32)>")]
+#[serde(
+    try_from = "Vec<(ParticleIndex, f32)>",
+    into = "Vec<(ParticleIndex, f32)>"
+)]
 pub struct SurfacePoint {
-    particles: [u32; Self::MOST],
+    particles: [ParticleIndex; Self::MOST],
     weights: [f32; Self::MOST],
     count: usize,
 }
@@ -24,9 +30,9 @@ impl SurfacePoint {
     /// scaled to a sum of 1. `None` if there are more than [`Self::MOST`] different particles,
     /// none, or the weights add up to nothing.
     #[must_use]
-    pub fn new(terms: &[(u32, f32)]) -> Option<Self> {
+    pub fn new(terms: &[(ParticleIndex, f32)]) -> Option<Self> {
         let mut point = Self {
-            particles: [0; Self::MOST],
+            particles: [ParticleIndex(0); Self::MOST],
             weights: [0.0; Self::MOST],
             count: 0,
         };
@@ -51,7 +57,7 @@ impl SurfacePoint {
     }
 
     /// Particles and their weights, which sum to 1.
-    pub fn terms(&self) -> impl Iterator<Item = (u32, f32)> {
+    pub fn terms(&self) -> impl Iterator<Item = (ParticleIndex, f32)> {
         self.particles
             .into_iter()
             .zip(self.weights)
@@ -62,14 +68,14 @@ impl SurfacePoint {
     #[must_use]
     pub fn position(&self, positions: &[Vec4]) -> Vec3 {
         self.terms().fold(Vec3::ZERO, |sum, (particle, weight)| {
-            sum + positions[particle as usize].truncate() * weight
+            sum + positions[particle.index()].truncate() * weight
         })
     }
 
     /// The mean of what `at` says of its particles.
     pub(crate) fn mean(&self, at: impl Fn(usize) -> DVec3) -> DVec3 {
         self.terms().fold(DVec3::ZERO, |sum, (particle, weight)| {
-            sum + at(particle as usize) * f64::from(weight)
+            sum + at(particle.index()) * f64::from(weight)
         })
     }
 
@@ -77,7 +83,7 @@ impl SurfacePoint {
     pub(crate) fn inverse_mass(&self, positions: &[Vec4]) -> f64 {
         let terms = self.terms().map(|(particle, b)| {
             let b = f64::from(b);
-            b * b * f64::from(positions[particle as usize].w)
+            b * b * f64::from(positions[particle.index()].w)
         });
         terms.sum()
     }
@@ -85,7 +91,7 @@ impl SurfacePoint {
     /// Moves its particles by b w Δλ∇C.
     pub(crate) fn push(&self, part: &mut Part, change: DVec3) {
         for (particle, b) in self.terms() {
-            let i = particle as usize;
+            let i = particle.index();
             let share = f64::from(b) * f64::from(part.positions[i].w);
             part.shift(i, change * share);
         }
@@ -93,10 +99,12 @@ impl SurfacePoint {
 
     /// The particle with the largest weight.
     #[must_use]
-    pub fn nearest(&self) -> u32 {
-        let (particle, _) = self.terms().fold((0, f32::NEG_INFINITY), |best, term| {
-            if term.1 > best.1 { term } else { best }
-        });
+    pub fn nearest(&self) -> ParticleIndex {
+        let (particle, _) =
+            self.terms()
+                .fold((ParticleIndex(0), f32::NEG_INFINITY), |best, term| {
+                    if term.1 > best.1 { term } else { best }
+                });
         particle
     }
 
@@ -104,11 +112,11 @@ impl SurfacePoint {
     #[must_use]
     pub fn fits(&self, particles: usize) -> bool {
         self.terms()
-            .all(|(particle, _)| (particle as usize) < particles)
+            .all(|(particle, _)| particle.index() < particles)
     }
 }
 
-impl From<SurfacePoint> for Vec<(u32, f32)> {
+impl From<SurfacePoint> for Vec<(ParticleIndex, f32)> {
     fn from(point: SurfacePoint) -> Self {
         point.terms().collect()
     }
@@ -116,10 +124,10 @@ impl From<SurfacePoint> for Vec<(u32, f32)> {
 
 /// What was written down is taken as it is, to the bit: scaling its weights to a sum of 1 once more
 /// would round them again.
-impl TryFrom<Vec<(u32, f32)>> for SurfacePoint {
+impl TryFrom<Vec<(ParticleIndex, f32)>> for SurfacePoint {
     type Error = &'static str;
 
-    fn try_from(terms: Vec<(u32, f32)>) -> Result<Self, &'static str> {
+    fn try_from(terms: Vec<(ParticleIndex, f32)>) -> Result<Self, &'static str> {
         let mut point = Self::new(&terms)
             .filter(|point| point.count == terms.len())
             .ok_or("a point needs 1 to 12 different particles with weights")?;
@@ -152,8 +160,21 @@ pub struct Grab {
     pub damping: Damping,
     /// The spring never pulls harder than this [N].
     pub max_force: Force,
+}
+
+/// What is kept of a grab.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct GrabState {
     /// λ of the last substep.
-    pub multiplier: f32,
+    multiplier: f32,
+}
+
+impl GrabState {
+    /// The force that the spring pulled with in the last substep, which took `h` seconds [N].
+    #[must_use]
+    pub fn force(&self, h: f32) -> f32 {
+        self.multiplier.abs() / (h * h)
+    }
 }
 
 impl Grab {
@@ -174,48 +195,83 @@ impl Grab {
             compliance: Compliance::new(compliance).unwrap_or_default(),
             damping: Damping::new(damping).unwrap_or_default(),
             max_force: Force::new(50.0 * weight).unwrap_or_default(),
-            multiplier: 0.0,
         }
     }
 
-    /// The force that the spring pulls with [N], after a substep of `h` seconds.
-    #[must_use]
-    pub fn force(&self, h: f32) -> f32 {
-        self.multiplier.abs() / (h * h)
-    }
-
-    /// One sweep: substep number `substep` of `substeps`, each `h` seconds long.
-    pub fn solve(
-        &mut self,
-        mut part: Part,
-        h: f32,
-        (substep, substeps): (u32, u32),
-        iteration: u32,
-    ) {
-        if iteration == 0 {
-            self.multiplier = 0.0;
-        }
-        let h = f64::from(h);
+    /// Where the target is at the end of substep number `substep` of `substeps`, and how far it goes in one [m].
+    fn target_in(&self, (substep, substeps): (u32, u32)) -> (DVec3, DVec3) {
         let (from, target) = (self.from.as_dvec3(), self.target.as_dvec3());
         let travel = (target - from) / f64::from(substeps);
-        let target = from + travel * f64::from(substep + 1);
+        (from + travel * f64::from(substep + 1), travel)
+    }
+}
+
+impl BodyEffect for Grab {
+    type State = GrabState;
+    type Scope = WholeBody;
+    type ReferenceState = f64;
+    const PHASE: BodyPhase = BodyPhase::IterationEnd;
+    const WORK: WorkOf = WorkOf::Grab;
+
+    fn solve(&self, state: &mut GrabState, mut part: Part, pass: &BodyPass) -> bool {
+        if pass.iteration.0 == 0 {
+            state.multiplier = 0.0;
+        }
+        let h = f64::from(pass.h);
+        let (target, travel) = self.target_in(pass.substep);
         let held = self.point.mean(|i| part.predicted(i));
         let d = held - target;
         let distance = d.length();
         let weight = self.point.inverse_mass(part.positions);
         if weight == 0.0 || distance == 0.0 {
-            return;
+            return false;
         }
         let direction = d / distance;
         let alpha = f64::from(self.compliance) / (h * h);
         let gamma = f64::from(self.damping.get()) / h;
         let moved = direction.dot(held - self.point.mean(|i| part.start(i)) - travel);
-        let multiplier = f64::from(self.multiplier);
+        let multiplier = f64::from(state.multiplier);
         let change =
             -(distance + alpha * multiplier + gamma * moved) / ((1.0 + gamma) * weight + alpha);
         let limit = f64::from(self.max_force.get()) * h * h;
         let next = (multiplier + change).clamp(-limit, limit);
-        self.multiplier = next as f32;
+        state.multiplier = next as f32;
         self.point.push(&mut part, direction * (next - multiplier));
+        false
+    }
+
+    fn solve_reference(
+        &self,
+        multiplier: &mut f64,
+        body: ReferenceParticles,
+        pass: &ReferencePass,
+    ) {
+        if pass.iteration.0 == 0 {
+            *multiplier = 0.0;
+        }
+        let h = pass.h;
+        let (target, travel) = self.target_in(pass.substep);
+        let held = self.point.mean(|i| body.x[i]);
+        let d = held - target;
+        let terms = || self.point.terms().map(|(i, b)| (i.index(), f64::from(b)));
+        let weight: f64 = terms().map(|(i, b)| b * b * body.w[i]).sum();
+        if weight == 0.0 || d.length() == 0.0 {
+            return;
+        }
+        let direction = d / d.length();
+        let alpha = f64::from(self.compliance) / (h * h);
+        let gamma = f64::from(self.damping.get()) / h;
+        let moved = direction.dot(held - self.point.mean(|i| body.p[i]) - travel);
+        let left = d.length() + alpha * *multiplier + gamma * moved;
+        let limit = f64::from(self.max_force.get()) * h * h;
+        let before = *multiplier;
+        *multiplier = (before - left / ((1.0 + gamma) * weight + alpha)).clamp(-limit, limit);
+        for (i, b) in terms() {
+            body.x[i] += direction * (body.w[i] * b * (*multiplier - before));
+        }
+    }
+
+    fn bytes(_: &GrabState) -> usize {
+        0
     }
 }

@@ -2,16 +2,7 @@
 
 use super::{
     Effects, Multipliers,
-    bend::Bend,
     elastic::{self, Elastic, ElasticKind, Visit},
-    isometric_bend::IsometricBend,
-    membrane::Membrane,
-    neo_hookean::NeoHookean,
-    strain_limit::StrainLimit,
-    stretch::Stretch,
-    struts::Struts,
-    volume::Volume,
-    weave::Weave,
 };
 use crate::{particles::Part, quantity::Damping, topology::Topology};
 
@@ -31,7 +22,7 @@ macro_rules! of_elastic_effects {
             #[must_use]
             pub const fn unit(self) -> &'static str {
                 match self {
-                    $(Self::$effect => <$effect as Elastic<$corners, $rows>>::UNIT,)*
+                    $(Self::$effect => <crate::$effect as Elastic<$corners, $rows>>::UNIT,)*
                 }
             }
 
@@ -39,7 +30,7 @@ macro_rules! of_elastic_effects {
             #[must_use]
             pub fn elements(self, topology: &Topology) -> usize {
                 match self {
-                    $(Self::$effect => <$effect as Elastic<$corners, $rows>>::elements(topology).corners().len(),)*
+                    $(Self::$effect => <crate::$effect as Elastic<$corners, $rows>>::elements(topology).corners().len(),)*
                 }
             }
 
@@ -94,8 +85,8 @@ macro_rules! of_elastic_effects {
             }
         }
 
-        $(impl From<$effect> for Effects {
-            fn from(effect: $effect) -> Self {
+        $(impl From<crate::$effect> for Effects {
+            fn from(effect: crate::$effect) -> Self {
                 Self {
                     $field: Some(effect),
                     ..Self::default()

@@ -4,18 +4,20 @@
 //! needed per effect.
 
 pub mod bend;
+pub(crate) mod body_effect;
+pub mod body_kinds;
 pub mod elastic;
 pub mod force;
 pub mod grab;
 pub mod isometric_bend;
 pub mod kinds;
-pub mod lambdas;
 pub mod membrane;
 pub mod multipliers;
 pub mod neo_hookean;
 pub mod plasticity;
 pub mod pressure;
 pub mod shape_matching;
+pub mod states;
 pub mod stitches;
 pub mod strain_limit;
 pub mod stretch;
@@ -24,9 +26,32 @@ pub mod tethers;
 pub mod volume;
 pub mod weave;
 
+/// The types of effects, by their own names; those of forces and of contacts are in [`force`] and in
+/// [`contact`](crate::contact).
+pub mod all {
+    pub use super::{
+        bend::Bend,
+        grab::{Grab, GrabState, SurfacePoint},
+        isometric_bend::IsometricBend,
+        membrane::Membrane,
+        neo_hookean::NeoHookean,
+        plasticity::Plasticity,
+        pressure::Pressure,
+        shape_matching::{ShapeMatching, ShapeMatchingState},
+        stitches::{Stitch, StitchEnd, StitchError, Stitches},
+        strain_limit::StrainLimit,
+        stretch::Stretch,
+        struts::Struts,
+        tethers::{TetherTargets, Tethers},
+        volume::Volume,
+        weave::Weave,
+    };
+}
+
+pub use body_effect::BodyPhase;
 pub use multipliers::Multipliers;
 
-use crate::{ElasticKind, Method, Substep, Topology, WorkEstimate};
+use crate::{ElasticKind, Ground, Method, Topology, WorkEstimate};
 use serde::{Deserialize, Serialize};
 
 /// The table of effects, in the order in which they act: calls the macro that it is given with all of them, in
@@ -78,9 +103,11 @@ macro_rules! effects {
             }
             Grab grab
             {
-                contacts {
+                between {
                     Contact contact "Contact with other bodies.";
                     SelfContact self_contact "Contact of the body with itself.";
+                }
+                surfaces {
                     Ground ground "Ground plane with friction and restitution.";
                     StickyGround sticky_ground "Ground plane that holds what touches it.";
                     Collide collide "Contact with rigid colliders.";
@@ -128,16 +155,10 @@ impl Effects {
         self.direct.is_some() && method.has_direct()
     }
 
-    /// Whether passes over ground and colliders have to know what earlier ones have done, in substeps like this one.
-    pub(crate) fn keeps_rigid_contacts(&self, step: &Substep) -> bool {
-        let is_any = self.ground.is_some() || self.collide.is_some();
-        is_any && (self.resists_rolling() || step.contact_passes() > 1)
-    }
-
-    /// Whether the ground resists that the body rolls.
-    pub(crate) fn resists_rolling(&self) -> bool {
+    /// The ground, if it has rolling resistance.
+    pub(crate) fn rolling_ground(&self) -> Option<Ground> {
         self.ground
-            .is_some_and(|ground| ground.rolling_resistance.get() > 0.0)
+            .filter(|ground| ground.rolling_resistance.get() > 0.0)
     }
 
     /// Whether the body can touch others or itself.
@@ -150,20 +171,22 @@ impl Effects {
     /// whose shapes are matched, all together.
     #[must_use]
     pub fn constraints(&self, topology: &Topology) -> usize {
+        self.elements(topology) + self.body_constraints(topology)
+    }
+
+    /// How many elements its elastic effects have.
+    fn elements(&self, topology: &Topology) -> usize {
         let carried = ElasticKind::ALL.into_iter().filter(|&kind| self.has(kind));
-        let elastic: usize = carried.map(|kind| kind.elements(topology)).sum();
-        let whole = [self.pressure.is_some(), self.shape_matching.is_some()];
-        elastic + whole.into_iter().filter(|carried| *carried).count()
+        carried.map(|kind| kind.elements(topology)).sum()
     }
 
     /// Estimated work of a number of iterations: pressure counts its triangles, shape matching its particles, other effects
     /// their constraints.
     #[must_use]
-    pub fn load(&self, topology: &Topology, sweeps: usize) -> WorkEstimate {
-        let pressure_state = self.pressure.map_or(0, |_| topology.triangles.len());
-        let matched = self.shape_matching.map_or(0, |_| topology.particles());
+    pub fn load(&self, topology: &Topology, iterations: usize) -> WorkEstimate {
+        let pass = self.elements(topology) + self.body_load(topology);
         WorkEstimate {
-            projections: (self.constraints(topology) + pressure_state + matched) * sweeps,
+            projections: pass * iterations,
             pieces: topology.partitions.count(),
         }
     }

@@ -11,9 +11,16 @@
 //! equation for Δλ, solved as it stands: the volume that it aims at is always above 0, so that a gas
 //! cannot be pushed through itself. With K → ∞ it is XPBD's Δλ = (fV₀ − V)/Σw‖∇V‖².
 
+use super::body_effect::{BodyEffect, BodyPass, ReferenceParticles, ReferencePass, Store};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
-use crate::{Filling, Stiffness, Topology, particles::Part, topology::Enclosure};
+use crate::{
+    Filling, Stiffness, Topology,
+    kernel::sum::SquareSum,
+    particles::{Part, Particles},
+    step::scope::WholeBody,
+    topology::Enclosure,
+};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -79,32 +86,6 @@ impl PressureState {
 }
 
 impl Pressure {
-    /// One sweep on the particles of a body. Does nothing to a body without a closed surface.
-    pub fn solve(
-        &self,
-        topology: &Topology,
-        mut part: Part,
-        pressure_state: &mut PressureState,
-        h: f32,
-        iteration: u32,
-    ) {
-        let Ok(enclosure) = topology.enclosure() else {
-            return;
-        };
-        if iteration == 0 {
-            pressure_state.multiplier = 0.0;
-        }
-        let at = |i: u32| part.predicted(i as usize);
-        let weight = |i: usize| f64::from(part.positions[i].w);
-        let change = pressure_state.sweep(self, (topology, enclosure), at, weight, h.into());
-        for (i, gradient) in pressure_state.gradients.iter().enumerate() {
-            let w = f64::from(part.positions[i].w);
-            if w > 0.0 {
-                part.shift(i, *gradient * (w * change));
-            }
-        }
-    }
-
     /// Δλ [Pa·s²] at a volume [m³], Σw‖∇V‖² being `weight`, in a substep of `h` seconds.
     ///
     /// With a = 1/(h²K) it is the root of (V + wΔλ)(1 + a(λ + Δλ)) = fV₀ that leaves V + wΔλ above
@@ -152,13 +133,128 @@ impl Pressure {
     }
 
     /// What is left of its equation, as a share of fV₀, with the multiplier λ.
-    #[must_use]
-    pub fn residual(&self, enclosure: &Enclosure, volume: f64, lambda: f64, h: f64) -> f64 {
+    fn left(&self, enclosure: &Enclosure, volume: f64, lambda: f64, h: f64) -> f64 {
         let pressed = 1.0 + lambda / (h * h * f64::from(self.bulk_modulus));
         volume * pressed / self.own_volume(enclosure) - 1.0
     }
 
     fn share(&self, enclosure: &Enclosure, volume: f64) -> f64 {
         (volume / self.own_volume(enclosure)).max(DENSEST)
+    }
+}
+
+impl BodyEffect for Pressure {
+    type State = PressureState;
+    type Scope = WholeBody;
+    type ReferenceState = PressureState;
+
+    fn solve(&self, state: &mut PressureState, mut part: Part, pass: &BodyPass) -> bool {
+        let Ok(enclosure) = pass.topology.enclosure() else {
+            return false;
+        };
+        if pass.iteration.0 == 0 {
+            state.multiplier = 0.0;
+        }
+        let at = |i: u32| part.predicted(i as usize);
+        let weight = |i: usize| f64::from(part.positions[i].w);
+        let body = (pass.topology, enclosure);
+        let change = state.sweep(self, body, at, weight, pass.compliant.into());
+        for (i, gradient) in state.gradients.iter().enumerate() {
+            let w = f64::from(part.positions[i].w);
+            if w > 0.0 {
+                part.shift(i, *gradient * (w * change));
+            }
+        }
+        false
+    }
+
+    fn solve_reference(
+        &self,
+        state: &mut PressureState,
+        body: ReferenceParticles,
+        pass: &ReferencePass,
+    ) {
+        let Ok(enclosure) = body.topology.enclosure() else {
+            return;
+        };
+        if pass.is_anew {
+            state.multiplier = 0.0;
+        }
+        let (at, weight) = (|i: u32| body.x[i as usize], |i: usize| body.w[i]);
+        let change = state.sweep(self, (body.topology, enclosure), at, weight, pass.compliant);
+        blow(state, body, change);
+    }
+
+    fn pull_reference(&self, state: &mut PressureState, body: ReferenceParticles) {
+        if let Ok(enclosure) = body.topology.enclosure() {
+            // There is nothing yet in the first substep.
+            state.gradients.resize(body.x.len(), DVec3::ZERO);
+            let at = |i: u32| body.x[i as usize];
+            enclosure.volume_and_gradients(body.topology, at, &mut state.gradients);
+            let multiplier = state.multiplier;
+            blow(state, body, multiplier);
+        }
+    }
+
+    fn constraints(&self, _: &Topology) -> usize {
+        1
+    }
+
+    fn elements(&self, _: &PressureState, topology: &Topology) -> usize {
+        usize::from(topology.enclosure().is_ok())
+    }
+
+    fn load(&self, topology: &Topology) -> usize {
+        1 + topology.triangles.len()
+    }
+
+    fn stores(
+        &self,
+        _: &PressureState,
+        topology: &Topology,
+        at: &dyn Fn(u32) -> (DVec3, f64),
+        store: &mut dyn FnMut(Store),
+    ) {
+        if let Ok(enclosure) = topology.enclosure() {
+            let volume = enclosure.volume(topology, |i| at(i).0);
+            store(Store::Potential {
+                coordinate: volume,
+                energy: self.energy(enclosure, volume),
+                force: self.overpressure(enclosure, volume),
+            });
+        }
+    }
+
+    fn residual(
+        &self,
+        state: &PressureState,
+        topology: &Topology,
+        particles: &Particles,
+        h: f64,
+    ) -> SquareSum {
+        let Ok(enclosure) = topology.enclosure() else {
+            return SquareSum::default();
+        };
+        if state.gradients.is_empty() {
+            return SquareSum::default();
+        }
+        let volume = enclosure.volume(topology, |i| particles.position(i as usize));
+        let left = self.left(enclosure, volume, state.multiplier, h);
+        SquareSum {
+            sum: left * left,
+            count: 1,
+        }
+    }
+
+    fn bytes(state: &PressureState) -> usize {
+        size_of_val(&state.gradients[..])
+    }
+}
+
+/// Moves every particle by w∇V λ.
+fn blow(state: &PressureState, body: ReferenceParticles, lambda: f64) {
+    let all = body.x.iter_mut().zip(body.w).zip(&state.gradients);
+    for ((x, w), gradient) in all {
+        *x += *gradient * (w * lambda);
     }
 }

@@ -25,17 +25,19 @@
 //! shrunk to a line or a point has one too, always the same. Pins are taken as a million times as
 //! heavy as all else, so that the goals hang on them.
 
+use super::body_effect::{BodyEffect, BodyPass, ReferenceParticles, ReferencePass, Resting, Store};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
     Damping, Frequency, Particles, RegionSize, Topology, fit,
     kernel::sum::SquareSum,
     particles::Part,
+    step::scope::WholeBody,
     topology::{Identity, Regions},
 };
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
-use std::f64::consts::TAU;
+use std::{borrow::Cow, f64::consts::TAU};
 
 /// Particles are drawn to where the rest shape would have them.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -61,6 +63,19 @@ impl ShapeMatching {
     pub fn compliance(&self) -> f64 {
         let omega = TAU * f64::from(self.frequency.get());
         1.0 / (omega * omega)
+    }
+
+    /// The state, or a new one before the first substep after a change.
+    fn known<'a>(
+        &self,
+        state: &'a Option<Box<ShapeMatchingState>>,
+        topology: &Topology,
+    ) -> Cow<'a, ShapeMatchingState> {
+        let known = state.as_deref().filter(|it| it.is_of(topology, self));
+        known.map_or_else(
+            || Cow::Owned(ShapeMatchingState::of(topology, self)),
+            Cow::Borrowed,
+        )
     }
 }
 
@@ -111,6 +126,17 @@ impl Place {
         |i| {
             let i = i as usize;
             Self::still((particles.position(i), particles.positions[i].w.into()))
+        }
+    }
+
+    fn of_reference(body: &ReferenceParticles) -> impl Fn(u32) -> Self {
+        |i| {
+            let i = i as usize;
+            Self {
+                x: body.x[i],
+                p: body.p[i],
+                w: body.w[i],
+            }
         }
     }
 
@@ -282,19 +308,36 @@ impl ShapeMatchingState {
         }
         moves
     }
+}
 
-    /// One sweep over the particles of the fast solver.
-    pub(crate) fn solve(
-        &mut self,
-        topology: &Topology,
-        effect: &ShapeMatching,
-        sweep: Pass,
+impl BodyEffect for ShapeMatching {
+    type State = Option<Box<ShapeMatchingState>>;
+    type Scope = WholeBody;
+    type ReferenceState = ShapeMatchingState;
+
+    fn prepare(&self, state: &mut Option<Box<ShapeMatchingState>>, body: &Resting) {
+        let state = state.get_or_insert_default();
+        state.update(body.topology, self);
+    }
+
+    fn solve(
+        &self,
+        state: &mut Option<Box<ShapeMatchingState>>,
         mut part: Part,
-    ) {
-        if self.moves.len() != part.positions.len() {
-            return;
-        }
-        let moves = self.sweep(topology, effect, sweep, |i| Place {
+        pass: &BodyPass,
+    ) -> bool {
+        let Some(state) = state
+            .as_mut()
+            .filter(|it| it.moves.len() == part.positions.len())
+        else {
+            return false;
+        };
+        let own = Pass {
+            h: pass.compliant.into(),
+            first: pass.iteration.0 == 0,
+            share: pass.share.into(),
+        };
+        let moves = state.sweep(pass.topology, self, own, |i| Place {
             x: part.predicted(i as usize),
             p: part.start(i as usize),
             w: part.positions[i as usize].w.into(),
@@ -304,6 +347,87 @@ impl ShapeMatchingState {
                 part.shift(i, by);
             }
         }
+        false
+    }
+
+    fn prepare_reference(
+        &self,
+        state: &mut ShapeMatchingState,
+        topology: &Topology,
+        _: &[DVec3],
+        _: &[f64],
+    ) {
+        state.update(topology, self);
+    }
+
+    fn solve_reference(
+        &self,
+        state: &mut ShapeMatchingState,
+        body: ReferenceParticles,
+        pass: &ReferencePass,
+    ) {
+        let own = Pass {
+            h: pass.compliant,
+            first: pass.is_anew,
+            share: pass.share,
+        };
+        let moves = state.sweep(body.topology, self, own, Place::of_reference(&body));
+        for (x, by) in body.x.iter_mut().zip(moves) {
+            *x += *by;
+        }
+    }
+
+    fn pull_reference(&self, state: &mut ShapeMatchingState, body: ReferenceParticles) {
+        let moves = state.pull(body.topology, Place::of_reference(&body));
+        for (x, by) in body.x.iter_mut().zip(moves) {
+            *x += *by;
+        }
+    }
+
+    fn constraints(&self, _: &Topology) -> usize {
+        1
+    }
+
+    fn elements(&self, state: &Option<Box<ShapeMatchingState>>, topology: &Topology) -> usize {
+        self.known(state, topology).regions.count()
+    }
+
+    fn load(&self, topology: &Topology) -> usize {
+        1 + topology.particles()
+    }
+
+    fn stores(
+        &self,
+        state: &Option<Box<ShapeMatchingState>>,
+        topology: &Topology,
+        at: &dyn Fn(u32) -> (DVec3, f64),
+        store: &mut dyn FnMut(Store),
+    ) {
+        let known = self.known(state, topology);
+        for error in known.strains(topology, |i| Place::still(at(i))) {
+            store(Store::Spring {
+                error,
+                compliance: self.compliance(),
+                damping: self.damping.get().into(),
+            });
+        }
+    }
+
+    fn residual(
+        &self,
+        state: &Option<Box<ShapeMatchingState>>,
+        topology: &Topology,
+        particles: &Particles,
+        h: f64,
+    ) -> SquareSum {
+        let known = self.known(state, topology);
+        known.residual(topology, self, h, Place::among(particles))
+    }
+
+    fn bytes(state: &Option<Box<ShapeMatchingState>>) -> usize {
+        state
+            .as_ref()
+            .map_or(0, |it| size_of::<ShapeMatchingState>() + it.bytes())
     }
 }
 

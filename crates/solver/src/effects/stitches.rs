@@ -9,7 +9,11 @@
 //!
 //! What it does to one end it does to the other, so that momentum stays; a collider takes what comes.
 
-use crate::{Compliance, Force, SurfacePoint, contact::collider::SweptCollider, particles::Part};
+use super::body_effect::{BodyEffect, BodyPass, ReferenceParticles, ReferencePass};
+use crate::{
+    Compliance, Force, ParticleIndex, SurfacePoint, contact::collider::SweptCollider,
+    particles::Part, step::scope::WholeBody,
+};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -65,7 +69,7 @@ pub enum StitchError {
         /// Which one, from 0; messages count from 1.
         stitch: usize,
         /// The particle.
-        particle: u32,
+        particle: ParticleIndex,
     },
 }
 
@@ -148,13 +152,6 @@ impl Stitches {
         }
     }
 
-    /// Breaks one.
-    pub(crate) fn break_at(&mut self, index: usize) {
-        if let Some(stitch) = self.all.get_mut(index) {
-            stitch.broken = true;
-        }
-    }
-
     /// What each pulls with [N], after a substep of `h` seconds.
     pub fn forces(&self, h: f32) -> impl Iterator<Item = f32> {
         let square = f64::from(h) * f64::from(h);
@@ -168,19 +165,24 @@ impl Stitches {
     pub fn bytes(&self) -> usize {
         size_of_val(&self.all[..]) + size_of_val(&self.lambdas[..])
     }
+}
 
-    /// One sweep, the `iteration`th of so many, of a substep of `h` seconds.
-    pub(crate) fn solve(
-        &mut self,
-        mut part: Part,
-        colliders: &[SweptCollider],
-        h: f32,
-        (iteration, iterations): (u32, u32),
-    ) {
-        let square = f64::from(h) * f64::from(h);
+/// That a body has stitches; these are their own state.
+#[derive(Debug, Clone, Copy)]
+pub struct Stitching;
+
+impl BodyEffect for Stitching {
+    type State = Stitches;
+    type Scope = WholeBody;
+    /// The stitches, and λ of each.
+    type ReferenceState = (Stitches, Vec<DVec3>);
+
+    fn solve(&self, stitches: &mut Stitches, mut part: Part, pass: &BodyPass) -> bool {
+        let square = f64::from(pass.h) * f64::from(pass.h);
+        let (iteration, iterations) = pass.iteration;
         // What was read from a file has none yet.
-        self.lambdas.resize(self.all.len(), DVec3::ZERO);
-        for (stitch, lambda) in self.all.iter_mut().zip(&mut self.lambdas) {
+        stitches.lambdas.resize(stitches.all.len(), DVec3::ZERO);
+        for (stitch, lambda) in stitches.all.iter_mut().zip(&mut stitches.lambdas) {
             if iteration == 0 {
                 *lambda = DVec3::ZERO;
             }
@@ -189,10 +191,12 @@ impl Stitches {
             }
             let (there, other) = match stitch.to {
                 StitchEnd::Point(other) => (other.mean(|i| part.predicted(i)), Some(other)),
-                StitchEnd::Collider { number, place } => match colliders.get(number as usize) {
-                    Some(collider) => (collider.to.apply(place.as_dvec3()), None),
-                    None => continue,
-                },
+                StitchEnd::Collider { number, place } => {
+                    match pass.colliders.get(number as usize) {
+                        Some(collider) => (collider.to.apply(place.as_dvec3()), None),
+                        None => continue,
+                    }
+                }
             };
             let weight = stitch.point.inverse_mass(part.positions)
                 + other.map_or(0.0, |other| other.inverse_mass(part.positions));
@@ -210,5 +214,55 @@ impl Stitches {
             let most = f64::from(stitch.strength.get()) * square;
             stitch.broken = iteration + 1 == iterations && lambda.length_squared() > most * most;
         }
+        false
+    }
+
+    fn solve_reference(
+        &self,
+        (stitches, lambdas): &mut (Stitches, Vec<DVec3>),
+        body: ReferenceParticles,
+        pass: &ReferencePass,
+    ) {
+        let h = pass.h;
+        let (iteration, iterations) = pass.iteration;
+        if iteration == 0 {
+            lambdas.clear();
+        }
+        lambdas.resize(stitches.all.len(), DVec3::ZERO);
+        for (stitch, lambda) in stitches.all.iter_mut().zip(lambdas) {
+            let mut ends = vec![(&stitch.point, 1.0)];
+            let mut fixed = DVec3::ZERO;
+            match &stitch.to {
+                _ if stitch.broken => continue,
+                StitchEnd::Point(other) => ends.push((other, -1.0)),
+                StitchEnd::Collider { number, place } => match pass.colliders.get(*number as usize)
+                {
+                    Some((.., end)) => fixed = end.apply(place.as_dvec3()),
+                    None => continue,
+                },
+            }
+            let terms = ends.iter().flat_map(|&(point, sign)| {
+                let terms = point.terms();
+                terms.map(move |(i, b)| (i.index(), sign * f64::from(b)))
+            });
+            let terms: Vec<_> = terms.collect();
+            let d = terms.iter().fold(-fixed, |d, &(i, b)| d + body.x[i] * b);
+            let weight: f64 = terms.iter().map(|&(i, b)| b * b * body.w[i]).sum();
+            if weight == 0.0 {
+                continue;
+            }
+            let alpha = f64::from(stitch.compliance) / (h * h);
+            let change = -(d + *lambda * alpha) / (weight + alpha);
+            *lambda += change;
+            for (i, b) in terms {
+                body.x[i] += change * (b * body.w[i]);
+            }
+            let is_last = iteration + 1 == iterations;
+            stitch.broken = is_last && lambda.length() > f64::from(stitch.strength) * h * h;
+        }
+    }
+
+    fn bytes(stitches: &Stitches) -> usize {
+        stitches.bytes()
     }
 }

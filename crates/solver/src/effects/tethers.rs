@@ -11,9 +11,13 @@
 //! closer than it was at rest; across a grid of triangles it is up to a twelfth longer, and there a
 //! tether gives as much more room.
 
+use super::body_effect::{BodyEffect, BodyPass, ReferenceParticles, ReferencePass};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
-use crate::{Slack, Topology, TopologyId, kernel::sum::SquareSum, particles::Part};
+use crate::{
+    Particles, Slack, Topology, TopologyId, kernel::sum::SquareSum, particles::Part,
+    step::scope::ReadOnly,
+};
 use glam::{DVec3, Vec4};
 use serde::{Deserialize, Serialize};
 use std::{cmp::Reverse, collections::BinaryHeap};
@@ -43,7 +47,7 @@ pub struct TetherTargets {
     /// The nearest pin of each particle.
     nearest: Vec<u32>,
     /// Place of that pin [m], and the way to it at rest [m]: ∞ for what is pinned, or hangs on no pin.
-    tether_targets: Vec<Vec4>,
+    places: Vec<Vec4>,
 }
 
 /// They follow from what a body is compared by.
@@ -57,9 +61,9 @@ impl TetherTargets {
     /// Those of a body as it is now.
     #[must_use]
     pub fn of(topology: &Topology, positions: &[Vec4]) -> Self {
-        let mut tether_targets = Self::default();
-        tether_targets.update(topology, positions);
-        tether_targets
+        let mut targets = Self::default();
+        targets.update(topology, positions);
+        targets
     }
 
     /// Brings them in line with the pins of a body and their places; to be called before a tick.
@@ -73,8 +77,8 @@ impl TetherTargets {
             self.pins = pins.collect();
             self.find(topology);
         }
-        for (lead, &nearest) in self.tether_targets.iter_mut().zip(&self.nearest) {
-            *lead = positions[nearest as usize].truncate().extend(lead.w);
+        for (target, &nearest) in self.places.iter_mut().zip(&self.nearest) {
+            *target = positions[nearest as usize].truncate().extend(target.w);
         }
     }
 
@@ -107,44 +111,108 @@ impl TetherTargets {
         for &pin in &self.pins {
             ways[pin as usize] = f64::INFINITY;
         }
-        let tether_targets = ways.iter().map(|&way| Vec4::W * way as f32);
-        self.tether_targets.clear();
-        self.tether_targets.extend(tether_targets);
+        let places = ways.iter().map(|&way| Vec4::W * way as f32);
+        self.places.clear();
+        self.places.extend(places);
     }
 
     /// How many particles are tethered.
     #[must_use]
     pub fn count(&self) -> usize {
-        self.tether_targets
+        self.places
             .iter()
-            .filter(|lead| lead.w.is_finite())
+            .filter(|target| target.w.is_finite())
             .count()
     }
 
     /// Bytes of memory.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.pins[..])
-            + size_of_val(&self.nearest[..])
-            + size_of_val(&self.tether_targets[..])
+        size_of_val(&self.pins[..]) + size_of_val(&self.nearest[..]) + size_of_val(&self.places[..])
     }
 
     /// Of each particle that is tethered: its number, that of its pin, and the way between at rest [m].
     pub fn ways(&self) -> impl Iterator<Item = (usize, usize, f64)> {
-        let both = self.nearest.iter().zip(&self.tether_targets).enumerate();
-        both.filter(|(_, (_, lead))| lead.w.is_finite())
-            .map(|(particle, (&pin, lead))| (particle, pin as usize, lead.w.into()))
+        let both = self.nearest.iter().zip(&self.places).enumerate();
+        both.filter(|(_, (_, target))| target.w.is_finite())
+            .map(|(particle, (&pin, target))| (particle, pin as usize, target.w.into()))
+    }
+}
+
+impl BodyEffect for Tethers {
+    type State = TetherTargets;
+    type Scope = ReadOnly;
+    /// Particle, pin, and how far it may be from it [m].
+    type ReferenceState = Vec<(usize, usize, f64)>;
+
+    fn begin_tick(&self, targets: &mut TetherTargets, topology: &Topology, positions: &[Vec4]) {
+        targets.update(topology, positions);
     }
 
-    /// By how much particles are too far from their pins, over how far they may be.
-    #[must_use]
-    pub fn residual(&self, positions: &[Vec4], tethers: &Tethers) -> SquareSum {
-        let most = 1.0 + f64::from(tethers.slack.get());
+    fn solve(&self, targets: &TetherTargets, part: Part, pass: &BodyPass) -> bool {
+        let Some(targets) = targets.places.get(pass.first..) else {
+            return false;
+        };
+        let most = 1.0 + self.slack.get();
+        let particles = part.positions.iter().zip(part.displacements);
+        for ((p, u), target) in particles.zip(targets) {
+            let d = (*p - *target).truncate() + u.truncate();
+            let length = target.w * most;
+            if d.length_squared() > length * length {
+                // To the last digit of the displacement, not of the position.
+                let d = p.truncate().as_dvec3() - target.truncate().as_dvec3()
+                    + u.truncate().as_dvec3();
+                let back = held(d, length.into()) - d;
+                *u = (u.truncate().as_dvec3() + back).as_vec3().extend(0.0);
+            }
+        }
+        false
+    }
+
+    fn prepare_reference(
+        &self,
+        tethers: &mut Vec<(usize, usize, f64)>,
+        topology: &Topology,
+        x: &[DVec3],
+        w: &[f64],
+    ) {
+        let places = x.iter().zip(w);
+        let places: Vec<Vec4> = places.map(|(x, &w)| x.as_vec3().extend(w as f32)).collect();
+        let most = 1.0 + f64::from(self.slack);
+        let targets = TetherTargets::of(topology, &places);
+        tethers.clear();
+        tethers.extend(targets.ways().map(|(i, pin, way)| (i, pin, way * most)));
+    }
+
+    fn solve_reference(
+        &self,
+        tethers: &mut Vec<(usize, usize, f64)>,
+        body: ReferenceParticles,
+        _: &ReferencePass,
+    ) {
+        for &mut (i, pin, length) in tethers {
+            let pin = body.x[pin];
+            body.x[i] = pin + held(body.x[i] - pin, length);
+        }
+    }
+
+    fn elements(&self, targets: &TetherTargets, _: &Topology) -> usize {
+        targets.count()
+    }
+
+    fn residual(
+        &self,
+        targets: &TetherTargets,
+        _: &Topology,
+        particles: &Particles,
+        _: f64,
+    ) -> SquareSum {
+        let most = 1.0 + f64::from(self.slack.get());
         let mut all = SquareSum::default();
-        for (x, lead) in positions.iter().zip(&self.tether_targets) {
-            let length = f64::from(lead.w) * most;
+        for (x, target) in particles.positions.iter().zip(&targets.places) {
+            let length = f64::from(target.w) * most;
             if length.is_finite() {
-                let far = (x.truncate() - lead.truncate()).as_dvec3().length();
+                let far = (x.truncate() - target.truncate()).as_dvec3().length();
                 let share = (far / length - 1.0).max(0.0);
                 all.sum += share * share;
                 all.count += 1;
@@ -153,34 +221,18 @@ impl TetherTargets {
         all
     }
 
-    /// Puts particles from number `first` on, which are too far from their pins, back.
-    pub fn solve(&self, part: Part, first: usize, tethers: &Tethers) {
-        let Some(tether_targets) = self.tether_targets.get(first..) else {
-            return;
-        };
-        let most = 1.0 + tethers.slack.get();
-        let particles = part.positions.iter().zip(part.displacements);
-        for ((p, u), lead) in particles.zip(tether_targets) {
-            let d = (*p - *lead).truncate() + u.truncate();
-            let length = lead.w * most;
-            if d.length_squared() > length * length {
-                // To the last digit of the displacement, not of the position.
-                let d =
-                    p.truncate().as_dvec3() - lead.truncate().as_dvec3() + u.truncate().as_dvec3();
-                let back = held(d, length.into()) - d;
-                *u = (u.truncate().as_dvec3() + back).as_vec3().extend(0.0);
-            }
-        }
+    fn bytes(targets: &TetherTargets) -> usize {
+        targets.bytes()
     }
 }
 
 /// Where a particle that is `d` from its pin goes, which may be `length` away at most.
-pub(crate) fn held(d: DVec3, length: f64) -> DVec3 {
+fn held(d: DVec3, length: f64) -> DVec3 {
     let far = d.length();
     if far > length { d * (length / far) } else { d }
 }
 
-/// The particles that edges lead to, and how long these are [m].
+/// The particles that edges target to, and how long these are [m].
 struct Neighbours {
     starts: Vec<usize>,
     all: Vec<(u32, f64)>,

@@ -1,9 +1,9 @@
 //! Blocks of constraints, one a lane: the frame around every kernel.
 //!
-//! `unsafe` code stands here, in [`lanes`](super::super::lanes), and where threads get pieces of a body
-//! ([`share`](crate::share)) or work of the caller ([`parallel`](crate::parallel)); `tests/memory.rs` runs all of it under
-//! Miri. What makes it sound here: an [`Elements`] cannot be changed, and tells for each batch the range of its particles;
-//! [`solve_batch`] refuses particles that do not cover it.
+//! `unsafe` code stands here, in [`lanes`](super::lanes), and where threads get pieces of a body (`step/scope.rs`,
+//! `step/shared_body.rs`) or work of the caller (`parallel`); `tests/memory.rs` runs all of it under Miri. What makes it
+//! sound here: an [`Elements`] cannot be changed, and tells for each batch the range of its particles; `solve_batch`
+//! refuses particles that do not cover it.
 
 #![allow(
     unsafe_code,
@@ -31,8 +31,10 @@ pub trait Blocks<const N: usize, const M: usize>: Sync {
     /// Which particles each is on, and their order.
     fn elements(&self) -> &Elements<N>;
 
-    /// Whether they are damped.
-    fn damped(&self) -> bool;
+    /// Whether they are damped; not by default.
+    fn damped(&self) -> bool {
+        false
+    }
 
     /// How far the corners of a block have to go [m], and the change of its multipliers.
     ///
@@ -116,6 +118,17 @@ impl Put<'_> {
     }
 }
 
+/// One iteration over the constraints of a body in their order, on one thread. Does not read multipliers, and keeps none.
+///
+/// # Panics
+/// If the constraints are of a body with more particles.
+pub fn iterate<const N: usize, const M: usize>(
+    blocks: &impl Blocks<N, M>,
+    particles: &mut Particles,
+) {
+    solve_all(blocks, particles.as_part(), Multipliers::Unused);
+}
+
 /// One sweep in the given order, on one thread.
 pub(crate) fn solve_all<const N: usize, const M: usize, B: Blocks<N, M>>(
     blocks: &B,
@@ -142,7 +155,9 @@ pub(crate) fn solve_batch<const N: usize, const M: usize, B: Blocks<N, M>>(
     multipliers: Multipliers,
     (put, instructions): (Put, Instructions),
 ) {
-    let batch = &blocks.elements().batches()[index];
+    // Asked for once: an app's own constraints may not give the same twice.
+    let elements = blocks.elements();
+    let batch = &elements.batches()[index];
     let reach = batch.particles();
     let Part {
         positions,
@@ -170,6 +185,7 @@ pub(crate) fn solve_batch<const N: usize, const M: usize, B: Blocks<N, M>>(
     let whole = matches!(target, Target::Whole);
     let sweep = Sweep {
         blocks,
+        elements,
         batch,
         target,
         origins: Origins {
@@ -274,24 +290,25 @@ enum Target {
 ///
 /// Invariant: all particles in the reach of the batch can be read at the origins, and their
 /// displacements and sums written, and nobody else does so.
-struct Sweep<'a, B> {
+struct Sweep<'a, B, const N: usize> {
     blocks: &'a B,
+    elements: &'a Elements<N>,
     batch: &'a Batch,
     target: Target,
     origins: Origins,
 }
 
 /// A sweep that nobody will ask for multipliers.
-struct Lean<'a, B, const N: usize, const M: usize, const DAMPED: bool>(Sweep<'a, B>);
+struct Lean<'a, B, const N: usize, const M: usize, const DAMPED: bool>(Sweep<'a, B, N>);
 
 /// A sweep that keeps multipliers.
 struct Kept<'a, 'm, B, const N: usize, const M: usize, const DAMPED: bool>(
-    Sweep<'a, B>,
+    Sweep<'a, B, N>,
     &'m mut [f32],
 );
 
 /// A sweep of either kind.
-struct Any<'a, 'm, B, const N: usize, const M: usize>(Sweep<'a, B>, Option<&'m mut [f32]>);
+struct Any<'a, 'm, B, const N: usize, const M: usize>(Sweep<'a, B, N>, Option<&'m mut [f32]>);
 
 impl<const N: usize, const M: usize, B: Blocks<N, M>> Work for Any<'_, '_, B, N, M> {
     #[inline(always)]
@@ -304,7 +321,7 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>> Work for Any<'_, '_, B, N,
             Target::Share(share) => share,
             Target::Sum { .. } => 0.0,
         };
-        sweep.each::<N, M>(
+        sweep.each::<M>(
             #[inline(always)]
             |sweep, block| {
                 let start = (block.first - offset) * M;
@@ -314,7 +331,7 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>> Work for Any<'_, '_, B, N,
                     Some(kept) => load_rows::<L, M>(simd, kept),
                     None => [f32x8::splat(simd, 0.0); M],
                 };
-                let change = sweep.project_towards::<L, N, M>(simd, block, damped, lambda);
+                let change = sweep.project_towards::<L, M>(simd, block, damped, lambda);
                 if let Some(kept) = kept {
                     store_rows(kept, lambda, change.map(|change| change * share));
                 }
@@ -328,10 +345,10 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> Work
 {
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
-        self.0.each::<N, M>(
+        self.0.each::<M>(
             #[inline(always)]
             |sweep, block| {
-                sweep.project::<L, N, M, DAMPED>(simd, block, None);
+                sweep.project::<L, M, DAMPED>(simd, block, None);
             },
         );
     }
@@ -344,13 +361,13 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> Work
     fn run<L: Lanes>(self, simd: L) {
         let Self(sweep, multipliers) = self;
         let offset = sweep.batch.constraints().start;
-        sweep.each::<N, M>(
+        sweep.each::<M>(
             #[inline(always)]
             |sweep, block| {
                 let start = (block.first - offset) * M;
                 let part = &mut multipliers[start..start + block.lanes * M];
                 let lambda = load_rows::<L, M>(simd, part);
-                let change = sweep.project::<L, N, M, DAMPED>(simd, block, Some(lambda));
+                let change = sweep.project::<L, M, DAMPED>(simd, block, Some(lambda));
                 store_rows(part, lambda, change);
             },
         );
@@ -375,14 +392,14 @@ fn padded<const N: usize>(
     }
 }
 
-impl<'a, B> Sweep<'a, B> {
+impl<B, const N: usize> Sweep<'_, B, N> {
     /// Block by block.
     #[inline(always)]
-    fn each<const N: usize, const M: usize>(&self, mut solve: impl FnMut(&Self, &Block<N>))
+    fn each<const M: usize>(&self, mut solve: impl FnMut(&Self, &Block<N>))
     where
         B: Blocks<N, M>,
     {
-        for (first, group) in self.blocks.elements().groups(self.batch) {
+        for (first, group) in self.elements.groups(self.batch) {
             if !B::APART {
                 padded(
                     (first, group),
@@ -421,7 +438,7 @@ impl<'a, B> Sweep<'a, B> {
 
     /// Projects the constraints of a block of the batch.
     #[inline(always)]
-    fn project<L: Lanes, const N: usize, const M: usize, const DAMPED: bool>(
+    fn project<L: Lanes, const M: usize, const DAMPED: bool>(
         &self,
         simd: L,
         block: &Block<N>,
@@ -443,7 +460,7 @@ impl<'a, B> Sweep<'a, B> {
 
     /// The same, and lets come of it what `target` says.
     #[inline(always)]
-    fn project_towards<L: Lanes, const N: usize, const M: usize>(
+    fn project_towards<L: Lanes, const M: usize>(
         &self,
         simd: L,
         block: &Block<N>,
@@ -648,19 +665,19 @@ pub(crate) const DEPENDENT: f32 = 1e-6;
 
 /// a − b, without weights.
 #[inline(always)]
-pub(crate) fn difference<L: Lanes>(a: &[f32x8<L>], b: &[f32x8<L>]) -> [f32x8<L>; 3] {
+pub fn difference<L: Lanes>(a: &[f32x8<L>], b: &[f32x8<L>]) -> [f32x8<L>; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 /// a · b.
 #[inline(always)]
-pub(crate) fn dot<L: Lanes>(a: &[f32x8<L>; 3], b: &[f32x8<L>; 3]) -> f32x8<L> {
+pub fn dot<L: Lanes>(a: &[f32x8<L>; 3], b: &[f32x8<L>; 3]) -> f32x8<L> {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// a × b.
 #[inline(always)]
-pub(crate) fn cross<L: Lanes>(a: &[f32x8<L>; 3], b: &[f32x8<L>; 3]) -> [f32x8<L>; 3] {
+pub fn cross<L: Lanes>(a: &[f32x8<L>; 3], b: &[f32x8<L>; 3]) -> [f32x8<L>; 3] {
     [
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
@@ -670,6 +687,6 @@ pub(crate) fn cross<L: Lanes>(a: &[f32x8<L>; 3], b: &[f32x8<L>; 3]) -> [f32x8<L>
 
 /// d s.
 #[inline(always)]
-pub(crate) fn scaled<L: Lanes>(d: &Vectors<L>, s: f32x8<L>) -> Vectors<L> {
+pub fn scaled<L: Lanes>(d: &Vectors<L>, s: f32x8<L>) -> Vectors<L> {
     [d[0] * s, d[1] * s, d[2] * s]
 }

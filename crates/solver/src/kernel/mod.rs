@@ -1,7 +1,14 @@
 //! Arithmetic on eight elements at once, and the projection of blocks of constraints.
+//!
+//! Constraints of an app's own, on elements of a [`Topology`](crate::Topology), implement [`Blocks`]; [`iterate`] goes over
+//! them eight at a time. `examples/custom_effect.rs` has one.
 
 pub mod block;
-pub mod fit;
-pub mod geometry;
+pub(crate) mod fit;
+pub(crate) mod geometry;
 pub mod lanes;
-pub mod sum;
+pub(crate) mod sum;
+
+pub use block::{Block, Blocks, Projection, cross, difference, dot, iterate, scaled};
+pub use fearless_simd::{f32x8, prelude as simd};
+pub use lanes::{Columns, Lanes, Vectors};

@@ -174,7 +174,7 @@ impl Shared {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::{thread, time::Duration};
+    use std::thread;
 
     #[test]
     fn work_is_done_whoever_comes_and_the_pool_lives_on() {
@@ -201,12 +201,18 @@ mod tests {
         let came = [const { AtomicUsize::new(0) }; 4];
         pool.share(&|member| {
             came[member].fetch_add(1, Ordering::Relaxed);
-            thread::sleep(Duration::from_millis(50));
+            // All must have come before one goes.
+            while came
+                .iter()
+                .map(|it| it.load(Ordering::Relaxed))
+                .sum::<usize>()
+                < 4
+            {
+                thread::yield_now();
+            }
         });
         let came = came.map(AtomicUsize::into_inner);
-        assert_eq!(came[0], 1, "the caller");
-        assert!(came.iter().all(|&count| count <= 1), "{came:?}");
-        assert!(came.iter().sum::<usize>() > 1, "no worker came in 50 ms");
+        assert_eq!(came, [1; 4], "the caller is number 0");
     }
 
     #[test]
@@ -255,7 +261,8 @@ mod tests {
         let caught = AtomicUsize::new(0);
         thread::scope(|scope| {
             scope.spawn(|| {
-                for _ in 0..2000 {
+                // Until a worker has come.
+                while caught.load(Ordering::Relaxed) < 100 {
                     let ended = catch_unwind(AssertUnwindSafe(|| {
                         pool.share(&|member| {
                             if member > 0 {
@@ -271,6 +278,6 @@ mod tests {
                 pool.share(&|_| (0..200).for_each(|_| std::hint::spin_loop()));
             }
         });
-        assert!(caught.into_inner() > 0, "no worker ever came");
+        assert_eq!(caught.into_inner(), 100);
     }
 }

@@ -1,8 +1,8 @@
-//! Elastic effects by their rows, shapes and pressure.
+//! Elastic effects by their rows.
 
 use super::{Body, Pass};
 use crate::{
-    Pressure, ShapeMatching, Substep, effects::shape_matching, effects::shape_matching::Place,
+    Substep, effects::body_effect::ReferencePass, effects::body_kinds::BodyEffectKind,
     elastic::Elastic, elastic::Point, elastic::Row, elastic::Visit, kernel::block::DEPENDENT,
     method::Averaging, method::Masses,
 };
@@ -20,31 +20,9 @@ impl Body {
         }
         let effects = self.effects;
         effects.visit(&mut Pull(self));
-        if effects.shape_matching.is_some() {
-            let at = |i: u32| place(&self.x, &self.p, &self.w, i);
-            let moves = self.matching.pull(&self.topology, at);
-            go(&mut self.x, moves);
-        }
-        if let (Some(_), Ok(enclosure)) = (effects.pressure, self.topology.enclosure()) {
-            let at = |i: u32| self.x[i as usize];
-            // There is nothing yet in the first substep.
-            self.pressure_state
-                .gradients
-                .resize(self.x.len(), DVec3::ZERO);
-            enclosure.volume_and_gradients(&self.topology, at, &mut self.pressure_state.gradients);
-            self.blow(self.pressure_state.multiplier);
-        }
-    }
-
-    /// Moves every particle by w ∇V λ.
-    pub(super) fn blow(&mut self, lambda: f64) {
-        let all = self
-            .x
-            .iter_mut()
-            .zip(&self.w)
-            .zip(&self.pressure_state.gradients);
-        for ((x, w), gradient) in all {
-            *x += *gradient * (w * lambda);
+        for &kind in BodyEffectKind::ALL {
+            let (states, particles) = self.split();
+            states.pull((&effects, kind), particles);
         }
     }
 
@@ -59,7 +37,12 @@ impl Body {
         self.lambdas[E::KIND as usize] = lambdas;
     }
 
-    /// One sweep over the constraints of all elastic effects by XPBD, and of pressure; λ starts at 0
+    /// A pass of one effect without elements, by XPBD in a substep of `h` seconds; λ starts at 0 with the first.
+    pub fn solve_by_itself(&mut self, kind: BodyEffectKind, h: f64, first: bool) {
+        self.solve_effect(kind, &ReferencePass::alone(h, first));
+    }
+
+    /// One sweep over the constraints of all elastic effects by XPBD, of shapes and of pressure; λ starts at 0
     /// with the first sweep of a substep.
     pub fn solve_elastic(&mut self, h: f64, first: bool) {
         self.visit_elastic(Pass {
@@ -68,12 +51,16 @@ impl Body {
             share: 1.0,
             averaging: None,
         });
+        for kind in [BodyEffectKind::ShapeMatching, BodyEffectKind::Pressure] {
+            self.solve_by_itself(kind, h, first);
+        }
     }
 
     /// Sweep number `iteration` of a substep by its method.
+    /// `h` is the length of the substep as compliances have it [s].
     pub(super) fn sweep(&mut self, step: &Substep, h: f64, iteration: u32, first: bool) {
         self.visit_elastic(Pass {
-            h: step.method.compliant_seconds(h),
+            h,
             first,
             share: step.method.share().into(),
             averaging: step.averaging(iteration),
@@ -92,38 +79,6 @@ impl Body {
         }
         let effects = self.effects;
         effects.visit(&mut Solve(self, sweep));
-        if let Some(effect) = &effects.shape_matching {
-            let Pass {
-                h, first, share, ..
-            } = sweep;
-            let sweep = shape_matching::Pass { h, first, share };
-            self.match_shapes(effect, sweep);
-        }
-        if let Some(pressure) = effects.pressure {
-            self.solve_pressure(&pressure, sweep.h, sweep.first);
-        }
-    }
-
-    /// One sweep over the regions whose shapes are matched.
-    pub(super) fn match_shapes(&mut self, effect: &ShapeMatching, sweep: shape_matching::Pass) {
-        let at = |i: u32| place(&self.x, &self.p, &self.w, i);
-        let moves = self.matching.sweep(&self.topology, effect, sweep, at);
-        go(&mut self.x, moves);
-    }
-
-    /// One sweep of pressure.
-    pub fn solve_pressure(&mut self, pressure: &Pressure, h: f64, first: bool) {
-        let topology = Arc::clone(&self.topology);
-        let Ok(enclosure) = topology.enclosure() else {
-            return;
-        };
-        if first {
-            self.pressure_state.multiplier = 0.0;
-        }
-        let (at, weight) = (|i: u32| self.x[i as usize], |i: usize| self.w[i]);
-        let body = (&*topology, enclosure);
-        let change = self.pressure_state.sweep(pressure, body, at, weight, h);
-        self.blow(change);
     }
 
     /// Moves every particle to the mean of where the constraints of an effect would have it, each by
@@ -241,23 +196,8 @@ impl Body {
     }
 }
 
-fn place(x: &[DVec3], p: &[DVec3], w: &[f64], i: u32) -> Place {
-    let i = i as usize;
-    Place {
-        x: x[i],
-        p: p[i],
-        w: w[i],
-    }
-}
-
-fn go(x: &mut [DVec3], moves: &[DVec3]) {
-    for (x, by) in x.iter_mut().zip(moves) {
-        *x += by;
-    }
-}
-
 /// Δλ of XPBD's equation 26 with γ = τ/h, for all equations of an element together; `way` is x − p.
-pub(super) fn xpbd<const N: usize, const M: usize>(
+fn xpbd<const N: usize, const M: usize>(
     rows: &[Row<N>; M],
     w: [f64; N],
     way: [DVec3; N],

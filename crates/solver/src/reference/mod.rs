@@ -8,27 +8,25 @@
 //! averaged passes, the ground, colliders, stitches, hands and second-order steps.
 //!
 //! **Shared** with it are the equations of elastic effects ([rows](crate::elastic::Elastic::rows), which kernels do not
-//! use), forces, shape matching, what pressure knows of its walls, the nearest pins of tethers, poses of colliders,
+//! use), forces, where a grab is, shape matching, what pressure knows of its walls, the nearest pins of tethers, poses of colliders,
 //! contacts between bodies, and repair. An error in these shows in both alike, so that they are tested against finite differences and closed
 //! forms.
 
-mod contact;
 mod elastic;
-mod holds;
 mod motion;
 
-use contact::Pushed;
-
 use crate::{
-    Contacts, Effects, ElasticKind, Repair, Settings, ShapeMatchingState, Stitches, Substep,
-    SurfacePoint, TetherTargets, Topology,
+    Contacts, Effects, ElasticKind, Repair, Settings, Stitches, Substep, Topology,
     contact::{Collider, pairs::Between},
-    effects::pressure::PressureState,
+    effects::{
+        body_effect::{BodyPhase, ReferenceParticles, ReferencePass},
+        body_kinds::{BodyEffectKind, ReferenceStates},
+    },
     force::Moment,
     method::Averaging,
     step::together::are_needed,
 };
-use glam::{DVec3, Vec4};
+use glam::DVec3;
 use std::sync::Arc;
 
 /// Bodies and colliders in f64.
@@ -65,28 +63,12 @@ pub struct Body {
     pub v: Vec<DVec3>,
     /// Inverse masses w [1/kg], 0 for pins.
     pub w: Vec<f64>,
-    /// The elastic effects, pressure, the forces and contacts of bodies; others of these are not looked at.
+    /// The effects that it carries, but for stitches.
     pub effects: Effects,
-    /// Tethers, if there are any: particle, pin, and how far it may be from it [m].
-    pub tethers: Vec<(usize, usize, f64)>,
-    /// Its stitches, and λ of each.
-    pub stitches: (Stitches, Vec<DVec3>),
-    /// A hold, if there is one.
-    pub grab: Option<Hold>,
-    /// Ground, if there is one: height [m], µ, e.
-    pub ground: Option<(f64, f64, f64)>,
-    /// Height of a ground that sticks [m], if there is one.
-    pub sticky_ground: Option<f64>,
-    /// Friction µ and restitution e against colliders, if the body meets them.
-    pub collide: Option<(f64, f64)>,
-    /// What the ground and colliders have done in the substep under way, particle by particle.
-    rigid: (Vec<Pushed>, Vec<Pushed>),
+    /// What is kept of those without elements, and the stitches.
+    states: ReferenceStates,
     /// λ of the constraints of each elastic effect; empty before the first sweep.
     pub lambdas: [Vec<f64>; ElasticKind::COUNT],
-    /// λ of the pressure.
-    pub pressure_state: PressureState,
-    /// The regions whose shapes are matched: their one formula is in `f64`, and the fast solver has it too.
-    pub matching: ShapeMatchingState,
     /// What of it is under repair.
     repair: Repair,
     /// What [steps of second order](crate::history) need of the substep before.
@@ -110,18 +92,6 @@ struct Past {
     touched: bool,
 }
 
-/// A grab.
-#[derive(Debug, Clone, Copy)]
-pub struct Hold {
-    point: SurfacePoint,
-    target: DVec3,
-    from: DVec3,
-    compliance: f64,
-    damping: f64,
-    max_force: f64,
-    multiplier: f64,
-}
-
 /// A sweep over the constraints of elastic effects.
 #[derive(Clone, Copy)]
 struct Pass {
@@ -134,9 +104,6 @@ struct Pass {
     /// How ways are averaged, if they are.
     averaging: Option<Averaging>,
 }
-
-/// See the fast solver's constant of the same name.
-const UP_OVER: f64 = 0.4;
 
 impl World {
     /// The same world in f64. Sleep and quarantine are left out: all bodies are always stepped.
@@ -163,13 +130,16 @@ impl World {
             let compliant = self.settings.method.compliant_seconds(h);
             for _ in 0..sweeps {
                 body.solve_elastic(compliant, true);
-                body.solve_tethers();
+                body.solve_effect(
+                    BodyEffectKind::Tethers,
+                    &ReferencePass::alone(compliant, true),
+                );
                 // What is below the ground by as little as this is thrown out of it as fast.
                 for (x, w) in body.x.iter_mut().zip(&body.w) {
-                    if let Some((height, ..)) = body.ground
+                    if let Some(ground) = body.effects.ground
                         && *w > 0.0
                     {
-                        x.y = x.y.max(height);
+                        x.y = x.y.max(ground.height.into());
                     }
                 }
             }
@@ -183,8 +153,12 @@ impl World {
         for index in 0..substeps {
             self.substep(&self.settings.substep(index));
         }
-        for hold in self.bodies.iter_mut().filter_map(|body| body.grab.as_mut()) {
-            hold.from = hold.target;
+        for grab in self
+            .bodies
+            .iter_mut()
+            .filter_map(|body| body.effects.grab.as_mut())
+        {
+            grab.from = grab.target;
         }
         self.time += self.settings.tick_seconds();
     }
@@ -200,12 +174,14 @@ impl World {
             keeps_multipliers,
             contacts,
         } = self;
-        let substeps = settings.substeps.get();
         let whole = settings.substep_seconds();
         let gravity = settings.gravity.as_dvec3();
         let start = *time + whole * f64::from(step.index);
         let end = start + whole;
-        let share = f64::from(step.index + 1) / f64::from(substeps);
+        let colliders: Vec<_> = colliders
+            .iter()
+            .map(|it| (it.shape, it.pose_at(start), it.pose_at(end)))
+            .collect();
         for body in &mut *bodies {
             body.h = whole;
         }
@@ -213,6 +189,16 @@ impl World {
         if touch {
             contacts.begin(bodies, step);
         }
+        let pass = |h: f64, iteration: u32| ReferencePass {
+            colliders: &colliders,
+            gravity,
+            h,
+            compliant: step.method.compliant_seconds(h),
+            share: step.method.share().into(),
+            substep: (step.index, step.count),
+            iteration: (iteration, step.sweeps()),
+            is_anew: iteration == 0 && !*keeps_multipliers,
+        };
         for (place, body) in bodies.iter_mut().enumerate() {
             let is_near = touch && contacts.is_near(place);
             if step.index == 0 {
@@ -220,14 +206,7 @@ impl World {
             }
             body.draw(whole);
             body.h = if settings.order.get() == 2 && !*keeps_multipliers {
-                let swept = colliders.iter().map(|collider| {
-                    (
-                        collider.shape,
-                        collider.pose_at(start),
-                        collider.pose_at(end),
-                    )
-                });
-                body.look_back(whole, gravity, is_near, swept)
+                body.look_back(whole, gravity, is_near, &colliders)
             } else {
                 whole
             };
@@ -240,19 +219,17 @@ impl World {
                 }
             }
             body.presolve(h, gravity);
+            body.solve_effects(BodyPhase::Prediction, &pass(h, 0));
             if *keeps_multipliers && !step.method.is_rigid() {
                 body.pull();
             }
         }
         for iteration in 0..step.sweeps() {
-            let anew = iteration == 0 && !*keeps_multipliers;
-            let ends = (iteration == 0, iteration + 1 == step.sweeps());
             for body in &mut *bodies {
-                let h = body.h;
-                body.sweep(step, h, iteration, anew);
-                body.solve_stitches(colliders, end, h, ends);
-                body.solve_tethers();
-                body.solve_grab(h, share, f64::from(substeps), iteration == 0);
+                let pass = pass(body.h, iteration);
+                body.sweep(step, pass.compliant, iteration, pass.is_anew);
+                body.solve_effects(BodyPhase::Iteration, &pass);
+                body.solve_effects(BodyPhase::IterationEnd, &pass);
             }
             for _ in 0..step.contacts_after(iteration) {
                 if touch {
@@ -260,13 +237,8 @@ impl World {
                     contacts.solve(bodies, Between::Itself);
                 }
                 for body in &mut *bodies {
-                    let h = body.h;
-                    body.solve_ground(h, gravity);
-                    for (number, collider) in colliders.iter().enumerate() {
-                        let (from, to) = (collider.pose_at(start), collider.pose_at(end));
-                        let shape = (number, collider.shape);
-                        body.solve_collider(h, gravity, shape, (&from, &to));
-                    }
+                    let pass = pass(body.h, iteration);
+                    body.solve_effects(BodyPhase::Contact, &pass);
                 }
             }
         }
@@ -312,16 +284,11 @@ impl Body {
                 .map(|x| f64::from(x.w))
                 .collect(),
             effects: Effects::default(),
-            tethers: Vec::new(),
-            stitches: (body.stitches.clone(), Vec::new()),
-            grab: None,
-            ground: None,
-            sticky_ground: None,
-            collide: None,
-            rigid: Default::default(),
+            states: ReferenceStates {
+                stitches: (body.stitches.clone(), Vec::new()),
+                ..ReferenceStates::default()
+            },
             lambdas: Default::default(),
-            pressure_state: PressureState::default(),
-            matching: ShapeMatchingState::default(),
             repair: Repair::default(),
             past: Past::default(),
             h: 0.0,
@@ -334,36 +301,58 @@ impl Body {
     /// Carries these effects from now on, and no others.
     pub fn carry(&mut self, effects: &Effects) {
         self.effects = *effects;
-        self.tethers.clear();
-        if let Some(tethers) = effects.tethers {
-            let places = self.x.iter().zip(&self.w);
-            let places: Vec<Vec4> = places.map(|(x, &w)| x.as_vec3().extend(w as f32)).collect();
-            let most = 1.0 + f64::from(tethers.slack);
-            let tether_targets = TetherTargets::of(&self.topology, &places);
-            let ways = tether_targets
-                .ways()
-                .map(|(i, pin, way)| (i, pin, way * most));
-            self.tethers.extend(ways);
+        self.states
+            .prepare(effects, &self.topology, &self.x, &self.w);
+    }
+
+    /// Its stitches, broken ones too.
+    #[must_use]
+    pub fn stitches(&self) -> &Stitches {
+        &self.states.stitches.0
+    }
+
+    /// A pass of all effects without elements that act in a phase.
+    fn solve_effects(&mut self, phase: BodyPhase, pass: &ReferencePass) {
+        for &kind in BodyEffectKind::ALL {
+            if kind.phase() == phase {
+                self.solve_effect(kind, pass);
+            }
         }
-        if let Some(effect) = &effects.shape_matching {
-            self.matching.update(&self.topology, effect);
+    }
+
+    /// A pass of one of them.
+    fn solve_effect(&mut self, kind: BodyEffectKind, pass: &ReferencePass) {
+        let effects = self.effects;
+        let (states, particles) = self.split();
+        states.solve((&effects, kind), particles, pass);
+    }
+
+    /// What effects without elements keep, and the particles as they have them.
+    fn split(&mut self) -> (&mut ReferenceStates, ReferenceParticles<'_>) {
+        let particles = ReferenceParticles {
+            topology: &self.topology,
+            x: &mut self.x,
+            p: &mut self.p,
+            from: &self.from,
+            w: &self.w,
+            touched: &mut self.past.touched,
+        };
+        (&mut self.states, particles)
+    }
+}
+
+impl ReferencePass<'_> {
+    /// The only pass of a substep of `h` seconds, without colliders, and without gravity.
+    fn alone(h: f64, is_anew: bool) -> Self {
+        Self {
+            colliders: &[],
+            gravity: DVec3::ZERO,
+            h,
+            compliant: h,
+            share: 1.0,
+            substep: (0, 1),
+            iteration: (0, 1),
+            is_anew,
         }
-        self.grab = effects.grab.map(|grab| Hold {
-            point: grab.point,
-            target: grab.target.as_dvec3(),
-            from: grab.from.as_dvec3(),
-            compliance: grab.compliance.into(),
-            damping: grab.damping.into(),
-            max_force: grab.max_force.into(),
-            multiplier: 0.0,
-        });
-        self.ground = effects.ground.map(|ground| {
-            let height = f64::from(ground.height);
-            (height, ground.friction.into(), ground.restitution.into())
-        });
-        self.sticky_ground = effects.sticky_ground.map(|ground| f64::from(ground.height));
-        self.collide = effects
-            .collide
-            .map(|collide| (collide.friction.into(), collide.restitution.into()));
     }
 }

@@ -1,13 +1,11 @@
 //! Forces, prediction and velocities, and what is done around the stages.
 
-use super::{
-    Body, Past,
-    contact::{Pushed, exit},
-};
+use super::{Body, Past};
 use crate::{
-    Effects, Settings, Topology, contact::ColliderShape, contact::Pose, contact::pairs::Tangible,
-    force::Force, force::Moment, force::Mote, force::VisitForces, history::SHARE, repair::Motes,
-    repair::Repairable, spin::Motion, spin::is_free,
+    Effects, Settings, Topology, contact::ColliderShape, contact::Pose, contact::exit,
+    contact::pairs::Tangible, force::Force, force::Moment, force::Mote, force::VisitForces,
+    history::SHARE, repair::Motes, repair::Repairable, rolling::Pressed, spin::Motion,
+    spin::is_free,
 };
 use glam::DVec3;
 use std::{cell::Cell, sync::Arc};
@@ -125,15 +123,22 @@ impl Body {
         h: f64,
         gravity: DVec3,
         is_near: bool,
-        swept: impl Iterator<Item = (ColliderShape, Pose, Pose)> + Clone,
+        swept: &[(ColliderShape, Pose, Pose)],
     ) -> f64 {
-        let heights = [self.ground.map(|(height, ..)| height), self.sticky_ground];
-        let height = heights.into_iter().flatten().reduce(f64::max);
+        let heights = [
+            self.effects.ground.map(|ground| ground.height),
+            self.effects.sticky_ground.map(|ground| ground.height),
+        ];
+        let height = heights
+            .into_iter()
+            .flatten()
+            .reduce(f32::max)
+            .map(f64::from);
         let meets = (0..self.x.len()).filter(|&i| self.w[i] > 0.0).any(|i| {
             let (from, to) = (self.x[i], self.x[i] + (self.v[i] + gravity * h) * h);
             height.is_some_and(|height| from.y.min(to.y) <= height)
-                || self.collide.is_some()
-                    && swept.clone().any(|(shape, start, end)| {
+                || self.effects.collide.is_some()
+                    && swept.iter().any(|&(shape, start, end)| {
                         exit(shape, start.undo(from), end.undo(to)).is_some()
                     })
         });
@@ -167,10 +172,7 @@ impl Body {
     }
 
     pub(super) fn presolve(&mut self, h: f64, gravity: DVec3) {
-        for pushed in [&mut self.rigid.0, &mut self.rigid.1] {
-            pushed.clear();
-            pushed.resize(self.x.len(), Pushed::default());
-        }
+        self.states.begin(&self.effects, self.x.len());
         for i in 0..self.x.len() {
             self.p[i] = self.x[i];
             self.from[i] = self.x[i];
@@ -179,14 +181,6 @@ impl Body {
                 self.x[i] += self.v[i] * h;
             } else {
                 self.v[i] = DVec3::ZERO;
-            }
-            if let Some(height) = self.sticky_ground
-                && self.x[i].y < height
-                && self.w[i] > 0.0
-            {
-                self.x[i] = self.p[i];
-                self.x[i].y = height;
-                self.past.touched = true;
             }
         }
     }
@@ -197,7 +191,7 @@ impl Body {
         let asked = settings.keep_spin.get() == 1 && settings.order.get() == 1;
         let free = asked
             && settings.method.keeps_speed().is_none()
-            && is_free(&self.effects, &self.stitches.0)
+            && is_free(&self.effects, self.stitches())
             && self.w.iter().all(|w| *w > 0.0);
         free.then(|| self.motion().angular)
     }
@@ -243,6 +237,29 @@ impl Body {
     pub(super) fn postsolve(&mut self, h: f64) {
         for i in 0..self.x.len() {
             self.v[i] = (self.x[i] - self.p[i]) / h;
+        }
+    }
+
+    /// Ends a substep in which the ground may have [resisted](crate::rolling) that the body rolls.
+    pub(super) fn resist_rolling(&mut self, h: f64) {
+        let Some(ground) = self.effects.rolling_ground() else {
+            return;
+        };
+        let mut pressed = Pressed::default();
+        for (i, pushed) in self.states.ground.iter().enumerate() {
+            if pushed.normal > 0.0 {
+                pressed.add(1.0 / self.w[i], self.x[i], pushed.normal, pushed.friction);
+            }
+        }
+        if self.w.contains(&0.0) {
+            return;
+        }
+        if let Some((turn, center)) = pressed.resist(&ground, &self.motion(), h) {
+            for (v, x) in self.v.iter_mut().zip(&mut self.x) {
+                let change = turn.cross(*x - center);
+                *v -= change;
+                *x -= change * h;
+            }
         }
     }
 

@@ -14,20 +14,29 @@ pub use super::{
 use super::kernels::{Kernels, Work, halves_of};
 pub(crate) use super::stage::Solve;
 use crate::{
-    Collide, ContactMultiplier, Effects, ElasticKind, ForceKind, Substep, Topology,
-    contact::{collider, ground},
+    BodyEffectKind, Effects, ElasticKind, ForceKind, Substep, Topology,
     direct::Iteration,
-    effects::{pressure::PressureState, shape_matching::Pass},
+    effects::body_effect::{BodyPass, Resting},
     executor::PhaseExecutor,
     force::Moment,
     kernel::block::Put,
     particles::Part,
     partitions::Piece,
-    phases::{Phase, Phases, Side, Task},
+    phases::{Phase, Phases, Task},
     shared_body::SharedBody,
     stages,
+    step::scope::Side,
 };
 use std::{iter, ops::Range, sync::Arc};
+
+/// Friction on ground and colliders. The energy ledger does a pass without it, to tell apart what it does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Friction {
+    /// As effects have it.
+    Acts,
+    /// Surfaces only push.
+    IsLeftOut,
+}
 
 /// Tasks with their sides: at most four of a stage.
 type Tasks = iter::Flatten<std::array::IntoIter<Option<(Task, Side)>, 4>>;
@@ -55,7 +64,6 @@ impl Stage {
                 [tasks[0], tasks[1], None, None]
             }
             Self::Presolve => one(Task::Begin, Side::Any),
-            Self::StickyGround => one(Task::Stick, Side::Any),
             Self::Elastic(kind) => {
                 let [first, second, loose] =
                     halves_of(kind, topology, Task::Elastic { kind, sweep });
@@ -65,19 +73,17 @@ impl Stage {
                 });
                 [first, second, loose, average]
             }
-            Self::ShapeMatching => one(Task::MatchShapes { iteration }, Side::Whole),
-            Self::Pressure => one(Task::Pressure { iteration }, Side::Whole),
-            Self::Stitches => {
-                let sweep = (iteration, step.sweeps());
-                one(Task::Stitch { substep, sweep }, Side::Whole)
+            Self::Body(kind) => {
+                let task = Task::Body {
+                    kind,
+                    substep,
+                    iteration,
+                };
+                one(task, kind.side())
             }
             // There is nothing to smooth.
             Self::Direct if iteration >= step.iterations => [None; 4],
             Self::Direct => one(Task::Direct { iteration }, Side::Whole),
-            Self::Tethers => one(Task::Tether, Side::Any),
-            Self::Grab => one(Task::Grab { substep, iteration }, Side::Whole),
-            Self::Ground => one(Task::Ground, Side::Any),
-            Self::Collide => one(Task::Collide { substep }, Side::Any),
             Self::Postsolve => one(Task::End { substep }, Side::Any),
         }
         .into_iter()
@@ -94,17 +100,22 @@ impl Stepper<'_> {
         } = self;
         for kind in ElasticKind::ALL {
             let kept = read && effects.has(kind);
-            self.lambdas.make_room(kind, topology, kept);
+            self.states.make_room(kind, topology, kept);
         }
-        if effects.pressure.is_none() {
-            self.lambdas.pressure_state = PressureState::default();
-        }
-        if effects.shape_matching.is_none() {
-            self.lambdas.matching = None;
-        }
-        if effects.tethers.is_some() {
-            self.tether_targets
-                .update(topology, &self.particles.positions);
+        let positions = &self.particles.positions;
+        self.states.others.begin_tick(effects, topology, positions);
+    }
+
+    /// Brings what those effects without elements keep that `act` in line with the body.
+    pub(crate) fn prepare_effects(&mut self, step: &Substep, act: impl Fn(BodyEffectKind) -> bool) {
+        let body = Resting {
+            topology: self.topology,
+            step,
+        };
+        for &kind in BodyEffectKind::ALL {
+            if act(kind) {
+                self.states.others.prepare((self.effects, kind), &body);
+            }
         }
     }
 
@@ -191,7 +202,7 @@ impl Stepper<'_> {
             self.look_for_damage(context);
         }
         let repaired = !self.particles.repair.is_empty();
-        let flows = self.effects.plasticity.is_some() || self.effects.resists_rolling();
+        let flows = self.effects.plasticity.is_some() || self.effects.rolling_ground().is_some();
         if !begins && !repaired && !flows {
             return self.advance_together(substeps, context);
         }
@@ -228,10 +239,9 @@ impl Stepper<'_> {
         let stitched = !self.stitches.is_empty();
         let any = settings.substep(0);
         let averages = any.averaging(any.sweeps() - 1).is_some();
-        self.lambdas
+        self.states
             .make_sums(if averages { topology.particles() } else { 0 });
-        self.find_regions();
-        self.keep_rigid_contacts(&any);
+        self.prepare_effects(&settings.substep(substeps.start), |_| true);
         let solve = Solve::of(&effects, stitched, settings.method);
         let first = substeps.start;
         let mut forces = ForceKind::ALL
@@ -260,14 +270,19 @@ impl Stepper<'_> {
                 .chain(forces.flat_map(move |kind| of_stage(Stage::Force(kind), 0)))
                 .chain(fade)
                 .chain(iter::once((start, Side::Any)))
-                .chain(of_stage(Stage::StickyGround, 0))
+                .chain(Stage::prediction().flat_map(move |stage| of_stage(stage, 0)))
                 .chain(sweeps)
         });
         let sweeps = substeps.len() * any.sweeps() as usize;
         let end = substeps
             .last()
             .map(|substep| (Task::End { substep }, Side::Any));
-        self.run(topology, tasks.chain(end), sweeps, context)
+        self.run(
+            topology,
+            (tasks.chain(end), Friction::Acts),
+            sweeps,
+            context,
+        )
     }
 
     /// Does one stage of a substep.
@@ -281,20 +296,30 @@ impl Stepper<'_> {
         iteration: u32,
         context: &StepContext,
     ) -> Result<(), NotFinite> {
+        self.stage_with((stage, Friction::Acts), step, iteration, context)
+    }
+
+    /// Does one stage of a substep, with or without friction on ground and colliders.
+    pub(crate) fn stage_with(
+        &mut self,
+        (stage, friction): (Stage, Friction),
+        step: &Substep,
+        iteration: u32,
+        context: &StepContext,
+    ) -> Result<(), NotFinite> {
         if stage == Stage::Flow {
             self.flow(step, context);
             return Ok(());
         }
         let shape = Arc::clone(self.topology);
         if matches!(stage, Stage::Elastic(_)) && step.averaging(iteration).is_some() {
-            self.lambdas.make_sums(shape.particles());
+            self.states.make_sums(shape.particles());
         }
-        self.find_regions();
-        self.keep_rigid_contacts(step);
+        self.prepare_effects(step, |kind| stage == Stage::Body(kind));
         let stitched = !self.stitches.is_empty();
         let tasks = stage.tasks(&shape, (self.effects, stitched), step, iteration);
         let sweeps = usize::from(matches!(stage, Stage::Elastic(_)));
-        self.run(&shape, tasks, sweeps, context)
+        self.run(&shape, (tasks, friction), sweeps, context)
     }
 
     /// Does some stages of a substep, with the numbers of their iterations, in one go.
@@ -313,39 +338,24 @@ impl Stepper<'_> {
         let stitched = !self.stitches.is_empty();
         let averages = step.averaging(step.sweeps() - 1).is_some();
         let sums = if averages { topology.particles() } else { 0 };
-        self.lambdas.make_sums(sums);
-        self.find_regions();
-        self.keep_rigid_contacts(step);
+        self.states.make_sums(sums);
+        self.prepare_effects(step, |kind| {
+            let mut stages = stages.clone();
+            stages.any(|(stage, _)| stage == Stage::Body(kind))
+        });
         let effects = &effects;
         let mut elastic = stages.clone();
         let sweeps = usize::from(elastic.any(|(stage, _)| matches!(stage, Stage::Elastic(_))));
         let tasks = stages.flat_map(move |(stage, iteration)| {
             stage.tasks(topology, (effects, stitched), step, iteration)
         });
-        self.run(topology, tasks, sweeps, context)
+        self.run(topology, (tasks, Friction::Acts), sweeps, context)
     }
 
     /// Does one stage that is not the last, which alone looks for what is not finite.
     pub fn act(&mut self, stage: Stage, step: &Substep, iteration: u32, context: &StepContext) {
         let done = self.stage(stage, step, iteration, context);
         debug_assert!(done.is_ok(), "{stage:?} looks for what is not finite");
-    }
-
-    /// Brings the regions whose shapes are matched in line with their size.
-    pub(crate) fn find_regions(&mut self) {
-        if let Some(effect) = &self.effects.shape_matching {
-            let matching = self.lambdas.matching.get_or_insert_default();
-            matching.update(self.topology, effect);
-        }
-    }
-
-    /// Makes room for multipliers of contact with ground and colliders, if they are needed.
-    fn keep_rigid_contacts(&mut self, step: &Substep) {
-        if self.effects.keeps_rigid_contacts(step) {
-            self.lambdas
-                .rigid
-                .make_room(self.effects, self.topology.particles());
-        }
     }
 
     /// Lets rest values flow at the end of a substep, if it is time to.
@@ -366,14 +376,17 @@ impl Stepper<'_> {
     fn run(
         &mut self,
         topology: &Topology,
-        tasks: impl Iterator<Item = (Task, Side)> + Clone + Send + Sync,
+        (tasks, friction): (
+            impl Iterator<Item = (Task, Side)> + Clone + Send + Sync,
+            Friction,
+        ),
         sweeps: usize,
         context: &StepContext,
     ) -> Result<(), NotFinite> {
         let partitions = &topology.partitions;
         let projections = self.effects.constraints(topology) * sweeps;
         let phases = Phases::new(tasks, partitions);
-        let task_context = TaskContext::new(topology, self, context);
+        let task_context = TaskContext::new(topology, self, friction, context);
         let shared = SharedBody::new(self);
         // SAFETY: pieces of a phase share no particle and no constraint, and a phase begins when
         // all pieces of the one before are done.
@@ -407,10 +420,16 @@ struct TaskContext<'a> {
     /// The same as compliances have it by the method.
     compliant: f32,
     kernels: Kernels<'a>,
+    friction: Friction,
 }
 
 impl<'a> TaskContext<'a> {
-    fn new(topology: &'a Topology, body: &Stepper<'a>, context: &'a StepContext<'a>) -> Self {
+    fn new(
+        topology: &'a Topology,
+        body: &Stepper<'a>,
+        friction: Friction,
+        context: &'a StepContext<'a>,
+    ) -> Self {
         let Stepper { effects, .. } = body;
         let h = body
             .particles
@@ -426,6 +445,7 @@ impl<'a> TaskContext<'a> {
             h,
             compliant,
             kernels: Kernels::new(effects, topology, compliant),
+            friction,
         }
     }
 
@@ -499,17 +519,12 @@ impl<'a> TaskContext<'a> {
             }
             Task::Begin => {
                 // SAFETY: the caller's promise.
-                unsafe { forget(shared, piece) };
+                unsafe { shared.states.begin(&piece.particles) };
                 stages::presolve(part, self.h, settings.gravity, instructions);
-            }
-            Task::Stick => {
-                if let Some(sticky) = &self.effects.sticky_ground {
-                    shared.touch(ground::stick(part, sticky));
-                }
             }
             Task::Turn { substep } => {
                 // SAFETY: the caller's promise.
-                unsafe { forget(shared, piece) };
+                unsafe { shared.states.begin(&piece.particles) };
                 stages::turn(part, self.h, settings.gravity, instructions)
                     .map_err(not_finite(substep))?;
             }
@@ -538,29 +553,31 @@ impl<'a> TaskContext<'a> {
                 // SAFETY: the caller's promise.
                 unsafe { self.kernels.solve(kind, work) };
             }
-            Task::MatchShapes { iteration } => {
-                // SAFETY: shapes are matched on the whole body, which is one piece.
-                let matching = unsafe { shared.matching() };
-                if let (Some(effect), Some(matching)) = (&self.effects.shape_matching, matching) {
-                    let sweep = Pass {
-                        h: self.compliant.into(),
-                        first: iteration == 0,
-                        share: self.any.method.share().into(),
-                    };
-                    matching.solve(self.topology, effect, sweep, part);
-                }
-            }
-            Task::Pressure { iteration } => {
-                if let Some(pressure) = &self.effects.pressure {
-                    // SAFETY: pressure is on the whole body, which is one piece.
-                    let pressure_state = unsafe { shared.pressure_state() };
-                    let h = self.compliant;
-                    pressure.solve(self.topology, part, pressure_state, h, iteration);
-                }
+            Task::Body {
+                kind,
+                substep,
+                iteration,
+            } => {
+                let pass = BodyPass {
+                    topology: self.topology,
+                    first,
+                    colliders: self.context.swept.of(substep),
+                    gravity: settings.gravity,
+                    h: self.h,
+                    compliant: self.compliant,
+                    share: self.any.method.share(),
+                    substep: (substep, self.any.count),
+                    iteration: (iteration, self.any.sweeps()),
+                    is_frictionless: self.friction == Friction::IsLeftOut,
+                };
+                let effect = (&self.effects, kind);
+                let particles = piece.particles.clone();
+                // SAFETY: the caller's promise; an effect on the whole body has it in one piece.
+                shared.touch(unsafe { shared.states.solve(effect, particles, part, &pass) });
             }
             Task::Direct { iteration } => {
                 // SAFETY: the whole body is one piece.
-                let (factors, lambdas) = unsafe { (shared.factors(), shared.all_lambdas()) };
+                let (factors, lambdas) = unsafe { (shared.factors(), shared.all_multipliers()) };
                 factors.solve(Iteration {
                     topology: self.topology,
                     effects: &self.effects,
@@ -578,67 +595,7 @@ impl<'a> TaskContext<'a> {
                     stages::average(part, sums, averaging.own_weight);
                 }
             }
-            Task::Tether => {
-                if let Some(tethers) = &self.effects.tethers {
-                    shared.tether_targets.solve(part, first, tethers);
-                }
-            }
-            Task::Stitch { substep, sweep } => {
-                let colliders = self.context.swept.of(substep);
-                // SAFETY: stitches are on the whole body, which is one piece.
-                let stitches = unsafe { shared.stitches() };
-                stitches.solve(part, colliders, self.h, sweep);
-            }
-            Task::Grab { substep, iteration } => {
-                // SAFETY: a hand is on the whole body, which is one piece.
-                if let Some(grab) = unsafe { shared.grab() } {
-                    let place = (substep, settings.substeps.get());
-                    grab.solve(part, self.h, place, iteration);
-                }
-            }
-            Task::Ground => {
-                if let Some(ground) = &self.effects.ground {
-                    // SAFETY: the caller's promise.
-                    let kept = unsafe { shared.ground(piece) };
-                    let gravity = settings.gravity;
-                    shared.touch(ground::solve(part, ground, kept, self.h, gravity));
-                }
-            }
-            Task::Collide { substep } => {
-                if let Some(collide) = &self.effects.collide {
-                    // SAFETY: the caller's promise.
-                    let kept = unsafe { shared.colliders(piece) };
-                    shared.touch(self.collide(part, collide, kept, substep));
-                }
-            }
         }
         Ok(())
-    }
-
-    fn collide(
-        &self,
-        mut part: Part,
-        collide: &Collide,
-        kept: &mut [ContactMultiplier],
-        substep: u32,
-    ) -> bool {
-        let mut touched = false;
-        for collider in (0..).zip(self.context.swept.of(substep)) {
-            let gravity = self.context.settings.gravity;
-            let part = part.reborrow();
-            touched |= collider::solve(part, collide, collider, kept, self.h, gravity);
-        }
-        touched
-    }
-}
-
-/// A substep begins without what ground and colliders have done in the last one.
-///
-/// # Safety
-/// As of [`TaskContext::work`].
-unsafe fn forget(shared: &SharedBody, piece: &Piece) {
-    // SAFETY: the caller's promise.
-    for kept in unsafe { [shared.ground(piece), shared.colliders(piece)] } {
-        kept.fill(ContactMultiplier::default());
     }
 }

@@ -1,9 +1,9 @@
 //! A body without Bevy: topology, particles, and the effects that it carries.
 
 use crate::{
-    Density, Effects, Factors, ForceKind, Lambdas, Mass, Particles, Topology,
+    Density, EffectStates, Effects, Factors, ForceKind, Mass, Particles, Stitches, Topology,
+    VertexIndex,
     advance::{NotFinite, Solve, Stage, StepContext, Stepper},
-    effects::{stitches::Stitches, tethers::TetherTargets},
     rest::RestTimer,
 };
 use glam::{Vec3, Vec4};
@@ -13,7 +13,7 @@ use std::sync::Arc;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Quarantine {
     /// The first particle that was not finite, by its vertex of the rest shape.
-    pub vertex: u32,
+    pub vertex: VertexIndex,
     /// The stage or effect that made it so.
     pub stage: &'static str,
 }
@@ -39,15 +39,13 @@ pub struct Body {
     /// Mass per measure.
     pub density: Density,
     /// Masses on top of that, by vertex of the rest shape.
-    pub added_mass: Vec<(u32, Mass)>,
+    pub added_mass: Vec<(VertexIndex, Mass)>,
     /// Vertices of the rest shape that do not move.
-    pub pins: Vec<u32>,
+    pub pins: Vec<VertexIndex>,
     /// What the body does.
     pub effects: Effects,
-    /// λ of the constraints of elastic effects.
-    pub lambdas: Lambdas,
-    /// Its tethers, if it has them; they follow from its pins when a tick begins.
-    pub tether_targets: TetherTargets,
+    /// What they keep.
+    pub states: EffectStates,
     /// Its stitches, broken ones too.
     pub stitches: Stitches,
     /// What it is solved with directly, if it is.
@@ -76,8 +74,7 @@ impl Body {
             added_mass: Vec::new(),
             pins: Vec::new(),
             effects: Effects::default(),
-            lambdas: Lambdas::default(),
-            tether_targets: TetherTargets::default(),
+            states: EffectStates::default(),
             stitches: Stitches::default(),
             factors: Factors::default(),
             rest: RestTimer::default(),
@@ -134,9 +131,8 @@ impl Body {
         Stepper {
             topology: &mut self.topology,
             particles: &mut self.particles,
-            effects: &mut self.effects,
-            lambdas: &mut self.lambdas,
-            tether_targets: &mut self.tether_targets,
+            effects: &self.effects,
+            states: &mut self.states,
             stitches: &mut self.stitches,
             factors: &mut self.factors,
         }
@@ -251,15 +247,14 @@ pub fn set_inverse_masses(
     positions: &mut [Vec4],
     topology: &Topology,
     density: Density,
-    added: &[(u32, Mass)],
-    pins: &[u32],
+    added: &[(VertexIndex, Mass)],
+    pins: &[VertexIndex],
 ) {
     for (x, measure) in positions.iter_mut().zip(topology.measure()) {
         x.w = measure * density.get();
     }
-    let particle = |vertex: u32| topology.numbering.particle(vertex) as usize;
     for &(vertex, mass) in added {
-        if let Some(x) = positions.get_mut(particle(vertex)) {
+        if let Some(x) = positions.get_mut(topology.particle(vertex)) {
             x.w += mass.get();
         }
     }
@@ -268,7 +263,7 @@ pub fn set_inverse_masses(
         x.w = if inverse.is_finite() { inverse } else { 0.0 };
     }
     for &pin in pins {
-        if let Some(x) = positions.get_mut(particle(pin)) {
+        if let Some(x) = positions.get_mut(topology.particle(pin)) {
             x.w = 0.0;
         }
     }

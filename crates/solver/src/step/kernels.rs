@@ -1,22 +1,10 @@
 //! The kernels of the elastic effects of a body, and the pieces that they work on.
 
-use super::{
-    phases::{Side, Task},
-    shared_body::SharedBody,
-};
+use super::{phases::Task, scope::Side, shared_body::SharedBody};
 use crate::{
     effects::{
         Effects, Multipliers,
-        bend::Bend,
         elastic::{Elastic, ElasticKind},
-        isometric_bend::IsometricBend,
-        membrane::Membrane,
-        neo_hookean::NeoHookean,
-        strain_limit::StrainLimit,
-        stretch::Stretch,
-        struts::Struts,
-        volume::Volume,
-        weave::Weave,
     },
     kernel::{
         block::{Blocks, Put, solve_batch},
@@ -45,7 +33,7 @@ macro_rules! of_elastic_effects {
         ) -> [Option<(Task, Side)>; 3] {
             match kind {
                 $(ElasticKind::$effect => {
-                    halves(<$effect as Elastic<$corners, $rows>>::elements(topology), task)
+                    halves(<crate::$effect as Elastic<$corners, $rows>>::elements(topology), task)
                 })*
             }
         }
@@ -53,7 +41,7 @@ macro_rules! of_elastic_effects {
         /// The kernels of the elastic effects that a body carries.
         #[derive(Default)]
         pub(crate) struct Kernels<'a> {
-            $($field: Option<<$effect as Elastic<$corners, $rows>>::Kernel<'a>>,)*
+            $($field: Option<<crate::$effect as Elastic<$corners, $rows>>::Kernel<'a>>,)*
         }
 
         impl<'a> Kernels<'a> {
@@ -133,7 +121,7 @@ impl Work<'_> {
             let constraints = elements.batches()[index].constraints();
             let column = constraints.start * M..constraints.end * M;
             // SAFETY: a constraint is in one batch, a batch on one piece.
-            let column = unsafe { self.shared.lambdas(kind, column) };
+            let column = unsafe { self.shared.multipliers(kind, column) };
             let multipliers = Multipliers::of_sweep(column, self.sweep);
             let particles = (self.part, self.piece.particles.start);
             let context = (self.put, self.instructions);

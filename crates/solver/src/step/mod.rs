@@ -10,6 +10,7 @@ pub mod phases;
 pub mod repair;
 pub mod rest;
 pub mod rolling;
+pub(crate) mod scope;
 pub mod shared_body;
 pub mod spin;
 mod stage;

@@ -10,10 +10,10 @@
 //! A particle meets its tasks in the same order as if each task were done on all of the body
 //! before the next one begins.
 
+use super::{scope::Side, stage::Stage};
 use crate::{
-    ElasticKind, ForceKind,
+    BodyEffectKind, ElasticKind, ForceKind,
     partitions::{Partitions, Piece},
-    step::stage::Stage,
 };
 use std::iter::Peekable;
 
@@ -26,8 +26,6 @@ pub(crate) enum Task {
     Fade,
     /// First stage.
     Begin,
-    /// What touches sticky ground goes back to where it was.
-    Stick,
     /// Third stage.
     End { substep: u32 },
     /// Third stage of a substep and first stage of the next.
@@ -38,24 +36,16 @@ pub(crate) enum Task {
         kind: ElasticKind,
         sweep: (u32, u32, bool),
     },
-    /// Particles are drawn to where the rest shape would have them: sweep number so-and-so.
-    MatchShapes { iteration: u32 },
-    /// The pressure of what fills the body: sweep number so-and-so.
-    Pressure { iteration: u32 },
+    /// A pass of an effect without elements.
+    Body {
+        kind: BodyEffectKind,
+        substep: u32,
+        iteration: u32,
+    },
     /// What elastic effects do as one system: iteration number so-and-so.
     Direct { iteration: u32 },
     /// Every particle goes to the mean of where the constraints of an effect would have it.
     Average { kind: ElasticKind, sweep: u32 },
-    /// Stitches: sweep number so-and-so of so many.
-    Stitch { substep: u32, sweep: (u32, u32) },
-    /// Tethers to pins.
-    Tether,
-    /// The hold of a hand.
-    Grab { substep: u32, iteration: u32 },
-    /// The ground.
-    Ground,
-    /// Colliders.
-    Collide { substep: u32 },
 }
 
 impl Task {
@@ -64,41 +54,10 @@ impl Task {
         match self {
             Self::Force { kind, .. } => Stage::Force(kind),
             Self::Fade | Self::Begin => Stage::Presolve,
-            Self::Stick => Stage::StickyGround,
-            Self::MatchShapes { .. } => Stage::ShapeMatching,
-            Self::Pressure { .. } => Stage::Pressure,
+            Self::Body { kind, .. } => Stage::Body(kind),
             Self::Direct { .. } => Stage::Direct,
             Self::Elastic { kind, .. } | Self::Average { kind, .. } => Stage::Elastic(kind),
-            Self::Stitch { .. } => Stage::Stitches,
-            Self::Tether => Stage::Tethers,
-            Self::Grab { .. } => Stage::Grab,
-            Self::Ground => Stage::Ground,
-            Self::Collide { .. } => Stage::Collide,
             Self::Turn { .. } | Self::End { .. } => Stage::Postsolve,
-        }
-    }
-}
-
-/// Pieces that a task is done on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Side {
-    /// Of either side.
-    Any,
-    /// Of the even bands.
-    Even,
-    /// Of the odd bands.
-    Odd,
-    /// The body in one piece.
-    Whole,
-}
-
-impl Side {
-    /// The side of two tasks that are done together, if they can be.
-    fn with(self, other: Self) -> Option<Self> {
-        match (self, other) {
-            (Self::Whole, _) | (_, Self::Whole) => None,
-            (Self::Any, side) | (side, Self::Any) => Some(side),
-            (a, b) => (a == b).then_some(a),
         }
     }
 }

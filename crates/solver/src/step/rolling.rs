@@ -50,7 +50,7 @@ impl Pressed {
         let velocity = motion.velocity();
         let rolling = velocity - DVec3::Y * velocity.y;
         let most = f64::from(ground.rolling_resistance.get()) * self.normal / h * radius;
-        let limited = |momentum: f64| (most / momentum.max(most)).min(1.0);
+        let limited = |momentum: f64| most / momentum.max(most);
         let contact = (self.moment / self.normal).with_y(height);
         let arm = motion.center - contact;
         let way = rolling.cross(arm) * motion.mass;
@@ -69,12 +69,11 @@ impl Stepper<'_> {
     /// Ends a substep in which the ground may have resisted that the body rolls.
     pub(crate) fn resist_rolling(&mut self) {
         let particles = &mut *self.particles;
-        let rolls = self.effects.resists_rolling();
-        let Some(ground) = self.effects.ground.filter(|_| rolls) else {
+        let Some(ground) = self.effects.rolling_ground() else {
             return;
         };
         let mut pressed = Pressed::default();
-        for (i, kept) in self.lambdas.rigid.ground.iter().enumerate() {
+        for (i, kept) in self.states.others.ground.iter().enumerate() {
             if kept.normal > 0.0 {
                 let mass = 1.0 / f64::from(particles.positions[i].w);
                 let friction = kept.friction.as_dvec3();

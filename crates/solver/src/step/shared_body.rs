@@ -6,12 +6,9 @@
     reason = "threads get pieces of one borrow that share no element"
 )]
 
+use super::{scope::Column, stepper::Stepper};
 use crate::{
-    ContactMultiplier, ElasticKind, Factors, Stitches, TetherTargets,
-    effects::{grab::Grab, pressure::PressureState, shape_matching::ShapeMatchingState},
-    particles::Part,
-    partitions::Piece,
-    step::stepper::Stepper,
+    ElasticKind, Factors, effects::body_kinds::SharedStates, particles::Part, partitions::Piece,
 };
 use glam::Vec4;
 use std::{
@@ -27,28 +24,16 @@ pub(crate) struct SharedBody<'a> {
     displacements: *mut Vec4,
     carry: *mut Vec4,
     particles: usize,
-    lambdas: [Column<f32>; ElasticKind::COUNT],
-    sums: (*mut Vec4, usize),
-    /// Multipliers of contact with the ground and with colliders.
-    rigid: [Column<ContactMultiplier>; 2],
-    grab: *mut Option<Grab>,
-    pressure_state: *mut PressureState,
-    matching: *mut Option<Box<ShapeMatchingState>>,
+    multipliers: [Column<f32>; ElasticKind::COUNT],
+    sums: Column<Vec4>,
+    /// What effects without elements keep.
+    pub states: SharedStates,
     factors: *mut Factors,
-    /// The tethers; read only.
-    pub tether_targets: &'a TetherTargets,
     touched: AtomicBool,
-    stitches: *mut Stitches,
     lives: PhantomData<&'a mut ()>,
 }
 
-/// Multipliers of one effect.
-struct Column<T> {
-    start: *mut T,
-    len: usize,
-}
-
-// SAFETY: it only hands out what `SharedBody::piece`'s callers promise to be theirs alone.
+// SAFETY: it only hands out what `SharedBody::part`'s callers promise to be theirs alone.
 unsafe impl Sync for SharedBody<'_> {}
 
 impl<'a> SharedBody<'a> {
@@ -65,22 +50,15 @@ impl<'a> SharedBody<'a> {
             displacements: particles.displacements.as_mut_ptr(),
             carry: particles.carry.as_mut_ptr(),
             particles: count,
-            sums: {
-                let sums = body.lambdas.sums();
-                (sums.as_mut_ptr(), sums.len())
-            },
-            rigid: {
-                let rigid = &mut body.lambdas.rigid;
-                [&mut rigid.ground, &mut rigid.colliders].map(Column::of)
-            },
-            lambdas: body.lambdas.columns().each_mut().map(Column::of),
-            grab: &raw mut body.effects.grab,
-            pressure_state: &raw mut body.lambdas.pressure_state,
-            matching: &raw mut body.lambdas.matching,
+            sums: Column::of(body.states.sums()),
+            multipliers: body
+                .states
+                .columns()
+                .each_mut()
+                .map(|column| Column::of(column)),
+            states: SharedStates::of(&mut body.states.others, body.stitches),
             factors: &raw mut *body.factors,
-            tether_targets: &*body.tether_targets,
             touched: AtomicBool::new(false),
-            stitches: &raw mut *body.stitches,
             lives: PhantomData,
         }
     }
@@ -114,20 +92,20 @@ impl<'a> SharedBody<'a> {
     ///
     /// # Safety
     /// As long as they live, nobody else asks for the same ones.
-    pub unsafe fn lambdas(&self, kind: ElasticKind, range: Range<usize>) -> &mut [f32] {
+    pub unsafe fn multipliers(&self, kind: ElasticKind, range: Range<usize>) -> &mut [f32] {
         // SAFETY: the caller's promise.
-        unsafe { self.lambdas[kind as usize].part(range) }
+        unsafe { self.multipliers[kind as usize].part(range) }
     }
 
     /// All multipliers, effect by effect; empty where they are not kept.
     ///
     /// # Safety
     /// As long as they live, nobody else asks for any.
-    pub unsafe fn all_lambdas(&self) -> [&mut [f32]; ElasticKind::COUNT] {
+    pub unsafe fn all_multipliers(&self) -> [&mut [f32]; ElasticKind::COUNT] {
         // SAFETY: the caller's promise.
-        self.lambdas
+        self.multipliers
             .each_ref()
-            .map(|column| unsafe { column.part(0..column.len) })
+            .map(|column| unsafe { column.part(0..column.len()) })
     }
 
     /// A contact was made, or not.
@@ -151,67 +129,13 @@ impl<'a> SharedBody<'a> {
     /// As of [`part`](Self::part).
     pub unsafe fn sums(&self, piece: &Piece) -> &mut [Vec4] {
         let Range { start, end } = piece.particles;
-        let (first, count) = self.sums;
         assert!(
-            start <= end && end <= count,
-            "sums of {start}..{end} of {count}"
+            start <= end && end <= self.sums.len(),
+            "sums of {start}..{end} of {}",
+            self.sums.len()
         );
-        // SAFETY: in bounds by the assertion; theirs alone by the caller's promise.
-        unsafe { slice::from_raw_parts_mut(first.add(start), end - start) }
-    }
-
-    /// Multipliers of contact of the particles of a piece with the ground; empty if they are not kept.
-    ///
-    /// # Safety
-    /// As of [`part`](Self::part).
-    pub unsafe fn ground(&self, piece: &Piece) -> &mut [ContactMultiplier] {
         // SAFETY: the caller's promise.
-        unsafe { self.rigid[0].part(piece.particles.clone()) }
-    }
-
-    /// The same with colliders.
-    ///
-    /// # Safety
-    /// As of [`part`](Self::part).
-    pub unsafe fn colliders(&self, piece: &Piece) -> &mut [ContactMultiplier] {
-        // SAFETY: the caller's promise.
-        unsafe { self.rigid[1].part(piece.particles.clone()) }
-    }
-
-    /// The hold of a hand.
-    ///
-    /// # Safety
-    /// As long as it lives, nobody else asks for it.
-    pub unsafe fn grab(&self) -> &mut Option<Grab> {
-        // SAFETY: borrowed by `new`; theirs alone by the caller's promise.
-        unsafe { &mut *self.grab }
-    }
-
-    /// What pressure keeps.
-    ///
-    /// # Safety
-    /// As long as it lives, nobody else asks for it.
-    pub unsafe fn pressure_state(&self) -> &mut PressureState {
-        // SAFETY: borrowed by `new`; theirs alone by the caller's promise.
-        unsafe { &mut *self.pressure_state }
-    }
-
-    /// The stitches.
-    ///
-    /// # Safety
-    /// As long as they live, nobody else asks for them.
-    pub unsafe fn stitches(&self) -> &mut Stitches {
-        // SAFETY: borrowed by `new`; theirs alone by the caller's promise.
-        unsafe { &mut *self.stitches }
-    }
-
-    /// The regions whose shapes are matched.
-    ///
-    /// # Safety
-    /// As long as it lives, nobody else asks for it.
-    pub unsafe fn matching(&self) -> Option<&mut ShapeMatchingState> {
-        // SAFETY: borrowed by `new`; theirs alone by the caller's promise.
-        unsafe { (*self.matching).as_deref_mut() }
+        unsafe { self.sums.part(start..end) }
     }
 
     /// What it is solved with directly.
@@ -221,24 +145,5 @@ impl<'a> SharedBody<'a> {
     pub unsafe fn factors(&self) -> &mut Factors {
         // SAFETY: borrowed by `new`; theirs alone by the caller's promise.
         unsafe { &mut *self.factors }
-    }
-}
-
-impl<T> Column<T> {
-    fn of(multipliers: &mut Vec<T>) -> Self {
-        Self {
-            start: multipliers.as_mut_ptr(),
-            len: multipliers.len(),
-        }
-    }
-
-    /// # Safety
-    /// As long as the part lives, nobody else asks for one that overlaps it.
-    unsafe fn part(&self, range: Range<usize>) -> &mut [T] {
-        if range.start > range.end || range.end > self.len {
-            return &mut [];
-        }
-        // SAFETY: in bounds; theirs alone by the caller's promise.
-        unsafe { slice::from_raw_parts_mut(self.start.add(range.start), range.len()) }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{stage::Stage, substep::Settings};
 use crate::{
-    Effects, Factors, Lambdas, Particles, Stitches, TetherTargets, Threads, Topology,
+    EffectStates, Effects, Factors, Particles, Stitches, Threads, Topology,
     contact::collider::Swept, lanes::Instructions,
 };
 use std::{fmt, sync::Arc};
@@ -23,12 +23,10 @@ pub struct Stepper<'a> {
     pub topology: &'a mut Arc<Topology>,
     /// The state.
     pub particles: &'a mut Particles,
-    /// What acts; the hold of a hand changes.
-    pub effects: &'a mut Effects,
-    /// λ of the constraints of elastic effects; as many as there are if they are to be kept.
-    pub lambdas: &'a mut Lambdas,
-    /// Its tethers; none if it has none.
-    pub tether_targets: &'a mut TetherTargets,
+    /// The effects that it carries.
+    pub effects: &'a Effects,
+    /// What they keep.
+    pub states: &'a mut EffectStates,
     /// Its stitches; which are broken changes.
     pub stitches: &'a mut Stitches,
     /// What it is solved with directly, if it is.

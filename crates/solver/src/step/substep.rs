@@ -217,7 +217,11 @@ impl Substep {
 
     /// How many passes over all contacts it has.
     pub(crate) fn contact_passes(&self) -> u32 {
-        (0..self.sweeps()).map(|i| self.contacts_after(i)).sum()
+        let after_iterations = match self.collision_iterations.get() {
+            0 => self.iterations,
+            passes => passes,
+        };
+        after_iterations + u32::from(self.smoothing_iterations > 0)
     }
 
     /// How a sweep is averaged, if it is.

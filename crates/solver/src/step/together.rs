@@ -157,8 +157,8 @@ pub fn advance(
     context: &StepContext,
 ) {
     if booked {
-        each(bodies, context, |it, _| {
-            it.book = Some(Box::new(Book::of(&mut it.body)));
+        each(bodies, context, |it, context| {
+            it.book = Some(Box::new(Book::of(&mut it.body, context)));
         });
     }
     for index in substeps {
@@ -212,8 +212,9 @@ fn predict(
             body.draw_where_damaged(step, context);
             body.begin_drawn(step, context, is_near);
             let forces = ForceKind::ALL.map(|kind| (Stage::Force(kind), 0));
-            let first = [(Stage::Presolve, 0), (Stage::StickyGround, 0)];
-            body.stages(forces.into_iter().chain(first), step, context)
+            let first = std::iter::once(Stage::Presolve).chain(Stage::prediction());
+            let stages = forces.into_iter().chain(first.map(|stage| (stage, 0)));
+            body.stages(stages, step, context)
         });
     });
 }

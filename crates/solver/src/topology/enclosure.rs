@@ -1,7 +1,8 @@
 //! What a closed surface encloses, for pressure.
 
-use super::Topology;
+use super::{Topology, VertexIndex};
 use glam::DVec3;
+use std::sync::Arc;
 
 /// A surface is flat below this share of the cube of the body's size: what it encloses is then
 /// within the rounding of its coordinates.
@@ -36,9 +37,9 @@ pub enum NotClosed {
         /// How many.
         edges: usize,
         /// A vertex of the first of them.
-        from: u32,
+        from: VertexIndex,
         /// The other one.
-        to: u32,
+        to: VertexIndex,
     },
     /// There are edges of more than two triangles.
     #[error(
@@ -49,9 +50,9 @@ pub enum NotClosed {
         /// How many.
         edges: usize,
         /// A vertex of the first of them.
-        from: u32,
+        from: VertexIndex,
         /// The other one.
-        to: u32,
+        to: VertexIndex,
     },
     /// Neighbours face different ways.
     #[error(
@@ -62,9 +63,9 @@ pub enum NotClosed {
         /// How many edges lie between such neighbours.
         edges: usize,
         /// A vertex of the first of them.
-        from: u32,
+        from: VertexIndex,
         /// The other one.
-        to: u32,
+        to: VertexIndex,
     },
     /// It is flat.
     #[error("its surface encloses no volume at rest")]
@@ -77,8 +78,9 @@ impl Topology {
     /// # Errors
     /// [`NotClosed`] if it encloses nothing.
     pub fn enclosure(&self) -> Result<&Enclosure, NotClosed> {
-        let found = self.enclosure.0.get_or_init(|| Enclosure::of(self));
-        found.as_ref().map_err(|error| *error)
+        let find = || Arc::new(Enclosure::of(self));
+        let found = self.enclosure.0.get_or_init(find);
+        Result::as_ref(found).map_err(|error| *error)
     }
 }
 

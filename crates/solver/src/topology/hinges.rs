@@ -5,6 +5,7 @@ use super::{
     partitions::Partitions,
 };
 use glam::{DVec3, Vec3};
+use std::sync::Arc;
 
 /// Hinges as columns in the order of their colours.
 ///
@@ -23,9 +24,9 @@ pub struct Hinges {
     /// to the side of its normals.
     pub rest_angle: Vec<f32>,
     /// (A₀ + A₁)/e² of each, with the areas of the triangles and the length of the edge at rest.
-    pub flexibility: Vec<f32>,
+    pub flexibility: Arc<[f32]>,
     /// The least squares of a normal [m⁴] and of an edge's length [m²] that kernels divide by.
-    pub floors: [Vec<f32>; 2],
+    pub floors: [Arc<[f32]>; 2],
 }
 
 /// Below this share of its square at rest, a normal or an edge is too short to divide by.
@@ -46,22 +47,26 @@ impl Hinges {
             ..Painting::default()
         };
         let (elements, _) = Elements::new(&corners, partitions, how);
-        let mut hinges = Self {
-            elements,
-            ..Self::default()
+        let at_rest = || {
+            elements
+                .corners()
+                .map(|it| it.map(|i| rest[i as usize].as_dvec3()))
         };
-        for corners in hinges.elements.corners() {
-            let x = corners.map(|i| rest[i as usize].as_dvec3());
-            let [n1, n2] = normals(x);
-            let edge = x[0].distance_squared(x[1]);
-            hinges.rest_angle.push(angle(x) as f32);
-            let area = 0.5 * (n1.length() + n2.length());
-            hinges.flexibility.push((area / edge) as f32);
-            let normal = n1.length_squared().min(n2.length_squared());
-            hinges.floors[0].push((FLOOR * normal) as f32);
-            hinges.floors[1].push((FLOOR * edge) as f32);
+        let column = |of: &dyn Fn([DVec3; 4]) -> f64| at_rest().map(|x| of(x) as f32).collect();
+        let edge = |x: [DVec3; 4]| x[0].distance_squared(x[1]);
+        let area = |x| normals(x).map(|n| 0.5 * n.length()).iter().sum::<f64>();
+        let normal = |x| {
+            normals(x)
+                .map(|n| n.length_squared())
+                .into_iter()
+                .fold(f64::MAX, f64::min)
+        };
+        Self {
+            rest_angle: at_rest().map(|x| angle(x) as f32).collect(),
+            flexibility: column(&|x| area(x) / edge(x)),
+            floors: [column(&|x| FLOOR * normal(x)), column(&|x| FLOOR * edge(x))],
+            elements,
         }
-        hinges
     }
 
     /// Bytes of memory.
@@ -81,20 +86,21 @@ impl Hinges {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Cotangents {
     /// Weights k₁, k₂, k₃ of its particles; k₀ is minus their sum.
-    pub weights: [Vec<f32>; 3],
+    pub weights: [Arc<[f32]>; 3],
     /// ‖Σ kᵢxᵢ‖ at rest [m]; exactly 0 where the rest shape is flat to within rounding.
     pub rest: Vec<f32>,
     /// A₀ + A₁ at rest [m²].
-    pub area: Vec<f32>,
+    pub area: Arc<[f32]>,
     /// Length of the edge at rest [m], which is C for a fold of one radian.
-    pub scale: Vec<f32>,
+    pub scale: Arc<[f32]>,
 }
 
 impl Cotangents {
     /// Of hinges of a surface.
     #[must_use]
     pub fn of(hinges: &Hinges, rest: &[Vec3]) -> Self {
-        let mut all = Self::default();
+        let mut weights = [const { Vec::new() }; 3];
+        let (mut bends, mut areas, mut scales) = (Vec::new(), Vec::new(), Vec::new());
         for (corners, &angle) in hinges.corners().zip(&hinges.rest_angle) {
             let x = corners.map(|i| rest[i as usize].as_dvec3());
             let cotangent = |a: DVec3, b: DVec3| a.dot(b) / a.cross(b).length();
@@ -102,17 +108,22 @@ impl Cotangents {
             let at_0 = [cotangent(edge, first), cotangent(edge, second)];
             let at_1 = [cotangent(-edge, x[2] - x[1]), cotangent(-edge, x[3] - x[1])];
             let k = [at_0[0] + at_0[1], -at_0[0] - at_1[0], -at_0[1] - at_1[1]];
-            for (column, k) in all.weights.iter_mut().zip(k) {
+            for (column, k) in weights.iter_mut().zip(k) {
                 column.push(k as f32);
             }
             let bent = edge * k[0] + first * k[1] + second * k[2];
             let flat = f64::from(angle.abs()) < FLAT_ANGLE;
-            all.rest.push(if flat { 0.0 } else { bent.length() as f32 });
+            bends.push(if flat { 0.0 } else { bent.length() as f32 });
             let [n1, n2] = normals(x);
-            all.area.push((0.5 * (n1.length() + n2.length())) as f32);
-            all.scale.push(edge.length() as f32);
+            areas.push((0.5 * (n1.length() + n2.length())) as f32);
+            scales.push(edge.length() as f32);
         }
-        all
+        Self {
+            weights: weights.map(Into::into),
+            rest: bends,
+            area: areas.into(),
+            scale: scales.into(),
+        }
     }
 
     /// Bytes of memory.

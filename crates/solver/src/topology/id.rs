@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 ///
 /// A copy has the same one, and so has a topology whose rest values have [flowed](crate::Plasticity): its elements are
 /// the same.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TopologyId(u64);
 
 impl TopologyId {

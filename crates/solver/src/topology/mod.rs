@@ -19,6 +19,7 @@ pub mod facets;
 pub mod frames;
 pub mod hinges;
 mod id;
+mod index;
 pub mod numbering;
 pub mod order;
 pub mod regions;
@@ -33,6 +34,7 @@ pub use flow::RestValues;
 pub use frames::Frames;
 pub use hinges::{Cotangents, Hinges};
 pub use id::{Identity, TopologyId};
+pub use index::{ParticleIndex, VertexIndex};
 pub use regions::Regions;
 pub use rest_shape::RestShape;
 pub use surface::Surface;
@@ -71,22 +73,22 @@ pub struct LeftOut {
     pub unused_vertices: usize,
 }
 
-/// The immutable part of a body.
+/// The immutable part of a body. Copies share all but the rest values that can [flow](crate::Plasticity).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Topology {
     /// Rest positions [m].
-    pub rest: Vec<Vec3>,
+    pub rest: Arc<[Vec3]>,
     /// Which vertices of the input the particles are. Pins, added masses and all that users see
     /// go by vertices; everything else here, by particles.
-    pub numbering: Numbering,
+    pub numbering: Arc<Numbering>,
     /// How the particles are cut into bands.
-    pub partitions: Partitions,
+    pub partitions: Arc<Partitions>,
     /// Edges, for stretch.
     pub edges: Edges,
     /// Tetrahedra, for volume.
     pub tetrahedra: Tetrahedra,
     /// The coarse surface: outward triangles; none for a rope.
-    pub triangles: Vec<[u32; 3]>,
+    pub triangles: Arc<[[u32; 3]]>,
     /// What the body's mass is spread over.
     pub dimension: Dimension,
     /// Longest side of the bounding box at rest [m].
@@ -98,15 +100,15 @@ pub struct Topology {
     /// What the quadratic bending energy needs of them.
     cotangents: Lazy<Cotangents>,
     /// Triangles of the surface, for membranes; likewise.
-    facets: Lazy<Facets>,
+    facets: Lazy<Arc<Facets>>,
     /// Rest frames of the tetrahedra; not there until somebody asks for them.
-    frames: Lazy<Frames>,
+    frames: Lazy<Arc<Frames>>,
     /// Struts from surface to surface; not there until somebody asks for them.
-    struts: Lazy<Edges>,
+    struts: Lazy<Arc<Edges>>,
     /// The surface that can touch, computed on first use.
     surface: Lazy<Arc<Surface>>,
     /// What the surface encloses, for pressure; or why it is none.
-    enclosure: Lazy<Result<Enclosure, NotClosed>>,
+    enclosure: Lazy<Arc<Result<Enclosure, NotClosed>>>,
     /// What it was before its rest values flowed.
     original: Option<Arc<Topology>>,
     identity: Identity,
@@ -190,11 +192,11 @@ impl Topology {
     /// an index out of range or repeated.
     pub fn new(shape: RestShape) -> Result<Self, TopologyError> {
         Self::with(shape, |count, ends, corners| {
-            if count < MIN_CUT {
+            Arc::new(if count < MIN_CUT {
                 Numbering::default()
             } else {
                 Numbering::new(count, ends, corners)
-            }
+            })
         })
     }
 
@@ -204,7 +206,11 @@ impl Topology {
     /// # Errors
     /// As [`Self::new`], and [`TopologyError::Numbering`] if the numbering is of another number of
     /// vertices.
-    pub fn numbered(shape: RestShape, numbering: Numbering) -> Result<Self, TopologyError> {
+    pub fn numbered(
+        shape: RestShape,
+        numbering: impl Into<Arc<Numbering>>,
+    ) -> Result<Self, TopologyError> {
+        let numbering = numbering.into();
         let vertices = shape.vertices.len();
         match numbering.len() {
             Some(particles) if particles != vertices => Err(TopologyError::Numbering {
@@ -217,7 +223,7 @@ impl Topology {
 
     fn with(
         shape: RestShape,
-        number: impl FnOnce(usize, &[[u32; 2]], &[[u32; 4]]) -> Numbering,
+        number: impl FnOnce(usize, &[[u32; 2]], &[[u32; 4]]) -> Arc<Numbering>,
     ) -> Result<Self, TopologyError> {
         check_vertices(&shape.vertices)?;
         let count = shape.vertices.len();
@@ -274,13 +280,13 @@ impl Topology {
         Ok(Self {
             edges: Edges::new(&ends, &rest, &partitions, is_sheet),
             tetrahedra: Tetrahedra::new(&corners, &rest, &partitions),
-            partitions,
-            triangles,
+            partitions: Arc::new(partitions),
+            triangles: triangles.into(),
             numbering,
             dimension,
             size: (high - low).max_element(),
             left_out,
-            rest,
+            rest: rest.into(),
             hinges: Lazy::default(),
             cotangents: Lazy::default(),
             facets: Lazy::default(),
@@ -297,9 +303,9 @@ impl Topology {
     pub(crate) fn lazy_bytes(&self) -> usize {
         self.hinges.0.get().map_or(0, Hinges::bytes)
             + self.cotangents.0.get().map_or(0, Cotangents::bytes)
-            + self.facets.0.get().map_or(0, Facets::bytes)
-            + self.frames.0.get().map_or(0, Frames::bytes)
-            + self.struts.0.get().map_or(0, Edges::bytes)
+            + self.facets.0.get().map_or(0, |it| it.bytes())
+            + self.frames.0.get().map_or(0, |it| it.bytes())
+            + self.struts.0.get().map_or(0, |it| it.bytes())
     }
 
     /// What the topology is made of, without what was left out: vertices in their own order, and
@@ -309,11 +315,11 @@ impl Topology {
     /// particle have different colours, and each finds the lower ones taken as it did before.
     #[must_use]
     pub fn rest_shape(&self) -> RestShape {
-        let vertex = |particle: u32| self.numbering.vertex(particle);
-        let vertices = 0..self.rest.len() as u32;
+        let vertex = |particle: u32| self.numbering.vertex(ParticleIndex(particle)).0;
+        let vertices = (0..self.rest.len() as u32).map(VertexIndex);
         RestShape {
             vertices: vertices
-                .map(|vertex| self.rest[self.numbering.particle(vertex) as usize])
+                .map(|vertex| self.rest[self.numbering.particle(vertex).index()])
                 .collect(),
             edges: self.edges.ends().map(|ends| ends.map(vertex)).collect(),
             tetrahedra: self
@@ -350,7 +356,7 @@ impl Topology {
                 }
             }
             Dimension::Sheet => {
-                for corners in &self.triangles {
+                for corners in self.triangles.iter() {
                     let [a, b, c] = corners.map(at);
                     share(corners, (b - a).cross(c - a).length() / 2.0);
                 }
@@ -367,8 +373,14 @@ impl Topology {
 
     /// The vertex of the rest shape that a particle is.
     #[must_use]
-    pub fn vertex(&self, particle: usize) -> u32 {
-        self.numbering.vertex(particle as u32)
+    pub fn vertex(&self, particle: usize) -> VertexIndex {
+        self.numbering.vertex(ParticleIndex(particle as u32))
+    }
+
+    /// The place of the particle that a vertex of the rest shape is.
+    #[must_use]
+    pub fn particle(&self, vertex: VertexIndex) -> usize {
+        self.numbering.particle(vertex).index()
     }
 
     /// Which mesh it is of.
@@ -397,15 +409,16 @@ fn renumber(
     triangles: &mut [[u32; 3]],
 ) {
     let given = std::mem::take(rest);
-    let vertices = (0..given.len() as u32).map(|particle| numbering.vertex(particle));
-    rest.extend(vertices.map(|vertex| given[vertex as usize]));
+    let vertices =
+        (0..given.len() as u32).map(|particle| numbering.vertex(ParticleIndex(particle)));
+    rest.extend(vertices.map(|vertex| given[vertex.index()]));
     let corners = edges
         .as_flattened_mut()
         .iter_mut()
         .chain(tetrahedra.as_flattened_mut())
         .chain(triangles.as_flattened_mut());
     for corner in corners {
-        *corner = numbering.particle(*corner);
+        *corner = numbering.particle(VertexIndex(*corner)).0;
     }
 }
 

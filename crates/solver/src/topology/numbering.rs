@@ -6,6 +6,7 @@
 //! the body, found as by George and Liu (1979). Where the input has a better order already, as
 //! rows of a grid do, that is kept.
 
+use super::index::{ParticleIndex, VertexIndex};
 use std::ops::Range;
 
 /// Which particle of the solver is which vertex of the input.
@@ -73,19 +74,17 @@ impl Numbering {
 
     /// The vertex of the input that a particle is.
     #[must_use]
-    pub fn vertex(&self, particle: u32) -> u32 {
-        self.vertices
-            .get(particle as usize)
-            .map_or(particle, |&vertex| vertex)
+    pub fn vertex(&self, particle: ParticleIndex) -> VertexIndex {
+        let vertex = self.vertices.get(particle.index());
+        VertexIndex(vertex.map_or(particle.0, |&vertex| vertex))
     }
 
     /// The particle that a vertex of the input is; a vertex that does not exist is no particle
     /// either.
     #[must_use]
-    pub fn particle(&self, vertex: u32) -> u32 {
-        self.particles
-            .get(vertex as usize)
-            .map_or(vertex, |&particle| particle)
+    pub fn particle(&self, vertex: VertexIndex) -> ParticleIndex {
+        let particle = self.particles.get(vertex.index());
+        ParticleIndex(particle.map_or(vertex.0, |&particle| particle))
     }
 
     /// Bytes of memory.
@@ -100,7 +99,7 @@ fn total_reach<const N: usize>(elements: &[[u32; N]], numbering: &Numbering) -> 
     elements
         .iter()
         .map(|corners| {
-            let particles = corners.map(|vertex| numbering.particle(vertex));
+            let particles = corners.map(|vertex| numbering.particle(VertexIndex(vertex)).0);
             let (low, high) = (particles.iter().min(), particles.iter().max());
             u64::from(high.copied().unwrap_or(0) - low.copied().unwrap_or(0))
         })

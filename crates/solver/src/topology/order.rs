@@ -11,13 +11,28 @@ use crate::{
     partitions::Partitions,
 };
 use glam::Vec4;
-use std::ops::Range;
+use std::{
+    ops::{Deref, Range},
+    sync::Arc,
+};
 
 /// Which particles the constraints of one kind are on, in the order in which they are solved.
 ///
 /// Never changes, so that what [`Batch::particles`] says holds.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Elements<const N: usize> {
+pub struct Elements<const N: usize>(Arc<Order<N>>);
+
+impl<const N: usize> Deref for Elements<N> {
+    type Target = Order<N>;
+
+    fn deref(&self) -> &Order<N> {
+        &self.0
+    }
+}
+
+/// The content of [`Elements`], which copies share.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub struct Order<const N: usize> {
     corners: Vec<[Corner; N]>,
     /// Ranges of constraints that share no particle.
     groups: Vec<Range<u32>>,
@@ -112,9 +127,9 @@ impl<const N: usize> Elements<N> {
                 None => loose.push(index as u32),
             }
         }
-        let mut all = Self {
+        let mut all = Order {
             odd_first,
-            ..Self::default()
+            ..Order::default()
         };
         let mut stored = Vec::with_capacity(constraints.len());
         let mut painter = Painter::new(partitions.particles());
@@ -146,7 +161,7 @@ impl<const N: usize> Elements<N> {
             .map(|&i| constraints[i as usize].map(Corner::of))
             .collect();
         all.find_reach();
-        (all, stored)
+        (Self(Arc::new(all)), stored)
     }
 
     /// The same without the `removed` ones (their numbers, ascending) and with those `added`.
@@ -178,10 +193,10 @@ impl<const N: usize> Elements<N> {
                 .filter(|&index| removed.binary_search(&(index as usize)).is_err())
                 .collect()
         };
-        let mut all = Self {
+        let mut all = Order {
             odd_first: self.odd_first,
             first_half: self.first_half,
-            ..Self::default()
+            ..Order::default()
         };
         let mut stored = Vec::with_capacity(self.corners.len() + added.len());
         for batch in self
@@ -220,9 +235,11 @@ impl<const N: usize> Elements<N> {
             .map(|&index| corners_of(index).map(Corner::of))
             .collect();
         all.find_reach();
-        (all, stored)
+        (Self(Arc::new(all)), stored)
     }
+}
 
+impl<const N: usize> Order<N> {
     /// Stores the constraints of a band, colour by colour.
     fn close_batch(
         &mut self,

@@ -9,13 +9,13 @@ impl Topology {
     pub fn facets(&self) -> &Facets {
         self.facets
             .0
-            .get_or_init(|| Facets::of(&self.triangles, &self.rest, &self.partitions))
+            .get_or_init(|| Arc::new(Facets::of(&self.triangles, &self.rest, &self.partitions)))
     }
 
     /// The rest frames of its tetrahedra, found when they are first asked for.
     #[must_use]
     pub fn frames(&self) -> &Frames {
-        let make = || Frames::of(&self.tetrahedra, &self.rest);
+        let make = || Arc::new(Frames::of(&self.tetrahedra, &self.rest));
         self.frames.0.get_or_init(make)
     }
 

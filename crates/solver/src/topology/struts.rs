@@ -8,7 +8,7 @@
 use super::{Edges, Topology};
 use crate::deform::Random;
 use glam::DVec3;
-use std::ops::Range;
+use std::{ops::Range, sync::Arc};
 
 /// How far a ray is tilted at most, along each axis, against a normal of length 1.
 const TILT: f64 = 0.1;
@@ -27,7 +27,10 @@ impl Topology {
     /// ray.
     #[must_use]
     pub fn struts(&self) -> &Edges {
-        let find = || Edges::new(&struts(self), &self.rest, &self.partitions, false);
+        let find = || {
+            let ends = struts(self);
+            Arc::new(Edges::new(&ends, &self.rest, &self.partitions, false))
+        };
         self.struts.0.get_or_init(find)
     }
 }
@@ -57,7 +60,7 @@ fn struts(topology: &Topology) -> Vec<[u32; 2]> {
     for (i, normal) in (0_u32..).zip(&normals) {
         let (Some(normal), tilt) = (
             normal.try_normalize(),
-            tilts[topology.vertex(i as usize) as usize],
+            tilts[topology.vertex(i as usize).index()],
         ) else {
             continue;
         };

@@ -43,7 +43,7 @@ const PATCH: usize = 64;
 impl Surface {
     /// Of a body with triangles those; of others all edges, and of a body without edges its particles.
     pub(crate) fn of(topology: &Topology) -> Self {
-        let mut triangles = topology.triangles.clone();
+        let mut triangles = topology.triangles.to_vec();
         let mut edges: Vec<[u32; 2]> = if triangles.is_empty() {
             topology.edges.ends().collect()
         } else {

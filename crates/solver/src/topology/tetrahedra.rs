@@ -6,6 +6,7 @@ use super::{
 };
 use crate::kernel::geometry::volume_and_gradients;
 use glam::Vec3;
+use std::sync::Arc;
 
 /// Tetrahedra as columns in the order of their colours.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -15,7 +16,7 @@ pub struct Tetrahedra {
     /// Signed rest volume of each [m³].
     pub rest_volume: Vec<f32>,
     /// |rest volume|^(4/3) of each [m⁴], the scale of a squared gradient of the volume.
-    pub gradient_scale: Vec<f32>,
+    pub gradient_scale: Arc<[f32]>,
 }
 
 impl Tetrahedra {

@@ -3,14 +3,15 @@
 //! What the panel can do too goes the panel's way, as a [`Request`]; the rest is a switch of the
 //! view or a command to it.
 
+use crate::sandbox::state::{
+    request::{Request, Requested},
+    selection::{Scope, Selection},
+};
 use bevy::{ecs::system::SystemParam, prelude::*};
 
 use super::Command;
 use crate::{
-    sandbox::{
-        panel::{PanelRequest, PanelState, Request, Scope},
-        render::view::{LastGrab, ViewCommand, ViewSettings},
-    },
+    sandbox::state::view::{LastGrab, ViewCommand, ViewSettings},
     simulation::{Pins, SimulationClock, SimulationSettings},
 };
 
@@ -20,10 +21,10 @@ pub(super) struct Hand<'w, 's> {
     view: ResMut<'w, ViewSettings>,
     clock: Res<'w, SimulationClock>,
     settings: Res<'w, SimulationSettings>,
-    panel: Res<'w, PanelState>,
+    selection: Res<'w, Selection>,
     grab: Res<'w, LastGrab>,
     pins: Query<'w, 's, &'static Pins>,
-    requests: MessageWriter<'w, PanelRequest>,
+    requests: MessageWriter<'w, Requested>,
     commands: MessageWriter<'w, ViewCommand>,
 }
 
@@ -65,7 +66,7 @@ impl Hand<'_, '_> {
     }
 
     fn ask(&mut self, request: Request) {
-        self.requests.write(PanelRequest(request));
+        self.requests.write(Requested(request));
     }
 
     fn pin(&mut self) {
@@ -80,7 +81,7 @@ impl Hand<'_, '_> {
 
     fn compliance(&mut self, softer: bool) {
         let held = self.grab.0.filter(|grab| grab.held);
-        let scope = held.map_or(self.panel.scope, |grab| Scope::Body(grab.body.to_bits()));
+        let scope = held.map_or(self.selection.0, |grab| Scope::Body(grab.body.to_bits()));
         self.ask(Request::Soften { scope, softer });
     }
 

@@ -1,7 +1,7 @@
 //! Accuracy vs. cost of the scene on screen: a card with a diagram that fills while the scene runs
 //! on.
 //!
-//! A copy of the world as it is now goes to a thread of its own ([`Worker`]), where it is
+//! A copy of the world as it is now goes to a thread of its own ([`measure`]), where it is
 //! continued for half a second at several settings and as an f64 reference with small steps. Each
 //! setting becomes a dot: what a tick of it costs, and how far it ends up from it. A dot that
 //! is pressed becomes the scene's setting. Or a goal is given, in milliseconds or in per cent, and
@@ -9,18 +9,21 @@
 
 mod card;
 mod chart;
-mod worker;
+mod measure;
 
 pub use card::{Card, show};
 pub use chart::{Dot, Marker};
-pub use worker::{News, Task, Worker};
+pub use measure::{News, Task, measure};
 
-use crate::sandbox::{
-    panel::{PanelRequest, Request},
-    render::view::ViewSettings,
-    ui::{WidgetRects, format},
-};
 use crate::{
+    sandbox::{
+        lab::worker::Worker,
+        state::{
+            request::{Request, Requested},
+            view::ViewSettings,
+        },
+        ui::{WidgetRects, format},
+    },
     scene::CurrentScene,
     simulation::{SimulationSettings, plain},
     solver::{
@@ -70,7 +73,7 @@ impl Default for Goals {
 pub struct Accuracy {
     open: bool,
     goals: Goals,
-    worker: Option<Worker>,
+    worker: Option<Worker<News>>,
     share: f32,
     dots: Vec<Dot>,
     /// The uncertainty of the reference itself, as a ratio.
@@ -144,7 +147,7 @@ fn start(world: &mut World, task: Task) {
     let mut copy = plain::capture(world);
     // The scene on screen goes on meanwhile: its threads are its own.
     copy.threads = Threads::default();
-    let begun = Worker::start(copy, task);
+    let begun = measure(copy, task);
     let mut accuracy = world.resource_mut::<Accuracy>();
     accuracy.said = None;
     accuracy.share = 0.0;
@@ -167,7 +170,7 @@ fn start(world: &mut World, task: Task) {
 fn listen(
     mut accuracy: ResMut<Accuracy>,
     settings: Res<SimulationSettings>,
-    mut asked: MessageWriter<PanelRequest>,
+    mut asked: MessageWriter<Requested>,
 ) {
     let Some(worker) = &accuracy.worker else {
         return;
@@ -194,7 +197,7 @@ fn listen(
                         ("substeps", choice.setting.substeps),
                         ("iterations", choice.setting.iterations),
                     ] {
-                        asked.write(PanelRequest(Request::Setting {
+                        asked.write(Requested(Request::Setting {
                             name,
                             value: Some(f64::from(value)),
                         }));
@@ -278,7 +281,7 @@ fn card(world: &mut World) -> Result {
     if let Some((substeps, iterations)) = answer.pressed {
         for (name, value) in [("substeps", substeps), ("iterations", iterations)] {
             let value = Some(f64::from(value));
-            world.write_message(PanelRequest(Request::Setting { name, value }));
+            world.write_message(Requested(Request::Setting { name, value }));
         }
     }
     Ok(())

@@ -7,20 +7,23 @@
 //! sees it recover.
 
 mod card;
+mod run;
 mod verdict;
-mod worker;
 
 pub use card::{Card, Line, show};
+pub use run::{News, Subject, run_case, save, start_advice};
 pub use verdict::Verdict;
-pub use worker::{News, Subject, Worker, save};
 
-use crate::sandbox::{
-    app::screenshot::free_path,
-    panel::{PanelState, Scope},
-    render::view::ViewSettings,
-    ui::{WidgetRects, message::Notices},
-};
 use crate::{
+    output::free_path,
+    sandbox::{
+        lab::worker::Worker,
+        state::{
+            selection::{Scope, Selection},
+            view::ViewSettings,
+        },
+        ui::{WidgetRects, message::Notices},
+    },
     simulation::{Action, Actions, SimulationSettings, SoftBody, plain},
     solver::{Body, Settings},
     torture::{CASES, Case, run::given},
@@ -62,7 +65,7 @@ pub enum On {
 pub struct Gallery {
     open: bool,
     /// What runs, and how much of it is done, from 0 to 1.
-    running: Option<(usize, On, Worker, f32)>,
+    running: Option<(usize, On, Worker<News>, f32)>,
     /// What is to run after that.
     waiting: Vec<usize>,
     verdicts: BTreeMap<(usize, On), Verdict>,
@@ -181,7 +184,7 @@ fn start(world: &mut World, number: usize, on: On) {
             Subject::This(Box::new(body), settings)
         }
     };
-    let begun = Worker::start(case, subject);
+    let begun = run_case(case, subject);
     let mut gallery = world.resource_mut::<Gallery>();
     gallery.trouble = None;
     match begun {
@@ -203,7 +206,7 @@ fn advise(world: &mut World, number: usize, on: On) {
         (On::This, Some((body, settings))) => Subject::This(Box::new(body.clone()), *settings),
         (On::This, None) => return,
     };
-    match Worker::advise(case, subject, member) {
+    match start_advice(case, subject, member) {
         Ok(worker) => gallery.running = Some((number, on, worker, 0.0)),
         Err(error) => gallery.trouble = Some(format!("Cannot start the test thread: {error}")),
     }
@@ -211,7 +214,7 @@ fn advise(world: &mut World, number: usize, on: On) {
 
 /// The body that is shown in the panel, or else the first.
 fn subject(world: &mut World) -> Option<Entity> {
-    match world.resource::<PanelState>().scope {
+    match world.resource::<Selection>().0 {
         Scope::Body(key) => Entity::try_from_bits(key).filter(|body| {
             let entity = world.get_entity(*body);
             entity.is_ok_and(|entity| entity.contains::<SoftBody>())

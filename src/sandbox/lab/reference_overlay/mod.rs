@@ -1,7 +1,7 @@
 //! The reference overlay: beside each running body its reference in double precision with smaller substeps, under
 //! the same hand, colliders and settings, and how far the two are from each other.
 //!
-//! References live on a thread of their own ([`Worker`]). After each tick it is told what was in force
+//! References live on a thread of their own ([`Follower`]). After each tick it is told what was in force
 //! in that tick and where the bodies are; it takes the reference overlays through the same tick, and tells how
 //! far from the bodies they come out. So bodies and reference overlays are only ever compared at the same tick.
 //! Where the thread does not keep pace the clock is [held](SimulationClock::held) until it has
@@ -12,15 +12,17 @@
 
 pub mod bodies;
 pub mod distance;
+mod follow;
 pub mod form;
 pub mod pace;
 mod ticks;
-mod worker;
 
-pub use worker::Worker;
+pub use follow::Follower;
 
-use crate::sandbox::panel::{PanelState, Scope};
-use crate::simulation::{SimulationClock, StepSchedule, StepSystems, plain::bodies_in_order};
+use crate::{
+    sandbox::state::selection::{Scope, Selection},
+    simulation::{SimulationClock, StepSchedule, StepSystems, plain::bodies_in_order},
+};
 use bevy::{ecs::schedule::ScheduleCleanupPolicy, prelude::*};
 use bodies::{Comparison, Moment};
 use distance::Trail;
@@ -39,7 +41,7 @@ pub enum ReferenceCommand {
 /// The reference overlays that there are.
 #[derive(Resource, Debug, Default)]
 pub struct ReferenceOverlay {
-    worker: Option<Worker>,
+    follower: Option<Follower>,
     /// All bodies when the reference overlays began, so that it is noticed when some come or go.
     bodies: Vec<Entity>,
     /// The bodies that could have had a reference overlay.
@@ -142,7 +144,7 @@ pub struct ReferenceOverlayPlugin;
 
 impl Plugin for ReferenceOverlayPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<PanelState>()
+        app.init_resource::<Selection>()
             .add_message::<ReferenceCommand>()
             .add_systems(
                 Update,
@@ -196,9 +198,12 @@ fn carry_out(world: &mut World) {
 /// while they are behind.
 fn attend(world: &mut World) {
     let bodies = bodies_in_order(world);
-    let scope = world.resource::<PanelState>().scope;
+    let scope = world.resource::<Selection>().0;
     world.resource_scope(|world, mut reference_overlay: Mut<ReferenceOverlay>| {
-        let comparisons = reference_overlay.worker.as_ref().map(Worker::comparisons);
+        let comparisons = reference_overlay
+            .follower
+            .as_ref()
+            .map(Follower::comparisons);
         for comparison in comparisons.into_iter().flatten() {
             if reference_overlay.compared().is_none() {
                 reference_overlay.outset = comparison.distance.rms;
@@ -223,7 +228,7 @@ fn attend(world: &mut World) {
         let now = if clock.held { 1.0 } else { 0.0 };
         reference_overlay.held += (now - reference_overlay.held) * NOTICED;
         let between = !clock.mid_tick();
-        if reference_overlay.worker.is_none() && reference_overlay.trouble.is_none() && between {
+        if reference_overlay.follower.is_none() && reference_overlay.trouble.is_none() && between {
             begin(world, &mut reference_overlay);
         }
     });

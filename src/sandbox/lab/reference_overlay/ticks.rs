@@ -1,11 +1,11 @@
 //! References from tick to tick: where they begin, and what their thread is told of each.
 
 use super::{
-    ReferenceOverlay, Worker,
+    Follower, ReferenceOverlay,
     bodies::{Moment, Seen},
 };
 use crate::{
-    sandbox::panel::{PanelState, Scope},
+    sandbox::state::selection::Selection,
     simulation::{
         Action, Applied, Asleep, CurrentSubstep, Quarantined, SimulationClock, SimulationSettings,
         SolverThreads, TickStart,
@@ -26,7 +26,7 @@ fn room(world: &World) -> f64 {
 /// nearest to the eye on.
 pub(super) fn begin(world: &mut World, reference_overlay: &mut ReferenceOverlay) {
     reference_overlay.bodies = bodies_in_order(world);
-    reference_overlay.chosen = world.resource::<PanelState>().scope;
+    reference_overlay.chosen = world.resource::<Selection>().0;
     let room = room(world);
     let eye = world
         .query_filtered::<&GlobalTransform, With<Camera3d>>()
@@ -38,11 +38,7 @@ pub(super) fn begin(world: &mut World, reference_overlay: &mut ReferenceOverlay)
         .into_iter()
         .zip(reference_overlay.bodies.iter().copied())
         .filter(|(body, entity)| {
-            let shown = match reference_overlay.chosen {
-                Scope::All => true,
-                Scope::Body(key) => entity.to_bits() == key,
-            };
-            shown && body.quarantine.is_none()
+            reference_overlay.chosen.contains(*entity) && body.quarantine.is_none()
         })
         .collect();
     all.sort_by(|(a, _), (b, _)| distance(a, eye).total_cmp(&distance(b, eye)));
@@ -56,8 +52,8 @@ pub(super) fn begin(world: &mut World, reference_overlay: &mut ReferenceOverlay)
             Some("No body to compare: add a body, or restore one that diverged.".to_owned());
         return;
     }
-    match Worker::start(copy, entities, room) {
-        Ok(worker) => reference_overlay.worker = Some(worker),
+    match Follower::start(copy, entities, room) {
+        Ok(follower) => reference_overlay.follower = Some(follower),
         Err(error) => {
             reference_overlay.trouble =
                 Some(format!("Cannot start the thread of the reference: {error}"))
@@ -74,8 +70,7 @@ fn distance(body: &solver::Body, from: Vec3) -> f32 {
 
 /// At the end of a tick: sends what was in force in it and where it took the bodies.
 ///
-/// Where somebody moved a body between two ticks (pushed it out of shape, say), no reference overlay could have
-/// gone along, and all begin again.
+/// When a body was moved between two ticks, deformed for example, references cannot follow, and all restart.
 pub(super) fn observe(world: &mut World, mut read: Local<MessageCursor<Applied>>) {
     if world.resource::<SimulationClock>().mid_tick() {
         return;
@@ -83,7 +78,7 @@ pub(super) fn observe(world: &mut World, mut read: Local<MessageCursor<Applied>>
     let mut applied = read.read(world.resource::<Messages<Applied>>());
     let deformed = applied.any(|applied| matches!(applied.action, Action::Deform { .. }));
     world.resource_scope(|world, mut reference_overlay: Mut<ReferenceOverlay>| {
-        if reference_overlay.worker.is_none() && reference_overlay.trouble.is_none() {
+        if reference_overlay.follower.is_none() && reference_overlay.trouble.is_none() {
             begin(world, &mut reference_overlay);
             return;
         }
@@ -94,12 +89,12 @@ pub(super) fn observe(world: &mut World, mut read: Local<MessageCursor<Applied>>
         }
         let moment = Arc::new(moment(world, &reference_overlay));
         let heard = reference_overlay
-            .worker
+            .follower
             .as_ref()
             .is_some_and(|worker| worker.send(Arc::clone(&moment)));
         if heard {
             reference_overlay.sent = Some(moment);
-        } else if reference_overlay.worker.take().is_some() {
+        } else if reference_overlay.follower.take().is_some() {
             reference_overlay.trouble =
                 Some("The thread of the reference has ended. Restart it.".to_owned());
         }
@@ -112,7 +107,7 @@ fn moved(world: &World, reference_overlay: &ReferenceOverlay) -> bool {
         return false;
     };
     last.bodies.iter().any(|seen| {
-        // One that was frozen is out of the game, and moved by nobody.
+        // One in quarantine is not stepped.
         let body = world.get_entity(seen.body).ok();
         let body = body.filter(|body| !body.contains::<Quarantined>());
         let start = body.and_then(|body| body.get::<TickStart>());

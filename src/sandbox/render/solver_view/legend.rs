@@ -1,5 +1,6 @@
 //! The legend of the solver view: what the colors of the constraints mean.
 
+use crate::sandbox::state::view::SolverView;
 use bevy_egui::egui::{
     self, Align2, Area, Color32, Frame, Id, Label, Margin, Order, RichText, Sense, TextStyle, pos2,
     vec2,
@@ -8,7 +9,7 @@ use bevy_egui::egui::{
 use super::place::{Filling, Summary};
 use crate::{
     sandbox::{
-        render::{material::PALETTE, view::SolverView},
+        render::material::PALETTE,
         ui::{count, theme},
     },
     solver::{lanes::WIDTH, partitions::MIN_CUT},

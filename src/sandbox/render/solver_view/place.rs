@@ -2,13 +2,11 @@
 //!
 //! Pure functions of a topology: nothing here draws.
 
+use crate::sandbox::state::view::SolverView;
 use bevy::{color::Oklcha, prelude::*};
 
 use crate::{
-    sandbox::render::{
-        material::{PALETTE, linear},
-        view::SolverView,
-    },
+    sandbox::render::material::{PALETTE, linear},
     solver::{Topology, lanes::WIDTH, order::Elements},
 };
 

@@ -86,7 +86,7 @@ impl Force for Wind {
     ) {
         let (drag, lift) = (f64::from(self.drag.get()), f64::from(self.lift.get()));
         let half_density = 0.5 * f64::from(self.density.get());
-        for &corners in &topology.triangles {
+        for &corners in topology.triangles.iter() {
             let [a, b, c] = corners.map(&at);
             let across = (b.x - a.x).cross(c.x - a.x);
             let twice_area = across.length();

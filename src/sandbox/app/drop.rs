@@ -13,7 +13,7 @@ use bevy_egui::{
 
 use crate::sandbox::{
     app::{import::Imports, load::Opening},
-    render::view::{ViewCommand, ViewSettings},
+    state::view::{ViewCommand, ViewSettings},
     ui::theme,
 };
 

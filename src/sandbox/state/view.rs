@@ -4,6 +4,7 @@
 //! Everything here is plain state. The keys and the panel write it; the camera, the
 //! overlays, the drag and the scene loader read it. It knows neither egui nor the solver.
 
+use crate::solver::VertexIndex;
 use bevy::prelude::*;
 
 /// Provides what is shared.
@@ -107,13 +108,17 @@ pub enum ViewCommand {
 #[derive(Resource, Debug, Default, Clone, Copy, PartialEq)]
 pub struct LastGrab(pub Option<GrabbedPoint>);
 
+/// The body under the pointer while it is free, or the body that is dragged.
+#[derive(Resource, Debug, Default, Clone, Copy, PartialEq, Eq)]
+pub struct Hovered(pub Option<Entity>);
+
 /// A held point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GrabbedPoint {
     /// The body that is held.
     pub body: Entity,
     /// The vertex of the body's rest shape that is nearest to the held point.
-    pub vertex: u32,
+    pub vertex: VertexIndex,
     /// Whether the pointer still holds it.
     pub held: bool,
 }

@@ -5,24 +5,22 @@
 
 use bevy::prelude::*;
 
-use super::{
-    PanelRequest, PanelState, energy,
-    gather::{in_scope, track},
-    model::{Distortion, Request, Scope},
-    restart,
-    scene_defaults::{SceneDefaults, SceneSettings},
-};
+use super::import::Imports;
 use crate::{
     effect::EffectRegistry,
     sandbox::{
-        app::import::Imports,
         input::drag::Drag,
         lab::{
             accuracy::{Accuracy, AccuracyCommand},
             gallery::{Gallery, GalleryCommand},
             reference_overlay::ReferenceCommand,
         },
-        render::view::{LastGrab, ViewCommand, ViewSettings},
+        panel::{SceneDefaults, SceneSettings, energy, gather::track, restart, show_held},
+        state::{
+            request::{Distortion, Request, RequestSystems, Requested},
+            selection::{Scope, Selection},
+            view::{LastGrab, ViewCommand, ViewSettings},
+        },
         ui::message::{Notices, capitalised},
     },
     scene::Material,
@@ -36,26 +34,47 @@ use crate::{
 /// Height left by a squash.
 const SQUASHED: f32 = 0.1;
 
+/// How often bodies were shuffled; the seed of the next time.
+#[derive(Resource, Debug, Default)]
+struct Shuffles(u32);
+
+/// Carries out what is asked for.
+pub struct RequestsPlugin;
+
+impl Plugin for RequestsPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Shuffles>()
+            .add_message::<Requested>()
+            .add_systems(
+                Update,
+                (carry_out, report_refusals)
+                    .chain()
+                    .after(show_held)
+                    .in_set(RequestSystems),
+            );
+    }
+}
+
 /// Carries out everything that was asked for in this frame.
-pub(super) fn carry_out(world: &mut World) {
-    let asked: Vec<PanelRequest> = world
-        .resource_mut::<Messages<PanelRequest>>()
+fn carry_out(world: &mut World) {
+    let asked: Vec<Requested> = world
+        .resource_mut::<Messages<Requested>>()
         .drain()
         .collect();
-    for PanelRequest(request) in asked {
+    for Requested(request) in asked {
         carry_out_one(world, request);
     }
 }
 
 /// Says why an action was refused.
-pub(super) fn report_refusals(mut actions: ResMut<Actions>, mut notices: ResMut<Notices>) {
+fn report_refusals(mut actions: ResMut<Actions>, mut notices: ResMut<Notices>) {
     for error in actions.bypass_change_detection().take_errors() {
         notices.error(capitalised(&error.to_string()));
     }
 }
 
 fn carry_out_one(world: &mut World, request: Request) {
-    let scope = world.resource::<PanelState>().scope;
+    let scope = world.resource::<Selection>().0;
     match request {
         Request::OpenScene(name) => command(world, ViewCommand::LoadScene(name)),
         Request::NextScene => command(world, ViewCommand::NextScene),
@@ -110,11 +129,7 @@ fn carry_out_one(world: &mut World, request: Request) {
             value.or(original)
         }),
         Request::Soften { scope, softer } => soften(world, scope, softer),
-        Request::Show(scope) => {
-            let mut state = world.resource_mut::<PanelState>();
-            state.scope = scope;
-            state.works.clear();
-        }
+        Request::Show(scope) => world.resource_mut::<Selection>().0 = scope,
         Request::Effect { effect, on } => switch(world, scope, effect, on),
         Request::Material(name) => make_of(world, scope, name),
         Request::Distort(distortion) => distort(world, scope, distortion),
@@ -145,7 +160,7 @@ fn push(world: &mut World, action: Action) {
 
 fn bodies(world: &mut World, scope: Scope) -> Vec<Entity> {
     let mut bodies = bodies_in_order(world);
-    bodies.retain(|body| in_scope(scope, *body));
+    bodies.retain(|body| scope.contains(*body));
     bodies
 }
 
@@ -263,12 +278,12 @@ fn make_of(world: &mut World, scope: Scope, name: &str) {
 
 fn distort(world: &mut World, scope: Scope, distortion: Distortion) {
     for body in bodies(world, scope) {
-        let mut state = world.resource_mut::<PanelState>();
         let deformation = match distortion {
             Distortion::Squash => Deformation::Squash(SQUASHED),
             Distortion::Shuffle => {
-                state.shuffles += 1;
-                Deformation::Shuffle(state.shuffles)
+                let mut shuffles = world.resource_mut::<Shuffles>();
+                shuffles.0 += 1;
+                Deformation::Shuffle(shuffles.0)
             }
             Distortion::Mirror => Deformation::Mirror,
         };

@@ -1,31 +1,31 @@
-//! The thread that the reference overlays live on.
+//! Reference overlays that follow the simulation on a thread of their own.
 
 use super::{
     bodies::{Comparison, Moment, ReferenceBodies, Seen},
     pace::{Pace, fitting},
 };
-use crate::solver::World;
+use crate::{
+    sandbox::lab::worker::{Reporter, Worker},
+    solver::World,
+};
 use bevy::ecs::entity::Entity;
 use std::{
     io,
     sync::{
-        Arc, Mutex, PoisonError,
-        atomic::{AtomicBool, Ordering},
+        Arc,
         mpsc::{self, Receiver, Sender},
     },
-    thread,
     time::Instant,
 };
 
-/// A thread at work; it ends when this is dropped.
+/// References that live on a thread of their own.
 #[derive(Debug)]
-pub struct Worker {
+pub struct Follower {
     moments: Sender<Arc<Moment>>,
-    comparisons: Mutex<Receiver<Comparison>>,
-    stop: Arc<AtomicBool>,
+    worker: Worker<Comparison>,
 }
 
-impl Worker {
+impl Follower {
     /// Begins reference overlays of the bodies of a world, those that `entities` name in their order, of as many
     /// as keep pace where `room` seconds are there for each tick. The first comparison is of where
     /// they begin.
@@ -34,20 +34,10 @@ impl Worker {
     /// When the system refuses to start a thread.
     pub fn start(world: World, entities: Vec<Entity>, room: f64) -> io::Result<Self> {
         let (moments, orders) = mpsc::channel();
-        let (news, comparisons) = mpsc::channel();
-        let stop = Arc::new(AtomicBool::new(false));
-        let stopped = Arc::clone(&stop);
-        thread::Builder::new()
-            .name("reference_overlay".to_owned())
-            .spawn(move || {
-                let stopped = || stopped.load(Ordering::Relaxed);
-                live(world, &entities, room, &orders, &news, stopped);
-            })?;
-        Ok(Self {
-            moments,
-            comparisons: Mutex::new(comparisons),
-            stop,
-        })
+        let worker = Worker::start("reference overlay", move |reporter| {
+            live(world, &entities, room, &orders, reporter);
+        })?;
+        Ok(Self { moments, worker })
     }
 
     /// Lets the reference overlays do a tick. Returns whether anybody listens.
@@ -57,15 +47,7 @@ impl Worker {
 
     /// What has been compared since the last time.
     pub fn comparisons(&self) -> Vec<Comparison> {
-        let comparisons = self.comparisons.lock();
-        let comparisons = comparisons.unwrap_or_else(PoisonError::into_inner);
-        comparisons.try_iter().collect()
-    }
-}
-
-impl Drop for Worker {
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
+        self.worker.news()
     }
 }
 
@@ -75,14 +57,13 @@ fn live(
     entities: &[Entity],
     room: f64,
     moments: &Receiver<Arc<Moment>>,
-    news: &Sender<Comparison>,
-    stopped: impl Fn() -> bool,
+    reporter: &Reporter<Comparison>,
 ) {
     let (count, tick) = fitting(&world, room);
     world.bodies.truncate(count);
     let mut pace = Pace::new(tick, &world.settings, room);
     let settings = pace.settings(&world.settings);
-    if stopped() {
+    if reporter.is_stopped() {
         return;
     }
     let mut references = ReferenceBodies::begin(&world, entities, settings);
@@ -97,11 +78,11 @@ fn live(
         .collect();
     let mut comparison = references.compare(world.tick, settings.substeps.get(), &start);
     drop((world, start));
-    while news.send(comparison).is_ok() {
+    while reporter.tell(comparison) {
         let Ok(moment) = moments.recv() else {
             return;
         };
-        if stopped() {
+        if reporter.is_stopped() {
             return;
         }
         let started = Instant::now();

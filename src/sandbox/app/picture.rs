@@ -2,23 +2,23 @@
 //!
 //! Needs a graphics adapter but no display. It draws what it is given and steps nothing.
 
-use crate::sandbox::{
-    app::{
-        display::{self, NoDisplay},
-        screenshot,
-    },
-    render::{
-        bodies::BodiesPlugin,
-        camera::OrbitCamera,
-        colliders::CollidersPlugin,
-        orbit::Orbit,
-        stage::{self, StagePlugin},
-        view::ViewSettings,
-    },
-};
 use crate::{
     SoftBodyPlugins,
     render::Drawn,
+    sandbox::{
+        app::{
+            display::{self, NoDisplay},
+            screenshot,
+        },
+        render::{
+            bodies::BodiesPlugin,
+            camera::OrbitCamera,
+            colliders::CollidersPlugin,
+            orbit::Orbit,
+            stage::{self, StagePlugin},
+        },
+        state::view::ViewSettings,
+    },
     scene::{self, BuiltScene, CameraSpec},
     simulation::SimulationClock,
 };

@@ -1,8 +1,9 @@
-//! The thread that runs a case while the window goes on.
+//! Runs a case while the window goes on.
 
 use super::Verdict;
 use crate::{
     recording::{About, record},
+    sandbox::lab::worker::{Reporter, Worker},
     scene::{BuiltScene, Look},
     solver::{Body, Settings},
     torture::{
@@ -16,11 +17,7 @@ use crate::{
 use std::{
     io,
     path::Path,
-    sync::{
-        Mutex, PoisonError,
-        mpsc::{self, Receiver, Sender},
-    },
-    thread,
+    sync::{Mutex, PoisonError},
 };
 
 /// What a case is run on.
@@ -74,67 +71,38 @@ pub fn save(
     done.map(|_| ()).map_err(|error| error.to_string())
 }
 
-/// A thread at work; nobody listens to it when this is dropped.
-#[derive(Debug)]
-pub struct Worker {
-    news: Mutex<Receiver<News>>,
+/// Begins to run a case, on a thread of its own.
+///
+/// # Errors
+/// When the system refuses to start a thread.
+pub fn run_case(case: &'static Case, subject: Subject) -> io::Result<Worker<News>> {
+    Worker::start("hard case", move |reporter| {
+        let outcome = match subject {
+            Subject::This(body, settings) => {
+                run_given(case, *body, settings).map(|outcome| Verdict::of_this(&outcome))
+            }
+            Subject::Own => own(case, reporter),
+        };
+        reporter.tell(News::Ended(outcome.map_err(|error| error.to_string())));
+    })
 }
 
-impl Worker {
-    /// Begins to run a case.
-    ///
-    /// # Errors
-    /// When the system refuses to start a thread.
-    pub fn start(case: &'static Case, subject: Subject) -> io::Result<Self> {
-        Self::spawn("hard case", move |sender| {
-            let outcome = match subject {
-                Subject::This(body, settings) => {
-                    run_given(case, *body, settings).map(|outcome| Verdict::of_this(&outcome))
-                }
-                Subject::Own => own(case, sender),
-            };
-            News::Ended(outcome.map_err(|error| error.to_string()))
-        })
-    }
-
-    /// Begins to look for settings with which a case passes: on a body, or on the named member of the case's own
-    /// family.
-    ///
-    /// # Errors
-    /// When the system refuses to start a thread.
-    pub fn advise(case: &'static Case, subject: Subject, member: String) -> io::Result<Self> {
-        Self::spawn("advice", move |_| {
-            let advice = find_settings(case, subject, member);
-            let words = advice.map(|advice| {
-                advice.map_or_else(|| NOTHING.to_owned(), |advice| advice.to_string())
-            });
-            News::Advised(words.map_err(|error| error.to_string()))
-        })
-    }
-
-    /// Starts a thread whose last news is what `work` returns.
-    fn spawn(
-        name: &str,
-        work: impl FnOnce(&Sender<News>) -> News + Send + 'static,
-    ) -> io::Result<Self> {
-        let (sender, news) = mpsc::channel();
-        thread::Builder::new()
-            .name(name.to_owned())
-            .spawn(move || {
-                let last = work(&sender);
-                // Whoever asked may be gone.
-                let _heard = sender.send(last);
-            })?;
-        Ok(Self {
-            news: Mutex::new(news),
-        })
-    }
-
-    /// What has been found since the last time.
-    pub fn news(&self) -> Vec<News> {
-        let news = self.news.lock().unwrap_or_else(PoisonError::into_inner);
-        news.try_iter().collect()
-    }
+/// Begins to look for settings with which a case passes: on a body, or on the named member of the case's own
+/// family.
+///
+/// # Errors
+/// When the system refuses to start a thread.
+pub fn start_advice(
+    case: &'static Case,
+    subject: Subject,
+    member: String,
+) -> io::Result<Worker<News>> {
+    Worker::start("advice", move |reporter| {
+        let advice = find_settings(case, subject, member);
+        let words =
+            advice.map(|advice| advice.map_or_else(|| NOTHING.to_owned(), |it| it.to_string()));
+        reporter.tell(News::Advised(words.map_err(|error| error.to_string())));
+    })
 }
 
 fn find_settings(
@@ -152,6 +120,7 @@ fn find_settings(
                 cases: vec![case.name.to_owned()],
                 member: Some(member),
                 quick: false,
+                mixtures: 1,
             };
             let crews = Crews::start()?;
             let Some(job) = jobs(&options)?.pop() else {
@@ -164,16 +133,17 @@ fn find_settings(
 }
 
 /// Runs the quick members of a case, one after the other, and the worst once more to be seen.
-fn own(case: &'static Case, sender: &Sender<News>) -> Result<Verdict, TortureError> {
+fn own(case: &'static Case, reporter: &Reporter<News>) -> Result<Verdict, TortureError> {
     let jobs = jobs(&Options {
         cases: vec![case.name.to_owned()],
         member: None,
         quick: true,
+        mixtures: 1,
     })?;
-    let sender = Mutex::new(sender);
+    let reporter = Mutex::new(reporter);
     let progress = |done: usize| {
-        let sender = sender.lock().unwrap_or_else(PoisonError::into_inner);
-        let _heard = sender.send(News::Share(done as f32 / jobs.len().max(1) as f32));
+        let reporter = reporter.lock().unwrap_or_else(PoisonError::into_inner);
+        reporter.tell(News::Share(done as f32 / jobs.len().max(1) as f32));
     };
     let rows = suite::run(&jobs, 1, &progress)?;
     let load = |row: &&suite::Row| {

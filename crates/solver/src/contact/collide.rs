@@ -1,0 +1,162 @@
+//! How a body answers to [colliders](super::collider).
+
+use super::{
+    ContactMultiplier,
+    collider::SweptCollider,
+    reference::{self, Pushed},
+    response::{Answer, Response, Touch},
+};
+#[cfg(feature = "bevy")]
+use crate::reflection::*;
+use crate::{
+    Friction, Restitution,
+    effects::body_effect::{
+        BodyEffect, BodyPass, BodyPhase, ReferenceParticles, ReferencePass, Resting, WorkOf,
+    },
+    particles::Part,
+    step::scope::EachParticle,
+};
+use glam::Vec4;
+use serde::{Deserialize, Serialize};
+
+/// The body stays out of colliders.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(
+    feature = "bevy",
+    derive(Component, Reflect),
+    reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize),
+    type_path = "pliant::effect"
+)]
+pub struct Collide {
+    /// Coefficient of friction µ; default 0.5.
+    pub friction: Friction,
+    /// Coefficient of restitution e; default 0.
+    pub restitution: Restitution,
+}
+
+/// Pushes every particle out of colliders, one after the other. What it keeps are multipliers of earlier passes, or nothing.
+impl BodyEffect for Collide {
+    /// For each particle that of the collider which it has touched last.
+    type State = Vec<ContactMultiplier>;
+    type Scope = EachParticle;
+    type ReferenceState = Vec<Pushed>;
+    const PHASE: BodyPhase = BodyPhase::Contact;
+    const WORK: WorkOf = WorkOf::Contact;
+
+    fn prepare(&self, kept: &mut Vec<ContactMultiplier>, body: &Resting) {
+        ContactMultiplier::make_room(kept, body, false);
+    }
+
+    fn solve(&self, kept: &mut [ContactMultiplier], mut part: Part, pass: &BodyPass) -> bool {
+        let response = Response::new((self.friction, self.restitution), kept, pass);
+        let mut touched = false;
+        for collider in (0..).zip(pass.colliders) {
+            touched |= push_out(part.reborrow(), &response, collider, kept);
+        }
+        touched
+    }
+
+    fn begin_reference(&self, pushed: &mut Vec<Pushed>, particles: usize) {
+        reference::begin(pushed, particles);
+    }
+
+    fn solve_reference(
+        &self,
+        pushed: &mut Vec<Pushed>,
+        mut body: ReferenceParticles,
+        pass: &ReferencePass,
+    ) {
+        let surface = (self.friction.into(), self.restitution.into());
+        for collider in pass.colliders.iter().enumerate() {
+            reference::collide(&mut body, collider, surface, pushed, pass);
+        }
+    }
+
+    fn bytes(kept: &Vec<ContactMultiplier>) -> usize {
+        size_of_val(&kept[..])
+    }
+}
+
+/// Pushes every particle out of a collider, the one of this number. `kept` are multipliers of earlier passes, or empty.
+///
+/// The way of a particle is seen from the collider, so that a collider that moves fast, or a
+/// particle that does, is met where it came in, whichever of the two has moved. Says whether there was
+/// one to push.
+fn push_out(
+    particles: Part,
+    response: &Response,
+    (number, collider): (u32, &SweptCollider),
+    kept: &mut [ContactMultiplier],
+) -> bool {
+    let mut any = false;
+    let mut none = ContactMultiplier::default();
+    let near = Reach::of(collider);
+    let state = particles
+        .positions
+        .iter()
+        .zip(particles.displacements)
+        .zip(particles.carry);
+    for (i, ((p, u), c)) in state.enumerate() {
+        let multiplier = ContactMultiplier::or_none(kept, i, &mut none);
+        let pushed = multiplier.surface == number && multiplier.normal > 0.0;
+        if p.w == 0.0 || !(pushed || near.has(*p, *u)) {
+            continue;
+        }
+        let [place, moved, began] = [*p, *u, *c].map(|x| x.truncate().as_dvec3());
+        let to = collider.to.undo(place + moved);
+        let from = collider.from.undo(place + began);
+        let lifted = || pushed.then(|| collider.shape.approach(to));
+        if let Some(exit) = collider.shape.exit(from, to).or_else(lifted) {
+            // What another collider has done is not this one's to take back.
+            if multiplier.surface != number {
+                *multiplier = ContactMultiplier {
+                    surface: number,
+                    ..ContactMultiplier::default()
+                };
+            }
+            let touched = to + exit.normal * exit.depth;
+            let carried = collider.to.apply(touched) - collider.from.apply(touched);
+            let touch = Touch {
+                motion: moved - began,
+                normal: collider.to.rotation * exit.normal,
+                depth: exit.depth,
+                carried,
+            };
+            let Answer { shift, lowered } = response.apply(&touch, multiplier);
+            *u = (moved + shift).as_vec3().extend(0.0);
+            *c = (began + lowered).as_vec3().extend(0.0);
+            any = true;
+        }
+    }
+    any
+}
+
+/// A ball that holds a collider all the way through a substep: what stays outside of it is not looked
+/// at any closer.
+#[derive(Debug, Clone, Copy)]
+struct Reach {
+    middle: Vec4,
+    radius: f32,
+}
+
+impl Reach {
+    fn of(collider: &SweptCollider) -> Self {
+        let (from, to) = (collider.from.translation, collider.to.translation);
+        let middle = ((from + to) / 2.0).as_vec3();
+        let radius = collider.shape.reach() + (from.distance(to) / 2.0) as f32;
+        // More than all roundings here.
+        let margin = 1e-5 * (radius + middle.length());
+        Self {
+            middle: middle.extend(0.0),
+            radius: radius + margin,
+        }
+    }
+
+    /// Whether a particle that goes from p by u can be in it.
+    fn has(self, p: Vec4, u: Vec4) -> bool {
+        let apart = (p - self.middle).truncate();
+        let most = self.radius * 1.00001 + u.truncate().length();
+        apart.length_squared() <= most * most
+    }
+}

@@ -1,0 +1,248 @@
+//! Ground and colliders of the [reference](crate::reference), which have nothing in common with those of the fast solver
+//! but their parameters.
+
+use super::{ColliderShape, Pose};
+use crate::effects::body_effect::{ReferenceParticles, ReferencePass};
+use glam::DVec3;
+
+/// See the fast solver's constant of the same name.
+const UP_OVER: f64 = 0.4;
+
+/// What rigid surfaces have done to a particle in the substep under way.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Pushed {
+    /// How far it was pushed out [m].
+    pub normal: f64,
+    /// How far friction has brought it back [m].
+    pub friction: DVec3,
+    /// By which collider.
+    surface: usize,
+}
+
+/// Begins a substep of a body with this number of particles.
+pub(super) fn begin(pushed: &mut Vec<Pushed>, particles: usize) {
+    pushed.clear();
+    pushed.resize(particles, Pushed::default());
+}
+
+/// A pass over a ground of this height [m]; friction µ and restitution e.
+pub(super) fn ground(
+    mut body: ReferenceParticles,
+    height: f64,
+    surface: (f64, f64),
+    pushed: &mut [Pushed],
+    pass: &ReferencePass,
+) {
+    let ReferencePass { h, gravity, .. } = *pass;
+    for (i, pushed) in pushed.iter_mut().enumerate() {
+        let approach = (body.x[i] - body.p[i]).y / h;
+        let bounces = surface.1 > 0.0 && approach < -2.0 * h * gravity.length();
+        let below = if bounces {
+            0.0
+        } else {
+            (height - body.from[i].y).max(0.0)
+        };
+        let left = below * (1.0 - (h / UP_OVER).min(1.0));
+        let depth = height - left - body.x[i].y;
+        if (depth > 0.0 || pushed.normal > 0.0) && body.w[i] > 0.0 {
+            respond(
+                &mut body,
+                i,
+                surface,
+                (DVec3::Y, depth),
+                DVec3::ZERO,
+                pushed,
+                pass,
+            );
+        }
+    }
+}
+
+/// A pass over the collider of this number; friction µ and restitution e.
+pub(super) fn collide(
+    body: &mut ReferenceParticles,
+    (number, &(shape, from, to)): (usize, &(ColliderShape, Pose, Pose)),
+    surface: (f64, f64),
+    all: &mut [Pushed],
+    pass: &ReferencePass,
+) {
+    for (i, kept) in all.iter_mut().enumerate() {
+        if body.w[i] == 0.0 {
+            continue;
+        }
+        let (start, end) = (from.undo(body.p[i]), to.undo(body.x[i]));
+        let mut pushed = *kept;
+        let lifted = || {
+            let taken_back = pushed.surface == number && pushed.normal > 0.0;
+            taken_back.then(|| gradient(shape, end))
+        };
+        if let Some((normal, depth)) = exit(shape, start, end).or_else(lifted) {
+            if pushed.surface != number {
+                pushed = Pushed {
+                    surface: number,
+                    ..Pushed::default()
+                };
+            }
+            let touched = end + normal * depth;
+            let carried = to.apply(touched) - from.apply(touched);
+            let exit = (to.rotation * normal, depth);
+            respond(body, i, surface, exit, carried, &mut pushed, pass);
+            *kept = pushed;
+        }
+    }
+}
+
+/// Out of the surface, slip shortened by µ times the depth, both in all of the substep, and a bounce.
+fn respond(
+    body: &mut ReferenceParticles,
+    i: usize,
+    (friction, restitution): (f64, f64),
+    (normal, depth): (DVec3, f64),
+    carried: DVec3,
+    pushed: &mut Pushed,
+    ReferencePass { h, gravity, .. }: &ReferencePass,
+) {
+    *body.touched = true;
+    let approach = (body.x[i] - body.p[i] - carried).dot(normal) / h;
+    let normal_before = pushed.normal;
+    pushed.normal = (pushed.normal + depth).max(0.0);
+    body.x[i] += normal * (pushed.normal - normal_before);
+    let slip = (body.x[i] - body.p[i] - carried).reject_from_normalized(normal);
+    let before = pushed.friction.reject_from_normalized(normal);
+    pushed.friction = (before + slip).clamp_length_max(friction * pushed.normal);
+    body.x[i] -= pushed.friction - before;
+    if restitution > 0.0 && approach < -2.0 * h * gravity.length() {
+        let leave = -restitution * approach * h + carried.dot(normal);
+        let now = (body.x[i] - body.p[i]).dot(normal);
+        body.p[i] += normal * (now - leave);
+        *pushed = Pushed::default();
+    }
+}
+
+/// Normal of a shape towards a point outside of it, and its depth, which is not positive.
+fn gradient(shape: ColliderShape, x: DVec3) -> (DVec3, f64) {
+    let distance = distance(shape, x);
+    if distance <= 0.0 {
+        return (nearest_exit(shape, x).0, 0.0);
+    }
+    let outward = match shape {
+        ColliderShape::Box { size } => {
+            let half = size.as_dvec3() / 2.0;
+            x - x.clamp(-half, half)
+        }
+        ColliderShape::Sphere { .. } => x,
+        ColliderShape::Capsule { length, .. } => x - on_axis(x, length),
+    };
+    (outward.normalize(), -distance)
+}
+
+/// Normal and depth for a point that went from `from` to `to`, in the collider's frame; how it is
+/// chosen is told at [`ColliderShape::exit`].
+pub fn exit(shape: ColliderShape, from: DVec3, to: DVec3) -> Option<(DVec3, f64)> {
+    let step = to - from;
+    let nearest = (distance(shape, to) < 0.0).then(|| nearest_exit(shape, to));
+    if nearest.is_some_and(|(normal, _)| normal.dot(step) <= 0.0) {
+        return nearest;
+    }
+    let entry = if distance(shape, from) < 0.0 {
+        let (normal, depth) = nearest_exit(shape, from);
+        Some((from + normal * depth, normal))
+    } else {
+        enter(shape, from, step)
+            .filter(|&t| t <= 1.0)
+            .map(|t| from + step * t)
+            .map(|entry| (entry, nearest_exit(shape, entry).0))
+    };
+    let entered = entry
+        .filter(|(_, normal)| normal.dot(step) < 0.0)
+        .map(|(entry, normal)| (normal, normal.dot(entry - to)))
+        .filter(|&(_, depth)| depth > 0.0);
+    entered.or(nearest)
+}
+
+fn distance(shape: ColliderShape, x: DVec3) -> f64 {
+    match shape {
+        ColliderShape::Box { size } => {
+            let q = x.abs() - size.as_dvec3() / 2.0;
+            q.max(DVec3::ZERO).length() + q.max_element().min(0.0)
+        }
+        ColliderShape::Sphere { radius } => x.length() - f64::from(radius),
+        ColliderShape::Capsule { radius, length } => {
+            (x - on_axis(x, length)).length() - f64::from(radius)
+        }
+    }
+}
+
+fn nearest_exit(shape: ColliderShape, x: DVec3) -> (DVec3, f64) {
+    match shape {
+        ColliderShape::Box { size } => {
+            let gaps = size.as_dvec3() / 2.0 - x.abs();
+            let axis = if gaps.y <= gaps.x && gaps.y <= gaps.z {
+                DVec3::Y
+            } else if gaps.x <= gaps.z {
+                DVec3::X
+            } else {
+                DVec3::Z
+            };
+            let side = if x.dot(axis) < 0.0 { -1.0 } else { 1.0 };
+            (axis * side, gaps.dot(axis))
+        }
+        ColliderShape::Sphere { radius } => round_exit(x, f64::from(radius), DVec3::Y),
+        ColliderShape::Capsule { radius, length } => {
+            round_exit(x - on_axis(x, length), f64::from(radius), DVec3::X)
+        }
+    }
+}
+
+fn round_exit(x: DVec3, radius: f64, any: DVec3) -> (DVec3, f64) {
+    let distance = x.length();
+    let normal = if distance > 0.0 { x / distance } else { any };
+    (normal, radius - distance)
+}
+
+fn on_axis(x: DVec3, length: f32) -> DVec3 {
+    let half = f64::from(length) / 2.0;
+    DVec3::new(0.0, x.y.clamp(-half, half), 0.0)
+}
+
+fn enter(shape: ColliderShape, from: DVec3, step: DVec3) -> Option<f64> {
+    match shape {
+        ColliderShape::Sphere { radius } => enter_sphere(from, step, f64::from(radius)),
+        ColliderShape::Box { size } => enter_box(from, step, size.as_dvec3() / 2.0),
+        ColliderShape::Capsule { radius, length } => {
+            let (radius, half) = (f64::from(radius), f64::from(length) / 2.0);
+            let flat = DVec3::new(1.0, 0.0, 1.0);
+            let end = DVec3::new(0.0, half, 0.0);
+            enter_sphere(from * flat, step * flat, radius)
+                .filter(|t| (from.y + t * step.y).abs() <= half)
+                .or_else(|| {
+                    [end, -end]
+                        .into_iter()
+                        .filter_map(|end| enter_sphere(from - end, step, radius))
+                        .reduce(f64::min)
+                })
+        }
+    }
+}
+
+fn enter_sphere(from: DVec3, step: DVec3, radius: f64) -> Option<f64> {
+    let (a, b) = (step.length_squared(), from.dot(step));
+    let discriminant = b * b - a * (from.length_squared() - radius * radius);
+    (a > 0.0 && discriminant >= 0.0 && b < 0.0).then(|| ((-b - discriminant.sqrt()) / a).max(0.0))
+}
+
+fn enter_box(from: DVec3, step: DVec3, half: DVec3) -> Option<f64> {
+    let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
+    for axis in 0..3 {
+        if step[axis] == 0.0 {
+            if from[axis].abs() > half[axis] {
+                return None;
+            }
+        } else {
+            let sides = [-half[axis], half[axis]].map(|side| (side - from[axis]) / step[axis]);
+            enter = enter.max(sides[0].min(sides[1]));
+            leave = leave.min(sides[0].max(sides[1]));
+        }
+    }
+    (enter <= leave && leave >= 0.0).then_some(enter.max(0.0))
+}

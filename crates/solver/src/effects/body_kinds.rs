@@ -1,0 +1,357 @@
+//! What follows from the kind of an effect without elements and its type.
+
+#![allow(unsafe_code, reason = "states are handed out to threads")]
+
+use super::{
+    Effects,
+    body_effect::{
+        BodyEffect, BodyPass, BodyPhase, ReferenceParticles, ReferencePass, Resting, Store, WorkOf,
+    },
+    stitches::{Stitches, Stitching},
+};
+use crate::{
+    Topology,
+    kernel::sum::SquareSum,
+    particles::{Part, Particles},
+    step::scope::{Scope, Side},
+};
+use glam::{DVec3, Vec4};
+use std::ops::Range;
+
+/// Makes what effects without elements need one line each for.
+macro_rules! of_body_effects {
+    (
+        {
+            forces { $($force:tt)* }
+            solvers { $($solver:tt)* }
+            elastic { $($elastic:tt)* }
+            shapes { $($shape:ident $shaped:ident $shapes:literal;)* }
+        }
+        $stitches:ident $stitched:ident
+        { pins { $($pin:ident $pinned:ident $pins:literal;)* } }
+        $grab:ident $grabbed:ident
+        {
+            between { $($between:tt)* }
+            surfaces { $($surface:ident $surfaced:ident $surfaces:literal;)* }
+            rest_values { $($rest:tt)* }
+        }
+    ) => {
+        of_body_effects! {
+            $($shape $shaped,)*
+            ; $stitches $stitched
+            ; $($pin $pinned,)* $grab $grabbed, $($surface $surfaced,)*
+        }
+    };
+    ($($before:ident $first:ident,)*; $stitches:ident $stitched:ident; $($after:ident $last:ident,)*) => {
+        /// The effects without elements, in the order in which they act.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum BodyEffectKind {
+            $(#[doc = concat!("[`", stringify!($before), "`](crate::", stringify!($before), ").")] $before,)*
+            #[doc = concat!("[`", stringify!($stitches), "`](crate::", stringify!($stitches), ").")]
+            $stitches,
+            $(#[doc = concat!("[`", stringify!($after), "`](crate::", stringify!($after), ").")] $after,)*
+        }
+
+        impl BodyEffectKind {
+            /// All of them.
+            pub const ALL: &'static [Self] = &[$(Self::$before,)* Self::$stitches, $(Self::$after,)*];
+
+            /// Its name in files and commands.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$before => stringify!($first),)*
+                    Self::$stitches => stringify!($stitched),
+                    $(Self::$after => stringify!($last),)*
+                }
+            }
+
+            /// When it acts in a substep.
+            #[must_use]
+            pub const fn phase(self) -> BodyPhase {
+                match self {
+                    $(Self::$before => <crate::$before as BodyEffect>::PHASE,)*
+                    Self::$stitches => Stitching::PHASE,
+                    $(Self::$after => <crate::$after as BodyEffect>::PHASE,)*
+                }
+            }
+
+            /// What the energy ledger puts its work down to.
+            pub(crate) const fn work(self) -> WorkOf {
+                match self {
+                    $(Self::$before => <crate::$before as BodyEffect>::WORK,)*
+                    Self::$stitches => Stitching::WORK,
+                    $(Self::$after => <crate::$after as BodyEffect>::WORK,)*
+                }
+            }
+
+            /// Pieces of a body that it works on.
+            pub(crate) const fn side(self) -> Side {
+                match self {
+                    $(Self::$before => <ScopeOf<crate::$before> as Scope<StateOf<crate::$before>>>::SIDE,)*
+                    Self::$stitches => <ScopeOf<Stitching> as Scope<Stitches>>::SIDE,
+                    $(Self::$after => <ScopeOf<crate::$after> as Scope<StateOf<crate::$after>>>::SIDE,)*
+                }
+            }
+        }
+
+        impl Effects {
+            /// Whether the effect is carried, by a body with stitches or without.
+            #[must_use]
+            pub fn carries(&self, kind: BodyEffectKind, stitched: bool) -> bool {
+                match kind {
+                    $(BodyEffectKind::$before => self.$first.is_some(),)*
+                    BodyEffectKind::$stitches => stitched,
+                    $(BodyEffectKind::$after => self.$last.is_some(),)*
+                }
+            }
+
+            /// How many constraints all of them have on a body, but for stitches.
+            pub(crate) fn body_constraints(&self, topology: &Topology) -> usize {
+                let counts = [
+                    $(self.$first.as_ref().map_or(0, |effect| effect.constraints(topology)),)*
+                    $(self.$last.as_ref().map_or(0, |effect| effect.constraints(topology)),)*
+                ];
+                counts.into_iter().sum()
+            }
+
+            /// Estimated cost of a pass of all of them, in constraints of elastic effects.
+            pub(crate) fn body_load(&self, topology: &Topology) -> usize {
+                let loads = [
+                    $(self.$first.as_ref().map_or(0, |effect| effect.load(topology)),)*
+                    $(self.$last.as_ref().map_or(0, |effect| effect.load(topology)),)*
+                ];
+                loads.into_iter().sum()
+            }
+        }
+
+        /// What effects without elements keep of a body, one state for each; that of an absent effect is empty.
+        /// Stitches are kept apart, as which are broken is a state that is stored.
+        #[derive(Debug, Clone, Default, PartialEq)]
+        pub struct BodyEffectStates {
+            $(#[doc = concat!("Of [`", stringify!($before), "`](crate::", stringify!($before), ").")] pub $first: StateOf<crate::$before>,)*
+            $(#[doc = concat!("Of [`", stringify!($after), "`](crate::", stringify!($after), ").")] pub $last: StateOf<crate::$after>,)*
+        }
+
+        impl BodyEffectStates {
+            /// Begins a tick of a body with these positions [m] and inverse masses [1/kg]: empties the states of effects
+            /// that are absent.
+            pub(crate) fn begin_tick(&mut self, effects: &Effects, topology: &Topology, positions: &[Vec4]) {
+                $(match &effects.$first {
+                    Some(effect) => effect.begin_tick(&mut self.$first, topology, positions),
+                    None => self.$first = Default::default(),
+                })*
+                $(match &effects.$last {
+                    Some(effect) => effect.begin_tick(&mut self.$last, topology, positions),
+                    None => self.$last = Default::default(),
+                })*
+            }
+
+            /// Brings the state of an effect in line with a body that is about to be stepped.
+            pub(crate) fn prepare(&mut self, (effects, kind): (&Effects, BodyEffectKind), body: &Resting) {
+                match kind {
+                    $(BodyEffectKind::$before => if let Some(effect) = &effects.$first {
+                        effect.prepare(&mut self.$first, body);
+                    },)*
+                    BodyEffectKind::$stitches => {}
+                    $(BodyEffectKind::$after => if let Some(effect) = &effects.$last {
+                        effect.prepare(&mut self.$last, body);
+                    },)*
+                }
+            }
+
+            /// What an effect stores in a body whose particles are `at` places in m, with their inverse masses in 1/kg.
+            pub(crate) fn stores(
+                &self,
+                (effects, kind): (&Effects, BodyEffectKind),
+                topology: &Topology,
+                at: &dyn Fn(u32) -> (DVec3, f64),
+                store: &mut dyn FnMut(Store),
+            ) {
+                match kind {
+                    $(BodyEffectKind::$before => if let Some(effect) = &effects.$first {
+                        effect.stores(&self.$first, topology, at, store);
+                    },)*
+                    BodyEffectKind::$stitches => {}
+                    $(BodyEffectKind::$after => if let Some(effect) = &effects.$last {
+                        effect.stores(&self.$last, topology, at, store);
+                    },)*
+                }
+            }
+
+            /// How many elements an effect has on a body, as users count them; none of stitches.
+            #[must_use]
+            pub fn elements(&self, (effects, kind): (&Effects, BodyEffectKind), topology: &Topology) -> usize {
+                match kind {
+                    $(BodyEffectKind::$before => effects.$first.map_or(0, |effect| {
+                        effect.elements(&self.$first, topology)
+                    }),)*
+                    BodyEffectKind::$stitches => 0,
+                    $(BodyEffectKind::$after => effects.$last.map_or(0, |effect| {
+                        effect.elements(&self.$last, topology)
+                    }),)*
+                }
+            }
+
+            /// What is left of the equations of an effect after a substep of `h` seconds.
+            #[must_use]
+            pub fn residual(
+                &self,
+                (effects, kind): (&Effects, BodyEffectKind),
+                topology: &Topology,
+                particles: &Particles,
+                h: f64,
+            ) -> SquareSum {
+                match kind {
+                    $(BodyEffectKind::$before => effects.$first.map_or_else(SquareSum::default, |effect| {
+                        effect.residual(&self.$first, topology, particles, h)
+                    }),)*
+                    BodyEffectKind::$stitches => SquareSum::default(),
+                    $(BodyEffectKind::$after => effects.$last.map_or_else(SquareSum::default, |effect| {
+                        effect.residual(&self.$last, topology, particles, h)
+                    }),)*
+                }
+            }
+
+            /// Bytes of memory.
+            #[must_use]
+            pub(crate) fn bytes(&self) -> usize {
+                let bytes = [
+                    $(<crate::$before as BodyEffect>::bytes(&self.$first),)*
+                    $(<crate::$after as BodyEffect>::bytes(&self.$last),)*
+                ];
+                bytes.into_iter().sum()
+            }
+        }
+
+        /// The states while threads work on the body.
+        pub(crate) struct SharedStates {
+            $($first: SharedOf<crate::$before>,)*
+            $stitched: SharedOf<Stitching>,
+            $($last: SharedOf<crate::$after>,)*
+        }
+
+        impl SharedStates {
+            /// Borrows them for as long as they are shared.
+            pub fn of(states: &mut BodyEffectStates, stitches: &mut Stitches) -> Self {
+                Self {
+                    $($first: <ScopeOf<crate::$before> as Scope<_>>::share(&mut states.$first),)*
+                    $stitched: <ScopeOf<Stitching> as Scope<_>>::share(stitches),
+                    $($last: <ScopeOf<crate::$after> as Scope<_>>::share(&mut states.$last),)*
+                }
+            }
+
+            /// Begins a substep on a piece.
+            ///
+            /// # Safety
+            /// The states are still borrowed, and no other thread works on the piece, or on one that shares a particle
+            /// with it.
+            pub unsafe fn begin(&self, particles: &Range<usize>) {
+                // SAFETY: the caller's promise.
+                unsafe {
+                    $(<ScopeOf<crate::$before> as Scope<StateOf<crate::$before>>>::begin(&self.$first, particles.clone());)*
+                    $(<ScopeOf<crate::$after> as Scope<StateOf<crate::$after>>>::begin(&self.$last, particles.clone());)*
+                }
+            }
+
+            /// A pass of one effect over a piece; says whether the body touched something.
+            ///
+            /// # Safety
+            /// As of [`begin`](Self::begin); if the effect works on the whole body, no other thread works on the body.
+            pub unsafe fn solve(
+                &self,
+                (effects, kind): (&Effects, BodyEffectKind),
+                particles: Range<usize>,
+                part: Part,
+                pass: &BodyPass,
+            ) -> bool {
+                // SAFETY: the caller's promise.
+                unsafe {
+                    match kind {
+                        $(BodyEffectKind::$before => effects.$first.as_ref().is_some_and(|effect| {
+                            let state = <ScopeOf<crate::$before> as Scope<StateOf<crate::$before>>>::piece(&self.$first, particles);
+                            effect.solve(state, part, pass)
+                        }),)*
+                        BodyEffectKind::$stitches => {
+                            let state = <ScopeOf<Stitching> as Scope<Stitches>>::piece(&self.$stitched, particles);
+                            Stitching.solve(state, part, pass)
+                        }
+                        $(BodyEffectKind::$after => effects.$last.as_ref().is_some_and(|effect| {
+                            let state = <ScopeOf<crate::$after> as Scope<StateOf<crate::$after>>>::piece(&self.$last, particles);
+                            effect.solve(state, part, pass)
+                        }),)*
+                    }
+                }
+            }
+        }
+
+        /// What the reference keeps of effects without elements.
+        #[derive(Debug, Clone, Default)]
+        pub(crate) struct ReferenceStates {
+            $(pub $first: <crate::$before as BodyEffect>::ReferenceState,)*
+            pub $stitched: <Stitching as BodyEffect>::ReferenceState,
+            $(pub $last: <crate::$after as BodyEffect>::ReferenceState,)*
+        }
+
+        impl ReferenceStates {
+            /// Brings them in line with a body at `x` [m] with inverse masses `w` [1/kg].
+            pub fn prepare(&mut self, effects: &Effects, topology: &Topology, x: &[DVec3], w: &[f64]) {
+                $(if let Some(effect) = &effects.$first {
+                    effect.prepare_reference(&mut self.$first, topology, x, w);
+                })*
+                $(if let Some(effect) = &effects.$last {
+                    effect.prepare_reference(&mut self.$last, topology, x, w);
+                })*
+            }
+
+            /// Begins a substep of a body with this number of particles.
+            pub fn begin(&mut self, effects: &Effects, particles: usize) {
+                $(if let Some(effect) = &effects.$first {
+                    effect.begin_reference(&mut self.$first, particles);
+                })*
+                $(if let Some(effect) = &effects.$last {
+                    effect.begin_reference(&mut self.$last, particles);
+                })*
+            }
+
+            /// A pass of one effect.
+            pub fn solve(
+                &mut self,
+                (effects, kind): (&Effects, BodyEffectKind),
+                body: ReferenceParticles,
+                pass: &ReferencePass,
+            ) {
+                match kind {
+                    $(BodyEffectKind::$before => if let Some(effect) = &effects.$first {
+                        effect.solve_reference(&mut self.$first, body, pass);
+                    },)*
+                    BodyEffectKind::$stitches => {
+                        Stitching.solve_reference(&mut self.$stitched, body, pass);
+                    }
+                    $(BodyEffectKind::$after => if let Some(effect) = &effects.$last {
+                        effect.solve_reference(&mut self.$last, body, pass);
+                    },)*
+                }
+            }
+
+            /// Moves particles by what the multipliers of one effect that are there pull.
+            pub fn pull(&mut self, (effects, kind): (&Effects, BodyEffectKind), body: ReferenceParticles) {
+                match kind {
+                    $(BodyEffectKind::$before => if let Some(effect) = &effects.$first {
+                        effect.pull_reference(&mut self.$first, body);
+                    },)*
+                    BodyEffectKind::$stitches => {}
+                    $(BodyEffectKind::$after => if let Some(effect) = &effects.$last {
+                        effect.pull_reference(&mut self.$last, body);
+                    },)*
+                }
+            }
+        }
+    };
+}
+
+type StateOf<E> = <E as BodyEffect>::State;
+type ScopeOf<E> = <E as BodyEffect>::Scope;
+type SharedOf<E> = <ScopeOf<E> as Scope<StateOf<E>>>::Shared;
+
+crate::effects!(of_body_effects);

@@ -1,0 +1,62 @@
+//! What the effects of a body keep.
+
+use super::{body_kinds::BodyEffectStates, elastic::ElasticKind};
+use crate::Topology;
+use glam::Vec4;
+
+/// What the effects of a body keep from iteration to iteration, and for those who measure: multipliers λ of the
+/// constraints of elastic effects, a column for each that is carried, and the states of the others. λ/h² is a force.
+#[derive(Debug, Clone, Default, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_ecs::component::Component))]
+pub struct EffectStates {
+    multipliers: [Vec<f32>; ElasticKind::COUNT],
+    /// Sums of the displacements of averaged passes; zeros between them.
+    sums: Vec<Vec4>,
+    /// What effects without elements keep.
+    pub others: BodyEffectStates,
+}
+
+impl EffectStates {
+    /// Multipliers of an elastic effect, element by element; empty where they are not kept.
+    #[must_use]
+    pub fn multipliers(&self, kind: ElasticKind) -> &[f32] {
+        &self.multipliers[kind as usize]
+    }
+
+    /// Allocates the multipliers of an effect, or frees them if they are not `kept`.
+    pub fn make_room(&mut self, kind: ElasticKind, topology: &Topology, kept: bool) {
+        let column = &mut self.multipliers[kind as usize];
+        let count = if kept { kind.multipliers(topology) } else { 0 };
+        if column.len() != count {
+            *column = vec![0.0; count];
+        }
+    }
+
+    /// Multipliers of all elastic effects, in the order of [`ElasticKind::ALL`].
+    pub(crate) fn columns(&mut self) -> &mut [Vec<f32>; ElasticKind::COUNT] {
+        &mut self.multipliers
+    }
+
+    /// Allocates sums for `count` particles.
+    pub(crate) fn make_sums(&mut self, count: usize) {
+        if self.sums.len() != count {
+            self.sums = vec![Vec4::ZERO; count];
+        }
+    }
+
+    /// Sums of the displacements of averaged passes, by particle.
+    pub(crate) fn sums(&mut self) -> &mut [Vec4] {
+        &mut self.sums
+    }
+
+    /// Bytes of memory.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.multipliers
+            .iter()
+            .map(|column| size_of_val(&column[..]))
+            .sum::<usize>()
+            + size_of_val(&self.sums[..])
+            + self.others.bytes()
+    }
+}

@@ -1,0 +1,175 @@
+//! On what an effect works at a time, a piece of a body or all of it, and how threads get what it keeps there.
+
+#![allow(
+    unsafe_code,
+    reason = "threads get pieces of one borrow that share no element"
+)]
+
+use std::{ops::Range, slice};
+
+/// Pieces that a task is done on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// Of either side.
+    Any,
+    /// Of the even partitions.
+    Even,
+    /// Of the odd partitions.
+    Odd,
+    /// The body in one piece.
+    Whole,
+}
+
+impl Side {
+    /// The side of two tasks that are done together, if they can be.
+    pub fn with(self, other: Self) -> Option<Self> {
+        match (self, other) {
+            (Self::Whole, _) | (_, Self::Whole) => None,
+            (Self::Any, side) | (side, Self::Any) => Some(side),
+            (a, b) => (a == b).then_some(a),
+        }
+    }
+}
+
+/// What an effect that keeps a state `S` works on at a time.
+pub trait Scope<S> {
+    /// The pieces.
+    const SIDE: Side;
+
+    /// The state while threads work on the body.
+    type Shared;
+
+    /// What of the state belongs to a piece.
+    type Piece<'a>
+    where
+        S: 'a;
+
+    /// Borrows the state for as long as it is shared.
+    fn share(state: &mut S) -> Self::Shared;
+
+    /// What of the state belongs to the piece with these particles.
+    ///
+    /// # Safety
+    /// The state is still borrowed; as long as the part lives, it is asked for nothing that overlaps it.
+    unsafe fn piece<'a>(shared: &'a Self::Shared, particles: Range<usize>) -> Self::Piece<'a>
+    where
+        S: 'a;
+
+    /// Begins a substep on the piece with these particles.
+    ///
+    /// # Safety
+    /// As of [`piece`](Self::piece).
+    unsafe fn begin(_: &Self::Shared, _: Range<usize>) {}
+}
+
+/// The effect works on the whole body at once.
+pub enum WholeBody {}
+
+impl<S> Scope<S> for WholeBody {
+    const SIDE: Side = Side::Whole;
+    type Shared = *mut S;
+    type Piece<'a>
+        = &'a mut S
+    where
+        S: 'a;
+
+    fn share(state: &mut S) -> *mut S {
+        state
+    }
+
+    unsafe fn piece<'a>(shared: &'a *mut S, _: Range<usize>) -> &'a mut S
+    where
+        S: 'a,
+    {
+        // SAFETY: borrowed by `share`; not aliased by the caller's promise.
+        unsafe { &mut **shared }
+    }
+}
+
+/// The effect works on each particle by itself, and keeps something of each while a substep lasts; an empty column if it
+/// need not.
+pub enum EachParticle {}
+
+impl<T: Clone + Default> Scope<Vec<T>> for EachParticle {
+    const SIDE: Side = Side::Any;
+    type Shared = Column<T>;
+    type Piece<'a>
+        = &'a mut [T]
+    where
+        T: 'a;
+
+    fn share(state: &mut Vec<T>) -> Column<T> {
+        Column::of(state)
+    }
+
+    unsafe fn piece<'a>(shared: &'a Column<T>, particles: Range<usize>) -> &'a mut [T]
+    where
+        T: 'a,
+    {
+        // SAFETY: the caller's promise.
+        unsafe { shared.part(particles) }
+    }
+
+    unsafe fn begin(shared: &Column<T>, particles: Range<usize>) {
+        // SAFETY: the caller's promise.
+        unsafe { shared.part(particles) }.fill(T::default());
+    }
+}
+
+/// The effect works on each particle by itself, and only reads what it keeps.
+pub enum ReadOnly {}
+
+impl<S> Scope<S> for ReadOnly {
+    const SIDE: Side = Side::Any;
+    type Shared = *const S;
+    type Piece<'a>
+        = &'a S
+    where
+        S: 'a;
+
+    fn share(state: &mut S) -> *const S {
+        state
+    }
+
+    unsafe fn piece<'a>(shared: &'a *const S, _: Range<usize>) -> &'a S
+    where
+        S: 'a,
+    {
+        // SAFETY: borrowed by `share`, and not written while it is shared.
+        unsafe { &**shared }
+    }
+}
+
+/// A column that threads take parts of.
+pub struct Column<T> {
+    start: *mut T,
+    len: usize,
+}
+
+impl<T> Column<T> {
+    /// Borrows it for as long as it is shared.
+    pub fn of(column: &mut [T]) -> Self {
+        Self {
+            start: column.as_mut_ptr(),
+            len: column.len(),
+        }
+    }
+
+    /// How long it is.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// A part of it; an empty one if it does not reach that far.
+    ///
+    /// # Safety
+    /// The column is still borrowed; as long as the part lives, no other one that overlaps it is asked for.
+    #[allow(clippy::mut_from_ref, reason = "the caller's promise")]
+    pub unsafe fn part(&self, range: Range<usize>) -> &mut [T] {
+        if range.start > range.end || range.end > self.len {
+            return &mut [];
+        }
+        // SAFETY: in bounds; not aliased by the caller's promise.
+        unsafe { slice::from_raw_parts_mut(self.start.add(range.start), range.len()) }
+    }
+}

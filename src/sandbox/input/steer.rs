@@ -1,0 +1,41 @@
+//! Steers the camera: it orbits with the right button, pans with the middle one (or shift and the
+//! right one), and the wheel zooms.
+//!
+//! It moves only while it owns the pointer, and zooms while nothing else does.
+
+use super::pointer::{Pointer, PointerOwner, PointerSystems};
+use crate::sandbox::render::camera::{CameraSystems, OrbitCamera};
+use bevy::{input::mouse::AccumulatedMouseMotion, prelude::*, window::PrimaryWindow};
+
+/// Lets the user steer the camera.
+pub struct SteerPlugin;
+
+impl Plugin for SteerPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(Update, steer.after(PointerSystems).before(CameraSystems));
+    }
+}
+
+fn steer(
+    pointer: Res<Pointer>,
+    motion: Res<AccumulatedMouseMotion>,
+    mouse: Res<ButtonInput<MouseButton>>,
+    keys: Res<ButtonInput<KeyCode>>,
+    window: Single<&Window, With<PrimaryWindow>>,
+    mut camera: Single<&mut OrbitCamera>,
+) {
+    let shift = keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]);
+    let right = mouse.pressed(MouseButton::Right);
+    let middle = mouse.pressed(MouseButton::Middle);
+    if pointer.owner == PointerOwner::Camera && motion.delta != Vec2::ZERO {
+        if middle || (right && shift) {
+            camera.goal = camera.goal.panned(motion.delta, window.height());
+        } else if right {
+            camera.goal = camera.goal.turned(motion.delta);
+        }
+    }
+    let free = matches!(pointer.owner, PointerOwner::None | PointerOwner::Camera);
+    if free && pointer.wheel != 0.0 {
+        camera.goal = camera.goal.zoomed(pointer.wheel);
+    }
+}

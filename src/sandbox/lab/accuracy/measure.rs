@@ -1,0 +1,103 @@
+//! What is measured while the window goes on.
+
+use crate::{
+    sandbox::lab::worker::Worker,
+    solver::{Body, World, modes::Modes},
+    study::{Choice, Goal, ProbeNews, ProbePoint, Setting, choose, probe},
+};
+use std::{io, ops::ControlFlow};
+
+/// For how long the scene is continued [s].
+pub const SECONDS: f64 = 0.5;
+
+/// Iterations per tick of the costliest setting of a survey.
+const MAX_SWEEPS: u32 = 128;
+
+/// What the thread is to do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Task {
+    /// Many settings, for the diagram.
+    Survey,
+    /// The one that meets a goal.
+    Reach(Goal),
+}
+
+/// What the thread has to tell.
+#[derive(Debug, Clone, PartialEq)]
+pub enum News {
+    /// The fraction of the work that is done, from 0 to 1.
+    Share(f32),
+    /// How fast the bodies swing by themselves.
+    Modes(Modes),
+    /// A setting was measured, for the first time or better than before.
+    Point(ProbePoint),
+    /// What was chosen; nothing if no setting held the body together.
+    Chosen(Option<Choice>),
+    /// It could not be done.
+    Failed(String),
+    /// It is over.
+    Ended,
+}
+
+/// Begins with a copy of a world, on a thread of its own.
+///
+/// # Errors
+/// When the system refuses to start a thread.
+pub fn measure(world: World, task: Task) -> io::Result<Worker<News>> {
+    Worker::start("what accuracy costs", move |reporter| {
+        let tell = |news: ProbeNews| {
+            let news = match news {
+                ProbeNews::Share(share) => News::Share(share as f32),
+                ProbeNews::Point(point) => News::Point(point),
+            };
+            match reporter.tell(news) {
+                true => ControlFlow::Continue(()),
+                false => ControlFlow::Break(()),
+            }
+        };
+        if let (Task::Survey, Some(modes)) = (task, modes(&world)) {
+            reporter.tell(News::Modes(modes));
+        }
+        let last = match task {
+            Task::Survey => probe(&world, SECONDS, &survey(&world), tell).map(|_| None),
+            Task::Reach(goal) => {
+                let chosen = choose(&world, SECONDS, goal, tell);
+                chosen.map(|choice| Some(News::Chosen(choice)))
+            }
+        };
+        let last = last.unwrap_or_else(|error| Some(News::Failed(error.to_string())));
+        if last.is_none_or(|news| reporter.tell(news)) {
+            reporter.tell(News::Ended);
+        }
+    })
+}
+
+/// The stiffest and the softest mode of all bodies.
+fn modes(world: &World) -> Option<Modes> {
+    let of = |body: &Body| Modes::of(&body.topology, &body.particles, &body.effects);
+    let all = world.bodies.iter().filter_map(of);
+    all.reduce(|a, b| Modes {
+        stiffest: a.stiffest.max(b.stiffest),
+        softest: match (a.softest, b.softest) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            _ => None,
+        },
+    })
+}
+
+/// The setting of the world itself, and powers of two around it.
+fn survey(world: &World) -> Vec<Setting> {
+    let here = Setting::xpbd(
+        world.settings.substeps.get(),
+        world.settings.iterations.get(),
+    );
+    let powers = |most: u32| (0..=most.ilog2()).map(|power| 1 << power);
+    let grid = powers(16).flat_map(|iterations| {
+        powers(MAX_SWEEPS / iterations).map(move |substeps| Setting::xpbd(substeps, iterations))
+    });
+    let mut settings: Vec<_> = grid.filter(|setting| *setting != here).collect();
+    // From the cheapest on, so that the diagram fills soon; and what is on screen before all.
+    settings.sort_by_key(|setting| setting.substeps * setting.iterations);
+    settings.insert(0, here);
+    settings
+}

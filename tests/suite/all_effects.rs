@@ -1,0 +1,198 @@
+//! A sample of every effect in the table: one that is there and not here does not compile.
+
+use crate::support::{body, cube, pinned, stretch, volume, with};
+use glam::{UVec2, Vec2, Vec3};
+use pliant::{
+    mesh::Primitive,
+    solver::{
+        Attract, Bend, Body, Coefficient, Collide, Compliance, Contact, Creep, Damping, Direct,
+        Drag, Effects, Finite, FlexuralRigidity, Frequency, Grab, Ground, IsometricBend, Membrane,
+        MembraneCompliance, NeoHookean, ParticleIndex, Plasticity, Pressure, RestShape,
+        SelfContact, ShapeMatching, Slack, StickyGround, Stiffness, Strain, StrainLimit, Stretch,
+        Struts, SurfacePoint, Tethers, Thickness, Uniform, Volume, Vortex, Weave, Wind, Yield,
+        YoungsModulus,
+    },
+};
+
+/// What an effect acts on.
+pub enum On {
+    Solid,
+    Sheet,
+    Shell,
+}
+
+/// An effect that does something that can be seen.
+pub trait Sample {
+    const ON: On;
+    fn sample(damping: Damping) -> Self;
+}
+
+macro_rules! samples {
+    ($($effect:ident on $shape:ident { $($field:ident: $value:expr),* $(; $damping:ident)? })*) => {
+        $(impl Sample for $effect {
+            const ON: On = On::$shape;
+
+            #[allow(clippy::needless_update, reason = "some have no other fields")]
+            fn sample(_damping: Damping) -> Self {
+                Self {
+                    $($field: $value,)*
+                    $($damping: _damping,)?
+                    ..Self::default()
+                }
+            }
+        })*
+    };
+}
+
+fn of<T: TryFrom<f64>>(value: f64) -> T {
+    T::try_from(value).ok().expect("in range")
+}
+
+samples! {
+    Uniform on Solid { x: of::<Finite>(2.0) }
+    Attract on Solid { x: of::<Finite>(1.0), strength: of::<Finite>(3.0) }
+    Vortex on Solid { turning: of::<Finite>(3.0), coupling: of::<Coefficient>(2.0) }
+    Wind on Sheet { z: of::<Finite>(6.0), turbulence: of::<Coefficient>(0.5) }
+    Drag on Solid { linear: of::<Coefficient>(1.5) }
+    Stretch on Sheet { compliance: of::<Compliance>(1e-5); damping }
+    Bend on Sheet { stiffness: of::<FlexuralRigidity>(1e-3); damping }
+    IsometricBend on Sheet { stiffness: of::<FlexuralRigidity>(1e-3); damping }
+    Volume on Solid { compliance: of::<Compliance>(1e-6); damping }
+    NeoHookean on Solid { youngs_modulus: of::<YoungsModulus>(2e5); damping }
+    Membrane on Sheet { youngs_modulus: of::<YoungsModulus>(1e6), thickness: of::<Thickness>(1e-3); damping }
+    Weave on Sheet { bias: of::<MembraneCompliance>(1e-2); damping }
+    Struts on Shell { compliance: of::<Compliance>(1e-3); damping }
+    StrainLimit on Sheet { limit: of::<Strain>(0.01) }
+    ShapeMatching on Solid { frequency: of::<Frequency>(8.0); damping }
+    Pressure on Shell { bulk_modulus: of::<Stiffness>(1e5) }
+    Tethers on Sheet { slack: of::<Slack>(0.01) }
+    Contact on Solid {}
+    SelfContact on Sheet {}
+    Ground on Solid {}
+    StickyGround on Solid {}
+    Collide on Solid {}
+    Plasticity on Solid { stretch_yield: of::<Yield>(0.02), creep: of::<Creep>(5.0) }
+}
+
+impl Sample for Direct {
+    const ON: On = On::Solid;
+
+    fn sample(_: Damping) -> Self {
+        Self {}
+    }
+}
+
+impl Sample for Grab {
+    const ON: On = On::Solid;
+
+    fn sample(_: Damping) -> Self {
+        let point = SurfacePoint::new(&[(ParticleIndex(0), 0.25), (ParticleIndex(1), 0.75)])
+            .expect("sound");
+        Self::on(point, Vec3::new(0.0, 2.0, 0.0), 60.0, 0.4, 9.81)
+    }
+}
+
+/// A shape with many elements of every kind that it can have.
+fn shape(on: &On) -> (RestShape, f32) {
+    let built = |primitive: Primitive| primitive.build().expect("sound").shape;
+    match on {
+        On::Solid => (cube(0.4, 2), 1000.0),
+        On::Sheet => {
+            let sheet = Primitive::Cloth {
+                size: Vec2::splat(0.5),
+                cells: UVec2::splat(6),
+                diagonals: Default::default(),
+                shear: true,
+            };
+            (built(sheet), 0.2)
+        }
+        On::Shell => {
+            let radius = 0.25;
+            (built(Primitive::Sphere { radius, cells: 4 }), 0.3)
+        }
+    }
+}
+
+macro_rules! each {
+    (
+        { $($first:ident { $($kind1:ident $field1:ident $(($($numbers:tt)*))? $does1:literal;)* })* }
+        $stitches:ident $stitched:ident
+        { $($second:ident { $($kind2:ident $field2:ident $does2:literal;)* })* }
+        $grab:ident $grabbed:ident
+        { $($third:ident { $($kind3:ident $field3:ident $does3:literal;)* })* }
+    ) => {
+        each! {
+            $($($kind1 $field1,)*)* $($($kind2 $field2,)*)* $grab $grabbed, $($($kind3 $field3,)*)*
+        }
+    };
+    ($($kind:ident $field:ident,)*) => {
+        /// A sample of each effect, by its name, with what it acts on.
+        pub fn samples() -> Vec<(&'static str, On, Effects)> {
+            vec![$((
+                stringify!($field),
+                <$kind as Sample>::ON,
+                Effects {
+                    $field: Some(<$kind as Sample>::sample(Damping::default())),
+                    ..Effects::default()
+                },
+            ),)*]
+        }
+
+        /// Puts the effects of another body in the place of those that are absent.
+        fn over(effects: Effects, under: Effects) -> Effects {
+            Effects {
+                $($field: effects.$field.or(under.$field),)*
+            }
+        }
+    };
+}
+
+pliant::solver::effects!(each);
+
+macro_rules! elastic {
+    (
+        {
+            forces { $($force:tt)* }
+            solvers { $($solver:tt)* }
+            elastic { $($effect:ident $field:ident ($corners:literal, $rows:literal) $does:literal;)* }
+            $($others:tt)*
+        }
+        $($rest:tt)*
+    ) => {
+        /// A sample of all elastic effects together.
+        pub fn elastic(damping: Damping) -> Effects {
+            Effects {
+                $($field: Some(<$effect as Sample>::sample(damping)),)*
+                ..Effects::default()
+            }
+        }
+    };
+}
+
+pliant::solver::effects!(elastic);
+
+/// A body for each effect, two meters from each other; two that touch for contact.
+pub fn bodies() -> Vec<Body> {
+    let mut bodies = Vec::new();
+    for (name, on, effects) in samples() {
+        let under = Effects {
+            stretch: stretch(1e-5),
+            volume: volume(1e-5),
+            ground: Some(Ground::default()),
+            ..Effects::default()
+        };
+        let (shape, density) = shape(&on);
+        let of_place = |height: f32| {
+            let mut body = with(body(name, shape.clone(), density), over(effects, under));
+            if matches!(on, On::Sheet) {
+                body = pinned(body, &[0]);
+            }
+            body.translate(Vec3::new(2.0 * bodies.len() as f32, height, -5.0));
+            body
+        };
+        let pair = [of_place(0.5), of_place(1.0)];
+        let count = if effects.contact.is_some() { 2 } else { 1 };
+        bodies.extend(pair.into_iter().take(count));
+    }
+    bodies
+}
