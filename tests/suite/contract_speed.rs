@@ -1,5 +1,5 @@
-//! Contracts about what makes the solver fast: threads, lanes, memory, allocations. They change
-//! no bit, and cost no more than is said.
+//! Contracts about performance features: threads, lanes, memory, allocations. They do not change a
+//! bit, and stay within the documented limits.
 
 use crate::{
     allocation,
@@ -45,8 +45,8 @@ fn sheet(side: u32) -> RestShape {
     .shape
 }
 
-/// Bodies of one band and of many, one of them held, on a ground and against a collider that
-/// moves, with several iterations: whatever threads and lanes have to do with.
+/// Bodies of one partition and of many, one of them grabbed, on a ground and against a moving
+/// collider, with several iterations: everything that threads and lanes affect.
 fn crowd() -> World {
     let mut bodies = Vec::new();
     let mut block = with(body("block", solid(14), 1000.0), elastic_on_ground());
@@ -88,7 +88,7 @@ fn run(mut world: World, ticks: u32) -> u64 {
     world.state_hash()
 }
 
-/// The same bits on 1, 2, 3 and 8 threads, and twice in a row.
+/// The same bits on 1, 2, 3 and 8 threads, and in two successive runs.
 #[test]
 fn no_number_of_threads_changes_a_bit() {
     let expected = run(crowd(), 20);
@@ -99,7 +99,7 @@ fn no_number_of_threads_changes_a_bit() {
     }
 }
 
-/// The same bits with every set of instructions that this machine has, down to what each of its kind has.
+/// The same bits with every instruction set that this machine supports.
 #[test]
 fn no_instructions_change_a_bit() {
     let all = Instructions::all();
@@ -127,7 +127,7 @@ fn the_schedules_and_the_plan_that_stands_for_them_give_the_same_bits() {
     let mut plain = crowd();
     let (mut planned, ..) = app_of(&plain);
     let (mut scheduled, ..) = app_of(&plain);
-    // What stands for the schedules does not know a user's system, even one that does nothing.
+    // The plan that replaces the schedules is not used with a user system, even an empty one.
     scheduled.add_systems(SolveSchedule, (|| ()).in_set(SolvePhase::User));
     let (mut watched, ..) = app_of(&plain);
     watched.world_mut().resource_mut::<Profile>().by_part = true;
@@ -169,8 +169,8 @@ fn the_schedules_and_the_plan_that_stands_for_them_give_the_same_bits() {
     assert_eq!(planned, by_schedules, "the same parts either way");
 }
 
-/// Every built-in scene comes to the same bits on every machine. After a change that is meant to
-/// alter them, `PLIANT_MINT=1 cargo test` writes the file anew, and CHANGELOG.md says why.
+/// Every built-in scene gives the same bits on every machine. After an intended change,
+/// `PLIANT_MINT=1 cargo test` writes the file anew, and CHANGELOG.md gives the reason.
 #[test]
 fn every_scene_has_its_golden_hash() {
     let file = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden_hashes.txt");
@@ -187,8 +187,8 @@ fn every_scene_has_its_golden_hash() {
     assert_eq!(now, golden, "scene and hash after 30 ticks");
 }
 
-/// At most 48 bytes a particle, 16 an edge and 24 a tetrahedron, times 1.3 for everything else, for
-/// bodies of 333 particles and more.
+/// At most 48 bytes per particle, 16 per edge and 24 per tetrahedron, times 1.3 for everything
+/// else, for bodies of 333 particles and more.
 #[test]
 fn the_solver_holds_no_more_memory_than_it_says() {
     let elastic = |shape: RestShape| {
@@ -212,13 +212,13 @@ fn the_solver_holds_no_more_memory_than_it_says() {
     }
 }
 
-/// Once a scene has settled, a step allocates nothing: neither without Bevy nor, in what is ours,
-/// with it. On several threads, only what invites them is allocated.
+/// After a scene has settled, a step allocates nothing: neither without Bevy nor, in Pliant's own
+/// code, with it. On several threads, only the rayon jobs are allocated.
 #[test]
 fn a_step_allocates_nothing() {
     let mut world = crowd();
     world.sleep.enabled = false;
-    // Until the first crumpled sheet has been looked at, for which repair allocates once.
+    // Until the first crumpled sheet has been examined, for which repair allocates once.
     (0..40).for_each(|_| world.tick());
     let before = allocation::count();
     (0..5).for_each(|_| world.tick());
@@ -229,7 +229,7 @@ fn a_step_allocates_nothing() {
     threads.share(&|_| {
         allocation::join();
         came.fetch_add(1, Ordering::Relaxed);
-        while came.load(Ordering::Relaxed) < 2 {
+        while came.load(Ordering::Relaxed) < threads.count() {
             std::thread::yield_now();
         }
     });
@@ -238,11 +238,11 @@ fn a_step_allocates_nothing() {
     let before = allocation::count_of_members();
     (0..5).for_each(|_| world.tick());
     let counted = allocation::count_of_members() - before;
-    // Rayon puts each invitation to the worker into a box: one for the block, one for the sheet, and one for all cubes
-    // in a tick. Its queue takes a new piece of memory for every 63 of them.
+    // Rayon boxes each job for the worker: one for the block, one for the sheet, and one for all
+    // cubes in a tick. Its queue allocates a new segment for every 63 of them.
     assert!(counted <= 5 * 3 + 1, "{counted} on two threads");
 
-    // Bevy itself allocates now and then, bodies or not.
+    // Bevy itself allocates occasionally, with or without bodies.
     let in_sixteen_ticks = |world: &World| {
         let (mut app, ..) = app_of(world);
         app.insert_resource(SolverThreads(Threads::default()));
