@@ -1,9 +1,9 @@
-//! What an effect costs that is installed but that no body carries: the program whose instructions
+//! Cost of an effect whose plugin is added but that no body carries: the program whose instructions
 //! `absent.sh` counts.
 //!
-//! `absent EFFECT TICKS installed|left-out|scheduled|scheduled-left-out` steps a cloth that does not carry
-//! the effect, with its plugin or without. `absent path` says where this program is, `absent list` which
-//! effects there are.
+//! `absent EFFECT TICKS installed|left-out|scheduled|scheduled-left-out` steps a cloth that does
+//! not carry the effect, with its plugin or without. `absent path` prints the path of this program,
+//! `absent list` the names of the effects.
 
 use anyhow::{Context, bail};
 use bevy::{
@@ -60,7 +60,7 @@ fn main() -> anyhow::Result<()> {
         app.add_plugins(SoftBodyPlugins::default());
     }
     if scheduled {
-        // What stands for the schedules knows no user's system, even one that does nothing.
+        // The plan that replaces the schedules is not used with a user system, even an empty one.
         app.add_systems(SolveSchedule, (|| ()).in_set(SolvePhase::User));
     }
     app.finish();
@@ -72,7 +72,8 @@ fn main() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// A cloth of edges and bends that hangs by its corners; of membranes, if one of these is the effect.
+/// A cloth with stretch and bending that hangs by one corner; with membranes instead if the effect
+/// is stretch or bending.
 fn world(absent: &str) -> anyhow::Result<World> {
     let cloth = Primitive::Cloth {
         size: Vec2::ONE,

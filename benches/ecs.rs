@@ -1,7 +1,7 @@
-//! The price of the ECS: a tick by Bevy against the same tick of the plain loop, in turn.
+//! Overhead of the ECS: a tick by Bevy compared with the same tick of the plain loop, in turn.
 //!
 //! `cargo bench --bench ecs` prints the ratio for the coarse bunny, as whole ticks and through the
-//! schedules of a substep, and what a substep of a single tetrahedron costs.
+//! substep schedules, and the cost of a substep of a single tetrahedron.
 
 use bevy::{
     math::{UVec3, Vec3},
@@ -35,12 +35,12 @@ fn main() -> anyhow::Result<()> {
         let world = world(shape)?;
         let substeps = world.settings.substeps.get();
         let particles = world.bodies[0].particles.len();
-        // Enough ticks for a round of some milliseconds.
+        // Enough ticks for a round of a few milliseconds.
         let ticks = if particles > 100 { 10 } else { 2000 };
         let mut plain = world.clone();
         let mut planned = app(&world);
         let mut scheduled = app(&world);
-        // What stands for the schedules knows no user's system, even one that does nothing.
+        // The plan that replaces the schedules is not used with a user system, even an empty one.
         scheduled.add_systems(SolveSchedule, (|| ()).in_set(SolvePhase::User));
         let mut times = [const { Vec::new() }; 3];
         for _ in 0..ROUNDS {

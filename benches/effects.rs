@@ -1,9 +1,10 @@
-//! What each effect costs where it acts: nanoseconds an element and substep on one thread, as a Markdown
+//! Cost of each active effect: nanoseconds per element and substep on one thread, as a Markdown
 //! table. `cargo bench --bench effects`.
 //!
-//! A body that carries the effect alone, begun anew in every round stretched by a fifth, against the same
-//! body without any. What acts on particles is told by the particle, wind and pressure by the triangle, and
-//! plasticity is beside edges: what it takes more than those alone, by the edge.
+//! A body with only this effect, reset in every round to a stretch of a fifth, is compared with the
+//! same body without effects. The unit is the particle for effects that act on particles, and the
+//! triangle for wind and pressure; plasticity needs edges, and its additional cost over edges alone
+//! is given per edge.
 
 use bevy::{
     math::{UVec2, UVec3, Vec2, Vec3},
@@ -46,11 +47,11 @@ fn main() -> anyhow::Result<()> {
     let registry = names.world_mut().resource::<EffectRegistry>();
     let effects: Vec<_> = registry.iter().cloned().collect();
     for effect in &effects {
-        // What is solved directly is not swept: that is compared in `benches/README.md`.
+        // The direct solver does not use iterations: it is measured in `benches/README.md`.
         let Some(insert) = effect.insert_default.filter(|_| effect.name != "direct") else {
             continue;
         };
-        // The cloth, unless the effect has something to do only on the block.
+        // The cloth, unless the effect only applies to the block.
         for (name, world) in &shapes {
             let world = given(world, effect.name)?;
             let mut without = app(&world)?;
@@ -63,7 +64,7 @@ fn main() -> anyhow::Result<()> {
             let elements = match effect.name {
                 "shape_matching" => topology.particles(),
                 "wind" => topology.triangles.len(),
-                // Its one filling works on every triangle.
+                // The body's single filling acts on every triangle.
                 "pressure" if topology.enclosure().is_ok() => topology.triangles.len(),
                 "pressure" => 0,
                 name if BY_PARTICLE.contains(&name) => topology.particles(),
@@ -82,7 +83,7 @@ fn main() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Effects that act on particles one by one.
+/// Effects whose elements are particles.
 const BY_PARTICLE: [&str; 7] = [
     "uniform",
     "attract",
@@ -93,7 +94,7 @@ const BY_PARTICLE: [&str; 7] = [
     "collide",
 ];
 
-/// A world with what an effect needs beside it to do anything.
+/// A copy of a world with everything that an effect needs in order to act.
 fn given(world: &World, effect: &str) -> anyhow::Result<World> {
     let mut world = world.clone();
     match effect {
@@ -142,7 +143,7 @@ fn body(app: &mut App) -> bevy::prelude::Entity {
     plain::bodies_in_order(app.world_mut())[0]
 }
 
-/// Nanoseconds of a substep of each, medians of rounds in turn.
+/// Time of a substep of each [ns]: medians over rounds in turn.
 fn times(without: &mut App, with: &mut App) -> [f64; 2] {
     let mut apps = [without, with];
     let starts = [0, 1].map(|i: usize| {
@@ -155,7 +156,7 @@ fn times(without: &mut App, with: &mut App) -> [f64; 2] {
         for (i, app) in apps.iter_mut().enumerate() {
             let body = body(app);
             app.world_mut().entity_mut(body).insert(starts[i].clone());
-            // The first tick sees to what has changed.
+            // The first tick processes changes.
             tick(app.world_mut());
             app.world_mut().entity_mut(body).insert(starts[i].clone());
             let started = Instant::now();

@@ -1,4 +1,5 @@
-//! A balloon is filled until it holds half as much again. `cargo run --release --example balloon`
+//! Inflates a balloon to one and a half times its rest volume.
+//! `cargo run --release --example balloon`
 
 use pliant::{
     mesh::Primitive,

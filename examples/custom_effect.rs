@@ -1,4 +1,5 @@
-//! An effect of one's own with a kernel for eight elements at once: muscles that contract the edges of a body.
+//! A custom effect with a kernel for eight elements at once: muscles that contract the edges of a
+//! body.
 //! `cargo run --release --example custom_effect`
 
 use bevy::prelude::*;

@@ -1,4 +1,4 @@
-//! A lamp follows a ball that bounces: `cargo run --release --example follow_body`
+//! A lamp follows a bouncing ball: `cargo run --release --example follow_body`
 
 use bevy::prelude::*;
 use pliant::{prelude::*, render::SoftBodyMeshPlugin, solver::measure};
@@ -49,7 +49,7 @@ fn setup(
     ));
 }
 
-/// Keeps what follows a body a meter above its center of mass.
+/// Keeps the followers of a body one meter above its center of mass.
 fn follow(bodies: Query<&Particles>, mut followers: Query<(&mut Transform, &Follows)>) {
     for (mut transform, &Follows(body)) in &mut followers {
         if let Ok(particles) = bodies.get(body) {

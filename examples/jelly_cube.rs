@@ -1,4 +1,4 @@
-//! A jelly cube falls onto the ground, in a Bevy app of one's own: `cargo run --release --example jelly_cube`
+//! A jelly cube falls onto the ground, in a Bevy app: `cargo run --release --example jelly_cube`
 
 use bevy::prelude::*;
 use pliant::{prelude::*, render::SoftBodyMeshPlugin};

@@ -1,4 +1,5 @@
-//! A hanging block gets ten times softer while it runs. `cargo run --release --example live_compliance`
+//! Makes a hanging block ten times softer while it is simulated.
+//! `cargo run --release --example live_compliance`
 
 use bevy::prelude::*;
 use pliant::{mesh::Primitive, prelude::*, simulation::tick};

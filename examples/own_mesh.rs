@@ -1,4 +1,4 @@
-//! A surface of one's own, filled with tetrahedra. `cargo run --release --example own_mesh`
+//! Fills a custom surface mesh with tetrahedra. `cargo run --release --example own_mesh`
 
 use pliant::{
     mesh::{BuildOptions, FileMesh, build, read},

@@ -1,4 +1,4 @@
-//! A run is recorded and repeated to the bit on another number of threads.
+//! Records a run and replays it bit-identically on another number of threads.
 //! `cargo run --release --example record_and_replay`
 
 use pliant::{

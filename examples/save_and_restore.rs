@@ -1,4 +1,4 @@
-//! The whole state is kept in bytes, and continues with the same bits.
+//! Saves the whole state to bytes and continues from it bit-identically.
 //! `cargo run --release --example save_and_restore`
 
 use pliant::{

@@ -1,4 +1,5 @@
-//! A scene file is run headless and judged by its acceptance, as in a test. `cargo run --release --example scene_test`
+//! Runs a scene file headless and checks its acceptance criteria, as in a test.
+//! `cargo run --release --example scene_test`
 
 use pliant::scene::{
     Scene,

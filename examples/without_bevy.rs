@@ -1,4 +1,5 @@
-//! The solver by itself: a rope hangs by its first particle. `cargo run --release --example without_bevy`
+//! The solver without Bevy: a rope that hangs from its first particle.
+//! `cargo run --release --example without_bevy`
 
 use pliant::{
     mesh::Primitive,

@@ -1,7 +1,7 @@
 //! Pliant steps soft bodies by extended position-based dynamics (XPBD), in Bevy or without it.
 //!
-//! The program of the same name is a sandbox: a window in which one drags soft things and turns
-//! what they are made of. This library is what it is made of, and works in anybody's app:
+//! The program of the same name is a sandbox: a window for dragging soft bodies and editing their
+//! parameters. It is built on this library, which works in any app:
 //!
 //! ```
 //! use bevy::prelude::*;
@@ -20,33 +20,33 @@
 //!     .id();
 //!
 //! for _ in 0..120 {
-//!     tick(app.world_mut()); // what the schedule does each 1/60 s
+//!     tick(app.world_mut()); // one tick of 1/60 s, as run by the schedule
 //! }
 //! let particles = app.world().get::<Particles>(jelly).expect("a body has particles");
 //! let lowest = particles.positions.iter().map(|x| x.y).fold(f32::INFINITY, f32::min);
 //! assert!(lowest >= -1.0, "it lies on the ground");
 //! ```
 //!
-//! # Rooms
+//! # Modules
 //!
-//! | module | what is in it | knows |
+//! | module | contents | depends on |
 //! |---|---|---|
-//! | [`solver`] | a package of its own: particles, topology, the three stages, constraints, contacts, the f64 reference, static equilibrium | `glam` |
-//! | [`analytic`] | shapes at rest that mathematics knows; part of the solver's package | nothing |
-//! | [`mesh`] | a package of its own: primitives, files, filling a surface with tetrahedra, embedding it | `solver` |
+//! | [`solver`] | separate package: particles, topology, the three stages, constraints, contacts, the f64 reference, static equilibrium | `glam` |
+//! | [`analytic`] | analytic solutions of states of rest; part of the solver's package | nothing |
+//! | [`mesh`] | separate package: primitives, files, filling a surface with tetrahedra, embedding it | `solver` |
 //! | [`simulation`], [`effect`] | schedules, clock, sleep, quarantine; components and their systems | `solver`, Bevy |
-//! | [`scene`] | scene files, their registry, their acceptance | all above |
-//! | [`recording`] | snapshots of the whole state, recordings of what was done, replays | all above |
+//! | [`scene`] | scene files, their registry, acceptance criteria | all above |
+//! | [`recording`] | snapshots of the whole state, recordings of actions, replays | all above |
 //! | [`output`] | CSV, SVG, JSON | all above |
-//! | [`bench`] | how fast the solver is here, and what the machine would allow | `solver`, `mesh`, `output` |
-//! | [`study`] | what accuracy costs: problems, sweep, Pareto front, report | all above |
-//! | [`torture`] | hard cases: each over a family of bodies, with figures and limits | all above but `study` |
+//! | [`bench`] | speed of the solver, and the limits of the machine (roofline) | `solver`, `mesh`, `output` |
+//! | [`study`] | accuracy vs. cost: problems, parameter sweep, Pareto front, report | all above |
+//! | [`torture`] | robustness suite: hard cases, each over a family of bodies, with figures and limits | all above but `study` |
 //! | `sandbox` | the window (feature `window`, on by default) | all above |
 //!
 //! # Effects
 //!
-//! A body does what its components say. While no body carries an effect, no system of it is in any
-//! schedule: see [`effect`].
+//! The behavior of a body is defined by its components. While no body carries an effect, no
+//! schedule contains a system of it: see [`effect`].
 //!
 //! | component | constraint or contact | parameters |
 //! |---|---|---|
@@ -55,10 +55,10 @@
 //! | [`IsometricBend`](effect::IsometricBend) | C = ‖Σkᵢxᵢ‖−C₀ on hinges [m] | bending stiffness N·m, damping s |
 //! | [`Volume`](effect::Volume) | C = V−V₀ on tetrahedra [m³] | compliance m⁵/N, bulk modulus Pa, damping s |
 //! | [`Uniform`](effect::Uniform) | the same acceleration everywhere | m/s² |
-//! | [`Attract`](effect::Attract) | a point pulls or pushes | place m, strength m³/s², radius m |
-//! | [`Vortex`](effect::Vortex) | air turns about an upright axis | place m, turning rad/s, radius m, coupling 1/s |
+//! | [`Attract`](effect::Attract) | point force: attraction or repulsion | position m, strength m³/s², radius m |
+//! | [`Vortex`](effect::Vortex) | air that rotates about a vertical axis | position m, angular speed rad/s, radius m, coupling 1/s |
 //! | [`Wind`](effect::Wind) | drag and lift on the triangles of the surface | wind and gusts m/s, density kg/m³, C_D, C_L |
-//! | [`Drag`](effect::Drag) | a medium at rest brakes | linear 1/s, quadratic 1/m |
+//! | [`Drag`](effect::Drag) | drag of a medium at rest | linear 1/s, quadratic 1/m |
 //! | [`NeoHookean`](effect::NeoHookean) | stable neo-Hookean tetrahedra | E Pa, ν, damping s |
 //! | [`Membrane`](effect::Membrane) | Green's strain of triangles, isotropic | E Pa, ν, thickness m, damping s |
 //! | [`Weave`](effect::Weave) | Green's strain of triangles along warp, weft and bias | compliances m/N, damping s |
@@ -66,26 +66,26 @@
 //! | [`StrainLimit`](effect::StrainLimit) | C = ‖x₁−x₀‖−(1+limit)L₀ ≤ 0 on edges [m] | limit |
 //! | [`ShapeMatching`](effect::ShapeMatching) | D² = Σ m‖x−g‖² of regions from their goals g [m √kg] | frequency Hz, region m, damping s |
 //! | [`Pressure`](effect::Pressure) | p = K(fV₀/V−1) within a closed surface [Pa] | filling f, bulk modulus K Pa |
-//! | [`Direct`](effect::Direct) | edges, hinges, triangles and tetrahedra solved as one system instead of by sweeps | |
-//! | [`Tethers`](effect::Tethers) | no particle farther from its nearest pin than at rest | slack |
-//! | [`Plasticity`](effect::Plasticity) | what is strained beyond a yield strain stays so | yields and limits, creep 1/s |
-//! | [`Stitches`](effect::Stitches) | C = a−b = 0 between points of a body, and to colliders [m] | compliance m/N, strength N, each its own |
-//! | [`Grab`](effect::Grab) | a hand's spring, only while it holds | compliance m/N, strength N |
+//! | [`Direct`](effect::Direct) | edges, hinges, triangles and tetrahedra solved as one system instead of by Gauss–Seidel | |
+//! | [`Tethers`](effect::Tethers) | limit on the distance of a particle from its nearest pin: that at rest | slack |
+//! | [`Plasticity`](effect::Plasticity) | strain beyond the yield strain becomes permanent | yields and limits, creep 1/s |
+//! | [`Stitches`](effect::Stitches) | C = a−b = 0 between points of a body, and to colliders [m] | compliance m/N, strength N, per stitch |
+//! | [`Grab`](effect::Grab) | mouse spring, active while dragging | compliance m/N, strength N |
 //! | [`Contact`](effect::Contact) | C = n·(a−b)−d ≥ 0 between surfaces of bodies [m] | thickness m, friction, restitution, compliance m/N |
 //! | [`SelfContact`](effect::SelfContact) | the same between parts of one surface | as `Contact` |
-//! | [`Ground`](effect::Ground) | a level ground | height m, friction, restitution |
-//! | [`StickyGround`](effect::StickyGround) | a level ground that holds what it touches | height m |
+//! | [`Ground`](effect::Ground) | horizontal ground plane | height m, friction, restitution |
+//! | [`StickyGround`](effect::StickyGround) | horizontal ground plane that sticks to what touches it | height m |
 //! | [`Collide`](effect::Collide) | spheres, boxes, capsules, still or moving | friction, restitution |
 //!
 //! # Sets
 //!
-//! [`SoftBodyPlugins`] steps in a schedule of the caller's choice; what happens in it, and where a
-//! system of one's own can stand, is drawn at [`simulation::SoftBodySystems`].
+//! [`SoftBodyPlugins`] steps in a schedule of the caller's choice. [`simulation::SoftBodySystems`]
+//! shows its sets, and where custom systems can be inserted.
 //!
 //! # Units
 //!
-//! Metres, kilograms, seconds, newtons, everywhere. Numbers that must lie in a range are types
-//! that cannot hold another ([`solver::quantity`]).
+//! SI everywhere: meters, kilograms, seconds, newtons. Numbers with a valid range have types that
+//! cannot hold a value outside it ([`solver::quantity`]).
 
 pub mod bench;
 pub mod effect;
@@ -122,16 +122,16 @@ struct Library;
 
 /// Everything that steps soft bodies: the simulation and all effects, without a window.
 ///
-/// In [`FixedPostUpdate`] unless told otherwise. Ticks have a length of their own
-/// ([`SimulationSettings`](simulation::SimulationSettings)), whatever the schedule's: the clock
-/// does as many as its time asks for.
+/// In [`FixedPostUpdate`] by default. Ticks have a fixed length
+/// ([`SimulationSettings`](simulation::SimulationSettings)) that does not depend on the schedule's:
+/// the clock runs as many as are due.
 #[derive(Debug, Clone)]
 pub struct SoftBodyPlugins {
     schedule: InternedScheduleLabel,
 }
 
 impl SoftBodyPlugins {
-    /// Steps in the given schedule, by its time.
+    /// Steps in the given schedule, by the time of that schedule.
     #[must_use]
     pub fn new(schedule: impl ScheduleLabel) -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! What most users need.
+//! Common imports.
 
 pub use crate::{
     SoftBodyPlugins,

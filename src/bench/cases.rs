@@ -1,9 +1,9 @@
-//! What is stepped: effects and bodies, from a few hundred particles to a million.
+//! Benchmark cases: effects and bodies, from a few hundred particles to a million.
 //!
-//! There is no gravity and nothing to touch, so that a tick is projections and the passes over
-//! particles around them, and nothing else. Particles of bodies with edges begin a little off their
-//! places; tetrahedra alone resist no shear and would flow for ever, so these begin at rest. A
-//! projection takes no other way for that: its branches are for degenerate elements only.
+//! There is no gravity and no contact, so that a tick consists of projections and the particle
+//! passes around them. Particles of bodies with edges start with a small displacement; tetrahedra
+//! alone do not resist shear and would flow indefinitely, so these start at rest. This does not
+//! affect the code path of a projection: it branches only for degenerate elements.
 
 use super::BenchError;
 use crate::{
@@ -16,7 +16,7 @@ use crate::{
 use glam::{UVec2, UVec3, Vec2, Vec3};
 use std::{collections::BTreeMap, sync::Arc};
 
-/// Substeps a tick.
+/// Substeps per tick.
 pub const SUBSTEPS: u32 = 16;
 
 /// Compliance of the edges [m/N]; volumes are rigid.
@@ -25,11 +25,11 @@ pub const EDGE_COMPLIANCE: f32 = 1e-6;
 /// Side of a cell [m].
 const CELL: f32 = 0.05;
 
-/// How far along x the particles of bodies with edges begin off their places [m]: every second one
-/// to the left, the others to the right. All of them swing, and no body moves as a whole.
+/// Initial displacement along x of the particles of bodies with edges [m], in alternating
+/// directions. All particles vibrate, and no body moves as a whole.
 const NUDGE: f32 = 0.005 * CELL;
 
-/// Which effects a body carries.
+/// Effects of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Elastic {
     /// Edges.
@@ -40,28 +40,28 @@ pub enum Elastic {
     Both,
 }
 
-/// What a body looks like.
+/// Shape of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Shape {
-    /// A square cloth with so many particles along a side; cells have both diagonals.
+    /// A square cloth with this many particles per side; cells have both diagonals.
     Cloth(u32),
-    /// A cube with so many cells along a side, five tetrahedra in each.
+    /// A cube with this many cells per side, five tetrahedra in each.
     Box(u32),
 }
 
 /// A row of the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Case {
-    /// What acts.
+    /// Active effects.
     pub elastic: Elastic,
     /// The shape of each body.
     pub shape: Shape,
-    /// How many bodies.
+    /// Number of bodies.
     pub bodies: usize,
 }
 
 impl Case {
-    /// All of them.
+    /// All cases.
     #[must_use]
     pub fn all() -> Vec<Self> {
         let one = |elastic, shape| Self {
@@ -81,7 +81,7 @@ impl Case {
         all
     }
 
-    /// What it is called, as in `both_box_5_x10`.
+    /// Its name, such as `both_box_5_x10`.
     #[must_use]
     pub fn name(&self) -> String {
         let effect = match self.elastic {
@@ -134,7 +134,7 @@ impl Case {
 }
 
 impl Shape {
-    /// Its topology, made if it is not among those that were.
+    /// Its topology, built if it is not among the given ones.
     pub(super) fn topology(
         self,
         made: &mut BTreeMap<Self, Arc<Topology>>,

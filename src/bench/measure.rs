@@ -1,4 +1,4 @@
-//! How things are timed: in turn, many times, with medians and what lies around them.
+//! Timing: probes in turn, over many rounds, as medians with their spread.
 
 use super::Options;
 use std::{
@@ -8,19 +8,19 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Lowest, middle and highest of several measurements of one thing.
+/// Lowest, median and highest of several measurements.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Spread {
     /// Lowest.
     pub low: f64,
-    /// Middle; of two in the middle, the higher.
+    /// Median; for an even number, the higher of the two middle values.
     pub median: f64,
     /// Highest.
     pub high: f64,
 }
 
 impl Spread {
-    /// Of these measurements; zeros for none.
+    /// The spread of these measurements; zeros if there are none.
     #[must_use]
     pub fn of(mut measured: Vec<f64>) -> Self {
         measured.sort_by(f64::total_cmp);
@@ -32,7 +32,7 @@ impl Spread {
         }
     }
 
-    /// `whole` over each of them, as a time becomes a rate.
+    /// `whole` divided by each of them: converts a time to a rate.
     #[must_use]
     pub fn under(self, whole: f64) -> Self {
         Self {
@@ -43,13 +43,13 @@ impl Spread {
     }
 }
 
-/// Something that is measured again and again.
+/// A repeatable measurement.
 pub trait Probe {
-    /// Its figures, always as many; each takes `slot` or little more.
+    /// Its figures, always the same number of them; each takes `slot` or slightly more.
     fn sample(&mut self, slot: Duration) -> Vec<f64>;
 }
 
-/// All probes in turn, round by round, after one round to warm up. Returns the figures of each
+/// Samples all probes in turn, round by round, after one warm-up round. Returns the figures of each
 /// probe.
 pub(super) fn in_turn(
     probes: &mut [&mut dyn Probe],
@@ -78,7 +78,8 @@ pub(super) fn in_turn(
         .collect()
 }
 
-/// Does `work` for `slot` or little more; it returns how many items it did. Items a second.
+/// Repeats `work`, which returns the number of items processed, for `slot` or slightly more.
+/// Returns items per second.
 pub fn rate(slot: Duration, mut work: impl FnMut() -> usize) -> f64 {
     let start = Instant::now();
     let mut items = 0;
@@ -91,7 +92,7 @@ pub fn rate(slot: Duration, mut work: impl FnMut() -> usize) -> f64 {
     }
 }
 
-/// The same with a thread for each of the works, which begin together: the sum of their rates.
+/// Same with one thread per work item, started together; returns the sum of their rates.
 pub fn rate_together<W: FnMut() -> usize + Send>(slot: Duration, works: Vec<W>) -> f64 {
     let start = &Barrier::new(works.len());
     thread::scope(|scope| {

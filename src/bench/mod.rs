@@ -1,12 +1,12 @@
-//! What the solver does in a second on this machine, and what the machine would allow.
+//! Throughput of the solver on this machine, and the limits of the hardware.
 //!
-//! Every body of [`cases`] is stepped on one thread and on all of them, in turn with the
-//! measurements of memory and arithmetic in [`roofline`], round by round: whatever else the machine
-//! does in the meantime falls on all figures alike. A [`Report`] holds medians with their spread, as
-//! a table and as JSON; [`plot`] draws it.
+//! Every body of [`cases`] is stepped on one thread and on all threads, in turn with the
+//! measurements of memory and arithmetic in [`roofline`], round by round, so that other load on the
+//! machine affects all figures equally. A [`Report`] holds medians with their spread, as a table
+//! and as JSON; [`plot`] draws it.
 //!
-//! Only the plain [`World`](crate::solver::World) is measured here, without Bevy. A figure is time
-//! by a wall clock, so no two reports are equal.
+//! Only the plain [`World`](crate::solver::World) is measured, without Bevy. Figures are wall-clock
+//! times, so no two reports are equal.
 
 pub mod cases;
 pub mod loading;
@@ -31,17 +31,16 @@ use roofline::{Arithmetic, Memory};
 use std::{collections::BTreeMap, time::Duration};
 use steps::Steps;
 
-/// What to measure and for how long.
+/// Options of a measurement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// Rounds, each of which measures everything once; 9 by default, from 1.
     pub rounds: usize,
-    /// How long a figure is measured in a round, at least; 0.12 s by default. A body takes at
-    /// least one tick, however long that is.
+    /// Minimum time per figure and round; 0.12 s by default. A body takes at least one tick.
     pub slot: Duration,
-    /// The largest array that memory is measured with [byte]; 256 MiB by default.
+    /// Largest array for the memory measurement [byte]; 256 MiB by default.
     pub largest: usize,
-    /// What all threads are; 0, the default, for one on each core.
+    /// Number of threads for “all threads”; 0, the default, for one per core.
     pub threads: usize,
     /// Only cases whose name contains this; all by default.
     pub only: String,
@@ -63,7 +62,7 @@ impl Default for Options {
 }
 
 impl Options {
-    /// A quarter of a minute instead of one; the spread is wider then.
+    /// A quarter of a minute instead of a full one, with a larger spread.
     #[must_use]
     pub fn quick() -> Self {
         Self {
@@ -76,29 +75,30 @@ impl Options {
     }
 }
 
-/// Why nothing can be measured.
+/// An error of a measurement.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum BenchError {
-    /// No case has such a name.
+    /// No case has this in its name.
     #[error("no case has “{only}” in its name; expected a part of one of: {}", names.join(", "))]
     NoCase {
-        /// What was asked for.
+        /// The requested name.
         only: String,
-        /// All names.
+        /// All valid names.
         names: Vec<String>,
     },
-    /// The threads cannot be had.
+    /// The threads cannot be started.
     #[error(transparent)]
     Threads(#[from] ThreadsError),
-    /// A shape cannot be made.
+    /// The mesh of a shape cannot be built.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// A shape cannot be a body.
+    /// A shape cannot be turned into a body.
     #[error(transparent)]
     Topology(#[from] TopologyError),
 }
 
-/// Measures; `progress` is told the share that is done, from 0 to 1.
+/// Runs the measurement; `progress` receives the completed fraction, from 0 to 1.
 ///
 /// # Errors
 /// [`BenchError`] before anything is measured.
@@ -142,7 +142,7 @@ pub fn run(options: &Options, mut progress: impl FnMut(f64)) -> Result<Report, B
     })
 }
 
-/// One thread, and all of them if those are more.
+/// One thread; and all threads if there are several.
 fn crews(threads: usize) -> Result<Vec<Threads>, ThreadsError> {
     let (one, all) = (Threads::new(1)?, Threads::new(threads)?);
     Ok(if all.count() > 1 {

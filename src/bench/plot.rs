@@ -1,4 +1,4 @@
-//! A report as SVG: projections a second over the size of the body, under their roofs.
+//! A report as SVG: projections per second over the size of the body, with their roofs.
 
 use super::{Elastic, Report, Row, Shape, Stepped};
 use crate::output::{
@@ -16,7 +16,7 @@ type Failure = Box<dyn std::error::Error>;
 /// Writes the plot of a report.
 ///
 /// # Errors
-/// [`OutputError`] naming the file and what the system said.
+/// [`OutputError`] with the file and the system's message.
 pub fn write(path: &Path, report: &Report) -> Result<(), OutputError> {
     draw(path, report).map_err(|error| OutputError::new(path, error))
 }
@@ -49,7 +49,7 @@ fn draw(path: &Path, report: &Report) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Measured medians with their spread as lines and bars; roofs as dashes of the same colour.
+/// Measured medians as lines with spread bars; roofs as dashed lines of the same color.
 fn panel(area: &Area, caption: &str, rows: &[&Row], threads: &[usize]) -> Result<(), Failure> {
     let sizes = rows.iter().map(|row| row.particles as f64);
     let smallest = sizes.clone().fold(f64::INFINITY, f64::min);
@@ -68,7 +68,7 @@ fn panel(area: &Area, caption: &str, rows: &[&Row], threads: &[usize]) -> Result
         .y_label_area_size(64)
         .build_cartesian_2d(
             (smallest / 1.5..largest * 1.5).log_scale(),
-            // Above the highest there is room for the legend.
+            // Space above the highest point for the legend.
             (lowest / 1.5..highest * 8.0).log_scale(),
         )?;
     chart

@@ -1,4 +1,4 @@
-//! What was measured, as a table for people and as JSON for programs.
+//! Results as a human-readable table and as JSON.
 
 use super::{
     Case, Elastic, Loading, Options, Roofline, Shape, Spread,
@@ -9,73 +9,74 @@ use super::{
 use serde_json::{Value, json};
 use std::fmt::{self, Display, Formatter};
 
-/// Particles along a side of the cloth of a thousand.
+/// Particles per side of the cloth of about a thousand particles.
 const SMALL: u32 = 32;
 
 /// All figures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
-    /// What was asked for.
+    /// Options of the measurement.
     pub options: Options,
-    /// The numbers of threads that were compared: 1, and all if those are more.
+    /// Numbers of threads: 1, and all if there are several.
     pub threads: Vec<usize>,
-    /// The instructions that the solver used.
+    /// The instruction set that the solver used.
     pub instructions: &'static str,
-    /// What the machine would allow.
+    /// Hardware limits.
     pub roofline: Roofline,
     /// The cases.
     pub rows: Vec<Row>,
-    /// How long a body of a million tetrahedra takes to get ready, if that was asked for.
+    /// Time to prepare a body of a million tetrahedra, if requested.
     pub loading: Option<Loading>,
 }
 
 /// The figures of a case.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
-    /// What was stepped.
+    /// The benchmark case.
     pub case: Case,
     /// Particles of all bodies.
     pub particles: usize,
     /// Constraints of all bodies.
     pub constraints: usize,
-    /// What a substep of one body touches [byte].
+    /// Working set of a substep of one body [byte].
     pub working_set: usize,
-    /// What a projection does.
+    /// Work of a projection.
     pub work: Work,
-    /// Time of a projection if its particles were loaded one after the other, at the latency of
-    /// the working set, and nothing else took time [ns]. No bound: a good solver is far below.
+    /// Time of a projection if its particles were loaded one after the other, at the latency of the
+    /// working set, and nothing else took time [ns]. This is not a bound: a good solver is far
+    /// below it.
     pub loads_in_turn: f64,
-    /// Whether the bodies came through whole.
+    /// Whether the bodies stayed near their rest shapes.
     pub sound: bool,
-    /// For each number of threads.
+    /// Results for each number of threads.
     pub stepped: Vec<Stepped>,
 }
 
-/// How fast so many threads were.
+/// Speed with a number of threads.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stepped {
-    /// How many.
+    /// Number of threads.
     pub threads: usize,
-    /// Time of a projection [ns], all threads together: the whole tick over its projections.
+    /// Time per projection [ns], all threads together: time of a tick over its projections.
     pub nanoseconds: Spread,
-    /// What the machine would allow them.
+    /// Lower bounds from the hardware limits.
     pub bound: Bound,
 }
 
 impl Stepped {
-    /// Million projections a second.
+    /// Million projections per second.
     #[must_use]
     pub fn millions(&self) -> Spread {
         self.nanoseconds.under(1e3)
     }
 
-    /// Million projections a second under the roof.
+    /// Million projections per second at the roof.
     #[must_use]
     pub fn roof(&self) -> f64 {
         1e3 / self.bound.roof()
     }
 
-    /// How much of what the machine would allow is reached.
+    /// Fraction of the roof that is reached.
     #[must_use]
     pub fn share(&self) -> f64 {
         self.bound.roof() / self.nanoseconds.median
@@ -99,7 +100,7 @@ impl Row {
                 .map(|(limits, &nanoseconds)| Stepped {
                     threads: limits.threads,
                     nanoseconds,
-                    // As many bodies are under way as there are threads to step them.
+                    // As many bodies are stepped at once as there are threads.
                     bound: limits.bound(&work, working_set * case.bodies.min(limits.threads)),
                 })
                 .collect(),
@@ -108,14 +109,14 @@ impl Row {
 }
 
 impl Report {
-    /// Whether all bodies came through whole; figures of others mean nothing.
+    /// Whether all bodies stayed near their rest shapes; otherwise figures are meaningless.
     #[must_use]
     pub fn sound(&self) -> bool {
         self.rows.iter().all(|row| row.sound)
     }
 
-    /// How many times as long a projection takes on one thread in the largest cloth as in the one
-    /// of a thousand particles, if both were measured.
+    /// Time of a projection on one thread in the largest cloth relative to the cloth of a thousand
+    /// particles, if both were measured.
     #[must_use]
     pub fn growth(&self) -> Option<f64> {
         let cloth = |row: &Row| match row.case.shape {

@@ -1,50 +1,51 @@
-//! What the machine would allow: memory and arithmetic, measured on the spot.
+//! Hardware limits: memory and arithmetic throughput, measured together with the solver.
 //!
-//! - **Bandwidth**: an array of each size is read from end to end, over and over, by one thread or
-//!   by all of them, a part each.
-//! - **Latency**: the same array as a random cycle of 16-byte elements, each of which tells where
-//!   the next one is, so that no load can begin before the last one has ended.
-//! - **Arithmetic**: multiplications and additions, roots, and quotients of numbers in registers,
-//!   eight at a time as the solver's kernels have them.
+//! - **Bandwidth**: an array of each size is read sequentially and repeatedly, by one thread or by
+//!   all of them, each with its own part.
+//! - **Latency**: the same array as a random cycle of 16-byte elements, each of which holds the
+//!   index of the next, so that no load can start before the previous one has completed.
+//! - **Arithmetic**: multiplications and additions, square roots, and divisions of numbers in
+//!   registers, eight at a time as in the solver's kernels.
 //!
-//! All with the best instructions that the machine has, and none of it with more than it takes to
-//! be fast: a bound is only as good as what it is made from.
+//! All use the best instruction set of the machine and are kept simple to be fast: a bound is only
+//! as good as its measurements.
 //!
-//! **The bounds.** A substep touches every byte of a body's working set, so a projection takes at
+//! **The bounds.** A substep accesses every byte of a body's working set, so a projection takes at
 //! least `bytes / constraints / bandwidth`, with the bandwidth at the size of the working set of
-//! the bodies that are stepped at the same time. And it takes at least the time of its operations,
-//! or of its roots and quotients, which have a unit of their own. The larger of these is the roof.
-//! It is made from the best round, as a bound must be, and optimistic: a byte written costs as much as one read, and bringing eight constraints into
-//! lanes costs nothing. It is a roof for solvers that go through a body once a substep: one that
-//! did several substeps on a part of it while that is in the cache could get above.
+//! the bodies that are stepped at the same time. It also takes at least the time of its operations,
+//! or of its square roots and divisions, which have their own execution unit. The larger of these
+//! is the roof. It is computed from the best round, as a bound must be, and is optimistic: a byte
+//! written is assumed to cost as much as a byte read, and gathering eight constraints into lanes is
+//! assumed to be free. It holds for solvers that traverse a body once per substep: a solver that
+//! performs several substeps on a part of a body while it is in the cache could exceed it.
 
 use super::measure::{Probe, Spread, rate, rate_together};
 use fearless_simd::{Level, Simd, dispatch, f32x8, prelude::*, u32x8};
 use std::{hint::black_box, iter, time::Duration};
 
-/// The smallest array [byte], which every first-level cache holds.
+/// The smallest array [byte], which fits into every first-level cache.
 const SMALLEST: usize = 16 << 10;
 
-/// From one array to the next.
+/// Ratio of the sizes of successive arrays.
 const STEP: usize = 4;
 
-/// Bytes that are read between two looks at the clock.
+/// Bytes read between two clock readings.
 const GULP: usize = 1 << 20;
 
-/// Loads between two looks at the clock.
+/// Loads between two clock readings.
 const HOPS: usize = 4096;
 
-/// Operations of a kind on each chain between two looks at the clock.
+/// Operations of one kind per chain between two clock readings.
 const BEATS: usize = 1024;
 
-/// Chains of operations that do not wait for each other: enough to keep all units busy, and few
-/// enough for sixteen registers.
+/// Independent chains of operations: enough to keep all units busy, and few enough for sixteen
+/// registers.
 const CHAINS: usize = 12;
 
 /// Numbers in a lane-wide operation.
 const LANES: usize = 8;
 
-/// Words that are read together.
+/// Words that are read at once.
 const BLOCK: usize = 64;
 
 /// Sizes of the arrays [byte], up to the largest.
@@ -52,19 +53,19 @@ pub(super) fn sizes(largest: usize) -> impl Iterator<Item = usize> {
     iter::successors(Some(SMALLEST), |size| Some(size * STEP)).take_while(move |&s| s <= largest)
 }
 
-/// What memory and arithmetic allow.
+/// Measured limits of memory and arithmetic.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Roofline {
-    /// For one thread, and for all of them if those are more.
+    /// For one thread, and for all threads if there are several.
     pub limits: Vec<Limits>,
     /// Time of a dependent random load of 16 bytes [ns], by size of the array [byte].
     pub latency: Vec<(usize, Spread)>,
 }
 
-/// What so many threads can do together.
+/// Limits for a number of threads together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Limits {
-    /// How many.
+    /// Number of threads.
     pub threads: usize,
     /// Reads [GB/s], by size of the array [byte].
     pub bandwidth: Vec<(usize, Spread)>,
@@ -76,16 +77,16 @@ pub struct Limits {
     pub quotient: Spread,
 }
 
-/// What a projection takes at least.
+/// Lower bounds of the time of a projection.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bound {
-    /// For its bytes [ns].
+    /// By memory [ns].
     pub memory: f64,
-    /// For its arithmetic [ns].
+    /// By arithmetic [ns].
     pub arithmetic: f64,
 }
 
-/// What a projection does, on average over a body's constraints.
+/// Work of a projection, on average over a body's constraints.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Work {
     /// Bytes of the working set over constraints.
@@ -101,8 +102,9 @@ pub struct Work {
 }
 
 impl Work {
-    /// Of a body with so many edges and tetrahedra and a working set of so many bytes. Arithmetic
-    /// is counted from the kernels, without damping and without what degenerate elements need.
+    /// For a body with these numbers of edges and tetrahedra and a working set of this many bytes.
+    /// Arithmetic is counted from the kernels, without damping and without the branches for
+    /// degenerate elements.
     #[must_use]
     pub fn new([edges, tetrahedra]: [usize; 2], working_set: usize) -> Self {
         let (edges, tetrahedra) = (edges as f64, tetrahedra as f64);
@@ -127,7 +129,7 @@ impl Bound {
 }
 
 impl Limits {
-    /// For `work` on bodies of which `size` bytes are under way.
+    /// Bounds for `work` on bodies with a combined working set of `size` bytes.
     #[must_use]
     pub fn bound(&self, work: &Work, size: usize) -> Bound {
         let apart = work.roots * self.root.low + work.quotients * self.quotient.low;
@@ -168,14 +170,14 @@ impl Roofline {
         }
     }
 
-    /// What `loads` from `size` bytes take one after the other [ns].
+    /// Time of `loads` dependent loads from `size` bytes [ns].
     #[must_use]
     pub fn in_turn(&self, loads: f64, size: usize) -> f64 {
         loads * between(&self.latency, size, |spread| spread.low)
     }
 }
 
-/// A figure at a size between those that were measured, straight over the logarithm of the size.
+/// A figure at an arbitrary size, interpolated linearly in the logarithm of the size.
 fn between(figures: &[(usize, Spread)], size: usize, of: fn(&Spread) -> f64) -> f64 {
     let after = figures.partition_point(|(measured, _)| *measured < size);
     let at = |place: usize| figures.get(place).map_or(0.0, |(_, spread)| of(spread));
@@ -191,15 +193,16 @@ fn between(figures: &[(usize, Spread)], size: usize, of: fn(&Spread) -> f64) -> 
     at(after - 1) * (1.0 - share) + at(after) * share
 }
 
-/// An array that is read in order and at random. Its figures are GB/s for each number of threads,
-/// and the latency in ns.
+/// An array for sequential and random reads. Its figures are GB/s for each number of threads, and
+/// the latency in ns.
 #[derive(Debug)]
 pub(super) struct Memory {
-    /// The first number of each is the place of the next; a power of two of them, all on one cycle.
+    /// The first number of each element is the index of the next. Their number is a power of two,
+    /// and all are on one cycle.
     elements: Vec<[u32; 4]>,
     threads: Vec<usize>,
     level: Level,
-    /// Where the cycle was left.
+    /// Current position on the cycle.
     at: u32,
 }
 
@@ -265,8 +268,8 @@ impl Probe for Memory {
     }
 }
 
-/// A place of its own for each place below a power of two: products with odd numbers and shifts
-/// lose nothing.
+/// A bijection of the indices below a power of two: products with odd numbers and xor-shifts are
+/// invertible.
 fn scattered(place: usize, count: usize) -> usize {
     let (mask, shift) = (count as u64 - 1, count.trailing_zeros() / 2);
     let mut x = place as u64;
@@ -277,7 +280,7 @@ fn scattered(place: usize, count: usize) -> usize {
     x as usize
 }
 
-/// All words in one: exclusive or, which any order gives.
+/// Combines all words by exclusive or, whose result does not depend on the order.
 #[inline(always)]
 fn fold<S: Simd>(simd: S, words: &[u32]) -> u32 {
     let mut sums = [u32x8::splat(simd, 0); BLOCK / LANES];
@@ -290,8 +293,8 @@ fn fold<S: Simd>(simd: S, words: &[u32]) -> u32 {
     <[u32; LANES]>::from(sum).into_iter().fold(0, |a, b| a ^ b)
 }
 
-/// Arithmetic in registers. Its figures are the time [ns] of an operation, a root and a quotient,
-/// for each number of threads.
+/// Arithmetic in registers. Its figures are the time [ns] of an operation, a square root and a
+/// division, for each number of threads.
 #[derive(Debug)]
 pub(super) struct Arithmetic {
     threads: Vec<usize>,
@@ -330,7 +333,7 @@ impl Probe for Arithmetic {
 
 #[derive(Debug, Clone, Copy)]
 enum Kind {
-    /// A multiplication and an addition, each of which counts.
+    /// A multiplication and an addition; each is counted.
     Operation,
     Root,
     Quotient,

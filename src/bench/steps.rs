@@ -4,22 +4,23 @@ use super::{Case, cases::SUBSTEPS, measure, measure::Probe};
 use crate::solver::{Body, Threads, Topology, World, measure::shape_error};
 use std::{sync::Arc, time::Duration};
 
-/// Root mean square distance to the rest shape, over the body's size, within which a body is sound.
-/// All begin below a thousandth.
+/// Limit on the root mean square distance to the rest shape, relative to the body's size. All
+/// bodies start below a thousandth.
 const SOUND: f64 = 0.02;
 
-/// Ticks after which the bodies begin anew. A flat cloth that nothing holds gathers speed out of
-/// rounding; in so few ticks it does not get far.
+/// Ticks after which the bodies are reset. A free flat cloth gains speed from rounding; in this
+/// number of ticks it remains small.
 const AGE: u32 = 50;
 
-/// Steps bodies with each of several numbers of threads; its figures are nanoseconds a projection.
+/// Steps bodies with each of several numbers of threads; its figures are nanoseconds per
+/// projection.
 #[derive(Debug)]
 pub(super) struct Steps {
     pub case: Case,
     pub topology: Arc<Topology>,
     crews: Vec<Threads>,
     world: World,
-    /// What every sample begins with, so that all do the same work.
+    /// Initial state of every sample, so that all do the same work.
     beginning: Vec<Body>,
     sound: bool,
 }
@@ -37,7 +38,7 @@ impl Steps {
         }
     }
 
-    /// Edges and tetrahedra that act, of one body.
+    /// Number of active edges and tetrahedra of one body.
     pub fn constraints(&self) -> [usize; 2] {
         let effects = self.world.bodies.first().map(|body| body.effects);
         let effects = effects.unwrap_or_default();
@@ -51,14 +52,14 @@ impl Steps {
         ]
     }
 
-    /// Projections of constraints in a tick of all bodies.
+    /// Constraint projections per tick of all bodies.
     pub fn projections(&self) -> usize {
         let [edges, tetrahedra] = self.constraints();
         (edges + tetrahedra) * self.case.bodies * SUBSTEPS as usize
     }
 
-    /// What a substep of one body needs to touch [byte]: each constraint's particles and rest
-    /// values; position, previous position and velocity of each particle.
+    /// Memory that a substep of one body accesses [byte]: particles and rest values of each
+    /// constraint; position, previous position and velocity of each particle.
     pub fn working_set(&self) -> usize {
         let [edges, tetrahedra] = self.constraints();
         let edge = size_of::<[u32; 2]>() + size_of::<f32>();
@@ -67,7 +68,8 @@ impl Steps {
         edges * edge + tetrahedra * tetrahedron + self.topology.particles() * particle
     }
 
-    /// Whether the bodies came through every sample: a world that blew up measures nothing.
+    /// Whether the bodies stayed near their rest shapes in every sample: timing a diverged world is
+    /// meaningless.
     pub fn sound(&self) -> bool {
         self.sound
     }
@@ -84,7 +86,7 @@ impl Probe for Steps {
         let figures = self.crews.iter().map(|threads| {
             world.bodies.clone_from(&self.beginning);
             world.threads = threads.clone();
-            // What the others left in the caches goes, and threads wake up.
+            // Warm-up: replaces cache contents of other probes and wakes up the threads.
             world.tick();
             let mut age = 1;
             let rate = measure::rate(slot, || {

@@ -17,7 +17,7 @@ use std::{
     process::ExitCode,
 };
 
-/// Exit code when something that was asked for cannot be done as asked.
+/// Exit code for a request that cannot be carried out: bad usage or bad input.
 pub const BAD_USAGE: u8 = 2;
 
 /// Exit code when a check failed.
@@ -48,7 +48,7 @@ enum Command {
 }
 
 impl CommandLine {
-    /// Does what was asked for.
+    /// Runs the command.
     pub fn run(self) -> anyhow::Result<ExitCode> {
         match self.command {
             None => self.window.run(),
@@ -62,8 +62,8 @@ impl CommandLine {
     }
 }
 
-/// Prints to the standard output. Whoever reads it may stop before the end, as `head` does: that is
-/// no error.
+/// Prints to the standard output. A reader that closes the pipe early, such as `head`, is not an
+/// error.
 fn say(text: impl fmt::Display) -> io::Result<()> {
     match write!(io::stdout().lock(), "{text}") {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
@@ -71,7 +71,7 @@ fn say(text: impl fmt::Display) -> io::Result<()> {
     }
 }
 
-/// The same with a line's end.
+/// Prints a line to the standard output; see [`say`].
 fn say_line(text: impl fmt::Display) -> io::Result<()> {
     say(format_args!("{text}\n"))
 }
@@ -84,7 +84,7 @@ fn counted(count: usize, noun: &str) -> String {
     }
 }
 
-/// Refuses a file in a folder that does not exist: before anything runs, not after.
+/// Checks that the folder of an output file exists, before anything runs.
 fn check_folder(file: &Path) -> anyhow::Result<()> {
     let folder = file
         .parent()

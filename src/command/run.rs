@@ -151,7 +151,7 @@ impl RunScene {
 }
 
 impl RunScene {
-    /// Reads and makes what is to be run, with what it is judged by.
+    /// Loads and builds the scene or snapshot, with its acceptance criteria.
     fn open(&self) -> anyhow::Result<(CurrentScene, BuiltScene, Option<Acceptance>)> {
         let named = self.scene.as_deref().map(Path::new);
         let from = self
@@ -168,7 +168,7 @@ impl RunScene {
         Ok((current, built, acceptance))
     }
 
-    /// Refuses files in folders that do not exist before anything runs, not after.
+    /// Checks that the folders of all output files exist, before anything runs.
     fn check_folders(&self) -> anyhow::Result<()> {
         let files = [&self.csv, &self.plot, &self.snapshot, &self.record];
         #[cfg(feature = "window")]
@@ -180,7 +180,7 @@ impl RunScene {
     }
 }
 
-/// Builds a scene; a large one takes seconds, and says so where output is a terminal.
+/// Builds a scene. Shows a message if the output is a terminal, as a large scene takes seconds.
 pub fn build(scene: &Scene) -> Result<BuiltScene, SceneError> {
     let spinner = ProgressBar::new_spinner().with_message("building the scene");
     spinner.enable_steady_tick(Duration::from_millis(100));
@@ -189,7 +189,7 @@ pub fn build(scene: &Scene) -> Result<BuiltScene, SceneError> {
     built
 }
 
-/// Shown while a run takes long; nothing where output is not a terminal.
+/// Progress bar of a long run; hidden if the output is not a terminal.
 pub fn progress_bar() -> ProgressBar {
     let bar = ProgressBar::new(1000);
     if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent} % · {eta} left") {
@@ -198,7 +198,7 @@ pub fn progress_bar() -> ProgressBar {
     bar
 }
 
-/// Where substeps are too short for single precision, a line that says so.
+/// Warning if the substeps are too short for single precision; otherwise empty.
 fn unresolved(run: &Run) -> String {
     let substeps = run.settings.substeps.get();
     match run.world.resolved_substeps() {
@@ -210,8 +210,8 @@ fn unresolved(run: &Run) -> String {
     }
 }
 
-/// The energy ledger for people.
-fn books(ledger: &EnergyLedger) -> String {
+/// The energy ledger as text.
+fn ledger_text(ledger: &EnergyLedger) -> String {
     let other = [("other", ledger.other)];
     let rows = ledger.solver.rows().into_iter().chain(other);
     let rows: Vec<_> = rows
@@ -225,7 +225,7 @@ fn books(ledger: &EnergyLedger) -> String {
     )
 }
 
-/// The summary for people.
+/// The summary as text.
 pub fn in_words(title: &str, run: &Run) -> String {
     let last = run.history.last().cloned().unwrap_or_default();
     let constraints: Vec<_> = last
@@ -263,7 +263,7 @@ pub fn in_words(title: &str, run: &Run) -> String {
         last.volume_error * 100.0,
         last.residual,
         unresolved(run),
-        run.ledger.as_ref().map(books).unwrap_or_default(),
+        run.ledger.as_ref().map(ledger_text).unwrap_or_default(),
         run.state_hash,
     )
 }

@@ -89,7 +89,7 @@ impl StudyCommand {
         Ok(ExitCode::SUCCESS)
     }
 
-    /// The command that does one part alone.
+    /// The command that runs one job alone.
     fn part(&self, id: &str) -> String {
         let quick = if self.quick { " --quick" } else { "" };
         let problems = self.problems.iter().map(|problem| quoted(problem));
@@ -113,7 +113,7 @@ impl StudyCommand {
     }
 }
 
-/// A word that a shell takes as it is, or in quotes.
+/// Quotes a word for the shell if necessary.
 fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./@+:,".contains(c);
     if !word.is_empty() && word.chars().all(plain) {

@@ -1,4 +1,4 @@
-//! The option `--threads`, which the window and the runs share.
+//! The option `--threads`, shared by the window and the headless commands.
 
 use clap::Args;
 use pliant::solver::{Threads, ThreadsError};
@@ -12,7 +12,7 @@ pub struct ThreadsOption {
 }
 
 impl ThreadsOption {
-    /// Starts them.
+    /// Starts the threads.
     pub fn start(self) -> Result<Threads, ThreadsError> {
         if self.threads > 1 && cfg!(not(feature = "parallel")) {
             return Err(ThreadsError {

@@ -133,7 +133,7 @@ fn list(jobs: &[Job]) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// For each member that fails, the settings with which it passes.
+/// Finds the settings with which each failing member passes.
 fn advise(rows: &[Row]) -> anyhow::Result<Vec<(&str, &Outcome, Option<Advice>)>> {
     let crews = Crews::start()?;
     let mut all = Vec::new();
@@ -163,7 +163,7 @@ fn advice_json(advice: &[(&str, &Outcome, Option<Advice>)]) -> Value {
     advice.iter().map(object).collect()
 }
 
-/// How many there were, which fail and which are expected to, and the slowest frames.
+/// Number of members, failures and expected failures, and the slowest frames.
 fn in_words(rows: &[Row]) -> String {
     let mut text = format!("\n{}\n", table::summary(rows));
     let unexpected = rows.iter().filter(|row| row.expected.is_none());

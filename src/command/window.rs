@@ -1,5 +1,5 @@
-//! `pliant` without a command: the window, or, where none can be opened, the default scene
-//! without one.
+//! `pliant` without a command: opens the window, or runs the default scene headless if no window
+//! can be opened.
 
 use super::{
     FAILED,
@@ -82,7 +82,7 @@ impl Window {
         self.check_scene()?;
         if let Some(path) = &self.record {
             check_folder(path)?;
-            // Refused here and not in the window, where the scene would already run.
+            // Checked here, before the window opens and the scene runs.
             drop(Recorder::create(path)?);
         }
         let options = SandboxOptions {
@@ -110,7 +110,7 @@ impl Window {
         )
     }
 
-    /// A scene that cannot be opened is told here, not in a window.
+    /// Checks that the scene can be opened, so that an error appears here and not in the window.
     fn check_scene(&self) -> anyhow::Result<()> {
         if let Some(name) = &self.scene
             && !is_snapshot(Path::new(name))
@@ -124,7 +124,7 @@ impl Window {
         Ok(())
     }
 
-    /// Says why there is no window, and runs the scene without one.
+    /// Prints why the window cannot be opened, and runs the scene without it.
     fn without_window(&self, reason: &str, threads: Threads) -> anyhow::Result<ExitCode> {
         let name = self.scene.as_deref().unwrap_or(SCENES[0].name);
         say_line(format_args!(
@@ -153,7 +153,7 @@ impl Window {
     }
 }
 
-/// A folder for what is left behind: here if possible, else among temporary files.
+/// Folder for the output files: in the current folder if possible, otherwise among temporary files.
 fn folder() -> std::io::Result<PathBuf> {
     let here = std::env::current_dir()?.join("pliant-run");
     if std::fs::create_dir_all(&here).is_ok() {

@@ -2,7 +2,7 @@
 
 use super::{Effect, Parameter};
 use crate::{
-    simulation::{DirectFactors, SoftBody, plain},
+    simulation::{BodyDirectWorkspace, SoftBody, plain},
     solver::{Direct, NeoHookean, Settings, advance::Stage, direct},
 };
 use bevy::prelude::*;
@@ -14,7 +14,7 @@ impl Effect for Direct {
                                    iteration, for slender and stiff bodies that Gauss–Seidel leaves too soft.";
     const PARAMETERS: &'static [Parameter<Self>] = &[];
 
-    type State = DirectFactors;
+    type State = BodyDirectWorkspace;
     const STAGE: Option<Stage> = Some(Stage::Direct);
 
     fn when_added() -> Option<Self> {
@@ -36,6 +36,6 @@ impl Effect for Direct {
                 "Neo-Hookean tetrahedra are solved by Gauss–Seidel, not by the direct solver.",
             );
         }
-        body.get::<DirectFactors>()?.0.done().why_swept()
+        body.get::<BodyDirectWorkspace>()?.0.status().explanation()
     }
 }

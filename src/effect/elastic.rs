@@ -1,4 +1,4 @@
-//! What the effects that hold a body together have in common: their stage, their figures.
+//! Common code of the elastic effects: their stage and their figures.
 
 use super::Figures;
 use crate::{
@@ -7,7 +7,7 @@ use crate::{
 };
 use bevy::prelude::*;
 
-/// An iteration over their constraints.
+/// One iteration over the constraints of an effect.
 pub(super) const fn stage<const N: usize, const M: usize, E: Elastic<N, M>>() -> Option<Stage> {
     Some(Stage::Elastic(E::KIND))
 }
@@ -58,8 +58,8 @@ pub(super) fn body_figures(kind: BodyEffectKind, body: &EntityRef, h: f32) -> Fi
     }
 }
 
-/// The part of [`Effect`] that is the same for all elastic effects of so many particles and
-/// equations an element.
+/// The part of [`Effect`] that is common to all elastic effects with a given number of particles
+/// and equations per element.
 macro_rules! elastic {
     ($corners:literal, $rows:literal) => {
         type State = ();

@@ -5,7 +5,7 @@ use crate::solver::{
     Attract, Coefficient, Drag, Finite, Length, Uniform, Vortex, Wind, advance::Stage, force::Force,
 };
 
-/// What all forces have in common.
+/// Common code of all force fields.
 macro_rules! force {
     () => {
         type State = ();

@@ -1,4 +1,4 @@
-//! Grab: the mouse spring. On a body only while it is dragged.
+//! Grab: the mouse spring. A body carries it only while it is dragged.
 
 use super::{Effect, Figures, Parameter, Scale, parameter};
 use crate::solver::{BodyEffectKind, Compliance, Force, Grab, advance::Stage};

@@ -1,15 +1,15 @@
 //! Effects: one component and one plugin each.
 //!
 //! **The schedule is the scene.** The systems of an effect are in the schedules only while some
-//! body carries its component: they are added before the first tick of the first one, and
-//! removed before the first tick after the last one has gone. An effect that nobody carries has
-//! no system, no memory and no branch anywhere.
+//! body carries its component: they are added before the first tick with such a body, and removed
+//! before the first tick without one. An effect that no body carries has no system, no memory and
+//! no branch anywhere.
 //!
 //! # Adding an effect
-//! The maths goes into one file of [`solver::effects`](crate::solver::effects) or
-//! [`solver::contact`](crate::solver::contact), the component into one file here, with the
-//! [stage](Effect::STAGE) of the solver that it is, and the effect into one line of the table of
-//! [`effects!`](crate::solver::effects). A user of the crate needs no more than a component, [`Effect`] and
+//! The math goes into one file of [`solver::effects`](crate::solver::effects) or
+//! [`solver::contact`](crate::solver::contact), the component into one file here, with its solver
+//! [stage](Effect::STAGE), and the effect into one line of the table of
+//! [`effects!`](crate::solver::effects). A user of the crate needs only a component, [`Effect`] and
 //! [`EffectPlugin`]:
 //!
 //! ```
@@ -30,7 +30,7 @@
 //!         name: "acceleration",
 //!         title: "Acceleration",
 //!         unit: "m/s²",
-//!         help: "What the breeze adds to the speed in a second.",
+//!         help: "Acceleration along x.",
 //!         range: (0.1, 100.0),
 //!         scale: Scale::Linear,
 //!         get: |breeze| breeze.acceleration.into(),
@@ -97,7 +97,7 @@ pub(crate) use registry::{body_added, body_removed, follow_bodies};
 
 use bevy::{app::PluginGroupBuilder, prelude::*};
 
-/// All effects of the crate, in the order in which they act within a sweep.
+/// All effects of the crate, in the order in which they act within an iteration.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct EffectPlugins;
 
@@ -117,10 +117,10 @@ macro_rules! plugins {
         pub use crate::solver::{$($effect,)*};
 
         impl EffectPlugins {
-            /// The names of all.
+            /// Names of all effects.
             pub const NAMES: &'static [&'static str] = &[$(<$effect as Effect>::NAME),*];
 
-            /// All but the effect of that name; all if there is none.
+            /// All effects except the named one; all effects if the name is unknown.
             #[must_use]
             pub fn without(self, name: &str) -> PluginGroupBuilder {
                 let all = self.build();
@@ -142,8 +142,8 @@ macro_rules! plugins {
 
 crate::solver::effects!(plugins);
 
-/// A parameter that is a field of a checked type: field and type, title, unit, help, useful range,
-/// scale.
+/// A parameter that is a field of a checked type. Arguments: field and type, title, unit, help,
+/// useful range, scale.
 macro_rules! parameter {
     ($field:ident: $type:ty, $title:literal, $unit:literal, $help:literal, $range:expr, $scale:expr) => {
         Parameter {

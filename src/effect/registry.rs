@@ -1,4 +1,4 @@
-//! What an effect is, the list of those that an app knows, and how their systems come and go.
+//! Effects and their parameters, the registry of an app, and adding and removing their systems.
 
 use crate::{
     simulation::{
@@ -18,98 +18,99 @@ use bevy::{
 };
 use std::marker::PhantomData;
 
-/// How a parameter's slider runs over its range.
+/// Scale of a parameter's slider.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
-    /// Evenly.
+    /// Linear.
     Linear,
-    /// By factors; below the range there is 0.
+    /// Logarithmic, with a stop for 0 below the range.
     LogarithmicFromZero,
-    /// By factors; above the range there is ∞.
+    /// Logarithmic, with a stop for ∞ above the range.
     LogarithmicToInfinity,
 }
 
-/// A parameter of an effect, as panels, files and command lines see it.
+/// A parameter of an effect, as used by panels, files and command lines.
 #[derive(Debug)]
 pub struct Parameter<E> {
-    /// Its name in files and commands.
+    /// Name in files and commands.
     pub name: &'static str,
-    /// Its name in the panel.
+    /// Name in the panel.
     pub title: &'static str,
-    /// Its unit; empty for a ratio.
+    /// Unit; empty for a ratio.
     pub unit: &'static str,
-    /// What it does, in a sentence.
+    /// Description, in one sentence.
     pub help: &'static str,
-    /// The useful range, from and to; the valid one may be wider.
+    /// Useful range (minimum, maximum); the valid range may be wider.
     pub range: (f64, f64),
-    /// How a slider runs over the range.
+    /// Scale of the slider.
     pub scale: Scale,
-    /// Reads it.
+    /// Returns the value.
     pub get: fn(&E) -> f64,
-    /// Writes it, or refuses the value.
+    /// Sets the value, or rejects it if it is invalid.
     pub set: fn(&mut E, f64) -> Result<(), InvalidValue>,
 }
 
 /// A [`Parameter`] without its effect's type.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ParameterInfo {
-    /// Its name in files and commands.
+    /// Name in files and commands.
     pub name: &'static str,
-    /// Its name in the panel.
+    /// Name in the panel.
     pub title: &'static str,
-    /// Its unit; empty for a ratio.
+    /// Unit; empty for a ratio.
     pub unit: &'static str,
-    /// What it does, in a sentence.
+    /// Description, in one sentence.
     pub help: &'static str,
-    /// The useful range, from and to; the valid one may be wider.
+    /// Useful range (minimum, maximum); the valid range may be wider.
     pub range: (f64, f64),
-    /// How a slider runs over the range.
+    /// Scale of the slider.
     pub scale: Scale,
-    /// What it is on a body that the effect is added to; `None` where it cannot be.
+    /// Default value when the effect is added to a body; `None` if it cannot be added.
     pub default: Option<f64>,
 }
 
 /// Figures of one effect on one body.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Figures {
-    /// How many constraints it has.
+    /// Number of constraints.
     pub elements: usize,
-    /// Elastic energy that it stores [J]; `None` if it stores none by its nature.
+    /// Stored elastic energy [J]; `None` if the effect stores none by its nature.
     pub energy: Option<f64>,
-    /// What is left of its equations.
+    /// Residual of the constraint equations.
     pub residual: SquareSum,
-    /// Pressure over that of the surroundings [Pa], of what has one.
+    /// Pressure above ambient [Pa], for effects that have one.
     pub overpressure: Option<f64>,
 }
 
-/// A component that does something to the bodies that carry it.
+/// A component that acts on the bodies that carry it.
 pub trait Effect: Component<Mutability = Mutable> + Sized {
-    /// Its name in files and commands.
+    /// Name in files and commands.
     const NAME: &'static str;
-    /// Its name in the panel.
+    /// Name in the panel.
     const TITLE: &'static str;
-    /// What it does, in a sentence.
+    /// Description, in one sentence.
     const SUMMARY: &'static str;
-    /// Its parameters.
+    /// Parameters of the effect.
     const PARAMETERS: &'static [Parameter<Self>] = &[];
 
-    /// What it keeps on a body beside its parameters: comes and goes with it. `()` for nothing.
+    /// State on a body besides the parameters, added and removed with the effect. `()` for none.
     type State: Bundle + Default;
 
-    /// The stage of the solver's plan that it is, of an effect of the crate; an effect of a user has systems
-    /// instead.
+    /// Stage of the solver's plan, for a built-in effect. Effects of users have systems instead.
     const STAGE: Option<Stage> = None;
 
-    /// Adds its systems to the inner schedules, each in [`EffectSystems`]`(Self::NAME)` and in the
-    /// set of its place there; none by default.
+    /// Adds the systems of the effect to the inner schedules, each in
+    /// [`EffectSystems`]`(Self::NAME)` and in the set that defines its order there; none by
+    /// default.
     fn add_systems(_schedules: &mut Schedules) {}
 
-    /// The effect as it is when a user adds it to a body; `None` if that makes no sense.
+    /// The effect with its default parameters, as added by a user; `None` if it cannot be added on
+    /// its own.
     fn when_added() -> Option<Self> {
         None
     }
 
-    /// Why a body is not fit for it in a world of these settings; by default every body is.
+    /// Reason why a body cannot carry the effect under these settings; `None` by default.
     fn unfit(_body: &EntityRef, _settings: &Settings) -> Option<String> {
         None
     }
@@ -119,49 +120,49 @@ pub trait Effect: Component<Mutability = Mutable> + Sized {
         Figures::default()
     }
 
-    /// Whether a parameter, by its name, matters to a body; by default each does. The panel hides one that does not
-    /// while it has its default.
+    /// Whether a parameter, given by name, affects a body; `true` by default. The panel hides
+    /// parameters that have no effect while they are at their default.
     fn matters(_: &str, _: &EntityRef) -> bool {
         true
     }
 
-    /// What a user should know of the effect on a body that carries it, in a world of these settings, in
-    /// a sentence.
+    /// Advice on the effect for a body that carries it under these settings, in one sentence.
     fn note(&self, _body: &EntityRef, _settings: &Settings) -> Option<&'static str> {
         None
     }
 }
 
-/// Everything about an effect that panels, files and commands need.
+/// Type-erased description of an effect, for panels, files and commands.
 #[derive(Debug, Clone)]
 pub struct EffectInfo {
-    /// Its name in files and commands.
+    /// Name in files and commands.
     pub name: &'static str,
-    /// Its name in the panel.
+    /// Name in the panel.
     pub title: &'static str,
-    /// What it does, in a sentence.
+    /// Description, in one sentence.
     pub summary: &'static str,
-    /// Its parameters.
+    /// Parameters of the effect.
     pub parameters: Vec<ParameterInfo>,
     /// Whether a body carries it.
     pub present: fn(&EntityRef) -> bool,
-    /// Parameter number so-and-so of a body; `None` if the body does not carry the effect.
+    /// Returns the parameter with the given index; `None` if the body does not carry the effect.
     pub get: fn(&EntityRef, usize) -> Option<f64>,
-    /// Writes a parameter; `None` if the body does not carry the effect.
+    /// Sets the parameter with the given index; `None` if the body does not carry the effect.
     pub set: fn(&mut EntityWorldMut, usize, f64) -> Option<Result<(), InvalidValue>>,
-    /// Adds it to a body with its default parameters, if that makes sense.
+    /// Adds the effect to a body with its default parameters; `None` if it cannot be added on its
+    /// own.
     pub insert_default: Option<fn(&mut EntityWorldMut)>,
-    /// Why a body is not fit for it in a world of these settings, if it is not.
+    /// Reason why a body cannot carry the effect under these settings, if there is one.
     pub unfit: fn(&EntityRef, &Settings) -> Option<String>,
-    /// Takes it away from a body.
+    /// Removes the effect from a body.
     pub remove: fn(&mut EntityWorldMut),
-    /// Its figures on a body; `None` if the body does not carry it.
+    /// Figures of the effect on a body; `None` if the body does not carry it.
     pub figures: fn(&EntityRef, f32) -> Option<Figures>,
-    /// What a user should know of it on a body in a world of these settings, in a sentence.
+    /// Advice on the effect for a body under these settings, in one sentence.
     pub note: fn(&EntityRef, &Settings) -> Option<&'static str>,
-    /// Whether a parameter, by its name, matters to a body.
+    /// Whether a parameter, given by name, affects a body.
     pub matters: fn(&str, &EntityRef) -> bool,
-    /// Whether its systems are in the schedules now.
+    /// Whether the systems of the effect are in the schedules.
     pub runs: bool,
     is_planned: bool,
     add_systems: fn(&mut Schedules),
@@ -194,7 +195,7 @@ impl EffectInfo {
             set: |body, index, value| {
                 let parameter = E::PARAMETERS.get(index)?;
                 let mut effect = body.get_mut::<E>()?;
-                // A refused value changes nothing, and wakes nobody.
+                // A rejected value changes nothing and wakes no body.
                 let result = (parameter.set)(effect.bypass_change_detection(), value);
                 if result.is_ok() {
                     effect.set_changed();
@@ -228,7 +229,7 @@ impl EffectInfo {
                     wake_changed::<Changed<E>>
                         .in_set(EffectSystems(E::NAME))
                         .in_set(StepSystems::Wake)
-                        // Waking is the same whoever does it first.
+                        // Wake systems commute.
                         .ambiguous_with_all(),
                 );
             },
@@ -239,7 +240,7 @@ impl EffectInfo {
         }
     }
 
-    /// The place of a parameter in `parameters`.
+    /// Index of a parameter in `parameters`.
     #[must_use]
     pub fn parameter(&self, name: &str) -> Option<usize> {
         self.parameters
@@ -258,7 +259,7 @@ impl EffectInfo {
     }
 }
 
-/// The effects that an app knows, in the order in which they act.
+/// The effects that are registered in an app, in the order in which they act.
 #[derive(Resource, Debug, Default)]
 pub struct EffectRegistry {
     effects: Vec<EffectInfo>,
@@ -271,13 +272,13 @@ impl EffectRegistry {
         self.effects.iter()
     }
 
-    /// An effect by its name.
+    /// Looks up an effect by name.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&EffectInfo> {
         self.effects.iter().find(|effect| effect.name == name)
     }
 
-    /// How many effects of the crate are carried.
+    /// Number of built-in effects that some body carries.
     pub(crate) fn planned(&self) -> usize {
         let effects = self.effects.iter();
         effects.filter(|it| it.runs && it.is_planned).count()
@@ -291,7 +292,7 @@ impl EffectRegistry {
     }
 }
 
-/// Makes an effect known to an app; it runs when bodies carry it.
+/// Registers an effect in an app; its systems run while bodies carry it.
 #[derive(Debug)]
 pub struct EffectPlugin<E>(PhantomData<fn() -> E>);
 
@@ -303,7 +304,7 @@ impl<E> Default for EffectPlugin<E> {
 
 impl<E: Effect> Plugin for EffectPlugin<E> {
     /// # Panics
-    /// If the app knows an effect of this name already.
+    /// If an effect of this name is already registered.
     fn build(&self, app: &mut App) {
         app.init_resource::<EffectRegistry>();
         let mut registry = app.world_mut().resource_mut::<EffectRegistry>();
@@ -346,25 +347,25 @@ impl<E: Effect> Plugin for EffectPlugin<E> {
     }
 }
 
-/// The schedules that systems of effects may be in.
+/// The schedules that may contain systems of effects.
 fn schedules() -> [InternedScheduleLabel; 4] {
     let [substep, solve, contact] = schedules_of_substep();
     [StepSchedule.intern(), substep, solve, contact]
 }
 
-/// An entity that carries effects became a body.
+/// Called when an entity that carries effects becomes a body.
 pub(crate) fn body_added(_: On<Add, SoftBody>, mut registry: ResMut<EffectRegistry>) {
     registry.stale = true;
 }
 
-/// An entity that carries effects is a body no longer.
+/// Called when an entity that carries effects is no longer a body.
 pub(crate) fn body_removed(_: On<Remove, SoftBody>, mut registry: ResMut<EffectRegistry>) {
     registry.stale = true;
 }
 
-/// Adds the systems of effects that some body carries now, and removes those of effects that no
-/// body carries any more. Does nothing while no effect and no body came or went, or in the middle
-/// of a tick.
+/// Adds the systems of effects that some body now carries, and removes those of effects that no
+/// body carries any more. Does nothing if no effect and no body was added or removed, or in the
+/// middle of a tick.
 pub(crate) fn follow_bodies(world: &mut World) {
     let stale = world.resource::<EffectRegistry>().stale;
     if !stale || world.resource::<SimulationClock>().mid_tick() {
@@ -390,7 +391,8 @@ pub(crate) fn follow_bodies(world: &mut World) {
 fn remove_systems(world: &mut World, effect: &'static str) {
     for label in schedules() {
         world.schedule_scope(label, |world, schedule| {
-            // A schedule that the effect has no system in knows no such set, which is fine.
+            // A schedule without systems of the effect does not contain the set, which is not an
+            // error.
             let _nothing_there = schedule.remove_systems_in_set(
                 EffectSystems(effect),
                 world,

@@ -1,4 +1,4 @@
-//! Shape matching: particles are pulled towards the rest shape, fitted to where they are.
+//! Shape matching: pulls particles towards the rest shape, rotated and moved to fit them best.
 
 use super::{Effect, Figures, Parameter, Scale, elastic::body_figures, parameter};
 use crate::solver::{

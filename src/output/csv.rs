@@ -1,4 +1,4 @@
-//! Figures as CSV: a row a tick, each column with its unit in its name.
+//! Figures as CSV: one row per tick, with the unit of each column in its name.
 
 use super::OutputError;
 use crate::simulation::Statistics;
@@ -61,7 +61,7 @@ pub fn row(figures: &Statistics) -> [String; COLUMNS.len()] {
     ]
 }
 
-/// Empty if there is none.
+/// The figure as text; empty if there is none.
 fn optional(figure: Option<usize>) -> String {
     figure.map_or_else(String::new, |figure| figure.to_string())
 }
@@ -69,7 +69,7 @@ fn optional(figure: Option<usize>) -> String {
 /// Writes rows to a file, with a header.
 ///
 /// # Errors
-/// [`OutputError`] naming the file and what the system said.
+/// [`OutputError`] with the file and the system's message.
 pub fn write(path: &Path, history: &[Statistics]) -> Result<(), OutputError> {
     let mut writer = create(path)?;
     for figures in history {
@@ -82,10 +82,10 @@ pub fn write(path: &Path, history: &[Statistics]) -> Result<(), OutputError> {
         .map_err(|error| OutputError::new(path, error))
 }
 
-/// A file with its header, for rows that come one at a time.
+/// Creates a file with its header, for rows that are written one at a time.
 ///
 /// # Errors
-/// [`OutputError`] naming the file and what the system said.
+/// [`OutputError`] with the file and the system's message.
 pub fn create(path: &Path) -> Result<csv::Writer<std::fs::File>, OutputError> {
     let mut writer = csv::Writer::from_path(path).map_err(|error| OutputError::new(path, error))?;
     writer

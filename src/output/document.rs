@@ -1,31 +1,49 @@
-//! A document of headings, sentences, tables and figures, as Markdown and as one page of HTML that
-//! needs nothing else.
+//! A document of headings, text, tables and figures, as Markdown and as a self-contained HTML page.
 
 use std::fmt::Write;
 
-/// A piece of a document.
+/// A block of a document.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Block {
     /// A heading, from level 1.
     Heading(u8, String),
     /// A paragraph.
     Text(String),
-    /// Sentences, one below the other.
+    /// A list of sentences.
     List(Vec<String>),
-    /// A table: what is above its columns, and its rows.
-    Table(Vec<String>, Vec<Vec<String>>),
-    /// A figure: its file beside the document, what it shows, and its SVG.
-    Figure {
-        /// Name of the file.
-        file: String,
-        /// What it shows.
+    /// A table.
+    Table {
+        /// What it shows; may be empty.
         caption: String,
-        /// Its text.
+        /// Names of its columns.
+        head: Vec<String>,
+        /// Its rows, a cell for each column.
+        rows: Vec<Vec<String>>,
+    },
+    /// A figure: its file beside the document, its caption, and its SVG.
+    Figure {
+        /// File name.
+        file: String,
+        /// Caption.
+        caption: String,
+        /// SVG source.
         svg: String,
     },
 }
 
-/// As Markdown; figures are links to their files.
+impl Block {
+    /// A table from its caption, which may be empty, the names of its columns, and its rows.
+    #[must_use]
+    pub fn table(caption: impl Into<String>, head: &[&str], rows: Vec<Vec<String>>) -> Self {
+        Self::Table {
+            caption: caption.into(),
+            head: head.iter().map(|&name| name.to_owned()).collect(),
+            rows,
+        }
+    }
+}
+
+/// The document as Markdown; figures are links to their files.
 #[must_use]
 pub fn markdown(blocks: &[Block]) -> String {
     let mut text = String::new();
@@ -47,7 +65,14 @@ pub fn markdown(blocks: &[Block]) -> String {
                 }
                 text.push('\n');
             }
-            Block::Table(head, rows) => {
+            Block::Table {
+                caption,
+                head,
+                rows,
+            } => {
+                if !caption.is_empty() {
+                    text += &format!("**{caption}**\n\n");
+                }
                 text += &row(head);
                 text += &row(&vec!["---".to_owned(); head.len()]);
                 text.extend(rows.iter().map(|cells| row(cells)));
@@ -61,7 +86,7 @@ pub fn markdown(blocks: &[Block]) -> String {
     text
 }
 
-/// As a page of HTML, figures and style in it.
+/// The document as a page of HTML with inline figures and style.
 #[must_use]
 pub fn html(title: &str, blocks: &[Block]) -> String {
     let mut body = String::new();
@@ -74,7 +99,11 @@ pub fn html(title: &str, blocks: &[Block]) -> String {
                 let items = items.iter().map(|item| format!("<li>{}</li>", safe(item)));
                 writeln!(body, "<ul>{}</ul>", items.collect::<String>())
             }
-            Block::Table(head, rows) => {
+            Block::Table {
+                caption,
+                head,
+                rows,
+            } => {
                 let row = |cells: &[String], tag: &str| {
                     let cells = cells.iter();
                     let cells = cells.map(|cell| format!("<{tag}>{}</{tag}>", safe(cell)));
@@ -83,7 +112,11 @@ pub fn html(title: &str, blocks: &[Block]) -> String {
                 let rows: String = rows.iter().map(|cells| row(cells, "td")).collect();
                 writeln!(
                     body,
-                    "<div class=\"wide\"><table><thead>{}</thead><tbody>{rows}</tbody></table></div>",
+                    "<div class=\"wide\"><table>{}<thead>{}</thead><tbody>{rows}</tbody></table></div>",
+                    match &caption[..] {
+                        "" => String::new(),
+                        caption => format!("<caption>{}</caption>", safe(caption)),
+                    },
                     row(head, "th")
                 )
             }
@@ -102,7 +135,7 @@ pub fn html(title: &str, blocks: &[Block]) -> String {
     )
 }
 
-/// Text that HTML takes for text, with `code` as code.
+/// Escapes text for HTML; `code` in backticks becomes a code element.
 fn safe(text: &str) -> String {
     let escaped = text
         .replace('&', "&amp;")
@@ -128,6 +161,7 @@ h1, h2, h3 { line-height: 1.2; margin-top: 2.2em; }
 h1 { margin-top: 0; }
 h2 { border-top: 1px solid var(--line); padding-top: 1em; }
 .wide { overflow-x: auto; }
+caption { text-align: left; font-weight: 600; padding: 0.4em 0; }
 table { border-collapse: collapse; font-size: 0.9em; font-variant-numeric: tabular-nums; }
 th, td { border-bottom: 1px solid var(--line); padding: 0.3em 0.8em 0.3em 0; text-align: left; white-space: nowrap; }
 code { background: var(--soft); padding: 0.1em 0.3em; border-radius: 3px; }
@@ -150,9 +184,15 @@ mod tests {
 
     #[test]
     fn a_table_has_as_many_cells_below_as_above() {
-        let words = |words: &[&str]| words.iter().map(|&word| word.to_owned()).collect();
-        let table = Block::Table(words(&["a", "b"]), vec![words(&["1|2", "3"])]);
-        let text = markdown(&[table]);
-        assert_eq!(text, "| a | b |\n| --- | --- |\n| 1\\|2 | 3 |\n\n");
+        let rows = vec![vec!["1|2".to_owned(), "3".to_owned()]];
+        let text = "| a | b |\n| --- | --- |\n| 1\\|2 | 3 |\n\n";
+        let table = Block::table("", &["a", "b"], rows.clone());
+        assert_eq!(markdown(&[table]), text);
+        let captioned = Block::table("Both", &["a", "b"], rows);
+        assert_eq!(
+            markdown(&[captioned.clone()]),
+            format!("**Both**\n\n{text}")
+        );
+        assert!(html("", &[captioned]).contains("<caption>Both</caption>"));
     }
 }

@@ -1,8 +1,8 @@
-//! Names of files that overwrite nothing.
+//! File names that do not overwrite existing files.
 
 use std::path::{Path, PathBuf};
 
-/// The first of name-001.png, name-002.png, … (for `png`) that is not taken.
+/// The first name of name-001.png, name-002.png, … (for `png`) that is not taken.
 pub fn free_path(name: &str, extension: &str, taken: impl Fn(&Path) -> bool) -> PathBuf {
     let plain: String = name
         .chars()

@@ -44,13 +44,13 @@ pub fn run(scene: &str, run: &Run) -> Value {
         "reasons": run.reasons,
     });
     if let Some(ledger) = &run.ledger {
-        object["ledger_j"] = books(ledger);
+        object["ledger_j"] = ledger_json(ledger);
     }
     object
 }
 
-/// What the energy came from and went to [J].
-fn books(ledger: &EnergyLedger) -> Value {
+/// Sources and sinks of energy [J].
+fn ledger_json(ledger: &EnergyLedger) -> Value {
     let mut rows = json!({
         "change": ledger.change(),
         "other": ledger.other,

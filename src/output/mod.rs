@@ -1,5 +1,5 @@
-//! What a run leaves behind: figures as CSV, a plot of them as SVG, a summary as JSON; and documents
-//! of words, tables and figures.
+//! Output of a run: figures as CSV, a plot of them as SVG, a summary as JSON; and documents of
+//! text, tables and figures.
 
 pub mod csv;
 pub mod document;
@@ -9,15 +9,16 @@ pub mod plot;
 
 pub use free_path::free_path;
 
-/// Why something could not be written.
+/// Error of writing an output file.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum OutputError {
     /// A file cannot be written.
     #[error("cannot write {path}: {message}")]
     Unwritable {
         /// The file.
         path: std::path::PathBuf,
-        /// What the system said.
+        /// Message of the system.
         message: String,
     },
 }

@@ -1,4 +1,5 @@
-//! A plot of a run as SVG: energies, volume error and residual, time of a tick, over time.
+//! A plot of a run as SVG: energies, volume error and residual, and time per tick, over simulated
+//! time.
 
 use super::OutputError;
 use crate::simulation::Statistics;
@@ -11,7 +12,7 @@ use std::path::Path;
 
 const SIZE: (u32, u32) = (960, 900);
 
-/// Colours that differ in lightness as well as in hue (after Okabe and Ito 2008).
+/// Colors that differ in lightness as well as in hue (after Okabe and Ito 2008).
 pub(crate) const COLOURS: [RGBColor; 4] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -25,7 +26,7 @@ type Failure = Box<dyn std::error::Error>;
 /// Writes the plot of a run.
 ///
 /// # Errors
-/// [`OutputError`] naming the file and what the system said.
+/// [`OutputError`] with the file and the system's message.
 pub fn write(path: &Path, title: &str, history: &[Statistics]) -> Result<(), OutputError> {
     draw(path, title, history).map_err(|error| OutputError::new(path, error))
 }
@@ -99,7 +100,7 @@ fn chart(
     Ok(())
 }
 
-/// The box that says which series is which, in the upper right corner.
+/// Draws the legend of the series in the upper right corner.
 pub(crate) fn label_series<'a, DB: DrawingBackend + 'a, CT: CoordTranslate>(
     chart: &mut ChartContext<'a, DB, CT>,
 ) -> Result<(), DrawingAreaErrorKind<DB::ErrorType>> {
@@ -112,7 +113,7 @@ pub(crate) fn label_series<'a, DB: DrawingBackend + 'a, CT: CoordTranslate>(
         .draw()
 }
 
-/// Lowest and highest value, apart from each other even if all are the same.
+/// Minimum and maximum, widened if all values are equal.
 fn range(curves: &[Curve], of: impl Fn(&(f64, f64)) -> f64) -> (f64, f64) {
     let all = curves.iter().flat_map(|(_, points)| points).map(of);
     let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {

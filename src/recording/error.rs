@@ -5,11 +5,12 @@ use std::{io, path::PathBuf};
 
 /// Why a snapshot cannot be taken, written or read.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum SnapshotError {
-    /// A tick is under way.
+    /// The world is in the middle of a tick.
     #[error("cannot take a snapshot in the middle of a tick; finish the tick first")]
     MidTick,
-    /// A body carries an effect that is not the crate's own.
+    /// A body carries an effect that is not built in.
     #[error(
         "body “{body}” carries the effect {effect}, which snapshots do not support; remove it first"
     )]
@@ -24,77 +25,78 @@ pub enum SnapshotError {
     File {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Message of the system.
         error: io::Error,
     },
-    /// Something is wrong in a file.
+    /// The content of a file is invalid.
     #[error("{path}: {error}")]
     In {
         /// The file.
         path: PathBuf,
-        /// What.
+        /// The error in the content.
         error: Box<Self>,
     },
-    /// The file is of another kind.
+    /// The file is not a snapshot.
     #[error("not a Pliant snapshot: the file has no snapshot header")]
     Foreign,
-    /// The file is of another version of the format.
+    /// The file has another format version.
     #[error("snapshot format version {found} is not supported; this program reads version {known}")]
     Version {
-        /// Its version.
+        /// Format version of the file.
         found: u32,
-        /// The one that is read.
+        /// Supported format version.
         known: u32,
     },
-    /// The file is too short or too long.
+    /// The file is truncated or has trailing bytes.
     #[error(
         "the snapshot is incomplete or damaged: expected {expected} bytes after the header, found {found}"
     )]
     Length {
-        /// As it says of itself.
+        /// Length according to the header.
         expected: u64,
-        /// As there are.
+        /// Actual length.
         found: u64,
     },
-    /// A byte is not what it was.
+    /// The checksum does not match.
     #[error("the snapshot is damaged: its checksum is {found:016x}, expected {expected:016x}")]
     Damaged {
-        /// As it says of itself.
+        /// Checksum according to the header.
         expected: u64,
-        /// As it is.
+        /// Checksum of the bytes.
         found: u64,
     },
-    /// The bytes stand for nothing.
+    /// The bytes cannot be decoded.
     #[error("cannot decode the snapshot: {0}")]
     Encoding(String),
-    /// What it says makes no sense.
+    /// The decoded state is invalid.
     #[error("the snapshot is invalid: {0}")]
     Content(String),
-    /// A mesh makes no sense.
+    /// A mesh is invalid.
     #[error("mesh {mesh} of the snapshot is invalid: {error}")]
     Mesh {
-        /// Its place, from 0.
+        /// Index of the mesh, from 0.
         mesh: usize,
-        /// Why.
+        /// The error in the mesh.
         error: TopologyError,
     },
-    /// What was to be opened is a scene, and cannot be.
+    /// The name refers to a scene, which cannot be loaded.
     #[error(transparent)]
     Scene(#[from] SceneError),
 }
 
 /// Why a recording cannot be replayed.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum RecordingError {
     /// The file cannot be read or written.
     #[error("{path}: {error}")]
     File {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Message of the system.
         error: io::Error,
     },
-    /// The file is of another kind.
+    /// The file is not a recording.
     #[error(
         "{path}: not a Pliant recording: expected a first line like \
          Recording(version:1,program:\"0.1.0\")"
@@ -103,65 +105,66 @@ pub enum RecordingError {
         /// The file.
         path: PathBuf,
     },
-    /// The file is of another version of the format.
+    /// The file has another format version.
     #[error(
         "{path}: recording format version {found} is not supported; this program reads version {known}"
     )]
     Version {
         /// The file.
         path: PathBuf,
-        /// Its version.
+        /// Format version of the file.
         found: u32,
-        /// The one that is read.
+        /// Supported format version.
         known: u32,
     },
-    /// Nothing was recorded.
+    /// The recording is empty.
     #[error("{path}: the recording is empty: it has no Scene line")]
     Empty {
         /// The file.
         path: PathBuf,
     },
-    /// A line makes no sense.
+    /// A line is invalid.
     #[error("{path}:{line}: {error}")]
     Line {
         /// The file.
         path: PathBuf,
         /// The line, from 1.
         line: usize,
-        /// What is wrong with it.
+        /// The error in the line.
         error: Box<LineError>,
     },
 }
 
-/// What is wrong with a line of a recording.
+/// Error in a line of a recording.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum LineError {
-    /// It is no text.
+    /// The line is not valid UTF-8.
     #[error("not valid UTF-8")]
     NotText,
-    /// It is no event.
+    /// The line is not a valid event.
     #[error("column {column}: {message}")]
     Syntax {
         /// Column, from 1.
         column: usize,
-        /// What was found and what was expected.
+        /// Found and expected syntax.
         message: String,
     },
-    /// Something is done before there is a scene.
+    /// An event precedes the first scene.
     #[error("no scene yet: expected a Scene line first")]
     NoScene,
-    /// Something comes after the end.
+    /// An event follows the end of the recording.
     #[error("unexpected line after the end of the recording")]
     AfterEnd,
-    /// It goes back in time.
+    /// The ticks of the lines are not in order.
     #[error("tick {tick} is out of order after tick {now}")]
     Backwards {
         /// The tick of the line.
         tick: u64,
-        /// The tick that was reached.
+        /// The current tick of the replay.
         now: u64,
     },
-    /// Lines are missing.
+    /// Lines are missing: no hash for too many ticks.
     #[error(
         "no hash between tick {now} and tick {tick}, but a recording has one at least every {every} \
          ticks: lines are missing"
@@ -169,24 +172,24 @@ pub enum LineError {
     Gap {
         /// The tick of the line.
         tick: u64,
-        /// The tick that was reached.
+        /// The current tick of the replay.
         now: u64,
-        /// How often there is a hash.
+        /// Ticks between two hashes.
         every: u64,
     },
-    /// A state is not base64.
+    /// A state is not valid base64.
     #[error("the state is not valid base64")]
     NotBase64,
-    /// A state cannot be had.
+    /// A state is not a valid snapshot.
     #[error(transparent)]
     State(#[from] SnapshotError),
-    /// A body is added that is not one.
+    /// The state of an `Add` line does not contain exactly one body.
     #[error("expected one body in an Add line, found {0}")]
     NotOneBody(usize),
-    /// No body has that place.
+    /// No body has this number.
     #[error("no body has the number {0}")]
     NoBody(u64),
-    /// What was done then cannot be done now.
+    /// A recorded action cannot be carried out.
     #[error(transparent)]
     Action(#[from] ActionError),
 }

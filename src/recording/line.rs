@@ -5,13 +5,13 @@ use crate::simulation::{Action, SpawnOrder};
 use base64::{Engine, prelude::BASE64_STANDARD as BASE64};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-/// The version of the format.
+/// Version of the format.
 pub const VERSION: u32 = 1;
 
-/// The first line.
+/// The header line.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Head {
-    /// What follows is a recording.
+    /// Marks the file as a recording.
     Recording {
         /// Version of the format.
         version: u32,
@@ -21,7 +21,7 @@ pub enum Head {
 }
 
 impl Head {
-    /// As this program writes it.
+    /// The header that this program writes.
     pub fn new() -> Self {
         Self::Recording {
             version: VERSION,
@@ -30,48 +30,49 @@ impl Head {
     }
 }
 
-/// Every other line. `tick` is how many ticks were done before, since the scene's state began.
+/// Any line after the header. `tick` is the number of ticks before the event since the start of the
+/// scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Line {
-    /// A scene was opened, in place of the one before.
+    /// A scene was opened and replaced the previous one.
     Scene {
-        /// Ticks that its state has behind it.
+        /// Ticks before the state was taken.
         tick: u64,
-        /// Its name.
+        /// Name of the scene.
         name: String,
-        /// Its state, a snapshot in base64.
+        /// Snapshot of the state, in base64.
         state: String,
     },
-    /// The scene began anew from the state of its `Scene` line.
+    /// The scene was reset to the state of its `Scene` line.
     Restart {
-        /// Ticks that the state has behind it.
+        /// Ticks before that state was taken.
         tick: u64,
     },
-    /// Something was done.
+    /// An action was carried out.
     Do {
-        /// When.
+        /// Tick of the event.
         tick: u64,
-        /// What.
+        /// The action.
         action: Action<SpawnOrder>,
     },
     /// A body was added.
     Add {
-        /// When.
+        /// Tick of the event.
         tick: u64,
-        /// A snapshot of it alone, in base64.
+        /// Snapshot of the body alone, in base64.
         body: String,
     },
-    /// The state had this hash.
+    /// Hash of the state.
     Hash {
-        /// When.
+        /// Tick of the event.
         tick: u64,
         /// Sixteen hexadecimal digits.
         hash: String,
     },
-    /// The recording ended in order.
+    /// The recording was closed cleanly.
     End {
-        /// When.
+        /// Tick of the event.
         tick: u64,
         /// Sixteen hexadecimal digits.
         hash: String,
@@ -79,7 +80,7 @@ pub enum Line {
 }
 
 impl Line {
-    /// When it happened.
+    /// Tick of the event.
     pub const fn tick(&self) -> u64 {
         match self {
             Self::Scene { tick, .. }
@@ -92,28 +93,28 @@ impl Line {
     }
 }
 
-/// A hash as lines have it.
+/// Formats a hash.
 pub fn hex(hash: u64) -> String {
     format!("{hash:016x}")
 }
 
-/// A state as lines have it.
+/// Encodes a state.
 pub fn state(snapshot: &Snapshot) -> String {
     BASE64.encode(snapshot.to_bytes())
 }
 
-/// The state that a line has.
+/// Decodes a state.
 pub fn snapshot(text: &str) -> Result<Snapshot, LineError> {
     let bytes = BASE64.decode(text).map_err(|_| LineError::NotBase64)?;
     Ok(Snapshot::from_bytes(&bytes)?)
 }
 
-/// A line without its end.
+/// Formats a line, without its line ending.
 pub fn write(line: &impl Serialize) -> Result<String, ron::Error> {
     ron::to_string(line)
 }
 
-/// What a line says.
+/// Parses a line.
 pub fn read<T: DeserializeOwned>(text: &str) -> Result<T, LineError> {
     ron::from_str(text).map_err(|error| LineError::Syntax {
         column: error.span.start.col,

@@ -1,15 +1,14 @@
-//! What can be kept of a simulation and had again to the bit: its whole state, and what was done to
-//! it.
+//! Snapshots and recordings: both restore a simulation bit for bit.
 //!
-//! - A [`Snapshot`] is a state: bodies with their meshes, their fine surfaces, speeds, effects, pins
-//!   and holds, who sleeps and who is in quarantine, colliders, settings, and the clock. What goes on
-//!   from one goes on as if it had never stopped.
-//! - A recording is the state at which a scene began, every action after it with its tick, and
-//!   hashes of the state. [`Recorder`] writes it while it happens; [`replay`](mod@replay) does it
-//!   again, on any number of threads, and compares.
+//! - A [`Snapshot`] is a state: bodies with their meshes, embedded surfaces, velocities, effects,
+//!   pins and grabs, which bodies sleep or are in quarantine, colliders, settings, and the clock. A
+//!   simulation that continues from it is bit-identical to one that was not interrupted.
+//! - A recording is the state at the start of a scene, every later action with its tick, and hashes
+//!   of the state. [`Recorder`] writes it during the run; [`replay`](mod@replay) repeats the run on
+//!   any number of threads and compares the hashes.
 //!
-//! Both files stand alone: neither needs the scene's file or its meshes. A recording is text, a line
-//! an event, in the notation of scene files:
+//! Both files are self-contained: neither needs the scene file or its meshes. A recording is text,
+//! one event per line, in the notation of scene files:
 //!
 //! ```text
 //! Recording(version:1,program:"0.1.0")
@@ -20,10 +19,10 @@
 //! End(tick:36,hash:"0aa1d2c37f5566b0")
 //! ```
 //!
-//! A body is called by its [`SpawnOrder`](crate::simulation::SpawnOrder). A scene that is opened
-//! meanwhile is another `Scene`, and one that is begun anew a `Restart`; ticks then count from where
-//! that scene begins. A body that is added is an `Add` with its mesh. Each line is written at once, so
-//! that a crash leaves all that came before it.
+//! Bodies are identified by their [`SpawnOrder`](crate::simulation::SpawnOrder). Opening another
+//! scene writes another `Scene`, restarting a scene writes a `Restart`; ticks then count from the
+//! start of that scene. Adding a body writes an `Add` with its mesh. Each line is written at once,
+//! so that a crash loses no earlier line.
 
 mod error;
 mod line;

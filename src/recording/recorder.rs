@@ -1,4 +1,4 @@
-//! Writes a recording while it happens.
+//! Writes a recording during a run.
 
 use super::{
     About, HASH_EVERY, RecordingError, Snapshot,
@@ -15,21 +15,21 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// An open recording, as a resource of the app that it is of.
+/// An open recording, as a resource of the recorded app.
 #[derive(Resource, Debug)]
 pub struct Recorder {
     file: File,
     path: PathBuf,
-    /// Whether a scene has begun.
+    /// Whether a scene has been opened.
     begun: bool,
-    /// The tick of the last hash.
+    /// Tick of the last hash.
     hashed: Option<u64>,
-    /// Why nothing is written any more.
+    /// Error that stopped the recording.
     failure: Option<String>,
 }
 
 impl Recorder {
-    /// Begins a file; one that is there is replaced.
+    /// Creates the file, or replaces an existing one.
     ///
     /// # Errors
     /// [`RecordingError::File`].
@@ -52,8 +52,7 @@ impl Recorder {
         }
     }
 
-    /// Records what happens in an app from now on. Nothing is written before
-    /// [`Self::scene_opened`].
+    /// Adds the recorder to an app. Nothing is written before [`Self::scene_opened`].
     pub fn install(self, app: &mut App) {
         app.insert_resource(self)
             .add_observer(note_action)
@@ -71,14 +70,14 @@ impl Recorder {
         &self.path
     }
 
-    /// Why nothing is written any more, if that is so: a disk that is full, a state that cannot be
-    /// kept.
+    /// Error that stopped the recording, such as a full disk or a state that cannot be encoded.
     #[must_use]
     pub fn failure(&self) -> Option<&str> {
         self.failure.as_deref()
     }
 
-    /// A scene was put in the place of the one before. Does nothing where nothing is recorded.
+    /// Records that a scene was opened and replaced the previous one. Does nothing without a
+    /// recorder.
     pub fn scene_opened(world: &mut World, about: About) {
         if !world.contains_resource::<Self>() {
             return;
@@ -100,7 +99,7 @@ impl Recorder {
         }
     }
 
-    /// The scene began anew. Does nothing where nothing is recorded.
+    /// Records that the scene was restarted. Does nothing without a recorder.
     pub fn scene_restarted(world: &mut World) {
         let tick = world.resource::<SimulationClock>().tick();
         if let Some(mut recorder) = world.get_resource_mut::<Self>() {
@@ -109,15 +108,15 @@ impl Recorder {
         }
     }
 
-    /// The scene that runs is about to go. Does nothing where nothing is recorded.
+    /// Records the final hash of a scene that is about to be closed. Does nothing without a
+    /// recorder.
     pub fn scene_ends(world: &mut World) {
         if !world.resource::<SimulationClock>().mid_tick() {
             Self::hash(world, |tick, hash| Line::Hash { tick, hash });
         }
     }
 
-    /// Ends the recording in order; a tick that is under way is ended first. Does nothing where
-    /// nothing is recorded.
+    /// Closes the recording cleanly, after the tick under way. Does nothing without a recorder.
     pub fn end(world: &mut World) {
         if !world.contains_resource::<Self>() {
             return;
@@ -129,7 +128,7 @@ impl Recorder {
         Self::hash(world, |tick, hash| Line::End { tick, hash });
     }
 
-    /// Writes the hash of the state, unless it has been written.
+    /// Writes the hash of the state, unless it has been written for this tick.
     fn hash(world: &mut World, line: impl FnOnce(u64, String) -> Line) {
         let tick = world.resource::<SimulationClock>().tick();
         let due = |recorder: &Self| recorder.begun && recorder.hashed != Some(tick);
@@ -142,8 +141,8 @@ impl Recorder {
         recorder.write(&line(tick, hash));
     }
 
-    /// Writes a line at once. The first failure is the last line: a recording with a gap would
-    /// replay to something else.
+    /// Writes a line at once. After the first failure nothing more is written, as a recording with
+    /// a gap would not replay.
     fn write(&mut self, line: &impl serde::Serialize) {
         if self.failure.is_some() {
             return;
@@ -160,10 +159,10 @@ impl Recorder {
     }
 }
 
-/// Runs a scene without a window and records it. Returns the hash of the state at its end.
+/// Runs a scene without a window and records it. Returns the hash of the final state.
 ///
 /// # Errors
-/// [`RecordingError::File`] where the file cannot be written.
+/// [`RecordingError::File`] if the file cannot be written.
 pub fn record(
     built: &BuiltScene,
     about: About,
@@ -189,7 +188,7 @@ pub fn record(
     )
 }
 
-/// Writes down what was done.
+/// Records an action.
 fn note_action(applied: On<Applied>, mut recorder: ResMut<Recorder>) {
     if !recorder.begun {
         return;
@@ -215,7 +214,7 @@ fn note_action(applied: On<Applied>, mut recorder: ResMut<Recorder>) {
     }
 }
 
-/// Writes down the hash of the state every so many ticks.
+/// Records the hash of the state every [`HASH_EVERY`] ticks.
 fn note_hash(world: &mut World) {
     let tick = world.resource::<SimulationClock>().tick();
     if tick.is_multiple_of(HASH_EVERY) {

@@ -1,4 +1,4 @@
-//! Does again what a recording says was done, and compares.
+//! Replays a recording and compares the state hashes.
 
 use super::{
     HASH_EVERY, RecordingError, Snapshot,
@@ -21,30 +21,30 @@ use std::{
     sync::Arc,
 };
 
-/// What came of a replay.
+/// Result of a replay.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Replay {
     /// Version of the program that made the recording.
     pub program: String,
-    /// Names of the scenes that were opened, in their order.
+    /// Names of the opened scenes, in order.
     pub scenes: Vec<String>,
-    /// How often a scene was begun anew.
+    /// Number of restarts.
     pub restarts: usize,
-    /// Things that were done.
+    /// Number of actions.
     pub actions: usize,
-    /// Ticks of all scenes together.
+    /// Number of ticks of all scenes together.
     pub ticks: u64,
-    /// Hashes that were compared.
+    /// Number of compared hashes.
     pub hashes: usize,
-    /// Hash of the state at the end.
+    /// Hash of the final state.
     pub state_hash: u64,
-    /// Whether the recording was ended in order; one that was cut off by a crash was not.
+    /// Whether the recording was closed cleanly; `false` after a crash.
     pub complete: bool,
-    /// The first hash that is not what it was; the replay ended there.
+    /// The first hash that differs; the replay stops there.
     pub difference: Option<Difference>,
 }
 
-/// A hash that is not what it was.
+/// A hash that differs from the recorded one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Difference {
     /// The line of the recording, from 1.
@@ -53,20 +53,20 @@ pub struct Difference {
     pub scene: String,
     /// The tick.
     pub tick: u64,
-    /// The last tick at which the hashes were the same, if there is one since the scene began.
+    /// The last tick at which the hashes agreed, if there is one since the start of the scene.
     pub agreed: Option<u64>,
-    /// The hash then.
+    /// The recorded hash.
     pub expected: String,
-    /// The hash now.
+    /// The hash of the replay.
     pub found: String,
 }
 
-/// Replays a recording on the given threads; `progress` is told the share of the file that is done,
-/// from 0 to 1, now and then.
+/// Replays a recording on the given threads. `progress` is called from time to time with the
+/// completed fraction of the file, from 0 to 1.
 ///
 /// # Errors
-/// [`RecordingError`] for a file that cannot be read, is of another kind or version, or has a line
-/// that makes no sense. A last line without an end is what a crash leaves, and is left out.
+/// [`RecordingError`] for a file that cannot be read, has another kind or version, or contains an
+/// invalid line. An incomplete last line, as left by a crash, is ignored.
 pub fn replay(
     path: &Path,
     threads: &Threads,
@@ -83,7 +83,7 @@ pub fn replay(
     let mut player = Player::default();
     loop {
         bytes.clear();
-        // The head is short: what goes on and on without the end of a line is of another kind.
+        // The header is short: a file with a longer first line is not a recording.
         let most = if number == 0 { LONGEST_HEAD } else { u64::MAX };
         let read = (&mut lines).take(most).read_until(b'\n', &mut bytes);
         done += read.map_err(failed)? as u64;
@@ -119,10 +119,10 @@ pub fn replay(
     })
 }
 
-/// Bytes that the first line may have.
+/// Largest length of the first line [bytes].
 const LONGEST_HEAD: u64 = 4096;
 
-/// The version of the program that wrote a file with this first line.
+/// Checks the header of a file, and returns the version of the program that wrote it.
 fn head(path: &Path, text: &str) -> Result<String, RecordingError> {
     let head = line::read(text).map_err(|_| RecordingError::Foreign {
         path: path.to_owned(),
@@ -152,7 +152,7 @@ struct Open {
 }
 
 impl Player {
-    /// Does what a line says; true if that was the end.
+    /// Replays a line; true at the end of the recording.
     fn play(&mut self, line: Line, number: usize, threads: &Threads) -> Result<bool, LineError> {
         if self.replay.complete {
             return Err(LineError::AfterEnd);
@@ -201,7 +201,7 @@ impl Player {
         Ok(false)
     }
 
-    /// True if the hash is not what it was.
+    /// Compares a hash; true if it differs.
     fn compare(&mut self, tick: u64, expected: String, line: usize) -> bool {
         let Some(open) = &mut self.open else {
             return false;
@@ -223,7 +223,7 @@ impl Player {
         true
     }
 
-    /// What came of it, if there was a scene.
+    /// The result, if a scene was opened.
     fn finish(mut self) -> Option<Replay> {
         let mut open = self.open?;
         self.replay.state_hash = state_hash(open.app.world_mut());
@@ -231,7 +231,7 @@ impl Player {
     }
 }
 
-/// Ticks on to a tick; how many that were.
+/// Steps to a tick; returns the number of ticks.
 fn go_to(world: &mut World, target: u64) -> Result<u64, LineError> {
     let now = world.resource::<SimulationClock>().tick();
     let Some(ticks) = target.checked_sub(now) else {
@@ -250,7 +250,7 @@ fn go_to(world: &mut World, target: u64) -> Result<u64, LineError> {
     Ok(ticks)
 }
 
-/// Does what was done to the body of a place.
+/// Carries out an action on the body with the recorded [`SpawnOrder`].
 fn act(world: &mut World, action: Action<SpawnOrder>) -> Result<(), LineError> {
     let place = action.body().copied();
     let body = place.and_then(|place| {
@@ -265,7 +265,7 @@ fn act(world: &mut World, action: Action<SpawnOrder>) -> Result<(), LineError> {
     Ok(perform(world, &action)?)
 }
 
-/// The body of an `Add` line.
+/// Decodes the body of an `Add` line.
 fn new_body(state: &str) -> Result<NewBody, LineError> {
     let built = line::snapshot(state)?.built;
     let count = built.world.bodies.len();

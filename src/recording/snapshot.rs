@@ -1,9 +1,9 @@
-//! Snapshots, and the files that they are kept in.
+//! Snapshots and their file format.
 //!
-//! A file begins with eight letters, the version of the format (u32), the number of bytes that follow
-//! (u64) and their checksum (u64, FNV-1a), numbers with their lowest byte first. What follows is
-//! [postcard](https://postcard.jamesmunns.com). Of a mesh it has the rest shape and the numbering of
-//! the particles: everything else is made of them again.
+//! A file begins with eight letters, the format version (u32), the number of bytes that follow
+//! (u64) and their checksum (u64, FNV-1a), all numbers little-endian. The rest is
+//! [postcard](https://postcard.jamesmunns.com). Of a mesh, it contains the rest shape and the
+//! numbering of the particles; everything else is recomputed.
 
 use super::{
     SnapshotError,
@@ -25,7 +25,7 @@ use std::{
     sync::Arc,
 };
 
-/// What a snapshot's scene is called.
+/// Description of a snapshot's scene.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct About {
     /// Name in the registry, or path.
@@ -34,7 +34,7 @@ pub struct About {
     pub title: String,
     /// What to look at.
     pub look_at: String,
-    /// Where the camera stood at first; none frames everything.
+    /// Initial camera; `None` frames all bodies.
     pub camera: Option<CameraSpec>,
 }
 
@@ -52,7 +52,7 @@ impl From<&CurrentScene> for About {
 /// The whole state of a simulation.
 #[derive(Debug, Clone)]
 pub struct Snapshot {
-    /// What the scene is called.
+    /// Description of the scene.
     pub about: About,
     /// The state; [`scene::spawn`](crate::scene::spawn) puts it into a world.
     pub built: BuiltScene,
@@ -63,12 +63,11 @@ const VERSION: u32 = 5;
 const HEAD: usize = 28;
 
 impl Snapshot {
-    /// Takes the state of a world between two ticks. What waits in the list of actions is not yet
-    /// part of it.
+    /// Takes a snapshot of a world between two ticks. Pending actions are not part of it.
     ///
     /// # Errors
     /// [`SnapshotError::MidTick`], and [`SnapshotError::Effect`] if a body carries an effect that is
-    /// not the crate's own.
+    /// not built in.
     pub fn take(world: &mut World, about: About) -> Result<Self, SnapshotError> {
         if world.resource::<SimulationClock>().mid_tick() {
             return Err(SnapshotError::MidTick);
@@ -94,7 +93,7 @@ impl Snapshot {
         Ok(Self { about, built })
     }
 
-    /// A body alone.
+    /// A snapshot of one body alone.
     pub(super) fn of(new: &NewBody) -> Self {
         let world = solver::World {
             bodies: vec![new.body.clone()],
@@ -140,10 +139,10 @@ impl Snapshot {
         }
     }
 
-    /// The bytes of a file.
+    /// Encodes the snapshot as the bytes of a file.
     ///
     /// # Panics
-    /// Never: nothing in a state is without an encoding.
+    /// Never: every state can be encoded.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let content = postcard::to_stdvec(&Stored::of(self)).unwrap_or_default();
@@ -156,11 +155,11 @@ impl Snapshot {
         bytes
     }
 
-    /// The snapshot that the bytes of a file stand for.
+    /// Decodes the bytes of a file.
     ///
     /// # Errors
-    /// [`SnapshotError`] for bytes of another kind or version, cut short, damaged, or that make no
-    /// sense.
+    /// [`SnapshotError`] for bytes of another kind or version, and for truncated, damaged or
+    /// invalid ones.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, SnapshotError> {
         let head = Head::read(bytes)?;
         let content = &bytes[HEAD..];
@@ -188,7 +187,7 @@ impl Snapshot {
         stored.into_snapshot()
     }
 
-    /// Writes a file; one that is there is replaced.
+    /// Writes a file, or replaces an existing one.
     ///
     /// # Errors
     /// [`SnapshotError::File`].
@@ -199,8 +198,8 @@ impl Snapshot {
     /// Reads a file.
     ///
     /// # Errors
-    /// [`SnapshotError::File`] if it cannot be read, [`SnapshotError::In`] if something is wrong in
-    /// it. A file of another kind is refused by its first bytes.
+    /// [`SnapshotError::File`] if it cannot be read, [`SnapshotError::In`] if its content is
+    /// invalid. A file of another kind is rejected by its first bytes.
     pub fn read(path: &Path) -> Result<Self, SnapshotError> {
         let mut file = File::open(path).map_err(|error| file_error(path, error))?;
         let mut bytes = Vec::new();
@@ -221,7 +220,7 @@ impl Snapshot {
     }
 }
 
-/// What a file says of itself.
+/// The header of a file.
 struct Head {
     length: u64,
     checksum: u64,
@@ -263,7 +262,7 @@ fn file_error(path: &Path, error: io::Error) -> SnapshotError {
     }
 }
 
-/// Whether a file begins as a snapshot does.
+/// Whether a file begins with the snapshot header.
 #[must_use]
 pub fn is_snapshot(path: &Path) -> bool {
     let mut start = [0; MAGIC.len()];
@@ -271,7 +270,7 @@ pub fn is_snapshot(path: &Path) -> bool {
     read.is_ok() && start == *MAGIC
 }
 
-/// Opens what a user names: a snapshot by its path, or a scene by its name or path.
+/// Opens a snapshot by its path, or a scene by its name or path.
 ///
 /// # Errors
 /// [`SnapshotError`]; [`SnapshotError::Scene`] for a scene.

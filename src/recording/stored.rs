@@ -1,6 +1,6 @@
-//! What the bytes of a snapshot stand for, and the checks that it makes sense.
+//! The encoded form of a snapshot, and its validation.
 //!
-//! Meshes and fine surfaces that bodies share are stored once.
+//! Meshes and embedded surfaces that bodies share are stored once.
 
 mod body;
 
@@ -23,7 +23,7 @@ use body::StoredBody;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Refuses bodies with effects that are not the crate's own.
+/// Returns an error if a body carries an effect that is not built in.
 pub fn check_effects(world: &mut World) -> Result<(), SnapshotError> {
     for body in bodies_in_order(world) {
         let entity = world.entity(body);
@@ -45,7 +45,7 @@ pub fn check_effects(world: &mut World) -> Result<(), SnapshotError> {
     Ok(())
 }
 
-/// A snapshot as it is encoded.
+/// The encoded form of a snapshot.
 #[derive(Serialize, Deserialize)]
 pub struct Stored {
     name: String,
@@ -78,7 +78,7 @@ struct StoredCollider {
 }
 
 impl Stored {
-    /// What is to be encoded.
+    /// Encodes a snapshot.
     pub fn of(snapshot: &Snapshot) -> Self {
         let Snapshot { about, built } = snapshot;
         let world = &built.world;
@@ -91,7 +91,7 @@ impl Stored {
             .zip(&built.looks)
             .map(|((body, skin), look)| {
                 let skin = skin.as_ref().map(|skin| skins.place(skin));
-                // What it has flowed to is its own.
+                // Plastic flow is stored per body, so the mesh is the original one.
                 let mesh = body.topology.original().unwrap_or(&body.topology);
                 StoredBody::of(body, topologies.place(mesh), skin, *look)
             })
@@ -113,7 +113,7 @@ impl Stored {
         }
     }
 
-    /// What was encoded, if it makes sense.
+    /// Decodes and validates a snapshot.
     pub fn into_snapshot(self) -> Result<Snapshot, SnapshotError> {
         if !(self.time.is_finite() && self.time >= 0.0) {
             return Err(nonsense(format!(
@@ -175,7 +175,7 @@ impl Stored {
     }
 }
 
-/// Things that several share, each once.
+/// Shared values, each stored once.
 struct Shared<T>(Vec<Arc<T>>);
 
 impl<T> Default for Shared<T> {
@@ -185,9 +185,9 @@ impl<T> Default for Shared<T> {
 }
 
 impl<T> Shared<T> {
-    /// The place of a thing.
+    /// The index of a value.
     fn place(&mut self, thing: &Arc<T>) -> u32 {
-        // The last is looked at first: copies of a body follow each other.
+        // Searched from the end, as copies of a body follow each other.
         let known = self.0.iter().rposition(|other| Arc::ptr_eq(other, thing));
         known.unwrap_or_else(|| {
             self.0.push(Arc::clone(thing));
@@ -253,7 +253,7 @@ fn nonsense(what: String) -> SnapshotError {
     SnapshotError::Content(what)
 }
 
-/// Places are given in ascending order, one each, up to the last.
+/// Checks that spawn orders are ascending, one per item, and not beyond the last one.
 fn check_places(
     what: &str,
     given: &[SpawnOrder],

@@ -1,7 +1,7 @@
-//! A body as it is drawn in this frame: where its surface is, between two ticks.
+//! The drawn surface of a body, interpolated between two ticks.
 //!
-//! Picking, framing, dragging and overlays use this and not the state of the simulation, so that they agree with what is
-//! drawn.
+//! Picking, framing, dragging and overlays use it instead of the simulation state, so that they
+//! agree with the picture.
 
 use super::{surface::Surface, tube::Tube};
 use bevy::{
@@ -12,21 +12,21 @@ use bevy::{
 };
 use std::sync::Arc;
 
-/// What of a body's form never changes.
+/// The constant part of a body's drawn surface.
 #[derive(Debug, Default)]
 pub struct Outline {
-    /// Triangles over the points; none for a rope.
+    /// Triangles over the points; empty for a rope.
     pub triangles: Vec<[u32; 3]>,
-    /// Edges over the points, of a body that has no triangles.
+    /// Edges over the points, for a body without triangles.
     pub segments: Vec<[u32; 2]>,
-    /// Half the thickness that segments are drawn with [m].
+    /// Radius of the drawn segments [m].
     pub radius: f32,
-    /// The triangles enclose a volume.
+    /// Whether the triangles enclose a volume.
     pub closed: bool,
     form: Form,
 }
 
-/// How the points become a mesh.
+/// How the points are turned into a mesh.
 #[derive(Debug)]
 enum Form {
     Surface(Surface),
@@ -40,8 +40,8 @@ impl Default for Form {
 }
 
 impl Outline {
-    /// A surface over points at rest, which encloses a volume if it is `closed`. Faces that meet
-    /// at a sharper angle than `crease` [rad] keep an edge.
+    /// A surface over points at rest that encloses a volume if it is `closed`. Edges between faces
+    /// that meet at more than `crease` [rad] stay sharp.
     #[must_use]
     pub fn surface(points: &[Vec3], triangles: Vec<[u32; 3]>, closed: bool, crease: f32) -> Self {
         let form = Form::Surface(Surface::new(points, &triangles, crease));
@@ -53,7 +53,7 @@ impl Outline {
         }
     }
 
-    /// A rope of a radius [m] over edges.
+    /// A rope with a radius [m] over edges.
     #[must_use]
     pub fn rope(segments: Vec<[u32; 2]>, radius: f32) -> Self {
         let form = Form::Tube(Tube::new(&segments, radius));
@@ -65,7 +65,7 @@ impl Outline {
         }
     }
 
-    /// A mesh with room for the drawn vertices, all at the origin.
+    /// A mesh with space for the drawn vertices, all at the origin.
     #[must_use]
     pub fn mesh(&self) -> Mesh {
         let (count, triangles) = match &self.form {
@@ -81,7 +81,7 @@ impl Outline {
         .with_inserted_indices(Indices::U32(triangles.into_flattened()))
     }
 
-    /// Pairs of points that a wireframe joins, each once.
+    /// Unique pairs of points, the edges of a wireframe.
     #[must_use]
     pub fn wires(&self) -> Vec<[u32; 2]> {
         let sides = self
@@ -108,23 +108,23 @@ impl Outline {
 /// A body's surface in this frame.
 #[derive(Component, Debug, Default)]
 pub struct Drawn {
-    /// Its form.
+    /// Its constant part.
     pub outline: Arc<Outline>,
     /// Its points [m].
     pub points: Vec<Vec3>,
-    /// Its particles [m]; the points themselves where no finer surface is embedded.
+    /// Its particles [m]; equal to the points if no skin is embedded.
     pub particles: Vec<Vec4>,
-    /// Least corner of its bounding box [m].
+    /// Minimum corner of its bounding box [m].
     pub low: Vec3,
-    /// Greatest corner of its bounding box [m].
+    /// Maximum corner of its bounding box [m].
     pub high: Vec3,
-    /// Drawn vertices, kept from frame to frame so that none are allocated.
+    /// Drawn vertices, reused from frame to frame to avoid allocations.
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
 }
 
 impl Drawn {
-    /// A body of a form, whose points are still to be set.
+    /// A body with the given outline; `points` must be set before use.
     #[must_use]
     pub fn new(outline: Arc<Outline>) -> Self {
         Self {
@@ -133,13 +133,13 @@ impl Drawn {
         }
     }
 
-    /// Middle of the bounding box [m].
+    /// Center of the bounding box [m].
     #[must_use]
     pub fn centre(&self) -> Vec3 {
         self.low.midpoint(self.high)
     }
 
-    /// Recomputes bounds, positions and normals after `points` have been set.
+    /// Recomputes bounds, positions and normals from `points`.
     pub fn refresh(&mut self) {
         let (low, high) = self.points.iter().fold(
             (Vec3::INFINITY, Vec3::NEG_INFINITY),
@@ -156,7 +156,7 @@ impl Drawn {
             .draw(&self.points, &mut self.positions, &mut self.normals);
     }
 
-    /// Copies positions and normals into a mesh of [`Outline::mesh`], and says where it is now.
+    /// Copies positions and normals into a mesh of [`Outline::mesh`], and returns its bounds.
     pub fn write(&self, mesh: &mut Mesh) -> Aabb {
         for (attribute, values) in [
             (Mesh::ATTRIBUTE_POSITION, &self.positions),

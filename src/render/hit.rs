@@ -1,24 +1,24 @@
-//! A ray against the deformed surfaces: which body, which triangle, and where in it.
+//! Ray intersection with deformed surfaces: body, triangle, and barycentric weights.
 //!
-//! Plain geometry on slices. A hit is a triangle's corners with barycentric weights (or
-//! a rope's segment with two), never just the nearest vertex.
+//! Plain geometry on slices. A hit has the corners of a triangle with barycentric weights (or of a
+//! rope segment with two), not just the nearest vertex.
 
 use crate::render::Drawn;
 use bevy::prelude::*;
 
-/// Where a ray meets a surface.
+/// Intersection of a ray with a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hit {
     /// Distance along the ray [m].
     pub distance: f32,
-    /// Corners of the triangle; of a segment the last is repeated.
+    /// Corners of the triangle; for a segment, the last is repeated.
     pub corners: [u32; 3],
     /// Weights of the corners: not negative, sum 1.
     pub weights: [f32; 3],
 }
 
-/// The nearest hit over bodies; `reach` is how far from a rope a ray may pass, per metre of
-/// distance [m/m].
+/// The nearest hit over all bodies. `reach` is the tolerance for ropes, per meter of distance
+/// [m/m].
 pub fn nearest<'a, Body>(
     ray: Ray3d,
     reach: f32,
@@ -56,7 +56,7 @@ fn meets_box(ray: Ray3d, low: Vec3, high: Vec3) -> bool {
     let (a, b) = ((low - ray.origin) * inverse, (high - ray.origin) * inverse);
     let enter = a.min(b).max_element();
     let leave = a.max(b).min_element();
-    // A ray in the plane of a slab gives NaN, which counts as a hit: the triangles decide.
+    // A ray in the plane of a slab gives NaN, which counts as a hit; the triangles decide.
     let misses = leave < enter.max(0.0);
     !misses
 }
@@ -116,7 +116,7 @@ pub fn on_segments(
         if distance <= 0.0 {
             continue;
         }
-        // Beside the axis by this much, in units of what is still taken.
+        // Distance from the axis relative to the tolerance.
         let beside = (ray.origin + direction * distance).distance(point);
         let miss = beside / (radius + reach * distance);
         if miss <= 1.0 && best.is_none_or(|(least, _)| miss < least) {
@@ -131,9 +131,9 @@ pub fn on_segments(
     best.map(|(_, hit)| hit)
 }
 
-/// Where on the segment from `a` to `b` a line passes closest, 0 to 1.
+/// Parameter of the point on the segment from `a` to `b` that is closest to a line, 0 to 1.
 fn closest_share(origin: Vec3, direction: Vec3, a: Vec3, b: Vec3) -> f32 {
-    // Everything along the line drops out: what is left is a point against a segment in a plane.
+    // Projected along the line, this is the distance of a point to a segment in a plane.
     let flat = |v: Vec3| v - direction * v.dot(direction);
     let (edge, to_origin) = (flat(b - a), flat(origin - a));
     let length_squared = edge.length_squared();

@@ -1,4 +1,4 @@
-//! Draws soft bodies in an app: meshes that follow them, with normals and embedded surfaces.
+//! Draws soft bodies: meshes that follow them, with normals and embedded surfaces.
 //!
 //! ```no_run
 //! use bevy::prelude::*;
@@ -9,15 +9,22 @@
 //!     .run();
 //! ```
 //!
-//! Every [`SoftBody`] gets a [`Mesh3d`]; give it a material (`MeshMaterial3d`) to see it. Each frame its surface is
-//! interpolated between the last two ticks and written into the mesh with its normals. A body that has not moved since the
-//! last frame costs nothing. Its [`Transform`] stays at the identity: positions are those of the world.
+//! Every [`SoftBody`] gets a [`Mesh3d`]; give it a material (`MeshMaterial3d`) to see it. Each
+//! frame its surface is interpolated between the last two ticks and written into the mesh with its
+//! normals. A body that has not moved since the last frame costs nothing. Its [`Transform`] stays
+//! at the identity: positions are in world space.
 
 pub mod drawn;
+mod from_mesh;
+pub mod gizmos;
+mod hit;
+mod ray_cast;
 mod surface;
 mod tube;
 
 pub use drawn::{Drawn, Outline};
+pub use gizmos::{SoftBodyGizmos, SoftBodyGizmosPlugin};
+pub use ray_cast::{SoftBodyHit, SoftBodyPickingPlugin, SoftBodyRayCast};
 
 use crate::{
     scene::BodySkin,
@@ -41,7 +48,7 @@ const ROPE: (f32, f32) = (0.012, 0.45);
 #[derive(Debug, Default)]
 pub struct SoftBodyMeshPlugin;
 
-/// Systems that bring the meshes up to date, in `PostUpdate` before anything is culled.
+/// Systems that update the meshes, in `PostUpdate` before culling.
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct MeshSystems;
 
@@ -59,16 +66,16 @@ impl Plugin for SoftBodyMeshPlugin {
     }
 }
 
-/// What was drawn last, so that a body that stands still is left alone.
+/// The state that was drawn last, so that unchanged bodies are skipped.
 #[derive(Component, Debug, Default)]
 struct Shown {
-    /// Fraction of the tick that it was drawn at.
+    /// Interpolation fraction of the drawn state.
     fraction: Option<f32>,
-    /// It was asleep already.
+    /// Whether the body was asleep.
     asleep: bool,
 }
 
-/// Gives a new body its mesh.
+/// Adds a mesh to new bodies.
 fn make(
     mut commands: Commands,
     new: Query<(Entity, &SoftBody, Option<&BodySkin>), Without<Drawn>>,
@@ -84,10 +91,11 @@ fn make(
     }
 }
 
-/// A cube of fewer triangles than this has cells too large to be rounded by.
+/// A cube with fewer triangles than this keeps its sharp edges: its cells are too large for
+/// rounding.
 const FINE: usize = 96;
 
-/// What never changes of a body's form: its skin, its coarse surface, or its edges.
+/// The constant part of a body's drawn surface: its skin, its coarse surface, or its edges.
 fn outline(topology: &Topology, skin: Option<&BodySkin>) -> Outline {
     if let Some(BodySkin(skin)) = skin {
         let mut points = Vec::new();
@@ -117,7 +125,7 @@ fn outline(topology: &Topology, skin: Option<&BodySkin>) -> Outline {
     Outline::rope(topology.edges.ends().collect::<Vec<_>>(), radius)
 }
 
-/// Brings points and normals to where the body is at this instant.
+/// Interpolates points and normals to the current instant.
 fn interpolate(
     clock: Res<SimulationClock>,
     mut bodies: Query<(
@@ -148,7 +156,7 @@ fn interpolate(
     );
 }
 
-/// Brings a form to where the particles of its body are.
+/// Updates the points from the particles of the body.
 pub fn place(
     drawn: &mut Drawn,
     body: &SoftBody,
@@ -173,7 +181,7 @@ pub fn place(
     drawn.refresh();
 }
 
-/// Copies what was interpolated into the meshes.
+/// Copies the interpolated surfaces into the meshes.
 fn upload(
     mut bodies: Query<(&Drawn, &Mesh3d, &mut Aabb), Changed<Drawn>>,
     mut meshes: ResMut<Assets<Mesh>>,
@@ -194,7 +202,8 @@ mod tests {
     };
     use std::sync::Arc;
 
-    /// Skins hang on vertices, and rest positions are those of particles: however these are numbered, the form is the same.
+    /// Skins refer to vertices, rest positions to particles: the outline does not depend on the
+    /// numbering.
     #[test]
     fn the_form_of_a_skin_does_not_depend_on_the_numbering_of_particles() {
         let cells = UVec3::new(1, 2, 3);

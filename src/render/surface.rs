@@ -1,23 +1,23 @@
 //! The drawn form of a triangle surface: shared vertices, split along creases.
 //!
-//! Splitting is decided once, at rest: where two faces meet at more than the crease angle
-//! each gets a vertex of its own, so that an edge stays an edge while a ball has none.
-//! Normals are made anew from the deformed points, weighted by area.
+//! Splitting is decided once, at rest: each face gets its own vertices along edges where two faces
+//! meet at more than the crease angle, so that these stay sharp while a ball is smooth. Normals are
+//! recomputed from the deformed points, weighted by area.
 
 use bevy::prelude::*;
 use std::collections::BTreeMap;
 
-/// The crease angle of a modelled surface [rad]: what is sharper was meant to be.
+/// Crease angle of an imported surface [rad]: sharper edges are taken as intended.
 pub const CREASE: f32 = 50.0 * std::f32::consts::PI / 180.0;
-/// The crease angle of jelly [rad]: even a cube's edges are round, over the width of a cell.
+/// Crease angle of jelly [rad]: even the edges of a cube are rounded, over the width of a cell.
 pub const ROUND: f32 = 100.0 * std::f32::consts::PI / 180.0;
 
-/// How a surface is drawn: its vertices are copies of the surface's points.
+/// A drawn surface, whose vertices are copies of the surface's points.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Surface {
-    /// For each drawn vertex the point that it copies.
+    /// For each drawn vertex, the point that it copies.
     pub source: Vec<u32>,
-    /// Triangles over drawn vertices, in the order of the input.
+    /// Triangles over the drawn vertices, in the order of the input.
     pub triangles: Vec<[u32; 3]>,
 }
 
@@ -31,8 +31,8 @@ impl Surface {
             .collect();
         let flattest = crease.cos();
         let mut groups = Groups::new(3 * triangles.len());
-        // Corner k of triangle t is 3t + k. Two triangles that share an edge, smoothly, share
-        // the vertices at both its ends.
+        // Corner k of triangle t is 3t + k. Two triangles that share a smooth edge share the
+        // vertices at both its ends.
         let mut edges: BTreeMap<[u32; 2], [usize; 3]> = BTreeMap::new();
         for (t, &triangle) in triangles.iter().enumerate() {
             for k in 0..3 {
@@ -66,7 +66,7 @@ impl Surface {
         surface
     }
 
-    /// Writes the drawn vertices' positions and normals for the given points.
+    /// Writes positions and normals of the drawn vertices for the given points.
     pub fn draw(&self, points: &[Vec3], positions: &mut [[f32; 3]], normals: &mut [[f32; 3]]) {
         for (position, &source) in positions.iter_mut().zip(&self.source) {
             *position = points[source as usize].to_array();
@@ -81,7 +81,7 @@ impl Surface {
             }
         }
         for normal in normals {
-            // A vertex whose triangles cancel out has no side; up is as good as any.
+            // The normals at this vertex cancel out: any direction will do.
             let unit = Vec3::from_array(*normal).try_normalize().unwrap_or(Vec3::Y);
             *normal = unit.to_array();
         }

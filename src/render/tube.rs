@@ -1,12 +1,12 @@
 //! The drawn form of a rope: a tube around its edges.
 //!
-//! Edges are joined into chains once, at rest; each frame every point of a chain gets a
-//! ring of vertices in a frame that is carried along without twisting.
+//! Edges are joined into chains once, at rest. Each frame every point of a chain gets a ring of
+//! vertices in a parallel-transported frame.
 
 use bevy::prelude::*;
 use std::collections::BTreeMap;
 
-/// Vertices of a ring.
+/// Vertices per ring.
 const SIDES: usize = 12;
 
 /// A tube around chains of points.
@@ -19,7 +19,8 @@ pub struct Tube {
 }
 
 impl Tube {
-    /// A tube of a radius [m] around edges. Where other than two edges meet, a chain ends.
+    /// A tube with a radius [m] around edges. A chain ends at points where the number of edges is
+    /// not two.
     #[must_use]
     pub fn new(edges: &[[u32; 2]], radius: f32) -> Self {
         let mut at: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
@@ -30,7 +31,7 @@ impl Tube {
         }
         let mut used = vec![false; edges.len()];
         let mut chains = Vec::new();
-        // First from the ends of chains; what is left then are closed loops.
+        // First the open chains; the remaining edges form closed loops.
         let ends = at.iter().filter(|(_, meeting)| meeting.len() != 2);
         let starts: Vec<u32> = ends.chain(at.iter()).map(|(&point, _)| point).collect();
         for start in starts {
@@ -41,7 +42,7 @@ impl Tube {
         Self { chains, radius }
     }
 
-    /// How many vertices are drawn: a ring a point, and a ring and a tip at each end.
+    /// Number of drawn vertices: one ring per point, and a ring and a tip at each end.
     #[must_use]
     pub fn vertices(&self) -> usize {
         self.chains
@@ -75,7 +76,7 @@ impl Tube {
         triangles
     }
 
-    /// Writes the drawn vertices' positions and normals for the given points.
+    /// Writes positions and normals of the drawn vertices for the given points.
     pub fn draw(&self, points: &[Vec3], positions: &mut [[f32; 3]], normals: &mut [[f32; 3]]) {
         let mut out = positions.iter_mut().zip(normals);
         let mut put = |position: Vec3, normal: Vec3| {
@@ -104,7 +105,7 @@ impl Tube {
             }
             let (start, end) = (frames[0], frames[line.len() - 1]);
             let (head, tail) = (line[0], line[line.len() - 1]);
-            // The ends are rounded off by one narrower ring and a tip.
+            // The ends are rounded by one narrower ring and a tip.
             let mut ring = |centre: Vec3, (along, side): (Vec3, Vec3), size: f32, lean: f32| {
                 let other = along.cross(side);
                 for k in 0..SIDES {
@@ -127,7 +128,7 @@ impl Tube {
     }
 }
 
-/// The chain that starts at a point over edges that are not used yet.
+/// The chain that starts at a point, over unused edges.
 fn follow(
     start: u32,
     edges: &[[u32; 2]],

@@ -1,15 +1,15 @@
-//! The window: a studio to look at soft bodies, a hand to pull them, and a panel to turn what
-//! they are made of.
+//! The window: a studio that shows soft bodies, dragging with the mouse, and a panel that edits
+//! their parameters.
 //!
-//! - [`state`] is what the rooms share: what is shown, selected, asked for.
-//! - [`ui`] is the kit: theme, widgets, messages.
-//! - [`render`] is the picture. [`view`](state::view) says what is shown.
-//! - [`input`] has keys, pointer, drag.
-//! - [`lab`] has the instruments.
-//! - [`panel`] is the panel and the head-up line.
-//! - [`app`] has what the window opens with, loads, keeps and writes down.
+//! - [`state`]: shared state: view, selection, requests, events.
+//! - [`ui`]: theme, widgets, messages.
+//! - [`render`]: the picture. [`view`](state::view) selects what is shown.
+//! - [`input`]: keys, pointer, dragging.
+//! - [`lab`]: the instruments.
+//! - [`panel`]: the panel and the head-up line.
+//! - [`app`]: start-up, loading, saved settings and output files.
 //!
-//! None of them touches the simulation but through [`Actions`](crate::simulation::Actions), its clock and
+//! They act on the simulation only through [`Actions`](crate::simulation::Actions), its clock and
 //! its settings.
 
 pub mod app;
@@ -42,34 +42,35 @@ use std::{
     time::Duration,
 };
 
-/// Real time that ticks may take of a frame before they are spread over several: where pictures are fast, a frame stays
-/// under a thirtieth of a second whatever the physics costs.
+/// Minimum time budget for ticks per frame; longer ticks are spread over several frames. With fast
+/// rendering, a frame stays below 1/30 s at any cost of a tick.
 const MIN_TICK_BUDGET: Duration = Duration::from_millis(16);
 
-/// Where pictures are slow, ticks may take half of the time, up to this, so that the physics does not wait for pictures.
+/// Maximum time budget. With slow rendering, ticks may take half of the frame time up to this
+/// limit, so that the simulation does not wait for rendering.
 const MAX_TICK_BUDGET: Duration = Duration::from_millis(100);
 
-/// What the window opens with.
+/// Options of the window.
 #[derive(Debug, Clone, Default)]
 pub struct SandboxOptions {
-    /// Name or path of the scene; the one of the last run, or the first there is, if none.
+    /// Name or path of the scene; `None` for that of the last run, or the default scene.
     pub scene: Option<String>,
-    /// File for a line of JSON per event, for scripted tests of the real window.
+    /// Output file for events, one line of JSON each, for scripted tests of the real window.
     pub journal: Option<PathBuf>,
-    /// File for a recording of what is done to the simulation.
+    /// Output file for a recording of the actions on the simulation.
     pub record: Option<PathBuf>,
-    /// Neither read nor write what is kept between runs.
+    /// Do not load or save settings.
     pub no_settings: bool,
-    /// Size of the window [px]; the one of the last run if none.
+    /// Size of the window [px]; `None` for that of the last run.
     pub size: Option<UVec2>,
-    /// Threads to step bodies on; one on each core if none.
+    /// Solver threads; `None` for one per core.
     pub threads: Option<Threads>,
 }
 
 /// Opens the window, and returns when it is closed.
 ///
 /// # Errors
-/// [`NoDisplay`] if no window can be opened here; nothing has been opened then.
+/// [`NoDisplay`] if no window can be opened; nothing has been opened in this case.
 pub fn run(options: &SandboxOptions) -> Result<AppExit, NoDisplay> {
     let reached = app::display::check()?;
     let mut app = quietly(|| build(options)).map_err(NoDisplay::Refused)?;
@@ -110,9 +111,9 @@ fn build(options: &SandboxOptions) -> App {
             .clone()
             .map_or_else(SolverThreads::default, SolverThreads),
     )
-    // After everything that a hand can do in a frame, and before it is drawn: what the
-    // pointer does is seen in the same frame. Not in a fixed schedule: the clock makes its
-    // own ticks, and needs the real time of every frame to draw between them.
+    // After all input of a frame and before drawing, so that the pointer takes effect in the same
+    // frame. Not in a fixed schedule: the clock generates the ticks, and needs the real time of
+    // every frame to interpolate between them.
     .add_plugins(SoftBodyPlugins::new(PostUpdate))
     .add_plugins(SandboxPlugins)
     .add_plugins(app::load::LoadPlugin {
@@ -129,7 +130,7 @@ fn build(options: &SandboxOptions) -> App {
     app
 }
 
-/// Everything in the window but the simulation.
+/// All plugins of the window except the simulation.
 pub struct SandboxPlugins;
 
 impl PluginGroup for SandboxPlugins {
@@ -145,6 +146,7 @@ impl PluginGroup for SandboxPlugins {
             .add(render::bodies::BodiesPlugin)
             .add(render::colliders::CollidersPlugin)
             .add(render::wires::WiresPlugin)
+            .add(render::contacts::ContactsPlugin)
             .add(render::solver_view::SolverViewPlugin)
             .add(render::overlay::OverlayPlugin)
             .add(lab::answer::AnswerPlugin)
@@ -170,7 +172,8 @@ impl PluginGroup for SandboxPlugins {
 }
 
 fn spawn_camera(mut commands: Commands, adapter: Res<RenderAdapterInfo>) {
-    // Four samples a pixel cost a processor four times the work, and a graphics card next to none.
+    // Four samples per pixel cost a software renderer four times the work, and a graphics card
+    // almost nothing.
     let smoothing = if render::stage::is_software(&adapter) {
         Msaa::Off
     } else {
@@ -188,8 +191,8 @@ fn bound_ticks(mut clock: ResMut<SimulationClock>, time: Res<Time<Real>>) {
     clock.budget = Some(half.clamp(MIN_TICK_BUDGET, MAX_TICK_BUDGET));
 }
 
-/// Runs `build`, turning a panic into its message: window systems and drivers panic where they
-/// could refuse, and nobody's first minute should end in a stack trace.
+/// Runs `build` and converts a panic into its message, as window systems and drivers may panic
+/// instead of returning an error.
 fn quietly<T>(build: impl FnOnce() -> T) -> Result<T, String> {
     let message = Arc::new(Mutex::new(String::new()));
     let heard = Arc::clone(&message);

@@ -1,4 +1,4 @@
-//! What must hold after a scene ran.
+//! Acceptance criteria of scenes.
 
 use super::SceneError;
 use crate::{
@@ -8,63 +8,63 @@ use crate::{
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// How long a scene runs, and what must hold then. Beside the checks, every number must be finite
-/// and every pin must be where it was, to the bit.
+/// Duration of a scene's run, and its acceptance criteria. In addition to the checks, the whole
+/// state must be finite and every pin must be bit-identical to its initial position.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Acceptance {
     /// Simulated time [s].
     pub seconds: f64,
-    /// What must hold at the end, of every body unless it says otherwise.
+    /// Checks at the end, which apply to every body unless restricted by [`Check::Of`].
     #[serde(default)]
     pub checks: Vec<Check>,
 }
 
-/// One thing that must hold.
+/// A single criterion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Check {
-    /// Checks of the bodies whose name begins so.
+    /// Checks that apply to bodies whose name begins with this.
     Of(String, Vec<Check>),
-    /// Volume over rest volume is within this of 1.
+    /// Volume over rest volume differs from 1 by at most this.
     Volume(f64),
-    /// Volume over rest volume is at least this far from 1.
+    /// Volume over rest volume differs from 1 by at least this.
     VolumeLost(f64),
-    /// After a rigid fit, particles are within this of the rest shape: root mean square over the
-    /// body's size.
+    /// After a rigid fit, particles differ from the rest shape by at most this: root mean square
+    /// over the body's size.
     Shape(f64),
-    /// After a rigid fit, particles are at least this far from the rest shape.
+    /// After a rigid fit, particles differ from the rest shape by at least this.
     ShapeLost(f64),
-    /// No tetrahedron is inside out.
+    /// No tetrahedron is inverted.
     NoInverted,
     /// Root mean square speed is below this [m/s].
     SpeedBelow(f64),
     /// The body sleeps.
     Asleep,
-    /// Every particle is at least this high [m].
+    /// Every particle is at this height or above [m].
     Above(f32),
-    /// Some particle is at most this high [m].
+    /// Some particle is at this height or below [m].
     ReachesBelow(f32),
-    /// The middle of the bounding box is within `within` of `place` [m].
+    /// The center of the bounding box is within `within` of `place` [m].
     Middle {
-        /// Where it should be [m].
+        /// Expected position [m].
         place: Vec3,
-        /// How near [m].
+        /// Tolerance [m].
         within: f32,
     },
     /// The height of the bounding box is between these [m].
     Height(f32, f32),
-    /// Root mean square of edge length over rest length less 1 is below this.
+    /// Root mean square of edge length over rest length minus 1 is below this.
     EdgeStrain(f64),
-    /// No particle is nearer than this to a point [m].
+    /// No particle is closer than this to a point [m].
     AwayFrom(Vec3, f32),
-    /// Total energy never rose above its first value by more than this share of the largest
+    /// Total energy never rises above its initial value by more than this fraction of the largest
     /// kinetic energy.
     EnergyBounded(f64),
 }
 
 impl Acceptance {
-    /// Refuses names of bodies that there are not, and times that are not positive.
+    /// Checks that all named bodies exist and the duration is positive.
     pub(super) fn check_names(&self, world: &World) -> Result<(), SceneError> {
         if !self.seconds.is_finite() || self.seconds <= 0.0 || self.seconds > 1e6 {
             return Err(SceneError::Acceptance(format!(
@@ -86,7 +86,7 @@ impl Acceptance {
         Ok(())
     }
 
-    /// Judges a world after it ran: one sentence for each thing that does not hold.
+    /// Evaluates the criteria after a run: one sentence for each violation.
     #[must_use]
     pub fn judge(&self, start: &World, end: &World, history: &[Statistics]) -> Vec<String> {
         let mut reasons = Vec::new();
@@ -145,7 +145,7 @@ fn energy_rises(history: &[Statistics], share: f64) -> Option<String> {
 }
 
 impl Check {
-    /// What does not hold for a body, in a sentence.
+    /// The violation by a body, in a sentence; `None` if the criterion holds.
     fn fails(&self, body: &Body) -> Option<String> {
         let (topology, positions) = (&body.topology, &body.particles.positions);
         let (low, high) = bounds(positions.iter().map(|x| x.truncate()));
@@ -221,12 +221,12 @@ impl Check {
                 )
             }
         };
-        // A comparison with NaN is false, so what cannot be measured does not hold.
+        // Comparisons with NaN are false, so a criterion that cannot be evaluated is violated.
         (!holds).then(|| format!("{}: {found}, expected {self:?}", body.name))
     }
 }
 
-/// Root mean square of edge length over rest length less 1.
+/// Root mean square of edge length over rest length minus 1.
 fn edge_strain(body: &Body) -> f64 {
     let rest = &body.topology.edges.rest_length;
     let sum: f64 = measure::edge_errors(&body.topology, &body.particles.positions)

@@ -1,7 +1,7 @@
-//! What mathematics says that a body of a scene should look like at rest, to be drawn over it.
+//! Analytic solutions for bodies of a scene at rest, to be drawn over them.
 //!
-//! A scene file names the bodies and the shape; every number is that of the body as it is now, so that
-//! the answer moves with the sliders and the pins.
+//! A scene file names the body and the kind of solution; all parameters are those of the body in
+//! its current state, so that the solution follows changes of parameters and pins.
 
 use crate::{
     analytic::{Balloon, Catenary, Elastica},
@@ -11,59 +11,59 @@ use glam::{DVec3, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
-/// A body, and the shape that it should have at rest. No body of that name, or one that is not as the
-/// shape wants it, has no answer.
+/// A body, and its analytic solution at rest. There is no solution if the body does not exist or
+/// does not meet the solution's requirements.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Answer {
-    /// A rope that is pinned at both ends and nowhere else: the elastic catenary of its weight and its
-    /// axial stiffness.
+    /// A rope that is pinned at its two ends only: the elastic catenary for its weight and axial
+    /// stiffness.
     Catenary(String),
-    /// A strip of cloth that is pinned in its first two rows at one end: the heavy elastica of its
-    /// weight and its bending stiffness, held between the two rows.
+    /// A strip of cloth with the first two rows at one end pinned: the heavy elastica for its
+    /// weight and bending stiffness, clamped between the two rows.
     Strip(String),
-    /// A closed sphere that is filled: the size at which its skin holds what its filling pushes with,
-    /// as circles about its middle. Weight and what it lies on are left out.
+    /// A closed, filled sphere: the radius at which skin tension balances the internal pressure,
+    /// drawn as circles about its center. Weight and ground contact are neglected.
     Balloon(String),
 }
 
-/// A body as an answer needs it.
+/// The properties of a body that a solution depends on.
 #[derive(Debug, Clone, Copy)]
 pub struct Subject<'a> {
-    /// Its rest shape.
+    /// Rest shape.
     pub topology: &'a Topology,
-    /// Its particles, w being 0 for pins.
+    /// Particles; w is 0 for pins.
     pub positions: &'a [Vec4],
-    /// What it carries.
+    /// Effects of the body.
     pub effects: &'a Effects,
-    /// Its mass by measure.
+    /// Mass per measure.
     pub density: Density,
 }
 
-/// A curve of the world.
+/// A curve in world space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Curve {
     shape: Shape,
-    /// Where it begins [m].
+    /// Origin of the curve [m].
     origin: DVec3,
-    /// The directions of its first and second coordinate.
+    /// Directions of its first and second coordinates.
     axes: [DVec3; 2],
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Shape {
     Catenary(Catenary),
-    /// A strip and its length [m].
+    /// A strip, and its length [m].
     Strip(Elastica, f64),
-    /// A sphere by its radius [m].
+    /// A sphere with a radius [m].
     Sphere(f64),
 }
 
-/// Points of a drawn curve.
+/// Number of segments of a drawn curve.
 const PARTS: u32 = 100;
 
 impl Curve {
-    /// Points along it [m]; `None` where the shape does not exist.
+    /// Points along the curve [m]; `None` if the solution does not exist.
     #[must_use]
     pub fn points(&self) -> Option<Vec<Vec3>> {
         let [first, second] = self.axes;
@@ -85,8 +85,8 @@ impl Curve {
         )
     }
 
-    /// Points of a circle about the origin, through the ends of two axes, from the end of the first and
-    /// back to it.
+    /// Points of a closed circle about the origin through the ends of two axes, starting at the
+    /// first.
     fn circle(&self, first: DVec3, second: DVec3, radius: f64) -> impl Iterator<Item = Vec3> {
         let origin = self.origin;
         (0..=PARTS).map(move |part| {
@@ -105,7 +105,7 @@ impl Answer {
         }
     }
 
-    /// What the shape is called.
+    /// Name of the solution.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
@@ -115,7 +115,7 @@ impl Answer {
         }
     }
 
-    /// The answer for a body as it is, under the given gravity [m/s²].
+    /// The solution for the current state of a body, under the given gravity [m/s²].
     #[must_use]
     pub fn curve(&self, subject: &Subject, gravity: Vec3) -> Option<Curve> {
         let gravity = gravity.as_dvec3();
@@ -172,10 +172,10 @@ fn catenary(subject: &Subject, weight: f64, down: DVec3) -> Option<Curve> {
     })
 }
 
-/// Slopes of a clamp [rad] for which there is one answer.
+/// Clamp slopes [rad] for which the solution is unique.
 const CLAMPS: std::ops::RangeInclusive<f64> = -1.5..=1.0;
 
-/// Directions that differ by less than this, as a cosine, count as level and square.
+/// Tolerance for horizontal and perpendicular directions, as a cosine.
 const SQUARE: f64 = 1e-3;
 
 fn strip(subject: &Subject, weight: f64, down: DVec3) -> Option<Curve> {
@@ -194,7 +194,8 @@ fn strip(subject: &Subject, weight: f64, down: DVec3) -> Option<Curve> {
     let middle = mean(&mut rest.iter().map(|x| x.as_dvec3()))?;
     let along = (middle - clamp).try_normalize()?;
     let depth = |i: usize| (rest[i].as_dvec3() - clamp).dot(along);
-    // Where the clamp points to now: the pins' places, by how far along the strip they are at rest.
+    // Direction of the clamp: current positions of the pins, weighted by their rest distance along
+    // the strip.
     let origin = mean(&mut pins.iter().map(|&i| place(subject, i)))?;
     let lever: DVec3 = pins
         .iter()
@@ -203,7 +204,7 @@ fn strip(subject: &Subject, weight: f64, down: DVec3) -> Option<Curve> {
     let direction = lever.try_normalize()?;
     let clamp = (-direction.dot(down)).asin();
     let level = direction.reject_from_normalized(down).try_normalize()?;
-    // The axis that it bends about must be level too.
+    // The bending axis must also be horizontal.
     let across = pins.iter().map(|&i| {
         let offset = place(subject, i) - origin;
         offset.reject_from_normalized(direction)
@@ -230,7 +231,7 @@ fn strip(subject: &Subject, weight: f64, down: DVec3) -> Option<Curve> {
     })
 }
 
-/// Distances from the middle that differ by less than this, as a share, are those of a sphere.
+/// Tolerance for a sphere: relative deviation of the distances from the center.
 const ROUND: f64 = 0.02;
 
 fn balloon(subject: &Subject) -> Option<Curve> {
@@ -244,7 +245,7 @@ fn balloon(subject: &Subject) -> Option<Curve> {
     let far = || rest.iter().map(|x| x.as_dvec3().distance(middle));
     let radius = far().sum::<f64>() / count;
     let is_round = far().all(|it| (it / radius - 1.0).abs() < ROUND);
-    // What else resists that a sphere grows.
+    // Effects that resist growth and are not part of the solution.
     let others = [
         effects.weave.is_some(),
         effects.struts.is_some(),

@@ -1,4 +1,4 @@
-//! From a scene to a plain world, and the surfaces that follow its bodies.
+//! Builds a plain world from a scene, with the skins of its bodies.
 
 use super::{
     Answer, BodySpec, CameraSpec, ColliderSpec, Look, Material, Pins, PointSpec, Scene, SceneError,
@@ -20,21 +20,21 @@ use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// A scene that is ready to run.
+/// A scene that has been built.
 #[derive(Debug, Clone)]
 pub struct BuiltScene {
     /// Bodies, colliders and settings.
     pub world: World,
-    /// The fine surface of each body; `None` if its own triangles are its surface.
+    /// The skin of each body; `None` if its own triangles are its surface.
     pub skins: Vec<Option<Arc<Skin>>>,
-    /// How each body looks.
+    /// The appearance of each body.
     pub looks: Vec<Look>,
-    /// What places bodies and colliders have, if the scene goes on from where it was stopped; those
-    /// of one that begins get theirs in their order.
+    /// Spawn orders of bodies and colliders of a restored state; `None` for a new scene, which
+    /// numbers them in order.
     pub places: Option<Places>,
-    /// Where the camera stands at first; none frames everything.
+    /// Initial camera; `None` frames all bodies.
     pub camera: Option<CameraSpec>,
-    /// What was mended or left out of meshes, a sentence each.
+    /// Repairs and omissions in meshes, in one sentence each.
     pub notes: Vec<String>,
 }
 
@@ -45,14 +45,14 @@ struct BodyMesh {
     notes: Vec<String>,
 }
 
-/// Meshes that are made at the same time.
+/// Number of meshes that are built concurrently.
 const MESHES_AT_ONCE: usize = 8;
 
 impl Scene {
-    /// Makes meshes, fills surfaces, places bodies.
+    /// Builds meshes, fills surfaces, places bodies.
     ///
     /// # Errors
-    /// [`SceneError`] naming the body or collider and what is wrong with it.
+    /// [`SceneError`] with the body or collider and what is wrong with it.
     pub fn build(&self) -> Result<BuiltScene, SceneError> {
         let mut built = BuiltScene {
             world: World {
@@ -72,7 +72,7 @@ impl Scene {
             })?;
             built.world.colliders.push(collider);
         }
-        // A few at a time, so that one that has no room is found before many more are made.
+        // A few at a time, so that a limit is detected before many more are built.
         for specs in self.bodies.chunks(MESHES_AT_ONCE) {
             let meshes: Vec<_> = specs.par_iter().map(|spec| self.body_mesh(spec)).collect();
             for (spec, mesh) in specs.iter().zip(meshes) {
@@ -84,7 +84,7 @@ impl Scene {
         Ok(built)
     }
 
-    /// The mesh of a body.
+    /// Builds the mesh of a body.
     fn body_mesh(&self, spec: &BodySpec) -> Result<BodyMesh, SceneError> {
         check_numbers(spec)?;
         let mesh = self.soft_mesh(spec)?;
@@ -146,7 +146,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Refuses answers for bodies that there are not.
+    /// Checks that the bodies of all analytic solutions exist.
     fn check_answers(&self, world: &World) -> Result<(), SceneError> {
         let names = || world.bodies.iter().map(|body| body.name.as_str());
         let unknown = |answer: &&Answer| !names().any(|name| name == answer.body());
@@ -225,14 +225,14 @@ fn check_numbers(spec: &BodySpec) -> Result<(), SceneError> {
     }
 }
 
-/// Copies of a body at most.
+/// Maximum number of copies of a body.
 const MAX_COPIES: u64 = 10_000;
-/// Bodies of a scene at most.
+/// Maximum number of bodies of a scene.
 const MAX_BODIES: usize = 100_000;
-/// Particles of a scene at most: with edges and tetrahedra some 1.5 GB.
+/// Maximum number of particles of a scene: about 1.5 GB with edges and tetrahedra.
 const MAX_PARTICLES: usize = 4_000_000;
 
-/// Refuses bodies that no memory holds, before they are made.
+/// Checks the limits before bodies are created.
 fn check_room(
     spec: &BodySpec,
     world: &World,
@@ -255,7 +255,7 @@ fn check_room(
     Ok(())
 }
 
-/// Where each copy is put: `position` is the middle of the grid's lowest layer.
+/// Position of each copy: `position` is the center of the lowest layer of the grid.
 fn places(spec: &BodySpec) -> Vec<Vec3> {
     let Some(copies) = spec.copies else {
         return vec![spec.position];
@@ -324,7 +324,7 @@ fn body(
     Ok(body)
 }
 
-/// The material that a body names, if it can be made of it.
+/// The material of a body, if its dimension supports it.
 fn material(spec: &BodySpec, topology: &Topology) -> Result<Option<&'static Material>, SceneError> {
     let Some(name) = &spec.material else {
         return Ok(None);
@@ -362,7 +362,7 @@ fn material(spec: &BodySpec, topology: &Topology) -> Result<Option<&'static Mate
     Err(wrong(spec, message))
 }
 
-/// Refuses a body that numbers, each of them finite, have put beyond all of them.
+/// Checks that the initial state is finite: finite parameters can add up to infinity.
 fn check_start(spec: &BodySpec, body: &Body) -> Result<(), SceneError> {
     let Some(particle) = body.particles.first_not_finite() else {
         return Ok(());
@@ -377,7 +377,7 @@ fn check_start(spec: &BodySpec, body: &Body) -> Result<(), SceneError> {
     Err(wrong(spec, message))
 }
 
-/// Adds ω × r to the velocities of what can move, r from the centre of mass.
+/// Adds ω × r to the velocities of all movable particles, with r from the center of mass.
 fn turn_by(body: &mut Body, spin: Vec3) {
     if spin == Vec3::ZERO {
         return;
@@ -399,7 +399,7 @@ fn pins(
     positions: &[Vec4],
 ) -> Result<Vec<VertexIndex>, SceneError> {
     let (low, high) = bounds(positions.iter().map(|x| x.truncate()));
-    // A layer of particles is not level to the last bit after a rotation.
+    // A layer of particles is not exactly horizontal after a rotation.
     let slack = (high - low).max_element() * 1e-5;
     let mut pins = Vec::new();
     for pin in &spec.pins {
@@ -503,6 +503,7 @@ fn stitches(spec: &BodySpec, body: &Body, colliders: &[Collider]) -> Result<Stit
                 stitch + 1,
                 body.topology.vertex(particle.index())
             ),
+            error => error.to_string(),
         };
         wrong(spec, message)
     })

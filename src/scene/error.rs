@@ -6,17 +6,18 @@ use crate::{
 };
 use std::path::PathBuf;
 
-/// Why a scene cannot be used. The message says where, and what was expected.
+/// Error of a scene, with its location and what was expected.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum SceneError {
     /// Neither a built-in scene nor a file.
     #[error(
         "unknown scene “{name}”: expected the path of a scene file, or a built-in scene: {valid}"
     )]
     Unknown {
-        /// What was asked for.
+        /// The requested name.
         name: String,
-        /// The built-in names.
+        /// Names of the built-in scenes.
         valid: String,
     },
     /// The file cannot be read.
@@ -24,10 +25,10 @@ pub enum SceneError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Message of the system.
         error: std::io::Error,
     },
-    /// The text is not a scene.
+    /// The text is not a valid scene.
     #[error("{file}:{line}:{column}: {message}")]
     Syntax {
         /// The file.
@@ -36,15 +37,15 @@ pub enum SceneError {
         line: usize,
         /// Column, from 1.
         column: usize,
-        /// What was found and what was expected.
+        /// Found and expected syntax.
         message: String,
     },
-    /// A body's mesh cannot be had.
+    /// A body's mesh cannot be loaded.
     #[error("body “{body}”: {error}")]
     Mesh {
         /// The body.
         body: String,
-        /// Why.
+        /// The error of the mesh.
         error: MeshError,
     },
     /// A body's mesh cannot be simulated.
@@ -52,34 +53,34 @@ pub enum SceneError {
     Topology {
         /// The body.
         body: String,
-        /// Why.
+        /// The error of the topology.
         error: TopologyError,
     },
-    /// A collider's numbers make no sense.
+    /// The parameters of a collider are invalid.
     #[error("collider {index}: {error}")]
     Collider {
-        /// Its place in the list, from 1.
+        /// Its index in the list, from 1.
         index: usize,
-        /// Why.
+        /// The error of the parameter.
         error: InvalidValue,
     },
-    /// Something about a body makes no sense.
+    /// A parameter of a body is invalid.
     #[error("body “{body}”: {message}")]
     Body {
         /// The body.
         body: String,
-        /// What is wrong, and what would be right.
+        /// What is wrong, and what was expected.
         message: String,
     },
-    /// An answer is for a body that there is not.
+    /// An analytic solution refers to a body that does not exist.
     #[error("answers: unknown body “{body}”; expected one of: {valid}")]
     Answer {
         /// The name.
         body: String,
-        /// Those that there are.
+        /// The existing names.
         valid: String,
     },
-    /// The acceptance cannot be judged.
+    /// The acceptance criteria cannot be evaluated.
     #[error("acceptance: {0}")]
     Acceptance(String),
 }

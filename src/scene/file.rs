@@ -1,5 +1,5 @@
-//! The scene file: RON, by serde. Every number that has a type of its own is checked while it is
-//! read, so that an error has its line and column.
+//! The scene file: RON, by serde. Numbers with a checked type are validated during parsing, so that
+//! errors have a line and column.
 
 use super::{Acceptance, Answer, SceneError, registry, spawn::CurrentScene};
 use crate::{
@@ -17,100 +17,100 @@ use std::{path::PathBuf, str::FromStr};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
-    /// Its title.
+    /// Title.
     pub title: String,
-    /// A line that says what to look at.
+    /// Description in one line: what to look at.
     pub look_at: String,
     /// Gravity, rate, substeps, iterations.
     #[serde(default)]
     pub world: Settings,
     /// The soft bodies.
     pub bodies: Vec<BodySpec>,
-    /// The rigid ones.
+    /// Rigid colliders.
     #[serde(default)]
     pub colliders: Vec<ColliderSpec>,
-    /// Where the camera stands at first; none frames everything.
+    /// Initial camera; `None` frames all bodies.
     #[serde(default)]
     pub camera: Option<CameraSpec>,
-    /// What mathematics says that bodies should look like at rest.
+    /// Analytic solutions of bodies at rest.
     #[serde(default)]
     pub answers: Vec<Answer>,
-    /// What must hold after the scene ran.
+    /// Acceptance criteria.
     pub acceptance: Acceptance,
-    /// The folder that mesh files are beside; not in the file.
+    /// Folder to which paths of mesh files are relative; not in the file.
     #[serde(skip)]
     pub folder: PathBuf,
 }
 
-/// A soft body, or several alike.
+/// A soft body, or a grid of copies.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BodySpec {
-    /// Its name; several alike are numbered.
+    /// Name; copies are numbered.
     pub name: String,
-    /// A shape that is made.
+    /// Generated mesh.
     #[serde(default)]
     pub primitive: Option<Primitive>,
-    /// A shape that is read.
+    /// Mesh file.
     #[serde(default)]
     pub mesh: Option<MeshSpec>,
-    /// Name of a [material](super::material), which gives it its density and the effects that make it up;
-    /// what stands here besides takes the place of the material's.
+    /// Name of a [material](super::material), which sets density and material effects; values given
+    /// here take precedence.
     #[serde(default)]
     pub material: Option<String>,
-    /// Mass per measure: kg/m³ of a solid, kg/m² of a cloth, kg/m of a rope; default that of the
-    /// material, 1000 without one.
+    /// Mass per measure: kg/m³ of a solid, kg/m² of a cloth, kg/m of a rope. Defaults to that of
+    /// the material, or 1000 without one.
     #[serde(default)]
     pub density: Option<Density>,
-    /// Masses on top of that, by particle [kg].
+    /// Additional masses, by vertex [kg].
     #[serde(default)]
     pub added_mass: Vec<(VertexIndex, Mass)>,
-    /// Where the middle of its mesh is put [m].
+    /// Position of the center of the mesh [m].
     #[serde(default)]
     pub position: Vec3,
-    /// How it is turned: degrees about x, then y, then z.
+    /// Rotation: degrees about x, then y, then z.
     #[serde(default)]
     pub rotation: Vec3,
-    /// Its velocity at first [m/s].
+    /// Initial velocity [m/s].
     #[serde(default)]
     pub velocity: Vec3,
-    /// How fast it turns at first, about its centre of mass [rad/s].
+    /// Initial angular velocity about the center of mass [rad/s].
     #[serde(default)]
     pub spin: Vec3,
-    /// What it does.
+    /// Effects.
     #[serde(default)]
     pub effects: SceneEffects,
-    /// Particles that do not move.
+    /// Pinned vertices.
     #[serde(default)]
     pub pins: Vec<Pins>,
-    /// Points that are held together, or to colliders.
+    /// Points that are stitched together, or to colliders.
     #[serde(default)]
     pub stitches: Vec<StitchSpec>,
-    /// Deformations that it starts from, one after the other.
+    /// Initial deformations, applied in order.
     #[serde(default)]
     pub start: Vec<Deformation>,
-    /// Several alike.
+    /// Copies in a grid.
     #[serde(default)]
     pub copies: Option<Copies>,
-    /// Colour, as #rrggbb; none takes the next of the palette.
+    /// Color, as #rrggbb; defaults to the next one of the palette.
     #[serde(default)]
     pub colour: Option<String>,
 }
 
-/// A mesh that is read.
+/// A mesh file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MeshSpec {
-    /// Name of a built-in mesh, or path of a file beside the scene's.
+    /// Name of a built-in mesh, or path of a file relative to the scene file.
     pub file: String,
-    /// Length of the longest side [m]; none keeps the file's numbers as metres.
+    /// Length of the longest side [m]; defaults to the file's numbers in meters.
     #[serde(default)]
     pub size: Option<f32>,
-    /// Lattice cells along the longest side when a surface is filled; none takes as many as its
-    /// volume needs.
+    /// Lattice cells along the longest side of a filled surface; defaults to as many as its volume
+    /// needs.
     #[serde(default)]
     pub cells: Option<u32>,
-    /// Whether a surface is filled, or a cloth itself.
+    /// Whether a surface is filled with tetrahedra, or simulated as a cloth.
     #[serde(default)]
     pub treatment: Treatment,
 }
@@ -133,7 +133,7 @@ macro_rules! named_by_a_scene {
         $grab:ident $grabbed:ident
         { $($third:ident { $($kind3:ident $field3:ident $does3:literal;)* })* }
     ) => {
-        /// The effects that a scene file may name.
+        /// The effects that a scene file may contain.
         #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
         #[serde(default, deny_unknown_fields)]
         pub struct SceneEffects {
@@ -157,39 +157,40 @@ macro_rules! named_by_a_scene {
 
 solver::effects!(named_by_a_scene);
 
-/// Vertices that do not move, chosen where the body stands at first.
+/// Pinned vertices, selected in the initial pose of the body.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Pins {
-    /// One vertex by its number. Older files call it `Particle`.
+    /// One vertex, by its index. Older files call it `Particle`.
     #[serde(alias = "Particle")]
     Vertex(VertexIndex),
-    /// All in the highest part of the body's height, as a share from 0 to 1; 0 takes only the
-    /// very highest.
+    /// All vertices in the upper part of the body, as a fraction of its height from 0 to 1; 0
+    /// selects only the highest ones.
     Top(f32),
-    /// All in the part of the body with the smallest x, as a share of its width from 0 to 1.
+    /// All vertices in the part with the smallest x, as a fraction of the body's width from 0 to 1.
     Left(f32),
-    /// All in a box of the world [m].
+    /// All vertices in a box in world space [m].
     Within {
-        /// Lowest corner.
+        /// Minimum corner.
         low: Vec3,
-        /// Highest corner.
+        /// Maximum corner.
         high: Vec3,
     },
 }
 
-/// A point of a body that is held to another or to a collider, chosen where the body stands at first.
+/// A stitch from a point of a body to another or to a collider, defined in the initial pose of the
+/// body.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StitchSpec {
     /// The point.
     pub point: PointSpec,
-    /// What it is held to.
+    /// The other end.
     pub to: StitchTo,
     /// Compliance [m/N]; default 0, rigid.
     #[serde(default)]
     pub compliance: Compliance,
-    /// It breaks when it pulls harder than this [N]; default inf, never.
+    /// Force at which it breaks [N]; default inf, never.
     #[serde(default)]
     pub strength: Force,
 }
@@ -198,62 +199,62 @@ pub struct StitchSpec {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum PointSpec {
-    /// A vertex by its number. Older files call it `Particle`.
+    /// A vertex, by its index. Older files call it `Particle`.
     #[serde(alias = "Particle")]
     Vertex(VertexIndex),
-    /// A point of a triangle: its corners, and their weights, which are scaled to a sum of 1.
+    /// A point of a triangle: its corners, and their weights, which are normalized to a sum of 1.
     Triangle([VertexIndex; 3], [f32; 3]),
 }
 
-/// What a point is held to.
+/// The other end of a stitch.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum StitchTo {
-    /// Another point of the body: the two are drawn together.
+    /// Another point of the body; the two are pulled together.
     Point(PointSpec),
-    /// A collider of the scene, from 1, at the place where the point is at first.
+    /// A collider of the scene, by its number from 1, at the initial position of the point.
     Collider(u32),
 }
 
-/// Several bodies alike, in a grid.
+/// A grid of copies.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Copies {
-    /// How many along each axis.
+    /// Number along each axis.
     pub count: UVec3,
-    /// Distance from one to the next along each axis [m].
+    /// Distance along each axis [m].
     pub spacing: Vec3,
 }
 
-/// A rigid shape.
+/// A rigid collider.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ColliderSpec {
     /// Its shape.
     pub shape: ColliderShape,
-    /// Where it is put [m].
+    /// Position [m].
     #[serde(default)]
     pub position: Vec3,
-    /// How it is turned: degrees about x, then y, then z.
+    /// Rotation: degrees about x, then y, then z.
     #[serde(default)]
     pub rotation: Vec3,
-    /// How it moves from there.
+    /// Motion.
     #[serde(default)]
     pub path: Path,
 }
 
-/// Where the camera stands.
+/// Camera position.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraSpec {
     /// The eye [m].
     pub eye: Vec3,
-    /// What it looks at [m].
+    /// Point that it looks at [m].
     pub target: Vec3,
 }
 
 impl Scene {
-    /// Reads a built-in scene by its name, or a file by its path.
+    /// Loads a built-in scene by its name, or a file by its path.
     ///
     /// # Errors
     /// [`SceneError::Unknown`], [`SceneError::Unreadable`] or [`SceneError::Syntax`].
@@ -287,7 +288,7 @@ impl Scene {
         })
     }
 
-    /// Reads the text of a scene file; `file` is what errors call it.
+    /// Parses the text of a scene file; `file` is its name in error messages.
     ///
     /// # Errors
     /// [`SceneError::Syntax`] with line, column and what was expected.
@@ -298,7 +299,7 @@ impl Scene {
     /// The scene as the text of a file.
     ///
     /// # Errors
-    /// What RON cannot write, which no valid scene has.
+    /// Errors of RON, which do not occur for a valid scene.
     pub fn to_text(&self) -> Result<String, ron::Error> {
         let options = ron::Options::default()
             .with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
@@ -306,7 +307,7 @@ impl Scene {
     }
 }
 
-/// Reads the text of a file of any kind in the format of scene files; `file` is what errors call it.
+/// Parses the text of any file in the format of scene files; `file` is its name in error messages.
 ///
 /// # Errors
 /// [`SceneError::Syntax`] with line, column and what was expected.

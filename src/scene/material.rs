@@ -1,4 +1,4 @@
-//! Materials in SI units, with the sources of their figures: the same stuff whatever the mesh.
+//! Materials in SI units, with the sources of their parameters; independent of the mesh.
 
 use crate::{
     simulation::Action,
@@ -10,28 +10,28 @@ use crate::{
 use serde::{Deserialize, Serialize};
 use std::sync::LazyLock;
 
-/// What a body is made of.
+/// A material.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Material {
-    /// What scene files call it.
+    /// Name in scene files.
     pub name: String,
-    /// What people call it.
+    /// Title.
     pub title: String,
     /// Young's modulus E [Pa].
     pub youngs_modulus: YoungsModulus,
     /// Poisson's ratio ν.
     pub poisson_ratio: PoissonRatio,
-    /// Density [kg/m³], also of a sheet.
+    /// Density [kg/m³], for sheets too.
     pub density: Density,
-    /// What makes it a sheet; without, it is a solid.
+    /// Parameters of a sheet; `None` for a solid.
     #[serde(default)]
     pub sheet: Option<Sheet>,
-    /// Where the figures are from, and what is assumed.
+    /// Source of the parameters, and assumptions.
     pub source: String,
 }
 
-/// What a sheet has besides.
+/// Additional parameters of a sheet.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sheet {
@@ -46,7 +46,7 @@ static MATERIALS: LazyLock<Vec<Material>> = LazyLock::new(|| {
         .expect("the built-in materials are sound, as a test knows")
 });
 
-/// The effects that make up a material; a body that takes one on loses the others of these.
+/// The material effects. Applying a material removes those that it does not use.
 const MAKING: [&str; 7] = [
     "stretch",
     "bend",
@@ -58,19 +58,19 @@ const MAKING: [&str; 7] = [
 ];
 
 impl Material {
-    /// All that are built in.
+    /// All built-in materials.
     #[must_use]
     pub fn all() -> &'static [Self] {
         &MATERIALS
     }
 
-    /// One by its name.
+    /// Looks up a material by name.
     #[must_use]
     pub fn find(name: &str) -> Option<&'static Self> {
         Self::all().iter().find(|material| material.name == name)
     }
 
-    /// Whether a body of that dimension can be made of it.
+    /// Whether a body of the given dimension can have this material.
     #[must_use]
     pub fn fits(&self, dimension: Dimension) -> bool {
         match dimension {
@@ -83,13 +83,13 @@ impl Material {
     /// Mass per measure of a body: kg/m³ of a solid, kg/m² of a sheet.
     ///
     /// # Errors
-    /// If a sheet is so thin that it weighs less than is allowed.
+    /// If the mass per area of a sheet is below the valid range.
     pub fn body_density(&self) -> Result<Density, InvalidValue> {
         let thickness = self.sheet.map_or(1.0, |sheet| sheet.thickness.get());
         Density::new(self.density.get() * thickness)
     }
 
-    /// The effects that make it up: neo-Hookean tetrahedra, or a membrane with bending.
+    /// Effects of the material: neo-Hookean tetrahedra, or a membrane with bending.
     #[must_use]
     pub fn effects(&self) -> Effects {
         let (youngs_modulus, poisson_ratio) = (self.youngs_modulus, self.poisson_ratio);
@@ -118,7 +118,19 @@ impl Material {
         }
     }
 
-    /// What makes a body of a running scene be of it.
+    /// Whether a body of this density and these effects is made of it.
+    #[must_use]
+    pub fn describes(&self, density: Density, effects: &Effects) -> bool {
+        let made_of = self.effects();
+        let solid = |it: &NeoHookean| (it.youngs_modulus, it.poisson_ratio);
+        let sheet = |it: &Membrane| (it.youngs_modulus, it.poisson_ratio, it.thickness);
+        self.body_density().is_ok_and(|own| own == density)
+            && effects.neo_hookean.as_ref().map(solid) == made_of.neo_hookean.as_ref().map(solid)
+            && effects.membrane.as_ref().map(sheet) == made_of.membrane.as_ref().map(sheet)
+            && effects.bend.map(|it| it.stiffness) == made_of.bend.map(|it| it.stiffness)
+    }
+
+    /// Actions that apply the material to a body of a running scene.
     ///
     /// # Errors
     /// As for [`Material::body_density`].

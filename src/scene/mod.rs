@@ -1,9 +1,9 @@
-//! Scenes: a world described in a file, and what must hold after it ran.
+//! Scenes: a world described in a file, with acceptance criteria.
 //!
-//! A scene is RON. What it does not name is not simulated. `Scene::load` reads one by the name of
-//! a built-in scene or the path of a file, [`Scene::build`] makes a plain
-//! [`solver::World`] of it, [`spawn`] puts that into Bevy, and [`run`](mod@run) steps it without
-//! a window and judges it by its acceptance.
+//! A scene is RON. Anything that it does not name is not simulated. `Scene::load` loads one by the
+//! name of a built-in scene or the path of a file, [`Scene::build`] turns it into a plain
+//! [`solver::World`], [`spawn`] spawns that in Bevy, and [`run`](mod@run) steps it without a window
+//! and checks its acceptance criteria.
 //!
 //! ```
 //! let text = r#"Scene(

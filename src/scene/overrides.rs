@@ -1,4 +1,4 @@
-//! `--set name=value`: the world's settings and any parameter of any effect, from the command line.
+//! `--set name=value`: overrides world settings and effect parameters from the command line.
 
 use crate::effect::EffectRegistry;
 use crate::simulation::{
@@ -11,34 +11,35 @@ use std::str::FromStr;
 /// A name and a value, as in `substeps=20` or `stretch.compliance=1e-5`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Override {
-    /// A setting, or an effect and its parameter with a dot between.
+    /// A setting, or an effect and its parameter separated by a dot.
     pub name: String,
-    /// The value, in the unit of what is set.
+    /// The value, in the unit of the parameter.
     pub value: f64,
 }
 
-/// Why something cannot be set.
+/// Error of an override.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum OverrideError {
     /// Not of the form name=value.
     #[error(
         "“{0}” is not of the form name=value; expected, for example, substeps=20 or stretch.compliance=1e-5"
     )]
     Form(String),
-    /// The value is no number.
+    /// The value is not a number.
     #[error("“{value}” in {name}={value} is not a number")]
     Number {
-        /// What was to be set.
+        /// Name of the override.
         name: String,
-        /// What was given.
+        /// The given text.
         value: String,
     },
-    /// Neither a setting nor an effect.
+    /// The name is neither a setting nor an effect.
     #[error(
         "unknown parameter “{name}”; expected one of the settings {settings}, or a parameter of one of the effects {effects}, as in stretch.compliance=1e-5"
     )]
     Unknown {
-        /// What was to be set.
+        /// Name of the override.
         name: String,
         /// Valid settings.
         settings: String,
@@ -50,12 +51,12 @@ pub enum OverrideError {
     Absent {
         /// The effect.
         effect: String,
-        /// What was to be set.
+        /// Name of the override.
         name: String,
-        /// The effects that there are.
+        /// Effects that some body carries.
         present: String,
     },
-    /// The value is out of range, or the parameter unknown.
+    /// The value is out of range, or the parameter is unknown.
     #[error(transparent)]
     Action(#[from] ActionError),
 }
@@ -79,10 +80,10 @@ impl FromStr for Override {
 }
 
 impl Override {
-    /// Sets it, on every body that carries the effect.
+    /// Applies the override, to all bodies that carry the effect.
     ///
     /// # Errors
-    /// [`OverrideError`] naming the offending word and the valid choices.
+    /// [`OverrideError`] with the invalid word and the valid choices.
     pub fn apply(&self, world: &mut World) -> Result<(), OverrideError> {
         if let Some((effect, parameter)) = self.name.split_once('.') {
             return self.apply_to_bodies(world, effect, parameter);

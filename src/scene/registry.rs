@@ -1,10 +1,11 @@
-//! The built-in scenes: in the program itself, so that an installed one needs no folder. This list
-//! feeds the picker, the command line and the tests, which compare it with `docs/scenes.md`.
+//! The built-in scenes, embedded in the program, so that an installed one needs no data folder.
+//! This list is used by the picker, the command line and the tests, which compare it with
+//! `docs/scenes.md`.
 
-/// A scene that comes with the program.
+/// A built-in scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BuiltinScene {
-    /// What commands call it.
+    /// Name in commands.
     pub name: &'static str,
     /// The text of its file.
     pub text: &'static str,
@@ -19,7 +20,7 @@ macro_rules! scenes {
     };
 }
 
-/// All of them, the default first.
+/// All built-in scenes, the default one first.
 pub const SCENES: &[BuiltinScene] = scenes![
     "jelly_cube",
     "bunny",
@@ -59,7 +60,7 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "sticky",
 ];
 
-/// A scene by its name.
+/// Looks up a built-in scene by name.
 #[must_use]
 pub fn find(name: &str) -> Option<&'static BuiltinScene> {
     SCENES.iter().find(|scene| scene.name == name)

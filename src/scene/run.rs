@@ -1,4 +1,5 @@
-//! A scene without a window: the same systems, stepped as fast as they go, judged at the end.
+//! Runs a scene without a window: the same systems, stepped as fast as possible, and checked at the
+//! end.
 
 use super::{
     BuiltScene, Scene,
@@ -16,69 +17,70 @@ use crate::{
 };
 use bevy::prelude::*;
 
-/// What to change before a scene runs, and for how long.
+/// Options of a run.
 #[derive(Debug, Clone, Default)]
 pub struct RunOptions {
-    /// Simulated time [s]; none takes the acceptance's.
+    /// Simulated time [s]; defaults to that of the acceptance criteria.
     pub seconds: Option<f64>,
-    /// What is set before the first tick.
+    /// Overrides that are applied before the first tick.
     pub set: Vec<Override>,
-    /// Threads to step bodies on; none takes one on each core. They change no bit.
+    /// Solver threads; defaults to one per core. Results are bit-identical for any number.
     pub threads: Option<Threads>,
-    /// Whether to keep the energy ledger; default false.
+    /// Whether to track the energy ledger; default false.
     pub ledger: bool,
-    /// What must hold at the end; none checks only that the state is finite and pins are still.
+    /// Acceptance criteria; without them, only a finite state and unmoved pins are checked.
     pub acceptance: Option<super::Acceptance>,
 }
 
-/// Real time of a tick [ms].
+/// Real time per tick [ms].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct TickTimes {
-    /// In the solver.
+    /// Time of the solver.
     pub solver: f64,
-    /// For figures of the state.
+    /// Time of taking statistics.
     pub measuring: f64,
-    /// In the ECS around them.
+    /// Time of the ECS around them.
     pub ecs: f64,
 }
 
-/// A run and its outcome.
+/// Result of a run.
 #[derive(Debug)]
 pub struct Run {
-    /// Figures before the first tick and after each.
+    /// Statistics before the first tick and after each.
     pub history: Vec<Statistics>,
     /// Real time of each tick.
     pub times: Vec<TickTimes>,
-    /// What did not hold, a sentence each.
+    /// Violated criteria, in one sentence each.
     pub reasons: Vec<String>,
-    /// What the systems in the substep are for, in the order in which they run.
+    /// Names of the systems of a substep, in order.
     pub systems: Vec<&'static str>,
-    /// The energy ledger of the run, if it was kept.
+    /// Energy ledger of the run, if it was tracked.
     pub ledger: Option<EnergyLedger>,
-    /// Settings that it ran with.
+    /// Settings of the run.
     pub settings: crate::solver::Settings,
-    /// Hash of the state at the end.
+    /// Hash of the final state.
     pub state_hash: u64,
-    /// The world at the end.
+    /// The final world.
     pub world: crate::solver::World,
     /// Simulated time [s].
     pub seconds: f64,
 }
 
 impl Run {
-    /// Whether everything held.
+    /// Whether all criteria hold.
     #[must_use]
     pub fn accepted(&self) -> bool {
         self.reasons.is_empty()
     }
 
-    /// The most pairs of an edge and a triangle that crossed after any tick; `None` if no body can touch.
+    /// Maximum number of crossings of an edge and a triangle after any tick; `None` if no body has
+    /// contacts.
     #[must_use]
     pub fn crossings(&self) -> Option<usize> {
         self.history.iter().filter_map(|row| row.crossings).max()
     }
 
-    /// Real time of a tick, the median of each part.
+    /// Median real time per tick, of each part.
     #[must_use]
     pub fn median_times(&self) -> TickTimes {
         let median = |part: fn(&TickTimes) -> f64| {
@@ -95,7 +97,7 @@ impl Run {
 }
 
 impl Scene {
-    /// Options that judge a run by the scene's own acceptance.
+    /// Options with the scene's own acceptance criteria.
     #[must_use]
     pub fn run_options(&self) -> RunOptions {
         RunOptions {
@@ -105,7 +107,7 @@ impl Scene {
     }
 }
 
-/// An app without a window in which a scene is ready to be stepped.
+/// Creates an app without a window that contains a scene.
 pub fn headless(built: &BuiltScene) -> App {
     let mut app = App::new();
     app.add_plugins(SoftBodyPlugins::default());
@@ -115,10 +117,10 @@ pub fn headless(built: &BuiltScene) -> App {
     app
 }
 
-/// Runs a scene; `progress` is told the share that is done, from 0 to 1, after each tick.
+/// Runs a scene; `progress` is called after each tick with the completed fraction, from 0 to 1.
 ///
 /// # Errors
-/// [`OverrideError`] if something cannot be set; nothing has run then.
+/// [`OverrideError`] if an override is invalid; nothing has run in this case.
 pub fn run(
     built: &BuiltScene,
     options: &RunOptions,
@@ -129,10 +131,10 @@ pub fn run(
     Ok(run_in(&mut app, options, progress))
 }
 
-/// Makes an app in which a scene is ready run as the options say.
+/// Prepares an app that contains a scene for a run with the given options.
 ///
 /// # Errors
-/// [`OverrideError`] if something cannot be set.
+/// [`OverrideError`] if an override is invalid.
 pub fn prepare(app: &mut App, options: &RunOptions) -> Result<(), OverrideError> {
     let world = app.world_mut();
     for change in &options.set {
@@ -146,7 +148,7 @@ pub fn prepare(app: &mut App, options: &RunOptions) -> Result<(), OverrideError>
     Ok(())
 }
 
-/// Runs the scene in an app that has been prepared, as [`run`] does.
+/// Runs the scene in a prepared app, as [`run`] does.
 pub fn run_in(app: &mut App, options: &RunOptions, mut progress: impl FnMut(f64)) -> Run {
     let world = app.world_mut();
     let settings = **world.resource::<SimulationSettings>();
@@ -190,5 +192,5 @@ pub fn run_in(app: &mut App, options: &RunOptions, mut progress: impl FnMut(f64)
     }
 }
 
-/// Simulated time if neither a scene nor a user says [s].
+/// Simulated time if neither the scene nor the user sets it [s].
 const DEFAULT_SECONDS: f64 = 5.0;

@@ -1,33 +1,33 @@
-//! From a built scene to entities.
+//! Spawns a built scene.
 
 use super::{BuiltScene, Scene};
 use crate::simulation::{BodySkin, SceneEntity, plain};
 use bevy::prelude::*;
 use std::{path::PathBuf, sync::Arc};
 
-/// How a body looks.
+/// Appearance of a body.
 #[derive(Component, Debug, Clone, Copy, PartialEq, Default)]
 pub struct Look {
-    /// Colour as sRGB from 0 to 255; none takes the next of the palette.
+    /// Color as sRGB from 0 to 255; defaults to the next one of the palette.
     pub colour: Option<[u8; 3]>,
 }
 
 /// The scene that is open.
 #[derive(Resource, Debug, Clone)]
 pub struct CurrentScene {
-    /// Its name in the registry, or its path.
+    /// Name in the registry, or path.
     pub name: String,
-    /// Its file, unless it is built in.
+    /// Path of its file, unless it is built in.
     pub path: Option<PathBuf>,
-    /// What it says.
+    /// The scene.
     pub scene: Scene,
 }
 
 impl Look {
-    /// From a colour as #rrggbb.
+    /// Parses a color as #rrggbb.
     ///
     /// # Errors
-    /// A sentence that says what was expected.
+    /// What was expected, in a sentence.
     pub(super) fn new(colour: Option<&str>) -> Result<Self, String> {
         let Some(text) = colour else {
             return Ok(Self::default());
@@ -44,8 +44,8 @@ impl Look {
     }
 }
 
-/// Spawns a built scene's bodies and colliders, takes over its settings, and sets the clock to its
-/// time. Returns the bodies in their order.
+/// Spawns the bodies and colliders of a built scene, and sets settings and clock. Returns the
+/// bodies in order.
 pub fn spawn(built: &BuiltScene, world: &mut World) -> Vec<Entity> {
     let (bodies, colliders) = match &built.places {
         Some(places) => plain::restore(world, &built.world, places),
@@ -64,7 +64,7 @@ pub fn spawn(built: &BuiltScene, world: &mut World) -> Vec<Entity> {
     bodies
 }
 
-/// Takes away everything that scenes spawned.
+/// Despawns all entities of the scene.
 pub fn despawn(world: &mut World) {
     let all: Vec<Entity> = world
         .query_filtered::<Entity, With<SceneEntity>>()

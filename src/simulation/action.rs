@@ -1,7 +1,7 @@
-//! What a user does to the simulation, as data: carried out between ticks, in the order given.
+//! Actions on the simulation, as data: carried out between ticks, in order.
 //!
-//! Hands, panel and keys all act through this list, so that nothing changes in the middle of a
-//! tick and everything can be written down.
+//! Pointer, panel and keys all act through this list, so that nothing changes in the middle of a
+//! tick and all actions can be recorded.
 
 mod perform;
 mod setting;
@@ -18,39 +18,38 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// A body that comes into a running scene.
+/// A body that is added to a running scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewBody {
-    /// The body where it is put, with all that it carries.
+    /// The body in its initial pose, with all its effects.
     pub body: Body,
-    /// The fine surface that follows it, if it has one.
+    /// Its skin, if it has one.
     pub skin: Option<Arc<Skin>>,
 }
 
-/// One thing that a user does. Bodies are named by their entities, or by whatever else `B` is: in
-/// files by their [`SpawnOrder`].
+/// An action of a user. `B` identifies the body: an entity, or a [`SpawnOrder`] in files.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Action<B = Entity> {
-    /// Takes hold of a body at a point and pulls it to a target [m].
+    /// Grabs a body at a point and pulls it to a target [m].
     Grab {
         /// The body.
         body: B,
         /// The point of its surface.
         point: SurfacePoint,
-        /// Where it is pulled to [m].
+        /// Target [m].
         target: Vec3,
     },
-    /// Moves the hand [m].
+    /// Moves the target of the grab [m].
     MoveGrab {
-        /// The body that is held.
+        /// The grabbed body.
         body: B,
-        /// Where it is pulled to [m].
+        /// Target [m].
         target: Vec3,
     },
-    /// Lets go; the body keeps its speed.
+    /// Releases the grab; the body keeps its velocity.
     Release {
-        /// The body that is held.
+        /// The grabbed body.
         body: B,
     },
     /// Sets a parameter of an effect that the body carries, in the parameter's unit.
@@ -71,14 +70,14 @@ pub enum Action<B = Entity> {
         /// Name of the effect.
         effect: String,
     },
-    /// Takes an effect away.
+    /// Removes an effect.
     RemoveEffect {
         /// The body.
         body: B,
         /// Name of the effect.
         effect: String,
     },
-    /// Makes a body heavier or lighter.
+    /// Sets the density of a body.
     SetDensity {
         /// The body.
         body: B,
@@ -92,37 +91,37 @@ pub enum Action<B = Entity> {
         /// The new value.
         value: f64,
     },
-    /// Holds a particle where it is.
+    /// Pins a vertex at its current position.
     Pin {
         /// The body.
         body: B,
         /// The vertex of its rest shape.
         vertex: VertexIndex,
     },
-    /// Lets a particle move again.
+    /// Unpins a vertex.
     Unpin {
         /// The body.
         body: B,
         /// The vertex of its rest shape.
         vertex: VertexIndex,
     },
-    /// Puts a body into a hard case.
+    /// Deforms a body, to test its recovery.
     Deform {
         /// The body.
         body: B,
-        /// How.
+        /// The deformation.
         deformation: Deformation,
     },
-    /// Lets a body that was put in quarantine go on from its last good state: where the tick began
-    /// in which it turned non-finite, at rest.
+    /// Restores a body in quarantine from its last finite state: that at the start of the tick in
+    /// which it diverged, at rest.
     Restore {
         /// The body.
         body: B,
     },
-    /// Puts a new body into the scene. Text has no form of it: it comes with its mesh.
+    /// Adds a body to the scene. Not serialized as text, as it contains the mesh.
     #[serde(skip)]
     Spawn(Arc<NewBody>),
-    /// Takes a body away.
+    /// Removes a body.
     Despawn {
         /// The body.
         body: B,
@@ -130,7 +129,7 @@ pub enum Action<B = Entity> {
 }
 
 impl<B> Action<B> {
-    /// The body that it is done to, if it is done to one that is there.
+    /// The existing body that the action applies to, if there is one.
     #[must_use]
     pub fn body(&self) -> Option<&B> {
         match self {
@@ -150,7 +149,7 @@ impl<B> Action<B> {
         }
     }
 
-    /// The same with the body called by another name; `None` if it has no such name.
+    /// The same action with another identifier of the body; `None` if it has none.
     pub fn renamed<C>(self, name: impl FnOnce(B) -> Option<C>) -> Option<Action<C>> {
         Some(match self {
             Self::Grab {
@@ -210,32 +209,33 @@ impl<B> Action<B> {
     }
 }
 
-/// Why an action was not carried out.
+/// Reason why an action was not carried out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ActionError {
-    /// The entity is gone, or was never a body.
+    /// The entity does not exist or is not a body.
     #[error("no such body ({0}): it may have been removed")]
     NoBody(Entity),
-    /// There is nothing to restore.
+    /// The body is not in quarantine.
     #[error("the body is not in quarantine: there is nothing to restore")]
     NotInQuarantine,
-    /// A value of a parameter out of range.
+    /// The value of a parameter is out of range.
     #[error("{parameter}: {error}")]
     Parameter {
         /// Effect and parameter.
         parameter: String,
-        /// What is wrong with the value.
+        /// The error of the value.
         error: InvalidValue,
     },
-    /// A value of a setting out of range.
+    /// The value of a setting is out of range.
     #[error(transparent)]
     Setting(InvalidValue),
-    /// An unknown word.
+    /// A name is unknown.
     #[error("unknown {kind} “{name}”; expected one of: {valid}")]
     Unknown {
-        /// Effect, parameter or setting.
+        /// Kind of name: effect, parameter or setting.
         kind: &'static str,
-        /// What was asked for.
+        /// The given name.
         name: String,
         /// The valid choices.
         valid: String,
@@ -243,33 +243,33 @@ pub enum ActionError {
     /// The body does not carry the effect.
     #[error("the body does not carry the effect {0}")]
     Absent(String),
-    /// The effect cannot do anything to the body.
+    /// The effect cannot act on the body.
     #[error("cannot add {effect} to the body: {reason}")]
     Unfit {
         /// The effect.
         effect: String,
-        /// Why not, and what to do.
+        /// The reason, and what to do.
         reason: String,
     },
     /// The vertex does not exist.
     #[error("no vertex {vertex}: the number of vertices of the body is {vertices}")]
     NoVertex {
-        /// The vertex that was named.
+        /// The given vertex.
         vertex: VertexIndex,
-        /// How many there are.
+        /// Number of vertices.
         vertices: usize,
     },
     /// The particle does not exist.
     #[error("no particle {particle}: the number of particles of the body is {particles}")]
     NoParticle {
-        /// The particle that was named.
+        /// The given particle.
         particle: ParticleIndex,
-        /// How many there are.
+        /// Number of particles.
         particles: usize,
     },
 }
 
-/// What users did since the last tick.
+/// Actions of users since the last tick.
 #[derive(Resource, Debug, Default)]
 pub struct Actions {
     waiting: Vec<Action>,
@@ -277,29 +277,29 @@ pub struct Actions {
 }
 
 impl Actions {
-    /// Adds an action; it is carried out before the next tick begins.
+    /// Adds an action, to be carried out before the next tick begins.
     pub fn push(&mut self, action: Action) {
         self.waiting.push(action);
     }
 
-    /// Takes the errors of actions that could not be carried out.
+    /// Takes the errors of rejected actions.
     pub fn take_errors(&mut self) -> Vec<ActionError> {
         std::mem::take(&mut self.errors)
     }
 }
 
-/// An action was carried out before this tick. A message, and an event that observers hear at once.
+/// An action was carried out before this tick. Both a message and an event for observers.
 #[derive(Message, Event, Debug, Clone, PartialEq)]
 pub struct Applied {
-    /// The tick that was about to begin.
+    /// The tick that follows.
     pub tick: u64,
     /// The action.
     pub action: Action,
-    /// The place of the body that it was done to, which may be gone now.
+    /// Spawn order of the body that it applies to, which may no longer exist.
     pub place: Option<SpawnOrder>,
 }
 
-/// Carries out what waits, unless a tick is under way.
+/// Carries out pending actions, unless a tick is under way.
 pub fn apply(world: &mut World) {
     let clock = world.resource::<SimulationClock>();
     if clock.mid_tick() || world.resource::<Actions>().waiting.is_empty() {

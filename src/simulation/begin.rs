@@ -1,4 +1,4 @@
-//! The beginning of a tick: masses that changed, sleepers that wake, input that is not finite.
+//! The start of a tick: update of masses, waking, and validation of input.
 
 use super::{
     AddedMass, Asleep, BodyDensity, JustRestored, Pins, Quarantined, RestTimer, SimulationClock,
@@ -12,7 +12,7 @@ use crate::solver::{
 };
 use bevy::prelude::*;
 
-/// Brings inverse masses in line with density, added masses and pins that changed.
+/// Updates inverse masses after changes of density, added masses or pins.
 pub(super) fn update_masses(
     mut bodies: Query<
         (&SoftBody, &mut Particles, &BodyDensity, &AddedMass, &Pins),
@@ -24,7 +24,7 @@ pub(super) fn update_masses(
     }
 }
 
-/// Catches what was written into the state from outside and is not finite.
+/// Puts bodies into quarantine whose state was set to non-finite values from outside.
 pub(super) fn check_input(
     mut commands: Commands,
     mut bodies: Query<
@@ -46,7 +46,7 @@ pub(super) fn check_input(
     }
 }
 
-/// Sleepers wake when they are held, moved or kicked, or when a collider moves past them.
+/// Wakes bodies that are grabbed or moved, whose velocity was set, or that a collider moves past.
 pub(super) fn wake_touched(
     mut commands: Commands,
     clock: Res<SimulationClock>,
@@ -85,7 +85,7 @@ pub(super) fn wake_touched(
     }
 }
 
-/// Sleepers wake when what describes them changed.
+/// Wakes bodies whose components have changed.
 pub(crate) fn wake_changed<F: bevy::ecs::query::QueryFilter>(
     mut commands: Commands,
     mut sleepers: Query<(Entity, &mut RestTimer), (With<Asleep>, Without<JustRestored>, F)>,
@@ -96,7 +96,7 @@ pub(crate) fn wake_changed<F: bevy::ecs::query::QueryFilter>(
     }
 }
 
-/// All sleepers wake when gravity, rate, substeps or iterations changed, or a collider did.
+/// Wakes all bodies if gravity, rate, substeps or iterations have changed, or a collider has.
 pub(super) fn wake_all(
     mut commands: Commands,
     settings: Res<SimulationSettings>,
@@ -113,14 +113,14 @@ pub(super) fn wake_all(
     }
 }
 
-/// From now on what is changed about a restored body is a change.
+/// Ends the exemption of restored bodies from waking by changed components.
 pub(super) fn forget_restored(mut commands: Commands, restored: Query<Entity, With<JustRestored>>) {
     for entity in &restored {
         commands.entity(entity).remove::<JustRestored>();
     }
 }
 
-/// Remembers where the tick begins.
+/// Stores the state at the start of the tick.
 pub(super) fn remember_start(mut bodies: Query<(&Particles, &mut TickStart)>) {
     for (particles, mut start) in &mut bodies {
         start.0.clone_from(particles);

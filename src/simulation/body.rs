@@ -1,17 +1,17 @@
-//! The components that every soft body has.
+//! Components of every soft body.
 
 use crate::{
     mesh::Skin,
     solver::{
-        self, Density, EffectStates, Factors, Mass, Particles, Topology, TopologyId, VertexIndex,
-        body::set_inverse_masses,
+        self, Density, DirectWorkspace, EffectStates, Mass, Particles, Topology, TopologyId,
+        VertexIndex, body::set_inverse_masses,
     },
 };
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// A soft body: the immutable part, shared with its copies.
+/// A soft body: its immutable part, shared with its copies.
 #[derive(Component, Debug, Clone, Deref)]
 #[require(
     Particles,
@@ -30,34 +30,33 @@ pub struct SoftBody(pub Arc<Topology>);
 #[derive(Component, Debug, Clone, Copy, PartialEq, Default, Deref, DerefMut)]
 pub struct BodyDensity(pub Density);
 
-/// Vertices that do not move.
+/// Pinned vertices.
 #[derive(Component, Debug, Clone, PartialEq, Eq, Default, Deref, DerefMut)]
 pub struct Pins(pub Vec<VertexIndex>);
 
-/// Masses on top of the density's, by vertex.
+/// Masses in addition to the density's, by vertex.
 #[derive(Component, Debug, Clone, PartialEq, Default, Deref, DerefMut)]
 pub struct AddedMass(pub Vec<(VertexIndex, Mass)>);
 
-/// The state at the start of the last tick, or of the one under way.
+/// The state at the start of the tick under way, or of the last tick.
 #[derive(Component, Debug, Clone, PartialEq, Default, Deref)]
 pub struct TickStart(pub(crate) Particles);
 
-/// How long the body has been still.
+/// Time for which the body has been at rest.
 #[derive(Component, Debug, Clone, Copy, Default)]
 pub struct RestTimer(pub(super) solver::rest::RestTimer);
 
-/// The mesh that the body's state is of.
+/// The mesh to which the body's state belongs.
 #[derive(Component, Debug, Clone, Copy, Default)]
 pub(super) struct KnownMesh(Option<TopologyId>);
 
-/// What a body that carries [`Direct`](crate::effect::Direct) is solved with: it follows from its mesh
-/// and its effects.
+/// Workspace of the direct solver, for a body that carries [`Direct`](crate::effect::Direct):
+/// derived from its mesh and effects.
 #[derive(Component, Debug, Clone, Default)]
-pub struct DirectFactors(pub(crate) Factors);
+pub struct BodyDirectWorkspace(pub(crate) DirectWorkspace);
 
-/// The place of a body among bodies, of a collider among colliders: the order in which they came.
-/// Contacts, figures and hashes go by it, so that nothing depends on how the ECS stores entities
-/// or uses their numbers again.
+/// Ordinal of a body or collider, in the order of spawning. Contacts, statistics and hashes use it,
+/// so that nothing depends on storage order or reuse of entity indices in the ECS.
 #[derive(
     Component, Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize,
 )]
@@ -65,44 +64,43 @@ pub struct DirectFactors(pub(crate) Factors);
 pub struct SpawnOrder(pub(super) u64);
 
 impl SpawnOrder {
-    /// The place, from 1.
+    /// The ordinal, from 1.
     #[must_use]
     pub const fn get(self) -> u64 {
         self.0
     }
 }
 
-/// The places of all bodies and colliders, so that in a restored state they are called what they
-/// were, and those that come later are called what they would have been.
+/// Spawn orders of all bodies and colliders, so that a restored state and everything spawned later
+/// get the same ordinals as in the original run.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Places {
-    /// Of the bodies, in their order.
+    /// Those of the bodies, in order.
     pub bodies: Vec<SpawnOrder>,
-    /// Of the colliders, in their order.
+    /// Those of the colliders, in order.
     pub colliders: Vec<SpawnOrder>,
-    /// The last place that was given away.
+    /// The last ordinal that was assigned.
     pub last: SpawnOrder,
 }
 
-/// Everything that a scene spawned; all of it goes with the scene.
+/// Marks all entities of a scene, which are despawned with it.
 #[derive(Component, Debug, Clone, Copy, Default)]
 pub struct SceneEntity;
 
-/// The fine surface that follows a body.
+/// The skin of a body.
 #[derive(Component, Debug, Clone, Deref)]
 pub struct BodySkin(pub Arc<Skin>);
 
-/// A body that has been put back with its whole state: that its components are new is no change
-/// that wakes it. Until its first tick begins.
+/// A restored body whose newly added components must not wake it, until its first tick begins.
 #[derive(Component, Debug, Clone, Copy)]
 pub struct JustRestored;
 
-/// The body has come to rest, and is not stepped until something disturbs it.
+/// The body is at rest, and is not stepped until something disturbs it.
 #[derive(Component, Debug, Clone, Copy, Default)]
 pub struct Asleep;
 
-/// The body turned non-finite, and is paused at its last finite state: where the tick began in which
-/// it did, at rest.
+/// The body diverged and is paused at its last finite state: that at the start of the tick in which
+/// it diverged, at rest.
 #[derive(Component, Debug, Clone, PartialEq, Eq, Deref)]
 pub struct Quarantined(pub solver::Quarantine);
 
@@ -111,14 +109,14 @@ pub struct Quarantined(pub solver::Quarantine);
 pub struct BodyQuarantined {
     /// The body.
     pub body: Entity,
-    /// Which body, which particle, which stage, in a sentence.
+    /// Message with body, vertex and stage, in a sentence.
     pub text: String,
 }
 
-/// Bodies that are stepped.
+/// Filter for bodies that are stepped.
 pub type Active = (With<SoftBody>, Without<Asleep>, Without<Quarantined>);
 
-/// The place that the next body or collider gets.
+/// The ordinal of the next body or collider.
 #[derive(Resource, Debug, Default)]
 pub(super) struct NextPlace(pub(super) u64);
 
@@ -129,7 +127,7 @@ impl NextPlace {
     }
 }
 
-/// Gives a new collider its place.
+/// Assigns an ordinal to a new collider.
 pub(super) fn complete_collider(
     added: On<Add, solver::Collider>,
     mut next: ResMut<NextPlace>,
@@ -138,7 +136,7 @@ pub(super) fn complete_collider(
     commands.entity(added.entity).insert(next.take());
 }
 
-/// Breaks the stitches to a collider that goes, and gives those to later ones their new numbers.
+/// Breaks the stitches to a removed collider, and renumbers stitches to later ones.
 pub(super) fn forget_collider(
     removed: On<Remove, solver::Collider>,
     colliders: Query<(Entity, &SpawnOrder), With<solver::Collider>>,
@@ -154,7 +152,7 @@ pub(super) fn forget_collider(
     }
 }
 
-/// Gives a new body its number.
+/// Assigns an ordinal to a new body.
 pub(super) fn number_body(
     added: On<Add, SoftBody>,
     mut next: ResMut<NextPlace>,
@@ -165,9 +163,9 @@ pub(super) fn number_body(
     }
 }
 
-/// Gives a body particles in the rest shape of its mesh, unless a new one came with some. One that is given another mesh
-/// begins anew; its effects, masses and pins stay. It loses its grab and its stitches, which are to points of the mesh
-/// that it had.
+/// Initializes the particles of a body in the rest shape of its mesh, unless a new one came with
+/// particles. Replacing the mesh resets the state; effects, masses and pins stay. Grab and stitches
+/// are removed, as they refer to points of the previous mesh.
 pub(super) fn follow_mesh(
     inserted: On<Insert, SoftBody>,
     mut commands: Commands,

@@ -1,6 +1,9 @@
-//! Soft bodies of simple shapes, in a line: `SoftBody::cloth(size, cells).at(place).pinned([0, 20]).build()`.
+//! Builder for soft bodies with simple shapes: `SoftBody::cloth(size, cells).at(place).pinned([0,
+//! 20]).build()`.
 
 use super::{BodyDensity, Pins, SoftBody};
+#[cfg(feature = "window")]
+use crate::mesh::Skin;
 use crate::{
     mesh::{Diagonals, MeshError, Primitive},
     solver::{Density, RestShape, Topology, TopologyError, VertexIndex, topology::Dimension},
@@ -8,17 +11,17 @@ use crate::{
 use bevy::prelude::*;
 use std::sync::Arc;
 
-/// Density of a solid unless another is given [kg/m³], that of water.
+/// Default density of a solid [kg/m³], that of water.
 const SOLID: Density = Density::of(1000.0);
 
-/// Density of a cloth [kg/m²].
+/// Default density of a cloth [kg/m²].
 const SHEET: Density = Density::of(0.3);
 
-/// Density of a rope [kg/m].
+/// Default density of a rope [kg/m].
 const LINE: Density = Density::of(0.1);
 
-/// A soft body that is being made. It begins with [`SoftBody::cuboid`] and the like and ends with [`build`](Self::build),
-/// which gives the components of the body without effects.
+/// Builder of a soft body. Starts with [`SoftBody::cuboid`] and similar functions and ends with
+/// [`build`](Self::build), which returns the components of the body without effects.
 ///
 /// ```
 /// use bevy::prelude::*;
@@ -41,32 +44,36 @@ pub struct SoftBodyBuilder {
     shape: RestShape,
     density: Option<Density>,
     pins: Vec<VertexIndex>,
+    #[cfg(feature = "window")]
+    skin: Option<Arc<Skin>>,
 }
 
 impl SoftBody {
-    /// A solid box of full side lengths [m], centered on the origin, with at least one cell along each.
+    /// A solid box with full side lengths [m], centered on the origin, with at least one cell along
+    /// each axis.
     ///
     /// # Panics
-    /// As [`primitive`](Self::primitive) has errors.
+    /// In the error cases of [`primitive`](Self::primitive).
     #[must_use]
     pub fn cuboid(size: Vec3, cells: UVec3) -> SoftBodyBuilder {
         of(&Primitive::Box { size, cells })
     }
 
-    /// A solid ball of a radius [m] around the origin, with at least 4 cells across.
+    /// A solid ball with a radius [m] around the origin, with at least 4 cells across.
     ///
     /// # Panics
-    /// As [`primitive`](Self::primitive) has errors.
+    /// In the error cases of [`primitive`](Self::primitive).
     #[must_use]
     pub fn sphere(radius: f32, cells: u32) -> SoftBodyBuilder {
         of(&Primitive::Sphere { radius, cells })
     }
 
-    /// A level cloth of an extent along x and z [m], centered on the origin. Vertices are in rows along x, the row with
-    /// the smallest z first: the corners of the first row are vertices 0 and `cells.x`.
+    /// A horizontal cloth with an extent along x and z [m], centered on the origin. Vertices are in
+    /// rows along x, the row with the smallest z first: the corners of the first row are vertices 0
+    /// and `cells.x`.
     ///
     /// # Panics
-    /// As [`primitive`](Self::primitive) has errors.
+    /// In the error cases of [`primitive`](Self::primitive).
     #[must_use]
     pub fn cloth(size: Vec2, cells: UVec2) -> SoftBodyBuilder {
         of(&Primitive::Cloth {
@@ -77,16 +84,16 @@ impl SoftBody {
         })
     }
 
-    /// A rope of a length [m] along x from vertex 0, centered on the origin.
+    /// A rope with a length [m] along x from vertex 0, centered on the origin.
     ///
     /// # Panics
-    /// As [`primitive`](Self::primitive) has errors.
+    /// In the error cases of [`primitive`](Self::primitive).
     #[must_use]
     pub fn rope(length: f32, segments: u32) -> SoftBodyBuilder {
         of(&Primitive::Rope { length, segments })
     }
 
-    /// Any primitive, of sizes that come from outside.
+    /// Any primitive, with sizes that are not known at compile time.
     ///
     /// # Errors
     /// [`MeshError`] for a size or a number of cells that is out of range, and for too many particles.
@@ -94,18 +101,20 @@ impl SoftBody {
         Ok(Self::shape(primitive.build()?.shape))
     }
 
-    /// A shape of one's own [m].
+    /// A custom shape [m].
     #[must_use]
     pub fn shape(shape: RestShape) -> SoftBodyBuilder {
         SoftBodyBuilder {
             shape,
             density: None,
             pins: Vec::new(),
+            #[cfg(feature = "window")]
+            skin: None,
         }
     }
 }
 
-/// Sizes that are written in code.
+/// For sizes that are constants in code.
 fn of(primitive: &Primitive) -> SoftBodyBuilder {
     SoftBody::primitive(primitive).unwrap_or_else(|error| panic!("{error}"))
 }
@@ -129,30 +138,45 @@ impl SoftBodyBuilder {
         self
     }
 
-    /// Of a density in kg/m³, of a cloth in kg/m², of a rope in kg/m; by default 1000, 0.3 and 0.1.
+    /// Sets the density in kg/m³, of a cloth in kg/m², of a rope in kg/m; by default 1000, 0.3 and
+    /// 0.1.
     #[must_use]
     pub fn density(mut self, density: Density) -> Self {
         self.density = Some(density);
         self
     }
 
-    /// With these vertices pinned.
+    /// Pins these vertices.
     #[must_use]
     pub fn pinned(mut self, vertices: impl IntoIterator<Item = u32>) -> Self {
         self.pins.extend(vertices.into_iter().map(VertexIndex));
         self
     }
 
-    /// The components of the body: a `Pins` beside it in a bundle would be a second one, see [`pinned`](Self::pinned).
+    /// With a fine surface that follows the shape.
+    #[cfg(feature = "window")]
+    pub(crate) fn with_skin(mut self, skin: Arc<Skin>) -> Self {
+        self.skin = Some(skin);
+        self
+    }
+
+    /// The fine surface, if there is one.
+    #[cfg(feature = "window")]
+    pub(crate) fn fine_surface(&self) -> Option<&Arc<Skin>> {
+        self.skin.as_ref()
+    }
+
+    /// The components of the body. They include `Pins`: a bundle with them must not contain a
+    /// second one, see [`pinned`](Self::pinned).
     ///
     /// # Panics
-    /// If it is a shape of one's own in which [`try_build`](Self::try_build) finds an error.
+    /// If the shape is custom and [`try_build`](Self::try_build) returns an error.
     #[must_use]
     pub fn build(self) -> (SoftBody, BodyDensity, Pins) {
         self.try_build().unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// The components of the body, of a shape that comes from outside.
+    /// The components of the body, for a custom shape that may be invalid.
     ///
     /// # Errors
     /// [`TopologyError`] for an empty shape, a coordinate that is not finite, or an index out of range or repeated.

@@ -1,9 +1,9 @@
-//! The effects that an entity carries, as the solver has them.
+//! The effects of an entity, in the solver's types.
 
 use crate::solver::{self, Effects};
 use bevy::{ecs::query::QueryData, prelude::*};
 
-/// Takes the components of all effects of the crate together.
+/// Queries the components of all built-in effects together.
 macro_rules! carried {
     (
         { $($first:ident { $($kind1:ident $field1:ident $(($($numbers:tt)*))? $does1:literal;)* })* }
@@ -20,22 +20,22 @@ macro_rules! carried {
         }
     };
     ($($effect:ident: $component:ty,)*) => {
-        /// The names of the effects of the crate, which a plain world and a snapshot have a place for.
+        /// Names of the built-in effects, which plain worlds and snapshots support.
         pub const CARRIED: &[&str] = &[$(stringify!($effect),)*];
 
-        /// The effects of the crate that an entity carries.
+        /// The built-in effects of an entity.
         #[derive(QueryData)]
         pub(crate) struct Carried {
             $($effect: Option<&'static $component>,)*
         }
 
         impl CarriedItem<'_, '_> {
-            /// Whether the body can touch others or itself.
+            /// Whether the body has contacts with others or itself.
             pub fn can_touch(&self) -> bool {
                 self.contact.is_some() || self.self_contact.is_some()
             }
 
-            /// Copies of them.
+            /// Copies of the effects.
             pub fn effects(&self) -> Effects {
                 Effects {
                     $($effect: self.$effect.copied(),)*
@@ -43,7 +43,7 @@ macro_rules! carried {
             }
         }
 
-        /// The effects of the crate that an entity carries.
+        /// The built-in effects of an entity.
         #[must_use]
         pub fn effects(entity: EntityRef) -> Effects {
             Effects {
@@ -51,7 +51,7 @@ macro_rules! carried {
             }
         }
 
-        /// Gives an entity these effects.
+        /// Inserts these effects into an entity.
         pub(super) fn insert_effects(entity: &mut EntityWorldMut, effects: &Effects) {
             let Effects { $($effect,)* } = *effects;
             $(if let Some(effect) = $effect {

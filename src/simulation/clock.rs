@@ -1,4 +1,4 @@
-//! The clock of the simulation: pause, single steps, speed, and a bound on catching up.
+//! The clock of the simulation: pause, single steps, speed, and a limit on catching up.
 
 use bevy::prelude::*;
 use std::time::Duration;
@@ -13,26 +13,27 @@ pub struct Tick;
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SubstepTime;
 
-/// When ticks happen. Writing a field takes effect at the next tick.
+/// Controls when ticks happen. Changes take effect at the next tick.
 #[derive(Resource, Debug, Clone)]
 pub struct SimulationClock {
-    /// Whether time stands still; default false.
+    /// Whether the simulation is paused; default false.
     pub paused: bool,
-    /// Simulated seconds a real second, between 0 and 100; default 1. The length of a tick does
+    /// Simulated seconds per real second, between 0 and 100; default 1. The length of a tick does
     /// not depend on it.
     pub speed: f64,
-    /// Real time at most that ticks catch up with in one run of the outer schedule; default 0.25 s. What is beyond is
-    /// dropped, so that a slow computer shows slow motion and never stands still.
+    /// Maximum real time to catch up in one run of the outer schedule; default 0.25 s. Ticks beyond
+    /// it are dropped, so that a slow computer shows slow motion and never stalls.
     pub catch_up: Duration,
-    /// Real time for ticks in one run of the outer schedule; default none. Ticks that take
-    /// longer are spread over several runs, which keeps a window alive whatever a tick costs.
+    /// Real time for ticks in one run of the outer schedule; default none. Longer ticks are spread
+    /// over several runs, which keeps a window responsive at any cost of a tick.
     pub budget: Option<Duration>,
-    /// Whether no tick begins because something that goes along with the simulation has not caught
-    /// up; default false. A tick under way is finished. What would have been due is dropped.
+    /// Whether no tick may begin until a follower of the simulation, such as the reference overlay,
+    /// has caught up; default false. A tick under way is finished. Ticks that become due meanwhile
+    /// are dropped.
     pub held: bool,
-    /// Time since the scene began [s].
+    /// Time since the start of the scene [s].
     pub(super) time: f64,
-    /// Ticks since the scene began.
+    /// Ticks since the start of the scene.
     pub(super) tick: u64,
     /// The next substep, while a tick is under way.
     pub(super) next_substep: Option<u32>,
@@ -62,37 +63,38 @@ impl Default for SimulationClock {
 }
 
 impl SimulationClock {
-    /// Simulated time since the scene began [s].
+    /// Simulated time since the start of the scene [s].
     #[must_use]
     pub const fn time(&self) -> f64 {
         self.time
     }
 
-    /// Ticks since the scene began.
+    /// Ticks since the start of the scene.
     #[must_use]
     pub const fn tick(&self) -> u64 {
         self.tick
     }
 
-    /// Whether a tick has begun and not yet ended, because of the `budget`.
+    /// Whether a tick is under way, interrupted because of the `budget`.
     #[must_use]
     pub const fn mid_tick(&self) -> bool {
         self.next_substep.is_some()
     }
 
-    /// Ticks that could not be caught up since the scene began.
+    /// Number of dropped ticks since the start of the scene.
     #[must_use]
     pub const fn dropped(&self) -> u64 {
         self.dropped
     }
 
-    /// Asks for one tick, paused or not.
+    /// Requests one tick, even while paused.
     pub fn step_once(&mut self) {
         self.steps_asked += 1;
     }
 
-    /// How far real time is into the next tick, from 0 to 1: draw bodies this far between
-    /// [`TickStart`](super::TickStart) and where they are. 0 in mid-tick, 1 when paused.
+    /// Fraction of the next tick that has passed in real time, from 0 to 1: draw bodies
+    /// interpolated by it between [`TickStart`](super::TickStart) and their current state. 0 in
+    /// mid-tick, 1 when paused.
     #[must_use]
     pub fn overstep(&self) -> f32 {
         if self.mid_tick() {
@@ -104,7 +106,7 @@ impl SimulationClock {
         }
     }
 
-    /// Back to the beginning of a scene; pause, speed and bounds stay.
+    /// Resets the clock to the start of a scene; pause, speed and limits are kept.
     pub fn restart(&mut self) {
         *self = Self {
             paused: self.paused,
@@ -115,7 +117,7 @@ impl SimulationClock {
         };
     }
 
-    /// Lets `real` time pass, with ticks of `tick_seconds`.
+    /// Advances by `real` time, with ticks of `tick_seconds`.
     pub(super) fn advance(&mut self, real: Duration, tick_seconds: f64) {
         self.tick_seconds = tick_seconds;
         if self.paused {
@@ -127,7 +129,8 @@ impl SimulationClock {
             1.0
         };
         self.waiting += real.as_secs_f64() * speed;
-        // One more than the bound may wait, so that a tick that is due a hair late is not lost.
+        // One more than the limit may be pending, so that a tick that is slightly late is not
+        // dropped.
         let bound = match self.held {
             true => 1.0,
             false => (self.catch_up.as_secs_f64() * speed / tick_seconds).max(1.0),
@@ -141,9 +144,9 @@ impl SimulationClock {
         }
     }
 
-    /// Whether a tick is due; takes it off what waits.
+    /// Whether a tick is due; removes it from the pending ones.
     pub(super) fn take_tick(&mut self) -> bool {
-        // Durations are whole nanoseconds: a tick that is due within one of them is due.
+        // Durations are whole nanoseconds: a tick that is due within 1 ns counts as due.
         const NANOSECOND: f64 = 1e-9;
         if self.held {
             return false;

@@ -1,11 +1,11 @@
-//! Bodies as systems hand them to the solver, which steps them on any number of threads.
+//! Passes bodies from the ECS to the solver, which steps them on any number of threads.
 
 use super::{
-    Asleep, CurrentSubstep, DirectFactors, Profile, Quarantined, SoftBody, SolverThreads,
+    Asleep, BodyDirectWorkspace, CurrentSubstep, Profile, Quarantined, SoftBody, SolverThreads,
     SpawnOrder, carried::Carried, profile::StageWatch,
 };
 use crate::solver::{
-    Contact, ContactCounts, Contacts, EffectStates, Effects, Factors, Ledger, Particles,
+    Contact, ContactCounts, Contacts, DirectWorkspace, EffectStates, Effects, Ledger, Particles,
     SelfContact, Stitches, Substep, Threads, WorkEstimate,
     advance::{NotFinite, Stage, StepContext, Stepper, Watch},
     ledger,
@@ -14,7 +14,7 @@ use crate::solver::{
 use bevy::{ecs::system::SystemParam, prelude::*};
 use std::{mem::take, ops::Range, time::Instant};
 
-/// All that [`Stepper`] needs of a body.
+/// The components that [`Stepper`] needs.
 type Parts = (
     Entity,
     &'static SpawnOrder,
@@ -24,11 +24,11 @@ type Parts = (
     &'static mut Particles,
     &'static mut EffectStates,
     Option<&'static mut Stitches>,
-    Option<&'static mut DirectFactors>,
+    Option<&'static mut BodyDirectWorkspace>,
     Carried,
 );
 
-/// Bodies that are stepped, and those that are only in the way.
+/// Bodies that are stepped, and inactive ones that others can collide with.
 type Present = (
     With<SoftBody>,
     Or<(
@@ -38,7 +38,7 @@ type Present = (
     )>,
 );
 
-/// A body to be stepped, or in the way of others.
+/// A body to be stepped, or one that others can collide with.
 struct Job<'a> {
     entity: Entity,
     order: SpawnOrder,
@@ -47,17 +47,17 @@ struct Job<'a> {
     particles: Mut<'a, Particles>,
     states: Mut<'a, EffectStates>,
     stitches: Option<Mut<'a, Stitches>>,
-    factors: Option<Mut<'a, DirectFactors>>,
+    direct: Option<Mut<'a, BodyDirectWorkspace>>,
     effects: Effects,
-    absent: (Stitches, Factors),
+    absent: (Stitches, DirectWorkspace),
     outcome: Result<Ledger, NotFinite>,
 }
 
 impl Job<'_> {
     fn stepper(&mut self) -> Stepper<'_> {
-        let (stitches, factors) = &mut self.absent;
+        let (stitches, direct) = &mut self.absent;
         Stepper {
-            // That it is stepped is no change that wakes a body, or for which it is drawn anew.
+            // Stepping does not count as a change, which would wake the body and redraw it.
             topology: &mut self.body.bypass_change_detection().0,
             particles: &mut self.particles,
             effects: &self.effects,
@@ -66,10 +66,7 @@ impl Job<'_> {
                 Some(stitches) => stitches.bypass_change_detection(),
                 None => stitches,
             },
-            factors: self
-                .factors
-                .as_mut()
-                .map_or(factors, |factors| &mut factors.0),
+            direct: self.direct.as_mut().map_or(direct, |direct| &mut direct.0),
         }
     }
 }
@@ -78,7 +75,7 @@ impl Job<'_> {
 #[derive(Debug)]
 pub(super) struct Outcome {
     pub entity: Entity,
-    /// The energy ledger of the substeps, empty unless it is kept, or the failure.
+    /// The energy ledger of the substeps, empty unless it is on; or the error.
     pub result: Result<Ledger, NotFinite>,
 }
 
@@ -86,24 +83,53 @@ pub(super) struct Outcome {
 #[derive(Resource, Debug, Default)]
 pub struct BodyContacts {
     contacts: Contacts,
+    /// The bodies that can touch, by their places.
+    bodies: Vec<Entity>,
     touching: Vec<[Entity; 2]>,
 }
 
+/// A contact that pushes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct BodyContact {
+    /// The bodies; equal for a contact of a body with itself.
+    pub bodies: [Entity; 2],
+    /// The middle of the gap [m].
+    pub point: Vec3,
+    /// Direction of the force on the first body, a unit vector.
+    pub normal: Vec3,
+    /// Normal force, not negative [N].
+    pub normal_force: f32,
+    /// Friction force on the first body, perpendicular to the normal [N].
+    pub friction: Vec3,
+}
+
 impl BodyContacts {
-    /// What contacts did in the last substep.
+    /// Contact counts of the last substep.
     #[must_use]
     pub fn counts(&self) -> ContactCounts {
         self.contacts.counts()
     }
 
-    /// Bodies that touched where the last substep began, each pair once.
+    /// The contacts that pushed in the last substep, with their forces.
+    pub fn forces(&self) -> impl Iterator<Item = BodyContact> {
+        self.contacts.forces().map(|it| BodyContact {
+            bodies: it.bodies.map(|place| self.bodies[place as usize]),
+            point: it.point.as_vec3(),
+            normal: it.normal.as_vec3(),
+            normal_force: it.normal_force as f32,
+            friction: it.friction.as_vec3(),
+        })
+    }
+
+    /// Pairs of bodies that touched at the start of the last substep, without duplicates.
     #[must_use]
     pub fn touching(&self) -> &[[Entity; 2]] {
         &self.touching
     }
 }
 
-/// All bodies, for a system that hands them to the solver.
+/// All bodies, as a system parameter.
 #[derive(SystemParam)]
 pub(super) struct Bodies<'w, 's> {
     current: Res<'w, CurrentSubstep>,
@@ -115,11 +141,11 @@ pub(super) struct Bodies<'w, 's> {
     outcomes: Local<'s, Vec<Outcome>>,
 }
 
-/// What is done with bodies that are stepped together, if it is not the same for each.
+/// Work on bodies that are stepped together, where it differs from that on each body.
 type Together<'a> = &'a dyn Fn(&mut [Companion], &mut Contacts, &StepContext);
 
 impl Bodies<'_, '_> {
-    /// Whether something is to be done where each substep begins: for a body under repair, or for bodies that touch.
+    /// Whether each substep needs a start step: for a body under repair, or for bodies that touch.
     pub fn begin_each_substep(&self) -> bool {
         let mut bodies = self.bodies.iter();
         bodies.any(|(.., particles, _, _, _, carried)| {
@@ -127,7 +153,7 @@ impl Bodies<'_, '_> {
         })
     }
 
-    /// Begins a tick, or goes on with one, and begins a substep. Multipliers are kept where they are `read`.
+    /// Begins or continues a tick, and begins a substep. Multipliers are kept if they are `read`.
     pub fn begin(&mut self, step: &Substep, read: bool) {
         self.work(
             1,
@@ -144,14 +170,14 @@ impl Bodies<'_, '_> {
         );
     }
 
-    /// Does some substeps of a tick, with an account of the energy if it is `booked`.
+    /// Runs some substeps of a tick, and tracks the energy if `booked`.
     pub fn advance(
         &mut self,
         substeps: &Range<u32>,
         (read, booked): (bool, bool),
     ) -> impl Iterator<Item = Outcome> {
         let context = self.current.context(&self.threads);
-        let iterations = substeps.len() * context.settings.substep(0).sweeps() as usize;
+        let iterations = substeps.len() * context.settings.substep(0).total_iterations() as usize;
         self.work(
             iterations,
             |_, _| true,
@@ -172,13 +198,13 @@ impl Bodies<'_, '_> {
         self.outcomes.drain(..)
     }
 
-    /// Does one stage of the substep under way with every body that has it. Only the last stage looks for what is
-    /// not finite.
+    /// Runs one stage of the substep under way on all bodies that have it. Only the last stage
+    /// checks for non-finite values.
     pub fn stage(&mut self, stage: Stage) -> impl Iterator<Item = Outcome> {
         let (step, iteration) = (self.current.step, self.current.iteration);
         let is_contact = matches!(stage, Stage::Contact | Stage::SelfContact);
         let has_it = |effects: &Effects, stitched| {
-            // Contacts are between all that can touch, whichever of the two effects they have.
+            // Contacts involve all bodies that can touch, whichever of the two effects they carry.
             stage.acts(effects, stitched, step.method) || is_contact && effects.can_touch()
         };
         let each = |stepper: &mut Stepper, context: &StepContext| {
@@ -207,8 +233,9 @@ impl Bodies<'_, '_> {
         self.outcomes.drain(..)
     }
 
-    /// Runs `each`, with the work of this number of iterations, for every body that is `wanted` by its effects and by
-    /// whether it has stitches; for those that touch `together` instead, if it is given.
+    /// Runs `each`, with a work estimate for this number of iterations, on every body that is
+    /// `wanted` by its effects and by whether it has stitches; on bodies that touch, runs
+    /// `together` instead, if given.
     fn work(
         &mut self,
         iterations: usize,
@@ -226,7 +253,7 @@ impl Bodies<'_, '_> {
             particles,
             states,
             stitches,
-            factors,
+            direct,
             carried,
         ) in &mut self.bodies
         {
@@ -240,7 +267,7 @@ impl Bodies<'_, '_> {
                     particles,
                     states,
                     stitches,
-                    factors,
+                    direct,
                     effects,
                     absent: Default::default(),
                     outcome: Ok(Ledger::default()),
@@ -277,6 +304,7 @@ impl Bodies<'_, '_> {
         if let Some(together) = together {
             let BodyContacts {
                 contacts,
+                bodies,
                 touching: pairs,
             } = &mut *self.contacts;
             let mut companions: Vec<_> = touching
@@ -291,11 +319,14 @@ impl Bodies<'_, '_> {
             for (job, result) in touching.iter_mut().zip(results) {
                 job.outcome = result;
             }
+            bodies.clear();
+            bodies.extend(touching.iter().map(|job| job.entity));
             pairs.clear();
-            let entity = |place: u32| touching[place as usize].entity;
+            let entity = |place: u32| bodies[place as usize];
             pairs.extend(contacts.touching().iter().map(|pair| pair.map(entity)));
         } else if is_asked {
             self.contacts.contacts.clear();
+            self.contacts.bodies.clear();
             self.contacts.touching.clear();
         }
         if let Some(watch) = &watch {
@@ -311,7 +342,7 @@ impl Bodies<'_, '_> {
     }
 }
 
-/// The allocation of a list, for other elements of the same layout.
+/// Reuses the allocation of a list for elements of the same layout.
 fn reused<'a>(mut jobs: Vec<Job<'_>>) -> Vec<Job<'a>> {
     jobs.clear();
     jobs.into_iter()

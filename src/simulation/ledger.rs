@@ -1,4 +1,4 @@
-//! The energy ledger of a scene: what its bodies hold, and where it came from and went to.
+//! The energy ledger of a scene: stored energy, and its sources and sinks.
 
 use super::plain::bodies_in_order;
 use crate::{
@@ -8,7 +8,7 @@ use crate::{
 use bevy::prelude::*;
 use std::collections::BTreeMap;
 
-/// What bodies hold [J].
+/// Energy of all bodies [J].
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Energies {
     /// Kinetic energy.
@@ -20,13 +20,13 @@ pub struct Energies {
 }
 
 impl Energies {
-    /// All of it.
+    /// Total energy.
     #[must_use]
     pub fn sum(&self) -> f64 {
         self.kinetic + self.potential + self.elastic.values().sum::<f64>()
     }
 
-    /// Of all bodies, as they are now, under the gravity of these settings.
+    /// Energy of all bodies in their current state, under the gravity of these settings.
     fn under(world: &mut World, settings: &Settings) -> Self {
         let h = settings.substep_seconds() as f32;
         let mut all = Self::default();
@@ -48,25 +48,25 @@ impl Energies {
     }
 }
 
-/// The ledger since it was switched on, or since the scene began.
+/// The ledger since it was switched on, or since the start of the scene.
 ///
-/// It changes no bit of the simulation. Steps take about three times as long meanwhile.
+/// It does not change the simulation. Steps take about three times as long while it is on.
 #[derive(Resource, Debug, Clone, Default, PartialEq)]
 pub struct EnergyLedger {
-    /// Whether it is kept; default false.
+    /// Whether it is on; default false.
     pub on: bool,
-    /// What bodies held when it began [J].
+    /// Energy of the bodies at the start [J].
     pub start: Energies,
-    /// What they held after the last tick [J].
+    /// Energy of the bodies after the last tick [J].
     pub now: Energies,
-    /// What the solver did to it since [J].
+    /// Changes by the solver since the start [J].
     pub solver: solver::Ledger,
-    /// What came from elsewhere [J]: edits, bodies that came or went, falling asleep, quarantine,
-    /// and whole ticks with effects that are not the crate's own.
+    /// Changes from other sources [J]: edits, added and removed bodies, falling asleep, quarantine,
+    /// and whole ticks with effects that are not built in.
     pub other: f64,
     /// Ticks that it covers.
     pub ticks: u64,
-    /// The number of the tick that it goes on with.
+    /// Number of the next tick that it covers.
     next: u64,
     tick: Option<Tick>,
 }
@@ -74,15 +74,15 @@ pub struct EnergyLedger {
 /// The tick under way.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct Tick {
-    /// What bodies held before it [J].
+    /// Energy of the bodies before the tick [J].
     before: f64,
     solver: solver::Ledger,
-    /// Whether something was done that is not in the solver's ledger.
+    /// Whether the solver's ledger does not cover the whole tick.
     incomplete: bool,
 }
 
 impl EnergyLedger {
-    /// An empty one.
+    /// An empty ledger.
     #[must_use]
     pub fn kept(on: bool) -> Self {
         Self {
@@ -91,14 +91,14 @@ impl EnergyLedger {
         }
     }
 
-    /// By how much the energy has changed since it began [J].
+    /// Change of the total energy since the start [J].
     #[must_use]
     pub fn change(&self) -> f64 {
         self.now.sum() - self.start.sum()
     }
 
-    /// What the rows do not account for [J]; rounding of the sums alone, unless a parameter was
-    /// changed in the middle of a tick that was spread over frames.
+    /// Change that the rows do not account for [J]: only rounding of the sums, unless a parameter
+    /// was changed in the middle of a tick that was spread over frames.
     #[must_use]
     pub fn gap(&self) -> f64 {
         self.change() - self.solver.sum() - self.other
@@ -124,8 +124,8 @@ impl EnergyLedger {
         });
     }
 
-    /// Books what the solver did, or that something was done that it cannot tell.
-    pub(super) fn book(&mut self, ledger: Option<solver::Ledger>) {
+    /// Adds the solver's ledger of some substeps, or `None` if the solver could not track them.
+    pub(super) fn add(&mut self, ledger: Option<solver::Ledger>) {
         if let Some(tick) = &mut self.tick {
             match ledger {
                 Some(ledger) => tick.solver += ledger,
@@ -137,7 +137,7 @@ impl EnergyLedger {
     pub(super) fn end_tick(world: &mut World, settings: &Settings) {
         let energies = Energies::under(world, settings);
         let mut ledger = world.resource_mut::<Self>();
-        // None if it was switched on in the middle of a tick.
+        // `None` if the ledger was switched on in the middle of a tick.
         let Some(tick) = ledger.tick.take() else {
             return;
         };

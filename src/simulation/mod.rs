@@ -1,9 +1,9 @@
 //! The simulation in Bevy, without a window: schedules, clock, stepping, sleep, quarantine,
 //! actions, statistics, the energy ledger.
 //!
-//! Systems here and in [`effect`](crate::effect) are adapters of a few lines around the plain
-//! functions of [`solver`](crate::solver); what they compute equals
-//! [`solver::World`](crate::solver::World) to the bit.
+//! Systems here and in [`effect`](crate::effect) are thin adapters around the plain functions of
+//! [`solver`](crate::solver); their results are bit-identical to
+//! [`solver::World`](crate::solver::World).
 
 pub mod action;
 mod begin;
@@ -23,12 +23,13 @@ pub(crate) mod step;
 
 pub use action::{Action, ActionError, Actions, Applied, NewBody};
 pub use body::{
-    Active, AddedMass, Asleep, BodyDensity, BodyQuarantined, BodySkin, DirectFactors, JustRestored,
-    Pins, Places, Quarantined, RestTimer, SceneEntity, SoftBody, SpawnOrder, TickStart,
+    Active, AddedMass, Asleep, BodyDensity, BodyDirectWorkspace, BodyQuarantined, BodySkin,
+    JustRestored, Pins, Places, Quarantined, RestTimer, SceneEntity, SoftBody, SpawnOrder,
+    TickStart,
 };
 pub use builder::SoftBodyBuilder;
 pub use clock::{SimulationClock, SubstepTime, Tick};
-pub use jobs::BodyContacts;
+pub use jobs::{BodyContact, BodyContacts};
 pub use ledger::{Energies, EnergyLedger};
 pub use plan::system_names;
 pub use profile::Profile;
@@ -47,13 +48,13 @@ use bevy::{
     prelude::*,
 };
 
-/// Gravity, rate, substeps and iterations. Writing it takes effect at the next tick.
+/// Gravity, rate, substeps and iterations. Changes take effect at the next tick.
 #[derive(Resource, Debug, Clone, Copy, PartialEq, Default, Deref, DerefMut)]
 pub struct SimulationSettings(pub Settings);
 
 /// Steps soft bodies in a schedule of the caller's choice, by the time of that schedule.
 ///
-/// Effects have plugins of their own; [`SoftBodyPlugins`](crate::SoftBodyPlugins) adds all.
+/// Effects have their own plugins; [`SoftBodyPlugins`](crate::SoftBodyPlugins) adds all of them.
 #[derive(Debug, Clone)]
 pub struct SimulationPlugin {
     schedule: InternedScheduleLabel,

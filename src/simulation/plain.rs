@@ -1,7 +1,7 @@
-//! From the ECS to the solver's own world and back: the same bodies without Bevy.
+//! Conversion between the ECS and the solver's plain world, without Bevy.
 //!
-//! The plain world is what the ECS run is compared with, bit for bit, and what is cloned when a
-//! state has to be continued on the side.
+//! The plain world is the bit-exact reference for the ECS, and a copy for continuing a state
+//! elsewhere.
 
 pub use super::carried::{CARRIED, effects};
 
@@ -14,7 +14,7 @@ use crate::solver::{self, Body, Collider, Particles, Stitches};
 use bevy::prelude::*;
 use std::sync::Arc;
 
-/// A copy of a body, or `None` if the entity is not one.
+/// A copy of a body; `None` if the entity is not one.
 #[must_use]
 pub fn body(entity: EntityRef) -> Option<Body> {
     let topology = &entity.get::<SoftBody>()?.0;
@@ -34,7 +34,7 @@ pub fn body(entity: EntityRef) -> Option<Body> {
     })
 }
 
-/// Copies of all colliders, in their order.
+/// Copies of all colliders, in order.
 #[must_use]
 pub fn colliders(world: &mut World) -> Vec<Collider> {
     let entities = colliders_in_order(world).into_iter();
@@ -43,7 +43,7 @@ pub fn colliders(world: &mut World) -> Vec<Collider> {
         .collect()
 }
 
-/// Entities of all bodies in their order.
+/// Entities of all bodies, in order.
 #[must_use]
 pub fn bodies_in_order(world: &mut World) -> Vec<Entity> {
     let mut bodies: Vec<_> = world
@@ -54,7 +54,7 @@ pub fn bodies_in_order(world: &mut World) -> Vec<Entity> {
     bodies.into_iter().map(|(_, entity)| entity).collect()
 }
 
-/// Entities of all colliders in their order.
+/// Entities of all colliders, in order.
 #[must_use]
 pub fn colliders_in_order(world: &mut World) -> Vec<Entity> {
     let mut colliders: Vec<_> = world
@@ -65,7 +65,7 @@ pub fn colliders_in_order(world: &mut World) -> Vec<Entity> {
     colliders.into_iter().map(|(_, entity)| entity).collect()
 }
 
-/// A copy of everything, to be stepped without Bevy.
+/// A copy of the whole state, to be stepped without Bevy.
 #[must_use]
 pub fn capture(world: &mut World) -> solver::World {
     let colliders = colliders(world);
@@ -86,8 +86,8 @@ pub fn capture(world: &mut World) -> solver::World {
     }
 }
 
-/// Spawns a plain world's bodies and colliders, and takes over its settings and its time.
-/// Returns the entities of the bodies, in their order, and those of the colliders.
+/// Spawns the bodies and colliders of a plain world, and sets settings and time. Returns the
+/// entities of the bodies and those of the colliders, in order.
 pub fn spawn(world: &mut World, plain: &solver::World) -> (Vec<Entity>, Vec<Entity>) {
     world.insert_resource(SimulationSettings(plain.settings));
     world.insert_resource(Sleep(plain.sleep));
@@ -108,7 +108,7 @@ pub fn spawn(world: &mut World, plain: &solver::World) -> (Vec<Entity>, Vec<Enti
     (bodies, colliders)
 }
 
-/// The places of all bodies and colliders.
+/// Spawn orders of all bodies and colliders.
 #[must_use]
 pub fn places(world: &mut World) -> Places {
     let (bodies, colliders) = (bodies_in_order(world), colliders_in_order(world));
@@ -120,8 +120,8 @@ pub fn places(world: &mut World) -> Places {
     }
 }
 
-/// The same as [`spawn`], but to the bit: what was captured goes on as if it had never stopped.
-/// Sleepers sleep on, bodies and colliders have the places that they had.
+/// Like [`spawn`], but bit-exact: a captured state continues as if it had not been interrupted.
+/// Sleeping bodies stay asleep, bodies and colliders keep their spawn orders.
 pub fn restore(
     world: &mut World,
     plain: &solver::World,
@@ -143,8 +143,8 @@ pub fn restore(
     (bodies, colliders)
 }
 
-/// If neither a body nor a collider is left, the next one gets the first place again: a scene that
-/// begins anew does so in every respect.
+/// Restarts the spawn orders from 1 if neither a body nor a collider is left, so that a restarted
+/// scene is identical to a new one.
 pub fn begin_places_anew(world: &mut World) {
     let any = world.query::<&SpawnOrder>().iter(world).next().is_some();
     if !any {
@@ -152,7 +152,7 @@ pub fn begin_places_anew(world: &mut World) {
     }
 }
 
-/// Spawns one body with all that it carries.
+/// Spawns one body with all its effects.
 pub fn spawn_body(world: &mut World, body: &Body) -> Entity {
     let mut entity = world.spawn((
         Name::new(body.name.clone()),

@@ -1,5 +1,5 @@
-//! The solver's plan as systems, one per stage of a substep. While the schedules hold nothing else, the solver runs
-//! whole ticks without them.
+//! The solver's plan as systems, one per stage of a substep. While the schedules contain nothing
+//! else, the solver runs whole ticks without them.
 
 use super::{
     ContactSchedule, EffectSystems, SolvePhase, SolveSchedule, SolverSystems, SubstepSchedule,
@@ -21,23 +21,23 @@ use bevy::{
     prelude::*,
 };
 
-/// Systems that do what the solver's own plan does. While the schedules of a substep hold all of them and nothing
-/// else, [`Stepper::advance`](crate::solver::advance::Stepper::advance) does all at once.
+/// Systems of the solver's own plan. While the schedules of a substep contain all of them and
+/// nothing else, [`Stepper::advance`](crate::solver::advance::Stepper::advance) replaces them.
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct PlannedSystems;
 
-/// The schedules of a substep as they were when they were last built.
+/// State of the schedules of a substep when they were last built.
 #[derive(Resource, Debug, Default)]
 pub(super) struct Plan {
-    /// Whether they held the solver's own plan and nothing else.
+    /// Whether they contained the solver's own plan and nothing else.
     holds: bool,
     /// Their systems.
     built: Vec<SystemKey>,
-    /// Whether a user may have put a run condition on any.
+    /// Whether a system may have a run condition.
     conditional: bool,
 }
 
-/// The schedules that a substep runs.
+/// The schedules of a substep.
 pub(crate) fn schedules_of_substep() -> [InternedScheduleLabel; 3] {
     [
         SubstepSchedule.intern(),
@@ -52,7 +52,7 @@ fn after_presolve<M>(
     system.in_set(SolverSystems::Presolve).after(presolve)
 }
 
-/// Adds the system that does the stage of an effect, at its place in the schedules.
+/// Adds the system for the stage of an effect, at its position in the schedules.
 pub(crate) fn add_stage(schedules: &mut Schedules, effect: &'static str, stage: Stage) {
     let system = move |mut bodies: Bodies| bodies.stage(stage).for_each(drop);
     let system = system.in_set(EffectSystems(effect)).in_set(PlannedSystems);
@@ -77,7 +77,7 @@ pub(crate) fn add_stage(schedules: &mut Schedules, effect: &'static str, stage: 
         },
         Stage::Contact | Stage::SelfContact => schedules.add_systems(ContactSchedule, system),
         Stage::Postsolve | Stage::Flow => {
-            // No commands of that are waited for: a point of synchronisation would be a system more.
+            // No system waits for its commands: a sync point would be another system.
             let system = system
                 .in_set(SolverSystems::Postsolve)
                 .after_ignore_deferred(postsolve);
@@ -86,14 +86,14 @@ pub(crate) fn add_stage(schedules: &mut Schedules, effect: &'static str, stage: 
     };
 }
 
-/// Whether the schedules of a substep hold what [`Stepper::advance`] does, all of it and nothing else: no system of
-/// a user, none of our own missing, no condition on any.
+/// Whether the schedules of a substep contain exactly what [`Stepper::advance`] does: no system of
+/// a user, no missing built-in system, no run condition.
 ///
-/// Builds them if they have changed, so that an order that cannot be is found out whether or not
-/// they are what runs.
+/// Builds the schedules if they have changed, so that an ambiguous or cyclic order is detected
+/// whether or not they are run.
 ///
 /// # Panics
-/// If they cannot be built, as running them would.
+/// If they cannot be built, as in running them.
 ///
 /// [`Stepper::advance`]: crate::solver::advance::Stepper::advance
 pub(super) fn is_planned(world: &mut World) -> bool {
@@ -102,7 +102,8 @@ pub(super) fn is_planned(world: &mut World) -> bool {
     if !changed && systems(world).eq(plan.built.iter().copied()) {
         return plan.holds;
     }
-    // To build a schedule moves conditions where they cannot be seen, so that they count where a user has built it.
+    // Building a schedule moves its conditions out of reach, so that they are assumed to exist if a
+    // user has built it.
     let conditional = plan.conditional || !changed || has_conditions(world);
     for label in schedules_of_substep() {
         world.schedule_scope(label, |world, schedule| {
@@ -137,13 +138,13 @@ fn have_changed(world: &World) -> bool {
     schedules(world).any(|schedule| schedule.is_changed() || schedule.systems().is_err())
 }
 
-/// Those of schedules that are built.
+/// Systems of the schedules that have been built.
 fn systems(world: &World) -> impl Iterator<Item = SystemKey> {
     let systems = schedules(world).filter_map(|schedule| schedule.systems().ok());
     systems.flat_map(|systems| systems.map(|(key, _)| key))
 }
 
-/// Whether there is a condition on any system or set of schedules that are not built.
+/// Whether any system or set of the schedules that have not been built has a run condition.
 fn has_conditions(world: &World) -> bool {
     schedules(world).any(|schedule| {
         let graph = schedule.graph();
@@ -152,19 +153,19 @@ fn has_conditions(world: &World) -> bool {
     })
 }
 
-/// The steps of a substep in the order in which they run: `presolve`, `postsolve`, and effects by their names. Those of
-/// an iteration, and of a pass over contacts after it, are listed once. A system that a user added without an effect is
-/// `user`.
+/// Steps of a substep in execution order: `presolve`, `postsolve`, and effects by their names.
+/// Those of an iteration, and of a contact pass after it, are listed once. A system that a user
+/// added without an effect is listed as `user`.
 #[must_use]
 pub fn system_names(world: &World) -> Vec<&'static str> {
     let stages = [
         ("presolve", SolverSystems::Presolve.intern()),
-        (SWEEPS, SolverSystems::Solve.intern()),
+        (SOLVE, SolverSystems::Solve.intern()),
         ("postsolve", SolverSystems::Postsolve.intern()),
     ];
     let mut names = Vec::new();
     for name in names_in(world, SubstepSchedule, &stages) {
-        if name == SWEEPS {
+        if name == SOLVE {
             names.extend(names_in(world, SolveSchedule, &[]));
             names.extend(names_in(world, ContactSchedule, &[]));
         } else {
@@ -174,8 +175,8 @@ pub fn system_names(world: &World) -> Vec<&'static str> {
     names
 }
 
-/// Stands for the system that runs the sweeps.
-const SWEEPS: &str = "solve";
+/// Name of the system that runs the iterations.
+const SOLVE: &str = "solve";
 
 fn names_in(
     world: &World,

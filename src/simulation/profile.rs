@@ -1,4 +1,4 @@
-//! Where the time of a tick goes.
+//! Real time of the parts of a tick.
 
 use crate::solver::advance::{Stage, Watch};
 use bevy::prelude::*;
@@ -7,7 +7,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Nanoseconds that all threads together spent in each stage.
+/// Time of each stage, summed over all threads [ns].
 #[derive(Debug, Default)]
 pub(super) struct StageWatch([AtomicU64; Stage::ALL.len()]);
 
@@ -20,10 +20,10 @@ impl Watch for StageWatch {
     }
 }
 
-/// The part of a tick in which figures of the state are taken.
+/// Name of the part of a tick in which statistics are taken.
 pub const MEASURING: &str = "measuring";
 
-/// What a tick took.
+/// Real time of a tick.
 #[derive(Debug, Clone, Copy, Default)]
 struct Spent {
     all: Duration,
@@ -31,48 +31,48 @@ struct Spent {
     measuring: Duration,
 }
 
-/// Real time spent in ticks, and in each effect and stage if `by_part` is on.
+/// Real time of ticks, and of each effect and stage if `by_part` is on.
 #[derive(Resource, Debug, Clone, Default)]
 pub struct Profile {
-    /// Whether each effect and stage is timed; default false, as looking at a clock twice a
-    /// system a substep is not free.
+    /// Whether each effect and stage is timed; default false, as reading a clock twice per system
+    /// and substep is not free.
     pub by_part: bool,
     running: Spent,
     tick: Spent,
-    /// Of the tick under way.
+    /// Parts of the tick under way.
     running_parts: Vec<(&'static str, Duration)>,
-    /// Of the last whole tick.
+    /// Parts of the last complete tick.
     parts: Vec<(&'static str, Duration)>,
 }
 
 impl Profile {
-    /// Real time of the last whole tick: solver, measuring, and what the ECS takes around them.
+    /// Real time of the last complete tick: solver, statistics, and the ECS around them.
     #[must_use]
     pub const fn tick(&self) -> Duration {
         self.tick.all
     }
 
-    /// What the solver took of it: its substeps.
+    /// Time of the solver: its substeps.
     #[must_use]
     pub const fn solver(&self) -> Duration {
         self.tick.solver
     }
 
-    /// What it took to take figures of the state, for those who look at them.
+    /// Time of taking statistics.
     #[must_use]
     pub const fn measuring(&self) -> Duration {
         self.tick.measuring
     }
 
-    /// What is left: schedules, masses, sleep, moving bodies into the solver and back.
+    /// Remaining time: schedules, masses, sleep, transfer of bodies to the solver and back.
     #[must_use]
     pub fn ecs(&self) -> Duration {
         let known = self.tick.solver + self.tick.measuring;
         self.tick.all.saturating_sub(known)
     }
 
-    /// Real time of each effect and stage in the last whole tick, in the order in which they ran.
-    /// Where threads worked on several at once, the time is shared out by how long each took them.
+    /// Real time of each effect and stage in the last complete tick, in execution order. Where
+    /// several ran concurrently, the time is distributed in proportion to their thread time.
     #[must_use]
     pub fn parts(&self) -> &[(&'static str, Duration)] {
         &self.parts
@@ -89,7 +89,7 @@ impl Profile {
         }
     }
 
-    /// Shares `spent` out among the stages, by the time that all threads took for each.
+    /// Distributes `spent` over the stages in proportion to their time summed over all threads.
     pub(super) fn share_out(&mut self, spent: Duration, watch: &StageWatch) {
         let of_stage = |stage: Stage| watch.0[stage.place()].load(Ordering::Relaxed) as f64;
         let all: f64 = Stage::ALL.into_iter().map(of_stage).sum();
@@ -101,12 +101,12 @@ impl Profile {
         }
     }
 
-    /// Adds real time of the solver in the tick under way.
+    /// Adds real time of the solver to the tick under way.
     pub(super) fn solve(&mut self, spent: Duration) {
         self.running.solver += spent;
     }
 
-    /// Adds real time that figures took in it.
+    /// Adds real time of taking statistics to the tick under way.
     pub(super) fn measure(&mut self, spent: Duration) {
         self.running.measuring += spent;
         if self.by_part {
@@ -119,7 +119,7 @@ impl Profile {
         self.running_parts.clear();
     }
 
-    /// Adds real time that was spent in the tick, and closes it if it has `ended`.
+    /// Adds real time to the tick under way, and closes the tick if it has `ended`.
     pub(super) fn spend(&mut self, spent: Duration, ended: bool) {
         self.running.all += spent;
         if ended {

@@ -1,4 +1,4 @@
-//! Bodies that turned non-finite are taken out before they can spread.
+//! Quarantine of diverged bodies.
 
 use super::{BodyQuarantined, Quarantined, SolverThreads, plain, step::CurrentSubstep};
 use crate::solver::{
@@ -8,8 +8,8 @@ use crate::solver::{
 };
 use bevy::prelude::*;
 
-/// Freezes a body whose substep went wrong where its tick began, finds out which stage it was, and
-/// says so.
+/// Resets a diverged body to the start of the tick, determines the stage that failed, and sends a
+/// message.
 pub(super) fn quarantine(world: &mut World, entity: Entity, error: NotFinite) {
     let Some(body) = plain::body(world.entity(entity)) else {
         return;
@@ -32,7 +32,7 @@ pub(super) fn quarantine(world: &mut World, entity: Entity, error: NotFinite) {
     world.write_message(text);
 }
 
-/// The sentence for users.
+/// The message for users.
 pub(super) fn message(
     body: Entity,
     name: Option<&Name>,

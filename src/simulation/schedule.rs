@@ -1,5 +1,4 @@
-//! Schedules and sets: where a tick happens, and in what order. The drawing is at
-//! [`SoftBodySystems`].
+//! Schedules and system sets of a tick, and their order. [`SoftBodySystems`] shows a diagram.
 
 use bevy::{
     ecs::schedule::{LogLevel, ScheduleBuildSettings, ScheduleLabel, SingleThreadedExecutor},
@@ -10,24 +9,24 @@ use bevy::{
 #[derive(ScheduleLabel, Debug, Clone, PartialEq, Eq, Hash, Default)]
 pub struct StepSchedule;
 
-/// A substep. Its systems see [`Time<Substeps>`](super::SubstepTime).
+/// A substep. Its systems see [`Time<SubstepTime>`](super::SubstepTime).
 #[derive(ScheduleLabel, Debug, Clone, PartialEq, Eq, Hash, Default)]
 pub struct SubstepSchedule;
 
-/// One sweep over all constraints.
+/// One iteration over all constraints.
 #[derive(ScheduleLabel, Debug, Clone, PartialEq, Eq, Hash, Default)]
 pub struct SolveSchedule;
 
-/// One pass over all contacts: what keeps bodies out.
+/// One pass over all contacts.
 #[derive(ScheduleLabel, Debug, Clone, PartialEq, Eq, Hash, Default)]
 pub struct ContactSchedule;
 
-/// What happens in the schedule that the caller chose.
+/// Sets in the schedule of the caller's choice.
 ///
 /// ```text
-/// the schedule that the caller chose (FixedPostUpdate unless told otherwise)
+/// the schedule of the caller's choice (FixedPostUpdate by default)
 /// └ SoftBodySystems: First → Prepare → Step → Writeback → Last
-///                                       └ StepSchedule, once a tick
+///                                       └ StepSchedule, once per tick
 ///   └ StepSystems: Wake → Begin → Substeps → End
 ///                                         └ SubstepSchedule, `substeps` times
 ///     └ SolverSystems: Presolve → Solve → Postsolve
@@ -36,54 +35,54 @@ pub struct ContactSchedule;
 ///       └ ContactSchedule, after each of them, or `collision_iterations` times
 /// ```
 ///
-/// The four inner schedules run on one thread in a fixed order, and two systems in them whose
-/// order matters but is not given are an error.
+/// The four inner schedules run on one thread in a fixed order. An ambiguous order of two
+/// conflicting systems in them is an error.
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum SoftBodySystems {
-    /// What users did is carried out.
+    /// Carries out actions.
     First,
-    /// Systems of effects are added and removed.
+    /// Adds and removes systems of effects.
     Prepare,
-    /// Ticks.
+    /// Runs ticks.
     Step,
-    /// For those who take the new state elsewhere: to meshes, to files.
+    /// For systems that copy the new state to meshes or files.
     Writeback,
-    /// After everything.
+    /// After everything else.
     Last,
 }
 
-/// What happens in a tick.
+/// Sets in a tick.
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum StepSystems {
-    /// Sleepers wake when what describes them changed.
+    /// Wakes bodies whose components have changed.
     Wake,
-    /// Changed masses, input that is not finite, sleepers that are touched.
+    /// Updates masses, validates input, wakes disturbed bodies.
     Begin,
-    /// The substeps.
+    /// Runs the substeps.
     Substeps,
-    /// Sleep and statistics.
+    /// Updates sleep and statistics.
     End,
 }
 
 /// The three stages of a substep.
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum SolverSystems {
-    /// Positions are predicted.
+    /// Predicts positions.
     Presolve,
-    /// Constraints are projected, `iterations` times.
+    /// Projects constraints, `iterations` times.
     Solve,
-    /// Velocities are taken from positions.
+    /// Computes velocities from positions.
     Postsolve,
 }
 
-/// The order inside a sweep. Effects of one phase run in the order in which they were registered.
+/// Order inside an iteration. Effects of one phase run in the order of their registration.
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum SolvePhase {
-    /// What holds a body together.
+    /// Elastic constraints.
     Elastic,
-    /// Constraints of users of this crate: systems that move `Particles`.
+    /// Constraints of users of this crate, in systems that move `Particles`.
     User,
-    /// What pulls from outside; contacts come after it, in [`ContactSchedule`].
+    /// The grab. Contacts follow in [`ContactSchedule`].
     Grab,
 }
 
@@ -91,7 +90,7 @@ pub enum SolvePhase {
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct EffectSystems(pub &'static str);
 
-/// Sets up the inner schedules, and the outer sets in `outer`.
+/// Configures the inner schedules, and the outer sets in `outer`.
 pub(super) fn configure(app: &mut App, outer: impl ScheduleLabel) {
     app.configure_sets(
         outer,

@@ -1,4 +1,4 @@
-//! Figures about a whole world after a tick: a row of the CSV, the head-up line, `run --json`.
+//! Statistics of the whole world after a tick, for the CSV, the head-up line and `run --json`.
 
 use super::{
     BodyContacts, Profile, Quarantined, SimulationClock, SimulationSettings, SoftBody,
@@ -15,26 +15,27 @@ use crate::{
 use bevy::{math::DVec3, prelude::*};
 use std::{collections::BTreeMap, time::Instant};
 
-/// Whether figures are taken after every tick; default false. They cost a pass over everything.
+/// Whether statistics are taken after every tick; default false. They cost a pass over the whole
+/// state.
 #[derive(Resource, Debug, Clone, Copy, Default)]
 pub struct Measuring(pub bool);
 
-/// Figures after a tick.
+/// Statistics after a tick.
 #[derive(Resource, Debug, Clone, Default, PartialEq)]
 pub struct Statistics {
     /// Simulated time [s].
     pub time: f64,
-    /// Ticks since the scene began.
+    /// Ticks since the start of the scene.
     pub tick: u64,
-    /// Real time that the solver took for the tick before this one [ms].
+    /// Real time of the solver in the previous tick [ms].
     pub ms_per_tick: f64,
-    /// Bodies, and how many of them sleep.
+    /// Number of bodies, including sleeping ones.
     pub bodies: usize,
-    /// Bodies that sleep.
+    /// Number of sleeping bodies.
     pub asleep: usize,
-    /// Particles of all bodies.
+    /// Number of particles of all bodies.
     pub particles: usize,
-    /// Constraints by effect.
+    /// Number of constraints by effect.
     pub constraints: BTreeMap<&'static str, usize>,
     /// Kinetic energy [J].
     pub kinetic: f64,
@@ -46,40 +47,40 @@ pub struct Statistics {
     pub momentum: [f64; 3],
     /// Angular momentum about the origin [kg·m²/s].
     pub angular_momentum: [f64; 3],
-    /// Largest relative change of a body's volume, with its sign.
+    /// Largest relative change of a body's volume, signed.
     pub volume_error: f64,
-    /// Root mean square of what is left of the constraints' equations, relative to rest lengths
-    /// and volumes.
+    /// Root mean square residual of the constraints, relative to rest lengths and volumes.
     pub residual: f64,
-    /// The pressure of a body's filling over that of the surroundings [Pa], the largest by size;
-    /// `None` if no body is filled.
+    /// Pressure inside a filled body above ambient [Pa], the largest by absolute value; `None` if
+    /// no body is filled.
     pub overpressure: Option<f64>,
-    /// Tetrahedra that are inside out.
+    /// Number of inverted tetrahedra.
     pub inverted: usize,
-    /// Contacts between bodies, and of bodies with themselves, that pushed in the last substep; `None` if no body can touch.
+    /// Number of active contacts between bodies, and of bodies with themselves, in the last
+    /// substep; `None` if no body has contacts.
     pub contacts: Option<usize>,
-    /// Pairs of an edge and a triangle that cross, of bodies that can touch each other or themselves; `None` if none
-    /// can.
+    /// Number of pairs of an edge and a triangle that cross, of bodies that can touch each other or
+    /// themselves; `None` if no body has contacts.
     pub crossings: Option<usize>,
-    /// Whether every number of the state is finite and no body is in quarantine.
+    /// Whether the whole state is finite and no body is in quarantine.
     pub finite: bool,
 }
 
 impl Statistics {
-    /// Kinetic, potential and elastic energy together [J].
+    /// Sum of kinetic, potential and elastic energy [J].
     #[must_use]
     pub fn energy(&self) -> f64 {
         self.kinetic + self.potential + self.elastic.values().sum::<f64>()
     }
 
-    /// Constraints of all effects.
+    /// Number of constraints of all effects.
     #[must_use]
     pub fn constraint_count(&self) -> usize {
         self.constraints.values().sum()
     }
 }
 
-/// Takes the figures if anybody wants them.
+/// Takes statistics, if enabled.
 pub(super) fn take(world: &mut World) {
     if world.resource::<Measuring>().0 {
         let started = Instant::now();
@@ -89,7 +90,7 @@ pub(super) fn take(world: &mut World) {
     }
 }
 
-/// Takes the figures of the state as it is.
+/// Takes statistics of the current state.
 #[must_use]
 pub fn measure(world: &mut World) -> Statistics {
     let settings = **world.resource::<SimulationSettings>();

@@ -1,4 +1,4 @@
-//! Stepping: from real time to ticks, from ticks to substeps, from substeps to sweeps.
+//! Stepping: from real time to ticks, substeps and iterations.
 
 use super::{
     Asleep, ContactSchedule, EnergyLedger, Measuring, Profile, Quarantined, RestTimer,
@@ -28,9 +28,9 @@ use std::{
 /// The substep under way, for the systems of the inner schedules.
 #[derive(Resource, Debug, Clone)]
 pub struct CurrentSubstep {
-    /// Its length, place and gravity.
+    /// Length, index and gravity of the substep.
     pub step: Substep,
-    /// The sweep under way, from 0.
+    /// The iteration under way, from 0.
     pub iteration: u32,
     settings: Settings,
     /// Start of the tick [s].
@@ -39,20 +39,20 @@ pub struct CurrentSubstep {
 }
 
 impl CurrentSubstep {
-    /// Length of the substep for a body [s], which [steps of second order](crate::solver::history) have
-    /// shorter.
+    /// Length of the substep for a body [s], which is shorter for [steps of second
+    /// order](crate::solver::history).
     #[must_use]
     pub fn seconds(&self, particles: &Particles) -> f32 {
         particles.history.seconds(self.settings.substep_seconds()) as f32
     }
 
-    /// What every collider does during the substep, in the order in which they came.
+    /// Motion of each collider during the substep, in spawn order.
     #[must_use]
     pub fn colliders(&self) -> &[SweptCollider] {
         self.swept.of(self.step.index)
     }
 
-    /// What the solver steps bodies with.
+    /// Context for stepping bodies with the solver.
     #[must_use]
     pub fn context<'a>(&'a self, threads: &'a SolverThreads) -> StepContext<'a> {
         StepContext {
@@ -78,7 +78,7 @@ impl Default for CurrentSubstep {
     }
 }
 
-/// Lets the time of the schedule around it pass, and does the ticks that are due.
+/// Advances by the time of the surrounding schedule, and runs the ticks that are due.
 pub(super) fn advance(world: &mut World) {
     let passed = world
         .get_resource::<Time>()
@@ -99,7 +99,7 @@ pub(super) fn advance(world: &mut World) {
     }
 }
 
-/// Does one whole tick now, whatever the clock says: what `pliant run` and tests do.
+/// Runs one whole tick now, independent of the clock, as in `pliant run` and tests.
 pub fn tick(world: &mut World) {
     super::action::apply(world);
     effect::follow_bodies(world);
@@ -114,13 +114,13 @@ pub fn tick(world: &mut World) {
 /// The tick under way.
 #[derive(Resource, Debug, Clone, Copy, Default)]
 pub(super) struct UnderWay {
-    /// As they were when it began: what is written meanwhile waits for the next tick.
+    /// Settings at the start of the tick; changes take effect at the next tick.
     settings: Settings,
-    /// When the slice of it has to end.
+    /// End of the time budget of this run.
     deadline: Option<Instant>,
 }
 
-/// Runs a tick, or as much of one as the deadline allows.
+/// Runs a tick, or the part of it that the deadline allows.
 fn slice(world: &mut World, deadline: Option<Instant>) {
     let started = Instant::now();
     world.resource_mut::<UnderWay>().deadline = deadline;
@@ -141,11 +141,11 @@ fn slice(world: &mut World, deadline: Option<Instant>) {
         .spend(started.elapsed(), ended);
 }
 
-/// Makes `Res<Time>` the clock of the schedule that is about to run, and gives back the one around
-/// it.
+/// Sets `Res<Time>` to the clock of the schedule that is about to run, and returns the surrounding
+/// one.
 ///
-/// No resource is ever taken out of the world: Bevy remembers each removal until the end of a frame,
-/// and a world that is only ticked has no frames.
+/// Replaces the value instead of removing the resource: Bevy remembers each removal until the end
+/// of a frame, and a world that is only ticked has no frames.
 fn enter_clock<T: Default + Clone + Copy + Send + Sync + 'static>(world: &mut World) -> Time {
     let inner = world.resource::<Time<T>>().as_generic();
     replace(&mut *world.get_resource_or_init::<Time>(), inner)
@@ -155,16 +155,16 @@ fn leave_clock(world: &mut World, outer: Time) {
     world.insert_resource(outer);
 }
 
-/// Run condition: no tick is under way, so one begins or has just ended.
+/// Run condition: no tick is under way.
 pub(super) fn between_ticks(clock: Res<SimulationClock>) -> bool {
     !clock.mid_tick()
 }
 
-/// The substeps of a tick, until the deadline.
+/// Runs the substeps of a tick, until the deadline.
 ///
-/// While the schedules of a substep hold nothing but what [`Stepper::advance`] does, that does all
-/// substeps of a body at once, each body on a thread of its own: the same bits as by the
-/// schedules, sooner.
+/// While the schedules of a substep contain nothing but what [`Stepper::advance`] does, that runs
+/// all substeps of a body at once, and bodies in parallel. The result is bit-identical to that of
+/// the schedules.
 pub(super) fn run_substeps(
     world: &mut World,
     colliders: &mut QueryState<(Entity, &SpawnOrder, &Collider)>,
@@ -199,7 +199,7 @@ pub(super) fn run_substeps(
     }
     let profile = world.resource::<Profile>();
     let at_once = match deadline {
-        // One that may not fit into its time goes on later where it was left.
+        // A tick that may exceed the budget is run in single substeps, so that it can be interrupted.
         Some(deadline)
             if profile.tick() * 2 > deadline.saturating_duration_since(Instant::now()) =>
         {
@@ -218,8 +218,8 @@ pub(super) fn run_substeps(
             let started = Instant::now();
             let read = are_multipliers_read(world);
             let mut all = all(bodies, world);
-            // Implicit Euler with nothing under repair and nothing that touches begins a substep with nothing, except
-            // the first one.
+            // For implicit Euler without repair and touching bodies, only the first substep needs a
+            // start step.
             if !begun || settings.begins_each_substep() || all.begin_each_substep() {
                 all.begin(&settings.substep(next), read);
                 begun = true;
@@ -227,7 +227,7 @@ pub(super) fn run_substeps(
             run_schedule(world, settings.substep(next));
             let mut profile = world.resource_mut::<Profile>();
             profile.solve(started.elapsed());
-            world.resource_mut::<EnergyLedger>().book(None);
+            world.resource_mut::<EnergyLedger>().add(None);
             next += 1;
         }
         if deadline.is_some_and(|deadline| Instant::now() >= deadline) {
@@ -245,7 +245,7 @@ pub(super) fn run_substeps(
     }
 }
 
-/// Some substeps of all bodies, without the schedules.
+/// Runs some substeps of all bodies, without the schedules.
 fn advance_all(
     world: &mut World,
     bodies: &mut SystemState<Bodies>,
@@ -264,7 +264,7 @@ fn advance_all(
         if booked {
             world
                 .resource_mut::<EnergyLedger>()
-                .book(result.as_ref().ok().copied());
+                .add(result.as_ref().ok().copied());
         }
         if let Err(error) = result {
             quarantine(world, entity, error);
@@ -278,13 +278,13 @@ fn all<'w, 's>(bodies: &'s mut SystemState<Bodies>, world: &'w mut World) -> Bod
     bodies.expect("the plugin of the simulation adds the resources")
 }
 
-/// Whether multipliers are read: by later iterations, or for measurements.
+/// Whether multipliers are read, by later iterations or for statistics.
 fn are_multipliers_read(world: &World) -> bool {
     let settings = &world.resource::<UnderWay>().settings;
-    settings.substep(0).sweeps() > 1 || world.resource::<Measuring>().0
+    settings.substep(0).total_iterations() > 1 || world.resource::<Measuring>().0
 }
 
-/// One substep by its schedule.
+/// Runs one substep by its schedule.
 fn run_schedule(world: &mut World, step: Substep) {
     world.resource_mut::<CurrentSubstep>().step = step;
     let h = world.resource::<UnderWay>().settings.substep_seconds();
@@ -296,20 +296,20 @@ fn run_schedule(world: &mut World, step: Substep) {
     leave_clock(world, outer);
 }
 
-/// First stage.
+/// First stage of a substep.
 pub(super) fn presolve(mut bodies: Bodies) {
     bodies.stage(Stage::Presolve).for_each(drop);
 }
 
-/// Second stage: runs [`SolveSchedule`] as often as there are iterations and averaged passes, and [`ContactSchedule`] as
-/// often as contacts come after each.
+/// Second stage of a substep: runs [`SolveSchedule`] once per iteration and smoothing iteration,
+/// and [`ContactSchedule`] as often as contact passes follow each.
 pub fn solve(world: &mut World) {
     let step = world.resource::<CurrentSubstep>().step;
-    world.schedule_scope(SolveSchedule, |world, sweep| {
+    world.schedule_scope(SolveSchedule, |world, solve| {
         world.schedule_scope(ContactSchedule, |world, contacts| {
-            for iteration in 0..step.sweeps() {
+            for iteration in 0..step.total_iterations() {
                 world.resource_mut::<CurrentSubstep>().iteration = iteration;
-                sweep.run(world);
+                solve.run(world);
                 for _ in 0..step.contacts_after(iteration) {
                     contacts.run(world);
                 }
@@ -318,7 +318,7 @@ pub fn solve(world: &mut World) {
     });
 }
 
-/// Third stage.
+/// Third stage of a substep.
 pub(super) fn postsolve(mut bodies: Bodies, mut commands: Commands) {
     for Outcome { entity, result } in bodies.stage(Stage::Postsolve) {
         if let Err(error) = result {
@@ -327,7 +327,7 @@ pub(super) fn postsolve(mut bodies: Bodies, mut commands: Commands) {
     }
 }
 
-/// The hold of a hand moves on from where it got to.
+/// Starts the next motion of each grab at its current target.
 pub(super) fn settle_grabs(mut grabs: Query<(&mut Grab, &mut RestTimer)>) {
     for (mut grab, mut timer) in &mut grabs {
         let grab = grab.bypass_change_detection();
@@ -336,8 +336,8 @@ pub(super) fn settle_grabs(mut grabs: Query<(&mut Grab, &mut RestTimer)>) {
     }
 }
 
-/// Bodies that have been still for long enough fall asleep, those that touch each other together; a sleeper that is
-/// touched by one that is awake wakes.
+/// Puts bodies to sleep that have been at rest for long enough, together with those they touch;
+/// wakes sleeping bodies that touch an awake one.
 pub(super) fn fall_asleep(
     mut commands: Commands,
     under_way: Res<UnderWay>,
@@ -398,7 +398,7 @@ pub(super) fn fall_asleep(
     }
 }
 
-/// Threads that bodies are stepped on; by default one on each core. They change no bit.
+/// Solver threads; by default one per core. The results do not depend on their number.
 #[derive(Resource, Debug, Clone, Deref, DerefMut)]
 pub struct SolverThreads(pub Threads);
 
@@ -408,6 +408,6 @@ impl Default for SolverThreads {
     }
 }
 
-/// When bodies fall asleep.
+/// Conditions for falling asleep.
 #[derive(Resource, Debug, Clone, Copy, Default, Deref, DerefMut)]
 pub struct Sleep(pub SleepSettings);

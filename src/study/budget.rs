@@ -1,4 +1,4 @@
-//! What a study may spend, and on which settings.
+//! Limits and settings of a study.
 //!
 //! Limits are in work, not in time, so that the same points are skipped on every machine.
 
@@ -8,31 +8,31 @@ use super::{
 };
 use std::time::Duration;
 
-/// What a study may spend.
+/// Limits and settings of a study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Budget {
     /// `quick` or `full`.
     pub name: &'static str,
-    /// Substeps that are tried on the coarsest mesh.
+    /// Numbers of substeps on the coarsest mesh.
     pub substeps: Vec<u32>,
-    /// Iterations that are tried on the coarsest mesh.
+    /// Numbers of iterations on the coarsest mesh.
     pub iterations: Vec<u32>,
     /// Substeps and iterations on finer meshes.
     pub finer: (Vec<u32>, Vec<u32>),
-    /// Work of a run at most, see [`work`].
+    /// Limit on the work of a run, see [`work`].
     pub run: u64,
-    /// Work of the three runs of the f64 reference at most.
+    /// Limit on the work of the three runs of the f64 reference.
     pub converged: u64,
-    /// Projections of a tick at most, where a tick is timed.
+    /// Limit on the projections of a tick that is timed.
     pub tick: u64,
-    /// Rounds in which every setting of a case is timed once, after one to warm up.
+    /// Rounds in which every setting of a case is timed once, after one warm-up round.
     pub rounds: usize,
-    /// How long a setting is timed in a round, or a tick if that is longer.
+    /// Time for which a setting is measured in a round; at least one tick.
     pub slot: Duration,
 }
 
 impl Budget {
-    /// Under a minute on two cores.
+    /// Less than a minute on two cores.
     #[must_use]
     pub fn quick() -> Self {
         Self {
@@ -48,7 +48,7 @@ impl Budget {
         }
     }
 
-    /// Under half an hour on two cores.
+    /// Less than half an hour on two cores.
     #[must_use]
     pub fn full() -> Self {
         let powers = |most: u32| (0..).map(|n| 1 << n).take_while(|&n| n <= most).collect();
@@ -65,7 +65,7 @@ impl Budget {
         }
     }
 
-    /// Every setting that is asked about a case, whether it can be afforded or not.
+    /// All settings of a case, whether they are within the limits or not.
     #[must_use]
     pub fn settings(&self, case: &Case) -> Vec<Setting> {
         let (substeps, iterations) = if case.level == 0 {
@@ -79,7 +79,7 @@ impl Budget {
                 continue;
             }
             for &substeps in substeps {
-                // Newton has converged with its first step.
+                // Newton's method converges in its first step.
                 let iterations = match method {
                     Method::Direct => &iterations[..1],
                     Method::Xpbd | Method::Pbd => &iterations[..],
@@ -94,8 +94,8 @@ impl Budget {
         all
     }
 
-    /// Simulated time that a run at this setting may take [s], if it can be afforded: all that is
-    /// observed, or, to come to rest, at least two seconds.
+    /// Simulated time that a run at this setting may take [s], if it is within the limits: the
+    /// whole observed time, or at least two seconds to come to rest.
     #[must_use]
     pub fn run_seconds(&self, case: &Case, setting: Setting) -> Option<f64> {
         let all = case.problem.observe.seconds();
@@ -105,45 +105,46 @@ impl Budget {
         enough.then_some(affordable.min(all))
     }
 
-    /// Whether this setting can be timed.
+    /// Whether timing this setting is within the limits.
     #[must_use]
     pub fn affords_time(&self, case: &Case, setting: Setting) -> bool {
         setting.projections(&case.world) <= self.tick
     }
 
-    /// Whether the f64 reference's three runs can be afforded.
+    /// Whether the three runs of the f64 reference are within the limits.
     #[must_use]
     pub fn affords_reference(&self, case: &Case) -> bool {
         reference_work(case) <= self.converged
     }
 
-    /// The budget in words, for its hash.
+    /// The budget as text, for its hash.
     #[must_use]
     pub fn words(&self) -> String {
         format!("{self:?}")
     }
 }
 
-/// A body that has less time to come to rest would not [s].
+/// Minimum time to come to rest [s]; bodies do not settle in less.
 const MIN_REST: f64 = 2.0;
 
-/// Work of a run to its end: projections, with what a sweep and a substep take beside them, as
-/// if they were projections too.
+/// Work of a complete run: projections, plus the overhead per iteration and per substep in units of
+/// projections.
 #[must_use]
 pub fn work(case: &Case, setting: Setting) -> u64 {
     let ticks = case.problem.observe.seconds() * case.world.settings.rate.get();
-    let sweep = case.constraints() as u64 + 16;
-    // A factorization of a slender body takes about as long as so many sweeps.
-    let sweeps = match setting.method {
+    let each = case.constraints() as u64 + 16;
+    // The factorization of a slender body takes about as long as this many iterations.
+    let iterations = match setting.method {
         Method::Direct => 32,
         Method::Xpbd | Method::Pbd => 1,
     };
-    let substep = sweeps * u64::from(setting.iterations) * sweep + 2 * case.particles() as u64 + 16;
+    let substep =
+        iterations * u64::from(setting.iterations) * each + 2 * case.particles() as u64 + 16;
     ticks.round().max(1.0) as u64 * u64::from(setting.substeps) * substep
 }
 
-/// The same for all runs of the f64 reference; bodies come to rest in a fraction of the time that they
-/// have, as they begin near it.
+/// Work of all runs of the f64 reference. Bodies start near rest there and settle in a fraction of
+/// their time.
 #[must_use]
 pub fn reference_work(case: &Case) -> u64 {
     let converged = case.problem.converged;

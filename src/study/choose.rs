@@ -1,13 +1,13 @@
-//! Chooses substeps and iterations for a goal: the cheapest setting that is exact enough, or the
-//! most exact one that is cheap enough.
+//! Chooses substeps and iterations for a goal: the cheapest setting that is accurate enough, or the
+//! most accurate one that is cheap enough.
 //!
-//! Substeps are mostly the better buy, but not always: where a body is soft, or heavy on light,
-//! iterations can be. So each number of iterations is tried, and for each the substeps are found
-//! by doubling and halving; a number of iterations is given up as soon as it costs more than the
-//! best setting known.
+//! Substeps usually reduce the error more than iterations at the same cost, but not always: for
+//! soft bodies or large mass ratios, iterations can be better. Each number of iterations is tried,
+//! and the substeps for it are found by doubling and bisection; a number of iterations is abandoned
+//! as soon as it costs more than the best setting so far.
 //!
-//! Where the error does not fall steadily with substeps, the best may be missed: what bounces does so
-//! at the end of a substep, and whether that is near the true time is luck.
+//! Where the error is not monotonic in substeps, the best setting may be missed: a bounce happens
+//! at the end of a substep, so its timing error varies irregularly with the number of substeps.
 
 use super::{
     probe::{Probe, ProbeNews, ProbePoint},
@@ -16,44 +16,45 @@ use super::{
 use crate::solver::{InvalidValue, World};
 use std::ops::ControlFlow;
 
-/// What a setting is to be good for.
+/// What a setting is optimized for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Goal {
-    /// A tick takes at most so long on one thread [ms].
+    /// Limit on the time per tick on one thread [ms].
     Milliseconds(f64),
-    /// A tick takes at most so many projections of constraints.
+    /// Limit on the constraint projections per tick.
     Projections(u64),
-    /// The error is at most this: root mean square distance to the f64 reference, over the body's size.
+    /// Limit on the error: root mean square distance to the f64 reference, relative to the size of
+    /// the body.
     Error(f64),
 }
 
-/// A setting that was chosen, and why.
+/// A chosen setting with the reason.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choice {
     /// Substeps and iterations.
     pub setting: Setting,
-    /// Its error, as of [`ProbePoint::error`].
+    /// Its error, as in [`ProbePoint::error`].
     pub error: f64,
-    /// What it costs.
+    /// Constraint projections per tick.
     pub projections_per_tick: u64,
-    /// Whether it meets the goal; if not, it is the nearest that was found.
+    /// Whether it meets the goal; if not, it is the closest setting found.
     pub met: bool,
-    /// Why this one, in a sentence.
+    /// The reason for the choice, in one sentence.
     pub reason: String,
-    /// How many settings were tried.
+    /// Number of settings tried.
     pub tried: usize,
 }
 
-/// Numbers of iterations that are tried.
+/// Numbers of iterations to try.
 const ITERATIONS: [u32; 5] = [1, 2, 4, 8, 16];
 
-/// Sweeps a tick at most: what costs more is not interactive for any body worth the name.
-pub const MAX_SWEEPS: u32 = 512;
+/// Limit on iterations per tick: beyond it, no realistic body is interactive.
+pub const MAX_ITERATIONS_PER_TICK: u32 = 512;
 
-/// Looks for the setting that meets a goal best, for a world that goes on for `seconds`.
+/// Finds the setting that meets a goal best, for the next `seconds` of a world.
 ///
-/// Tells each setting when it was tried; when it is told [`ControlFlow::Break`] in return, it stops
-/// and gives nothing. Gives nothing, too, if the body blew up whatever was tried.
+/// Reports each setting after it was tried. If the callback returns [`ControlFlow::Break`], the
+/// search stops and returns `None`. It also returns `None` if the body diverged at every setting.
 ///
 /// # Errors
 /// [`InvalidValue`] if a setting is out of its range.
@@ -69,7 +70,7 @@ pub fn choose(
     }
 }
 
-/// The same, where the f64 reference is there already.
+/// Like [`choose`], with an existing f64 reference.
 ///
 /// # Errors
 /// [`InvalidValue`] if a setting is out of its range.
@@ -109,7 +110,7 @@ struct Search<'a, N> {
 }
 
 impl<N: FnMut(ProbeNews) -> ControlFlow<()>> Search<'_, N> {
-    /// Place of a setting among what was tried; it is tried if it was not.
+    /// Index of a setting in the list of tried settings; tries it first if necessary.
     fn tried(&mut self, setting: Setting) -> Result<usize, InvalidValue> {
         let known = self.tried.iter().position(|point| point.setting == setting);
         if let Some(place) = known {
@@ -121,44 +122,45 @@ impl<N: FnMut(ProbeNews) -> ControlFlow<()>> Search<'_, N> {
         Ok(self.tried.len() - 1)
     }
 
-    /// Time of a tick [ms].
+    /// Time per tick [ms].
     fn milliseconds(&self, point: &ProbePoint) -> f64 {
         point.ms_per_second.median / self.probe.world().settings.rate.get()
     }
 
-    /// The setting with the fewest sweeps whose error is at most `error`.
+    /// The setting with the fewest iterations whose error is at most `error`.
     fn cheapest(&mut self, error: f64) -> Result<Option<Choice>, InvalidValue> {
         let mut best: Option<(u32, Setting)> = None;
-        let mut sweeps_of = Vec::new();
+        let mut totals = Vec::new();
         for iterations in ITERATIONS {
-            let limit = best.map_or(MAX_SWEEPS, |(sweeps, _)| sweeps - 1);
+            let limit = best.map_or(MAX_ITERATIONS_PER_TICK, |(total, _)| total - 1);
             let found = self.fewest_substeps(iterations, limit / iterations, error)?;
             if self.stopped {
                 return Ok(None);
             }
             if let Some(substeps) = found {
-                let sweeps = substeps * iterations;
-                best = Some((sweeps, Setting::xpbd(substeps, iterations)));
-                sweeps_of.push((iterations, sweeps));
+                let total = substeps * iterations;
+                best = Some((total, Setting::xpbd(substeps, iterations)));
+                totals.push((iterations, total));
             }
         }
-        let Some((sweeps, setting)) = best else {
-            let reason =
-                format!("No setting of up to {MAX_SWEEPS} iterations per tick is that accurate.");
+        let Some((total, setting)) = best else {
+            let reason = format!(
+                "No setting of up to {MAX_ITERATIONS_PER_TICK} iterations per tick is that accurate."
+            );
             return Ok(self.nearest(reason));
         };
-        let reason = match sweeps_of.first() {
+        let reason = match totals.first() {
             Some(&(1, plain)) if setting.iterations > 1 => format!(
                 "With one iteration per substep it would take {plain} iterations per tick instead of \
-                 {sweeps}: more iterations are more efficient here."
+                 {total}: more iterations are more efficient here."
             ),
             _ if setting.iterations > 1 => format!(
-                "Substeps alone do not reach the goal within {MAX_SWEEPS} iterations per tick; with \
-                 more iterations per substep, {sweeps} suffice."
+                "Substeps alone do not reach the goal within {MAX_ITERATIONS_PER_TICK} iterations per tick; with \
+                 more iterations per substep, {total} suffice."
             ),
             _ if setting.substeps == 1 => "No setting is cheaper.".to_owned(),
             _ => format!(
-                "No number of iterations per substep needs fewer than {sweeps} iterations per tick: \
+                "No number of iterations per substep needs fewer than {total} iterations per tick: \
                  substeps are more efficient here."
             ),
         };
@@ -166,7 +168,7 @@ impl<N: FnMut(ProbeNews) -> ControlFlow<()>> Search<'_, N> {
     }
 
     /// The fewest substeps, up to `most`, whose error is at most `error`: by doubling, then by
-    /// halving the gap, as more substeps are seldom worse.
+    /// bisection, because more substeps rarely increase the error.
     fn fewest_substeps(
         &mut self,
         iterations: u32,
@@ -182,7 +184,7 @@ impl<N: FnMut(ProbeNews) -> ControlFlow<()>> Search<'_, N> {
                 break;
             }
             too_few = next;
-            // The last one before the limit is tried as well.
+            // The limit itself is tried as well.
             next = match next * 2 {
                 double if double > most && next < most => most,
                 double => double,
@@ -203,19 +205,19 @@ impl<N: FnMut(ProbeNews) -> ControlFlow<()>> Search<'_, N> {
         Ok(enough)
     }
 
-    /// The setting of the least error among those of at most so many projections and
-    /// milliseconds a tick.
+    /// The setting with the smallest error within these limits of projections and milliseconds per
+    /// tick.
     fn most_exact(
         &mut self,
         projections: u64,
         milliseconds: f64,
     ) -> Result<Option<Choice>, InvalidValue> {
-        let a_sweep = constraints(self.probe.world()).max(1) as u64;
-        let sweeps = u32::try_from(projections / a_sweep).unwrap_or(u32::MAX);
+        let per_iteration = constraints(self.probe.world()).max(1) as u64;
+        let total = u32::try_from(projections / per_iteration).unwrap_or(u32::MAX);
         let mut best: Option<(f64, Setting)> = None;
         for iterations in ITERATIONS {
-            let mut substeps = sweeps.min(MAX_SWEEPS) / iterations;
-            // One more try, with fewer, if substeps cost more than their sweeps.
+            let mut substeps = total.min(MAX_ITERATIONS_PER_TICK) / iterations;
+            // Tries again with fewer substeps if a substep costs more than its iterations.
             for _ in 0..2 {
                 if substeps == 0 || self.stopped {
                     break;
@@ -249,7 +251,7 @@ impl<N: FnMut(ProbeNews) -> ControlFlow<()>> Search<'_, N> {
         self.chosen(setting, true, reason)
     }
 
-    /// The most exact of all that was tried, where none meets the goal.
+    /// The most accurate setting tried, where none meets the goal.
     fn nearest(&mut self, reason: String) -> Option<Choice> {
         let finite = self.tried.iter().filter(|point| point.error.is_finite());
         let setting = finite.min_by(|a, b| a.error.total_cmp(&b.error))?.setting;

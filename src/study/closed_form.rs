@@ -1,5 +1,4 @@
-//! Closed forms that an answer is held against. Each says where it is from; none is a table of
-//! numbers.
+//! Closed forms to which results are compared. Each names its source; none is a table of numbers.
 
 use crate::{
     analytic::{Catenary, Elastica},
@@ -8,18 +7,18 @@ use crate::{
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
-/// What the continuum, or mathematics, says. Parameters are in SI units and above zero.
+/// The exact result for the continuum. Parameters are in SI units and positive.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Reference {
-    /// Nothing: there is only the converged answer on the same mesh. Springs and volumes have no
+    /// No closed form: only the converged solution on the same mesh. Springs and volumes have no
     /// Young's modulus, so most solids have no closed form.
     #[serde(alias = "Twin")]
     Converged,
-    /// Nothing, but the answer tends to something as the mesh is refined: that of the finest mesh
-    /// is what the others are held against, extrapolated where three levels show an order.
+    /// No closed form, but results converge under mesh refinement: the others are compared with the
+    /// finest mesh, extrapolated where three levels show an order of convergence.
     FinestMesh,
-    /// A conserved quantity: its drift is 0.
+    /// A conserved quantity, whose drift is 0.
     Conserved,
     /// Stretch αmg of a spring under a weight [m] (Hooke).
     HangingMass {
@@ -37,8 +36,8 @@ pub enum Reference {
         /// Compliance [m/N].
         compliance: f64,
     },
-    /// Energy that a mass on a spring loses in a period: none, as it is conserved. The discrete
-    /// method keeps E₀(1 + ω²h²)⁻ⁿ, which is what is predicted.
+    /// Fraction of its energy that a mass on a spring loses per period: 0, as energy is conserved.
+    /// The discrete method is predicted to keep E₀(1 + ω²h²)⁻ⁿ.
     SpringEnergy {
         /// Mass [kg].
         mass: f64,
@@ -55,13 +54,14 @@ pub enum Reference {
         /// Gravity [m/s²].
         gravity: f64,
     },
-    /// Elongation αmgN(N+1)/2 of N alike springs and masses [m]: link k carries N − k + 1 weights.
+    /// Elongation αmgN(N+1)/2 of N identical springs and masses [m]: link k carries N − k + 1
+    /// weights.
     HangingChain {
         /// Links.
         links: u32,
         /// Mass of each [kg].
         mass: f64,
-        /// Compliance of each link [m/N], from 0.
+        /// Compliance of each link [m/N], at least 0.
         compliance: f64,
         /// Gravity [m/s²].
         gravity: f64,
@@ -78,7 +78,7 @@ pub enum Reference {
         /// Gravity [m/s²].
         gravity: f64,
     },
-    /// Elongation FL/(EA) of a bar that is pulled [m].
+    /// Elongation FL/(EA) of a bar under tension [m].
     PulledBar {
         /// Pulling mass [kg].
         mass: f64,
@@ -89,7 +89,7 @@ pub enum Reference {
         /// Gravity [m/s²].
         gravity: f64,
     },
-    /// Growth −νFb/(EA) of the width b of a bar that is pulled [m].
+    /// Change −νFb/(EA) of the width b of a bar under tension [m].
     NarrowedBar {
         /// Pulling mass [kg].
         mass: f64,
@@ -102,9 +102,9 @@ pub enum Reference {
         /// Gravity [m/s²].
         gravity: f64,
     },
-    /// Mean change of volume −ρgH/(2K) of a block in a box that fits, under its own weight, where
-    /// only K resists: pressure is hydrostatic. To first order in it. Of a solid that resists shear
-    /// too, K is the modulus of a strain along one axis alone, E(1 − ν)/((1 + ν)(1 − 2ν)).
+    /// Mean volume change −ρgH/(2K) of a block in a tightly fitting box under its own weight, where
+    /// only K resists: pressure is hydrostatic. First order. For a solid that also resists shear, K
+    /// is the modulus of uniaxial strain, E(1 − ν)/((1 + ν)(1 − 2ν)).
     ConfinedBlock {
         /// Density [kg/m³].
         density: f64,
@@ -115,20 +115,20 @@ pub enum Reference {
         /// Gravity [m/s²].
         gravity: f64,
     },
-    /// Sag of an elastic catenary [m] whose length at rest is the distance of its ends, which are
-    /// level (Irvine, *Cable Structures*, 1981, §1.4). As EA → ∞ it is straight.
+    /// Sag of an elastic catenary [m] between level supports whose distance is its rest length
+    /// (Irvine, *Cable Structures*, 1981, §1.4). As EA → ∞ it is straight.
     ElasticCatenary {
-        /// Mass per length at rest [kg/m].
+        /// Mass per rest length [kg/m].
         density: f64,
-        /// Length at rest, and distance of the ends [m].
+        /// Rest length, and distance of the supports [m].
         length: f64,
         /// Axial stiffness EA [N].
         stiffness: f64,
         /// Gravity [m/s²].
         gravity: f64,
     },
-    /// How far the end of a slender beam hangs down [m] that is clamped at the other and bends under its own
-    /// weight, ρgL⁴/(8EI) (Euler and Bernoulli; Timoshenko, *Strength of Materials*, part 1). To first order in it.
+    /// Tip deflection of a slender cantilever under its own weight, ρgL⁴/(8EI) [m] (Euler and
+    /// Bernoulli; Timoshenko, *Strength of Materials*, part 1). First order.
     ClampedBeam {
         /// Mass per length [kg/m].
         density: f64,
@@ -139,13 +139,13 @@ pub enum Reference {
         /// Gravity [m/s²].
         gravity: f64,
     },
-    /// How far the end of a strip hangs down [m] that is held level at the other and bends under its
-    /// own weight, however far: the heavy elastica Bθ″ + w(L − s) cos θ = 0 (Wang, *A Critical Review
+    /// Tip deflection of a strip that is clamped horizontally and bends under its own weight [m],
+    /// for large deflections: the heavy elastica Bθ″ + w(L − s) cos θ = 0 (Wang, *A Critical Review
     /// of the Heavy Elastica*, 1986).
     HeavyElastica {
         /// Mass per area [kg/m²].
         density: f64,
-        /// Length that is free [m].
+        /// Free length [m].
         length: f64,
         /// Flexural rigidity B [N·m].
         stiffness: f64,
@@ -155,7 +155,7 @@ pub enum Reference {
 }
 
 impl Reference {
-    /// What it says, if there is a closed form.
+    /// The exact value, if there is a closed form.
     #[must_use]
     pub fn value(&self) -> Option<f64> {
         Some(match *self {
@@ -240,11 +240,11 @@ impl Reference {
         })
     }
 
-    /// What the discrete method itself should give with substeps of `h` seconds, if a closed form
-    /// tells. For a period [s]: 2πh/atan(ωh), and by BDF2 2πh/arg ξ with
-    /// ξ = (2 + √(1 + 2iωh))/(3 − 2iωh), the root of (3 − 2iωh)ξ² − 4ξ + 1 that is near 1. For the share
-    /// of energy lost in a period: as E_n = E₀(1 + ω²h²)⁻ⁿ has it; by BDF2 none, as what its first
-    /// substep loses, which is one of implicit Euler, counts for most of it.
+    /// The value that the discrete method itself should give with substeps of `h` seconds, where a
+    /// closed form is known. For a period [s]: 2πh/atan(ωh), and for BDF2 2πh/arg ξ with
+    /// ξ = (2 + √(1 + 2iωh))/(3 − 2iωh), the root of (3 − 2iωh)ξ² − 4ξ + 1 near 1. For the fraction
+    /// of energy lost per period: from E_n = E₀(1 + ω²h²)⁻ⁿ; none for BDF2, where the loss of the
+    /// first substep, which is implicit Euler, dominates.
     #[must_use]
     pub fn predicted(&self, h: f64, order: Order) -> Option<f64> {
         match *self {
@@ -270,7 +270,7 @@ impl Reference {
         }
     }
 
-    /// What reports call it.
+    /// Its name in reports.
     #[must_use]
     pub const fn words(&self) -> &'static str {
         match self {
@@ -297,7 +297,8 @@ impl Reference {
 /// and Stegun, 17.6.1): π / (2 agm(1, √(1−k²))).
 fn elliptic_k(k: f64) -> f64 {
     let (mut a, mut b) = (1.0, (1.0 - k * k).sqrt());
-    // Digits double in each round, from any start: 64 are more than enough.
+    // The number of correct digits doubles in each round, from any start: 64 rounds are more than
+    // enough.
     for _ in 0..64 {
         (a, b) = ((a + b) / 2.0, (a * b).sqrt());
     }
@@ -318,7 +319,7 @@ mod tests {
         let small = pendulum(0.01).value().expect("closed form");
         // T = T₀(1 + θ₀²/16 + …), and θ₀²/16 is 2e-9.
         assert!((small / (TAU / 9.81_f64.sqrt()) - 1.0).abs() < 1e-8);
-        // K(sin 45°) = 1.8540746773, as tables have it, to their last digit.
+        // K(sin 45°) = 1.8540746773 from tables, accurate to the last digit.
         let large = pendulum(90.0).value().expect("closed form");
         assert!((large * 9.81_f64.sqrt() / 4.0 - 1.854_074_677_3).abs() < 1e-10);
     }
@@ -341,7 +342,7 @@ mod tests {
             mass: 1.0,
             compliance: 0.02,
         };
-        // 2πωh = 4e-4 of it a period, to first order.
+        // Lost fraction of energy per period: 2πωh = 4e-4 to first order.
         let lost = energy.predicted(1e-5, Order::default()).expect("given");
         assert!((lost / (TAU * 1e-5 / 0.02_f64.sqrt()) - 1.0).abs() < 1e-3);
     }

@@ -1,19 +1,19 @@
-//! The agreement of classic PBD is sometimes coincidental: it knows no compliance, and too few sweeps over
-//! rigid constraints can happen to be as soft as was asked. More sweeps then make it worse, and
-//! another mesh or substep makes it something else.
+//! The agreement of classic PBD is sometimes coincidental: it has no compliance, and too few
+//! iterations over rigid constraints can result in about the requested softness. More iterations
+//! then increase the error, and another mesh or substep changes the softness.
 
 use super::{
     results::{CaseResult, Point},
     setting::Method,
-    words::percent,
 };
 
 /// Factor by which an error with more iterations must be larger for the smaller one to be a coincidence.
 const WORSE: f64 = 1.5;
 
 impl CaseResult {
-    /// The point that shows that the agreement of this one is coincidental: of those without compliance and with
-    /// as many substeps, or iterations, that take more work, the worst, if it is clearly worse.
+    /// The point that shows that the agreement of this one is coincidental: the worst of those
+    /// without compliance that have the same number of substeps, or of iterations, and take more
+    /// work, if it is clearly worse.
     #[must_use]
     pub fn coincidence(&self, point: &Point) -> Option<&Point> {
         if point.setting.method != Method::Pbd {
@@ -32,7 +32,7 @@ impl CaseResult {
         (error_of(worst) > WORSE * error).then_some(worst)
     }
 
-    /// The cheapest point that is at most so wrong, and not by coincidence.
+    /// The cheapest point whose error is at most `error` and whose agreement is not coincidental.
     #[must_use]
     pub fn cheapest_sound(&self, error: f64) -> Option<&Point> {
         let figures = self.sound().filter(|(_, figures)| figures.1 <= error);
@@ -40,47 +40,18 @@ impl CaseResult {
         cheapest.map(|(point, _)| point)
     }
 
-    /// The least error of all points whose agreement is not coincidental.
+    /// The smallest error of all points whose agreement is not coincidental.
     #[must_use]
     pub fn best_sound(&self) -> Option<&Point> {
         let best = self.sound().min_by(|a, b| a.1.1.total_cmp(&b.1.1));
         best.map(|(point, _)| point)
     }
 
-    /// Points that count and whose agreement is not coincidental, with cost and error.
+    /// Valid points whose agreement is not coincidental, with cost and error.
     fn sound(&self) -> impl Iterator<Item = (&Point, (f64, f64))> {
         let points = self.points.iter();
         points
             .filter(|point| self.coincidence(point).is_none())
             .filter_map(|point| Some((point, point.cost_and_error()?)))
     }
-}
-
-/// Which points of a front agree by coincidence, if any.
-pub(super) fn sentence(case: &CaseResult) -> Option<String> {
-    let all: Vec<(&Point, &Point)> = case
-        .front()
-        .into_iter()
-        .filter_map(|point| Some((point, case.coincidence(point)?)))
-        .collect();
-    let (_, worst) = all.iter().max_by(|a, b| {
-        a.1.error
-            .unwrap_or(0.0)
-            .total_cmp(&b.1.error.unwrap_or(0.0))
-    })?;
-    let names: Vec<String> = all
-        .iter()
-        .map(|(point, _)| {
-            let error = percent(point.error.unwrap_or(f64::NAN));
-            format!("{} ({error})", point.setting)
-        })
-        .collect();
-    Some(format!(
-        "Coincidental agreement on the Pareto front: {} ({}). Without compliance, too few iterations \
-         happen to give the requested compliance; the error of {} is {}.",
-        names.join(", "),
-        case.case.level_name,
-        worst.setting,
-        percent(worst.error.unwrap_or(f64::NAN)),
-    ))
 }

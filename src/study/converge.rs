@@ -1,13 +1,13 @@
-//! The converged answer on a mesh, in f64.
+//! The converged solution on a mesh, in f64.
 //!
-//! Of what rests: the [static equilibrium](equilibrium) by Newton's method, which takes no time steps and
-//! costs less than a second. Where that does not apply, as on a ground or with pressure, the f64 reference at h
-//! and h/2, with multipliers that are kept from substep to substep, so that where it rests is where the
-//! equations are solved and owes nothing to h or to how many sweeps there are; what is left between the two
-//! is how far the search for rest may be off.
+//! At rest: the [static equilibrium](equilibrium) by Newton's method, which needs no time steps and
+//! takes less than a second. Where that does not apply, for example on a ground or with pressure:
+//! the f64 reference at h and h/2, with multipliers that are kept from substep to substep, so that
+//! the state of rest satisfies the equations and depends neither on h nor on the number of
+//! iterations; the difference between the two estimates the error of the search for rest.
 //!
-//! Of what moves: the f64 reference at h, h/2 and h/4, and what these tend to (Richardson 1911), with the order that
-//! they show.
+//! In motion: the f64 reference at h, h/2 and h/4, extrapolated to h → 0 (Richardson 1911), with
+//! the observed order of convergence.
 
 use super::{
     StudyError,
@@ -19,19 +19,19 @@ use super::{
 use crate::solver::equilibrium::{self, Equilibrium};
 use serde::{Deserialize, Serialize};
 
-/// The converged answer.
+/// A converged solution.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Converged {
-    /// What is observed, as h → 0.
+    /// The observed values, as h → 0.
     #[serde(deserialize_with = "super::nan::numbers")]
     pub values: Vec<f64>,
-    /// Order of convergence observed; none where nothing changes any more.
+    /// Observed order of convergence; none if refinement changes nothing.
     pub order: Option<f64>,
-    /// How far the finest answer is from this one, in the unit of what is observed. Errors below
-    /// it cannot be told.
+    /// Distance of the finest run from this solution, in the unit of the observed values. Smaller
+    /// errors cannot be resolved.
     #[serde(deserialize_with = "super::nan::number")]
     pub uncertainty: f64,
-    /// Whether every run came to rest, where that was asked for.
+    /// Whether every run came to rest, where rest is observed.
     pub settled: bool,
     /// Substeps of the finest run; 0 where there was none.
     pub substeps: u32,
@@ -40,7 +40,7 @@ pub struct Converged {
     pub found_by: FoundBy,
 }
 
-/// How a converged answer was found.
+/// How a converged solution was found.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FoundBy {
@@ -54,14 +54,14 @@ pub enum FoundBy {
     },
 }
 
-/// What is between answers that are to count as the same, as a share of what is observed: the
-/// search for rest ends at some 1e-7 of a body's size.
+/// Differences below this fraction of the observed values count as none: the search for rest ends
+/// at about 1e-7 of a body's size.
 const SAME: f64 = 1e-7;
 
-/// Orders of convergence that a first-order method may show.
+/// Range of observed orders that count as first order.
 pub const FIRST_ORDER: std::ops::RangeInclusive<f64> = 0.8..=1.2;
 
-/// By Newton's method where that applies, by the f64 reference else.
+/// By Newton's method where that applies, otherwise by the f64 reference.
 ///
 /// # Errors
 /// [`StudyError::Value`] for settings out of their range.
@@ -69,7 +69,7 @@ pub fn converge(case: &Case) -> Result<Converged, StudyError> {
     by_equilibrium(case).map_or_else(|| by_stepping(case), Ok)
 }
 
-/// Whether the answer is to be found as a static equilibrium, without the f64 reference.
+/// Whether the solution is a static equilibrium, found without the f64 reference.
 #[must_use]
 pub fn has_equilibrium(case: &Case) -> bool {
     let Observe::Rest { quantity, .. } = &case.problem.observe else {
@@ -79,7 +79,7 @@ pub fn has_equilibrium(case: &Case) -> bool {
     body.is_some_and(|body| equilibrium::refusal(body, &case.world.settings).is_none())
 }
 
-/// The static equilibrium; `None` where nothing that rests is observed, or none was found.
+/// The static equilibrium; `None` where nothing at rest is observed, or none was found.
 #[must_use]
 pub fn by_equilibrium(case: &Case) -> Option<Converged> {
     let Observe::Rest { quantity, .. } = &case.problem.observe else {
@@ -100,7 +100,7 @@ pub fn by_equilibrium(case: &Case) -> Option<Converged> {
             .at_rest(&state, &case.start, &case.world)
     };
     let (value, beside) = (observed(x)?, observed(neighbor)?);
-    // Positions are rounded, whatever the search says.
+    // Rounding of positions limits the accuracy, whatever residual the search reaches.
     let rounding = f64::EPSILON * case.start.reach();
     Some(Converged {
         values: vec![value],
@@ -112,8 +112,8 @@ pub fn by_equilibrium(case: &Case) -> Option<Converged> {
     })
 }
 
-/// Runs the f64 reference. A body at rest is found by the fast solver first, then by the f64 reference from there:
-/// the f64 reference decides, and gets there sooner.
+/// Runs the f64 reference. A state of rest is first approximated by the fast solver and then
+/// refined by the f64 reference, which is faster and does not change the result.
 ///
 /// # Errors
 /// [`StudyError::Value`] for settings out of their range.
@@ -129,7 +129,7 @@ pub fn by_stepping(case: &Case) -> Result<Converged, StudyError> {
         for factor in [1, 2, 4] {
             let setting = Setting::xpbd(substeps * factor, iterations);
             let mut solver = Solver::reference(&setting.applied(&case.world)?);
-            // Rest of a finer step is near that of a coarser one.
+            // The state of rest for a finer step is near that for a coarser one.
             if let Some(state) = nearer.take() {
                 solver.place(&state);
             }
@@ -160,17 +160,18 @@ pub fn by_stepping(case: &Case) -> Result<Converged, StudyError> {
     })
 }
 
-/// Substeps and iterations of the search by the fast solver.
+/// Substeps and iterations of the first approximation by the fast solver.
 const ROUGH: (u32, u32) = (16, 4);
 
-/// Where answers at h, h/2 and h/4 lead to.
+/// Extrapolates the results at h, h/2 and h/4.
 fn limit(seen: &[Observed], substeps: u32) -> Converged {
     let values = |place: usize| &seen[place].values[..];
     let first = distance(values(0), values(1));
     let second = distance(values(1), values(2));
     let size = distance(values(2), &vec![0.0; values(2).len()]);
     let order = (second > SAME * size && first > 0.0).then(|| (first / second).log2());
-    // Above first order, the observed one; below, nothing is known of what is still to come.
+    // First order is assumed within its range. Above it, the observed order is used; below it, the
+    // remaining change cannot be estimated.
     let share = match order {
         Some(order) if FIRST_ORDER.contains(&order) => 1.0,
         Some(order) if order > *FIRST_ORDER.end() => 1.0 / (order.min(4.0).exp2() - 1.0),

@@ -7,15 +7,16 @@ use crate::{
 };
 use std::path::{Path, PathBuf};
 
-/// Why a study cannot be made. The message says where, and what was expected.
+/// An error of a study. The message says where it occurred and what was expected.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum StudyError {
     /// Neither a built-in problem nor a file.
     #[error(
         "unknown problem “{name}”: expected the path of a problem file, or a built-in problem: {valid}"
     )]
     Unknown {
-        /// What was asked for.
+        /// The requested name.
         name: String,
         /// The built-in names.
         valid: String,
@@ -25,44 +26,44 @@ pub enum StudyError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's message.
         error: std::io::Error,
     },
-    /// A file is no problem, or its scene cannot be built.
+    /// A file is not a valid problem, or its scene cannot be built.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// Something in a problem makes no sense.
+    /// An inconsistency in a problem.
     #[error("problem “{problem}”: {message}")]
     Problem {
         /// Its name.
         problem: String,
-        /// What is wrong, and what would be right.
+        /// What is wrong, and what was expected.
         message: String,
     },
     /// A setting is out of its range.
     #[error(transparent)]
     Value(#[from] InvalidValue),
-    /// The threads cannot be had.
+    /// The threads cannot be started.
     #[error(transparent)]
     Threads(#[from] ThreadsError),
     /// A file cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// No job has such a name.
+    /// No job has this name.
     #[error("unknown job “{id}”; expected a job from `--list`, such as {example}")]
     NoJob {
-        /// What was asked for.
+        /// The requested name.
         id: String,
-        /// One that there is.
+        /// An existing name.
         example: String,
     },
-    /// A folder holds no points.
+    /// A folder contains no points.
     #[error("{path} contains no points of a study: expected a file {FILE}", FILE = super::journal::FILE)]
     NoPoints {
         /// The folder.
         path: PathBuf,
     },
-    /// A line of the points file cannot be understood.
+    /// A line of the points file is invalid.
     #[error("{path}:{line}: {message}")]
     Broken {
         /// The file.
@@ -72,14 +73,14 @@ pub enum StudyError {
         /// What is wrong.
         message: String,
     },
-    /// What is there is from something else.
+    /// The points belong to another study.
     #[error("{path} belongs to another study ({found}), expected {wanted}; {remedy}")]
     Different {
         /// The file.
         path: PathBuf,
-        /// What it says.
+        /// The study that the points belong to.
         found: String,
-        /// What is wanted.
+        /// The expected study.
         wanted: String,
         /// What to do.
         remedy: &'static str,

@@ -1,10 +1,10 @@
-//! How cost grows with size.
+//! Scaling of cost with size.
 
-use super::{Study, pareto, results::ProblemResult, setting::Setting, words::number};
+use super::{page::number, pareto, results::ProblemResult, setting::Setting};
 use std::collections::BTreeMap;
 
-/// Exponent of time over constraints, at each setting that was timed on two meshes or more of one
-/// machine: the middle of them.
+/// Exponent of time over constraints: the median over all settings that were timed on at least two
+/// meshes on one machine.
 #[must_use]
 pub fn exponent(result: &ProblemResult) -> Option<f64> {
     let mut by_setting: BTreeMap<(Setting, &str), Vec<(f64, f64)>> = BTreeMap::new();
@@ -25,15 +25,17 @@ pub fn exponent(result: &ProblemResult) -> Option<f64> {
     exponents.get(exponents.len() / 2).copied()
 }
 
-/// The exponent in words, with the sizes that it is of.
+/// The exponent with the sizes that it was measured on.
 #[must_use]
-pub(super) fn sentence(_study: &Study, result: &ProblemResult) -> Option<String> {
+pub(super) fn fact(result: &ProblemResult) -> Option<[String; 2]> {
     let exponent = exponent(result)?;
     let sizes = || result.cases.iter().map(|case| case.case.constraints());
-    Some(format!(
-        "At a fixed setting, time scales with the number of constraints to the power {} ({} to {} constraints).",
+    Some([
+        format!(
+            "Power of the number of constraints ({} to {}) that time scales with",
+            sizes().min()?,
+            sizes().max()?
+        ),
         number(exponent),
-        sizes().min()?,
-        sizes().max()?
-    ))
+    ])
 }

@@ -1,5 +1,5 @@
-//! The points file: every record as it comes, flushed, so that whatever ends a study costs it at
-//! most the runs that were under way.
+//! The points file. Every record is written and flushed as soon as it is available, so that an
+//! aborted study loses at most the runs in progress.
 
 use super::{
     StudyError,
@@ -14,7 +14,7 @@ use std::{
 /// Its name in the folder of a study.
 pub const FILE: &str = "points.jsonl";
 
-/// The points file of a study under way.
+/// The points file of a running study.
 #[derive(Debug)]
 pub struct Journal {
     path: PathBuf,
@@ -22,7 +22,7 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Begins a new one, with what the study is of.
+    /// Creates a new points file with this header.
     ///
     /// # Errors
     /// [`StudyError::Output`] if the folder cannot be made or written to.
@@ -42,12 +42,12 @@ impl Journal {
         Ok(journal)
     }
 
-    /// Goes on with one that is there, and gives what is in it. A last line that was cut off is
-    /// dropped.
+    /// Opens an existing points file for appending and returns its records. A truncated last line
+    /// is dropped.
     ///
     /// # Errors
     /// [`StudyError::NoPoints`], [`StudyError::Different`] if it is from another study,
-    /// [`StudyError::Broken`] for a line that is none of it.
+    /// [`StudyError::Broken`] for an invalid line.
     pub fn resume(folder: &Path, header: &Header) -> Result<(Self, Vec<Record>), StudyError> {
         let path = folder.join(FILE);
         let (found, records, whole) = read(folder)?;
@@ -71,7 +71,7 @@ impl Journal {
     /// Adds a record.
     ///
     /// # Errors
-    /// [`StudyError::Output`] naming the file and what the system said.
+    /// [`StudyError::Output`] with the file and the system's message.
     pub fn append(&mut self, record: &Record) -> Result<(), StudyError> {
         let unwritable = |error: &dyn std::fmt::Display| StudyError::unwritable(&self.path, error);
         let mut line = serde_json::to_string(record).map_err(|error| unwritable(&error))?;
@@ -82,7 +82,7 @@ impl Journal {
     }
 }
 
-/// Reads the points of a folder: what they are of, the rest, and how many bytes are whole lines.
+/// Reads the points of a folder: header, records, and the length of the complete lines in bytes.
 ///
 /// # Errors
 /// [`StudyError::NoPoints`] or [`StudyError::Broken`].
@@ -120,7 +120,7 @@ pub fn read(folder: &Path) -> Result<(Header, Vec<Record>, u64), StudyError> {
     Ok((header.ok_or_else(no_points)?, records, whole))
 }
 
-/// Says that two studies are not one.
+/// The error for points that belong to a different study.
 pub(super) fn different(
     path: &Path,
     found: &Header,

@@ -1,23 +1,21 @@
-//! What accuracy costs.
+//! Accuracy versus cost.
 //!
-//! A [`Problem`] is a scene with meshes from coarse to fine, something that is observed of it, and
-//! what that is held against. A study solves problems at many settings and says what each costs
-//! and how wrong it is.
+//! A [`Problem`] is a scene with meshes from coarse to fine, an observed quantity, and a reference
+//! for it. A study solves problems at many settings and reports the cost and the error of each.
 //!
-//! **Two errors are not one.** *Solver error* is the distance of an answer to the [converged]
-//! one of the same mesh: its static equilibrium, or the f64 reference with small steps. *Mesh error* is the distance of
-//! that converged answer to the continuum: a [closed form](Reference), or what the meshes tend to.
-//! Springs and volumes have no Young's modulus, so many solids have no closed form, and none is
-//! made up.
+//! **Two kinds of error.** *Solver error* is the distance of a result to the [converged] solution
+//! on the same mesh: its static equilibrium, or the f64 reference with small steps. *Mesh error* is
+//! the distance of that converged solution to the continuum: a [closed form](Reference), or the
+//! limit of mesh refinement. Springs and volumes have no Young's modulus, so many solids have no
+//! closed form, and none is substituted.
 //!
-//! Bodies at rest are found by [kinetic damping](rest); where a solver does too little, the rest
-//! that is found is softer than asked, and that is the error. What moves is compared at the times
-//! or over the periods that the problem names.
+//! Rest is found by [kinetic damping](rest). An unconverged solver rests in a softer state than the
+//! requested compliance gives, and that is its error. Motion is compared at the times or over the
+//! periods that the problem specifies.
 //!
-//! [`run`] makes a study, keeping every piece in the [points file](journal) as it comes; [`merge`]
-//! puts parts together; [`report::write`] writes the folder. [`probe`] does it for a world that is
-//! there already: whoever shows one asks what it would cost and how wrong it would be at other
-//! settings.
+//! [`run`] makes a study and stores every record in the [points file](journal) immediately;
+//! [`merge`] combines parts; [`report::write`] writes the folder. [`probe`] estimates cost and
+//! error at other settings for an existing world, for example the one in the window.
 
 pub mod budget;
 pub mod choose;
@@ -29,10 +27,10 @@ pub mod floor;
 pub mod growth;
 mod hash;
 pub mod journal;
-mod losses;
 mod nan;
 pub mod observe;
 mod overview;
+mod page;
 pub mod pareto;
 pub mod physics;
 mod picture;
@@ -49,7 +47,7 @@ pub mod setting;
 mod state;
 pub mod sweep;
 mod timing;
-mod words;
+mod weaknesses;
 
 pub use budget::Budget;
 pub use choose::{Choice, Goal, choose, choose_from};
@@ -69,29 +67,29 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// What a study is to be of.
+/// What a study covers.
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// Names of built-in problems or paths of files; none for all that are built in.
+    /// Names of built-in problems or paths of files; empty for all built-in problems.
     pub problems: Vec<String>,
-    /// What it may spend.
+    /// Limits and settings.
     pub budget: Budget,
     /// The folder for its points.
     pub folder: PathBuf,
-    /// Whether to go on with what is in that folder.
+    /// Whether to continue with the points in that folder.
     pub resume: bool,
     /// Only the case of this name, as in `hanging_mass@1`.
     pub only: Option<String>,
 }
 
-/// Problems with all their cases, and what a study of them is.
+/// Problems with all their cases, and the identity of their study.
 #[derive(Debug, Clone)]
 pub struct Plan {
     /// The problems.
     pub problems: Vec<Problem>,
     /// All their cases.
     pub cases: Vec<Case>,
-    /// What a study of them is.
+    /// Identity of the study.
     pub header: Header,
     texts: Vec<ProblemText>,
 }
@@ -100,7 +98,7 @@ impl Plan {
     /// Reads problems and builds their cases.
     ///
     /// # Errors
-    /// [`StudyError`] for a problem that is not there, is broken, or cannot be built.
+    /// [`StudyError`] for a problem that does not exist, is invalid, or cannot be built.
     pub fn new(names: &[String], budget: &Budget) -> Result<Self, StudyError> {
         let builtin: Vec<String> = registry::PROBLEMS
             .iter()
@@ -140,7 +138,7 @@ impl Plan {
         })
     }
 
-    /// The case of this name.
+    /// The case with this name.
     ///
     /// # Errors
     /// [`StudyError::NoJob`].
@@ -153,11 +151,10 @@ impl Plan {
     }
 }
 
-/// Makes a study, or the part of it that is asked for; `told` hears the share that is done, from 0
-/// to 1.
+/// Makes a study, or the requested part of it. `told` receives the completed fraction, from 0 to 1.
 ///
 /// # Errors
-/// [`StudyError`]; what was found until then is in the points file.
+/// [`StudyError`]; the results so far are in the points file.
 pub fn run(options: &Options, told: impl FnMut(f64) + Send) -> Result<Study, StudyError> {
     let plan = Plan::new(&options.problems, &options.budget)?;
     let cases = match &options.only {
@@ -175,10 +172,10 @@ pub fn run(options: &Options, told: impl FnMut(f64) + Send) -> Result<Study, Stu
     Study::new(plan.header, &plan.problems, &options.budget, &records)
 }
 
-/// Puts the points of several folders together, in a new points file in `folder`.
+/// Merges the points of several folders into a new points file in `folder`.
 ///
 /// # Errors
-/// [`StudyError`] if one of them holds no points, or those of another study.
+/// [`StudyError`] if a folder contains no points, or those of another study.
 pub fn merge(parts: &[PathBuf], folder: &Path) -> Result<Study, StudyError> {
     let mut first: Option<Header> = None;
     let mut texts: Vec<ProblemText> = Vec::new();
@@ -201,7 +198,7 @@ pub fn merge(parts: &[PathBuf], folder: &Path) -> Result<Study, StudyError> {
             match record {
                 Record::Problem(text) if texts.contains(&text) => {}
                 Record::Problem(text) => texts.push(text),
-                // Times of one point from two machines must not be mixed: the first stand.
+                // Times of a point must not be mixed between machines: the first ones are kept.
                 record if !seen.insert((sweep::key(&record), threads)) => {}
                 record => records.push(record),
             }

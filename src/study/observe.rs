@@ -1,4 +1,4 @@
-//! What is observed of a run, and how.
+//! Observed quantities and how they are measured.
 
 use super::{
     physics, rest,
@@ -8,89 +8,89 @@ use crate::solver::{VertexIndex, World};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// What is observed.
+/// An observed quantity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Observe {
-    /// A quantity at rest, which is [found](rest) within so many simulated seconds.
+    /// A quantity at rest; the state of rest is [found](rest) within this simulated time.
     Rest {
-        /// What is measured then.
+        /// The quantity that is measured at rest.
         quantity: Quantity,
-        /// Simulated time at most [s].
+        /// Limit on the simulated time [s].
         seconds: f64,
     },
-    /// Mean period of a particle [s]: time between crossings in the same direction, each placed
-    /// between two ticks by a straight line.
+    /// Mean period of a particle [s]: time between crossings in the same direction, interpolated
+    /// linearly between two ticks.
     Period {
-        /// Body, by its place in the list.
+        /// Index of the body in the list.
         body: usize,
-        /// Particle, by its number in the mesh.
+        /// Vertex number in the mesh.
         particle: u32,
-        /// Along which its place is taken.
+        /// Axis of the crossing.
         axis: Vec3,
-        /// Where it crosses, along the axis [m].
+        /// Position of the crossing along the axis [m].
         at: f64,
-        /// Periods over which the mean is taken, from 1.
+        /// Number of periods in the mean, from 1.
         periods: u32,
-        /// Simulated time at most [s].
+        /// Limit on the simulated time [s].
         seconds: f64,
     },
-    /// Share of the energy that is lost in a period, as a mean over so many seconds.
+    /// Fraction of the energy that is lost per period, as a mean over the simulated time.
     EnergyLoss {
-        /// A period [s].
+        /// Period [s].
         period: f64,
         /// Simulated time [s].
         seconds: f64,
     },
-    /// How far something that is conserved goes from where it began, at most.
+    /// Largest deviation of a conserved quantity from its initial value.
     Drift {
-        /// What is conserved.
+        /// The conserved quantity.
         of: Conserved,
         /// Simulated time [s].
         seconds: f64,
     },
-    /// Where all particles are at these times [s]; the error is their root mean square distance
-    /// to the f64 reference over the size of their body.
+    /// Positions of all particles at these times [s]; the error is their root mean square distance
+    /// to the f64 reference, relative to the size of their body.
     Path {
-        /// Times [s], rising.
+        /// Times [s], ascending.
         times: Vec<f64>,
     },
 }
 
-/// Something measured of a body that rests.
+/// A quantity of a body at rest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Quantity {
-    /// How far a selection has moved along an axis, on average [m].
+    /// Mean displacement of a selection along an axis [m].
     Moved {
-        /// Body, by its place in the list.
+        /// Index of the body in the list.
         body: usize,
-        /// Which particles.
+        /// The selected particles.
         select: Select,
-        /// Along which axis.
+        /// The axis.
         axis: Vec3,
     },
-    /// How far a selection has turned about an axis through its middle [rad].
+    /// Rotation of a selection about an axis through its center [rad].
     Turned {
-        /// Body, by its place in the list.
+        /// Index of the body in the list.
         body: usize,
-        /// Which particles.
+        /// The selected particles.
         select: Select,
-        /// About which axis.
+        /// The axis.
         axis: Vec3,
     },
-    /// By how much a selection has grown along an axis [m].
+    /// Increase of the extent of a selection along an axis [m].
     Widened {
-        /// Body, by its place in the list.
+        /// Index of the body in the list.
         body: usize,
-        /// Which particles.
+        /// The selected particles.
         select: Select,
-        /// Along which axis.
+        /// The axis.
         axis: Vec3,
     },
-    /// Volume over volume at first, less 1.
+    /// Volume relative to the initial volume, minus 1.
     VolumeChange {
-        /// Body, by its place in the list.
+        /// Index of the body in the list.
         body: usize,
     },
 }
@@ -99,9 +99,9 @@ pub enum Quantity {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Select {
-    /// One, by its number in the mesh.
+    /// One vertex, by its number in the mesh.
     Particle(u32),
-    /// Those that are in a box of the world at first [m].
+    /// Particles that are initially in a world-space box [m].
     Within {
         /// Lowest corner.
         low: Vec3,
@@ -110,24 +110,24 @@ pub enum Select {
     },
 }
 
-/// What mechanics conserves.
+/// A conserved quantity of mechanics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Conserved {
     /// Kinetic, potential and elastic energy [J].
     Energy,
     /// Linear momentum [kg·m/s].
     Momentum,
-    /// Angular momentum about the centre of mass [kg·m²/s].
+    /// Angular momentum about the center of mass [kg·m²/s].
     AngularMomentum,
 }
 
-/// What was observed.
+/// The observed values of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Observed {
     /// One number, or all coordinates of a path.
     #[serde(deserialize_with = "super::nan::numbers")]
     pub values: Vec<f64>,
-    /// Whether rest was found, or what was waited for happened; a body that blew up has not.
+    /// Whether rest was found or the awaited event occurred; false for a body that diverged.
     pub settled: bool,
     /// Simulated time [s].
     pub seconds: f64,
@@ -144,7 +144,7 @@ impl Observed {
 }
 
 impl Observe {
-    /// The unit of the numbers.
+    /// The unit of the values.
     #[must_use]
     pub const fn unit(&self) -> &'static str {
         match self {
@@ -164,7 +164,7 @@ impl Observe {
         }
     }
 
-    /// Simulated time at most [s].
+    /// Limit on the simulated time [s].
     #[must_use]
     pub fn seconds(&self) -> f64 {
         match self {
@@ -176,7 +176,7 @@ impl Observe {
         }
     }
 
-    /// The same with less time to come to rest, where it is about that.
+    /// The same with less time to come to rest, if it observes rest.
     #[must_use]
     pub fn within(&self, limit: f64) -> Self {
         let mut shorter = self.clone();
@@ -186,20 +186,20 @@ impl Observe {
         shorter
     }
 
-    /// Whether it is about a body at rest.
+    /// Whether it observes a body at rest.
     #[must_use]
     pub const fn is_static(&self) -> bool {
         matches!(self, Self::Rest { .. })
     }
 
-    /// Whether it is about what is conserved: what never moves conserves everything, and that is no
-    /// answer.
+    /// Whether it observes a conserved quantity: a body that never moves conserves everything,
+    /// which is not a valid result.
     #[must_use]
     pub const fn wants_motion(&self) -> bool {
         matches!(self, Self::EnergyLoss { .. } | Self::Drift { .. })
     }
 
-    /// What is observed of bodies that rest at `state`, where it is about that.
+    /// The observed values of bodies at rest in `state`, if it observes rest.
     #[must_use]
     pub fn at_rest(&self, state: &State, start: &State, world: &World) -> Option<f64> {
         match self {
@@ -208,8 +208,8 @@ impl Observe {
         }
     }
 
-    /// Runs and observes. `start` is where the world begins, `world` what it is made of: the
-    /// solver may have come nearer to rest, or use another compliance.
+    /// Runs and observes. `start` is the initial state; `world` is the original scene, from which
+    /// `solver` may differ in state (nearer to rest) or compliance.
     pub fn run(&self, solver: &mut Solver, start: &State, world: &World) -> Observed {
         let tick = solver.settings().tick_seconds();
         match self {
@@ -272,7 +272,7 @@ impl Observe {
                     let state = solver.state();
                     went = went.max(state.farthest(start));
                     let drift = of.distance(&state, start, world);
-                    // `max` would forget what is not a number.
+                    // `max` would ignore NaN.
                     farthest = if drift <= farthest { farthest } else { drift };
                 }
                 Observed::one(farthest, went > STILL * size(world), *seconds)
@@ -299,8 +299,8 @@ impl Observe {
         }
     }
 
-    /// What 100 % is, where neither the file nor the converged answer says: the size of the body
-    /// for a path, what there was at first for what is conserved, and all of it for a loss.
+    /// Normalization where neither the file nor the converged solution provides one: the size of
+    /// the body for a path, the initial value of a conserved quantity, and 1 for a loss.
     #[must_use]
     pub fn natural_scale(&self, start: &State, world: &World) -> Option<f64> {
         match self {
@@ -328,7 +328,8 @@ pub fn distance(a: &[f64], b: &[f64]) -> f64 {
     }
 }
 
-/// What goes less far than this, as a share of its size, never moved: some roundings of f32.
+/// Largest displacement relative to the size of a body that counts as no motion: a few roundings of
+/// f32.
 const STILL: f64 = 1e-6;
 
 /// Size of the largest body [m].
@@ -366,7 +367,7 @@ impl Conserved {
 }
 
 impl Select {
-    /// Places in the solver's order of the particles of a body.
+    /// Solver indices of the selected particles of a body.
     #[must_use]
     pub fn particles(&self, start: &State, world: &World, body: usize) -> Vec<usize> {
         match self {
@@ -389,7 +390,7 @@ impl Select {
 }
 
 impl Quantity {
-    /// The body that it is about, and the particles of it; none for all.
+    /// The body that is measured, and its particles; none for all.
     #[must_use]
     pub const fn subject(&self) -> (usize, Option<&Select>) {
         match self {

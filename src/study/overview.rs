@@ -1,14 +1,14 @@
-//! What 1 % costs: a row for each problem.
+//! The cost of 1 % error: one row per problem.
 
 use super::{
     Study,
+    page::{number, percent},
     report::TARGETS,
     results::{CaseResult, Point},
-    words::{number, percent},
 };
 use crate::output::document::Block;
 
-/// A row a problem: what 1 % costs.
+/// A table of the cost of 1 % error, one row per problem.
 pub(super) fn table(study: &Study) -> Block {
     let head = ["problem", "mesh", "10 %", "1 %", "0.1 %", "mesh error"];
     let mut rows = Vec::new();
@@ -20,11 +20,11 @@ pub(super) fn table(study: &Study) -> Block {
             rows.push(row);
         }
     }
-    Block::Table(head.map(str::to_owned).to_vec(), rows)
+    Block::table("", &head, rows)
 }
 
-/// The cheapest setting for an error with its cost; where its agreement is coincidental, also the
-/// cheapest that is not.
+/// The cheapest setting for an error, with its cost; if its agreement is coincidental, also the
+/// cheapest setting whose agreement is not.
 pub(super) fn cheapest(case: &CaseResult, error: f64) -> String {
     let cost = |point: &Point| {
         let ms = point.ms.map_or(f64::NAN, |ms| ms.median);

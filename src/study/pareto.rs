@@ -1,8 +1,8 @@
-//! What is worth its cost, and how cost grows: Pareto front, cheapest setting, fitted exponent.
+//! Cost efficiency and scaling: Pareto front, cheapest setting, fitted exponent.
 
-/// Places of the points that no other beats: none is at most as costly and at most as wrong, and
-/// better in one of the two. From the cheapest to the most exact; of equal points, the first.
-/// Points that are not finite are never among them.
+/// Indices of the points on the Pareto front: no other point is at most as costly and at most as
+/// wrong, and better in one of the two. Ordered from the cheapest to the most accurate; of equal
+/// points, the first. Points that are not finite are never included.
 #[must_use]
 pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     let mut places: Vec<usize> = (0..points.len())
@@ -25,15 +25,15 @@ pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     places
 }
 
-/// Place of the cheapest point whose error is at most `error`.
+/// Index of the cheapest point whose error is at most `error`.
 #[must_use]
 pub fn cheapest(points: &[(f64, f64)], error: f64) -> Option<usize> {
     let front = front(points);
     front.into_iter().find(|&place| points[place].1 <= error)
 }
 
-/// Exponent p of y ~ xᵖ, fitted to logarithms by least squares; `None` unless there are two
-/// different x. Points that are not above zero are left out.
+/// Exponent p of y ~ xᵖ, from a least-squares fit of the logarithms; `None` unless there are two
+/// different x. Points that are not positive are ignored.
 #[must_use]
 pub fn exponent(points: &[(f64, f64)]) -> Option<f64> {
     let logs: Vec<(f64, f64)> = points
@@ -59,7 +59,7 @@ mod tests {
         fn no_point_of_the_front_is_dominated_and_every_other_is(
             points in prop::collection::vec((0.0..8.0_f64, 0.0..8.0_f64), 0..40)
         ) {
-            // Rounded, so that there are equal ones.
+            // Rounded, so that some are equal.
             let points: Vec<_> = points.iter().map(|p| (p.0.round(), p.1.round())).collect();
             let front = front(&points);
             let beats = |a: (f64, f64), b: (f64, f64)| a.0 <= b.0 && a.1 <= b.1 && a != b;

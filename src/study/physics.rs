@@ -1,4 +1,4 @@
-//! Energy and momentum of a [`State`], whichever solver it is from, in f64.
+//! Energy and momentum of a [`State`] of either solver, in f64.
 
 use super::state::{BodyState, State};
 use crate::solver::{
@@ -8,8 +8,8 @@ use crate::solver::{
 };
 use glam::DVec3;
 
-/// Kinetic, gravitational (zero at the origin) and elastic energy together [J]. Rigid constraints
-/// store none.
+/// Sum of kinetic, gravitational (zero at the origin) and elastic energy [J]. Rigid constraints
+/// store no energy.
 #[must_use]
 pub fn energy(world: &World, state: &State) -> f64 {
     let gravity = world.settings.gravity.as_dvec3();
@@ -32,7 +32,7 @@ pub fn momentum(state: &State) -> DVec3 {
     all.fold(DVec3::ZERO, |sum, (m, _, v)| sum + v * m)
 }
 
-/// Angular momentum about the centre of mass [kg·m²/s].
+/// Angular momentum about the center of mass [kg·m²/s].
 #[must_use]
 pub fn angular_momentum(state: &State) -> DVec3 {
     let all = || state.bodies.iter().flat_map(moving);
@@ -44,7 +44,8 @@ pub fn angular_momentum(state: &State) -> DVec3 {
     })
 }
 
-/// Volume of all tetrahedra of a body, or of what its surface encloses if it has none [m³].
+/// Total volume of the tetrahedra of a body; without tetrahedra, the volume that its surface
+/// encloses [m³].
 #[must_use]
 pub fn volume(body: &Body, x: &[DVec3]) -> f64 {
     let topology = &body.topology;

@@ -1,9 +1,9 @@
-//! A work–precision diagram as SVG: solver error over cost, a panel for each mesh.
+//! A work–precision diagram as SVG: solver error over cost, one panel per mesh.
 
 use super::{
+    page::number,
     results::{CaseResult, Point, ProblemResult},
     setting::Method,
-    words::number,
 };
 use crate::output::plot::{COLOURS, label_series};
 use plotters::{coord::Shift, prelude::*};
@@ -14,13 +14,13 @@ type Failure = Box<dyn std::error::Error>;
 /// Width and height of a panel.
 const PANEL: (u32, u32) = (620, 460);
 
-/// Errors below this are drawn at it: no eye needs a millionth of a per cent.
+/// Errors below this are drawn at it.
 const LEAST: f64 = 1e-4;
 
-/// Draws a problem; the text of an SVG.
+/// Draws a problem and returns the text of an SVG.
 ///
 /// # Errors
-/// What the plotting crate says.
+/// Errors of the plotting crate.
 pub fn draw(result: &ProblemResult) -> Result<String, Failure> {
     let cases: Vec<&CaseResult> = result
         .cases
@@ -64,7 +64,7 @@ fn panel(area: &Area, case: &CaseResult) -> Result<(), Failure> {
         })
     };
     let (fast, slow) = bounds(&mut drawn.iter().map(|point| point.0));
-    // Below what is known of the converged answer there is nothing to draw.
+    // Errors below the uncertainty of the converged solution are not drawn.
     let known = |error: &f64| {
         case.doubt()
             .is_some_and(|doubt| *error > doubt.max(LEAST / 100.0))
@@ -84,7 +84,7 @@ fn panel(area: &Area, case: &CaseResult) -> Result<(), Failure> {
         .y_label_area_size(78)
         .build_cartesian_2d(
             (fast / 1.6..slow * 2.5).log_scale(),
-            // Above the worst there is room for the legend.
+            // Space above the highest point for the legend.
             (good / 3.0..bad * 30.0).log_scale(),
         )?;
     chart
@@ -133,7 +133,7 @@ fn panel(area: &Area, case: &CaseResult) -> Result<(), Failure> {
             .label(method.name())
             .legend(move |(x, y)| mark((x + 9, y), method, true));
     }
-    // Labels where there is room beside the one before.
+    // Labels are omitted where they would overlap the previous one.
     let mut last: Option<(f64, f64)> = None;
     let (width, tall) = ((slow / fast * 4.0).log10(), (bad / good * 90.0).log10());
     for (place, point) in line.zip(&front) {
@@ -154,7 +154,7 @@ fn panel(area: &Area, case: &CaseResult) -> Result<(), Failure> {
     Ok(())
 }
 
-/// A method's own colour and shape; hollow for what did not come to rest.
+/// Color and shape of a method; hollow for points that did not come to rest.
 fn mark<'a, C: Clone + 'static>(
     at: C,
     method: Method,

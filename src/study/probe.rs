@@ -1,5 +1,5 @@
-//! What a world that is in the middle of something would cost and how wrong it would be at other
-//! settings. For whoever has a world and little time: the panel of the window, say.
+//! Cost and error of other settings for a running world in its current state. For interactive use,
+//! such as the panel of the window.
 
 use super::{
     setting::{Setting, constraints},
@@ -16,40 +16,42 @@ use std::{ops::ControlFlow, time::Instant};
 pub struct ProbePoint {
     /// How it was solved.
     pub setting: Setting,
-    /// Projections of constraints a tick.
+    /// Constraint projections per tick.
     pub projections_per_tick: u64,
-    /// Wall-clock time for a simulated second [ms]; wider with every round.
+    /// Wall-clock time per simulated second [ms]; the spread grows with every round.
     pub ms_per_second: Spread,
-    /// Root mean square distance of the particles to the f64 reference over all ticks, over the size of
-    /// their body; 0.01 is 1 %. Not finite if the body blew up.
+    /// Root mean square distance of the particles to the f64 reference over all ticks, relative to
+    /// the size of their body; 0.01 is 1 %. Not finite if the body diverged.
     pub error: f64,
-    /// How far the f64 reference itself may be off, in the same measure: its distance to one with half as
-    /// many substeps. An error below this is not to be told from it.
+    /// Uncertainty of the f64 reference in the same measure: its distance to a run with half as
+    /// many substeps. Smaller errors cannot be resolved.
     pub uncertainty: f64,
 }
 
-/// What a probe tells while it works.
+/// A progress report of a probe.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ProbeNews {
-    /// The share of the work that is done, from 0 to 1.
+    /// Completed fraction of the work, from 0 to 1.
     Share(f64),
-    /// A point; told again, with the same setting, whenever its time is better known.
+    /// A point; reported again, with the same setting, whenever its time is updated.
     Point(ProbePoint),
 }
 
-/// Times of each setting, one in turn with the others.
+/// Timing rounds; in each, the settings are timed in turn.
 pub const ROUNDS: usize = 5;
 
-/// Limit on the projections of the f64 reference: some three seconds of one thread.
+/// Limit on the projections of the f64 reference: about three seconds on one thread.
 const REFERENCE_PROJECTIONS: u64 = 100_000_000;
 
-/// Sweeps until nothing rigid is violated any more: a dozen times across a body of twenty cells.
+/// Iterations until all rigid constraints are satisfied: about a dozen passes across a body of
+/// twenty cells.
 pub const PROJECTIONS: u32 = 300;
 
-/// A world with what its f64 reference with small steps makes of it, to hold settings against.
+/// A world with the result of its f64 reference with small steps, to which settings are compared.
 ///
-/// All begin where the [rigid](reference::World::project) is satisfied: what a solver that does too
-/// little leaves violated, small steps would turn into speed, and no two could be compared.
+/// All runs start from a state in which [rigid constraints](reference::World::project) are
+/// satisfied: small steps would turn the violations that an unconverged solver leaves into
+/// velocity, and runs could not be compared.
 #[derive(Debug)]
 pub struct Probe {
     world: World,
@@ -60,11 +62,11 @@ pub struct Probe {
 }
 
 impl Probe {
-    /// Lets the f64 reference go on for `seconds`. Tells the share that is done, up to a half; `None` if it
-    /// was stopped.
+    /// Runs the f64 reference for `seconds`. Reports the completed fraction, up to a half; `None`
+    /// if it was stopped.
     ///
     /// # Errors
-    /// [`InvalidValue`] if the f64 reference's steps are out of their range.
+    /// [`InvalidValue`] if the settings of the f64 reference are out of their range.
     pub fn new(
         world: &World,
         seconds: f64,
@@ -120,12 +122,12 @@ impl Probe {
     }
 }
 
-/// Continues a copy of `world` for `seconds` at each of the settings and as an f64 reference with small
-/// steps, and compares. The world is left as it is.
+/// Continues a copy of `world` for `seconds` at each of the settings and as an f64 reference with
+/// small steps, and compares them. The world is not changed.
 ///
-/// Tells every point when it is there, and again whenever its time is better known; when it is told
-/// [`ControlFlow::Break`] in return, it stops and gives what it has. To be run on a thread of its
-/// own: it takes seconds.
+/// Reports every point when it is available, and again whenever its time is updated. If the
+/// callback returns [`ControlFlow::Break`], the probe stops and returns the points so far. It takes
+/// seconds and should run on its own thread.
 ///
 /// # Errors
 /// [`InvalidValue`] for substeps or iterations out of their range.
@@ -163,7 +165,8 @@ pub fn probe(
     Ok(points)
 }
 
-/// A copy of a world in which constraints that are rigid at this number of substeps are satisfied, by the f64 reference.
+/// A copy of a world in which the f64 reference has satisfied the constraints that are rigid at
+/// this number of substeps.
 fn projected(world: &World, substeps: u32) -> Result<World, InvalidValue> {
     let fine = Setting::xpbd(substeps, world.settings.iterations.get()).applied(world)?;
     let mut reference = reference::World::of(&fine);
@@ -177,11 +180,11 @@ fn projected(world: &World, substeps: u32) -> Result<World, InvalidValue> {
     Ok(world)
 }
 
-/// Substeps of the f64 reference: 64 times as many as the world has, or what can be afforded.
+/// Substeps of the f64 reference: 64 times those of the world, or as many as the limit allows.
 fn reference_substeps(world: &World, seconds: f64) -> u32 {
     let ticks = (seconds * world.settings.rate.get()).max(1.0);
-    let sweeps = u64::from(world.settings.iterations.get());
-    let each = constraints(world).max(1) as u64 * sweeps * ticks.round() as u64;
+    let iterations = u64::from(world.settings.iterations.get());
+    let each = constraints(world).max(1) as u64 * iterations * ticks.round() as u64;
     let affordable = u32::try_from(REFERENCE_PROJECTIONS / each.max(1)).unwrap_or(u32::MAX);
     let wanted = world.settings.substeps.get().saturating_mul(64);
     wanted
@@ -205,7 +208,7 @@ fn timed_path(world: World, seconds: f64) -> (Vec<State>, f64) {
     (path, spent * 1e3 / simulated)
 }
 
-/// Root mean square distance of particles over ticks, over the size of their body.
+/// Root mean square distance of particles over ticks, relative to the size of their body.
 fn distance(world: &World, path: &[State], converged: &[State]) -> f64 {
     let (mut sum, mut count) = (0.0, 0);
     for (here, there) in path.iter().zip(converged) {

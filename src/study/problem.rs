@@ -1,4 +1,4 @@
-//! The problem file: a scene, how it is refined, what is observed, what that is held against.
+//! The problem file: a scene, its refinement, the observed quantity, and the reference for it.
 
 use super::{
     StudyError,
@@ -21,7 +21,7 @@ use std::path::Path;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Problem {
-    /// What commands call it: the name of its file; not in the file.
+    /// Its name in commands: the name of its file; not in the file.
     #[serde(skip)]
     pub name: String,
     /// The text of its file; not in the file.
@@ -32,22 +32,23 @@ pub struct Problem {
     pub hash: String,
     /// Its title.
     pub title: String,
-    /// What it is about, and what its answer means.
+    /// Its subject, and the meaning of its result.
     pub about: String,
-    /// The scene, in the format of scene files. Its acceptance is not judged.
+    /// The scene, in the format of scene files. Its acceptance is not evaluated.
     pub scene: Scene,
-    /// From coarse to fine; none for the scene as it is.
+    /// Meshes from coarse to fine; none for the scene as it is.
     #[serde(default)]
     pub levels: Vec<Level>,
-    /// What is observed.
+    /// The observed quantity.
     pub observe: Observe,
-    /// What that is held against.
+    /// The reference that it is compared with.
     pub reference: Reference,
-    /// What 100 % is, in the unit of what is observed; none for the converged answer itself, the
-    /// size of the body for a path, and what there was at first for what is conserved.
+    /// Normalization of the error, in the unit of the observed quantity; none for the converged
+    /// solution itself, the size of the body for a path, and the initial value of a conserved
+    /// quantity.
     #[serde(default)]
     pub percent_of: Option<f64>,
-    /// How the f64 reference converges.
+    /// Settings of the f64 reference.
     #[serde(default, alias = "twin")]
     pub converged: ReferenceSettings,
 }
@@ -56,25 +57,26 @@ pub struct Problem {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Level {
-    /// What it is called, as in `4 cells`.
+    /// Its name, such as `4 cells`.
     pub name: String,
-    /// The bodies of the scene on this mesh; what depends on the mesh, as a compliance by the
-    /// spring does, changes with it.
+    /// The bodies of the scene on this mesh, including parameters that depend on the mesh, such as
+    /// the compliance per spring.
     pub bodies: Vec<BodySpec>,
 }
 
-/// Where what is observed is not a [static equilibrium](super::converge), the f64 reference is run with these settings and with twice as many substeps; with four times as many
-/// too if what is observed moves.
+/// Settings of the f64 reference, for observations other than a [static
+/// equilibrium](super::converge). It is run with these settings and with twice as many substeps;
+/// for motion, also with four times as many.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReferenceSettings {
-    /// Substeps a tick at first, from 1 to 2500; 128 by default.
+    /// Substeps per tick of the first run, from 1 to 2500; 128 by default.
     pub substeps: u32,
-    /// Iterations a substep, from 1; 1 by default.
+    /// Iterations per substep, from 1; 1 by default.
     pub iterations: u32,
-    /// Whether rest is found with multipliers that are kept from substep to substep, as it is by
-    /// default. Where constraints are rigid that can swing ever wider; they are then to begin anew,
-    /// and rest is extrapolated from h, h/2 and h/4 like motion.
+    /// Whether multipliers are kept from substep to substep in the search for rest; true by
+    /// default. With rigid constraints this can diverge in growing oscillations; multipliers must
+    /// then be reset, and rest is extrapolated from h, h/2 and h/4 like motion.
     pub keeps_multipliers: bool,
 }
 
@@ -93,15 +95,15 @@ impl Default for ReferenceSettings {
 pub struct Case {
     /// The problem.
     pub problem: Problem,
-    /// Which of its meshes, from 0.
+    /// Index of the mesh, from 0.
     pub level: usize,
-    /// What the mesh is called.
+    /// Name of the mesh.
     pub level_name: String,
-    /// How many meshes the problem has.
+    /// Number of meshes of the problem.
     pub levels: usize,
-    /// Its world, in the state that it starts from.
+    /// Its world, in the initial state.
     pub world: World,
-    /// The same state in f64.
+    /// The initial state in f64.
     pub start: State,
 }
 
@@ -109,7 +111,7 @@ impl Problem {
     /// A built-in problem by its name, or a file by its path.
     ///
     /// # Errors
-    /// [`StudyError`] naming what was asked for, or file, line and column.
+    /// [`StudyError`] with the requested name, or with file, line and column.
     pub fn load(name: &str) -> Result<Self, StudyError> {
         if let Some(builtin) = registry::find(name) {
             return Self::parse(name, &format!("{name}.ron"), builtin.text);
@@ -135,10 +137,10 @@ impl Problem {
         Ok(problem)
     }
 
-    /// Reads the text of a problem file; `file` is what errors call it.
+    /// Parses the text of a problem file; `file` is its name in error messages.
     ///
     /// # Errors
-    /// [`StudyError::Scene`] with line and column, [`StudyError::Problem`] for what makes no sense.
+    /// [`StudyError::Scene`] with line and column, [`StudyError::Problem`] for inconsistencies.
     pub fn parse(name: &str, file: &str, text: &str) -> Result<Self, StudyError> {
         let mut problem: Self = parse(file, text)?;
         name.clone_into(&mut problem.name);
@@ -148,7 +150,7 @@ impl Problem {
         Ok(problem)
     }
 
-    /// Its text with what a reader of it needs to know.
+    /// Its text with everything that is needed to parse it again.
     pub(super) fn to_record(&self) -> ProblemText {
         ProblemText {
             name: self.name.clone(),
@@ -166,7 +168,8 @@ impl Problem {
     /// One case for each mesh.
     ///
     /// # Errors
-    /// [`StudyError`] for a scene that cannot be built, or an observation of what it has not.
+    /// [`StudyError`] for a scene that cannot be built, or an observation of something that it does
+    /// not contain.
     pub fn cases(&self) -> Result<Vec<Case>, StudyError> {
         let count = self.levels.len().max(1);
         (0..count).map(|level| self.case(level, count)).collect()
@@ -244,7 +247,7 @@ impl Problem {
 }
 
 impl Case {
-    /// What commands call it: the name of the problem, and the number of the mesh from 1.
+    /// Its name in commands: the name of the problem, and the number of the mesh from 1.
     #[must_use]
     pub fn id(&self) -> String {
         format!("{}@{}", self.problem.name, self.level + 1)

@@ -1,4 +1,4 @@
-//! What a study finds, piece by piece, as it is kept in the points file: a line of JSON each.
+//! Results of a study as they are stored in the points file: one line of JSON per record.
 
 use super::{converge::Converged, observe::Observed, residual::Residuals, setting::Setting};
 use serde::{Deserialize, Serialize};
@@ -9,17 +9,17 @@ use serde::{Deserialize, Serialize};
 pub enum Record {
     /// The first line.
     Study(Header),
-    /// A problem, as its file has it.
+    /// A problem with the text of its file.
     Problem(ProblemText),
-    /// The converged answer of a case.
+    /// The converged solution of a case.
     Reference(ReferenceRecord),
-    /// A run: what is the same on every machine.
+    /// A run: the part that is identical on every machine.
     Run(RunRecord),
-    /// What a setting takes: what differs by machine.
+    /// The times of a setting: the part that differs between machines.
     Time(TimeRecord),
 }
 
-/// What a study is of. Two that are to be put together have the same.
+/// Identity of a study. Studies can be merged if their headers are equal.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Header {
     /// Version of the program.
@@ -33,21 +33,21 @@ pub struct Header {
 /// A problem of the study.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ProblemText {
-    /// What commands call it.
+    /// Its name in commands.
     pub name: String,
     /// The text of its file.
     pub text: String,
-    /// The folder that mesh files are beside.
+    /// The parent folder of mesh files.
     pub folder: String,
 }
 
-/// The converged answer of a case.
+/// The converged solution of a case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceRecord {
     /// The case.
     pub case: String,
-    /// The answer; none if there is no static equilibrium and the f64 reference would take more than the budget
-    /// has.
+    /// The solution; none if there is no static equilibrium and the f64 reference would exceed the
+    /// budget.
     pub converged: Option<Converged>,
 }
 
@@ -56,33 +56,33 @@ pub struct ReferenceRecord {
 pub struct RunRecord {
     /// The case.
     pub case: String,
-    /// How it was solved.
+    /// Method, substeps and iterations.
     pub setting: Setting,
-    /// What came out.
+    /// The observed values.
     pub observed: Observed,
-    /// What its last substep left of its equations.
+    /// Residuals of its last substep.
     pub residuals: Option<Residuals>,
-    /// Farthest that a particle was from the origin at the end [m].
+    /// Largest distance of a particle from the origin at the end [m].
     #[serde(deserialize_with = "super::nan::number")]
     pub reach: f64,
 }
 
-/// Times of one setting.
+/// Times of a setting.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TimeRecord {
     /// The case.
     pub case: String,
-    /// How it was solved.
+    /// Method, substeps and iterations.
     pub setting: Setting,
-    /// Threads that it was given.
+    /// Number of threads.
     pub threads: usize,
-    /// Time of a simulated second in each round [ms].
+    /// Time per simulated second in each round [ms].
     pub ms_per_second: Vec<f64>,
-    /// On what.
+    /// The machine that it was timed on.
     pub machine: String,
 }
 
-/// The machine that this is, as points carry it: processor, threads, instructions, system.
+/// Description of this machine as stored with points: processor, threads, instruction set, system.
 #[must_use]
 pub fn machine() -> String {
     let processor = std::fs::read_to_string("/proc/cpuinfo")

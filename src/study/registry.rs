@@ -1,9 +1,10 @@
-//! The built-in problems: in the program itself, so that an installed one needs no folder.
+//! The built-in problems, compiled into the program, so that an installed binary needs no data
+//! folder.
 
-/// A problem that comes with the program.
+/// A built-in problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BuiltinProblem {
-    /// What commands call it.
+    /// Its name in commands.
     pub name: &'static str,
     /// The text of its file.
     pub text: &'static str,

@@ -1,10 +1,9 @@
-//! The folder that a study leaves behind: `points.csv`, a diagram for each problem, `report.md`,
-//! `report.html` that opens by itself, and `study.json`.
+//! The output folder of a study: `points.csv`, a diagram for each problem, `report.md`, a
+//! self-contained `report.html`, and `study.json`.
 
 use super::{
-    Study, StudyError, picture,
+    Study, StudyError, page, picture,
     results::{CaseResult, Point, ProblemResult},
-    words,
 };
 use crate::{
     bench::Spread,
@@ -13,35 +12,35 @@ use crate::{
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// Errors for which the cheapest setting is told.
+/// Error targets for which the cheapest setting is reported.
 pub const TARGETS: [f64; 3] = [0.1, 0.01, 0.001];
 
 /// Writes all files of a study into its folder.
 ///
 /// # Errors
-/// [`StudyError::Output`] naming the file and what the system said.
+/// [`StudyError::Output`] with the file and the system's message.
 pub fn write(folder: &Path, study: &Study) -> Result<(), StudyError> {
     let save = |name: &str, text: &str| {
         let path = folder.join(name);
         std::fs::write(&path, text).map_err(|error| StudyError::unwritable(&path, error))
     };
-    let mut blocks = words::beginning(study);
+    let mut blocks = page::beginning(study);
     for problem in &study.problems {
-        blocks.extend(words::problem(study, problem));
+        blocks.extend(page::problem(problem));
         if problem.drawable() {
             let file = format!("{}.svg", problem.problem.name);
             let svg = picture::draw(problem)
                 .map_err(|error| StudyError::unwritable(&folder.join(&file), error))?;
             save(&file, &svg)?;
             blocks.push(Block::Figure {
-                caption: words::caption(problem),
+                caption: page::caption(problem),
                 file,
                 svg,
             });
         }
-        blocks.extend(words::tables(problem));
+        blocks.extend(page::front(problem));
     }
-    blocks.extend(words::end(study));
+    blocks.extend(page::end(study));
     save("report.md", &document::markdown(&blocks))?;
     save("report.html", &document::html("Accuracy vs. cost", &blocks))?;
     let object = serde_json::to_string_pretty(&json(study));
@@ -51,7 +50,7 @@ pub fn write(folder: &Path, study: &Study) -> Result<(), StudyError> {
     write_csv(&folder.join("points.csv"), study)
 }
 
-/// The study as one object.
+/// The study as one JSON object.
 #[must_use]
 pub fn json(study: &Study) -> Value {
     json!({
@@ -152,7 +151,7 @@ fn point_json(case: &CaseResult, point: &Point) -> Value {
     })
 }
 
-/// Names of the columns of `points.csv`, with units; errors and residuals are shares, 0.01 is 1 %.
+/// Column names of `points.csv`, with units; errors and residuals are fractions: 0.01 is 1 %.
 pub const COLUMNS: [&str; 22] = [
     "problem",
     "level",
@@ -229,8 +228,8 @@ fn row(problem: &ProblemResult, case: &CaseResult, point: &Point) -> [String; CO
     ]
 }
 
-/// The study in a few sentences: where it loses, then a line a problem.
+/// The study in a few lines: its weaknesses, then a line for each problem.
 #[must_use]
 pub fn summary(study: &Study) -> Vec<String> {
-    words::summary(study)
+    page::summary(study)
 }

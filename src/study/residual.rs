@@ -1,9 +1,9 @@
-//! What a substep leaves of the two equations that it solves.
+//! The residuals of the two equations that a substep solves.
 //!
-//! An implicit step asks for C + αλ/h² = 0 of every constraint, and for M(x − x̃) = Σ∇C λ of every
-//! particle, x̃ being where it would go alone (XPBD, equations 8 and 9). The sweeps of position-based
-//! dynamics keep the second nearly, but for gradients that turn, and let the first be off; in f32
-//! it is rounding that breaks the second, by m ε‖x‖/h².
+//! An implicit step requires C + αλ/h² = 0 for every constraint and M(x − x̃) = Σ∇C λ for every
+//! particle, where x̃ is the predicted position (XPBD, equations 8 and 9). The iterations of
+//! position-based dynamics satisfy the second nearly, except for the rotation of gradients, and
+//! leave a residual in the first; in f32, rounding violates the second by m ε‖x‖/h².
 
 use crate::solver::{
     Body, Rate, Substeps, World,
@@ -20,12 +20,13 @@ pub struct Residuals {
     /// Primal: root mean square of C + αλ/h² over rest lengths and volumes.
     #[serde(deserialize_with = "super::nan::number")]
     pub primal: f64,
-    /// Dual: what is left of M(x − x̃)/h² − Σ∇C λ/h², over M(x − x̃)/h²; none where contacts or
-    /// hands act too, and where no constraint does anything.
+    /// Dual: residual M(x − x̃)/h² − Σ∇C λ/h² relative to M(x − x̃)/h²; none where contacts or
+    /// grabs act as well, and where no constraint acts.
     pub dual: Option<f64>,
 }
 
-/// Takes one substep more and looks at it; `None` if the settings leave no room for that.
+/// Takes one additional substep and measures it; `None` if that requires settings out of their
+/// range.
 #[must_use]
 pub fn residuals(world: &World) -> Option<Residuals> {
     let mut world = world.clone();
@@ -71,7 +72,7 @@ fn primal_of(body: &Body, h: f32) -> SquareSum {
     measure::residuals(&body.effects, &body.topology, particles, &body.states, h)
 }
 
-/// Adds up ∇C λ over the constraints of all effects.
+/// Sums ∇C λ over the constraints of all effects.
 struct Pull<'a>(&'a Body, Vec<DVec3>);
 
 impl Visit for Pull<'_> {
@@ -89,7 +90,7 @@ impl Visit for Pull<'_> {
     }
 }
 
-/// Sums of squares over particles: of what is left, and of M(x − x̃).
+/// Sums of squares over particles: of the residual, and of M(x − x̃).
 fn dual_of(body: &Body, alone: &[DVec3]) -> (f64, f64) {
     let positions = &body.particles.positions;
     let mut pull = Pull(body, vec![DVec3::ZERO; positions.len()]);

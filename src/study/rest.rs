@@ -1,51 +1,56 @@
 //! Finding rest by kinetic damping.
 //!
-//! An undamped body vibrates for long before it rests. Here it is put back, without velocity, to where its kinetic energy
-//! had a peak, whenever that has passed (dynamic relaxation; Cundall 1976, Barnes 1988): there it is near its equilibrium.
-//! The peak is that of a parabola through the energies of three ticks: taken for the end of a tick, it would be the
-//! turning point of a vibration of six ticks, which would go on for ever. The result is a state that a substep maps onto
-//! itself, the same that the body would reach by itself, with all the compliance of a solver that has not converged.
+//! An undamped body vibrates for a long time before it comes to rest. Whenever its kinetic energy
+//! has passed a peak, the body is put back to its state at the peak, without velocity (dynamic
+//! relaxation; Cundall 1976, Barnes 1988): there it is near its equilibrium. The peak is that of a
+//! parabola through the energies of three ticks. If the end of a tick were taken instead, a
+//! vibration with a period of six ticks would be reset to its turning point and never decay. The
+//! result is a fixed point of the substep, the same state that the body would reach without resets,
+//! including the excess compliance of an unconverged solver.
 //!
-//! It counts as rest when particles hardly move and forces balance: a body that is stopped so often that it only creeps is
-//! still pushed by what is left of its load.
+//! Rest requires small motion and balanced forces: a body that is reset so often that it only
+//! creeps moves little, but part of its load is still unbalanced.
 
 use super::state::{Solver, State};
 
 /// How a search for rest ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rest {
-    /// Whether it came to rest within its time.
+    /// Whether the body came to rest within its time.
     pub settled: bool,
-    /// Simulated time that it took [s].
+    /// Simulated time until rest [s].
     pub seconds: f64,
 }
 
-/// A body is at rest when its mean position over [`WINDOW`] is twice so near to the one before, as a fraction of its size
-/// (root mean square over particles), and when it moves by no more in any tick of the window: a mean alone does not see
-/// vibrations. Stopped in every second tick of T = 1/60 s, a mode of ω = 3/s that is off by A would still go 0.075 A in a
-/// window, so what is left is some ten times this.
+/// A body is at rest when its mean position over a [`WINDOW`] differs from the previous mean by at
+/// most this in two successive windows, as a fraction of its size (root mean square over
+/// particles), and it moves by no more than this in any tick of the window: the mean alone does not
+/// detect vibrations. A mode of ω = 3/s that is displaced by A and reset in every second tick of
+/// T = 1/60 s would still travel 0.075 A in a window, so the remaining error is about ten times this
+/// value.
 const FAST_STEP: f64 = 2e-6;
 
-/// The same for the f64 reference, which does not round so early.
+/// Same for the f64 reference, which has smaller rounding errors.
 const REFERENCE_STEP: f64 = 2e-8;
 
-/// What is left of the forces on all particles, over their weight, is at most this. It is the change of
-/// velocity over a [`WINDOW`], so that what trembles cancels. A load that is off by a share moves what
-/// rests by about the same share, and 0.1 % is the smallest error that a study asks for.
+/// Limit of the residual forces on all particles relative to their weight, computed from the change
+/// of velocity over a [`WINDOW`], so that jitter cancels. A relative error of the load changes the
+/// state of rest by about the same fraction, and 0.1 % is the smallest error target of a study.
 const FAST_IMBALANCE: f64 = 1e-3;
 
-/// The same for the f64 reference, whose steps are a hundredth too.
+/// Same for the f64 reference, whose step limit is a hundredth as well.
 const REFERENCE_IMBALANCE: f64 = 1e-5;
 
 /// See [`FAST_STEP`] [s].
 const WINDOW: f64 = 0.5;
 
-/// Steps until nothing moves, or `seconds` are over. `size` [m] is that of the largest body.
+/// Steps until the body is at rest or `seconds` have passed. `size` [m] is the size of the largest
+/// body.
 pub fn find(solver: &mut Solver, size: f64, seconds: f64) -> Rest {
     let tick = solver.settings().tick_seconds();
     let (least, imbalance) = match solver {
         Solver::Fast(_) => {
-            // A particle may hop between two numbers of f32.
+            // A particle may alternate between two adjacent f32 values.
             let ulp = f64::from(f32::EPSILON) * solver.state().reach();
             ((FAST_STEP * size).max(ulp / 2.0), FAST_IMBALANCE)
         }
@@ -59,8 +64,8 @@ pub fn find(solver: &mut Solver, size: f64, seconds: f64) -> Rest {
     let mut energies = [0.0; 2];
     let mut near = 0;
     let (mut sum, mut last) = (before.zero(), None::<State>);
-    // Where a particle goes in a tick [m], and how much farther than in the one before, over a window; and the largest
-    // speed of the body in it [m/s].
+    // Over a window: displacement of each particle in the last tick [m], its sum of changes from
+    // tick to tick, and the maximum speed of the body [m/s].
     let (mut way, mut gained, mut fastest) = (before.zero(), before.zero(), 0.0_f64);
     for done in 1..=solver.ticks(seconds) {
         solver.tick();

@@ -1,4 +1,4 @@
-//! What was found, put together: errors, costs, fronts.
+//! The combined results of a study: errors, costs, Pareto fronts.
 
 use super::{
     StudyError,
@@ -14,42 +14,42 @@ use super::{
 };
 use crate::bench::Spread;
 
-/// A study that was made, whole or in parts.
+/// A study, complete or assembled from parts.
 #[derive(Debug, Clone)]
 pub struct Study {
-    /// What it is of.
+    /// Its identity.
     pub header: Header,
     /// Its problems, in order.
     pub problems: Vec<ProblemResult>,
-    /// The machines that times are from.
+    /// The machines on which settings were timed.
     pub machines: Vec<String>,
 }
 
-/// What was found of a problem.
+/// The results of a problem.
 #[derive(Debug, Clone)]
 pub struct ProblemResult {
     /// The problem.
     pub problem: Problem,
-    /// What the continuum says, by a closed form or by what the meshes tend to; in its unit.
+    /// The value for the continuum, by a closed form or by mesh extrapolation, in its unit.
     pub reference: Option<f64>,
-    /// Order in which the meshes tend to it, where three of them show one.
+    /// Order of convergence under mesh refinement, where three meshes show one.
     pub mesh_order: Option<f64>,
     /// Its meshes, from coarse to fine.
     pub cases: Vec<CaseResult>,
 }
 
-/// What was found on a mesh.
+/// The results on a mesh.
 #[derive(Debug, Clone)]
 pub struct CaseResult {
     /// The case.
     pub case: Case,
-    /// The converged answer, if it could be afforded.
+    /// The converged solution, if the budget allows it.
     pub converged: Option<Converged>,
-    /// What an error of 1 is, in the unit of what is observed.
+    /// Normalization of errors, in the unit of the observed value.
     pub scale: Option<f64>,
-    /// Converged answer against the continuum: 0.01 is 1 %.
+    /// Error of the converged solution against the continuum: 0.01 is 1 %.
     pub mesh_error: Option<f64>,
-    /// All settings, asked and skipped.
+    /// All settings, including those that were skipped.
     pub points: Vec<Point>,
 }
 
@@ -58,31 +58,31 @@ pub struct CaseResult {
 pub struct Point {
     /// How it was solved.
     pub setting: Setting,
-    /// Projections of constraints a tick.
+    /// Constraint projections per tick.
     pub projections_per_tick: u64,
     /// Substep [s].
     pub h: f64,
-    /// The run; none if it was skipped as too costly, or not made yet.
+    /// The run; none if it was skipped as too expensive or has not been made yet.
     pub run: Option<RunRecord>,
-    /// Distance to the converged answer: 0.01 is 1 %.
+    /// Distance to the converged solution: 0.01 is 1 %.
     pub error: Option<f64>,
-    /// Whether the error is less than what the converged answer itself may be off.
+    /// Whether the error is smaller than the uncertainty of the converged solution.
     pub below_reference: bool,
-    /// What the discrete method itself should give, where a closed form tells.
+    /// The value that the discrete method itself should give, where a closed form is known.
     pub predicted: Option<f64>,
-    /// Time of a simulated second on one thread [ms].
+    /// Time per simulated second on one thread [ms].
     pub ms: Option<Spread>,
-    /// The same with all threads, where they are used at all, and how many.
+    /// Same with all threads, where the solver uses them, with their number.
     pub ms_all: Option<(usize, Spread)>,
     /// The machine that it was timed on.
     pub machine: Option<String>,
-    /// Hash of its scene and its settings.
+    /// Hash of its scene and settings.
     pub hash: String,
 }
 
 impl Point {
-    /// Cost in ms per simulated second and error, if it counts: it was timed, and what it says is
-    /// an answer.
+    /// Cost [ms per simulated second] and error, if the point is valid: it was timed, and its run
+    /// produced a usable result.
     #[must_use]
     pub fn cost_and_error(&self) -> Option<(f64, f64)> {
         let settled = self.run.as_ref().is_some_and(|run| run.observed.settled);
@@ -90,7 +90,7 @@ impl Point {
         (settled && error.is_finite()).then_some((ms.median, error))
     }
 
-    /// The number observed, where it is one.
+    /// The observed value, if it is a single number.
     #[must_use]
     pub fn value(&self) -> Option<f64> {
         match self.run.as_ref()?.observed.values[..] {
@@ -99,14 +99,14 @@ impl Point {
         }
     }
 
-    /// Whether it came to rest, or what was waited for happened.
+    /// Whether it came to rest, or the awaited event occurred.
     #[must_use]
     pub fn settled(&self) -> bool {
         self.run.as_ref().is_some_and(|run| run.observed.settled)
     }
 
-    /// Whether its time cannot be told from another's: what lies between their lowest and highest
-    /// overlaps.
+    /// Whether its time is within timing noise of another's: their ranges from lowest to highest
+    /// overlap.
     #[must_use]
     pub fn is_within_noise_of(&self, other: &Self) -> bool {
         match (self.ms, other.ms) {
@@ -117,7 +117,7 @@ impl Point {
 }
 
 impl Study {
-    /// Puts records together. `cases` are those of `problems`, in order.
+    /// Combines records. `cases` are those of `problems`, in order.
     ///
     /// # Errors
     /// [`StudyError`] for a problem whose scene cannot be built.
@@ -165,7 +165,7 @@ fn problem_result(
     }
     let finest = cases.iter().rposition(|case| case.answer().is_some());
     for (place, case) in cases.iter_mut().enumerate() {
-        // Against itself the finest mesh would have no error, which says nothing.
+        // The finest mesh would be compared with itself: the error of 0 means nothing.
         let itself = problem.reference == Reference::FinestMesh
             && mesh_order.is_none()
             && finest == Some(place);
@@ -183,11 +183,11 @@ fn problem_result(
     })
 }
 
-/// Orders in which meshes may tend to an answer, for it to be extrapolated.
+/// Orders of mesh convergence at which extrapolation is accepted.
 const MESH_ORDERS: std::ops::RangeInclusive<f64> = 0.5..=4.0;
 
-/// What answers on finer and finer meshes, each with half the cells of the next, tend to, and the
-/// order if there is one; the finest of two or more otherwise.
+/// The limit of results on successively finer meshes, each with twice the cells of the one before,
+/// and the order if there is one; otherwise the result of the finest of two or more.
 fn tend_to(answers: &[f64]) -> (Option<f64>, Option<f64>) {
     match *answers {
         [.., a, b, c] => {
@@ -219,7 +219,7 @@ fn case_result(case: Case, budget: &Budget, records: &[Record]) -> CaseResult {
             _ => {}
         }
     }
-    // Where one of the f64 reference's runs blew up, the other alone tells nothing.
+    // If one of the f64 reference's runs diverged, the other alone has no known uncertainty.
     converged = converged.filter(|converged: &Converged| converged.uncertainty.is_finite());
     let scale = case
         .problem
@@ -296,7 +296,7 @@ fn point(
 }
 
 impl CaseResult {
-    /// The converged number, where it is one and was found.
+    /// The converged value, if it is a single number and was found.
     #[must_use]
     pub fn answer(&self) -> Option<f64> {
         match self.converged.as_ref()?.values[..] {
@@ -305,21 +305,21 @@ impl CaseResult {
         }
     }
 
-    /// Hash of the scene and all settings of its figure.
+    /// Hash of the scene and all settings.
     #[must_use]
     pub fn hash(&self) -> String {
         let all: Vec<&str> = self.points.iter().map(|point| &point.hash[..]).collect();
         hash::of(&all.join(" "))
     }
 
-    /// Points that count, as places with cost and error.
+    /// Indices of the valid points, and their costs and errors.
     fn counting(&self) -> (Vec<usize>, Vec<(f64, f64)>) {
         let all = self.points.iter().enumerate();
         all.filter_map(|(place, point)| Some((place, point.cost_and_error()?)))
             .unzip()
     }
 
-    /// Points that no other beats in both cost and error, from the cheapest.
+    /// Points on the Pareto front of cost and error, from the cheapest.
     #[must_use]
     pub fn front(&self) -> Vec<&Point> {
         let (places, figures) = self.counting();
@@ -327,7 +327,7 @@ impl CaseResult {
         front.map(|place| &self.points[places[place]]).collect()
     }
 
-    /// The cheapest point that is at most so wrong, and others whose cost cannot be told from it.
+    /// The cheapest point whose error is at most `error`, and others within timing noise of it.
     #[must_use]
     pub fn cheapest(&self, error: f64) -> Option<(&Point, Vec<&Point>)> {
         let (places, figures) = self.counting();
@@ -342,7 +342,7 @@ impl CaseResult {
         Some((best, rivals))
     }
 
-    /// The least error of all points that count.
+    /// The smallest error of all valid points.
     #[must_use]
     pub fn best(&self) -> Option<&Point> {
         self.front().last().copied()
@@ -350,7 +350,7 @@ impl CaseResult {
 }
 
 impl ProblemResult {
-    /// Whether there is a point to draw.
+    /// Whether there is a point to plot.
     #[must_use]
     pub fn drawable(&self) -> bool {
         self.cases.iter().any(|case| case.best().is_some())
@@ -358,8 +358,8 @@ impl ProblemResult {
 }
 
 impl ProblemResult {
-    /// The finest mesh that errors are known of at more settings than any coarser one; what is
-    /// said of a problem is said of it.
+    /// The finest mesh among those with errors at the most settings; statements about a problem
+    /// refer to it.
     #[must_use]
     pub fn finest_with_errors(&self) -> Option<&CaseResult> {
         let count = |case: &CaseResult| {
@@ -376,20 +376,20 @@ impl ProblemResult {
 }
 
 impl CaseResult {
-    /// The point of a setting.
+    /// The point with this setting.
     #[must_use]
     pub fn point(&self, setting: Setting) -> Option<&Point> {
         self.points.iter().find(|point| point.setting == setting)
     }
 
-    /// How far the converged answer itself may be off: 0.01 is 1 %.
+    /// Uncertainty of the converged solution: 0.01 is 1 %.
     #[must_use]
     pub fn doubt(&self) -> Option<f64> {
         let converged = self.converged.as_ref()?;
         Some(converged.uncertainty / self.scale?)
     }
 
-    /// How many machines its times are from.
+    /// Number of machines on which it was timed.
     #[must_use]
     pub fn machines(&self) -> usize {
         let all = self

@@ -1,16 +1,17 @@
-//! Substeps against iterations: the same projections, spent on the one or the other.
+//! Substeps versus iterations at the same number of projections.
 
 use super::{
     Study,
     closed_form::Reference,
+    page::{number, percent},
     results::{CaseResult, ProblemResult},
     setting::Method,
-    words::{number, percent},
 };
+use crate::output::document::Block;
 use std::collections::BTreeMap;
 
-/// Of equal projections, errors of the most substeps and of the most iterations, by projections.
-/// Only of points that settled, where both were tried.
+/// For each number of projections: errors with the most substeps and with the most iterations. Only
+/// settled points, where both were tried.
 #[must_use]
 pub fn pairs(case: &CaseResult) -> Vec<(u64, f64, f64)> {
     let mut by_projections: BTreeMap<u64, Vec<(u32, f64)>> = BTreeMap::new();
@@ -35,8 +36,8 @@ pub fn pairs(case: &CaseResult) -> Vec<(u64, f64, f64)> {
         .collect()
 }
 
-/// Mean of log₁₀(error with substeps / error with iterations): below 0 substeps win. Errors below
-/// what is known of the reference are taken for that.
+/// Mean of log₁₀(error with substeps / error with iterations): negative where substeps win. Errors
+/// below the uncertainty of the reference are replaced by it.
 #[must_use]
 pub fn advantage(case: &CaseResult) -> Option<f64> {
     let least = case.doubt().unwrap_or(0.0).max(1e-9);
@@ -47,48 +48,57 @@ pub fn advantage(case: &CaseResult) -> Option<f64> {
     (!pairs.is_empty()).then(|| logs.sum::<f64>() / pairs.len() as f64)
 }
 
-/// One sentence a problem, and the crossover of chains.
-pub(super) fn sentences(study: &Study) -> Vec<String> {
-    let mut sentences: Vec<String> = crossover(study).into_iter().collect();
-    for problem in &study.problems {
-        sentences.extend(sentence(problem));
+/// Comparison at equal projections for each problem, and by compliance for the chains.
+pub(super) fn tables(study: &Study) -> Vec<Block> {
+    let rows: Vec<_> = study.problems.iter().filter_map(row).collect();
+    let mut blocks = vec![Block::table(
+        "Error at equal projections: most substeps against most iterations",
+        &[
+            "problem",
+            "substeps better at [projections per tick]",
+            "iterations better at",
+            "largest budget",
+            "error with substeps",
+            "error with iterations",
+        ],
+        rows,
+    )];
+    let chains = chains(study);
+    if !chains.is_empty() {
+        blocks.push(Block::table(
+            "Hanging chains: error with substeps over error with iterations at equal projections, \
+             geometric mean over all budgets",
+            &["compliance [m/N]", "ratio", "better"],
+            chains,
+        ));
     }
-    sentences
+    blocks
 }
 
-fn sentence(problem: &ProblemResult) -> Option<String> {
-    let case = problem.finest_with_errors()?;
-    let pairs = pairs(case);
-    let wins = |substeps: bool| -> Vec<String> {
-        pairs
-            .iter()
-            .filter(|(_, many, few)| if substeps { many < few } else { few < many })
-            .map(|(projections, ..)| projections.to_string())
-            .collect()
+fn row(problem: &ProblemResult) -> Option<Vec<String>> {
+    let pairs = pairs(problem.finest_with_errors()?);
+    let better = |is_better: fn(f64, f64) -> bool| {
+        let budgets = pairs.iter().filter(|(_, many, few)| is_better(*many, *few));
+        let names: Vec<String> = budgets.map(|(budget, ..)| budget.to_string()).collect();
+        match names.len() {
+            0 => "none".to_owned(),
+            all if all == pairs.len() => "all".to_owned(),
+            _ => names.join(", "),
+        }
     };
-    let (substeps, iterations) = (wins(true), wins(false));
     let (largest, many, few) = *pairs.last()?;
-    let verdict = match (substeps.len(), iterations.len()) {
-        (0, 0) => "make no difference".to_owned(),
-        (_, 0) => "win at every budget".to_owned(),
-        (0, _) => "lose at every budget".to_owned(),
-        _ => format!(
-            "win at {} projections per tick, iterations at {}",
-            substeps.join(", "),
-            iterations.join(", ")
-        ),
-    };
-    Some(format!(
-        "{}: at equal projections, substeps {verdict}. At {largest} per tick, the error is {} with the \
-         most substeps and {} with the most iterations.",
-        problem.problem.title,
+    Some(vec![
+        problem.problem.title.clone(),
+        better(|many, few| many < few),
+        better(|many, few| few < many),
+        largest.to_string(),
         percent(many),
-        percent(few)
-    ))
+        percent(few),
+    ])
 }
 
-/// Where the chains go from one to the other, by compliance.
-fn crossover(study: &Study) -> Option<String> {
+/// The chains by compliance, with their [`advantage`].
+fn chains(study: &Study) -> Vec<Vec<String>> {
     let mut chains: Vec<(f64, f64)> = study
         .problems
         .iter()
@@ -100,38 +110,17 @@ fn crossover(study: &Study) -> Option<String> {
         })
         .collect();
     chains.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let (first, last) = (chains.first()?, chains.last()?);
-    let Some(pair) = chains
-        .windows(2)
-        .find(|pair| (pair[0].1 < 0.0) != (pair[1].1 < 0.0))
-    else {
-        let winner = if first.1 < 0.0 {
+    let rows = chains.into_iter().map(|(compliance, advantage)| {
+        let better = if advantage < 0.0 {
             "substeps"
         } else {
             "iterations"
         };
-        return Some(format!(
-            "Hanging chain: from {} to {} m/N, {winner} are more efficient at equal projections; there \
-             is no crossover.",
-            number(first.0),
-            number(last.0)
-        ));
-    };
-    let [(a, f), (b, g)] = [pair[0], pair[1]];
-    let (winner, loser) = if f < 0.0 {
-        ("substeps", "iterations")
-    } else {
-        ("iterations", "substeps")
-    };
-    // Between logarithms of compliances, by a straight line; from 0 there is none.
-    let share = f / (f - g);
-    let place = if a > 0.0 {
-        format!("about {} m/N", number(a * (b / a).powf(share)))
-    } else {
-        format!("somewhere below {} m/N", number(b))
-    };
-    Some(format!(
-        "Hanging chain: at equal projections, {winner} are more efficient below {place} and {loser} \
-         above, on average over all budgets."
-    ))
+        vec![
+            number(compliance),
+            number(10_f64.powf(advantage)),
+            better.to_owned(),
+        ]
+    });
+    rows.collect()
 }

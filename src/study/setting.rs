@@ -1,4 +1,4 @@
-//! A way to solve: a method, and how many substeps and iterations.
+//! A solver setting: method, substeps and iterations.
 
 use crate::solver::{
     self, Body, Compliance, Direct, Fraction, InvalidValue, Iterations, Stiffness, Substeps, World,
@@ -8,18 +8,17 @@ use crate::solver::{
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// A method that the project has. Adding one takes a variant, its name, and what it changes.
+/// A solver method. Adding one takes a variant, its name, and its changes to the world.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
-    /// What the scene has; extended position-based dynamics, sweep by sweep (Gauss–Seidel), unless it
-    /// says otherwise.
+    /// The scene's method; Gauss–Seidel XPBD by default.
     Xpbd,
-    /// Classic position-based dynamics: the same with every compliance 0, so that stiffness is what
-    /// the sweeps make of it.
+    /// Classic position-based dynamics: XPBD with every compliance 0, so that stiffness is
+    /// determined by the number of iterations.
     Pbd,
-    /// XPBD's equations solved directly, one Newton step an iteration; for slender solids, through
-    /// which sweeps pass a load on but slowly.
+    /// XPBD's equations solved directly, one Newton step per iteration; for slender solids, through
+    /// which Gauss–Seidel propagates a load slowly.
     Direct,
 }
 
@@ -27,7 +26,7 @@ impl Method {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Xpbd, Self::Pbd, Self::Direct];
 
-    /// What reports and commands call it.
+    /// Its name in reports and commands.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -37,7 +36,7 @@ impl Method {
         }
     }
 
-    /// Makes a world use it.
+    /// Configures a world to use it.
     pub fn apply(self, world: &mut World) {
         match self {
             Self::Xpbd => {}
@@ -58,7 +57,7 @@ impl Method {
         }
     }
 
-    /// Whether it does anything else to this world than XPBD does.
+    /// Whether it differs from XPBD for this world.
     #[must_use]
     pub fn differs(self, world: &World) -> bool {
         match self {
@@ -72,7 +71,7 @@ impl Method {
     }
 }
 
-/// Edges and volumes without compliance, so that what is rigid stores no energy.
+/// Removes the compliance of edges and volumes, so that rigid constraints store no energy.
 fn make_rigid(body: &mut Body) {
     if let Some(stretch) = &mut body.effects.stretch {
         stretch.compliance = Compliance::default();
@@ -84,7 +83,7 @@ fn make_rigid(body: &mut Body) {
     }
 }
 
-/// Whether nothing in a world is soft or damped.
+/// Whether all constraints of a world are rigid and undamped.
 fn all_rigid(world: &World) -> bool {
     struct Rigid(bool);
     impl Visit for Rigid {
@@ -99,17 +98,17 @@ fn all_rigid(world: &World) -> bool {
     rigid.0
 }
 
-/// Whether a body is slender, and fit to be solved directly.
+/// Whether a body is slender and supported by the direct solver.
 fn can_be_direct(body: &Body, method: solver::Method) -> bool {
     is_slender(body) && direct::unfit(&body.topology, &body.effects, method).is_none()
 }
 
-/// Whether a body is a solid at least four times as long as thick.
+/// Whether a body is a solid whose length is at least four times its thickness.
 fn is_slender(body: &Body) -> bool {
     let volumes = body.topology.tetrahedra.rest_volume.iter();
     let volume: f64 = volumes.map(|&volume| f64::from(volume).abs()).sum();
     let length = f64::from(body.topology.size);
-    // 4 × 4 times the volume of a bar, less rounding.
+    // A bar has length³ = 4 × 4 times its volume; reduced a little for rounding.
     volume > 0.0 && length * length * length >= 15.9 * volume
 }
 
@@ -118,14 +117,14 @@ fn is_slender(body: &Body) -> bool {
 pub struct Setting {
     /// How constraints are solved.
     pub method: Method,
-    /// Substeps a tick, from 1 to 10 000.
+    /// Substeps per tick, from 1 to 10 000.
     pub substeps: u32,
-    /// Sweeps over all constraints a substep, from 1 to 10 000.
+    /// Constraint iterations per substep, from 1 to 10 000.
     pub iterations: u32,
 }
 
 impl Setting {
-    /// XPBD with so many substeps and iterations.
+    /// XPBD with these substeps and iterations.
     #[must_use]
     pub const fn xpbd(substeps: u32, iterations: u32) -> Self {
         Self {
@@ -135,7 +134,7 @@ impl Setting {
         }
     }
 
-    /// A copy of a world that is solved like this, and in which nothing falls asleep.
+    /// A copy of a world with this setting and with sleeping disabled.
     ///
     /// # Errors
     /// [`InvalidValue`] for substeps or iterations out of their range.
@@ -151,7 +150,7 @@ impl Setting {
         Ok(world)
     }
 
-    /// Projections of constraints a tick: constraints × substeps × iterations.
+    /// Constraint projections per tick: constraints × substeps × iterations.
     #[must_use]
     pub fn projections(&self, world: &World) -> u64 {
         let constraints = constraints(world) as u64;
@@ -159,7 +158,7 @@ impl Setting {
     }
 }
 
-/// Constraints of all bodies.
+/// Number of constraints of all bodies.
 #[must_use]
 pub fn constraints(world: &World) -> usize {
     let bodies = world.bodies.iter();

@@ -1,21 +1,21 @@
-//! What the fast solver and its f64 reference have in common: where everything is, in f64.
+//! The state that the fast solver and its f64 reference have in common, in f64.
 
 use crate::solver::{Settings, World, reference};
 use glam::DVec3;
 
-/// A world that can be stepped and looked at, whichever precision it has.
+/// A world in either precision, which can be stepped and observed.
 #[derive(Debug, Clone)]
 pub enum Solver {
-    /// The solver that users have, in f32.
+    /// The production solver, in f32.
     Fast(Box<World>),
     /// The f64 reference, in f64.
     Reference(Box<reference::World>),
 }
 
-/// Where the particles of a world are, how fast, how heavy.
+/// Positions, velocities and masses of the particles of a world.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct State {
-    /// One for each body of the world.
+    /// One per body.
     pub bodies: Vec<BodyState>,
 }
 
@@ -26,7 +26,7 @@ pub struct BodyState {
     pub x: Vec<DVec3>,
     /// Velocities [m/s].
     pub v: Vec<DVec3>,
-    /// Masses [kg]; 0 for those that cannot move.
+    /// Masses [kg]; 0 for fixed particles.
     pub m: Vec<f64>,
 }
 
@@ -37,14 +37,14 @@ impl Solver {
         Self::Fast(Box::new(world))
     }
 
-    /// The f64 reference of a world, in the state that it is in.
+    /// The f64 reference of a world, in its current state.
     #[must_use]
     pub fn reference(world: &World) -> Self {
         Self::Reference(Box::new(reference::World::of(world)))
     }
 
-    /// The f64 reference of a world, to find where it rests: with multipliers that are
-    /// [kept](reference::World::keeps_multipliers).
+    /// The f64 reference of a world for finding rest: multipliers are
+    /// [kept](reference::World::keeps_multipliers) between substeps.
     #[must_use]
     pub fn relaxed_reference(world: &World) -> Self {
         let mut reference = reference::World::of(world);
@@ -60,7 +60,7 @@ impl Solver {
         }
     }
 
-    /// Gravity, rate, substeps, iterations.
+    /// Gravity, rate, substeps and iterations.
     #[must_use]
     pub fn settings(&self) -> &Settings {
         match self {
@@ -69,7 +69,7 @@ impl Solver {
         }
     }
 
-    /// The same, to be changed between ticks.
+    /// Mutable settings; they may be changed between ticks.
     pub fn settings_mut(&mut self) -> &mut Settings {
         match self {
             Self::Fast(world) => &mut world.settings,
@@ -77,13 +77,13 @@ impl Solver {
         }
     }
 
-    /// Ticks that make up so many seconds, at least one.
+    /// Number of ticks in this time, at least one.
     #[must_use]
     pub fn ticks(&self, seconds: f64) -> u64 {
         (seconds * self.settings().rate.get()).round().max(1.0) as u64
     }
 
-    /// Takes all speed away.
+    /// Sets all velocities to zero.
     pub fn stop(&mut self) {
         match self {
             Self::Fast(world) => {
@@ -99,7 +99,7 @@ impl Solver {
         }
     }
 
-    /// Puts every particle where `state` has it, at rest.
+    /// Sets all positions to those of `state`, at rest.
     pub fn place(&mut self, state: &State) {
         match self {
             Self::Fast(world) => {
@@ -118,7 +118,7 @@ impl Solver {
         self.stop();
     }
 
-    /// Reads where everything is.
+    /// Reads the current state.
     #[must_use]
     pub fn state(&self) -> State {
         let mass = |w: f64| if w > 0.0 { 1.0 / w } else { 0.0 };
@@ -152,7 +152,7 @@ impl Solver {
 }
 
 impl State {
-    /// Farthest that a particle is from where it was [m].
+    /// Largest distance of a particle from its position in the other state [m].
     #[must_use]
     pub fn farthest(&self, start: &Self) -> f64 {
         let bodies = self.bodies.iter().zip(&start.bodies);
@@ -171,11 +171,11 @@ impl State {
         all.all(|x| x.is_finite())
     }
 
-    /// Root mean square speed with which particles went from `before` to here in `seconds` [m/s],
-    /// and the kinetic energy of such a motion [J].
+    /// Root mean square speed of the particles from `before` to here in `seconds` [m/s], and the
+    /// kinetic energy of that motion [J].
     ///
-    /// Taken from a whole tick: over one substep, the rounding of positions near ε‖x‖/h looks like
-    /// a speed.
+    /// To be evaluated over a whole tick: over one substep, the rounding of positions appears as a
+    /// speed near ε‖x‖/h.
     #[must_use]
     pub fn motion_since(&self, before: &Self, seconds: f64) -> (f64, f64) {
         let (mut squares, mut count, mut energy) = (0.0, 0, 0.0);
@@ -198,7 +198,7 @@ impl State {
         zero
     }
 
-    /// Adds the places of another.
+    /// Adds positions.
     pub fn add(&mut self, other: &Self) {
         for (body, other) in self.bodies.iter_mut().zip(&other.bodies) {
             for (x, other) in body.x.iter_mut().zip(&other.x) {
@@ -207,7 +207,7 @@ impl State {
         }
     }
 
-    /// Takes away the places of another.
+    /// Subtracts positions.
     pub fn subtract(&mut self, other: &Self) {
         for (body, other) in self.bodies.iter_mut().zip(&other.bodies) {
             for (x, other) in body.x.iter_mut().zip(&other.x) {
@@ -216,7 +216,7 @@ impl State {
         }
     }
 
-    /// Mass of all particles that can move [kg].
+    /// Total mass of the particles that can move [kg].
     #[must_use]
     pub fn mass(&self) -> f64 {
         self.bodies.iter().flat_map(|body| &body.m).sum()
@@ -230,14 +230,14 @@ impl State {
         all.map(|(m, x)| m * x.length()).sum()
     }
 
-    /// Scales the places.
+    /// Scales the positions.
     pub fn scale(&mut self, factor: f64) {
         for x in self.bodies.iter_mut().flat_map(|body| &mut body.x) {
             *x *= factor;
         }
     }
 
-    /// Farthest that a particle is from the origin [m].
+    /// Largest distance of a particle from the origin [m].
     #[must_use]
     pub fn reach(&self) -> f64 {
         let all = self.bodies.iter().flat_map(|body| &body.x);

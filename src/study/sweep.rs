@@ -1,9 +1,10 @@
-//! Does the work of a study that is not done yet, and keeps every piece as it comes.
+//! Computes the missing parts of a study and writes each result to the journal when it is
+//! available.
 //!
-//! Answers do not depend on threads or on the machine, so they are computed on all cores at once;
-//! times are taken afterwards, alone. What an answer is held against is not needed to find it: the
-//! pieces can come in any order and from different machines, and are put together in
-//! [`results`](super::results).
+//! Runs do not depend on threads or on the machine, so they are computed on all cores at once;
+//! settings are timed afterwards, one at a time. A run does not need the reference that it is
+//! compared with: records can be computed in any order and on different machines, and
+//! [`results`](super::results) combines them.
 
 use super::{
     StudyError,
@@ -24,20 +25,22 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
-/// What is to be computed.
+/// A unit of work.
 #[derive(Debug, Clone, Copy)]
 enum Task<'a> {
     Reference(&'a Case),
     Run(&'a Case, Setting, f64),
 }
 
-/// Pieces that are there already: of a case its reference (none), its runs, its times.
+/// Records that exist already, by case, setting (`None` for the reference) and whether they are
+/// times.
 type Done = BTreeSet<(String, Option<Setting>, bool)>;
 
-/// The share of a study's time that answers take, about; the rest goes into times.
+/// Approximate fraction of a study's time spent on references and runs; the rest is timing.
 const ANSWERS: f64 = 0.75;
 
-/// Finds what is missing of these cases. `told` hears the share that is done, from 0 to 1.
+/// Computes the missing records of these cases. `told` receives the completed fraction, from 0 to
+/// 1.
 ///
 /// # Errors
 /// [`StudyError`] if the points file cannot be written or a setting is out of its range.
@@ -71,7 +74,7 @@ pub fn run(
     Ok(found)
 }
 
-/// What a record is of.
+/// Case, setting and kind of a record, as in [`Done`].
 pub(super) fn key(record: &Record) -> Option<(String, Option<Setting>, bool)> {
     match record {
         Record::Study(_) | Record::Problem(_) => None,
@@ -81,7 +84,7 @@ pub(super) fn key(record: &Record) -> Option<(String, Option<Setting>, bool)> {
     }
 }
 
-/// One thread, and all of them if those are more.
+/// One thread; and all threads if there are several.
 fn crews() -> Result<Vec<Threads>, StudyError> {
     let (one, all) = (Threads::new(1)?, Threads::new(0)?);
     Ok(if all.count() > 1 {
@@ -91,7 +94,7 @@ fn crews() -> Result<Vec<Threads>, StudyError> {
     })
 }
 
-/// References and runs, the longest first so that no core waits for another at the end.
+/// References and runs, longest first, so that no core is idle at the end.
 fn answers(
     cases: &[Case],
     budget: &Budget,
@@ -130,12 +133,12 @@ fn answers(
         told(*spent as f64 / all.max(1) as f64);
         Ok::<(), StudyError>(())
     };
-    // A bridge hands them out one by one in their order.
+    // `par_bridge` dispatches the tasks one by one in this order.
     tasks.iter().par_bridge().try_for_each(keep)?;
     Ok(found.into_inner().unwrap_or_else(PoisonError::into_inner).0)
 }
 
-/// How many times as long as the fast solver the f64 reference takes for a projection, about.
+/// Approximate time per projection of the f64 reference relative to the fast solver.
 const REFERENCE_SLOWNESS: u64 = 4;
 
 fn perform(task: Task, budget: &Budget) -> Result<Record, StudyError> {
@@ -154,7 +157,7 @@ fn perform(task: Task, budget: &Budget) -> Result<Record, StudyError> {
     }
 }
 
-/// A run at one setting, for as long as what is observed takes; to come to rest, `seconds` at most.
+/// A run at one setting over the observed time; a search for rest takes at most `seconds`.
 ///
 /// # Errors
 /// [`StudyError::Value`] for settings out of their range.

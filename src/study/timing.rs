@@ -1,5 +1,5 @@
-//! Times of settings that are to be compared: in turn, round by round, so that whatever else the
-//! machine does in the meantime falls on all alike.
+//! Timing of settings for comparison: in turn, round by round, so that other load on the machine
+//! affects all of them equally.
 
 use super::{
     StudyError,
@@ -11,11 +11,11 @@ use super::{
 use crate::solver::{Threads, World, partitions::MIN_CUT};
 use std::time::Instant;
 
-/// A tick is timed together with others until so many projections are done.
+/// Ticks are timed in batches of at least this many projections.
 const BATCH: u64 = 4096;
 
-/// Times every setting of a case, each on every number of threads that may differ. `told` hears
-/// the share that is done.
+/// Times every setting of a case with each number of threads that may make a difference. `told`
+/// receives the completed fraction.
 ///
 /// # Errors
 /// [`StudyError`] for settings out of their range.
@@ -59,8 +59,7 @@ pub fn time(
         .collect())
 }
 
-/// Whether the solver would use threads at all: see [`Threads::pays`] and
-/// [`bands`](crate::solver::bands).
+/// Whether the solver would use threads at all: see [`Threads::pays`] and [`MIN_CUT`].
 fn used(case: &Case, setting: Setting, threads: &Threads) -> bool {
     let cut = |particles: usize| particles >= MIN_CUT;
     let shared =
@@ -68,7 +67,8 @@ fn used(case: &Case, setting: Setting, threads: &Threads) -> bool {
     shared && threads.pays(case.constraints() * setting.substeps as usize)
 }
 
-/// Time of a simulated second [ms], from the start for as long as the slot or the run is.
+/// Time per simulated second [ms], measured from the start for the duration of the slot or of the
+/// run.
 fn sample(case: &Case, setting: Setting, mut world: World, budget: &Budget) -> f64 {
     let each = setting.projections(&case.world).max(1);
     let batch = (BATCH / each).max(1);

@@ -14,14 +14,15 @@ pub struct Advice {
     pub substeps: u32,
     /// Iterations per substep.
     pub iterations: u32,
-    /// Whether bodies are solved directly.
+    /// Whether the direct solver is used.
     pub direct: bool,
-    /// Run time relative to that at the settings that fail; of one run each.
+    /// Run time relative to that with the failing settings; from one run each.
     pub time: f64,
 }
 
-/// Settings to try in ascending order of cost: factors for substeps and for iterations, and whether to solve
-/// directly. A factorization costs some tens of iterations of a small body.
+/// Settings to try in ascending order of cost: factors for substeps and for iterations, and whether
+/// to use the direct solver. A factorization costs as much as a few tens of iterations of a small
+/// body.
 const TRIALS: [(u32, u32, bool); 13] = [
     (2, 1, false),
     (1, 2, false),
@@ -91,7 +92,7 @@ pub fn advise(
 /// The cheapest settings tried with which a user's body passes a case; `settings` are those of its scene.
 ///
 /// # Errors
-/// [`TortureError`] if threads cannot be had.
+/// [`TortureError`] if threads cannot be started.
 pub fn advise_given(
     case: &Case,
     body: &Body,
@@ -114,7 +115,7 @@ pub fn advise_given(
     })
 }
 
-/// Switches the direct solver on where it fits. Returns whether any body has it now that had it not.
+/// Enables the direct solver where it is supported. Returns whether any body was changed.
 fn solve_directly(world: &mut World) -> bool {
     let method = world.settings.method;
     let mut any = false;

@@ -1,9 +1,9 @@
 //! The energy of a world, and when it is known.
 //!
-//! Edges and volumes of compliance α store ½C²/α. A rigid one stores nothing, or, violated, any
-//! amount: it closes in the next substep h, and what it moves leaves with ½C²/(h² Σw‖∇C‖²). So where
-//! rigid constraints are violated at first, energy is [known](Energy::is_known) from when that is
-//! little.
+//! Edges and volumes of compliance α store ½C²/α. A violated rigid constraint has no defined
+//! energy: it closes in the next substep h, and its particles gain ½C²/(h² Σw‖∇C‖²). If rigid
+//! constraints are violated at the start, energy is therefore [known](Energy::is_known) only after
+//! this closing energy has become small.
 
 use crate::solver::{
     Body, ShapeMatching, ShapeMatchingState, World,
@@ -18,16 +18,17 @@ use glam::DVec3;
 pub struct Energy {
     /// ½mv² of all particles that can move.
     pub kinetic: f64,
-    /// In gravity, from the origin.
+    /// Gravitational energy, relative to the origin.
     pub potential: f64,
-    /// In constraints that are not rigid.
+    /// Elastic energy of constraints that are not rigid.
     pub elastic: f64,
-    /// What rigid constraints give when they close in the next substep.
+    /// Closing energy: the kinetic energy that violated rigid constraints produce when they close
+    /// in the next substep.
     pub closing: f64,
 }
 
 impl Energy {
-    /// Of all bodies that are stepped.
+    /// Sum over all bodies that are stepped.
     #[must_use]
     pub fn of(world: &World) -> Self {
         let bodies = world.bodies.iter().filter(|body| body.quarantine.is_none());
@@ -40,22 +41,23 @@ impl Energy {
         })
     }
 
-    /// Whether what rigid constraints may still give is below a thousandth of what moves: a tenth of
-    /// what may be gained, as several that close together give more than each alone.
+    /// Whether the closing energy of rigid constraints is below a thousandth of the kinetic and
+    /// elastic energy. That is a tenth of the accepted gain, because several constraints that close
+    /// together can produce more than the sum of each alone.
     #[must_use]
     pub fn is_known(&self) -> bool {
         self.closing <= 1e-3 * (self.kinetic + self.elastic)
     }
 
-    /// All of it.
+    /// Sum of all energies.
     #[must_use]
     pub fn total(&self) -> f64 {
         self.mechanical() + self.elastic + self.closing
     }
 
-    /// What is not in constraints. A solver that has not converged leaves constraints longer than
-    /// their forces make them, by a multiple of what they would store, so only this is known at any
-    /// time; and it may never be more than all was at first.
+    /// Energy outside constraints. An unconverged solver leaves constraints longer than their
+    /// forces would make them, with a multiple of the energy that they would store, so only this
+    /// part is known at any time; it must never exceed the total initial energy.
     #[must_use]
     pub fn mechanical(&self) -> f64 {
         self.kinetic + self.potential
@@ -71,7 +73,7 @@ fn elastic(body: &Body) -> f64 {
     measure::elastic_energies(&body.effects, &body.topology, at)
 }
 
-/// Adds up what rigid constraints give.
+/// Sums the closing energy of rigid constraints.
 struct Closing<'a> {
     body: &'a Body,
     h: f64,
@@ -108,7 +110,7 @@ fn closing(body: &Body, h: f64) -> f64 {
     closing.energy + closing_volume(body, h) + closing_shapes(body, h)
 }
 
-/// What regions that are rigid give when they close: Σ w‖∇D‖² is 1.
+/// Closing energy of rigid shape-matching regions: Σ w‖∇D‖² is 1.
 fn closing_shapes(body: &Body, h: f64) -> f64 {
     let rigid = |effect: &ShapeMatching| effect.compliance() == 0.0;
     let Some(effect) = body.effects.shape_matching.filter(rigid) else {
@@ -122,7 +124,7 @@ fn closing_shapes(body: &Body, h: f64) -> f64 {
     0.5 * squares.sum::<f64>() / (h * h)
 }
 
-/// What a filling that keeps its volume gives when it closes.
+/// Closing energy of an incompressible filling.
 fn closing_volume(body: &Body, h: f64) -> f64 {
     let (Some(pressure), Ok(enclosure)) = (&body.effects.pressure, body.topology.enclosure())
     else {

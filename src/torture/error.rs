@@ -6,42 +6,43 @@ use crate::{
     solver::{InvalidValue, ThreadsError, TopologyError},
 };
 
-/// Why the suite cannot be run. The message says where, and what was expected.
+/// An error of the robustness suite. The message says where it occurred and what was expected.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum TortureError {
-    /// No case has such a name.
+    /// No case has this name.
     #[error("unknown case “{name}”; expected one of: {valid}")]
     NoCase {
-        /// What was asked for.
+        /// The requested name.
         name: String,
-        /// The names that there are.
+        /// The valid names.
         valid: String,
     },
-    /// No member has such a number or name.
+    /// No member has this number or name.
     #[error(
         "case “{case}” has no member “{member}”; expected a number from 1 to {count}, or a name from `--list`"
     )]
     NoMember {
         /// The case.
         case: &'static str,
-        /// What was asked for.
+        /// The requested member.
         member: String,
-        /// How many it has.
+        /// Number of members of the case.
         count: usize,
     },
-    /// A member belongs to a case.
+    /// A member was requested without exactly one case.
     #[error("`--member` needs exactly one case, as in `pliant torture squashed --member 17`")]
     WhichCase,
-    /// A shape cannot be made.
+    /// The mesh of a shape cannot be built.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// A shape cannot be a body.
+    /// A shape cannot be turned into a body.
     #[error(transparent)]
     Topology(#[from] TopologyError),
-    /// A number is out of its range.
+    /// A value is out of its range.
     #[error(transparent)]
     Value(#[from] InvalidValue),
-    /// The threads cannot be had.
+    /// The threads cannot be started.
     #[error(transparent)]
     Threads(#[from] ThreadsError),
     /// A file cannot be written.

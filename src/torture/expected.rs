@@ -1,17 +1,18 @@
-//! The members that are known not to pass.
+//! Members that are known to fail.
 
-/// Members of a case that fail for one reason.
+/// Members of a case that fail for the same reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ExpectedFailure {
     /// Name of the case.
     pub case: &'static str,
     /// Names of its members.
     pub members: &'static [&'static str],
-    /// Why they do not pass.
+    /// The reason for the failure.
     pub reason: &'static str,
 }
 
-/// All of them, in the order of the cases. A test fails where one of them passes, as where another fails.
+/// All expected failures, in the order of the cases. A test fails if one of them passes or if any
+/// other member fails.
 pub const EXPECTED_FAILURES: &[ExpectedFailure] = &[
     ExpectedFailure {
         case: "shuffled",

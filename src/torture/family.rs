@@ -1,9 +1,10 @@
-//! Families of members: each number varied alone from the ordinary, and random mixtures of all.
+//! Families of members: each parameter varied on its own from the default, and random mixtures of
+//! all.
 
 use super::{Member, Shape};
 use crate::solver::deform::Random;
 
-/// What may vary. The first of each is the ordinary one.
+/// Values of each parameter. The first is the default.
 #[derive(Debug, Clone, Copy)]
 pub struct Axes {
     /// Shapes.
@@ -16,14 +17,14 @@ pub struct Axes {
     pub steps: &'static [(u32, u32)],
     /// Seeds.
     pub seeds: &'static [u32],
-    /// How many mixtures of all.
+    /// Number of random mixtures.
     pub mixtures: u32,
 }
 
-/// From a millimetre to a kilometre.
+/// From a millimeter to a kilometer.
 pub const SCALES: &[f32] = &[1.0, 1e-3, 1e-2, 0.1, 10.0, 100.0, 1e3];
 
-/// From 1 substep to 32.
+/// From 1 to 32 substeps.
 pub const STEPS: &[(u32, u32)] = &[
     (10, 1),
     (1, 1),
@@ -36,7 +37,8 @@ pub const STEPS: &[(u32, u32)] = &[
     (1, 16),
 ];
 
-/// Rigid, and softer and softer; what is soft is damped, or it would swing on.
+/// Rigid, and of increasing compliance; soft materials are damped, otherwise they would keep
+/// vibrating.
 pub const MATERIALS: &[(f32, f32)] = &[
     (0.0, 0.0),
     (0.0, 0.02),
@@ -82,7 +84,7 @@ pub const ROPES: &[Shape] = &[
 ];
 
 impl Axes {
-    /// All that vary, for these shapes.
+    /// The full ranges, for these shapes.
     #[must_use]
     pub const fn all(shapes: &'static [Shape]) -> Self {
         Self {
@@ -95,8 +97,8 @@ impl Axes {
         }
     }
 
-    /// The members: each that differs from the ordinary in one number, then the mixtures, `times` as many. A quick
-    /// run has those that are not large, and of the mixtures every fourth.
+    /// The members that differ from the default in one parameter, then `times` as many mixtures. A
+    /// quick run includes the members that are not large, and every fourth mixture.
     #[must_use]
     pub fn members(&self, times: u32) -> Vec<Member> {
         let ordinary = self.pick(0, 0, 0, 0, 0);
@@ -168,13 +170,13 @@ impl Axes {
     }
 }
 
-/// The members of several families, one after the other.
+/// Concatenates the members of several families.
 #[must_use]
 pub fn of(times: u32, axes: &[Axes]) -> Vec<Member> {
     axes.iter().flat_map(|it| it.members(times)).collect()
 }
 
-/// Every member once with each of the variants.
+/// Every member with each of the variants.
 #[must_use]
 pub fn variants(members: &[Member], variants: &[&'static str]) -> Vec<Member> {
     let with = |member: &Member| {
@@ -186,7 +188,7 @@ pub fn variants(members: &[Member], variants: &[&'static str]) -> Vec<Member> {
     members.iter().flat_map(with).collect()
 }
 
-/// Every member once with each of the values.
+/// Every member with each of the values.
 #[must_use]
 pub fn values(members: &[Member], values: &[f64]) -> Vec<Member> {
     let with = |member: &Member| {

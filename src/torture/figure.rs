@@ -1,20 +1,20 @@
-//! A figure with the limit that it is held to.
+//! A measured figure with its limit.
 
-/// A figure of a member.
+/// A measured figure of a member.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// What it is.
+    /// Its name.
     pub name: &'static str,
-    /// How large it came out.
+    /// Measured value.
     pub value: f64,
-    /// How large it may be.
+    /// Largest accepted value.
     pub limit: f64,
     /// Unit of both.
     pub unit: &'static str,
 }
 
 impl Figure {
-    /// A figure.
+    /// A figure with a limit.
     #[must_use]
     pub const fn new(name: &'static str, value: f64, limit: f64, unit: &'static str) -> Self {
         Self {
@@ -25,19 +25,19 @@ impl Figure {
         }
     }
 
-    /// Something that must not be there at all.
+    /// A count that must be 0.
     #[must_use]
     pub fn none(name: &'static str, count: usize, unit: &'static str) -> Self {
         Self::new(name, count as f64, 0.0, unit)
     }
 
-    /// Whether it is within its limit; what is not a number never is.
+    /// Whether the value is within its limit; false for NaN.
     #[must_use]
     pub fn holds(&self) -> bool {
         self.value <= self.limit
     }
 
-    /// The figure over its limit: which of two is worse. Above 1 it does not hold.
+    /// The value relative to its limit, for ranking. Above 1 the figure fails.
     #[must_use]
     pub fn load(&self) -> f64 {
         if self.value.is_nan() {

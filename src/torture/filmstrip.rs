@@ -11,30 +11,30 @@ use std::fmt::Write;
 
 type Failure = Box<dyn std::error::Error>;
 
-/// Width and height of a picture of the strip.
+/// Width and height of a frame.
 const PICTURE: f32 = 300.0;
 
-/// Room around a body.
+/// Margin around a body.
 const MARGIN: f32 = 18.0;
 
-/// A picture of the strip.
+/// A frame of the filmstrip.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
-    /// Which moment it is.
+    /// Name of the moment.
     pub name: &'static str,
     /// Time since the start [s].
     pub time: f64,
-    /// What its longer side shows [m].
+    /// Length of its longer side [m].
     pub extent: f64,
-    /// Edges from end to end, in a square from 0 to 1 along both sides, y upwards.
+    /// End points of the edges, in the unit square, y upwards.
     pub lines: Vec<[[f32; 2]; 2]>,
 }
 
-/// Lines drawn of a body at most: more are one grey.
+/// Maximum number of lines per body: more cannot be distinguished.
 const MAX_LINES: usize = 4000;
 
-/// The start, the moment of the largest strain after it, and the end; the bodies of each fill their
-/// picture. `None` unless positions were kept.
+/// The start, the moment of the largest strain after it, and the end; the bodies fill each frame.
+/// `None` unless positions were kept.
 #[must_use]
 pub fn frames(outcome: &Outcome) -> Option<Vec<Frame>> {
     let (watch, world) = (outcome.watch.as_ref()?, outcome.world.as_ref()?);
@@ -59,7 +59,7 @@ pub fn frames(outcome: &Outcome) -> Option<Vec<Frame>> {
     Some(watch.film.iter().zip(names).map(frame).collect())
 }
 
-/// The frames side by side; each says how many metres it shows.
+/// The frames side by side; each shows its extent in meters.
 #[must_use]
 pub fn strip(outcome: &Outcome) -> Option<String> {
     let height = PICTURE + 24.0;
@@ -74,7 +74,7 @@ pub fn strip(outcome: &Outcome) -> Option<String> {
         let mut path = String::new();
         for ends in &frame.lines {
             let [a, b] = ends.map(|[x, y]| (left + x * side, PICTURE - MARGIN - y * side));
-            // Half a pixel more at either end, so that an edge without length is a dot.
+            // Half a pixel longer at both ends, so that a zero-length edge is drawn as a dot.
             let _ = write!(
                 path,
                 "M{:.1} {:.1}L{:.1} {:.1}",
@@ -97,7 +97,7 @@ pub fn strip(outcome: &Outcome) -> Option<String> {
     Some(svg)
 }
 
-/// Where points are on paper, seen from the front, above and to the right.
+/// Projects points onto the page, seen from the front, above and right.
 fn seen(body: &[Vec4]) -> Vec<Vec2> {
     const RIGHT: Vec3 = Vec3::new(0.85, 0.0, -0.5);
     const UP: Vec3 = Vec3::new(-0.2, 0.92, -0.34);
@@ -105,7 +105,7 @@ fn seen(body: &[Vec4]) -> Vec<Vec2> {
     body.iter().map(place).collect()
 }
 
-/// Edges of a body, of very many some.
+/// Edges of a body; a subset if there are very many.
 fn wires(body: &Body, points: &[Vec2]) -> impl Iterator<Item = [Vec2; 2]> {
     let edges = body.topology.edges.ends();
     let step = edges.len().div_ceil(MAX_LINES).max(1);
@@ -114,10 +114,10 @@ fn wires(body: &Body, points: &[Vec2]) -> impl Iterator<Item = [Vec2; 2]> {
     lines.filter(|[a, b]| a.is_finite() && b.is_finite())
 }
 
-/// Energies over time; the text of an SVG.
+/// Energies over time; returns the text of an SVG.
 ///
 /// # Errors
-/// What the plotting crate says.
+/// Errors of the plotting crate.
 pub fn energies(watch: &Watch) -> Result<String, Failure> {
     let curve = |value: &dyn Fn(&super::Energy) -> f64| -> Vec<(f64, f64)> {
         let points = watch

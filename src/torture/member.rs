@@ -1,4 +1,4 @@
-//! One member of a case's family: a body with its size, its compliance and its settings.
+//! A member of a case's family: a body with its size, compliance and settings.
 
 use super::{Shape, TortureError};
 use crate::solver::{
@@ -8,29 +8,29 @@ use crate::solver::{
 use glam::Vec3;
 use std::{fmt, sync::Arc};
 
-/// A member of a family. Those of the same numbers are the same to the bit.
+/// A member of a family. Members with equal parameters are identical to the bit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Member {
     /// Its shape.
     pub shape: Shape,
     /// Its length [m].
     pub scale: f32,
-    /// Compliance of an edge [m/N] as it would be at a length of 1 m. What is given to the body is
-    /// divided by the mass that its length gives it, so that all lengths move alike.
+    /// Compliance of an edge [m/N] at a length of 1 m. The body's compliance is this divided by the
+    /// mass at its length, so that all lengths move alike.
     pub compliance: f32,
     /// Damping τ [s] of edges and volumes.
     pub damping: f32,
-    /// Substeps a tick of 1/60 s.
+    /// Substeps per tick of 1/60 s.
     pub substeps: u32,
-    /// Sweeps a substep.
+    /// Iterations per substep.
     pub iterations: u32,
-    /// For what is random.
+    /// Seed for random numbers.
     pub seed: u32,
-    /// Which of a case's variants; empty where it has none.
+    /// Variant of the case; empty where it has none.
     pub variant: &'static str,
-    /// A number of the case's own, such as a ratio of masses; 0 where it has none.
+    /// A case-specific value, such as a mass ratio; 0 where it has none.
     pub value: f64,
-    /// Whether a quick run has it.
+    /// Whether a quick run includes it.
     pub quick: bool,
 }
 
@@ -58,7 +58,7 @@ impl Member {
         Vec3::new(0.0, -9.81 * self.scale, 0.0)
     }
 
-    /// What its effects are.
+    /// Its effects.
     ///
     /// # Errors
     /// [`TortureError::Value`] for a compliance or damping out of range.
@@ -88,7 +88,7 @@ impl Member {
     /// A body of a rest shape, with its effects.
     ///
     /// # Errors
-    /// [`TortureError`] for a shape that cannot be a body, or a number out of range.
+    /// [`TortureError`] for a shape that cannot be a body, or a value out of range.
     pub fn body_of(&self, shape: RestShape) -> Result<Body, TortureError> {
         let topology = Arc::new(Topology::new(shape)?);
         let density = Density::new(self.shape.kind().density())?;
@@ -98,7 +98,7 @@ impl Member {
         })
     }
 
-    /// A world of its body alone in its rest shape, without gravity, that never sleeps.
+    /// A world that contains only its body, in its rest shape, without gravity or sleeping.
     ///
     /// # Errors
     /// As [`Member::body_of`].
@@ -121,7 +121,7 @@ impl Member {
     }
 }
 
-/// Its name: the shape, and what differs from [`Member::of`], as in `cube3,scale=0.001,steps=4x1`.
+/// Its name: the shape, and the differences to [`Member::of`], as in `cube3,scale=0.001,steps=4x1`.
 impl fmt::Display for Member {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let plain = Self::of(self.shape);

@@ -1,19 +1,19 @@
-//! Hard cases: that the solver stays stable is shown, not said.
+//! The robustness suite: hard cases that test the stability of the solver.
 //!
-//! A [`Case`] is a piece of data: a family of [members](Member), what is done to a member's world
-//! before it is stepped and while it is, and a judge that says with [figures](Figure) what came of
-//! it. Each case is run over its whole family, small bodies and large, a millimetre and a
-//! kilometre, rigid and soft, with one substep and with many, and the worst member is what is
-//! reported. Whatever a case is about, [`Watch`] holds it to what must always hold: every number
-//! finite, no energy out of nothing, pins exactly still, the momentum of free bodies constant, the
-//! same bits again and with other threads.
+//! A [`Case`] is a piece of data: a family of [members](Member), the setup of a member's world, the
+//! actions during the run, and a judge that reports the outcome as [figures](Figure). Each case is
+//! run over its whole family, small bodies and large, from a millimeter to a kilometer, rigid and
+//! soft, with one substep and with many, and the worst member is reported. In every case, [`Watch`]
+//! checks the universal requirements: all numbers are finite, no energy is created, pins do not
+//! move, the momentum of free bodies is constant, and repeated runs with any number of threads give
+//! the same bits.
 //!
-//! One definition, three ways to run it: [`suite::run`] for the program and the tests;
-//! [`run::run_given`] for a body that somebody has.
+//! A case can be run in two ways: by [`suite::run`] for the program and the tests, and by
+//! [`run::run_given`] for a user's body.
 //!
-//! A member that is known not to pass stays in the table and is listed in [`EXPECTED_FAILURES`].
+//! A member that is known to fail stays in the table and is listed in [`EXPECTED_FAILURES`].
 //!
-//! To add one: a `Case` in a file of `cases`, and a line in [`CASES`].
+//! To add a case, add a `Case` in a file of `cases` and a line in [`CASES`].
 
 pub mod advice;
 mod cases;
@@ -48,53 +48,54 @@ use crate::solver::{Deformation, World};
 /// A hard case.
 #[derive(Debug, Clone, Copy)]
 pub struct Case {
-    /// What commands call it.
+    /// Its name in commands.
     pub name: &'static str,
-    /// What tables call it.
+    /// Its name in tables.
     pub title: &'static str,
-    /// What is done, and what must come of it, in a sentence or two.
+    /// Setup and requirements, in a sentence or two.
     pub about: &'static str,
     /// Simulated time [s].
     pub seconds: fn(&Member) -> f64,
-    /// The bodies that it is tried on, with this multiple of the usual number of random mixtures.
+    /// The members, with this multiple of the usual number of random mixtures.
     pub family: fn(u32) -> Vec<Member>,
-    /// What is done before the first tick, to the member's body alone in a world without gravity.
+    /// Setup before the first tick, of a world that contains only the member's body, without
+    /// gravity.
     pub start: Start,
-    /// What is done before each tick.
+    /// Action before each tick.
     pub during: fn(&Member, &mut World) -> Result<(), TortureError>,
-    /// What must have come of it.
+    /// Evaluates the requirements.
     pub judge: fn(&Run) -> Result<Vec<Figure>, TortureError>,
-    /// What is done to the bodies from outside while they are stepped.
+    /// External actions on the bodies during the run.
     pub outside: Outside,
-    /// Whether it makes sense for any body that somebody has.
+    /// Whether the case applies to any user body.
     pub any_body: bool,
 }
 
-/// What is done to a world before its first tick.
+/// Setup of a world before its first tick.
 #[derive(Debug, Clone, Copy)]
 pub enum Start {
-    /// Its bodies are deformed.
+    /// Deforms its bodies.
     Deform(fn(&Member) -> Deformation),
-    /// Anything else.
+    /// Any other setup.
     Make(fn(&Member, &mut World) -> Result<(), TortureError>),
 }
 
-/// What is done to bodies from outside while they are stepped.
+/// External actions on the bodies during the run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outside {
-    /// Nothing: they must not gain energy, and free ones keep their momentum.
+    /// None: bodies must not gain energy, and free ones keep their momentum.
     Nothing,
-    /// A hand or a collider works on them, or bodies come and go.
+    /// A grab or a collider acts on them, or bodies are added or removed.
     Work,
-    /// One is made not finite.
+    /// One body is made non-finite.
     Poison,
 }
 
 impl Case {
-    /// The case of a name.
+    /// The case with this name.
     ///
     /// # Errors
-    /// [`TortureError::NoCase`] with the names that there are.
+    /// [`TortureError::NoCase`] with the valid names.
     pub fn named(name: &str) -> Result<&'static Self, TortureError> {
         let found = CASES.iter().find(|case| case.name == name);
         found.ok_or_else(|| TortureError::NoCase {
@@ -107,10 +108,10 @@ impl Case {
         })
     }
 
-    /// Puts a world into the state that a member begins from.
+    /// Puts a world into the initial state of a member.
     ///
     /// # Errors
-    /// [`TortureError`] for what cannot be built.
+    /// [`TortureError`] if it cannot be built.
     pub fn begin(&self, member: &Member, world: &mut World) -> Result<(), TortureError> {
         match self.start {
             Start::Deform(how) => {
@@ -121,8 +122,7 @@ impl Case {
         }
     }
 
-    /// How a body that somebody has is put into the state that the case begins from, if it is by a
-    /// deformation.
+    /// The deformation that puts a user's body into the initial state of the case, if it has one.
     #[must_use]
     pub fn deformation(&self, body: &Member) -> Option<Deformation> {
         match self.start {
@@ -131,7 +131,7 @@ impl Case {
         }
     }
 
-    /// Why a member is known not to pass, if it is.
+    /// The expected failure of a member, if it is known to fail.
     #[must_use]
     pub fn expected_failure(&self, member: &Member) -> Option<&'static ExpectedFailure> {
         let name = member.to_string();
@@ -140,7 +140,7 @@ impl Case {
     }
 }
 
-/// Does nothing before a tick.
+/// No action before a tick.
 fn nothing(_: &Member, _: &mut World) -> Result<(), TortureError> {
     Ok(())
 }

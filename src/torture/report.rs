@@ -1,5 +1,5 @@
-//! The folder that a run leaves behind: `report.md`, `report.html` that opens by itself,
-//! `torture.json`, and for each row a filmstrip and the energies of its worst member.
+//! The output folder of a run: `report.md`, a self-contained `report.html`, `torture.json`, and for
+//! each row a filmstrip and the energies of its worst member.
 
 use super::{
     Row, TortureError, filmstrip,
@@ -12,10 +12,10 @@ use crate::output::{
 };
 use std::path::Path;
 
-/// Runs the worst member of each row once more, with pictures, and writes all files.
+/// Runs the worst member of each row again with pictures, and writes all files.
 ///
 /// # Errors
-/// [`TortureError::Output`] naming the file and what the system said.
+/// [`TortureError::Output`] with the file and the system's message.
 pub fn write(folder: &Path, rows: &[Row]) -> Result<(), TortureError> {
     std::fs::create_dir_all(folder).map_err(|error| OutputError::new(folder, error))?;
     let save = |name: &str, text: &str| -> Result<(), OutputError> {
@@ -25,8 +25,9 @@ pub fn write(folder: &Path, rows: &[Row]) -> Result<(), TortureError> {
     let mut blocks = vec![
         Block::Heading(1, "Robustness".to_owned()),
         Block::Text(table::summary(rows)),
-        Block::Table(
-            table::HEAD.map(str::to_owned).to_vec(),
+        Block::table(
+            "",
+            &table::HEAD,
             rows.iter().map(|row| table::cells(row).to_vec()).collect(),
         ),
         Block::List(table::expected_failures(rows)),

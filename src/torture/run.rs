@@ -4,20 +4,20 @@ use super::{Case, Figure, Kind, Member, Shape, TortureError, watch::Watch};
 use crate::solver::{Body, Instructions, Settings, Threads, World, topology::Dimension};
 use std::time::Instant;
 
-/// A run that a case judges.
+/// A run for a case to judge.
 #[derive(Debug)]
 pub struct Run<'a> {
-    /// Whose it is.
+    /// The member that was run.
     pub member: &'a Member,
-    /// The world as it was at first.
+    /// The initial world.
     pub start: World,
-    /// The world at the end.
+    /// The final world.
     pub end: World,
-    /// What was seen between.
+    /// The recorded observations.
     pub watch: Watch,
 }
 
-/// What came out for one member.
+/// The outcome of a member.
 #[derive(Debug, Clone)]
 pub struct Outcome {
     /// Its number in the family, from 1.
@@ -26,13 +26,13 @@ pub struct Outcome {
     pub member: Member,
     /// All its figures.
     pub figures: Vec<Figure>,
-    /// The slowest frames over the median, see [`slowest`].
+    /// Slowest frames relative to the median, see [`slowest`].
     pub slowest: f64,
-    /// Time that its ticks took, but for those in which all slept [s].
+    /// Total time of its ticks, except those in which all bodies slept [s].
     pub seconds: f64,
-    /// What was seen; only where it was asked for.
+    /// The recorded observations, if requested.
     pub watch: Option<Watch>,
-    /// The bodies at the end; only where it was asked for.
+    /// The final bodies, if requested.
     pub world: Option<World>,
 }
 
@@ -43,7 +43,7 @@ impl Outcome {
         self.figures.iter().all(Figure::holds)
     }
 
-    /// The figure that is nearest to its limit, or furthest beyond.
+    /// The figure farthest beyond its limit, or closest to it.
     #[must_use]
     pub fn worst(&self) -> Option<&Figure> {
         let figures = self.figures.iter();
@@ -51,15 +51,15 @@ impl Outcome {
     }
 }
 
-/// Threads with which each member is run once more.
+/// Thread pools with which each member is run again.
 #[derive(Debug, Clone)]
 pub struct Crews(Vec<Threads>);
 
 impl Crews {
-    /// One thread, two and eight; just one where the program knows no more.
+    /// One, two and eight threads; only one if the program does not support more.
     ///
     /// # Errors
-    /// [`TortureError::Threads`] if the system refuses to start them.
+    /// [`TortureError::Threads`] if they cannot be started.
     pub fn start() -> Result<Self, TortureError> {
         let counts: &[usize] = if cfg!(feature = "parallel") {
             &[1, 2, 8]
@@ -74,8 +74,8 @@ impl Crews {
 /// Ticks after which states of repeated runs are compared.
 const COMPARED: usize = 15;
 
-/// Runs a member of a case as it begins, `crews` times more for its first ticks. `film` keeps what
-/// was seen.
+/// Runs a member of a case, then repeats its first ticks with each of `crews`. `film` keeps the
+/// recorded observations.
 ///
 /// # Errors
 /// [`TortureError`] for a member that cannot be built.
@@ -90,7 +90,7 @@ pub fn run_member(
     run_world(case, (number, member), world, crews, film)
 }
 
-/// A body that somebody has, as a member.
+/// A user's body as a member.
 #[must_use]
 pub fn given(body: &Body, settings: Settings) -> Member {
     let kind = match body.topology.dimension {
@@ -106,17 +106,17 @@ pub fn given(body: &Body, settings: Settings) -> Member {
     }
 }
 
-/// Runs a case on a body that is given, alone, without gravity and without ground: the state that
-/// it is in is what it is put into the hard case from.
+/// Runs a case on a user's body alone, without gravity and without ground. The case is set up from
+/// the current state of the body.
 ///
 /// # Errors
-/// [`TortureError`] if threads cannot be had.
+/// [`TortureError`] if threads cannot be started.
 pub fn run_given(case: &Case, body: Body, settings: Settings) -> Result<Outcome, TortureError> {
     let (member, world) = prepared(case, body, settings)?;
     run_world(case, (1, &member), world, &Crews::start()?, true)
 }
 
-/// A body that is given as the member that a case is run on, and the world that it begins in.
+/// The member for a user's body, and the initial world of the case.
 ///
 /// # Errors
 /// As [`run_given`].
@@ -162,7 +162,7 @@ pub(super) fn run_world(
         world.tick();
         let seconds = clock.elapsed().as_secs_f64();
         ticks += 1;
-        // A tick in which all sleep is no measure of the others.
+        // A tick in which all bodies sleep is not representative.
         if world.bodies.iter().any(|body| !body.asleep) {
             times.push(seconds);
         }
@@ -197,7 +197,7 @@ pub(super) fn run_world(
     })
 }
 
-/// How many of the repeated runs, with other threads and other instructions, have another state.
+/// Number of repeated runs, with other threads and other instruction sets, whose state differs.
 fn different(
     case: &Case,
     run: &Run,
@@ -222,9 +222,9 @@ fn different(
     Ok(count)
 }
 
-/// The slowest frames over the median: the largest, over stretches of eight ticks in a row, of the
-/// fastest tick of a stretch. What disturbs a single tick from outside is no slow frame; what is in
-/// the state of a body, such as subnormal numbers, lasts.
+/// Slowest frames relative to the median: the maximum, over all windows of eight consecutive ticks,
+/// of the fastest tick in the window. An external disturbance of single ticks is ignored, whereas
+/// slowdowns caused by the state of a body, such as subnormal numbers, persist.
 #[must_use]
 pub fn slowest(times: &[f64]) -> f64 {
     let mut sorted = times.to_vec();

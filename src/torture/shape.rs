@@ -1,4 +1,4 @@
-//! The bodies that hard cases are tried on. All are 1 m long at scale 1.
+//! The bodies of the robustness suite. All are 1 m long at scale 1.
 
 use super::TortureError;
 use crate::{
@@ -8,7 +8,7 @@ use crate::{
 use glam::{UVec2, UVec3, Vec2, Vec3};
 use std::fmt;
 
-/// What holds a body together.
+/// How a body is held together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// Edges and volumes of tetrahedra.
@@ -20,10 +20,10 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// All.
+    /// All kinds.
     pub const ALL: [Self; 3] = [Self::Tetrahedra, Self::Cloth, Self::Rope];
 
-    /// What tables call it.
+    /// Its name in tables.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -33,7 +33,7 @@ impl Kind {
         }
     }
 
-    /// To which power of its length its mass grows.
+    /// The exponent with which mass grows with length.
     #[must_use]
     pub const fn dimensions(self) -> i32 {
         match self {
@@ -43,7 +43,7 @@ impl Kind {
         }
     }
 
-    /// Mass per measure [kg/m³, kg/m², kg/m].
+    /// Density [kg/m³, kg/m², kg/m].
     #[must_use]
     pub const fn density(self) -> f32 {
         match self {
@@ -54,20 +54,20 @@ impl Kind {
     }
 }
 
-/// A shape; the number is that of cells along its longest side.
+/// A shape; the number is the number of cells along its longest side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
-    /// A single tetrahedron, a corner of a cube.
+    /// A single tetrahedron: a corner of a cube.
     Tetrahedron,
-    /// A single tetrahedron, a hundred times as wide as high.
+    /// A single tetrahedron whose width is a hundred times its height.
     Sliver,
     /// A cube.
     Cube(u32),
     /// A ball.
     Ball(u32),
-    /// A ring; the number is that of cells across its tube.
+    /// A ring; the number is the number of cells across its tube.
     Ring(u32),
-    /// A bar as many times as long as thick.
+    /// A bar; the number is its ratio of length to thickness.
     Bar(u32),
     /// The coarse Stanford bunny.
     Bunny,
@@ -75,12 +75,12 @@ pub enum Shape {
     Cloth(u32),
     /// A rope.
     Rope(u32),
-    /// A body that somebody gave.
+    /// A user's body.
     Given(Kind),
 }
 
 impl Shape {
-    /// What it is held together by.
+    /// How it is held together.
     #[must_use]
     pub const fn kind(self) -> Kind {
         match self {
@@ -91,7 +91,7 @@ impl Shape {
         }
     }
 
-    /// Whether a quick run leaves it out: more than some thousand constraints.
+    /// Whether a quick run leaves it out: more than a few thousand constraints.
     #[must_use]
     pub const fn is_large(self) -> bool {
         match self {
@@ -103,10 +103,10 @@ impl Shape {
         }
     }
 
-    /// The shape, `scale` metres long.
+    /// Builds the shape with a length of `scale` meters.
     ///
     /// # Errors
-    /// [`TortureError`] if the mesh refuses its size.
+    /// [`TortureError`] if the mesh rejects its size.
     pub fn build(self, scale: f32) -> Result<RestShape, TortureError> {
         let primitive = match self {
             Self::Tetrahedron => return Ok(tetrahedron(scale, 1.0)),
@@ -170,7 +170,7 @@ fn bunny(scale: f32) -> Result<SoftMesh, TortureError> {
     Ok(build(asset::load("bunny_coarse")?, &options)?)
 }
 
-/// Corners at 0 and along x, y, z, the last at `height` times the side.
+/// Corners at 0 and along x, y, z; the last at a distance of `height` times the side.
 fn tetrahedron(side: f32, height: f32) -> RestShape {
     RestShape {
         vertices: vec![

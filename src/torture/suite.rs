@@ -1,4 +1,4 @@
-//! Runs many members of many cases, whole members at the same time, and sums up what came out.
+//! Runs members of cases in parallel and summarizes their outcomes.
 
 use super::{
     CASES, Case, EXPECTED_FAILURES, ExpectedFailure, Kind, Member, Outcome, TortureError,
@@ -11,16 +11,16 @@ use std::sync::{
     atomic::{AtomicUsize, Ordering},
 };
 
-/// What is to be run.
+/// What to run.
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// Names of cases; none for all.
+    /// Names of cases; empty for all.
     pub cases: Vec<String>,
-    /// Only one member of the one case, by number or name.
+    /// Only this member of the single case, by number or name.
     pub member: Option<String>,
-    /// Only what takes little time.
+    /// Only fast members.
     pub quick: bool,
-    /// How many times the usual number of random mixtures.
+    /// Multiple of the usual number of random mixtures.
     pub mixtures: u32,
 }
 
@@ -29,22 +29,23 @@ pub struct Options {
 pub struct Job {
     /// The case.
     pub case: &'static Case,
-    /// Number of the member in its family, from 1: the same whether quick or not.
+    /// Number of the member in its family, from 1; the same in quick and full runs.
     pub number: usize,
     /// The member.
     pub member: Member,
 }
 
-/// The members that came out alike: of one case and one kind of body, expected to fail for one reason or to pass.
+/// Members of one case and one kind of body that are expected to pass, or to fail for the same
+/// reason.
 #[derive(Debug, Clone)]
 pub struct Row {
     /// The case.
     pub case: &'static Case,
-    /// What the bodies are held together by.
+    /// How the bodies are held together.
     pub kind: Kind,
-    /// Why they are not expected to pass, if they are not.
+    /// The expected failure, if they are not expected to pass.
     pub expected: Option<&'static ExpectedFailure>,
-    /// What came out for each.
+    /// The outcome of each member.
     pub outcomes: Vec<Outcome>,
 }
 
@@ -55,7 +56,7 @@ impl Row {
         self.outcomes.iter().all(Outcome::passed)
     }
 
-    /// How many did not.
+    /// Number of members that did not pass.
     #[must_use]
     pub fn failed(&self) -> usize {
         self.outcomes
@@ -64,7 +65,8 @@ impl Row {
             .count()
     }
 
-    /// The member with the figure furthest beyond its limit, or nearest to it; the first of several.
+    /// The member with the figure farthest beyond its limit or closest to it; of several, the
+    /// first.
     #[must_use]
     pub fn worst(&self) -> Option<&Outcome> {
         let load = |outcome: &Outcome| outcome.worst().map_or(0.0, super::Figure::load);
@@ -73,10 +75,10 @@ impl Row {
     }
 }
 
-/// The members that are asked for, case by case.
+/// The requested members, case by case.
 ///
 /// # Errors
-/// [`TortureError`] for a case or a member that there is not.
+/// [`TortureError`] for an unknown case or member.
 pub fn jobs(options: &Options) -> Result<Vec<Job>, TortureError> {
     let cases: Vec<&'static Case> = if options.cases.is_empty() {
         CASES.iter().collect()
@@ -112,19 +114,19 @@ pub fn jobs(options: &Options) -> Result<Vec<Job>, TortureError> {
     Ok(vec![job])
 }
 
-/// How many members to run at the same time: 0 is one on each core.
+/// Number of members to run in parallel: 0 is one per core.
 ///
 /// # Errors
-/// [`TortureError::Threads`] for more than make sense.
+/// [`TortureError::Threads`] for an excessive number.
 pub fn threads(count: usize) -> Result<usize, TortureError> {
     Ok(Threads::new(count)?.count())
 }
 
-/// Runs jobs, `threads` members at the same time; `progress` is told how many are done. The order of the rows does not depend on
-/// which is done first.
+/// Runs jobs, `threads` members in parallel; `progress` receives the number of completed members.
+/// The order of the rows does not depend on the order of completion.
 ///
 /// # Errors
-/// [`TortureError`] if a member cannot be built or threads cannot be had.
+/// [`TortureError`] if a member cannot be built or threads cannot be started.
 pub fn run(
     jobs: &[Job],
     threads: usize,
@@ -137,7 +139,7 @@ pub fn run(
             count: threads,
             reason: error.to_string(),
         })?;
-    // One for each thread of the pool.
+    // One per thread of the pool.
     let crews: Vec<Mutex<Crews>> = (0..pool.current_num_threads())
         .map(|_| Crews::start().map(Mutex::new))
         .collect::<Result<_, _>>()?;
@@ -176,7 +178,8 @@ fn add(rows: &mut Vec<Row>, job: &Job, outcome: Outcome) {
     }
 }
 
-/// By case in the order of the table, then kind, then what is expected to pass first.
+/// Sort key: case in the order of the table, then kind, then expected passes before expected
+/// failures.
 fn place(row: &Row) -> (usize, Kind, usize) {
     let case = CASES.iter().position(|case| case.name == row.case.name);
     let expected = row.expected.and_then(|it| {

@@ -1,9 +1,9 @@
-//! The table of what came out: a row for each case, kind of body and reason to fail.
+//! The table of outcomes: one row per case, kind of body and reason for failure.
 
 use super::{Figure, Outcome, Row};
 use serde_json::{Value, json};
 
-/// What is above the columns.
+/// The column headings.
 pub const HEAD: [&str; 8] = [
     "case",
     "body",
@@ -15,7 +15,7 @@ pub const HEAD: [&str; 8] = [
     "verdict",
 ];
 
-/// A row in words.
+/// The cells of a row as text.
 #[must_use]
 pub fn cells(row: &Row) -> [String; 8] {
     let worst = row.worst();
@@ -36,7 +36,7 @@ pub fn cells(row: &Row) -> [String; 8] {
     ]
 }
 
-/// `passes`, or how many do not; whether that was expected.
+/// `passes`, or the number of failures and whether they were expected.
 #[must_use]
 pub fn verdict(row: &Row) -> String {
     match (row.failed(), row.expected) {
@@ -47,7 +47,7 @@ pub fn verdict(row: &Row) -> String {
     }
 }
 
-/// Three digits, and an exponent where a person would want one.
+/// Three significant digits; exponential notation for very large and very small values.
 #[must_use]
 pub fn number(x: f64) -> String {
     let size = x.abs();
@@ -65,7 +65,7 @@ pub fn number(x: f64) -> String {
     }
 }
 
-/// The rows for a terminal, columns below each other.
+/// The rows aligned for a terminal.
 #[must_use]
 pub fn text(rows: &[Row]) -> String {
     let head = HEAD.map(str::to_owned);
@@ -86,7 +86,7 @@ pub fn text(rows: &[Row]) -> String {
     all.iter().map(line).collect()
 }
 
-/// The rows as an array of objects. A limit that is infinite is null.
+/// The rows as a JSON array of objects. An infinite limit is null.
 #[must_use]
 pub fn json(rows: &[Row]) -> Value {
     let object = |row: &Row| {
@@ -110,7 +110,7 @@ pub fn json(rows: &[Row]) -> Value {
     rows.iter().map(object).collect()
 }
 
-/// How many members of how many cases, and how many fail.
+/// Summary: number of members, cases and failures.
 #[must_use]
 pub fn summary(rows: &[Row]) -> String {
     let members = |which: &dyn Fn(&Row) -> usize| rows.iter().map(which).sum::<usize>();
@@ -142,7 +142,7 @@ pub fn summary(rows: &[Row]) -> String {
     )
 }
 
-/// The members that are expected to fail, a line each, with what came out and why.
+/// The members that are expected to fail, one per line, with outcome and reason.
 #[must_use]
 pub fn expected_failures(rows: &[Row]) -> Vec<String> {
     let rows = rows.iter().filter_map(|row| Some((row, row.expected?)));
@@ -178,7 +178,7 @@ fn worst(outcome: &Outcome) -> Option<String> {
     ))
 }
 
-/// The members of a row that fail, a line each, with the command that runs each again.
+/// The members of a row that fail, one per line, each with the command that runs it again.
 #[must_use]
 pub fn failures(row: &Row) -> Vec<String> {
     let failed = row.outcomes.iter().filter(|outcome| !outcome.passed());
@@ -193,7 +193,7 @@ pub fn failures(row: &Row) -> Vec<String> {
     lines.collect()
 }
 
-/// Which member had the slowest frames. A figure of the machine too, so nothing is judged by it.
+/// The member with the slowest frames. It depends on the machine, so no limit applies.
 #[must_use]
 pub fn slowest(rows: &[Row]) -> Option<String> {
     let all = rows

@@ -1,8 +1,8 @@
-//! Watches a world, tick by tick, for what must hold whatever is done to it: every number finite,
-//! no energy out of nothing, pins exactly still, the momentum of free bodies constant.
+//! Checks the universal requirements of a world tick by tick: all numbers are finite, no energy is
+//! created, pins do not move, the momentum of free bodies is constant.
 //!
-//! It only looks: whoever steps the world, a run without a window or the window itself, shows it
-//! each state.
+//! It only observes: the caller that steps the world (a headless run or the window) passes each
+//! state to it.
 
 use super::{Figure, Outside, energy::Energy};
 use crate::solver::{Body, ElasticKind, Particles, World, measure};
@@ -11,24 +11,24 @@ use glam::{DVec3, Vec4};
 /// Half an ulp of 1 in f32: a number x is rounded by at most this times |x|.
 pub const ROUNDING: f64 = 1.0 / 16_777_216.0;
 
-/// Energy may exceed what was there by this share of it.
+/// Accepted increase of energy, as a fraction.
 const MORE_ENERGY: f64 = 0.01;
 
-/// Momentum may differ by this share of what the particles carry.
+/// Accepted change of momentum, as a fraction of the sum of the momenta of all particles.
 const MOMENTUM: f64 = 1e-5;
 
-/// What a world was like at a time.
+/// The state of a world at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moment {
     /// Time since the start [s].
     pub time: f64,
     /// Its energy.
     pub energy: Energy,
-    /// Root mean square of the edges' C over their lengths, and of the volumes' over theirs.
+    /// Root mean square of the relative errors of edges and volumes.
     pub strain: f64,
 }
 
-/// What has been seen of a world.
+/// Observations of a world.
 #[derive(Debug, Clone)]
 pub struct Watch {
     /// The start, and the end of each tick.
@@ -52,7 +52,7 @@ pub struct Watch {
 struct Momentum {
     start: DVec3,
     gravity: DVec3,
-    /// Largest distance from what it must be [kg·m/s].
+    /// Largest deviation from the expected momentum [kg·m/s].
     off: f64,
     /// Largest Σm‖v‖ [kg·m/s].
     carried: f64,
@@ -60,25 +60,25 @@ struct Momentum {
     most: f64,
 }
 
-/// What rounding to f32 adds. Positions are exact to f64 (position and carry); what is rounded are displacements in a
-/// substep, and lengths in constraints.
+/// Effects of rounding to f32. Positions are accurate to f64 (position and carry); displacements
+/// within a substep and lengths in constraints are rounded.
 #[derive(Debug, Clone, Copy, Default)]
 struct Floors {
     mass: f64,
     particles: f64,
-    /// Constraints on a particle, times iterations, on average.
+    /// Mean number of constraints on a particle, times iterations.
     moves: f64,
-    /// Largest displacement in a substep, per second [m/s].
+    /// Largest displacement per substep, as a speed [m/s].
     speed: f64,
-    /// Longest edge seen [m].
+    /// Longest edge so far [m].
     length: f64,
     substeps: f64,
     h: f64,
 }
 
 impl Watch {
-    /// Begins with a world as it is. `outside` says what else is done to it; `filming` that positions
-    /// are to be kept.
+    /// Starts with the current state of a world. `outside` is the kind of external actions;
+    /// `filming` keeps positions.
     #[must_use]
     pub fn new(world: &World, outside: Outside, filming: bool) -> Self {
         let bodies = || world.bodies.iter();
@@ -87,7 +87,7 @@ impl Watch {
         let total = |each: &dyn Fn(&Body) -> f64| bodies().map(each).sum::<f64>();
         let particles = total(&|body| body.particles.len() as f64).max(1.0);
         let corners = total(&|body| corners(body) as f64);
-        let sweeps = f64::from(world.settings.iterations.get());
+        let iterations = f64::from(world.settings.iterations.get());
         let mut watch = Self {
             moments: Vec::new(),
             film: Default::default(),
@@ -108,7 +108,7 @@ impl Watch {
             floors: Floors {
                 mass: total(&|body| mass(&body.particles)),
                 particles,
-                moves: corners / particles * sweeps,
+                moves: corners / particles * iterations,
                 ..Floors::default()
             },
         };
@@ -116,7 +116,7 @@ impl Watch {
         watch
     }
 
-    /// Sees the world after a tick.
+    /// Records the world after a tick.
     pub fn see(&mut self, world: &World) {
         self.floors.substeps += f64::from(world.settings.substeps.get());
         self.look(world);
@@ -213,7 +213,7 @@ impl Watch {
         figures
     }
 
-    /// Largest speed of the centre of mass [m/s].
+    /// Largest speed of the center of mass [m/s].
     fn flight(&self) -> f64 {
         if self.floors.mass > 0.0 {
             self.momentum.most / self.floors.mass
@@ -222,7 +222,7 @@ impl Watch {
         }
     }
 
-    /// How much more energy there ever was than when it was first known.
+    /// Largest excess of energy over its first known value.
     fn energy(&self) -> Figure {
         let known = self
             .moments
@@ -232,7 +232,8 @@ impl Watch {
         let start = after.first().map_or(0.0, |moment| moment.energy.total());
         let most = after.iter().map(|moment| moment.energy.mechanical());
         let more = most.fold(start, f64::max) - start - self.floors.energy(self.flight());
-        // A share of what moves and is stored, not of a height above the origin.
+        // Relative to the kinetic and elastic energy; the potential energy depends on the choice of
+        // the origin.
         let energies = after.iter().map(|moment| moment.energy);
         let scale = energies.map(|e| e.kinetic + e.elastic).fold(0.0, f64::max);
         let share = if more > 0.0 { more / scale } else { 0.0 };
@@ -246,28 +247,31 @@ impl Watch {
 }
 
 impl Floors {
-    /// Each of the 2 + k roundings of a displacement u in a substep (the prediction, the velocity, and one for each of
-    /// the k constraints on it and iterations) changes a velocity by up to ε‖u‖/h in each of three directions.
+    /// In a substep, a displacement u is rounded 2 + k times: in the prediction, in the velocity,
+    /// and once for each of the k constraint projections of the particle. Each rounding changes a
+    /// velocity by up to ε‖u‖/h in each of three directions.
     fn kick(&self) -> f64 {
         ROUNDING * self.speed
     }
 
-    /// A constraint of a length l is rounded by up to εl, and displacements in the course of the iterations can be as long.
+    /// A constraint of length l is rounded by up to εl, and displacements during the iterations can
+    /// be as long.
     fn constraint_kick(&self) -> f64 {
         self.kick() + ROUNDING * self.length / self.h
     }
 
-    /// Independent kicks add in their squares: ½m · 3(2 + k)n (ε(‖u‖ + l)/h)² after n substeps. Those of
-    /// an even flight at a speed v add up to nε‖u‖/h, and so to mv times that.
+    /// Independent errors add in squares: ½m · 3(2 + k)n (ε(‖u‖ + l)/h)² after n substeps. Those of
+    /// uniform motion at a speed v add up to nε‖u‖/h, and so to an energy of mv times that.
     fn energy(&self, flight: f64) -> f64 {
         let kicks = 3.0 * (2.0 + self.moves) * self.substeps.max(1.0);
         let apart = 0.5 * self.mass * kicks * self.constraint_kick().powi(2);
         apart + self.mass * flight * self.substeps * self.kick()
     }
 
-    /// A particle that flies evenly is rounded alike in each substep, so that the kicks of the
-    /// prediction add up: mnε‖u‖/h. Those of constraints have no direction: of N particles in n
-    /// substeps they add like √(3kn/N), and four times that is not exceeded by chance.
+    /// A particle in uniform motion is rounded in the same way in each substep, so that the errors
+    /// of the prediction add up: mnε‖u‖/h. Those of constraints have random directions: for N
+    /// particles and n substeps they grow like √(3kn/N), and four times that is not exceeded by
+    /// chance.
     fn momentum(&self) -> f64 {
         let flight = self.substeps;
         let constraints = 4.0 * (3.0 * self.moves * self.substeps / self.particles).sqrt();
@@ -300,7 +304,7 @@ fn carried(particles: &Particles) -> f64 {
         .sum()
 }
 
-/// Corners of all constraints: how often a sweep moves a particle, added up.
+/// Total number of corners of all constraints: the number of particle updates per iteration.
 fn corners(body: &Body) -> usize {
     let carried = ElasticKind::ALL.into_iter();
     carried
@@ -321,7 +325,7 @@ pub fn strain(world: &World) -> f64 {
     (sum / count.max(1) as f64).sqrt()
 }
 
-/// C over the rest value of each edge, and of each volume; what has no size at rest is left out.
+/// Relative errors of each edge and each volume; elements with a rest size of zero are skipped.
 #[must_use]
 pub fn strains(body: &Body) -> (Vec<f64>, Vec<f64>) {
     let (topology, x) = (&body.topology, &body.particles.positions);

@@ -1,4 +1,4 @@
-//! A sample of every effect in the table: one that is there and not here does not compile.
+//! A sample of every effect in the table: an effect without a sample does not compile.
 
 use crate::support::{body, cube, pinned, stretch, volume, with};
 use glam::{UVec2, Vec2, Vec3};
@@ -21,7 +21,7 @@ pub enum On {
     Shell,
 }
 
-/// An effect that does something that can be seen.
+/// An effect with parameters whose action is visible.
 pub trait Sample {
     const ON: On;
     fn sample(damping: Damping) -> Self;
@@ -92,7 +92,7 @@ impl Sample for Grab {
     }
 }
 
-/// A shape with many elements of every kind that it can have.
+/// A shape with many elements of every kind that it supports.
 fn shape(on: &On) -> (RestShape, f32) {
     let built = |primitive: Primitive| primitive.build().expect("sound").shape;
     match on {
@@ -126,7 +126,7 @@ macro_rules! each {
         }
     };
     ($($kind:ident $field:ident,)*) => {
-        /// A sample of each effect, by its name, with what it acts on.
+        /// A sample of each effect, with its name and what it acts on.
         pub fn samples() -> Vec<(&'static str, On, Effects)> {
             vec![$((
                 stringify!($field),
@@ -138,7 +138,7 @@ macro_rules! each {
             ),)*]
         }
 
-        /// Puts the effects of another body in the place of those that are absent.
+        /// Fills absent effects with those of another body.
         fn over(effects: Effects, under: Effects) -> Effects {
             Effects {
                 $($field: effects.$field.or(under.$field),)*
@@ -171,7 +171,7 @@ macro_rules! elastic {
 
 pliant::solver::effects!(elastic);
 
-/// A body for each effect, two meters from each other; two that touch for contact.
+/// A body for each effect, two meters apart; two touching bodies for contact.
 pub fn bodies() -> Vec<Body> {
     let mut bodies = Vec::new();
     for (name, on, effects) in samples() {

@@ -1,4 +1,4 @@
-//! The allocator of the suite: it counts what each thread allocates, and how much it holds.
+//! The allocator of the suite: counts the allocations of each thread and the memory that it holds.
 
 #![allow(unsafe_code, reason = "an allocator that counts")]
 
@@ -19,29 +19,30 @@ thread_local! {
 
 static OF_MEMBERS: AtomicU64 = AtomicU64::new(0);
 
-/// How often this thread has allocated.
+/// Number of allocations of this thread.
 pub fn count() -> u64 {
     COUNT.get()
 }
 
-/// From now on this thread counts among those of [`count_of_members`].
+/// Includes this thread in [`count_of_members`] from now on.
 pub fn join() {
     IS_MEMBER.set(true);
 }
 
-/// How often the threads that have joined have allocated, all together. For one test: all of them count as one.
+/// Total number of allocations of the threads that have joined. For a single test: all joined
+/// threads are counted together.
 pub fn count_of_members() -> u64 {
     OF_MEMBERS.load(Ordering::Relaxed)
 }
 
-/// Bytes that this thread has allocated and not given back. What it gives back for another thread
-/// counts against it.
+/// Bytes that this thread has allocated and not freed. Memory of another thread that it frees
+/// counts as negative.
 pub fn held() -> i64 {
     HELD.get()
 }
 
-/// What an action returns, and the most bytes that its thread held at once beyond what it held
-/// before.
+/// The result of an action, and the peak memory of its thread during the action, relative to the
+/// memory before [byte].
 pub fn peak<T>(action: impl FnOnce() -> T) -> (T, u64) {
     let (before, outer) = (HELD.get(), MOST.get());
     MOST.set(before);
@@ -61,19 +62,19 @@ fn size(layout: Layout) -> i64 {
     i64::try_from(layout.size()).unwrap_or(i64::MAX)
 }
 
-// SAFETY: hands everything on to the system's allocator; counting allocates nothing.
+// SAFETY: forwards to the system's allocator; counting allocates nothing.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         COUNT.set(COUNT.get() + 1);
         OF_MEMBERS.fetch_add(IS_MEMBER.get().into(), Ordering::Relaxed);
         change(size(layout));
-        // SAFETY: the caller's promise.
+        // SAFETY: upheld by the caller.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
         change(-size(layout));
-        // SAFETY: the caller's promise.
+        // SAFETY: upheld by the caller.
         unsafe { System.dealloc(pointer, layout) }
     }
 }

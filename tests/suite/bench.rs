@@ -1,4 +1,4 @@
-//! The bench: all figures are there and can be true, and what cannot be measured is refused.
+//! The benchmark: all figures are present and plausible, and invalid requests are rejected.
 
 use pliant::bench::{Case, Spread};
 use serde_json::Value;
@@ -19,7 +19,7 @@ fn words(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).expect("UTF-8")
 }
 
-/// Lowest, middle and highest, all of them positive and in this order.
+/// Lowest, median and highest value: all positive and in this order.
 fn check_spread(value: &Value, what: &str) {
     let figure = |key| {
         value[key]

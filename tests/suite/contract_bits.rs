@@ -1,4 +1,4 @@
-//! Contracts about bits: the same input gives the same state, whichever way it is stepped.
+//! Contracts about bits: the same input gives the same state, regardless of how it is stepped.
 
 use crate::{
     all_effects,
@@ -55,8 +55,8 @@ fn everything() -> World {
     world
 }
 
-/// The schedules of Bevy step a world exactly as the plain loop does: every position and every
-/// velocity has the same bits after each of 600 ticks, and the same bodies sleep.
+/// Bevy's schedules step a world exactly as the plain loop does: positions and velocities are
+/// bit-identical after each of 600 ticks, and the same bodies sleep.
 #[test]
 fn a_run_with_bevy_equals_the_plain_run_to_the_bit() {
     for substeps in [1, 5] {
@@ -78,7 +78,7 @@ fn a_run_with_bevy_equals_the_plain_run_to_the_bit() {
     }
 }
 
-/// What is captured from Bevy in the middle of a run goes on without it to the same bits.
+/// A world captured from Bevy during a run continues without Bevy to the same bits.
 #[test]
 fn a_captured_world_goes_on_to_the_same_bits() {
     let (mut app, ..) = app_of(&everything());
@@ -91,8 +91,8 @@ fn a_captured_world_goes_on_to_the_same_bits() {
     assert_eq!(state_hash(app.world_mut()), captured.state_hash());
 }
 
-/// Without contact between them, bodies do not know of each other (A9): each has the same bits
-/// alone and among the others.
+/// Without contact, bodies do not affect each other (A9): each has the same bits alone and among
+/// the others.
 #[test]
 fn a_body_alone_equals_the_same_body_among_others() {
     let mut together = everything();
@@ -113,7 +113,7 @@ fn a_body_alone_equals_the_same_body_among_others() {
     }
 }
 
-/// The same start gives the same state, however often.
+/// The same start always gives the same state.
 #[test]
 fn the_same_run_twice_gives_the_same_bits() {
     let hashes = [0, 1].map(|_| {
@@ -124,7 +124,7 @@ fn the_same_run_twice_gives_the_same_bits() {
     assert_eq!(hashes[0], hashes[1]);
 }
 
-/// The hash tells states apart that differ in a single bit.
+/// The hash distinguishes states that differ in a single bit.
 #[test]
 fn the_hash_of_a_state_sees_a_single_bit() {
     let world = everything();

@@ -1,5 +1,5 @@
-//! Contracts that every effect of the table keeps: the reference goes the same way, the energy ledger closes, and a
-//! snapshot goes on with the same bits.
+//! Contracts of every effect of the table: agreement with the reference, a closed energy ledger,
+//! and bit-identical continuation from a snapshot.
 
 use crate::{
     all_effects,
@@ -20,7 +20,7 @@ use pliant::{
     },
 };
 
-/// A body for each effect, in the air, that falls onto the ground within a third of a second, and a collider.
+/// A body for each effect, which falls onto the ground within a third of a second, and a collider.
 fn world() -> World {
     let shape = ColliderShape::Sphere { radius: 0.3 };
     let path = Path::Oscillate {
@@ -36,7 +36,7 @@ fn world() -> World {
     }
 }
 
-/// But for the direct solver, which the reference has not: it goes on with iterations.
+/// Except the direct solver, which the reference does not have: it uses iterations instead.
 #[test]
 fn every_effect_does_what_its_reference_does() {
     let mut fast = world();
@@ -47,8 +47,9 @@ fn every_effect_does_what_its_reference_does() {
         for (body, reference) in fast.bodies.iter().zip(&plain.bodies) {
             let each = reference.x.iter().enumerate();
             let off = each.map(|(i, x)| body.particles.position(i).distance(*x));
-            // 240 substeps of 2 iterations round ways of up to 3 cm to 6e-8 of them, which adds up to 1e-6 m; the grab
-            // pulls a corner fifty times as hard as the body weighs, and its ways are as much longer.
+            // 240 substeps of 2 iterations round displacements of up to 3 cm by a relative 6e-8,
+            // which adds up to 1e-6 m; the grab pulls a corner with fifty times the weight of the
+            // body, which increases the displacements by the same factor.
             let most = if body.effects.grab.is_some() {
                 50e-6
             } else {
@@ -100,7 +101,8 @@ fn the_energy_ledger_closes_with_every_effect() {
         let change = energy(body) - before;
         let most = all.rows().iter().map(|(_, row)| row.abs()).sum::<f64>();
         let off = (all.sum() - change).abs();
-        // Sums of some 1e5 terms, with rest positions up to 50 m away, which are known to 1e-8 of that energy.
+        // Sums of about 1e5 terms, with rest positions up to 50 m away, whose energy is accurate to
+        // 1e-8.
         assert!(off < 1e-7 * most, "{}: off by {off} of {most} J", body.name);
     }
 }

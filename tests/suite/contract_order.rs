@@ -1,11 +1,11 @@
-//! Contract about order: whatever order a file has its constraints in, Pliant is stable.
+//! Contract about order: Pliant is stable for every order of the constraints in a file.
 //!
-//! At zero compliance with one iteration a substep, the order of the constraints alone decides
-//! whether a large cloth lives. Sorted by vertex, plain Gauss–Seidel carries the correction of an
-//! edge through a whole row within one sweep, always the same way. Linearised, such a sweep has
-//! no growing mode, but its modes lie so close to each other that their sums grow by many powers
-//! of ten before they fall; on 200 × 200 particles by more than f32 can hold. An order that jumps
-//! about, as colours do, carries nothing far.
+//! At zero compliance with one iteration per substep, the stability of a large cloth depends on the
+//! order of the constraints alone. Sorted by vertex, plain Gauss–Seidel propagates the correction
+//! of an edge through a whole row within one iteration, always in the same direction. The
+//! linearized iteration has no growing mode, but its modes are so close to each other that their
+//! sums grow by many powers of ten before they decay; on 200 × 200 particles beyond the range of
+//! f32. A scattered order, such as that of colors, propagates corrections only a short distance.
 
 use crate::support::{body, rms_strain, with};
 use glam::{UVec2, Vec2, Vec3};
@@ -64,7 +64,7 @@ fn strain(shape: RestShape) -> f64 {
     rms_strain(&world.bodies[0])
 }
 
-/// The same by a loop of plain Gauss–Seidel in the order given; equal masses.
+/// The same with a loop of plain Gauss–Seidel in the given order; equal masses.
 fn plain_is_finite(shape: &RestShape, edges: &[[u32; 2]]) -> bool {
     let h = 1.0 / 30.0 / SUBSTEPS as f32;
     let w = |i: usize| {
@@ -100,7 +100,7 @@ fn plain_is_finite(shape: &RestShape, edges: &[[u32; 2]]) -> bool {
     x.iter().all(|x| x.is_finite())
 }
 
-/// A plain sweep in the order of the vertices is all NaN within 15 frames; shuffled, it is not.
+/// A plain iteration in vertex order is all NaN within 15 frames; in shuffled order it is finite.
 #[test]
 fn plain_gauss_seidel_lives_or_dies_by_the_order_of_a_large_cloth() {
     let shape = cloth();
@@ -109,8 +109,8 @@ fn plain_gauss_seidel_lives_or_dies_by_the_order_of_a_large_cloth() {
     assert!(plain_is_finite(&shape, &shuffled.1));
 }
 
-/// In whatever order the edges come, the cloth keeps its lengths: within 2 %, where plain
-/// Gauss–Seidel in shuffled order comes to 1.6 % in f64.
+/// In every order of the edges, the cloth keeps its lengths within 2 %; plain Gauss–Seidel in
+/// shuffled order reaches 1.6 % in f64.
 #[test]
 fn a_large_cloth_keeps_its_lengths_in_whatever_order_its_edges_come() {
     let given = cloth();

@@ -1,4 +1,5 @@
-//! Contracts about the source: what the solver may use, and which room may know which.
+//! Contracts about the source: which operations the solver may use, and which module may depend on
+//! which.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -7,9 +8,10 @@ use std::{
     process::Command,
 };
 
-/// From the top floor to the ground: a room knows those on lower floors, and its neighbours on its
-/// own. (The packages below know nothing of it: the compiler sees to that.) Simulation and effects share a floor: a schedule holds systems of effects, and an effect's
-/// systems stand in sets of the schedule.
+/// Layers from top to bottom: a module may depend on lower layers and on modules of its own layer.
+/// (The compiler enforces that the packages below do not depend on it.) Simulation and effects
+/// share a layer: a schedule holds systems of effects, and an effect's systems belong to sets of
+/// the schedule.
 const FLOORS: [&[&str]; 8] = [
     &["main"],
     &["command"],
@@ -21,7 +23,7 @@ const FLOORS: [&[&str]; 8] = [
     &["effect", "simulation"],
 ];
 
-/// The same for the rooms of the window.
+/// Layers of the window's modules.
 const WINDOW_FLOORS: [&[&str]; 6] = [
     &["app"],
     &["panel"],
@@ -39,7 +41,7 @@ fn source() -> PathBuf {
     root().join("src")
 }
 
-/// Every file of a folder and of those in it, with its text.
+/// Every file of a folder, recursively, with its text.
 fn files(folder: &Path) -> Vec<(PathBuf, String)> {
     let mut all = Vec::new();
     for entry in fs::read_dir(folder).expect("a folder of the project") {
@@ -58,13 +60,13 @@ fn floor(floors: &[&[&str]], room: &str) -> Option<usize> {
     floors.iter().position(|rooms| rooms.contains(&room))
 }
 
-/// Code without comments: what a line says before `//`.
+/// Code without comments: each line up to `//`.
 fn code(text: &str) -> impl Iterator<Item = &str> {
     text.lines()
         .map(|line| line.split("//").next().unwrap_or(""))
 }
 
-/// The rooms that a file names: after one of these roots, alone or in braces.
+/// The modules that a file names: after one of these roots, alone or in braces.
 fn named_rooms(text: &str, roots: &[&str]) -> Vec<String> {
     let all: String = code(text).collect::<Vec<_>>().join("\n");
     let mut rooms = Vec::new();
@@ -81,7 +83,7 @@ fn named_rooms(text: &str, roots: &[&str]) -> Vec<String> {
     rooms
 }
 
-/// First words of the items of a `use` in braces, up to the brace that closes it.
+/// First words of the items of a `use` in braces, up to the closing brace.
 fn heads(text: &str) -> Vec<String> {
     let (mut depth, mut item, mut heads) = (0, String::new(), Vec::new());
     for c in text.chars() {
@@ -104,7 +106,7 @@ fn word(text: &str) -> String {
         .collect()
 }
 
-/// A program that only steps bodies builds neither Bevy nor what reads and draws.
+/// A program that only steps bodies builds neither Bevy nor the code that reads and draws.
 #[test]
 fn the_solver_package_stands_alone() {
     let tree = Command::new(env!("CARGO"))
@@ -122,19 +124,19 @@ fn the_solver_package_stands_alone() {
     }
 }
 
-/// A room can be understood without those above it, as it does not know them.
+/// A module can be understood without those above it, as it does not depend on them.
 #[test]
 fn arrows_between_rooms_point_only_down() {
     assert_arrows_point_down(
         &source(),
         &FLOORS,
         &["crate::", "pliant::"],
-        // The crate's root and its prelude name everything.
+        // The crate's root and its prelude may name everything.
         &["lib", "prelude"],
     );
 }
 
-/// The same of the rooms of the window, whose root puts them together.
+/// The same for the modules of the window, except its root, which combines them.
 #[test]
 fn arrows_between_rooms_of_the_window_point_only_down() {
     let roots = ["sandbox::"];
@@ -172,8 +174,8 @@ fn assert_arrows_point_down(folder: &Path, floors: &[&[&str]], roots: &[&str], o
     assert!(found.is_empty(), "\n{}\n", found.join("\n"));
 }
 
-/// Floating point that differs by machine, or forgets the order of its sums: sin, powf, mul_add
-/// and their like, and hash maps.
+/// Floating-point operations whose result depends on the machine, and containers without a fixed
+/// order: sin, powf, mul_add and similar, and hash maps.
 #[test]
 fn the_solver_uses_nothing_that_differs_by_machine() {
     const FORBIDDEN: [&str; 18] = [
@@ -198,7 +200,7 @@ fn the_solver_uses_nothing_that_differs_by_machine() {
     ];
     let solver = root().join("crates/solver/src");
     for (path, text) in files(&solver) {
-        // What mathematics knows is compared with, and steps nothing.
+        // Analytic solutions are only compared with and do not affect a step.
         if path.starts_with(solver.join("analytic")) {
             continue;
         }
@@ -215,7 +217,7 @@ fn the_solver_uses_nothing_that_differs_by_machine() {
     }
 }
 
-/// The modules of the solver by their paths (`effects::stretch`), each with its code.
+/// The modules of the solver by path (`effects::stretch`), each with its code.
 fn solver_modules() -> BTreeMap<String, String> {
     let root = root().join("crates/solver/src");
     let modules = files(&root).into_iter().map(|(path, text)| {
@@ -267,7 +269,8 @@ fn paths(tree: &str) -> Vec<String> {
     all.map(|path| format!("{head}{path}")).collect()
 }
 
-/// What a module imports: absolute paths from the root of the solver, each with whether it is exported again.
+/// The imports of a module: absolute paths from the root of the solver, each with whether it is
+/// re-exported.
 fn imports(module: &str, code: &str) -> Vec<(Vec<String>, bool)> {
     let mut found = Vec::new();
     let mut others = String::new();
@@ -287,7 +290,7 @@ fn imports(module: &str, code: &str) -> Vec<(Vec<String>, bool)> {
             _ => others.push_str(statement),
         }
     }
-    // What is exported again and not used is no arrow, but a sign.
+    // A re-export that the module does not use is not a dependency of it.
     let is_used = |path: &str| others.contains(path.rsplit("::").next().unwrap_or(path));
     let mut found: Vec<_> = found
         .into_iter()
@@ -327,13 +330,13 @@ fn imports(module: &str, code: &str) -> Vec<(Vec<String>, bool)> {
     all.map(|(path, sign)| (absolute(path), *sign)).collect()
 }
 
-/// Which modules of the solver know which others.
+/// Dependencies between the modules of the solver.
 fn arrows(modules: &BTreeMap<String, String>) -> BTreeMap<String, BTreeSet<String>> {
     let imports: BTreeMap<&String, _> = modules
         .iter()
         .map(|(module, code)| (module, imports(module, code)))
         .collect();
-    // Where a name that a module exports again comes from.
+    // The origin of each re-exported name.
     let mut signs = BTreeMap::new();
     for (module, all) in &imports {
         for (path, _) in all {
@@ -384,7 +387,7 @@ fn reachable<'a>(
     seen
 }
 
-/// A module of the solver can be read without the others: an import cycle has at most three.
+/// Modules of the solver can be read independently: an import cycle has at most three members.
 #[test]
 fn the_solver_has_no_import_cycle_of_more_than_three_modules() {
     let arrows = arrows(&solver_modules());

@@ -1,9 +1,9 @@
-//! What every elastic effect promises: its gradients are those of its C, they neither push nor turn
-//! the world, and eight lanes in f32 do what the reference does in f64.
+//! Contract of every elastic effect: its gradients are those of its C, they conserve momentum and
+//! angular momentum, and eight lanes in f32 agree with the reference in f64.
 
 use crate::{
     all_effects,
-    support::{body, cube, random_vector, sweep},
+    support::{body, cube, iterate, random_vector},
 };
 use glam::DVec3;
 use pliant::solver::{
@@ -19,7 +19,7 @@ fn all(tau: f32) -> Effects {
     all_effects::elastic(Damping::new(tau).expect("sound"))
 }
 
-/// A cube of a metre whose particles are some 3 cm from where they were.
+/// A cube of 1 m with particles displaced by about 3 cm.
 fn crumpled(random: &mut Random) -> Body {
     let mut body = body("cube", cube(1.0, 3), 1000.0);
     for x in &mut body.particles.positions {
@@ -62,7 +62,7 @@ impl Visit for Gradients<'_> {
             }
             for (row, differences) in rows.iter().zip(differences) {
                 let largest = row.gradients.iter().fold(0.0_f64, |m, g| m.max(g.length()));
-                // An inequality that holds.
+                // An inequality that is satisfied.
                 if largest == 0.0 {
                     continue;
                 }
@@ -72,8 +72,8 @@ impl Visit for Gradients<'_> {
                     let gradient = row.gradients[corner];
                     push += gradient;
                     turn += points[corner].x.cross(gradient);
-                    // Elements are 0.3 m large: third derivatives are some hundred gradients a
-                    // square metre, times the square of the step, and C is known to 1e-15.
+                    // Elements are 0.3 m large: third derivatives are a few hundred gradients per
+                    // square meter, times the square of the step, and C is accurate to 1e-15.
                     let off = gradient.distance(differences[corner]);
                     assert!(
                         off < 1e-6 * largest,
@@ -81,8 +81,9 @@ impl Visit for Gradients<'_> {
                     );
                 }
                 assert!(push.length() < 1e-12 * largest, "{name}: Σ∇ = {push}");
-                // Where F = 1 + Σ u ∇N, rest positions times ∇N are not 1 but off by three roundings of `f32`, by as much
-                // of the gradients times the 0.5 m of an element.
+                // Where F = 1 + Σ u ∇N, rest positions times ∇N deviate from 1 by three roundings
+                // of `f32`, which amounts to that fraction of the gradients times the 0.5 m of an
+                // element.
                 let rounded = if M > 1 { 0.5 * 3.0 * 6e-8 } else { 1e-12 };
                 assert!(
                     turn.length() < rounded * largest,
@@ -110,29 +111,29 @@ impl Visit for Lanes<'_> {
         const H: f32 = 0.01;
         let mut fast = self.0.clone();
         let mut reference = reference::Body::of(&fast);
-        // The reference of a body in the middle of a substep.
+        // The reference of a body within a substep.
         for i in 0..reference.x.len() {
             (reference.x[i], reference.p[i]) =
                 (fast.particles.predicted(i), fast.particles.position(i));
         }
-        for sweeps in 0..2 {
+        for iterations in 0..2 {
             let mut lambdas = vec![0.0; E::KIND.multipliers(&fast.topology)];
-            sweep(&mut fast, effect, H, Multipliers::First(&mut lambdas));
-            sweep(&mut fast, effect, H, Multipliers::Next(&mut lambdas));
+            iterate(&mut fast, effect, H, Multipliers::First(&mut lambdas));
+            iterate(&mut fast, effect, H, Multipliers::Next(&mut lambdas));
             reference.solve(effect, f64::from(H), true);
             reference.solve(effect, f64::from(H), false);
             let most = (0..).zip(&reference.x);
             let most = most.map(|(i, to)| self.0.particles.predicted(i).distance(*to));
             let most = most.fold(0.0, f64::max);
             for (i, reference) in (0..).zip(&reference.x) {
-                // A place is known to 6e-8 m, an element of 0.3 m to a few times that over its
-                // size, and a particle has a dozen elements that all pass on what they got.
+                // A position is accurate to 6e-8 m, an element of 0.3 m to a few times that over
+                // its size, and a particle has a dozen elements that all propagate their errors.
                 let off = fast.particles.predicted(i).distance(*reference);
                 assert!(
                     off < 1e-5 + 1e-4 * most,
-                    "{} after {} sweeps: off by {off} m of {most} m",
+                    "{} after {} iterations: off by {off} m of {most} m",
                     E::KIND.name(),
-                    2 * (sweeps + 1)
+                    2 * (iterations + 1)
                 );
             }
         }
@@ -145,7 +146,7 @@ fn eight_lanes_do_what_the_reference_does() {
     for tau in [0.0, 0.02] {
         for _ in 0..3 {
             let mut body = crumpled(&mut random);
-            // The substep began some 2 mm from the rest shape.
+            // The substep started about 2 mm from the rest shape.
             let crumpled = body.particles.positions.clone();
             let places = body.particles.positions.iter_mut();
             for (x, rest) in places.zip(body.topology.rest.iter()) {

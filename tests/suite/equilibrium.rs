@@ -1,5 +1,6 @@
-//! Where a body rests under gravity by its equations alone, without any stepping: Newton's method on the
-//! energy ½C²/α of every element and the weight of every particle, in `f64`.
+//! The state of rest of a body under gravity from its equations alone, without time steps: Newton's
+//! method on the energy ½C²/α of every element and the potential energy of every particle, in
+//! `f64`.
 
 use crate::support::G;
 use glam::DVec3;
@@ -8,7 +9,7 @@ use pliant::solver::{
     elastic::{Elastic, Point, Visit},
 };
 
-/// The positions at rest [m] of a body that nothing but its own elements and pins holds.
+/// The positions at rest [m] of a body that is held only by its own elements and pins.
 pub fn equilibrium(body: &Body) -> Vec<DVec3> {
     let mut x: Vec<DVec3> = body
         .particles
@@ -46,7 +47,8 @@ pub fn equilibrium(body: &Body) -> Vec<DVec3> {
         }
         let energy = sum.energy + heavy(&x);
         loop {
-            // By how much a shift of the whole holds a step back: as a mass does in 1/√shift seconds.
+            // The shift of the diagonal limits a step, like a mass with a time constant of 1/√shift
+            // seconds.
             let mut matrix = sum.hessian.clone();
             for (number, &i) in free.iter().enumerate() {
                 for axis in 0..3 {
@@ -65,7 +67,7 @@ pub fn equilibrium(body: &Body) -> Vec<DVec3> {
             if let Some(moved) = moved {
                 let mut after = Sum::new(body, &moved, &place, size, false);
                 body.effects.visit(&mut after);
-                // Near the end what is left to gain is below the rounding of the sum.
+                // Near the minimum, the remaining gain is below the rounding of the sum.
                 let slack = 1e-13 * energy.abs();
                 if after.energy + heavy(&moved) <= energy + slack {
                     x = moved;
@@ -119,7 +121,7 @@ impl<'a> Sum<'a> {
 
 impl Visit for Sum<'_> {
     fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
-        // Of an element's size: second derivatives by central differences of the first.
+        // Relative to an element's size: second derivatives by central differences of the first.
         const STEP: f64 = 1e-6;
         let topology = &self.body.topology;
         for (index, corners) in E::elements(topology).corners().enumerate() {
@@ -173,8 +175,8 @@ impl Visit for Sum<'_> {
     }
 }
 
-/// Solves a symmetric system by Cholesky's factors, which take the place of the matrix; `None` if it is
-/// not positive definite.
+/// Solves a symmetric system by Cholesky factorization, which overwrites the matrix; `None` if it
+/// is not positive definite.
 fn solve(matrix: &mut [f64], right: &[f64], size: usize) -> Option<Vec<f64>> {
     for row in 0..size {
         for column in 0..=row {

@@ -1,19 +1,19 @@
-//! The fuzzer of the suite, and the property tests' engine: sound input is broken by a few edits,
-//! and what reads it must answer with a value or an error, in memory in proportion to the input.
+//! The fuzzer of the suite and the engine of the property tests: valid input is corrupted by a few
+//! edits, and its reader must return a value or an error, with memory in proportion to the input.
 //!
-//! One engine, proptest. Bolero would add a generator of raw bytes on stable Rust; what it has
-//! beyond that, coverage, needs a nightly compiler and a tool of its own. Raw bytes hardly get past
-//! the first token of a scene file: what is worth breaking is made from sound files by edits that
-//! know of items, values and numbers, and proptest makes a failure small by leaving edits out.
+//! The only engine is proptest. Bolero would add a generator of raw bytes on stable Rust; its other
+//! advantage, coverage, needs a nightly compiler and a tool of its own. Raw bytes rarely get past
+//! the first token of a scene file. Edits of valid files that know items, values and numbers reach
+//! further, and proptest minimizes a failure by removing edits.
 //!
-//! The suite runs so many cases as take a few seconds, always the same ones. On demand a hundred
-//! times as many, and others:
+//! The suite runs a fixed set of cases that takes a few seconds. On demand, a hundred times as many
+//! with another seed:
 //!
 //! ```sh
 //! PLIANT_FUZZ=100 PLIANT_FUZZ_SEED=7 cargo test --release --test suite -- fuzz random
 //! ```
 //!
-//! What fails is printed with the seed and the number of the case.
+//! A failure is printed with the seed and the number of the case.
 
 use crate::allocation;
 use proptest::{
@@ -35,11 +35,11 @@ use std::{
     time::Duration,
 };
 
-/// A case that takes longer hangs: the slowest takes a tenth of a second.
+/// Time after which a case counts as hanging: the slowest takes a tenth of a second.
 const HANGS: Duration = Duration::from_secs(120);
 
-/// Tries a test on so many random values (times `PLIANT_FUZZ`), and panics with the smallest value
-/// that makes it panic. One case that hangs ends the suite.
+/// Runs a test on this number of random values (times `PLIANT_FUZZ`), and panics with the smallest
+/// value that makes it panic. A case that hangs aborts the suite.
 pub fn fuzz<S: Strategy>(name: &'static str, cases: u32, values: &S, test: impl Fn(S::Value)) {
     let number = |variable: &str, default: u32| -> u32 {
         let text = env::var(variable).ok();
@@ -73,7 +73,7 @@ pub fn fuzz<S: Strategy>(name: &'static str, cases: u32, values: &S, test: impl 
     }
 }
 
-/// Ends the suite when a case hangs, since nobody else can.
+/// Aborts the suite when a case hangs; a test cannot be interrupted from outside.
 struct Watch {
     case: Arc<AtomicU64>,
 }
@@ -107,7 +107,8 @@ fn message(panic: &(dyn Any + Send)) -> String {
     text.or_else(literal).unwrap_or_else(|| "a panic".into())
 }
 
-/// What an action returns, when its thread held at most `base` + `share` · `length` bytes.
+/// The result of an action, after checking that its thread held at most `base` + `share` · `length`
+/// bytes.
 #[track_caller]
 pub fn in_proportion<T>(length: usize, (base, share): (u64, u64), action: impl FnOnce() -> T) -> T {
     let (result, most) = allocation::peak(action);
@@ -119,30 +120,30 @@ pub fn in_proportion<T>(length: usize, (base, share): (u64, u64), action: impl F
     result
 }
 
-/// One way to break a file. Places are shares of how many there are.
+/// An edit that corrupts a file. Positions are fractions of the number of candidates.
 #[derive(Debug, Clone)]
 pub enum Edit {
-    /// A byte becomes another.
+    /// Replaces a byte.
     Byte(Index, u8),
-    /// Four bytes become a number, little end first.
+    /// Replaces four bytes by a little-endian number.
     Binary(Index, u32),
-    /// A number becomes an extreme one.
+    /// Replaces a number by an extreme one.
     Number(Index, &'static str),
-    /// A line, an item of a list or a value is left out.
+    /// Removes a line, a list item or a value.
     Drop(Index),
-    /// One is there several times.
+    /// Repeats one several times.
     Repeat(Index, usize),
-    /// One stands in the place of another.
+    /// Replaces one by another.
     Replace(Index, Index),
-    /// One is put into brackets, so many deep.
+    /// Wraps one in this many levels of brackets.
     Nest(Index, usize),
-    /// One becomes a word.
+    /// Replaces one by a word.
     Word(Index, &'static str),
-    /// The end is missing.
+    /// Truncates the file.
     Cut(Index),
 }
 
-/// Numbers at the ends of the types that files are read into, beyond them, and near zero.
+/// Numbers at and beyond the limits of the types that files are read into, and near zero.
 const EXTREMES: &[&str] = &[
     "0",
     "-0.0",
@@ -179,13 +180,13 @@ const EXTREMES: &[&str] = &[
     "99999999999999999999999999999999999999999",
 ];
 
-/// What files are made of, and what breaks them.
+/// Tokens of the file formats, and tokens that are likely to break them.
 const WORDS: &[&str] = &[
     "", "\"", "\\\n", "#", "\n", "é", "\0", "(", ")", "[", "]", "{", "}", ",", ":", "-", "//",
     "/*", "()", "[]", "{}", "null", "true", "\"\"", "Some(())", "None", "-1", "0", "nan",
 ];
 
-/// Edits that break a file, a few of them.
+/// A few random edits.
 pub fn edits() -> impl Strategy<Value = Vec<Edit>> {
     let place = any::<Index>;
     let edit = prop_oneof![
@@ -204,7 +205,7 @@ pub fn edits() -> impl Strategy<Value = Vec<Edit>> {
     prop::collection::vec(edit, 1..4)
 }
 
-/// A file with all edits made, one after the other.
+/// A file after all edits, applied in order.
 pub fn broken(file: &[u8], edits: &[Edit]) -> Vec<u8> {
     edits
         .iter()
@@ -303,7 +304,7 @@ fn parts(file: &[u8]) -> Vec<Range<usize>> {
     parts
 }
 
-/// Where numbers stand.
+/// Positions of numbers.
 fn numbers(file: &[u8]) -> Vec<Range<usize>> {
     let belongs = |c: u8| c.is_ascii_alphanumeric() || b"+-._".contains(&c);
     let mut numbers = Vec::new();

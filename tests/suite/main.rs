@@ -1,4 +1,4 @@
-//! The suite: one binary, a module for each thing that is promised.
+//! The test suite: one binary, with a module for each topic.
 
 mod all_effects;
 mod allocation;

@@ -1,4 +1,4 @@
-//! From a mesh as it was read to a body: placed, scaled, mended, or refused.
+//! From a parsed mesh to a body: placed, scaled, repaired, or rejected.
 
 use glam::{DVec3, Vec3};
 use pliant::mesh::{
@@ -34,7 +34,7 @@ fn tiny_huge_and_far_surfaces_are_filled_alike() {
         let body = filled(placed(cube(), scale, centre), 5);
         assert_eq!(body.shape.tetrahedra, unit.shape.tetrahedra);
         for (p, q) in body.shape.vertices.iter().zip(&unit.shape.vertices) {
-            // Far away, f64 leaves 1e-12 of a size; f32 rounds to 6e-8 of it.
+            // Far from the origin, f64 has an error of 1e-12 of a size; f32 rounds to 6e-8 of it.
             let difference = (p.as_dvec3() / scale).distance(q.as_dvec3());
             assert!(difference < 1e-6, "{scale} {centre}: {difference}");
         }
@@ -63,7 +63,7 @@ fn the_longest_side_gets_the_size_that_was_asked_for() {
         .iter()
         .copied()
         .fold(Vec3::MIN, Vec3::max);
-    // Its sides are 10, 4 and 2 cells, so that the lattice meets them; f32 rounds once.
+    // Its sides are 10, 4 and 2 cells, so that they coincide with the lattice; f32 rounds once.
     assert!(high.distance(Vec3::new(0.06, 0.15, 0.03)) < 1e-7, "{high}");
     assert!((volume(&body.shape) / (0.3 * 0.12 * 0.06) - 1.0).abs() < 1e-5);
 }
@@ -139,7 +139,8 @@ fn tetrahedra_are_turned_and_flat_ones_left_out_with_notes() {
     let mut mesh = corner();
     mesh.vertices
         .extend([DVec3::NEG_Z, DVec3::splat(9.0), DVec3::new(0.5, 0.5, 0.0)]);
-    // The second is inside out, the third flat, the fourth the first again; vertex 5 is unused.
+    // The second is inverted, the third flat, the fourth a duplicate of the first; vertex 5 is
+    // unused.
     mesh.tetrahedra
         .extend([[0, 1, 2, 4], [0, 1, 2, 6], [3, 2, 1, 0]]);
     let body = build(FileMesh::Tetrahedra(mesh), &BuildOptions::default()).expect("two tetrahedra");
@@ -177,7 +178,7 @@ fn options_out_of_range_are_refused_with_the_range() {
             "{error}"
         );
     }
-    // A file in a unit of its own, with numbers that cannot be metres.
+    // A file in its own unit, with numbers that cannot be meters.
     let error = build(
         FileMesh::Surface(placed(cube(), 1e12, DVec3::ZERO)),
         &with_cells(4),

@@ -1,4 +1,4 @@
-//! Edges, boundary and pieces: what follows from indices alone.
+//! Edges, boundary and pieces: derived from indices alone.
 
 use glam::DVec3;
 use pliant::mesh::{

@@ -11,7 +11,7 @@ use super::mesh_support::{
     smallest_dihedral, volume,
 };
 
-/// The built-in surfaces at the default resolution, one metre long.
+/// The built-in surfaces at the default resolution, one meter long.
 fn assets() -> Vec<(&'static str, SurfaceMesh, SoftMesh)> {
     let options = BuildOptions {
         size: Some(1.0),
@@ -39,8 +39,8 @@ fn longest_side(vertices: &[DVec3]) -> f64 {
     (high - low).max_element()
 }
 
-/// The share of a box's points that a surface goes round, triangle by triangle, times its volume: an
-/// independent and slow way to the volume of a surface that is open or overlaps itself.
+/// The volume of a surface from the fraction of a box's points that lie inside it, by winding
+/// number: an independent and slow method for surfaces that are open or self-intersecting.
 fn sampled_volume(surface: &SurfaceMesh, samples: u32) -> f64 {
     let low = surface
         .vertices
@@ -83,7 +83,7 @@ fn the_built_in_surfaces_are_filled_within_5_percent_of_their_volume() {
         // The lattice's paper proves 10.7°.
         assert!(smallest_dihedral(&body.shape) > 10.7, "{name}");
         let exact = match name {
-            // Open, and its parts overlap; 32 samples a side hold its volume to about 1 %.
+            // Open, with overlapping parts; 32 samples per side determine its volume to about 1 %.
             "teapot" => sampled_volume(&surface, 32),
             // Closed, or with holes smaller than a thousandth of its area.
             _ => surface_volume(&surface.vertices, &surface.triangles),
@@ -103,7 +103,7 @@ fn no_part_of_a_built_in_surface_is_lost_or_cut_off() {
         );
         assert!(!has_note(&body, "too far"), "{name}: {:?}", body.notes);
     }
-    // The bunny's ears are thinner than an eighth of it.
+    // The bunny's ears are thinner than an eighth of its size.
     let options = BuildOptions {
         size: Some(1.0),
         cells: Some(8),
@@ -120,7 +120,7 @@ fn no_part_of_a_built_in_surface_is_lost_or_cut_off() {
 #[test]
 fn a_skin_at_rest_is_the_surface_that_was_given() {
     for (name, surface, body) in assets() {
-        // Welding leaves out vertices, so that the order is known for a clean mesh only.
+        // Welding removes vertices, so that the order is only known for a clean mesh.
         if name != "bunny" {
             continue;
         }
@@ -154,7 +154,7 @@ fn weights_sum_to_one_are_bounded_and_move_rigidly() {
         let skin = body.skin.as_ref().expect("a skin");
         for anchor in &skin.anchors {
             let sum: f64 = anchor.weights.iter().map(|w| f64::from(*w)).sum();
-            // One weight is rounded to make up for the others: half an ulp of a weight up to 4.
+            // One weight is adjusted so that the sum is 1: half an ulp of a weight up to 4.
             assert!(
                 (sum - 1.0).abs() <= 4.0 * f64::from(f32::EPSILON),
                 "{name}: {anchor:?}"
@@ -200,7 +200,7 @@ fn deforming_again_keeps_the_memory() {
 fn a_cube_is_filled_exactly_and_the_same_way_twice() {
     let body = filled(cube(), 4);
     assert_sound_solid(&body.shape);
-    // Its faces lie on the lattice, so nothing is cut but the edges that cross them at right angles.
+    // Its faces lie on the lattice, so that only edges that cross them at right angles are cut.
     assert!((volume(&body.shape) - 1.0).abs() < 1e-6);
     assert_eq!(body.notes, Vec::<String>::new());
     assert_eq!(body, filled(cube(), 4));
@@ -217,8 +217,8 @@ fn an_open_box_is_closed_with_a_note() {
         "{:?}",
         body.notes
     );
-    // Where the winding number is above one half, which by symmetry is up to the missing side; the
-    // lattice finds that to half a cell, a sixteenth.
+    // Where the winding number exceeds one half, which by symmetry is up to the missing side; the
+    // lattice locates that to half a cell, a sixteenth.
     let volume = volume(&body.shape);
     assert!((volume - 1.0).abs() < 1.0 / 16.0, "{volume}");
 }
@@ -280,7 +280,7 @@ fn what_overlaps_counts_once() {
     let crossed = both(cube(), placed(cube(), 1.0, DVec3::splat(0.5)));
     let body = filled(crossed, 12);
     assert_sound_solid(&body.shape);
-    // Two unit cubes that share an eighth.
+    // Two unit cubes that overlap by an eighth.
     assert!(
         (volume(&body.shape) / 1.875 - 1.0).abs() < 0.05,
         "{}",
@@ -297,7 +297,7 @@ fn dust_is_left_out_with_a_note() {
         "{:?}",
         body.notes
     );
-    // Twenty cells from the cube: drawn at its nearest corner rather than far out on a lever.
+    // Twenty cells from the cube: clamped to its nearest corner instead of extrapolated.
     assert!(
         has_note(&body, "8 vertices of the surface too far"),
         "{:?}",
@@ -314,7 +314,7 @@ fn dust_is_left_out_with_a_note() {
 
 #[test]
 fn a_surface_that_branches_is_filled_with_a_note() {
-    // Two cubes that share a face, which is there for both.
+    // Two cubes with a common face, which both contain.
     let mut pair = both(cube(), placed(cube(), 1.0, DVec3::X));
     pair.notes.clear();
     let body = filled(pair, 8);
@@ -328,7 +328,7 @@ fn a_surface_that_branches_is_filled_with_a_note() {
 
 #[test]
 fn a_part_thinner_than_a_cell_stays_connected() {
-    // A cube with a spike of three of its sides.
+    // A cube with a spike made of three of its sides.
     let mut spiked = cube();
     spiked.vertices.push(DVec3::new(3.5, 0.0, 0.0));
     spiked.triangles.truncate(10);

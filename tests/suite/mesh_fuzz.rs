@@ -1,5 +1,5 @@
-//! Broken mesh files of every format: whatever the bytes, a mesh or an error that names the file,
-//! never a panic, and memory in proportion to the file.
+//! Corrupted mesh files of every format: any bytes give a mesh or an error that names the file,
+//! without a panic, and with memory in proportion to the file.
 
 use crate::fuzz_support::{Edit, broken, edits, fuzz, in_proportion};
 use pliant::mesh::{
@@ -42,7 +42,7 @@ fn buffer() -> Vec<u8> {
         .collect()
 }
 
-/// A GLB container around a JSON and the buffer.
+/// A GLB container with a JSON chunk and the buffer.
 fn glb(json: &str) -> Vec<u8> {
     let mut json = json.as_bytes().to_vec();
     json.resize(json.len().next_multiple_of(4), b' ');
@@ -54,7 +54,8 @@ fn glb(json: &str) -> Vec<u8> {
     [b"glTF", &word(2)[..], &word(12 + chunks.len()), &chunks].concat()
 }
 
-/// A whole file of each format. A TetGen pair is read by either name, so that both get broken.
+/// A complete file of each format. A TetGen pair is read by either name, so that both get
+/// corrupted.
 fn files() -> Vec<(&'static str, Vec<u8>)> {
     let texts = TEXTS.map(|(name, text)| (name, text.as_bytes().to_vec()));
     let json = TEXTS[5].1.replace("\"uri\":\"b.bin\",", "");
@@ -71,13 +72,13 @@ fn beside(name: &str) -> io::Result<Vec<u8>> {
     }
 }
 
-/// Bytes that reading may hold at most: so many, and so many for each byte of the file. A value of
-/// two bytes in a JSON, `0,`, is one of 32 bytes in memory; lists grow twofold, old and new being
-/// there at once; and those with accessors and meshes are looked at in a copy.
+/// Limit on the memory for reading: a constant, and bytes per byte of the file. A value of two
+/// bytes in a JSON, `0,`, takes 32 bytes in memory; growing a list doubles it while the old one
+/// still exists; and lists with accessors and meshes are examined in a copy.
 const READING: (u64, u64) = (64 << 10, 128);
 
-/// The same for building from it, filled with 3 cells, 5 with what surrounds them: 216 corners, 125
-/// centres and 1500 tetrahedra of the lattice, each in several tables.
+/// Limit on the memory for building from it, filled with 3 cells, or 5 with the surrounding ones:
+/// 216 corners, 125 centers and 1500 tetrahedra of the lattice, each in several tables.
 const BUILDING: (u64, u64) = (1 << 20, 2048);
 
 fn read_in_proportion(name: &str, bytes: &[u8]) -> Result<FileMesh, MeshError> {
@@ -109,7 +110,7 @@ fn build_in_proportion(
     in_proportion(length, BUILDING, || build(mesh, &options))
 }
 
-/// Reads and, if that works, builds; the result of reading must be sound.
+/// Reads and, if that succeeds, builds; the result of reading must be valid.
 fn survives(name: &str, bytes: &[u8]) {
     let Ok(mesh) = read_in_proportion(name, bytes) else {
         return;
@@ -167,8 +168,8 @@ fn a_broken_container_is_a_mesh_or_an_error_that_names_it() {
     });
 }
 
-/// A glTF scene may show one mesh many times, and one primitive's data may be another's: a file of
-/// m nodes and n vertices stands for m · n vertices.
+/// A glTF scene may reference one mesh many times, and primitives may share data: a file of m nodes
+/// and n vertices represents m · n vertices.
 #[test]
 fn a_mesh_that_is_shown_too_often_is_refused_before_it_fills_memory() {
     let vertices = 3999;
@@ -196,7 +197,7 @@ fn a_mesh_that_is_shown_too_often_is_refused_before_it_fills_memory() {
     }
 }
 
-/// Vertices that no element uses, and elements that are all the same, cost no more than others.
+/// Unused vertices and duplicate elements take no more memory than others.
 #[test]
 fn what_is_there_very_often_is_built_in_proportion() {
     let mut mesh = SurfaceMesh::default();
@@ -214,7 +215,7 @@ fn what_is_there_very_often_is_built_in_proportion() {
     }
     let length = mesh.vertices.len() * 24 + mesh.triangles.len() * 12;
     for treatment in [Treatment::Fill, Treatment::Shell] {
-        // Whether it can be built does not matter.
+        // Whether it can be built is irrelevant here.
         let _ = build_in_proportion(length, FileMesh::Surface(mesh.clone()), treatment);
     }
 }

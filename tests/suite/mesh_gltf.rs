@@ -1,4 +1,4 @@
-//! glTF and GLB: buffers, transforms, and where errors point.
+//! glTF and GLB: buffers, transforms, and positions of errors.
 
 use std::io;
 
@@ -20,7 +20,7 @@ fn buffer() -> Vec<u8> {
         .collect()
 }
 
-/// The tetrahedron as JSON; `uri` is the buffer's, with its key and a comma.
+/// The tetrahedron as JSON; `uri` is the buffer's `uri` entry with a trailing comma.
 fn json(uri: &str) -> String {
     format!(
         r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],
@@ -92,7 +92,7 @@ fn buffers_are_found_in_the_text_in_the_glb_and_beside() {
         surface("a.gltf", escaped),
     ] {
         assert_eq!(mesh.triangles, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]);
-        // Scaled by two in its own node, then moved by ten in the one above.
+        // Scaled by two in its own node, then moved by ten in the parent node.
         let far = DVec3::X * 10.0;
         let expected = [
             far,

@@ -1,4 +1,4 @@
-//! Primitives: what they hold, and what they refuse.
+//! Primitives: their properties, and rejected parameters.
 
 use std::f64::consts::PI;
 
@@ -28,8 +28,9 @@ fn solids_are_sound_and_hold_their_volume_at_the_default_resolution() {
         assert_sound_solid(&shape);
         let error = volume(&shape) / exact - 1.0;
         assert!(error.abs() < 0.05, "{ron}: {error}");
-        // The box's own: five tetrahedra a cell are made of angles of 54.7° and more when its cells
-        // are cubes; here they are three times as long as wide. The thinnest are in the fat torus.
+        // The box has its own subdivision: five tetrahedra per cell have angles of at least 54.7°
+        // when its cells are cubes; here they are three times as long as wide. The smallest angles
+        // are in the thick torus.
         assert!(smallest_dihedral(&shape) > 3.0, "{ron}");
     }
 }

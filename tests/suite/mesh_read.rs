@@ -1,4 +1,4 @@
-//! Mesh files in text: what is read, and where errors point.
+//! Mesh files in text formats: accepted input, and positions of errors.
 
 use std::io;
 
@@ -27,7 +27,7 @@ fn tetrahedra(name: &str, text: &str) -> TetMesh {
     }
 }
 
-/// Each text must be refused at the line, with all the parts in the message.
+/// Each text must be rejected at the given line, with all the parts in the message.
 fn refused(name: &str, cases: &[(&str, usize, &[&str])]) {
     for (text, line, parts) in cases {
         let error = parse(name, text).expect_err(text).to_string();

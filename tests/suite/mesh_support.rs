@@ -1,4 +1,4 @@
-//! What the tests of meshes share: small surfaces, and what holds for any body's shape.
+//! Shared by the tests of meshes: small surfaces, and properties of any body's shape.
 
 use glam::{DVec3, Vec3};
 use pliant::{
@@ -32,7 +32,7 @@ pub fn cube() -> SurfaceMesh {
     }
 }
 
-/// The surface moved and scaled.
+/// The surface, moved and scaled.
 pub fn placed(mut surface: SurfaceMesh, scale: f64, centre: DVec3) -> SurfaceMesh {
     for p in &mut surface.vertices {
         *p = *p * scale + centre;
@@ -49,13 +49,13 @@ pub fn both(mut a: SurfaceMesh, b: SurfaceMesh) -> SurfaceMesh {
     a
 }
 
-/// The surface turned inside out.
+/// The surface with inverted orientation.
 pub fn inward(mut surface: SurfaceMesh) -> SurfaceMesh {
     surface.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     surface
 }
 
-/// A surface filled with a number of cells.
+/// A surface filled with this number of cells.
 pub fn filled(surface: SurfaceMesh, cells: u32) -> SoftMesh {
     build(FileMesh::Surface(surface), &with_cells(cells)).expect("a surface that can be filled")
 }
@@ -79,8 +79,8 @@ pub fn has_note(mesh: &SoftMesh, part: &str) -> bool {
     mesh.notes.iter().any(|note| note.contains(part))
 }
 
-/// What the mesh room promises of every solid: finite, in range, nothing inside out, edges and
-/// boundary as they follow from the tetrahedra, no vertex unused, the boundary closed around them.
+/// Invariants of every solid mesh: finite, in range, no inverted elements, edges and boundary
+/// derived from the tetrahedra, no unused vertices, a closed boundary.
 pub fn assert_sound_solid(shape: &RestShape) {
     assert!(shape.vertices.iter().all(|p| p.is_finite()));
     assert!(!shape.tetrahedra.is_empty());

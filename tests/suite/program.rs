@@ -1,4 +1,4 @@
-//! The program as a user of a shell sees it: what it prints, writes, and exits with.
+//! The command line program as a shell user sees it: output, files, exit codes.
 
 use pliant::scene::registry::SCENES;
 use serde_json::Value;
@@ -111,7 +111,7 @@ fn the_same_run_has_the_same_hash() {
 fn the_number_of_threads_changes_how_long_it_takes_and_nothing_else() {
     let folder = folder("threads");
     let file = folder.join("cloth.ron");
-    // Large enough for threads to share one body: that begins at 2048 particles.
+    // Large enough for several threads per body: that starts at 2048 particles.
     let text = "Scene(title: \"Cloth\", look_at: \"It falls.\", bodies: [(\
                 name: \"cloth\", primitive: Cloth(size: (1, 1), cells: (63, 63)), density: 0.3, \
                 pins: [Left(0.0)], effects: (stretch: (compliance: 1e-6)))], \
@@ -364,7 +364,7 @@ fn a_run_with_its_ledger_says_where_the_energy_went() {
     assert!(!stdout(&without).contains("ledger_j"));
 }
 
-/// A mesh file that goes while it is read is either read or missed, and the file is named then.
+/// A mesh file that disappears while it is read is either read or reported as missing by name.
 #[test]
 fn a_mesh_file_that_is_deleted_while_it_loads_is_named_or_read() {
     let folder = folder("vanishing");

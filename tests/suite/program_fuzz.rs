@@ -1,6 +1,6 @@
-//! Broken command lines: whatever the words, a command or an error that names the offending word
-//! and ends with code 2. The parser is the program's own, compiled into the suite, so that no
-//! window opens and nothing runs.
+//! Corrupted command lines: any words give a command or an error that names the offending word and
+//! exits with code 2. The program's own parser is compiled into the suite, so that no window opens
+//! and nothing runs.
 
 #[allow(dead_code, reason = "commands are parsed here, and not run")]
 #[path = "../../src/command/mod.rs"]
@@ -15,7 +15,7 @@ use std::{
     process::{Command, Stdio},
 };
 
-/// What stands for a value, sound or not.
+/// Values of options, valid and invalid.
 const VALUES: &[&str] = &[
     "jelly_cube",
     "nowhere.ron",
@@ -58,7 +58,7 @@ const VALUES: &[&str] = &[
     "help",
 ];
 
-/// Every name of a command and of an option, as the parser itself says.
+/// Every name of a command or an option, from the parser itself.
 fn names() -> Vec<String> {
     let command = CommandLine::command();
     let mut names: Vec<String> = Vec::new();
@@ -70,7 +70,7 @@ fn names() -> Vec<String> {
     names
 }
 
-/// Bytes that parsing may hold: clap builds the whole of its help, and repeats what it was given.
+/// Limit on the memory for parsing: clap builds its whole help and repeats its input.
 const PARSING: (u64, u64) = (1 << 20, 64);
 
 #[test]
@@ -105,11 +105,11 @@ fn a_broken_command_line_is_a_command_or_an_error_that_names_a_word() {
         let message = error.to_string();
         assert!(message.starts_with("error: "), "{message}");
         let named = words.iter().any(|word| {
-            // Short options may stand together: of `-inf` it is `-i` that is not known.
+            // Short options may be combined: of `-inf`, it is `-i` that is unknown.
             let short: String = word.chars().take(2).collect();
             let name = word.split('=').next().unwrap_or(word);
             let cluster = word.starts_with('-') && message.contains(&short);
-            // Control characters and what they bring are left out of messages.
+            // Control characters and their payload are removed from messages.
             let unprintable = word.contains(char::is_control);
             message.contains(word.as_str()) || message.contains(name) || cluster || unprintable
         });
@@ -118,19 +118,19 @@ fn a_broken_command_line_is_a_command_or_an_error_that_names_a_word() {
     });
 }
 
-/// The program itself, started: it says what is wrong in words, without a panic, and exits with 2.
+/// The started program: it reports the error in words, without a panic, and exits with 2.
 #[test]
 fn what_is_no_command_line_ends_the_program_with_two() {
     let word = prop::sample::select(VALUES).prop_filter("no help", |word| {
         !["--help", "-h", "--version", "-V", "help", "jelly_cube"].contains(word)
     });
-    // A process takes no NUL.
+    // Arguments of a process cannot contain NUL.
     let word = word.prop_filter("no NUL", |word| !word.contains('\0'));
     let command = prop::sample::select(vec!["run", "scenes", "study"]);
     let values = (command, prop::collection::vec(word, 1..4));
     fuzz("processes", 25, &values, |(command, words)| {
         let line = ["pliant", command].into_iter().chain(words.iter().copied());
-        // What can be parsed could run, and for long: only what is refused is started.
+        // A valid command line could run for a long time: only rejected ones are started.
         let refused = CommandLine::try_parse_from(line).is_err();
         if !refused {
             return;

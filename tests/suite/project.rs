@@ -1,4 +1,4 @@
-//! Promises about the project as a whole: its documents and its dependencies.
+//! Contracts of the project as a whole: its documents and its dependencies.
 
 use crate::support_app::app;
 use pliant::{

@@ -1,5 +1,5 @@
-//! Worlds at random, within the valid ranges of everything: whatever the parameters, what is said
-//! of every world holds. See [`fuzz_support`](crate::fuzz_support) for how to try more of them.
+//! Random worlds, within the valid ranges of all parameters: the universal guarantees hold. See
+//! [`fuzz_support`](crate::fuzz_support) for how to run more cases.
 
 use crate::{
     fuzz_support::fuzz,
@@ -18,7 +18,7 @@ use pliant::{
 use proptest::prelude::*;
 use std::ops::Range;
 
-/// A shape of few cells.
+/// A shape with few cells.
 #[derive(Debug, Clone, Copy)]
 enum Kind {
     Box,
@@ -27,7 +27,7 @@ enum Kind {
     Rope,
 }
 
-/// A body, its sizes in units of its own scale.
+/// A body; its lengths are in units of its own scale.
 #[derive(Debug, Clone)]
 struct Soft {
     kind: Kind,
@@ -38,9 +38,9 @@ struct Soft {
     stretch: Option<(f32, f32)>,
     volume: Option<(f32, f32)>,
     struts: Option<(f32, f32)>,
-    /// What it is filled with: factor, and bulk modulus [Pa].
+    /// Its filling: factor, and bulk modulus [Pa].
     filling: Option<(f32, f32)>,
-    /// Its shape is matched: frequency [Hz], size of regions and damping [s].
+    /// Its shape matching: frequency [Hz], size of regions and damping [s].
     matched: Option<(f32, f32, f32)>,
     /// Height of a ground below it, friction, restitution.
     ground: Option<(f32, f32, f32)>,
@@ -57,7 +57,7 @@ struct Soft {
 #[derive(Debug, Clone)]
 struct Wild {
     bodies: Vec<Soft>,
-    /// Shape from 0 to 2, place and how it moves, in units of the first body's scale.
+    /// Shape from 0 to 2, position and motion, in units of the first body's scale.
     colliders: Vec<(u8, Vec3, u8)>,
     gravity: Vec3,
     rate: f64,
@@ -214,18 +214,18 @@ impl Wild {
     }
 }
 
-/// A number whose logarithm is anywhere in a range of powers of ten.
+/// A log-uniform number in a range of powers of ten.
 fn power(powers: Range<f32>) -> impl Strategy<Value = f32> {
     powers.prop_map(|power| libm::powf(10.0, power))
 }
 
-/// A vector with coordinates up to `most` in size.
+/// A vector with coordinates up to `most` in magnitude.
 fn vector(most: f32) -> impl Strategy<Value = Vec3> {
     let one = move || -most..most;
     (one(), one(), one()).prop_map(|(x, y, z)| Vec3::new(x, y, z))
 }
 
-/// How far the parameters of a world may go.
+/// Ranges of the parameters of a world.
 #[derive(Debug, Clone, Copy)]
 struct Reach {
     /// Powers of ten of compliances and of their scale-free part, of densities and of sizes.
@@ -234,11 +234,11 @@ struct Reach {
     scale: (f32, f32),
     /// Longest damping [s].
     damping: f32,
-    /// Whether bodies begin deformed, are pinned, meet grounds and colliders.
+    /// Whether bodies start deformed, are pinned, or touch grounds and colliders.
     held: bool,
 }
 
-/// Everything that a scene file may ask for.
+/// The full ranges of a scene file.
 const ALL: Reach = Reach {
     compliance: (-12.0, 12.0),
     density: (-9.0, 9.0),
@@ -247,7 +247,7 @@ const ALL: Reach = Reach {
     held: true,
 };
 
-/// What the sliders of the panel reach, of free bodies in their rest shape.
+/// The ranges of the panel's sliders, for free bodies in their rest shape.
 const FREE: Reach = Reach {
     compliance: (-8.0, -1.0),
     density: (1.0, 4.0),
@@ -376,12 +376,12 @@ fn pinned(world: &World) -> Vec<Vec<(usize, Vec4)>> {
     world.bodies.iter().map(of).collect()
 }
 
-/// Ticks that a world is watched for.
+/// Number of ticks that are checked.
 const TICKS: usize = 20;
 
-/// Whatever a scene may ask for, of everything at once: after every tick each body is finite, or is
-/// frozen where it last was and named; what is pinned is where it was, to the bit; and the run has
-/// the same bits again, on any number of threads, with any instructions.
+/// For any valid scene: after every tick each body is finite, or is in quarantine at its last
+/// finite state and reported; pinned particles have not moved by a bit; and the run is
+/// bit-identical when repeated, on any number of threads and with any instruction set.
 #[test]
 fn any_world_stays_finite_or_is_named_keeps_its_pins_and_repeats() {
     let threads = [1, 2, 8].map(|count| Threads::new(count).expect("they can be had"));
@@ -427,11 +427,12 @@ fn any_world_stays_finite_or_is_named_keeps_its_pins_and_repeats() {
 /// Half an ulp of 1 in f32: a number x is rounded by at most this times |x|.
 const ROUNDING: f64 = 1.0 / 16_777_216.0;
 
-/// What rounding may add to the mean velocity of a body in n substeps [m/s]. Positions are exact to f64; a displacement u
-/// is rounded by up to ε|u|, which kicks a velocity by ε|u|/h, `speed` being the largest |u|/h. The prediction rounds a
-/// particle in even flight alike in every substep: n times √3 of that, one for each coordinate. Each of the k projections
-/// of a particle in a substep rounds it in no direction: of N particles in n substeps they add up like √(3kn/N), and four
-/// times that is not exceeded by chance.
+/// Change of the mean velocity of a body by rounding in n substeps [m/s]. Positions are accurate to
+/// f64; a displacement u is rounded by up to ε|u|, which changes a velocity by ε|u|/h, where
+/// `speed` is the largest |u|/h. The prediction rounds a particle in uniform motion in the same way
+/// in every substep: n times √3 of that, for the three coordinates. Each of the k projections of a
+/// particle in a substep rounds it in a random direction: for N particles and n substeps these add
+/// up like √(3kn/N), and four times that is not exceeded by chance.
 fn drift(world: &World, body: &Body, substeps: f64, speed: f64) -> f64 {
     let kick = ROUNDING * speed;
     let particles = body.particles.len() as f64;
@@ -448,16 +449,17 @@ fn drift(world: &World, body: &Body, substeps: f64, speed: f64) -> f64 {
     kick * (3.0_f64.sqrt() * substeps + 4.0 * (3.0 * moves * substeps / particles).sqrt())
 }
 
-/// What came of a free body: how far its momentum is off, and how much energy it gained, each over
-/// what is allowed. Both are to be at most 1.
+/// Errors of a free body, each relative to its limit: change of momentum, and gain of energy. Both
+/// must be at most 1.
 #[derive(Debug, Clone, Copy, Default)]
 struct Worst {
     momentum: f64,
     energy: f64,
 }
 
-/// Runs a body alone. Momentum is to be what it was and what gravity gives, energy no more than it
-/// was and 1 % of the largest kinetic energy, each but for what rounding adds.
+/// Runs a body alone. Its momentum must be the initial momentum plus the impulse of gravity, its
+/// energy at most the initial energy plus 1 % of the largest kinetic energy, each except for
+/// rounding.
 fn alone(wild: &Wild, soft: &Soft) -> Worst {
     let mut world = Wild {
         bodies: vec![soft.clone()],
@@ -494,7 +496,7 @@ fn alone(wild: &Wild, soft: &Soft) -> Worst {
         let substeps = tick as f64 * f64::from(wild.substeps);
         let fallen: DVec3 = gravity.as_dvec3() * world.time;
         fastest = fastest.max(measure::rms_speed(&body.particles));
-        // What gravity adds to a velocity, and the velocity itself, are rounded too.
+        // The change of velocity by gravity, and the velocity itself, are rounded as well.
         let steps = ROUNDING * (fastest + fallen.length()) * substeps;
         let drift = drift(&world, body, substeps, speed) + steps;
         let off = ((now - momentum) / mass - fallen).length();
@@ -505,10 +507,10 @@ fn alone(wild: &Wild, soft: &Soft) -> Worst {
     worst
 }
 
-/// Known, see the limitations in `docs/accuracy.md`: where volumes are rigid and damped by τ of more than some eight
-/// substeps, a sweep that brakes their change lets what it leaves of C swing, and the body flutters.
-/// Of 8000 free bodies, 15 of the 233 with τ/h above 8 gained energy, the mildest at τ/h = 8.2, and
-/// no other.
+/// Known limitation, see `docs/accuracy.md`: where volumes are rigid and damped with a τ of more
+/// than about eight substeps, the damping of an iteration lets the remaining C oscillate, and the
+/// body flutters. Of 8000 free bodies, 15 of the 233 with τ/h above 8 gained energy, the mildest at
+/// τ/h = 8.2, and no other.
 const FLUTTERS: f64 = 8.0;
 
 fn may_flutter(wild: &Wild, soft: &Soft) -> bool {
@@ -518,8 +520,8 @@ fn may_flutter(wild: &Wild, soft: &Soft) -> bool {
     })
 }
 
-/// A free body, whatever it is made of, keeps its momentum; and it gains no energy, unless it is
-/// known to flutter.
+/// A free body of any parameters keeps its momentum, and it gains no energy, unless it is in the
+/// range of known flutter.
 #[test]
 fn a_free_body_keeps_its_momentum_and_gains_no_energy() {
     fuzz("free bodies", 1500, &wild(FREE), |wild| {
@@ -538,8 +540,8 @@ fn a_free_body_keeps_its_momentum_and_gains_no_energy() {
     });
 }
 
-/// The case to which the fuzzer brought what flutters, from seed 0: a cube that falls freely from
-/// rest. Marked: it fails once that is mended, and then [`FLUTTERS`] is to go.
+/// The minimized case of flutter, from seed 0: a cube that falls freely from rest. It is expected
+/// to fail: once this is fixed, the test fails and [`FLUTTERS`] must be removed.
 #[test]
 fn a_rigid_volume_that_is_damped_for_many_substeps_flutters_as_is_known() {
     let case = |damping| {
@@ -586,7 +588,7 @@ fn block() -> Soft {
     }
 }
 
-/// A body in an empty world.
+/// A world with a single body.
 fn lone(soft: &Soft) -> Wild {
     Wild {
         bodies: vec![soft.clone()],
@@ -598,7 +600,7 @@ fn lone(soft: &Soft) -> Wild {
     }
 }
 
-/// A world is made of what it is said to be made of: otherwise nothing above would be tested.
+/// A generated world has the requested parameters: otherwise the tests above would be void.
 #[test]
 fn random_worlds_hold_everything() {
     let seen = std::cell::RefCell::new([0_usize; 8]);
@@ -623,7 +625,7 @@ fn random_worlds_hold_everything() {
     assert!(seen.iter().all(|count| *count > 0), "{seen:?}");
 }
 
-/// Settings at both ends of their ranges step a body or leave it as it is.
+/// Settings at both limits of their ranges step a body, or leave it unchanged.
 #[test]
 fn the_ends_of_every_setting_can_be_stepped() {
     let held = Soft {

@@ -1,4 +1,4 @@
-//! Recordings and snapshots as a user of a shell has them.
+//! Recordings and snapshots from the command line.
 
 use serde_json::Value;
 use std::{
@@ -26,7 +26,7 @@ fn json(arguments: &[&str]) -> Value {
     serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{}", words(&output)))
 }
 
-/// A folder for a test, gone when it ends.
+/// A temporary folder for a test, removed when dropped.
 pub struct Folder(PathBuf);
 
 impl Folder {
@@ -43,7 +43,7 @@ impl Folder {
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        // A folder that stays behind is no reason to fail.
+        // A folder that cannot be removed is no reason to fail.
         let _ = fs::remove_dir_all(&self.0);
     }
 }

@@ -1,4 +1,4 @@
-//! A recording replays to the same hashes, on any number of threads, or says where it does not.
+//! A recording replays to the same hashes on any number of threads, or reports where it differs.
 
 use crate::support_app::{push, set, ticks};
 use bevy::prelude::*;
@@ -15,7 +15,7 @@ use std::{
     sync::{Arc, OnceLock},
 };
 
-/// A file of its own for a test, gone when it is dropped.
+/// A temporary file for a test, removed when dropped.
 struct Temporary(PathBuf);
 
 impl Temporary {
@@ -50,7 +50,7 @@ fn about(name: &str) -> About {
     }
 }
 
-/// An app that records, with a scene in it.
+/// An app that records, with a scene.
 fn recording(built: &BuiltScene, path: &Path) -> App {
     let mut app = headless(built);
     Recorder::create(path).expect("a file").install(&mut app);
@@ -81,7 +81,7 @@ fn grab(body: Entity, target: Vec3) -> Action {
     }
 }
 
-/// A minute of a user who tries everything, in two scenes; the hash at the end.
+/// A minute of varied user actions in two scenes; returns the hash at the end.
 fn session(path: &Path) -> u64 {
     let shapes = built("shapes");
     let mut app = recording(&shapes, path);
@@ -140,7 +140,7 @@ fn session(path: &Path) -> u64 {
     let newest = *bodies(&mut app).last().expect("bodies");
     push(&mut app, grab(newest, Vec3::new(0.2, 1.2, 0.0)));
     ticks(&mut app, 13);
-    // Begun anew, as the window does.
+    // A restart, as in the window.
     let world = app.world_mut();
     Recorder::scene_ends(world);
     scene::despawn(world);
@@ -158,7 +158,7 @@ fn session(path: &Path) -> u64 {
     let first = bodies(&mut app)[0];
     ticks(&mut app, 3);
     push(&mut app, grab(first, Vec3::new(0.0, 0.9, 0.0)));
-    // A body that is spoilt by what a user can do, and let go on.
+    // A body that user actions make diverge, and that is then restored.
     let body = bodies(&mut app)[1];
     push(&mut app, set(body, "ground", "height", 3e38));
     ticks(&mut app, 5);
@@ -192,20 +192,20 @@ fn a_session_of_everything_replays_to_the_same_hash_on_any_number_of_threads() {
         assert!(done.complete);
         assert_eq!(done.scenes, ["first", "second"]);
         assert_eq!(done.restarts, 1);
-        // 1 + 25 + 2 + 1 + 4 + 4 + 1, then 1, then 4: the one that was refused is not there.
+        // 1 + 25 + 2 + 1 + 4 + 4 + 1, then 1, then 4: the rejected action is not recorded.
         assert_eq!(done.actions, 43);
         assert_eq!(done.ticks, 7 + 25 + 5 + 11 + 20 + 13 + 33 + 3 + 5 + 24);
         assert!(done.hashes as u64 > done.ticks / HASH_EVERY, "{done:?}");
     }
 }
 
-/// The session has a body that went into quarantine and came out again, or it shows nothing.
+/// The session must include a body that went into quarantine and was restored.
 #[test]
 fn a_restored_body_is_replayed_as_such() {
     assert!(text().contains("Restore(body:"), "it was in quarantine");
 }
 
-/// A value that is refused is not recorded, so it must not do anything either.
+/// A rejected value is not recorded, so it must not have any effect.
 #[test]
 fn a_refused_value_does_not_wake_a_sleeper() {
     let mut app = headless(&built("jelly_cube"));
@@ -242,13 +242,13 @@ fn the_first_tick_that_differs_is_told() {
     );
 }
 
-/// What a crash leaves: every line is written at once, and the last may be half there.
+/// The file after a crash: every line is written at once, and the last may be incomplete.
 #[test]
 fn a_recording_that_was_cut_anywhere_replays_as_far_as_it_goes() {
     let whole = text();
     let ends: Vec<usize> = whole.match_indices('\n').map(|(at, _)| at).collect();
     let mut played_some = 0;
-    // Cut in the middle of a line, right before its end, and right after it.
+    // Truncated in the middle of a line, right before its end, and right after it.
     for (number, &end) in ends.iter().enumerate().step_by(7) {
         let start = if number == 0 { 0 } else { ends[number - 1] + 1 };
         for cut in [(start + end) / 2, end, end + 1] {
@@ -370,7 +370,7 @@ fn a_line_that_makes_no_sense_is_named() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// A replay, a difference, or an error: never a panic, whatever becomes of the text.
+    /// A replay, a difference, or an error: never a panic, for any change of the text.
     #[test]
     fn a_mutated_recording_never_panics(
         edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..4),
@@ -379,7 +379,8 @@ proptest! {
         )), 0..3),
     ) {
         let whole = text();
-        // The states are the snapshots' business: what is changed lies behind the first.
+        // States are covered by the tests of snapshots: only the text after the first one is
+        // changed.
         let behind = whole.match_indices('\n').nth(1).map_or(0, |(at, _)| at);
         let mut bytes = whole.as_bytes().to_vec();
         let rest = &whole[behind..whole.len().min(behind + 12_000)];
@@ -399,14 +400,14 @@ proptest! {
     }
 }
 
-/// A body that a user spoilt is frozen where its tick began.
+/// A body that a user action made diverge is in quarantine at the start of its tick.
 #[test]
 fn a_ground_raised_beyond_all_bounds_freezes_the_body_at_a_state_worth_having() {
     let mut app = headless(&built("jelly_cube"));
     let body = bodies(&mut app)[0];
     ticks(&mut app, 10);
     let before = app.world().get::<Particles>(body).expect("a body").clone();
-    // Raised by that within a substep, it would be faster than f32 can say.
+    // Raised by that much within a substep, its speed exceeds the range of f32.
     push(&mut app, set(body, "ground", "height", 3e38));
     ticks(&mut app, 2);
     assert!(
@@ -417,7 +418,7 @@ fn a_ground_raised_beyond_all_bounds_freezes_the_body_at_a_state_worth_having() 
     let frozen = app.world().get::<Particles>(body).expect("a body");
     assert_eq!(frozen.positions, before.positions, "where the tick began");
     assert!(frozen.is_still());
-    // The cause is still there: it is caught again, in the next tick.
+    // The cause remains: the body is quarantined again in the next tick.
     push(&mut app, Action::Restore { body });
     ticks(&mut app, 1);
     assert!(
@@ -425,7 +426,7 @@ fn a_ground_raised_beyond_all_bounds_freezes_the_body_at_a_state_worth_having() 
             .get::<pliant::simulation::Quarantined>(body)
             .is_some()
     );
-    // And without it the body goes on.
+    // Without the cause, the body continues.
     push(&mut app, set(body, "ground", "height", 0.0));
     push(&mut app, Action::Restore { body });
     ticks(&mut app, 60);

@@ -1,4 +1,4 @@
-//! A snapshot is the whole state: what goes on from one goes on as if it had never stopped.
+//! A snapshot is the complete state: a restored world continues as if it had never stopped.
 
 use crate::{
     support::{bits, state_bits},
@@ -32,7 +32,7 @@ fn take(app: &mut App) -> Snapshot {
     Snapshot::take(app.world_mut(), About::default()).expect("between ticks")
 }
 
-/// The same state in an app of its own, by way of the bytes of a file.
+/// The same state in its own app, through the bytes of a file.
 fn restored(app: &mut App) -> App {
     let bytes = take(app).to_bytes();
     let snapshot = Snapshot::from_bytes(&bytes).expect("what was written is read");
@@ -40,7 +40,7 @@ fn restored(app: &mut App) -> App {
     headless(&snapshot.built)
 }
 
-/// Everything about bodies, colliders, settings and clock is equal, not the hash alone.
+/// Compares everything about bodies, colliders, settings and clock, not the hash alone.
 #[track_caller]
 fn assert_same(a: &mut App, b: &mut App) {
     assert_eq!(state_hash(a.world_mut()), state_hash(b.world_mut()));
@@ -83,8 +83,8 @@ fn pull(app: &mut App, number: usize, target: Vec3) {
     push(app, Action::MoveGrab { body, target });
 }
 
-/// In the middle of a drag, of every built-in scene: held, pinned, with a parameter that was
-/// changed a moment ago, and a setting that was.
+/// During a drag, in every built-in scene: grabbed, pinned, with a parameter and a setting that
+/// have just been changed.
 #[test]
 fn every_scene_goes_on_to_the_bit_from_the_middle_of_a_drag() {
     for scene in SCENES {
@@ -107,7 +107,7 @@ fn every_scene_goes_on_to_the_bit_from_the_middle_of_a_drag() {
         pull(&mut app, 0, Vec3::new(0.1, 0.8, 0.1));
         let mut again = restored(&mut app);
         assert_eq!(state_hash(again.world_mut()), state_hash(app.world_mut()));
-        // What waits in the list is done by both users.
+        // Both apps carry out the pending actions.
         pull(&mut again, 0, Vec3::new(0.1, 0.8, 0.1));
         for step in 0..10 {
             let target = Vec3::new(0.1, 0.8, 0.02 * step as f32);
@@ -143,7 +143,7 @@ fn sleepers_sleep_on_and_wake_when_they_would_have() {
     ticks(&mut again, 5);
     assert!(asleep(&again, sleepers[0]) && asleep(&again, sleepers[1]));
     assert_same(&mut app, &mut again);
-    // A change in the very first tick wakes the one that it is of, and not the other.
+    // A change in the very first tick wakes the changed body and not the other.
     let mut third = restored(&mut app);
     let of_third = bodies_in_order(third.world_mut());
     push(&mut app, set(bodies[0], "stretch", "compliance", 1e-3));
@@ -154,7 +154,8 @@ fn sleepers_sleep_on_and_wake_when_they_would_have() {
     assert_same(&mut app, &mut third);
 }
 
-/// A change that no tick has seen yet is part of the state, as are the sleepers that it wakes.
+/// A change that no tick has processed yet is part of the state, as is the waking of sleeping
+/// bodies.
 #[test]
 fn what_was_done_since_the_last_tick_is_kept() {
     let mut world = cubes();
@@ -241,8 +242,8 @@ fn bodies_that_come_later_get_the_places_that_they_would_have_got() {
     assert_eq!(place, given + 1, "no place is given twice");
 }
 
-/// A mesh is stored as its rest shape and the order of its particles. The colours and bands that
-/// are made of it again are the same, in the same order.
+/// A mesh is stored as its rest shape and the order of its particles. The colors and partitions
+/// that are derived from it are the same, in the same order.
 #[test]
 fn a_topology_made_of_its_own_rest_shape_is_the_same() {
     let large = r#"Scene(title: "t", look_at: "l", bodies: [
@@ -271,7 +272,8 @@ fn a_topology_made_of_its_own_rest_shape_is_the_same() {
     );
 }
 
-/// Many constraints on one particle: what no colour takes is solved one at a time, and stays so.
+/// Many constraints on one particle: those in no color are solved sequentially, also after
+/// restoring.
 #[test]
 fn a_topology_with_loose_constraints_is_made_again_in_the_same_order() {
     let mut shape = RestShape {
@@ -281,7 +283,7 @@ fn a_topology_with_loose_constraints_is_made_again_in_the_same_order() {
     let first = shape.vertices.len() as u32;
     for i in 0..200 {
         shape.vertices.push(Vec3::new(2.0, 0.01 * i as f32, 0.0));
-        // In an order that is not that of their ends.
+        // In an order other than that of their ends.
         shape.edges.push([first + (i * 77) % 200, 0]);
     }
     let topology = Topology::new(shape).expect("sound");
@@ -295,7 +297,7 @@ fn a_state_is_not_kept_in_the_middle_of_a_tick() {
     let mut app = App::new();
     app.add_plugins(SoftBodyPlugins::new(Update));
     plain::spawn(app.world_mut(), &cubes());
-    // A first tick, so that it is known how long one takes.
+    // A first tick, which measures the duration of a tick.
     tick(app.world_mut());
     {
         let mut clock = app.world_mut().resource_mut::<SimulationClock>();
@@ -333,7 +335,7 @@ fn an_effect_of_a_users_own_is_refused_by_name_and_not_forgotten() {
     assert!(said.contains("breeze") && said.contains("thrown"), "{said}");
 }
 
-/// Two cubes, one held and one deformed, and a collider.
+/// Two cubes, one grabbed and one deformed, and a collider.
 fn small() -> Vec<u8> {
     let (mut app, bodies, _) = app_of(&cubes());
     ticks(&mut app, 3);
@@ -346,7 +348,7 @@ fn small() -> Vec<u8> {
 
 const HEAD: usize = 28;
 
-/// The bytes with the length and checksum that they have now.
+/// The bytes with updated length and checksum.
 fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
     let content = &bytes[HEAD..];
     let (length, checksum) = (content.len() as u64, fnv1a(content));
@@ -376,8 +378,8 @@ fn a_snapshot_that_was_cut_or_damaged_anywhere_is_refused() {
 }
 
 proptest! {
-    /// Damage that the checksum covers for: an error that says what makes no sense, or a state that
-    /// can be stepped. Never a panic.
+    /// Corruption with a valid checksum: an error that names the inconsistency, or a state that can
+    /// be stepped. Never a panic.
     #[test]
     fn a_forged_snapshot_is_refused_or_steps(
         edits in prop::collection::vec((0_usize..20_000, any::<u8>()), 1..6),
@@ -394,9 +396,9 @@ proptest! {
         match Snapshot::from_bytes(&sealed(bytes)) {
             Ok(snapshot) => {
                 let settings = snapshot.built.world.settings;
-                let sweeps = settings.substeps.get() * settings.iterations.get();
+                let iterations = settings.substeps.get() * settings.iterations.get();
                 let mut app = headless(&snapshot.built);
-                if sweeps < 1000 {
+                if iterations < 1000 {
                     tick(app.world_mut());
                     tick(app.world_mut());
                 }
@@ -406,7 +408,7 @@ proptest! {
     }
 }
 
-/// A count of thousands of millions in a file of a few bytes is an error, not that much memory.
+/// A count of billions in a file of a few bytes is an error, and does not allocate that much.
 #[test]
 fn a_count_beyond_the_file_takes_no_memory() {
     let bytes = small();
@@ -414,7 +416,7 @@ fn a_count_beyond_the_file_takes_no_memory() {
     // A name of 2⁶³ letters.
     start.extend([0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0x7f]);
     assert!(Snapshot::from_bytes(&sealed(start)).is_err());
-    // Every place where a count could stand.
+    // Every position of a possible count.
     for place in HEAD..bytes.len() - 5 {
         let mut forged = bytes.clone();
         forged[place..place + 5].copy_from_slice(&[0xff, 0xff, 0xff, 0xff, 0x0f]);

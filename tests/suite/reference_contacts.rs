@@ -1,4 +1,4 @@
-//! Contacts against the reference, on random particles: one substep of one sweep of each.
+//! Contacts against the reference, on random particles: one substep of one iteration of each.
 
 use crate::{
     reference_support::{EPSILON, assert_near, random_body, settings, step},
@@ -77,8 +77,8 @@ fn colliders_equal_the_reference() {
             world.colliders = vec![Collider::moving(shape, pose, path.clone()).expect("sound")];
             let state = step(world);
             for i in 0..state.len() {
-                // Into the collider's frame and back: three dozen operations on lengths below 2 m;
-                // a grazing particle meets a round shape at a place known to √ε only.
+                // To the collider's frame and back: about 36 operations on lengths below 2 m; the
+                // contact point of a grazing particle on a round shape is only accurate to √ε.
                 assert_near(&state, i, 2.0_f64.powi(-16), 60.0);
             }
         }

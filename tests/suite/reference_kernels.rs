@@ -1,8 +1,8 @@
-//! Every fast kernel against the reference, on random elements: one substep of one sweep of each.
+//! Every fast kernel against the reference, on random elements: one substep of one iteration of each.
 //!
-//! The worlds hold many elements that share no particle, with random masses, places and speeds,
-//! some pinned, and some degenerate. A single operation in f32 is off by ε = 2⁻²⁴ of its result;
-//! what follows from that for a kernel is told where it is allowed.
+//! The worlds contain many elements that share no particle, with random masses, positions and
+//! velocities, some pinned, and some degenerate. A single operation in f32 has a relative error of
+//! ε = 2⁻²⁴; the resulting error of each kernel is derived at its tolerance.
 
 use crate::{
     reference_support::{EPSILON, assert_near, random_body, settings, step},
@@ -30,7 +30,7 @@ fn stretch_equals_the_reference() {
         if let Some(stretch) = &mut body.effects.stretch {
             stretch.damping = Damping::new(tau).expect("sound");
         }
-        // A tenth have their ends in one place; particles that are pinned stay there too.
+        // A tenth have coincident ends; pinned particles remain coincident.
         for i in (0..2000).step_by(20) {
             body.particles.positions[i + 1] = body.particles.positions[i]
                 .truncate()
@@ -57,11 +57,11 @@ fn stretch_equals_the_reference() {
         let state = step(world(settings(rate), body));
         for [a, b] in ends {
             if start[a] == start[b] && moving[a] != moving[b] {
-                // One end falls and the other is pinned: the direction hangs on the last bit.
+                // One end falls and the other is pinned: the direction depends on the last bit.
                 continue;
             }
-            // Places below 3 m are off by 4ε after the prediction, their difference by 8ε; divided
-            // by its length, that turns the direction along which the ends go by ‖Δx‖.
+            // Positions below 3 m have errors of 4ε after the prediction, their difference of 8ε;
+            // relative to its length, that rotates the direction along which the ends move by ‖Δx‖.
             let length = state[a][0].1.distance(state[b][0].1).max(1e-2);
             let moved = 2.0 * 3.0;
             let before = f64::from(start[a].distance(start[b])).clamp(1e-2, 4.0);
@@ -85,7 +85,7 @@ fn volume_equals_the_reference() {
             body.particles.set_velocity(i, v * 0.05);
         }
         let tetrahedra = body.topology.tetrahedra.clone();
-        // Every tenth is in one point, and does not move.
+        // Every tenth has coincident corners and does not move.
         for corners in tetrahedra.corners().step_by(10) {
             for i in corners {
                 let w = body.particles.positions[i as usize].w;
@@ -103,12 +103,12 @@ fn volume_equals_the_reference() {
         for (index, corners) in tetrahedra.corners().enumerate() {
             let pins = corners.iter().filter(|&&i| pinned[i as usize]).count();
             if index % 10 == 0 && pins > 0 {
-                // Pins and falling corners: whether a gradient is left hangs on the last bits.
+                // Pins and falling corners: whether a gradient remains depends on the last bits.
                 continue;
             }
             // V and its gradients are sums of products of lengths below 4 m, each a dozen
-            // operations: off by 2⁶ε m³ and 2⁴ε m². The step is C/‖∇C‖ with ‖∇C‖ ≥ 0.1 |V₀|^(2/3),
-            // so it is off by (2⁶ + 2⁴ C/‖∇C‖)ε/‖∇C‖.
+            // operations: errors of 2⁶ε m³ and 2⁴ε m². The step is C/‖∇C‖ with ‖∇C‖ ≥ 0.1
+            // |V₀|^(2/3), so its error is (2⁶ + 2⁴ C/‖∇C‖)ε/‖∇C‖.
             let gradient = 0.1 * f64::from(tetrahedra.gradient_scale[index]).sqrt();
             let error = f64::from(tetrahedra.rest_volume[index].abs()) + 1.0;
             let tolerance = EPSILON * (64.0 + 16.0 * error / gradient) / gradient;
@@ -133,8 +133,8 @@ fn grab_equals_the_reference() {
         body.effects.grab = Some(grab);
         let state = step(world(settings(600.0), body));
         for i in 0..12 {
-            // Twelve terms below 2 m are off by 2⁵ε; the distance to the target is of the order
-            // of a metre.
+            // Twelve terms below 2 m have an error of 2⁵ε; the distance to the target is of the
+            // order of a meter.
             assert_near(&state, i, 128.0 * EPSILON, 600.0);
         }
     }
@@ -153,7 +153,7 @@ fn many_substeps_of_everything_stay_near_the_reference() {
         world.tick();
         reference.tick();
     }
-    // Contact makes neighbouring states part; a millimetre in a second of a bounce of half a metre.
+    // Contact amplifies differences: a millimeter after a second of a bounce of half a meter.
     for (i, expected) in reference.bodies[0].x.iter().enumerate() {
         let x = world.bodies[0].particles.position(i);
         let error = x.distance(*expected);

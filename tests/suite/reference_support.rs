@@ -1,4 +1,4 @@
-//! Random bodies, and a step of the fast solver beside one of the reference.
+//! Random bodies, and a step of the fast solver compared with the reference.
 
 use crate::support::random_vector;
 use glam::{DVec3, Vec3};
@@ -8,10 +8,10 @@ use pliant::solver::{
 };
 use std::sync::Arc;
 
-/// Half a unit in the last place of 1: what an operation in f32 may be off by, of its result.
+/// Half a unit in the last place of 1: the relative error of an operation in f32.
 pub const EPSILON: f64 = 1.0 / (1 << 24) as f64;
 
-/// Places, elements and masses at random: `count` elements of `N` corners each, in a cube of 2 m.
+/// Random positions, elements and masses: `count` elements of `N` corners each, in a cube of 2 m.
 pub fn random_body<const N: usize>(count: u32, seed: u32) -> Body {
     let mut random = Random::new(seed);
     let element = |i: u32| std::array::from_fn::<u32, N, _>(|k| i * N as u32 + k as u32);
@@ -65,13 +65,13 @@ pub fn step(mut world: World) -> Vec<[(DVec3, DVec3); 2]> {
         .collect()
 }
 
-/// One substep of one sweep a tick, under gravity.
+/// One substep of one iteration per tick, under gravity.
 pub fn settings(rate: f64) -> Settings {
     crate::support::settings(9.81, rate, 1, 1)
 }
 
-/// Fails if particle `i` is off by more than `tolerance` [m], or its velocity by twice that over
-/// a substep.
+/// Fails if the position of particle `i` differs by more than `tolerance` [m], or its velocity by
+/// twice that over a substep.
 #[track_caller]
 pub fn assert_near(state: &[[(DVec3, DVec3); 2]], i: usize, tolerance: f64, rate: f64) {
     let [(x, expected_x), (v, expected_v)] = state[i];

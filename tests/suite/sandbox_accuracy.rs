@@ -1,5 +1,4 @@
-//! The card that says what accuracy costs, drawn and pressed without a window; and the thread
-//! behind it.
+//! The card of accuracy versus cost, drawn and clicked without a window; and its background thread.
 
 use crate::support::{self, cube, elastic_on_ground, settings, with, world};
 use bevy_egui::egui::{
@@ -25,7 +24,7 @@ fn dot(setting: (u32, u32), milliseconds: f64, error: f64) -> Dot {
     }
 }
 
-/// One dot that is cheap, one that is exact, one that blew up.
+/// One cheap point, one accurate point, one that diverged.
 fn card() -> Card {
     Card {
         dots: vec![
@@ -41,7 +40,7 @@ fn card() -> Card {
     }
 }
 
-/// Draws the card again and again, and presses it.
+/// Draws the card repeatedly and clicks it.
 struct Hand {
     context: Context,
     card: Card,
@@ -160,7 +159,7 @@ fn the_card_is_whole_in_every_window_and_says_where_the_scene_is() {
 fn a_dot_that_is_pressed_is_asked_for_and_nothing_beside_it() {
     let mut hand = Hand::new(card(), Vec2::new(1280.0, 800.0));
     let chart = hand.place("accuracy.chart");
-    // Dots lie somewhere in the chart: press all of it, a few pixels apart.
+    // Points may be anywhere in the chart: click all of it, a few pixels apart.
     let mut found = Vec::new();
     for across in 0..50 {
         for down in 0..24 {
@@ -209,7 +208,7 @@ fn an_empty_card_says_that_nothing_has_been_measured() {
     assert!(hand.says("Not measured yet."), "{:?}", hand.words);
 }
 
-/// A scene with little to do.
+/// A scene with little work.
 fn small() -> pliant::solver::World {
     let body = with(
         support::body("cube", cube(0.4, 1), 1000.0),
@@ -220,7 +219,7 @@ fn small() -> pliant::solver::World {
 
 fn until_ended(worker: &Worker<News>) -> Vec<News> {
     let mut all = Vec::new();
-    // A minute is a hundred times what it takes.
+    // A minute is a hundred times the usual duration.
     for _ in 0..6000 {
         all.extend(worker.news());
         if all.last() == Some(&News::Ended) {

@@ -1,4 +1,4 @@
-//! The gallery of hard cases, drawn and pressed without a window; and the thread behind it.
+//! The gallery of hard cases, drawn and clicked without a window; and its background thread.
 
 use crate::{
     recording_program::Folder,
@@ -55,8 +55,8 @@ fn card(shown: Option<Verdict>) -> Card {
     }
 }
 
-/// What the card asks for when a widget is pressed, if one is named; where its widgets are, and
-/// what it says.
+/// The request of the card when a widget is pressed, if one is named; the rectangles of its
+/// widgets, and its texts.
 fn drawn(
     card: &Card,
     size: Vec2,
@@ -211,7 +211,7 @@ fn a_case_is_run_on_a_given_body_and_on_its_own() {
     assert!(own.members > 1 && own.failed == 0, "{own:?}");
 }
 
-/// What the gallery saves is what it judged, and runs again to the same hash.
+/// The gallery saves the world that it judged; it replays to the same hash.
 #[test]
 fn a_run_on_a_given_body_is_saved_as_a_recording_that_replays() {
     let case = Case::named("mirrored").expect("a case");
@@ -226,8 +226,8 @@ fn a_run_on_a_given_body_is_saved_as_a_recording_that_replays() {
     assert!(error.is_err_and(|reason| reason.contains("no such folder")));
 }
 
-/// What one sees is what is judged: the action on the body on screen puts it where the case puts
-/// the copy.
+/// The judged body matches the displayed one: the action on the body on screen puts it into the
+/// state in which the case starts the copy.
 #[test]
 fn the_body_on_screen_begins_where_the_judged_one_does() {
     let settings = settings(0.0, 60.0, 10, 1);

@@ -1,5 +1,5 @@
-//! The panel, drawn and pressed without a window: a bare egui context, a plain model, and
-//! pointer events made by hand.
+//! The panel, drawn and clicked without a window: a bare egui context, a plain model, and synthetic
+//! pointer events.
 
 use bevy_egui::egui::{
     Context, Event, FullOutput, Key, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape, Vec2,
@@ -166,8 +166,10 @@ fn model() -> PanelModel {
             begins_group: false,
         }],
         wireframe: false,
+        contacts: false,
         tetrahedra: false,
         materials: pliant::scene::Material::all().iter().collect(),
+        material: None,
         answers: ("heavy elastica".to_owned(), true),
         solver: SolverView::Partitions,
         threads: Some(parameter("threads", "", whole(8.0), 2.0)),
@@ -194,8 +196,8 @@ fn energy() -> EnergyModel {
     }
 }
 
-/// Draws the panel again and again, and presses it. The model stays as it is, so a press that
-/// lasts two frames asks twice.
+/// Draws the panel repeatedly and clicks it. The model does not change, so a press that lasts two
+/// frames makes two requests.
 struct Hand {
     context: Context,
     model: PanelModel,
@@ -219,7 +221,7 @@ impl Hand {
             places: WidgetRects::default(),
             requests: Vec::new(),
         };
-        // What egui knows of a widget's place is from the frame before.
+        // egui knows the position of a widget from the previous frame.
         for _ in 0..3 {
             hand.draw(Vec::new());
         }
@@ -299,7 +301,8 @@ fn pressing_a_slider_asks_for_the_value_that_stands_there() {
     else {
         panic!("{:?}", hand.requests);
     };
-    // The middle of a logarithmic track from 1e-8 to 1e-1 is 3e-5, a bit less for the stop of 0.
+    // The middle of a logarithmic track from 1e-8 to 1e-1 is 3e-5, slightly less because of the
+    // stop at 0.
     assert!((1e-5..1e-4).contains(&value), "{value}");
 }
 
@@ -394,7 +397,7 @@ fn a_typed_word_changes_nothing() {
     let mut hand = one_hand();
     hand.press(hand.place("world.substeps.entry").center());
     hand.draw(vec![Event::Text("many".to_owned())]);
-    // The pointer goes elsewhere, which ends the typing.
+    // A click elsewhere ends the text input.
     hand.press(pos2(100.0, 100.0));
     assert_eq!(hand.requests, []);
 }
@@ -411,7 +414,7 @@ fn the_reset_of_a_changed_parameter_asks_for_the_scenes_value() {
             value: None,
         }]
     );
-    // What is not changed has nothing to be reset.
+    // An unchanged parameter has no reset button.
     assert_eq!(hand.press_widget("stretch.compliance.reset"), []);
 }
 
@@ -444,13 +447,7 @@ fn every_button_asks_for_what_stands_on_it() {
         ),
         ("wireframe", Request::Wireframe(true)),
         ("tetrahedra", Request::Tetrahedra(true)),
-        ("solver.off", Request::SolverView(SolverView::Off)),
-        (
-            "solver.partitions",
-            Request::SolverView(SolverView::Partitions),
-        ),
-        ("solver.colours", Request::SolverView(SolverView::Colours)),
-        ("solver.lanes", Request::SolverView(SolverView::Lanes)),
+        ("contacts", Request::Contacts(true)),
         ("energy.keep", Request::Ledger(false)),
         ("energy.anew", Request::Ledger(true)),
         ("reference_overlay", Request::ReferenceOverlay),
@@ -472,7 +469,7 @@ fn every_button_asks_for_what_stands_on_it() {
             },
         ),
     ];
-    // High enough for all sections, without scrolling.
+    // Tall enough for all sections, without scrolling.
     let (size, scale) = SIZES[0];
     let mut panel = model();
     panel.settings.push(Parameter {
@@ -483,7 +480,7 @@ fn every_button_asks_for_what_stands_on_it() {
     for (name, request) in wanted {
         assert_eq!(hand.press_widget(name), [request], "{name}");
     }
-    // Nothing of the held body is pinned, so there is nothing to free.
+    // The grabbed body has no pins to remove.
     assert_eq!(hand.press_widget("unpin"), []);
 }
 
@@ -549,7 +546,7 @@ fn frozen_bodies_are_named_and_one_button_asks_for_all_that_are_shown() {
     );
     assert!(said.contains("and 2 more"), "{said}");
     let mut asked = hand.press_widget("thaw");
-    // The model stays as it is, so a press that lasts two frames asks twice.
+    // The model does not change, so a press that lasts two frames makes two requests.
     asked.truncate(4);
     let all: Vec<_> = (3..=6).map(Request::Restore).collect();
     assert_eq!(asked, all);
@@ -561,6 +558,11 @@ fn the_pickers_open_and_choose() {
     assert_eq!(hand.press_widget("scene"), []);
     let chosen = hand.press_widget("scene.bunny");
     assert_eq!(chosen, [Request::OpenScene("bunny".to_owned())]);
+    assert_eq!(hand.press_widget("solver"), []);
+    assert_eq!(
+        hand.press_widget("solver.lanes"),
+        [Request::SolverView(SolverView::Lanes)]
+    );
     assert_eq!(hand.press_widget("scope"), []);
     assert_eq!(
         hand.press_widget("scope.ball"),
@@ -608,7 +610,7 @@ fn show_width(hand: &Hand) -> f32 {
 #[test]
 fn a_slider_has_room_for_the_hand_in_the_smallest_window() {
     let hand = Hand::new(model(), (vec2(900.0, 600.0), 1.0));
-    // Eight decades over fewer than 60 px could not be aimed at.
+    // Eight decades in fewer than 60 px would be too fine to aim at.
     assert!(hand.place("stretch.compliance").width() >= 60.0);
 }
 

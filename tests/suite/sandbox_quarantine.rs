@@ -1,4 +1,4 @@
-//! The card that names bodies in quarantine, drawn and pressed without a window.
+//! The card that lists bodies in quarantine, drawn and clicked without a window.
 
 use bevy_egui::egui::{
     Context, Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape, Vec2, pos2,
@@ -20,7 +20,7 @@ fn body(key: u64, again: bool) -> QuarantinedBody {
     }
 }
 
-/// The card as it is drawn in a window of this size.
+/// The card in a window of this size.
 struct Card {
     context: Context,
     bodies: Vec<QuarantinedBody>,
@@ -40,7 +40,7 @@ impl Card {
             places: WidgetRects::default(),
             pressed: Vec::new(),
         };
-        // What egui knows of a widget's place is from the frame before.
+        // egui knows the position of a widget from the previous frame.
         (0..3).for_each(|_| drop(card.draw(Vec::new())));
         card
     }

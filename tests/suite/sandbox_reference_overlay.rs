@@ -1,5 +1,5 @@
-//! The reference overlay, without a window: that it is the reference of its body at the same tick, changes no bit of
-//! the simulation, begins again when it has to, and leaves nothing behind.
+//! The reference overlay, without a window: it is the reference of its body at the same tick,
+//! changes no bit of the simulation, restarts when necessary, and is removed completely.
 
 use crate::{
     support::{self, cube, elastic, elastic_on_ground, settings, with, world},
@@ -31,7 +31,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// An app that makes a tick an update, and its bodies.
+/// An app with one tick per update, and its bodies.
 fn app_of(world: &solver::World) -> (App, Vec<Entity>) {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, SoftBodyPlugins::new(PostUpdate)))
@@ -42,7 +42,7 @@ fn app_of(world: &solver::World) -> (App, Vec<Entity>) {
     app.finish();
     app.cleanup();
     let (bodies, _) = plain::spawn(app.world_mut(), world);
-    // The first update passes no time.
+    // The first update has no elapsed time.
     app.update();
     (app, bodies)
 }
@@ -59,10 +59,10 @@ fn tick(app: &App) -> u64 {
     app.world().resource::<SimulationClock>().tick()
 }
 
-/// An update, and time for the reference overlays to do what it brought.
+/// An update, and time for the reference overlays to process it.
 fn update(app: &mut App) {
     app.update();
-    // A minute is a thousand times what it takes.
+    // A minute is a thousand times the usual duration.
     let started = Instant::now();
     while started.elapsed() < Duration::from_secs(60) {
         app.world_mut().resource_mut::<SimulationClock>().paused = true;
@@ -99,7 +99,7 @@ fn push(app: &mut App, action: Action) {
     app.world_mut().resource_mut::<Actions>().push(action);
 }
 
-/// The same bits with and without: a reference overlay only looks.
+/// The same bits with and without: a reference overlay only reads.
 #[test]
 fn a_reference_overlay_changes_no_bit_of_the_simulation() {
     let mut expected = cubes();
@@ -120,7 +120,7 @@ fn a_reference_overlay_changes_no_bit_of_the_simulation() {
     assert_eq!(state_hash(app.world_mut()), expected.state_hash());
 }
 
-/// A world with a hand, a slider that is moved, a pin and a collider that moves, by tick.
+/// A world with a grab, a slider that is moved, a pin and a moving collider, by tick.
 fn eventful() -> solver::World {
     let effects = solver::Effects {
         collide: Some(Collide::default()),
@@ -187,14 +187,15 @@ fn a_reference_overlay_is_the_reference_under_the_same_hand_sliders_pins_and_col
     reference.project(PROJECTIONS);
     for tick in 1..=60 {
         happen(&mut fast, tick);
-        // The reference as the reference itself takes it over from the body, but for the state.
+        // A reference created from the body, except for the state.
         let fresh = reference::Body::of(&fast.bodies[0]);
         let old = std::mem::replace(&mut reference.bodies[0], fresh);
         let now = &mut reference.bodies[0];
         (now.x, now.p, now.v) = (old.x, old.p, old.v);
         reference.settings = finer(&fast.settings);
         reference.tick();
-        // What was in force is noted before the tick: at its end the hand has arrived.
+        // The effects in force are recorded before the tick: at its end the grab has reached its
+        // target.
         let effects = fast.bodies[0].effects;
         fast.tick();
         let moment = Moment {
@@ -388,7 +389,7 @@ fn a_reference_overlay_of_a_sleeping_body_comes_to_rest_too_and_is_stepped_no_mo
         .expect("a sound gravity");
     let (mut app, bodies) = app_of(&fast);
     command(&mut app, ReferenceCommand::Toggle);
-    // Still from the start: it sleeps after half a second, and so does its reference overlay.
+    // At rest from the start: it sleeps after half a second, and so does its reference overlay.
     updates(&mut app, 60);
     assert!(app.world().entity(bodies[0]).contains::<Asleep>());
     let compared = reference_overlay(&app).compared().expect("there");
@@ -409,13 +410,13 @@ fn a_reference_overlay_of_a_sleeping_body_comes_to_rest_too_and_is_stepped_no_mo
         }],
     };
     let stepped = (0..60).filter(|_| reference_overlays.follow(&moment, fast.settings));
-    // Half a second of 60 ticks a second, and one for rounding.
+    // Half a second at 60 ticks per second, and one for rounding.
     assert!((30..=31).contains(&stepped.count()));
 }
 
 #[test]
 fn bodies_wait_for_reference_overlays_that_do_not_keep_pace() {
-    // 1331 particles and 80 substeps of the reference overlay: tens of milliseconds a tick.
+    // 1331 particles and 80 substeps of the reference overlay: tens of milliseconds per tick.
     let heavy = world(
         settings(9.81, 60.0, 20, 1),
         with(support::body("cube", cube(0.4, 10), 1000.0), elastic()),
@@ -428,7 +429,7 @@ fn bodies_wait_for_reference_overlays_that_do_not_keep_pace() {
         let done = reference_overlay(&app)
             .compared()
             .map_or(0, |done| done.tick);
-        // One that may be under way, and the most that an update makes in a quarter of a second.
+        // One that may be in progress, and the maximum of an update within a quarter of a second.
         let most = 1 + 16;
         assert!(tick(&app) - done <= most, "{} and {done}", tick(&app));
         held += usize::from(app.world().resource::<SimulationClock>().held);

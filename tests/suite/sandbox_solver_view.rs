@@ -1,4 +1,4 @@
-//! The solver view's pure functions: where a constraint stands, its tint, and the sentence.
+//! Pure functions of the solver view: position of a constraint, its tint, and the sentence.
 
 use crate::support;
 use bevy::color::{LinearRgba, Oklaba};
@@ -45,7 +45,7 @@ fn block() -> Topology {
     Topology::new(shape.build().expect("sound").shape).expect("sound")
 }
 
-/// One particle in the middle of more edges than there are colours.
+/// One particle in the center of more edges than there are colors.
 fn star() -> Topology {
     let rays = MAX_COLOURS as u32 + 10;
     let at = |i: u32| Vec3::new((i % 12) as f32, (i / 12) as f32, 0.0);
@@ -57,7 +57,7 @@ fn star() -> Topology {
     .expect("sound")
 }
 
-/// What is solved at the same time shares no particle, and no lane is taken twice.
+/// Constraints that are solved at the same time share no particle, and no lane is used twice.
 fn check<const N: usize>(topology: &Topology, elements: &Elements<N>) {
     let places = places(elements);
     assert_eq!(places.len(), elements.corners().len());
@@ -110,7 +110,7 @@ fn what_no_colour_takes_has_no_turn_and_is_white() {
     }
 }
 
-/// Distance of two colours in Oklab; an eye that looks for it tells 0.02 apart.
+/// Distance of two colors in Oklab; 0.02 is just noticeable.
 fn difference(a: Vec3, b: Vec3) -> f32 {
     let oklab = |colour: Vec3| {
         let colour = Oklaba::from(LinearRgba::rgb(colour.x, colour.y, colour.z));
@@ -126,7 +126,7 @@ fn neighbours_are_told_apart() {
         lane,
     };
     for n in 0..200 {
-        // A band touches the next one; a constraint's neighbours have the colours near its own.
+        // Partitions are adjacent; a constraint's neighbors have the colors next to its own.
         for other in n + 1..n + 4 {
             let partitions =
                 [n, other].map(|partition| place(partition, 0, 0).tint(SolverView::Partitions, 0));
@@ -175,7 +175,7 @@ fn the_summary_counts_what_is_solved() {
     let tetrahedron = Topology::new(support::tetrahedron()).expect("sound");
     let all = Summary::of(&tetrahedron, BOTH);
     assert_eq!((all.bodies, all.partitions, all.loose), (1, 1, 0));
-    // Six edges, of which each shares no particle with one other: three colours of two.
+    // Six edges, each of which shares no particle with one other: three colors of two.
     assert_eq!((all.edges.constraints, all.edges.colours), (6, 3));
     assert_eq!(all.edges.share(), Some(6.0 / 24.0));
     assert_eq!(all.tetrahedra.share(), Some(1.0 / 8.0));

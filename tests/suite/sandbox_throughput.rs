@@ -1,4 +1,4 @@
-//! The figure of projections a second: what it counts, and when there is none.
+//! The figure of projections per second: what it counts, and when it is absent.
 
 use crate::support_app::cubes;
 use bevy::{prelude::*, time::TimeUpdateStrategy};
@@ -19,7 +19,7 @@ fn equal_ticks_give_their_own_rate_from_the_first_on() {
         throughput.tick(20_000.0, 1e-4);
         throughput.refresh();
         let rate = throughput.per_second().expect("ticks were made");
-        // Each of some hundred operations rounds by 1e-16 at most.
+        // Each of a few hundred operations rounds by at most 1e-16.
         assert!((rate / 2e8 - 1.0).abs() < 1e-13, "{rate}");
     }
 }
@@ -35,11 +35,11 @@ fn one_slow_tick_moves_the_figure_a_little_and_many_move_it_there() {
     (0..200).for_each(|_| throughput.tick(20_000.0, 2e-4));
     throughput.refresh();
     let rate = throughput.per_second().expect("ticks were made");
-    // 0.96^200 = 3e-4 is left of what was.
+    // 0.96^200 = 3e-4 of the previous value remains.
     assert!((rate / 1e8 - 1.0).abs() < 1e-3, "{rate}");
 }
 
-/// The sandbox's measurement of two cubes, a tick an update.
+/// The sandbox's measurement of two cubes, one tick per update.
 fn app() -> (App, Vec<Entity>) {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, SoftBodyPlugins::new(PostUpdate)))
@@ -50,13 +50,14 @@ fn app() -> (App, Vec<Entity>) {
     app.finish();
     app.cleanup();
     let (bodies, _) = plain::spawn(app.world_mut(), &cubes());
-    // The first update passes no time, and in the first tick all is new: nobody sleeps through it.
+    // The first update has no elapsed time, and in the first tick everything has changed, so that
+    // no body sleeps.
     (0..3).for_each(|_| app.update());
     (app, bodies)
 }
 
-/// Makes ticks for half a second, which is longer than the figure stays as it is, and counts
-/// these alone. Returns the shortest and the longest real time of a tick [s].
+/// Runs ticks for half a second, longer than the figure's refresh interval, and counts only these.
+/// Returns the shortest and the longest real time per tick [s].
 fn half_a_second(app: &mut App) -> (f64, f64) {
     app.world_mut().resource_mut::<Throughput>().clear();
     let mut range = (f64::INFINITY, 0.0_f64);
@@ -68,7 +69,7 @@ fn half_a_second(app: &mut App) -> (f64, f64) {
     range
 }
 
-/// Puts a body to sleep: stopped, as one that moves would wake at once.
+/// Puts a body to sleep: stopped, because a moving body would wake immediately.
 fn lull(app: &mut App, body: Entity) {
     let mut entity = app.world_mut().entity_mut(body);
     let start = Particles::clone(entity.get::<TickStart>().expect("a body"));
@@ -78,7 +79,7 @@ fn lull(app: &mut App, body: Entity) {
     entity.insert(Asleep);
 }
 
-/// The body that sleeps, if one does.
+/// The sleeping body, if any.
 fn sleeper(app: &mut App) -> Option<Entity> {
     let mut sleepers = app.world_mut().query_filtered::<Entity, With<Asleep>>();
     sleepers.iter(app.world()).next()

@@ -1,5 +1,5 @@
-//! The answers of mathematics that scenes name: bodies come to rest on them, and what is not as the shape
-//! wants it has none.
+//! The analytic solutions that scenes name: bodies come to rest on them, and shapes that do not
+//! meet their conditions have none.
 
 use glam::Vec3;
 use pliant::{
@@ -29,7 +29,7 @@ fn curve(answer: &Answer, body: &Body, gravity: Vec3) -> Option<Vec<Vec3>> {
     answer.curve(&subject, gravity)?.points()
 }
 
-/// How far a point is from a curve [m].
+/// Distance of a point from a curve [m].
 fn distance(point: Vec3, curve: &[Vec3]) -> f32 {
     let to_part = |ends: &[Vec3]| {
         let along = ends[1] - ends[0];
@@ -66,7 +66,7 @@ fn ropes_come_to_rest_on_their_catenaries() {
         let rope = body(&world, answer);
         let line = curve(answer, rope, gravity).expect("it has one");
         for x in &rope.particles.positions {
-            // The scene accepts a sag that is off by 1 %, of 0.38 m at most.
+            // The scene accepts an error of 1 % of the sag, which is at most 0.38 m.
             let off = distance(x.truncate(), &line);
             assert!(off < 0.0038, "{}: {off} m off", answer.body());
         }
@@ -132,7 +132,8 @@ fn soft_strips_hang_near_their_elastica() {
     let (scene, world) = at_rest("bending");
     assert_eq!(scene.answers.len(), 4);
     let gravity = world.settings.gravity;
-    // The two stiffer ones hang below theirs by what one sweep a substep leaves: what the picture is for.
+    // The two stiffer ones hang below their solutions because of the single iteration per substep,
+    // which the scene demonstrates.
     for answer in &scene.answers[..2] {
         let strip = body(&world, answer);
         let line = curve(answer, strip, gravity).expect("it has one");
@@ -141,9 +142,9 @@ fn soft_strips_hang_near_their_elastica() {
         let row = along.filter(|x| (x.z - middle).abs() < 1e-3);
         let off = row.map(|x| distance(x.truncate(), &line));
         let off = off.fold(0.0, f32::max);
-        // It is held in the middle of a cell of 0.05 m and can turn at the next row at first, which is half
-        // a cell off where the bend is shorter than a cell, √(B/wL) = 0.024 m of the softest; and a
-        // millimetre for what still swings.
+        // It is clamped in the middle of a cell of 0.05 m and first free to rotate at the next row,
+        // an error of half a cell where the bend is shorter than a cell, √(B/wL) = 0.024 m for the
+        // softest; and a millimeter for the remaining oscillation.
         assert!(off < 0.026, "{}: {off} m off", answer.body());
     }
 }
@@ -153,7 +154,7 @@ fn a_balloon_that_floats_is_as_large_as_its_skin_and_its_filling_make_it() {
     let (scene, mut world) = scene("balloon");
     let answer = &scene.answers[0];
     assert_eq!(answer.body(), "air");
-    // Nothing but the balloon, with sweeps enough to solve its springs to the end.
+    // Only the balloon, with enough iterations for its springs to converge.
     world.bodies.retain(|body| body.name == "air");
     world.settings.gravity = Vec3::ZERO;
     world.settings.substeps = Substeps::new(50).expect("sound");
@@ -178,8 +179,8 @@ fn a_balloon_that_floats_is_as_large_as_its_skin_and_its_filling_make_it() {
         let middle = places().sum::<Vec3>() / positions.len() as f32;
         let radius = places().map(|x| x.distance(middle)).sum::<f32>() / positions.len() as f32;
         let grown = radius / line[0].distance(middle) - 1.0;
-        // Of a mesh of 642 points area and volume differ from the sphere's by 1.4 and 2.1 %, at rest as when
-        // blown up by 9 %: of the strain of 0.09 at most (2.1 − 1.4) % are missing.
+        // For a mesh of 642 points, area and volume are smaller than the sphere's by 1.4 and 2.1 %,
+        // both at rest and inflated by 9 %: at most (2.1 − 1.4) % of the strain of 0.09 is missing.
         assert!(grown.abs() < 0.0007, "off by {grown} of its radius");
     }
 }

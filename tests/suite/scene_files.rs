@@ -1,10 +1,10 @@
-//! Promises about the scene file: the registry is the folder, a scene survives being written and
-//! read, and what is wrong with a file is said with its place and what was expected.
+//! Contracts of the scene file: the registry matches the folder, a scene survives writing and
+//! reading, and an error in a file is reported with its position and the expected input.
 
 use pliant::scene::{Scene, registry};
 use std::{collections::BTreeSet, path::Path};
 
-/// A scene in which every kind of thing that can be wrong has a line.
+/// A scene with a line for every kind of error.
 const SOUND: &str = r##"Scene(
     title: "t",
     look_at: "l",
@@ -20,7 +20,7 @@ const SOUND: &str = r##"Scene(
     acceptance: (seconds: 1.0, checks: [NoInverted]),
 )"##;
 
-/// What is said when `from` in the sound scene is replaced by `to`, while reading or building.
+/// The error message after `from` in the valid scene is replaced by `to`, when reading or building.
 fn complaint(from: &str, to: &str) -> String {
     assert!(SOUND.contains(from), "{from} is not in the scene");
     let text = SOUND.replace(from, to);
@@ -30,7 +30,7 @@ fn complaint(from: &str, to: &str) -> String {
     }
 }
 
-/// Fails unless the complaint holds each of the parts.
+/// Fails unless the message contains each of the parts.
 #[track_caller]
 fn says(complaint: &str, parts: &[&str]) {
     for part in parts {
@@ -223,7 +223,7 @@ fn pins_that_pin_nothing_are_refused_with_where_the_body_is() {
         &complaint("density: 1000", "pins: [Vertex(27)]"),
         &["“b”", "Vertex(27) pins nothing", "vertices 0 to 26"],
     );
-    // As older files have it.
+    // Syntax of older files.
     says(
         &complaint("density: 1000", "pins: [Particle(27)]"),
         &["“b”", "Vertex(27) pins nothing", "vertices 0 to 26"],
@@ -254,7 +254,7 @@ fn a_name_that_is_no_scene_is_answered_with_the_names_that_are() {
     says(&error.to_string(), &["no/such/file.ron"]);
 }
 
-/// Copies are numbered, lie on the grid around the place that was given, and share one topology.
+/// Copies are numbered, lie on the grid around the given position, and share one topology.
 #[test]
 fn copies_share_their_mesh_and_stand_on_a_grid() {
     let text = SOUND.replace(

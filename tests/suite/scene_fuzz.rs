@@ -1,5 +1,6 @@
-//! Broken scene files and problem files of the study: a scene or an error that says where, memory
-//! in proportion to what the file asks for, and what can be built can be stepped.
+//! Corrupted scene files and problem files of the study: a scene or an error with its position,
+//! memory in proportion to the contents of the file; and every scene that can be built can be
+//! stepped.
 
 use crate::{
     allocation,
@@ -16,7 +17,7 @@ use pliant::{
 use proptest::prelude::*;
 use std::{fs, path::PathBuf};
 
-/// Every kind of thing that a scene can hold, small.
+/// Small instances of everything that a scene can contain.
 const EVERYTHING: &str = r##"Scene(
     title: "everything",
     look_at: "l",
@@ -68,20 +69,20 @@ fn folder() -> PathBuf {
     folder
 }
 
-/// Bytes that reading a scene may hold at most: so many, and so many for each byte of the file. An
-/// item of two bytes, `0,`, is a check, a pin or a stop of up to 64 bytes in memory, and lists grow
-/// twofold, old and new being there at once.
+/// Limit on the memory for reading a scene: a constant, and bytes per byte of the file. An item of
+/// two bytes, `0,`, is a check, a pin or a stop of up to 64 bytes in memory, and growing a list
+/// doubles it while the old one still exists.
 const READING: (u64, u64) = (64 << 10, 128);
 
-/// Elements of a body that are built here. More, up to what a body may have, are other tests' task;
-/// beyond that they are to be refused at once.
+/// Number of elements of a body that is built here. Larger bodies, up to the limit, are covered by
+/// other tests; beyond the limit they must be rejected immediately.
 const SMALL: f64 = 6000.0;
 
-/// Bytes that building may hold for each element: shapes, tables of their making, orders and
-/// state, some of them twice.
+/// Memory for building per element [byte]: shapes, tables, orders and state, some of them twice.
 const ELEMENT: u64 = 2000;
 
-/// About how many elements a file asks for, all copies counted: cells by the sizes of primitives.
+/// Approximate number of elements that a file requests, including all copies: cells by the sizes of
+/// primitives.
 fn asked_for(spec: &BodySpec) -> f64 {
     let number = f64::from;
     let one = match (&spec.primitive, &spec.mesh) {
@@ -109,7 +110,7 @@ fn asked_for(spec: &BodySpec) -> f64 {
         (Some(Primitive::Balloon { cells, .. }), _) => 50.0 * number(*cells).powi(2),
         (Some(Primitive::Rope { segments, .. }), _) => number(*segments),
         (None, Some(mesh)) if mesh.treatment == Treatment::Shell => 10.0,
-        // A lattice of cubes, with one more on each side; 40 where the file does not say.
+        // A lattice of cubes, with one more on each side; 40 by default.
         (None, Some(mesh)) => 12.0 * (number(mesh.cells.unwrap_or(40)) + 2.0).powi(3),
         (None, None) => 0.0,
     };
@@ -119,7 +120,7 @@ fn asked_for(spec: &BodySpec) -> f64 {
     one.abs() * copies
 }
 
-/// Elements that a scene asks for, if it can be built in a moment or is to be refused in one.
+/// Number of elements of a scene, if it can be built or rejected quickly.
 fn moment(scene: &Scene) -> Option<u64> {
     let built_in = |spec: &BodySpec| {
         let mesh = spec.mesh.as_ref();
@@ -131,7 +132,7 @@ fn moment(scene: &Scene) -> Option<u64> {
     (moment && !scene.bodies.iter().any(built_in)).then_some(sum.min(SMALL) as u64)
 }
 
-/// Reads a scene and fails unless a refusal says where.
+/// Reads a scene and fails unless an error has a position.
 fn read(text: &str) -> Option<Scene> {
     match in_proportion(text.len(), READING, || Scene::parse("a.ron", text)) {
         Ok(scene) => Some(scene),
@@ -159,13 +160,13 @@ fn says_where(error: &SceneError, text: &str) {
         SceneError::Collider { index, .. } => message.contains(&format!("collider {index}")),
         SceneError::Acceptance(_) => true,
         SceneError::Answer { body, .. } => message.contains(body.as_str()),
-        SceneError::Unknown { .. } | SceneError::Unreadable { .. } => false,
+        _ => false,
     };
     assert!(named, "{error:?} does not say where");
 }
 
-/// Steps a world a few times, if that does not take long, and fails unless every body is finite,
-/// or frozen and named.
+/// Steps a world a few times, if that is fast, and fails unless every body is finite, or in
+/// quarantine and reported.
 fn steps(world: &mut World) {
     let constraints: usize = world
         .bodies
@@ -177,8 +178,8 @@ fn steps(world: &mut World) {
         iterations,
         ..
     } = world.settings;
-    let sweeps = f64::from(substeps.get()) * f64::from(iterations.get());
-    if sweeps * constraints as f64 > 1e6 {
+    let passes = f64::from(substeps.get()) * f64::from(iterations.get());
+    if passes * constraints as f64 > 1e6 {
         return;
     }
     for _ in 0..3 {
@@ -210,7 +211,7 @@ fn survives(scene: &Scene, text: &str) {
             let mut world = built.world;
             let start = world.clone();
             steps(&mut world);
-            // Whether it holds does not matter.
+            // Whether it is accepted is irrelevant here.
             let _ = scene.acceptance.judge(&start, &world, &[]);
         }
     }
@@ -249,7 +250,7 @@ fn a_broken_scene_file_is_a_scene_or_an_error_that_says_where() {
     let values = (0..texts.len(), edits());
     fuzz("scene files", 8000, &values, |(which, edits)| {
         let file = broken(texts[which].as_bytes(), &edits);
-        // The system's own reading refuses what is not UTF-8.
+        // The system's own reading rejects invalid UTF-8.
         let text = String::from_utf8_lossy(&file);
         if let Some(mut scene) = read(&text) {
             scene.folder.clone_from(&folder);
@@ -292,8 +293,8 @@ fn a_broken_problem_file_is_a_problem_or_an_error_that_says_where() {
     });
 }
 
-/// Anything that `--set` takes, on a scene with everything: it is set or refused, and what was set
-/// can be stepped.
+/// Any input of `--set`, on a scene with everything: it is set or rejected, and the result can be
+/// stepped.
 #[test]
 fn any_override_is_set_or_refused_and_what_is_set_can_be_stepped() {
     let mut scene: Scene = EVERYTHING.parse().expect("whole");
@@ -360,7 +361,7 @@ fn any_override_is_set_or_refused_and_what_is_set_can_be_stepped() {
             if let Err(error) = set {
                 let message = error.to_string();
                 assert!(message.len() < 1000, "{message}");
-                // A setting of one axis is called by what it is of.
+                // A parameter of a single axis is named after the whole vector.
                 let (left, right) = word.split_once('=').unwrap_or((&word, ""));
                 let mut parts = left.split(['.', '_']).chain([left, right]);
                 let named = parts.any(|part| message.contains(part.trim()));
@@ -379,7 +380,7 @@ fn any_override_is_set_or_refused_and_what_is_set_can_be_stepped() {
     });
 }
 
-/// Found by seed 7 of the scene files: numbers that are finite each, and not together.
+/// Found by seed 7 of the scene files: numbers that are finite individually, but not combined.
 #[test]
 fn a_body_that_would_begin_beyond_all_numbers_is_refused() {
     for with in [
@@ -404,7 +405,8 @@ fn a_body_that_would_begin_beyond_all_numbers_is_refused() {
     }
 }
 
-/// A few words may ask for more than any memory holds; they are refused before it is taken.
+/// A few words may request more than the available memory; they are rejected before it is
+/// allocated.
 #[test]
 fn what_is_too_large_is_refused_before_memory_is_taken() {
     let most = u32::MAX;
@@ -425,7 +427,8 @@ fn what_is_too_large_is_refused_before_memory_is_taken() {
             Ok(_) => panic!("{bodies} was built"),
             Err(error) => error.to_string(),
         };
-        // The largest that is built before a scene is refused are 100 000 ropes of two edges, of less than 3 kB each.
+        // The largest scene that is built before it is rejected has 100 000 ropes of two edges, of
+        // less than 3 kB each.
         let message = in_proportion(text.len(), (300_000_000, READING.1), build);
         assert!(message.contains("body “b”") && message.contains(says), "{message}");
     }

@@ -1,5 +1,5 @@
-//! Materials: each has figures in SI with their sources, makes a body of a scene file or of a running
-//! scene, and is refused where it does not fit.
+//! Materials: each has values in SI units with their sources, can be applied to a body of a scene
+//! file or of a running scene, and is rejected where it is not applicable.
 
 use crate::{
     equilibrium::equilibrium,
@@ -36,12 +36,12 @@ fn each_material_has_its_figures_and_where_they_are_from() {
     assert_eq!(names, wanted);
     for material in Material::all() {
         assert!(material.body_density().is_ok(), "{}", material.name);
-        // A year of print, or that of another entry which it refers to.
+        // A year of publication, or that of another entry to which it refers.
         let dated = material.source.split(|c: char| !c.is_ascii_digit());
         let dated = dated.into_iter().any(|word| word.len() == 4);
         assert!(dated || material.name == "latex", "{}", material.name);
         if let (Some(sheet), true) = (material.sheet, material.name == "paper") {
-            // Et³/(12(1 − ν²)), to the two digits that are given.
+            // Et³/(12(1 − ν²)), to the two given digits.
             let [modulus, ratio, thickness] = [
                 material.youngs_modulus.into(),
                 material.poisson_ratio.into(),
@@ -134,7 +134,7 @@ fn a_running_body_is_made_of_another_material_and_keeps_what_else_it_carries() {
     assert!(plain::effects(entity).ground.is_some());
 }
 
-/// How far the end of a body goes down when it rests [m]: that of the particle with the largest `by`.
+/// Sag of the end of a body at rest [m]: of the particle with the largest `by`.
 fn sag(primitive: &str, besides: &str, by: impl Fn(Vec3) -> f32) -> f64 {
     let world = scene(primitive, besides).expect("sound");
     let body = &world.bodies[0];
@@ -146,7 +146,7 @@ fn sag(primitive: &str, besides: &str, by: impl Fn(Vec3) -> f32) -> f64 {
     f64::from(start.y) - equilibrium(body)[end].y
 }
 
-/// By how much the largest of some values is above the least, as a share of it.
+/// Relative difference between the largest and the smallest of some values.
 fn spread(values: [f64; 3]) -> f64 {
     let most = values.into_iter().fold(f64::MIN, f64::max);
     let least = values.into_iter().fold(f64::MAX, f64::min);
@@ -170,7 +170,7 @@ fn a_sheet_hangs_down_as_far_on_three_meshes() {
         // One and a half times its bending length, so that weight and stiffness both count.
         let length = 1.5 * (stiffness / (thickness * density * G)).cbrt();
         let sags = [3_u16, 4, 5].map(|across| {
-            // Held between the first two rows.
+            // Clamped between the first two rows.
             let cells = 3 * across;
             let cell = length / (f64::from(cells) - 0.5);
             let (long, wide) = (cell * f64::from(cells), length / 3.0);
@@ -179,7 +179,7 @@ fn a_sheet_hangs_down_as_far_on_three_meshes() {
             let besides = format!("material: \"{name}\", pins: [Left({pins})]");
             sag(&primitive, &besides, |x| x.x)
         });
-        // What is promised of presets.
+        // The documented accuracy of presets.
         assert!(spread(sags) < 0.05, "{name}: {sags:?} m");
     }
 }
@@ -195,13 +195,32 @@ fn a_solid_hangs_down_as_far_on_three_meshes_unless_it_keeps_its_volume() {
             let besides = format!("material: \"{name}\", pins: [Top(0.0)]");
             sag(&primitive, &besides, |x| -x.y)
         });
-        // Linear tetrahedra lock where Poisson's ratio is near a half: there are more volumes to keep than
-        // ways to move. `docs/accuracy.md` has by how much coarse bars of rubber and jelly are stiffer than
-        // fine ones; only that it gets no worse is held here.
+        // Linear tetrahedra lock where Poisson's ratio is near a half: there are more volume
+        // constraints than degrees of freedom. `docs/accuracy.md` has the excess stiffness of
+        // coarse bars of rubber and jelly relative to fine ones; this test only checks that it does
+        // not increase.
         let promised = match name.as_str() {
             "foam" => 0.05,
             _ => 0.33,
         };
         assert!(spread(sags) < promised, "{name}: {sags:?} m");
+    }
+}
+
+#[test]
+fn a_body_is_known_by_what_it_is_made_of() {
+    for (shape, name) in [(BOX, "foam"), (CLOTH, "denim")] {
+        let world = scene(shape, &format!("material: \"{name}\"")).expect("sound");
+        let body = &world.bodies[0];
+        let known: Vec<&str> = Material::all()
+            .iter()
+            .filter(|material| material.describes(body.density, &body.effects))
+            .map(|material| material.name.as_str())
+            .collect();
+        assert_eq!(known, [name]);
+        let none = Material::all()
+            .iter()
+            .find(|material| material.describes(body.density, &Default::default()));
+        assert_eq!(none, None, "a body without their effects is of no material");
     }
 }

@@ -1,5 +1,5 @@
-//! Promises about `--set`: it reaches the world and every body that carries an effect, what it
-//! sets makes a difference, and what it cannot set is answered with the valid words.
+//! Contracts of `--set`: it reaches the world and every body that carries an effect, it has an
+//! effect on the simulation, and an invalid name gives an error with the valid ones.
 
 use pliant::{
     scene::{
@@ -24,7 +24,7 @@ fn set(words: &[&str]) -> Result<Run, String> {
     run(&built, &options, |_| ()).map_err(|error| error.to_string())
 }
 
-/// Fails unless setting `word` is refused with each of the parts.
+/// Fails unless setting `word` is rejected with each of the parts in the message.
 #[track_caller]
 fn refused(word: &str, parts: &[&str]) {
     let Err(message) = set(&[word]) else {

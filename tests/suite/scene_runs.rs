@@ -1,5 +1,5 @@
-//! Promises that every built-in scene keeps when it runs: it is accepted, it is the same with Bevy
-//! and without, and the same twice.
+//! Contracts of every built-in scene when it runs: it is accepted, it is the same with and without
+//! Bevy, and the same in two runs.
 
 use crate::support::state_bits;
 use pliant::{
@@ -19,8 +19,7 @@ use std::{
     thread,
 };
 
-/// Does something with every scene, on as many threads as there are, and fails with everything
-/// that was found wrong.
+/// Runs a check on every scene, on all cores, and fails with all problems found.
 fn in_every_scene(find: impl Fn(&BuiltinScene, &Scene) -> Vec<String> + Sync) {
     let next = AtomicUsize::new(0);
     let found = Mutex::new(Vec::new());
@@ -45,7 +44,7 @@ fn in_every_scene(find: impl Fn(&BuiltinScene, &Scene) -> Vec<String> + Sync) {
     assert!(found.is_empty(), "\n{}\n", found.join("\n"));
 }
 
-/// A scene says what must hold after it ran, and it holds.
+/// The acceptance of each scene holds after it ran.
 #[test]
 fn every_scene_is_accepted_by_its_own_figures() {
     in_every_scene(|_, scene| {
@@ -56,7 +55,8 @@ fn every_scene_is_accepted_by_its_own_figures() {
     });
 }
 
-/// What a scene promises is no accident of its settings: it holds with 10 and with 100 substeps a tick as well.
+/// The acceptance of a scene does not depend on its settings: it also holds with 10 and with 100
+/// substeps per tick.
 #[test]
 fn every_scene_is_accepted_with_few_and_with_many_substeps() {
     in_every_scene(|_, scene| {
@@ -73,8 +73,8 @@ fn every_scene_is_accepted_with_few_and_with_many_substeps() {
     });
 }
 
-/// The schedules of Bevy and the plain loop are one method: over ten seconds, every position and
-/// every velocity of every body has the same bits, and the same bodies sleep.
+/// Bevy's schedules and the plain loop are one method: over ten seconds, positions and velocities
+/// of all bodies are bit-identical, and the same bodies sleep.
 #[test]
 fn every_scene_is_the_same_to_the_bit_with_bevy_and_without() {
     const TICKS: u32 = 600;
@@ -84,7 +84,7 @@ fn every_scene_is_the_same_to_the_bit_with_bevy_and_without() {
         for done in 1..=TICKS {
             tick(app.world_mut());
             alone.tick();
-            // Often enough to name the tick within a second, and seldom enough to cost nothing.
+            // Often enough to locate a difference within a second, and rarely enough to be cheap.
             if done % 60 == 0 {
                 let differences = differences(&plain::capture(app.world_mut()), &alone);
                 if !differences.is_empty() {
@@ -109,7 +109,7 @@ fn differences(one: &World, other: &World) -> Vec<String> {
         .collect()
 }
 
-/// Nothing in a run depends on time, on addresses or on the order of a hash map.
+/// A run does not depend on time, on addresses or on the order of a hash map.
 #[test]
 fn every_scene_run_twice_ends_with_the_same_hash() {
     in_every_scene(|_, scene| {
@@ -131,8 +131,8 @@ fn every_scene_run_twice_ends_with_the_same_hash() {
     });
 }
 
-/// A pinned particle is where it was to the bit, even in a scene that shakes it, and a run that
-/// moves one is not accepted.
+/// A pinned particle does not move by a bit, even in a scene that shakes it, and a run that moves
+/// one is not accepted.
 #[test]
 fn a_pin_that_moved_is_a_reason() {
     let scene = Scene::load("hanging_chain").expect("a sound scene").scene;
@@ -148,7 +148,7 @@ fn a_pin_that_moved_is_a_reason() {
     assert_eq!(reasons, ["no weight: 1 pinned particle moved"]);
 }
 
-/// What cannot be measured does not hold: a check that compares with NaN fails.
+/// A check that compares with NaN fails.
 #[test]
 fn a_state_that_is_not_finite_fails_every_check_of_it() {
     use pliant::scene::{Acceptance, Check};

@@ -1,4 +1,4 @@
-//! Actions: what a user does, carried out between ticks, in order.
+//! Actions: user input, carried out between ticks, in order.
 
 use crate::support_app::{app_of, cubes, done, push, set, ticks};
 use bevy::{ecs::message::Messages, prelude::*};
@@ -29,8 +29,8 @@ fn a_grabbed_body_follows_the_hand_and_keeps_its_speed_when_let_go() {
     assert!(done(&mut app, grab).is_empty());
     ticks(&mut app, 240);
     let held = point().position(&particles(&app, body).positions);
-    // Its spring gives by 0.02 m under the weight, a twentieth of the body's size, and a body that
-    // swings down from level pulls three times as hard.
+    // Its spring stretches by 0.02 m under the weight, a twentieth of the body's size, and a body
+    // that swings down from level pulls three times as hard.
     assert!(held.distance(target) < 0.06, "{held}");
 
     for step in 1..=30 {
@@ -132,7 +132,7 @@ fn a_body_is_made_heavier_from_the_next_tick_on() {
         .get();
     let density = Density::new(2.0 * old).expect("in range");
     assert!(done(&mut app, Action::SetDensity { body, density }).is_empty());
-    // Twice in f32, of which w is the inverse: an ulp or two.
+    // Twice in f32, with w the inverse: an ulp or two.
     assert!((weight(&app) / before - 2.0).abs() < 1e-6);
 }
 

@@ -1,4 +1,4 @@
-//! Bodies by a line of code: what they are made of, and what is refused.
+//! The body builder: its results, and rejected input.
 
 use crate::support_app::ticks;
 use bevy::prelude::*;
@@ -49,7 +49,7 @@ fn a_body_is_where_it_was_put_and_its_pins_hold_it() {
         .id();
     ticks(&mut app, 60);
     let particles = app.world().get::<Particles>(body).expect("a body");
-    // It lay along x, and its last vertex is on top now.
+    // It was along x, and its last vertex is now at the top.
     let at = |vertex: u32| {
         let body = app.world().get::<SoftBody>(body).expect("a body");
         particles

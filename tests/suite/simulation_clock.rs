@@ -1,4 +1,4 @@
-//! The clock: pause, single steps, speed, a bound on catching up, a budget, and the clocks that
+//! The clock: pause, single steps, speed, the catch-up limit, the time budget, and the clocks that
 //! systems inside a tick see.
 
 use crate::{
@@ -17,7 +17,7 @@ use pliant::{
 };
 use std::{thread, time::Duration};
 
-/// An app whose clock runs by `real` seconds an update.
+/// An app whose clock advances by `real` seconds per update.
 fn app_at(real: Duration) -> App {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, SoftBodyPlugins::new(Update)));
@@ -25,7 +25,7 @@ fn app_at(real: Duration) -> App {
     app.finish();
     app.cleanup();
     let _entities = plain::spawn(app.world_mut(), &cubes());
-    // The first update has no delta.
+    // The first update has no elapsed time.
     app.update();
     app
 }
@@ -84,12 +84,12 @@ fn while_the_clock_is_held_no_tick_begins_and_what_passes_is_dropped() {
     clock(&mut app).step_once();
     updates(&mut app, 100);
     assert_eq!(clock(&mut app).tick(), 10);
-    // One or two may wait, the others are counted as left out.
+    // One or two may be pending, the others are counted as dropped.
     let dropped = clock(&mut app).dropped();
     assert!((98..100).contains(&dropped), "{dropped}");
     clock(&mut app).held = false;
     updates(&mut app, 10);
-    // Of 120 ticks those that were not left out, and the step that was asked for.
+    // Of 120 ticks those that were not dropped, and the requested step.
     assert_eq!(clock(&mut app).tick(), 121 - dropped);
 }
 
@@ -119,12 +119,12 @@ fn a_speed_that_makes_no_sense_breaks_nothing() {
 
 #[test]
 fn what_cannot_be_caught_up_is_dropped_and_counted() {
-    // Ten ticks are due in each update; four of them and one more may wait.
+    // Ten ticks are due in each update; four of them are run, and one more may be pending.
     let mut app = app_at(tick_time() * 10);
     clock(&mut app).catch_up = tick_time() * 4;
     updates(&mut app, 20);
     let (done, dropped) = (clock(&mut app).tick(), clock(&mut app).dropped());
-    // Rounding of real time to nanoseconds decides whether the one more is left.
+    // Whether the additional one remains depends on the rounding of real time to nanoseconds.
     assert!((80..=100).contains(&done), "{done} done");
     assert!(
         (195..=200).contains(&(done + dropped)),
@@ -132,17 +132,17 @@ fn what_cannot_be_caught_up_is_dropped_and_counted() {
     );
     app.insert_resource(TimeUpdateStrategy::ManualDuration(tick_time()));
     updates(&mut app, 20);
-    // At its own pace again at once: a hitch is no debt.
+    // At its own rate again immediately: a hitch is not made up for.
     assert!(clock(&mut app).tick() <= done + 22);
     assert_eq!(clock(&mut app).dropped(), dropped);
 }
 
-/// Makes every sweep last longer than the budget.
+/// Makes every iteration take longer than the budget.
 fn loiter() {
     thread::sleep(Duration::from_millis(1));
 }
 
-/// An app in which a tick of four substeps takes more real time than an update may spend.
+/// An app in which a tick of four substeps takes more real time than the budget of an update.
 fn slow_app() -> App {
     let mut app = app_at(tick_time());
     app.add_systems(SolveSchedule, loiter.in_set(SolvePhase::User));

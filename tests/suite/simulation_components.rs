@@ -1,10 +1,10 @@
-//! What is written into a component takes effect at the next tick, and nothing else is rebuilt.
+//! A change of a component takes effect at the next tick, and nothing else is rebuilt.
 
 use crate::{
     support::{
         self, G, assert_relative, body_of_masses, chain, damping, pinned, settings, stretch,
     },
-    support_app::{app_of, cubes, systems_of_sweep, ticks},
+    support_app::{app_of, cubes, systems_of_iteration, ticks},
 };
 use bevy::prelude::*;
 use pliant::{
@@ -17,7 +17,7 @@ use pliant::{
 };
 use std::sync::Arc;
 
-/// A kilogram that hangs on an edge of a millimetre.
+/// A kilogram that hangs from an edge of a millimeter.
 fn hanging() -> solver::World {
     let effects = Effects {
         stretch: Some(Stretch {
@@ -121,7 +121,7 @@ fn an_effect_that_came_and_went_without_acting_leaves_no_trace() {
     }
     (0..60).for_each(|_| expected.tick());
     assert_eq!(state_hash(app.world_mut()), expected.state_hash());
-    assert_eq!(systems_of_sweep(&app), ["stretch", "volume", "ground"]);
+    assert_eq!(systems_of_iteration(&app), ["stretch", "volume", "ground"]);
 }
 
 #[test]

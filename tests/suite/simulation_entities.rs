@@ -1,4 +1,4 @@
-//! Bodies as entities of other people's apps: cloned, given another mesh, with plugins in any order.
+//! Bodies as entities of user apps: cloned, with a replaced mesh, with plugins in any order.
 
 use crate::support_app::ticks;
 use bevy::prelude::*;

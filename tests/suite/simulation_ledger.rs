@@ -1,5 +1,5 @@
-//! The energy ledger: its rows add up, each row is what physics says it is, and to keep it changes
-//! no bit.
+//! The energy ledger: its rows add up, each row has its physical value, and tracking it changes no
+//! bit.
 
 use crate::{
     support::{
@@ -40,7 +40,7 @@ pub fn kept(world: &World, count: usize) -> EnergyLedger {
     ledger(&app).clone()
 }
 
-/// The largest of all that is in it [J].
+/// The largest term of a ledger [J].
 pub fn largest(ledger: &EnergyLedger) -> f64 {
     let held = [&ledger.start, &ledger.now].into_iter().flat_map(|held| {
         let elastic = held.elastic.values().copied();
@@ -52,8 +52,8 @@ pub fn largest(ledger: &EnergyLedger) -> f64 {
         .fold(0.0, |largest, energy| largest.max(energy.abs()))
 }
 
-/// Every built-in scene for a second. The figure is 1e-4 of the largest term; sums are in
-/// f64, of velocities that are taken as they are, so that nothing but f64's rounding is left.
+/// Every built-in scene for a second. The limit is 1e-4 of the largest term; sums are in
+/// f64, of the stored velocities, so that only f64 rounding remains.
 #[test]
 fn the_rows_add_up_to_the_change_on_every_scene_and_change_no_bit() {
     for BuiltinScene { name, .. } in SCENES {
@@ -77,7 +77,7 @@ fn the_rows_add_up_to_the_change_on_every_scene_and_change_no_bit() {
     }
 }
 
-/// A cube that is solved directly slides to rest.
+/// A cube with the direct solver slides to rest.
 #[test]
 fn what_is_solved_directly_is_booked_by_cause() {
     let effects = Effects {
@@ -90,15 +90,15 @@ fn what_is_solved_directly_is_booked_by_cause() {
     let ledger = kept(&world(settings(9.81, 60.0, 4, 4), cube), 60);
     let gap = ledger.gap().abs() / largest(&ledger);
     assert!(gap < 1e-4, "{gap:e}: {ledger:?}");
-    // Of ½ · 8.1 kg · (0.5 m/s)² most goes to friction. What is rigid takes the rest to itself: it drags
-    // the layer on the ground along, which ground has slowed down.
+    // Of ½ · 8.1 kg · (0.5 m/s)² most goes to friction. Rigid constraints dissipate the rest: they
+    // drag along the layer on the ground, which friction has slowed down.
     let friction = -ledger.solver.friction / ledger.start.kinetic;
     assert!((0.5..1.0).contains(&friction), "{friction}: {ledger:?}");
 }
 
-/// Implicit Euler takes ½m(hg)² a substep of whatever falls freely. Positions down to −4.9 m are
-/// rounded by 2.4e-7 m, which over h = 4.2 ms is 5.7e-5 m/s of the 0.041 m/s that a substep adds:
-/// 1.4e-3 of it.
+/// Implicit Euler dissipates ½m(hg)² per substep of a body in free fall. Positions down to −4.9 m
+/// are rounded by 2.4e-7 m, which over h = 4.2 ms is 5.7e-5 m/s of the 0.041 m/s that a substep
+/// adds: 1.4e-3 of it.
 #[test]
 fn a_free_fall_loses_what_the_integrator_is_known_to_take() {
     let falling = body_of_masses(point(), &[2.0]);
@@ -117,8 +117,8 @@ fn a_free_fall_loses_what_the_integrator_is_known_to_take() {
     assert_eq!([damping, friction, contact, grab, convergence], [0.0; 5]);
 }
 
-/// What slides to a stop has lost all of ½mv² to friction: in its plane nothing else works, and
-/// across it nothing moves.
+/// A body that slides to a stop has lost all of ½mv² to friction: no other force does work in its
+/// plane, and nothing moves perpendicular to it.
 #[test]
 fn what_slides_to_a_stop_lost_its_energy_to_friction() {
     let mut sliding = body_of_masses(point(), &[2.0]);
@@ -141,8 +141,8 @@ fn what_slides_to_a_stop_lost_its_energy_to_friction() {
     assert!(ledger.solver.contact.abs() < 1e-5, "{:?}", ledger.solver);
 }
 
-/// A bounce with e = ½ takes three quarters of the energy of the fall. The fall of 1 m ends up to
-/// vh = 4.4 m/s / 600 s⁻¹ = 7 mm late or early, 0.7 % of its energy.
+/// A bounce with e = ½ takes three quarters of the energy of the fall. The end of the fall of 1 m
+/// is known to vh = 4.4 m/s / 600 s⁻¹ = 7 mm, 0.7 % of its energy.
 #[test]
 fn a_bounce_takes_its_share_at_the_contact() {
     let mut dropped = body_of_masses(point(), &[1.0]);
@@ -182,8 +182,8 @@ fn spring(tau: f32) -> World {
     world(settings(0.0, 60.0, 20, 1), body)
 }
 
-/// E₂₄₀ = 5 J (1 + ω²h²)⁻²⁴⁰, and all that is lost is the integrator's, as one sweep over one
-/// edge solves it to the end.
+/// E₂₄₀ = 5 J (1 + ω²h²)⁻²⁴⁰, and the whole loss is that of the integrator, as one iteration solves
+/// a single edge exactly.
 #[test]
 fn a_spring_loses_its_energy_to_the_integrator_and_a_damped_one_to_its_damping() {
     let free = kept(&spring(0.0), 12);
@@ -206,8 +206,8 @@ fn a_spring_loses_its_energy_to_the_integrator_and_a_damped_one_to_its_damping()
         "{:?}",
         damped.solver
     );
-    // What is rounded when the edge moves the mass is put down to convergence: 7e-5 m/s at up to
-    // 1 m/s in each of the 200 substeps that it takes to come to rest, 1.4e-2 J if all go one way.
+    // Rounding when the edge moves the mass is attributed to convergence: 7e-5 m/s at up to 1 m/s
+    // in each of the 200 substeps until rest, 1.4e-2 J if all have the same sign.
     assert!(
         convergence.abs() < 3e-3 * damping.abs(),
         "{:?}",
@@ -246,7 +246,7 @@ fn a_grab_that_lifts_gives_what_the_weight_gains() {
     assert_eq!(ledger.solver.contact, 0.0);
 }
 
-/// What users change between ticks, and what effects of their own do, is in a row of its own.
+/// Changes by users between ticks, and work of user effects, have their own rows.
 #[test]
 fn edits_and_effects_of_a_users_own_are_told_apart() {
     let (mut app, bodies, _) = app_of(&spring(0.0));

@@ -1,9 +1,9 @@
-//! The order of what happens in a substep, the place of a user's own constraint, and that an order
-//! that matters and is not given is an error.
+//! The order of a substep, the position of a user constraint, and that an ambiguous order is an
+//! error.
 
 use crate::{
     support::tetrahedron,
-    support_app::{app, app_of, app_with, cubes, systems, systems_of_sweep, ticks},
+    support_app::{app, app_of, app_with, cubes, systems, systems_of_iteration, ticks},
 };
 use bevy::{
     ecs::schedule::{ScheduleCleanupPolicy, ScheduleLabel, Schedules},
@@ -57,8 +57,8 @@ fn a_tick_runs_its_stages_in_the_documented_order_as_often_as_asked() {
         ),
     );
     app.add_systems(ContactSchedule, note("contacts"));
-    let sweep = ["elastic", "user", "grabs"];
-    // Passes over contacts after each of four sweeps.
+    let iteration = ["elastic", "user", "grabs"];
+    // Passes over contacts after each of four iterations.
     for (passes, after) in [
         (0, [1, 1, 1, 1]),
         (1, [0, 0, 0, 1]),
@@ -72,7 +72,7 @@ fn a_tick_runs_its_stages_in_the_documented_order_as_often_as_asked() {
         ticks(&mut app, 1);
         let mut substep = vec!["before presolve"];
         for passes in after {
-            substep.extend(sweep);
+            substep.extend(iteration);
             substep.extend(vec!["contacts"; passes]);
         }
         substep.push("after postsolve");
@@ -80,7 +80,7 @@ fn a_tick_runs_its_stages_in_the_documented_order_as_often_as_asked() {
     }
 }
 
-/// Moves every particle that can move up by a fixed way in each sweep.
+/// Moves every free particle up by a fixed distance in each iteration.
 fn lift(mut bodies: Query<&mut Particles, Active>) {
     for mut particles in &mut bodies {
         let Particles {
@@ -110,7 +110,7 @@ fn a_users_constraint_runs_between_what_holds_a_body_together_and_contacts() {
     ));
     ticks(&mut app, 1);
     assert_eq!(
-        systems_of_sweep(&app),
+        systems_of_iteration(&app),
         ["stretch", "volume", "user", "ground", "collide"]
     );
 }
@@ -130,7 +130,7 @@ fn a_users_constraint_can_stand_between_two_effects() {
     assert_eq!(systems(&app, SolveSchedule), ["stretch", "other", "volume"]);
 }
 
-/// A tetrahedron that is squeezed to half its height, free of gravity; its height after a tick.
+/// The height after a tick of a tetrahedron squeezed to half its height, without gravity.
 fn height_of_squeezed(change: impl Fn(&mut App)) -> f32 {
     let mut app = app();
     app.insert_resource(SimulationSettings(crate::support::settings(
@@ -158,7 +158,8 @@ fn height_of_squeezed(change: impl Fn(&mut App)) -> f32 {
     height(&app) / at_rest
 }
 
-/// A system in the place of one of the crate's runs, although there are as many systems as before.
+/// A user system that replaces one of the crate's is run, although the number of systems is
+/// unchanged.
 #[test]
 fn a_stage_can_be_replaced() {
     #[derive(Resource, Default)]
@@ -187,7 +188,7 @@ fn a_stage_can_be_replaced() {
     assert!((height - 0.5).abs() < 1e-6, "nothing else solves: {height}");
 }
 
-/// A condition on what the crate does is asked.
+/// A run condition on the crate's systems is evaluated.
 #[test]
 fn an_effect_can_be_switched_off_by_a_condition() {
     let with = |runs: bool| {
@@ -231,7 +232,7 @@ fn the_inner_schedules_hold_no_ambiguity_with_everything_in_them() {
             9.81,
         ),
     ));
-    // It would panic.
+    // An ambiguity would panic.
     ticks(&mut app, 2);
     let schedules = app.world().resource::<Schedules>();
     for label in [
@@ -244,7 +245,7 @@ fn the_inner_schedules_hold_no_ambiguity_with_everything_in_them() {
     }
 }
 
-/// An effect of a user's own.
+/// A user effect.
 #[derive(Component, Clone, Default)]
 struct Breeze {
     acceleration: f32,
@@ -299,8 +300,8 @@ fn an_effect_of_a_users_own_comes_and_goes_like_any_other() {
         .insert(Breeze { acceleration: 2.0 });
     ticks(&mut app, 60);
     assert_eq!(systems(&app, SolveSchedule), ["stretch", "breeze"]);
-    // A uniform force gives its exact acceleration: ah²n(n+1)/2 for n = 600, but for the rounding
-    // of ah² = 5.6e-6 m to an ulp of a metre.
+    // A constant force gives its exact acceleration: ah²n(n+1)/2 for n = 600, except for the
+    // rounding of ah² = 5.6e-6 m to an ulp of a meter.
     let particles = app.world().get::<Particles>(body).expect("a body");
     assert!(
         (particles.positions[0].x - 1.001_67).abs() < 0.02,

@@ -1,4 +1,4 @@
-//! The plugins in somebody else's app: in a schedule of its choice, with or without anything else.
+//! The plugins in a user app: in a schedule of its choice, with or without other plugins.
 
 use crate::support_app::{cubes, systems};
 use bevy::{prelude::*, time::TimeUpdateStrategy};

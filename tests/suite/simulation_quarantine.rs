@@ -1,4 +1,4 @@
-//! A body that is no longer finite is frozen and named, and the others do not notice.
+//! A body that diverges is quarantined and reported, and the others are not affected.
 
 use crate::{
     support::{bits, state_bits},
@@ -10,7 +10,7 @@ use pliant::{
     solver::{Grab, ParticleIndex, Particles, Quarantine, SurfacePoint, VertexIndex, World},
 };
 
-/// What is written into a body before tick 30 of 60.
+/// Corrupts a body before tick 30 of 60.
 fn spoilt(spoil: impl Fn(&mut Particles)) -> (App, Vec<Entity>, Particles) {
     let (mut app, bodies, _) = app_of(&cubes());
     ticks(&mut app, 30);
@@ -68,7 +68,7 @@ fn a_nan_written_into_a_position_freezes_that_body_alone_and_names_it() {
     };
     assert_eq!(quarantine(&app, bodies[0]), Some(&expected));
     let frozen = particles(&app, bodies[0]);
-    // Where it was at the start of the last finite tick, and at rest.
+    // At the start of the last finite tick, and at rest.
     assert!(frozen.first_not_finite().is_none());
     assert!(frozen.is_still());
     let farthest = frozen
@@ -100,7 +100,7 @@ fn infinite_velocities_are_caught_like_positions() {
 
 #[test]
 fn the_stage_that_overflowed_is_named_by_its_effect() {
-    // Each number is finite; what is made of them is not.
+    // Each number is finite; results computed from them are not.
     type Spoil = fn(&mut Particles);
     let fast: Spoil = |particles| {
         let v = particles.velocity(2);

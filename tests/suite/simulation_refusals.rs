@@ -1,4 +1,4 @@
-//! Actions that cannot be carried out: refused with a reason, and nothing has changed.
+//! Actions that cannot be carried out: rejected with a reason, without any change.
 
 use crate::support_app::{app, app_of, cubes, done, set};
 use bevy::prelude::*;
@@ -8,7 +8,7 @@ use pliant::{
     solver::{Deformation, Grab, ParticleIndex, SurfacePoint, VertexIndex},
 };
 
-/// The message of an action that must be refused and change nothing.
+/// The message of an action that must be rejected and change nothing.
 #[track_caller]
 fn refused(app: &mut App, action: Action) -> String {
     let before = app.world().resource::<SimulationSettings>().0;

@@ -1,9 +1,9 @@
-//! The schedule is the scene: systems of an effect are there while a body carries it, and only
+//! The schedule is the scene: systems of an effect are present while a body carries it, and only
 //! then. Read from the schedules' own lists of systems.
 
 use crate::{
     support::tetrahedron,
-    support_app::{app, app_of, cubes, systems, systems_of_sweep, ticks},
+    support_app::{app, app_of, cubes, systems, systems_of_iteration, ticks},
 };
 use bevy::prelude::*;
 use pliant::{
@@ -12,7 +12,7 @@ use pliant::{
     solver::{Effects, ForceKind, ParticleIndex, Particles, SurfacePoint, deform::Random},
 };
 
-/// All effects, in the order in which they are registered.
+/// All effects, in order of registration.
 fn effects(app: &App) -> Vec<&'static str> {
     let registry = app.world().resource::<EffectRegistry>();
     registry.iter().map(|effect| effect.name).collect()
@@ -40,12 +40,12 @@ fn remove(app: &mut App, body: Entity, effect: &str) {
     remove(&mut app.world_mut().entity_mut(body));
 }
 
-/// The effect that is not in the sweep but at the end of the first stage.
+/// The effect that runs at the end of the first stage instead of in the iteration.
 const STICKY: &str = "sticky_ground";
-/// The one at the end of a substep.
+/// The effect that runs at the end of a substep.
 const PLASTIC: &str = "plasticity";
 
-/// What a tick must hold beside its own: each effect wakes sleepers when it changes.
+/// Expected systems of a tick besides its own: each effect wakes sleeping bodies when it changes.
 fn expected_in_step(present: &[&'static str]) -> Vec<&'static str> {
     let mut systems = present.to_vec();
     systems.sort_unstable();
@@ -55,10 +55,13 @@ fn expected_in_step(present: &[&'static str]) -> Vec<&'static str> {
 #[track_caller]
 fn assert_systems(app: &App, present: &[&'static str], own: usize) {
     let forces = ForceKind::ALL.map(ForceKind::name);
-    let in_sweep = present
+    let in_iteration = present
         .iter()
         .filter(|name| ![STICKY, PLASTIC].contains(name) && !forces.contains(name));
-    assert_eq!(systems_of_sweep(app), in_sweep.copied().collect::<Vec<_>>());
+    assert_eq!(
+        systems_of_iteration(app),
+        in_iteration.copied().collect::<Vec<_>>()
+    );
     let before = present.iter().filter(|name| forces.contains(name));
     let mut in_substep: Vec<_> = before.copied().collect();
     in_substep.push("presolve");
@@ -67,7 +70,7 @@ fn assert_systems(app: &App, present: &[&'static str], own: usize) {
     in_substep.extend(present.contains(&PLASTIC).then_some(PLASTIC));
     assert_eq!(systems(app, SubstepSchedule), in_substep);
     let mut in_step = systems(app, StepSchedule);
-    // Bevy's own points of synchronisation between systems come and go with them.
+    // Bevy's own synchronization points between systems vary with them.
     let others = in_step.iter().filter(|name| *name == "other").count();
     assert!(!present.is_empty() || others == own);
     in_step.retain(|name| name != "other");
@@ -78,7 +81,7 @@ fn assert_systems(app: &App, present: &[&'static str], own: usize) {
     }
 }
 
-/// From an empty app: the effects at these places come one by one and go one by one.
+/// From an empty app: the effects with these indices are added one by one and removed one by one.
 fn come_and_go(chosen: &[usize]) {
     let mut app = app();
     ticks(&mut app, 1);
@@ -106,8 +109,8 @@ fn come_and_go(chosen: &[usize]) {
     }
 }
 
-/// Each effect alone, each pair in both orders, every subset of distance, bend and volume, and
-/// some more at random.
+/// Each effect alone, each pair in both orders, every subset of stretch, bend and volume, and some
+/// random ones.
 #[test]
 fn an_effect_that_nobody_carries_has_no_system_whichever_others_are_there() {
     let all = effects(&app());
@@ -129,7 +132,8 @@ fn an_effect_that_nobody_carries_has_no_system_whichever_others_are_there() {
     }
 }
 
-/// Two cubes with effects, and one that carries nothing, some ticks on; its entity.
+/// Two cubes with effects, and a body without any, after some ticks; returns the entity of the
+/// latter.
 fn with_a_bare_cube() -> (App, Entity) {
     let mut world = cubes();
     let mut bare = world.bodies[0].clone();
@@ -153,7 +157,7 @@ fn an_effect_that_came_and_went_leaves_nothing_behind() {
     let (untouched, bare) = with_a_bare_cube();
     let kept = state(&untouched, bare);
     let never = hash_later(untouched);
-    // What others do in three ticks, in which this one does not get on.
+    // Three ticks of the others, during which this one does not advance.
     let (mut held_back, bare) = with_a_bare_cube();
     ticks(&mut held_back, 3);
     held_back.world_mut().entity_mut(bare).insert(kept.clone());

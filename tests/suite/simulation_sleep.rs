@@ -1,4 +1,4 @@
-//! Bodies that have come to rest sleep, wake when something disturbs them, and only then.
+//! Bodies that have come to rest sleep, and wake only when something disturbs them.
 
 use crate::{
     support,
@@ -85,7 +85,7 @@ fn sleep_can_be_switched_off_and_until_it_comes_it_costs_no_bit() {
     assert!(!never.bodies[0].asleep);
 }
 
-/// What rests exactly is passed over while it sleeps, and would not move by a bit if it were not.
+/// A body at exact rest is skipped while it sleeps, and would not move by a bit otherwise.
 #[test]
 fn a_body_in_its_rest_shape_has_the_same_bits_asleep_and_awake() {
     let mut sleeps = dropped();
@@ -103,7 +103,7 @@ fn a_body_in_its_rest_shape_has_the_same_bits_asleep_and_awake() {
     assert_eq!(measure::rms_speed(other), 0.0);
 }
 
-/// Fails unless the sleeper wakes at the next tick after something was done.
+/// Fails unless the sleeping body wakes at the next tick after an action.
 #[track_caller]
 fn assert_wakes(what: &str, disturb: impl FnOnce(&mut World, Entity)) {
     let (mut app, body) = asleep_app();
@@ -193,7 +193,7 @@ fn ball(at: Vec3, velocity: Vec3) -> Collider {
 #[test]
 fn a_sleeper_wakes_when_a_collider_passes_and_not_while_it_is_far() {
     let (mut app, body) = asleep_app();
-    // Colliders go by the time of the scene, so this one starts ten seconds back.
+    // Colliders follow the time of the scene, so this one starts ten seconds in the past.
     let velocity = Vec3::new(1.0, 0.0, 0.0);
     let start = Vec3::new(-3.0, 0.2, 0.0) - velocity * 10.0;
     app.world_mut().spawn(ball(start, velocity));
@@ -208,7 +208,7 @@ fn a_sleeper_wakes_when_a_collider_passes_and_not_while_it_is_far() {
             woke_at = Some(tick);
         }
     }
-    // From 3 m away it comes within its radius and half the cube's side after 2.5 s.
+    // From 3 m away it reaches the distance of its radius plus half the cube's side after 2.5 s.
     let woke_at = woke_at.expect("it woke again");
     assert!((140..=155).contains(&woke_at), "woke after {woke_at} ticks");
 }

@@ -1,6 +1,6 @@
-//! Hinges: their angles and gradients, against the reference and against differences.
+//! Hinges: their angles and gradients, compared with the reference and with differences.
 
-use crate::support::{body, random_vector, sweep};
+use crate::support::{body, iterate, random_vector};
 use glam::{DVec3, Vec3};
 use pliant::solver::{
     Bend, Body, FlexuralRigidity, RestShape, deform::Random, effects::Multipliers, reference,
@@ -33,13 +33,13 @@ fn rigidity(stiffness: f32) -> Bend {
     }
 }
 
-/// A substep of 1/100 s by the fast kernel and by the reference: places of all particles.
+/// A substep of 1/100 s by the fast kernel and by the reference: positions of all particles.
 fn projected(body: &mut Body, bend: Bend) -> (Vec<DVec3>, Vec<DVec3>) {
     body.effects.bend = Some(bend);
     let mut reference = reference::Body::of(body);
     reference.solve(&bend, 0.01, true);
     let mut fast = body.clone();
-    sweep(&mut fast, &bend, 0.01, Multipliers::Unused);
+    iterate(&mut fast, &bend, 0.01, Multipliers::Unused);
     let places = (0..fast.particles.len()).map(|i| fast.particles.predicted(i));
     (places.collect(), reference.x)
 }
@@ -49,9 +49,9 @@ fn a_fold_has_its_angle_and_its_sign_all_the_way_around() {
     for degrees in (-179..=179).step_by(2) {
         let fold = f64::from(degrees).to_radians();
         let body = body("hinge", hinge(fold, 1.0), 1.0);
-        // Coordinates below 1 m are known to 6e-8 m, and angles to that over heights of 0.8 m.
+        // Coordinates below 1 m are accurate to 6e-8 m, and angles to that over heights of 0.8 m.
         let rest = f64::from(body.topology.hinges().rest_angle[0]);
-        // Folded up, to the side of its normals, it is hollow there.
+        // Folded up, towards its normals, it is concave there.
         assert!((rest + fold).abs() < 1e-6, "{rest} instead of {}", -fold);
     }
 }
@@ -91,12 +91,12 @@ fn a_hinge_moves_along_the_central_differences_of_its_angle() {
             let start = body.particles.positions[i];
             let expected = gradients[corner] * (change * f64::from(start.w));
             let start = start.truncate().as_dvec3();
-            // The square of the step over heights of some 0.3 m, times the third derivative of an
-            // angle, which is of the order of one over the height's cube.
+            // The square of the step over heights of about 0.3 m, times the third derivative of an
+            // angle, which is of the order of the inverse cube of the height.
             let off = (reference[i] - start).distance(expected);
             assert!(off < 1e-6, "reference: off by {off}");
-            // Places near 1 m are known to 6e-8 m, angles to that over 0.3 m, through sums of a
-            // dozen terms.
+            // Positions near 1 m are accurate to 6e-8 m, angles to that over 0.3 m, through sums of
+            // a dozen terms.
             let off = (fast[i] - start).distance(expected);
             assert!(off < 2e-5, "off by {off}");
         }
@@ -114,8 +114,8 @@ fn corners_of(body: &Body, i: usize) -> DVec3 {
     body.particles.position(i)
 }
 
-/// A closed, an opened, a flat, a fully folded hinge, of every scale, stretched, squashed to a line
-/// and to a point: the fast kernel does what the reference does, and nothing is thrown away.
+/// Closed, opened, flat and fully folded hinges, of every scale, stretched, and squashed to a line
+/// and to a point: the fast kernel agrees with the reference, and no particle is ejected.
 #[test]
 fn hinges_equal_the_reference_and_stay_finite_when_they_collapse() {
     for size in [1e-3, 1.0, 1e3] {
@@ -134,7 +134,7 @@ fn hinges_equal_the_reference_and_stay_finite_when_they_collapse() {
             body.particles.settle();
             let (fast, reference) = projected(&mut body, rigidity(1.0));
             for (fast, reference) in fast.iter().zip(reference) {
-                // As above, over the size; at ±π the last bit decides on which side it is.
+                // As above, relative to the size; at ±π the last bit decides the sign.
                 let off = fast.distance(reference) / size;
                 assert!(
                     off < 2e-5 || fold == PI,

@@ -1,4 +1,4 @@
-//! Masses on springs against their closed forms, continuous and as the discrete method has them.
+//! Masses on springs compared with their closed forms, continuous and of the discrete method.
 
 use crate::support::{
     self, G, assert_relative, body_of_masses, chain, damping, pinned, position, settings, stretch,
@@ -18,7 +18,7 @@ fn omega() -> f64 {
     1.0 / (f64::from(COMPLIANCE as f32) * MASS).sqrt()
 }
 
-/// A mass on an edge, pulled out by the amplitude and let go, without gravity.
+/// A mass on an edge, displaced by the amplitude and released, without gravity.
 fn oscillator(h: f64) -> World {
     let effects = Effects {
         stretch: stretch(COMPLIANCE as f32),
@@ -57,8 +57,8 @@ fn a_mass_on_a_spring_swings_with_the_period_of_the_discrete_method() {
             fast.tick();
             -f64::from(position(&fast, 1).y)
         });
-        // Where a crossing lies between two ticks is told by a straight line instead of a sine:
-        // (ωh)³/16 of a radian off at most at either end of ten periods.
+        // A crossing between two ticks is located by linear interpolation of a sine: an error of at
+        // most (ωh)³/16 of a radian at either end of ten periods.
         let tolerance = omega_h.powi(3) / 8.0 / (10.0 * TAU) + 1e-5;
         assert_relative(
             measured,
@@ -82,9 +82,9 @@ fn a_mass_on_a_spring_swings_with_the_period_of_the_discrete_method() {
 
 #[test]
 fn the_period_tends_to_that_of_the_continuous_spring() {
-    // atan(ωh) = ωh (1 − (ωh)²/3): 3e-5 off at 0.01 and 3e-7 at 0.001. The fast solver stops at
-    // the first, where what the spring does in a substep, (ωh)² A = 6e-6 m, is a hundred ulp of
-    // a position near 0.5 m; at the second it would be one.
+    // atan(ωh) = ωh (1 − (ωh)²/3): an error of 3e-5 at 0.01 and of 3e-7 at 0.001. The fast solver
+    // is only tested with the first, where the displacement by the spring in a substep, (ωh)²
+    // A = 6e-6 m, is a hundred ulp of a position near 0.5 m; with the second it would be one.
     let h = 1e-2 / omega();
     let mut fast = oscillator(h);
     let measured = period(h, || {
@@ -120,8 +120,8 @@ fn a_spring_loses_energy_as_the_discrete_method_does() {
             reference.tick();
         }
         let expected = start * (1.0 + omega_h * omega_h).powi(-n);
-        // E ~ x² and x̂ ~ 0.06 (1 + (ωh)²)^(−n/2) m; x is known to 2⁻²⁵ m and v to 2⁻²⁴ m / h, in
-        // a random walk over n ticks.
+        // E ~ x² and x̂ ~ 0.06 (1 + (ωh)²)^(−n/2) m; x is accurate to 2⁻²⁵ m and v to 2⁻²⁴ m / h,
+        // in a random walk over n ticks.
         let amplitude = AMPLITUDE * (1.0 + omega_h * omega_h).powf(-0.5 * f64::from(n));
         let rounding = 2.0_f64.powi(-24) / omega_h * f64::from(n).sqrt() / amplitude;
         assert_relative(energy(&fast), expected, 1e-6 + 2.0 * rounding, "energy");
@@ -134,7 +134,7 @@ fn a_spring_loses_energy_as_the_discrete_method_does() {
     }
 }
 
-/// N masses of 1 kg on rigid-free links of a millimetre, settled.
+/// N masses of 1 kg on compliant links of a millimeter, settled.
 fn hanging_chain(links: usize, compliance: f32, substeps: u32) -> World {
     let effects = Effects {
         stretch: Some(Stretch {
@@ -178,8 +178,8 @@ fn a_chain_is_longer_by_its_closed_form_whatever_the_substeps() {
     for substeps in [1, 4, 16, 64] {
         let world = hanging_chain(5, 2e-5, substeps);
         let longer = -f64::from(position(&world, 5).y) - 5e-3;
-        // Converged, so that what is left is where f32 lets a particle rest: ½ ulp(8 mm)/(gh²) =
-        // 7e-4 with 64 substeps, see the single edge.
+        // Converged, so that the remaining error is the resolution of f32: ½ ulp(8 mm)/(gh²) = 7e-4
+        // with 64 substeps, see the single edge.
         assert_relative(
             longer,
             expected,
@@ -201,8 +201,8 @@ fn a_pendulum_keeps_its_length_and_swings_with_the_period_of_a_large_angle() {
     );
     body.particles.positions[1] = Vec3::new(1.0, 0.0, 0.0).extend(1.0);
     let mut world = world(settings(G, 1200.0, 1, 1), body);
-    // From θ₀ = 90°: T = 4 √(L/g) K(sin 45°), K = 1.8540746773. It first stands below the pin
-    // after a quarter of it.
+    // From θ₀ = 90°: T = 4 √(L/g) K(sin 45°), K = 1.8540746773. It is first below the pin after a
+    // quarter of T.
     let quarter = (1.0 / G).sqrt() * 1.854_074_677_3;
     let mut crossing = 0.0;
     while crossing == 0.0 {
@@ -216,7 +216,7 @@ fn a_pendulum_keeps_its_length_and_swings_with_the_period_of_a_large_angle() {
         let length = f64::from(position(&world, 1).length());
         assert!((length - 1.0).abs() < 1e-6, "length {length}");
     }
-    // First order: late or early by about one substep of 0.8 ms.
+    // First order: early or late by about one substep of 0.8 ms.
     assert_relative(
         crossing,
         quarter,

@@ -1,4 +1,4 @@
-//! Spheres, boxes and capsules, still and moving: what must not come in stays out.
+//! Spheres, boxes and capsules, static and moving: no particle may enter.
 
 use crate::support::{
     self, G, body, body_of_masses, cube, elastic, point, position, random_vector, settings, with,
@@ -44,7 +44,7 @@ fn particle_at(place: Vec3, velocity: Vec3) -> Body {
     body
 }
 
-/// The deepest that a particle is inside a collider now [m]; negative if none is.
+/// Largest penetration of a particle into a collider [m]; negative if there is none.
 fn depth(world: &World) -> f64 {
     let mut deepest = f64::NEG_INFINITY;
     for collider in &world.colliders {
@@ -128,7 +128,7 @@ fn a_particle_at_the_very_centre_gets_out_and_stays_finite() {
 
 #[test]
 fn a_fast_particle_does_not_go_through_a_thin_wall() {
-    // 300 m/s is 5 m a tick, five hundred walls.
+    // 300 m/s is 5 m per tick, five hundred walls.
     let wall = ColliderShape::Box {
         size: Vec3::new(0.01, 50.0, 50.0),
     };
@@ -179,8 +179,8 @@ fn a_fast_sphere_or_capsule_takes_what_it_meets_with_it_or_aside() {
             world.tick();
             assert!(depth(&world) < 2e-5, "{} m inside", depth(&world));
         }
-        // From x = −12 m to 3 m: everything within reach of its axis of flight was met, except
-        // what lies beyond its front.
+        // From x = −12 m to 3 m: everything within reach of its path was hit, except what is beyond
+        // its front.
         let (start, ColliderShape::Sphere { radius } | ColliderShape::Capsule { radius, .. }) =
             (before, shape)
         else {

@@ -1,4 +1,4 @@
-//! Collision iterations: passes over contacts as a number of their own.
+//! Collision iterations: a separate number of passes over contacts.
 
 use crate::{
     reference_support::{EPSILON, assert_near, random_body, settings, step},
@@ -19,16 +19,16 @@ fn passes(count: u32) -> CollisionIterations {
     CollisionIterations::new(count).expect("in range")
 }
 
-/// Normals of two planes through the origin that make a groove along z.
+/// Normals of two planes through the origin that form a groove along z.
 const GROOVE: [Vec3; 2] = [Vec3::new(0.5, 0.866_025_4, 0.0), Vec3::new(-0.8, 0.6, 0.0)];
 
-/// The same of a steep one, whose walls face each other.
+/// Same for a steep groove, whose walls face each other.
 const CLEFT: [Vec3; 2] = [
     Vec3::new(0.94, 0.341_174_42, 0.0),
     Vec3::new(-0.94, 0.341_174_42, 0.0),
 ];
 
-/// A body between two walls, 8 sweeps a substep.
+/// A body between two walls, with 8 iterations per substep.
 fn between(walls: [Vec3; 2], body: Body) -> World {
     let mut world = world(crate::support::settings(9.81, 60.0, 2, 8), body);
     let size = Vec3::new(4.0, 1.0, 4.0);
@@ -53,7 +53,7 @@ fn groove() -> World {
     between(GROOVE, cube)
 }
 
-/// How deep a weight that slides down into the cleft is in one of its walls, on average [m].
+/// Mean penetration of a wall by a weight that slides into the cleft [m].
 fn penetration(count: u32) -> f32 {
     let mut weight = body_of_masses(point(), &[1.0]);
     weight.effects.collide = Some(Collide {
@@ -77,10 +77,10 @@ fn penetration_never_rises_with_their_number() {
     let found = [1, 2, 4, 8, 16, 32].map(|count| (count, penetration(count)));
     println!("{found:?}");
     for pair in found.windows(2) {
-        // A coordinate of half a metre is rounded by 3e-8 m.
+        // A coordinate of half a meter is rounded by 3e-8 m.
         assert!(pair[1].1 <= pair[0].1 + 1e-7, "{found:?}");
     }
-    // One wall parts from the other by the pass that came last.
+    // The last pass moves particles from one wall to the other.
     assert!(
         found[0].1 > 1e-4 && found[5].1 < 0.5 * found[0].1,
         "{found:?}"
@@ -88,7 +88,7 @@ fn penetration_never_rises_with_their_number() {
 }
 
 #[test]
-fn one_after_each_sweep_is_the_default_to_the_bit() {
+fn one_after_each_iteration_is_the_default_to_the_bit() {
     let (mut default, mut said) = (groove(), groove());
     said.settings.collision_iterations = passes(8);
     for _ in 0..60 {
@@ -99,14 +99,14 @@ fn one_after_each_sweep_is_the_default_to_the_bit() {
 }
 
 #[test]
-fn they_are_spread_evenly_and_the_last_is_after_the_last_sweep() {
+fn they_are_spread_evenly_and_the_last_is_after_the_last_iteration() {
     for count in 1..50 {
-        for sweeps in 1..20 {
-            let after: Vec<u32> = (0..sweeps)
-                .map(|i| passes(count).after(i, sweeps))
+        for iterations in 1..20 {
+            let after: Vec<u32> = (0..iterations)
+                .map(|i| passes(count).after(i, iterations))
                 .collect();
             assert_eq!(after.iter().sum::<u32>(), count);
-            let (least, most) = (count / sweeps, count.div_ceil(sweeps));
+            let (least, most) = (count / iterations, count.div_ceil(iterations));
             assert!(
                 after.iter().all(|n| (least..=most).contains(n)),
                 "{after:?}"
@@ -144,8 +144,8 @@ fn passes_equal_those_of_the_reference() {
         world.colliders.push(ball);
         let state = step(world);
         for i in 0..state.len() {
-            // Two dozen operations a pass on lengths below 2 m, of which a pass takes up what the one
-            // before left.
+            // Two dozen operations per pass on lengths below 2 m, where each pass starts from the
+            // result of the previous one.
             assert_near(&state, i, 64.0 * f64::from(count) * EPSILON, 600.0);
         }
     }

@@ -1,5 +1,5 @@
-//! Contact between bodies and of a body with itself: surfaces that were apart never cross, friction is Coulomb's whatever
-//! the iterations, and momentum stays.
+//! Contact between bodies and self-contact: separate surfaces never cross, friction is Coulomb
+//! friction for any number of iterations, and momentum is conserved.
 
 use crate::{
     support::{
@@ -36,7 +36,7 @@ fn sheet(side: f32, cells: u32) -> RestShape {
     cloth.build().expect("a sound cloth").shape
 }
 
-/// A cloth that touches others and itself.
+/// A cloth with contact and self-contact.
 fn cloth(side: f32, cells: u32) -> Body {
     let effects = Effects {
         stretch: stretch(0.0),
@@ -48,7 +48,7 @@ fn cloth(side: f32, cells: u32) -> Body {
     with(body("cloth", sheet(side, cells), 0.2), effects)
 }
 
-/// Two cubes above each other, the lower one on the ground, turned so that edges meet too.
+/// Two cubes above each other, the lower one on the ground, rotated so that edges touch as well.
 fn two_cubes() -> World {
     let mut world = World::default();
     for (place, height) in [0.2, 0.65].into_iter().enumerate() {
@@ -63,7 +63,7 @@ fn two_cubes() -> World {
     world
 }
 
-/// Ticks a world, and counts crossings after each; also the most contacts that acted at a time.
+/// Runs ticks and counts crossings after each; also returns the largest number of active contacts.
 fn most_crossings(world: &mut World, count: usize) -> (usize, usize) {
     (0..count).fold((0, 0), |(crossings, acting), _| {
         world.tick();
@@ -95,8 +95,8 @@ fn a_body_lies_on_another_at_the_thickness_of_their_contact() {
     let [lower, upper] = &world.bodies[..] else {
         panic!("two cubes");
     };
-    // What lies still sinks by 2gh² a substep under one iteration, 5.5e-5 m; corners of a soft face that nothing is under
-    // bend further down.
+    // A resting body still sinks by 2gh² per substep with one iteration, 5.5e-5 m; unsupported
+    // corners of a soft face bend further down.
     let gap = bottom(upper) - top(lower);
     assert!((gap - thickness).abs() < 0.3 * thickness, "gap {gap} m");
 }
@@ -118,7 +118,7 @@ fn nothing_crosses_at_300_m_per_s_in_a_single_substep() {
             ..elastic()
         };
         let mut ball = with(body("block", cube(0.15, 2), 1000.0), effects);
-        // Between two ticks it would go through all of them.
+        // In one tick it could pass through all of them.
         ball.translate(Vec3::new(0.03, 2.0, 0.02));
         ball.set_velocity(Vec3::NEG_Y * 300.0);
         world.bodies.push(ball);
@@ -151,7 +151,7 @@ fn a_cloth_that_falls_on_its_edge_folds_without_crossing() {
     }
 }
 
-/// Without the effect the same bodies go through each other: the tests above can fail.
+/// Without the effect, the same bodies pass through each other: the tests above can fail.
 #[test]
 fn bodies_without_contact_cross() {
     let mut world = two_cubes();
@@ -169,8 +169,8 @@ fn bodies_without_contact_cross() {
     assert!(crossed > 0);
 }
 
-/// A block on a slab that is held, under a gravity that is tilted by an angle of this tangent: after a second, how far it
-/// slid, and how far it would slide with friction µ, ½(g sin θ − µ g cos θ)t².
+/// A block on a fixed slab, under gravity tilted by an angle with this tangent: the distance that
+/// it slid in a second, and the expected distance with friction µ, ½(g sin θ − µ g cos θ)t².
 fn slid(tangent: f64, friction: f32, iterations: u32) -> (f64, f64) {
     let slab = Primitive::Box {
         size: Vec3::new(8.0, 0.2, 0.6),
@@ -219,15 +219,15 @@ fn slid(tangent: f64, friction: f32, iterations: u32) -> (f64, f64) {
     (middle(&world) - before, 0.5 * pull)
 }
 
-/// Coulomb's law: what is steeper than µ slides with g(sin θ − µ cos θ), what is less steep stays, and neither depends on
-/// how many iterations contacts come after.
+/// Coulomb's law: on a slope steeper than µ the block slides with g(sin θ − µ cos θ), on a flatter
+/// one it sticks, and neither depends on the number of iterations.
 #[test]
 fn friction_between_bodies_is_coulombs_whatever_the_iterations() {
     for iterations in [1, 4, 16] {
         for (tangent, friction) in [(0.5, 0.3), (0.7, 0.5)] {
             let (slid, expected) = slid(tangent, friction, iterations);
-            // The block settles onto the slab in its first ticks, in which friction acts on less than its weight or
-            // more: 2 % of the way in a second.
+            // The block settles onto the slab in its first ticks, during which friction acts on
+            // less or more than its weight: 2 % of the distance in a second.
             let off = (slid - expected).abs() / expected;
             assert!(
                 off < 0.02,
@@ -242,7 +242,7 @@ fn friction_between_bodies_is_coulombs_whatever_the_iterations() {
     }
 }
 
-/// Two cubes that meet in free flight keep momentum and angular momentum together, and lose energy.
+/// Two cubes that collide in free flight conserve momentum and angular momentum, and lose energy.
 #[test]
 fn momentum_stays_when_bodies_meet() {
     let mut world = World {
@@ -289,15 +289,16 @@ fn momentum_stays_when_bodies_meet() {
     let scale = 27.0 * 1.5;
     let off = (sum(&world, measure::momentum) - before.0).length() / scale;
     assert!(off < 1e-5, "momentum is off by {off}");
-    // Contacts are evaluated where the substep began and act where it is predicted to end: an arm that is off by the way
-    // of a substep, 1.5 m/s · 1/1200 s, of 0.15 m. And what turns with ω loses 2πhω a turn to implicit Euler: as much again
-    // at 2 rad/s in half a second.
+    // Contacts are evaluated at the start of the substep and act at its predicted end: the lever
+    // arm of 0.15 m has an error of the displacement in a substep, 1.5 m/s · 1/1200 s. Implicit
+    // Euler also takes 2πhω of the angular momentum per turn: the same amount again at 2 rad/s in
+    // half a second.
     let turned = (sum(&world, measure::angular_momentum) - before.1).length() / (scale * 0.15);
     assert!(turned < 1.0 / 60.0, "angular momentum is off by {turned}");
     assert!(energy(&world) <= fast, "energy rose");
 }
 
-/// A particle leaves a sheet that is held with −e times the speed that it came with, and a slow one stays.
+/// A particle leaves a fixed sheet with −e times its incident velocity, and a slow one stays.
 #[test]
 fn what_bounces_leaves() {
     for restitution in [0.0, 0.5, 1.0] {
@@ -332,8 +333,8 @@ fn what_bounces_leaves() {
     }
 }
 
-/// The same with the f64 reference: what it computes with is the same module, so that this tests how contacts are put
-/// into a substep, and that single precision does not disturb them.
+/// The same with the f64 reference: it uses the same contact module, so that this tests the
+/// integration of contacts into a substep, and the influence of single precision.
 #[test]
 fn the_reference_has_the_same_contacts() {
     let mut world = two_cubes();
@@ -348,12 +349,13 @@ fn the_reference_has_the_same_contacts() {
         let off = (0..fast.particles.len())
             .map(|i| fast.particles.position(i).distance(slow.x[i]))
             .fold(0.0, f64::max);
-        // A second with an impact, which takes rounding of 1e-8 m apart.
+        // A second with an impact, which amplifies rounding of 1e-8 m.
         assert!(off < 1e-4, "off by {off} m");
     }
 }
 
-/// With Bevy and without, by its schedules, and on any number of threads: the same bits, and the same bodies sleep.
+/// With Bevy and without, by its schedules, and on any number of threads: the same bits, and the
+/// same bodies sleep.
 #[test]
 fn contacts_have_the_same_bits_however_bodies_are_stepped() {
     let mut world = two_cubes();
@@ -389,7 +391,7 @@ fn contacts_have_the_same_bits_however_bodies_are_stepped() {
         );
     }
     assert!(world.contacts.counts().acting > 0);
-    // What a world keeps of contacts is no part of its state: a copy begins without it.
+    // The contact cache of a world is not part of its state: a copy starts without it.
     let mut copy = world.clone();
     for _ in 0..30 {
         world.tick();
@@ -398,7 +400,7 @@ fn contacts_have_the_same_bits_however_bodies_are_stepped() {
     assert_eq!(copy.state_hash(), world.state_hash());
 }
 
-/// A body that can touch and touches nothing keeps the bits that it has without the effect.
+/// A body with contact that touches nothing keeps the bits that it has without the effect.
 #[test]
 fn a_body_that_touches_nothing_keeps_its_bits() {
     let world_of = |touches: bool| {
@@ -428,7 +430,7 @@ fn a_body_that_touches_nothing_keeps_its_bits() {
     assert!(with.contacts.counts().detections > 0, "they were looked at");
 }
 
-/// Bodies that touch sleep together, and one that is hit wakes.
+/// Touching bodies sleep together, and wake when hit.
 #[test]
 fn bodies_that_touch_sleep_and_wake_together() {
     let mut world = two_cubes();
@@ -458,7 +460,8 @@ fn bodies_that_touch_sleep_and_wake_together() {
     assert_eq!(world.crossings(), 0);
 }
 
-/// The energy ledger of bodies that touch adds up: contact and friction take energy, and nothing is left over.
+/// The energy ledger of touching bodies adds up: contact and friction take energy, and there is no
+/// remainder.
 #[test]
 fn the_energy_ledger_has_contacts_between_bodies() {
     use pliant::{simulation::EnergyLedger, simulation::Measuring};
@@ -489,7 +492,7 @@ fn the_energy_ledger_has_contacts_between_bodies() {
     );
 }
 
-/// A body that diverges while it touches another is taken out; the other one stays finite and goes on.
+/// A body that diverges during contact is quarantined; the other one stays finite and continues.
 #[test]
 fn a_body_that_diverges_does_not_take_along_what_it_touches() {
     let mut world = two_cubes();
@@ -514,7 +517,7 @@ fn a_body_that_diverges_does_not_take_along_what_it_touches() {
     assert_eq!(world.bodies[0].particles.first_not_finite(), None);
 }
 
-/// What touched a body that is taken out of the world, the first or the last one, goes on.
+/// A body that touched a removed body, the first or the last one, continues.
 #[test]
 fn bodies_can_be_removed_while_they_touch() {
     for removed in 0..2 {

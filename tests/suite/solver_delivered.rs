@@ -1,5 +1,4 @@
-//! The stiffness that the solver delivers, against bodies whose stretch under their weight is
-//! known.
+//! The effective stiffness of the solver, for bodies whose stretch under their weight is known.
 
 use crate::support::{
     G, assert_relative, body, body_of_masses, chain, cube, damping, pinned, settings, stretch,
@@ -15,7 +14,7 @@ const LINK: f32 = 1e-3;
 const COMPLIANCE: f32 = 2e-6;
 const RATE: f64 = 60.0;
 
-/// Ticks until the body hangs still; between ticks air takes a fifth of all velocities.
+/// Ticks until the body hangs still; between ticks, drag takes a fifth of all velocities.
 fn settle(world: &mut World, seconds: f64) {
     for _ in 0..(seconds * RATE) as usize {
         world.tick();
@@ -27,7 +26,7 @@ fn settle(world: &mut World, seconds: f64) {
     world.bodies[0].particles.stop();
 }
 
-/// Masses of 1 kg on links of a millimetre, hanging from a pin.
+/// Masses of 1 kg on links of a millimeter, hanging from a pin.
 fn hanging(compliance: f32, tau: f32, substeps: u32, iterations: u32) -> World {
     let effects = Effects {
         stretch: Some(Stretch {
@@ -69,7 +68,7 @@ fn delivered(world: &World) -> Delivered {
     stretch_work(world).delivered().expect("it is loaded")
 }
 
-/// Σ of the weights times how far each came down from its place at rest, twice the work [J].
+/// Sum of the weights times their descent from the rest shape, twice the work [J].
 fn lowered(world: &World) -> f64 {
     let body = &world.bodies[0];
     let particles = (0..).zip(&body.particles.positions);
@@ -82,20 +81,20 @@ fn lowered(world: &World) -> f64 {
         .sum()
 }
 
-/// Tension of link k from the pin, from 0 [N].
+/// Tension of link k, counted from 0 at the pin [N].
 fn tension(k: usize) -> f64 {
     (LINKS - k) as f64 * G
 }
 
-/// Where f32 lets a particle rest: within ½ ulp(x)/(gh²) of its stretch, see the single edge.
+/// Resolution of f32 at rest: ½ ulp(x)/(gh²) of its stretch, see the single edge.
 fn may_rest(world: &World) -> f64 {
     let lowest = world.bodies[0].particles.positions[LINKS].y.abs();
     let h = world.settings.substep_seconds();
     0.5 * f64::from(lowest * f32::EPSILON) / (G * h * h)
 }
 
-/// What one sweep a substep should give in closed form. When a link has had its turn it fits its
-/// own tension; neighbours whose turn is later pull it longer by h²(1 + τ/h) w times theirs.
+/// Closed form of the result of one iteration per substep. A projected link matches its own
+/// tension; neighbors that are projected later extend it by h²(1 + τ/h) w times their tensions.
 fn expected(world: &World, compliance: f64, tau: f64) -> Delivered {
     let h = world.settings.substep_seconds();
     let edges = &world.bodies[0].topology.edges;
@@ -124,7 +123,7 @@ fn a_chain_is_found_as_much_too_soft_as_it_hangs_too_low() {
         let world = hanging(COMPLIANCE, 0.0, substeps, 1);
         let delivered = delivered(&world);
         let factor = delivered.factor().expect("elastic");
-        // Besides, it has settled to 1e-4.
+        // In addition, it has settled to 1e-4.
         let tolerance = 1e-4 + may_rest(&world);
         let what = format!("factor at {substeps} substeps");
         assert_relative(factor, lowered(&world) / asked, tolerance, &what);
@@ -135,7 +134,7 @@ fn a_chain_is_found_as_much_too_soft_as_it_hangs_too_low() {
 }
 
 #[test]
-fn with_one_sweep_forces_are_the_tensions_however_soft_the_chain_behaves() {
+fn with_one_iteration_forces_are_the_tensions_however_soft_the_chain_behaves() {
     for substeps in [1, 10] {
         let world = hanging(COMPLIANCE, 0.0, substeps, 1);
         let h = world.settings.substep_seconds();
@@ -154,7 +153,7 @@ fn with_one_sweep_forces_are_the_tensions_however_soft_the_chain_behaves() {
 }
 
 #[test]
-fn damping_makes_one_sweep_softer_by_its_share_of_the_substep() {
+fn damping_makes_one_iteration_softer_by_its_share_of_the_substep() {
     for substeps in [5, 20] {
         let world = hanging(COMPLIANCE, 0.02, substeps, 1);
         let expected = expected(&world, 2e-6, f64::from(0.02_f32));
@@ -183,7 +182,7 @@ fn as_many_substeps_as_are_said_to_do_are_the_fewest_that_do() {
 }
 
 #[test]
-fn with_several_sweeps_a_substep_they_do_as_well() {
+fn with_several_iterations_a_substep_they_do_as_well() {
     for iterations in [2, 4, 10] {
         let world = hanging(COMPLIANCE, 0.0, 5, iterations);
         let advised = delivered(&world).substeps(&world.settings, damping(0.0));
@@ -235,7 +234,8 @@ fn a_block_hangs_too_low_by_a_factor_between_the_two_that_are_found() {
         let world = block(substeps, 1);
         let mut work = stretch_work(&world);
         work.add(volume_work(&world));
-        // Forces times strains are the load times its way, but for the square of the strains.
+        // Forces times strains are the load times its displacement, up to the square of the
+        // strains.
         let tolerance = lowered(&world) / (0.2 * 0.2 * 0.2 * 1000.0 * G * 0.2);
         assert_relative(work.got, lowered(&world), 4.0 * tolerance, "work");
         let (least, most) = work.factors().expect("elastic");
@@ -308,7 +308,7 @@ fn without_load_or_without_multipliers_nothing_is_said() {
 fn sums_of_ticks_are_means_weighted_by_load() {
     let mut world = hanging(COMPLIANCE, 0.0, 10, 1);
     let still = delivered(&world).got;
-    // A pull that makes it swing: each tick says something else, their sum the same.
+    // A displacement that makes it vibrate: each tick gives a different value, their sum the same.
     world.bodies[0].particles.positions[LINKS].y -= 1e-3;
     let mut sum = Work::default();
     for _ in 0..600 {

@@ -1,4 +1,4 @@
-//! Direct solution: the converged answer at one step, momentum, contact, and what is hostile.
+//! Direct solver: the converged solution in one Newton step, momentum, contact, and adverse input.
 
 use crate::{
     simulation_ledger::{kept, largest},
@@ -49,7 +49,7 @@ fn material() -> Effects {
     }
 }
 
-/// The beam held by its end at the smallest x.
+/// The beam clamped at the end with the smallest x.
 fn held(cells: u32) -> Body {
     let body = beam(cells);
     let left = |x: &Vec3| x.x < -0.05 * cells as f32 + 1e-4;
@@ -62,7 +62,7 @@ fn held(cells: u32) -> Body {
     pinned(body, &pins)
 }
 
-/// Root mean square distance between a body and its reference, over the size of the body.
+/// Root mean square distance between a body and its reference, relative to the size of the body.
 fn apart(body: &Body, reference: &reference::Body) -> f64 {
     let both = reference.x.iter().enumerate();
     let sum: f64 = both
@@ -71,10 +71,11 @@ fn apart(body: &Body, reference: &reference::Body) -> f64 {
     (sum / reference.x.len() as f64).sqrt() / f64::from(body.topology.size)
 }
 
-/// How far a world is from its reference with so many sweeps, at most over `ticks` ticks.
-fn error(world: &World, sweeps: u32, ticks: u32) -> f64 {
+/// Maximum distance of a world from its reference with this number of iterations, over `ticks`
+/// ticks.
+fn error(world: &World, iterations: u32, ticks: u32) -> f64 {
     let mut reference = reference::World::of(world);
-    reference.settings.iterations = settings(G, 60.0, 1, sweeps).iterations;
+    reference.settings.iterations = settings(G, 60.0, 1, iterations).iterations;
     let mut fast = world.clone();
     (0..ticks).fold(0.0, |most: f64, _| {
         fast.tick();
@@ -85,8 +86,9 @@ fn error(world: &World, sweeps: u32, ticks: u32) -> f64 {
 
 #[test]
 fn one_substep_equals_the_converged_reference() {
-    // From a start that is a little off, one substep. What Newton leaves after a step is of second
-    // order in the turn of an element, here about 1e-3; positions near 0.4 m are rounded by 3e-8 m.
+    // From a slightly displaced start, one substep. The remaining error after a Newton step is of
+    // second order in the rotation of an element, here about 1e-3; positions near 0.4 m are rounded
+    // by 3e-8 m.
     let rope = pinned(body("rope", chain(20, 0.05), 0.1), &[0]);
     for (body, effects) in [
         (held(8), material()),
@@ -125,8 +127,11 @@ fn a_slender_beam_is_converged_at_one_substep_and_one_iteration() {
     let swept = world(settings(G, 60.0, 1, 1), with(body, material()));
     let direct = error(&directly, 2000, 60);
     assert!(direct < 1e-3, "direct: {direct}");
-    let sweep = error(&swept, 2000, 60);
-    assert!(sweep > 1e-2, "one sweep alone would do: {sweep}");
+    let iterative = error(&swept, 2000, 60);
+    assert!(
+        iterative > 1e-2,
+        "one iteration alone would do: {iterative}"
+    );
 }
 
 #[test]
@@ -138,14 +143,14 @@ fn multipliers_are_forces() {
             ..Effects::default()
         });
         let mut world = world(settings(G, 60.0, 4, 1), with(body.clone(), effects));
-        // What swings at first is damped by the method; 20 s leave nothing of it.
+        // The initial vibration is damped by the method and has decayed completely after 20 s.
         run(&mut world, 20.0);
         let h = world.settings.substep_seconds();
         let lambdas = world.bodies[0]
             .states
             .multipliers(pliant::solver::ElasticKind::Stretch);
         let force = -f64::from(lambdas[0]) / (h * h);
-        // Positions are rounded by 3e-8 m, which is as much as a force of m·3e-8/h² = 1.7e-3 N.
+        // Positions are rounded by 3e-8 m, which corresponds to a force of m·3e-8/h² = 1.7e-3 N.
         assert!((force - G).abs() < 4e-3, "{force} N at {compliance} m/N");
     }
 }
@@ -171,14 +176,15 @@ fn a_free_body_keeps_its_momentum() {
         let mut world = world(settings(0.0, 60.0, 4, 1), body);
         run(&mut world, 1.0);
         let after = measure::momentum(&world.bodies[0].particles);
-        // 240 roundings of positions near 1 m by 6e-8 m at most, each worth 6e-8/h = 1.4e-5 m/s of a
-        // particle, in random directions, over 36 particles: 1.4e-5 √240/√36 = 4e-5 of 1.1 m/s at most.
+        // 240 roundings of positions near 1 m by at most 6e-8 m, each of which changes the velocity
+        // of a particle by 6e-8/h = 1.4e-5 m/s in a random direction, over 36 particles: 1.4e-5
+        // √240/√36 = 4e-5 of 1.1 m/s at most.
         let off = (after - before).length() / before.length();
         assert!(off < 4e-5, "{off}");
     }
 }
 
-/// A cloth of 0.4 × 0.4 m, level, held by two corners.
+/// A cloth of 0.4 × 0.4 m, horizontal, held by two corners.
 fn cloth() -> Body {
     let primitive = Primitive::Cloth {
         size: Vec2::splat(0.4),
@@ -192,9 +198,9 @@ fn cloth() -> Body {
 
 #[test]
 fn every_effect_that_is_solved_gives_what_the_converged_reference_gives() {
-    // Eight Newton steps a substep leave rounding. Of four substeps of positions up to 0.3 m each is
-    // rounded by 1.5e-8 m, and begins the next with a velocity that is off by as much over h: 1.5e-8 m
-    // times 1 + 2 + 3 + 4, of a body of 0.57 m.
+    // After eight Newton steps per substep, only rounding remains. Each of four substeps rounds
+    // positions up to 0.3 m by 1.5e-8 m, and starts the next with a velocity error of that over h:
+    // 1.5e-8 m times 1 + 2 + 3 + 4, for a body of 0.57 m.
     let soft = stretch(1e-4);
     let alone = Effects::default();
     let cloths = [
@@ -289,11 +295,12 @@ fn it_rests_on_the_ground() {
         assert!(lowest.abs() < 1e-5, "lowest at {lowest} m");
         let speed = measure::rms_speed(&body.particles);
         assert!(speed < 1e-3, "{speed} m/s");
-        assert_eq!(body.factors.done(), direct::Done::Solved);
+        assert_eq!(body.direct.status(), direct::Status::Solved);
         f64::from(heights.fold(0.0, f32::max))
     };
-    // In a substep gravity moves all of it down by gh², and the ground moves the lower half up. In the
-    // steady state it moves it up by twice as much, which is by how much the beam is squashed.
+    // In a substep, gravity moves the whole body down by gh², and the ground moves the lower half
+    // up. In the steady state it moves it up by twice as much, which is the compression of the
+    // beam.
     for substeps in [1, 4] {
         let h = 1.0 / (60.0 * f64::from(substeps));
         let squashed = 0.1 - rest(substeps, 1);
@@ -302,7 +309,7 @@ fn it_rests_on_the_ground() {
             (0.8..1.2).contains(&(squashed / expected)),
             "{squashed} m, not {expected} m, at {substeps} substeps"
         );
-        // Of what is squashed a further iteration leaves half.
+        // Each further iteration halves the compression.
         let further = 0.1 - rest(substeps, 8);
         assert!(further < 0.05 * squashed, "{further} m of {squashed} m");
     }
@@ -310,7 +317,8 @@ fn it_rests_on_the_ground() {
 
 #[test]
 fn what_else_moves_particles_acts_between_the_steps() {
-    // A light rope of rigid links, a limit and tethers too, and a hand: converged, all of them hold.
+    // A light rope of rigid links, a strain limit, tethers and a grab: converged, all of them are
+    // satisfied.
     let all = Effects {
         stretch: stretch(1e-3),
         strain_limit: Some(StrainLimit {
@@ -329,7 +337,7 @@ fn what_else_moves_particles_acts_between_the_steps() {
     assert!(gap < 1e-4, "{gap:e}: {ledger:?}");
     run(&mut hanging, 2.0);
     let hanging = &hanging.bodies[0];
-    assert_eq!(hanging.factors.done(), direct::Done::Solved);
+    assert_eq!(hanging.direct.status(), direct::Status::Solved);
     let errors = measure::edge_errors(&hanging.topology, &hanging.particles.positions);
     let worst = errors.fold(0.0, f64::max) / 0.05;
     assert!(worst < 0.03, "strain {worst}");
@@ -363,7 +371,7 @@ fn what_else_moves_particles_acts_between_the_steps() {
 }
 
 #[test]
-fn hostile_states_recover_as_they_do_by_sweeps() {
+fn hostile_states_recover_as_they_do_by_iterations() {
     let shapes = [
         Deformation::Squash(0.0),
         Deformation::Squash(0.5),
@@ -384,7 +392,7 @@ fn hostile_states_recover_as_they_do_by_sweeps() {
             let body = &world.bodies[0];
             assert_eq!(body.quarantine, None, "{shape:?}");
             let speed = measure::rms_speed(&body.particles);
-            // 3 s of falling make 29 m/s; what spins by then has less than as much again.
+            // 3 s of falling give 29 m/s; rotation adds less than the same again.
             assert!(speed < 60.0, "{shape:?}: {speed} m/s");
             let inverted = measure::inverted(&body.topology, &body.particles.positions);
             assert_eq!(inverted, 0, "{shape:?}");
@@ -406,11 +414,11 @@ fn a_light_rope_holds_a_heavy_weight() {
     for _ in 0..300 {
         world.tick();
         let body = &world.bodies[0];
-        assert_eq!(body.factors.done(), direct::Done::Solved);
+        assert_eq!(body.direct.status(), direct::Status::Solved);
         let errors = measure::edge_errors(&body.topology, &body.particles.positions);
         let worst = errors.fold(0.0, |most: f64, error| most.max((error / 0.05).abs()));
-        // What Newton leaves is of second order. At first, when links go 0.5 m/s and turn by 0.04 in a
-        // substep, half the square of that.
+        // The remaining error of a Newton step is of second order. At the start, when links move at
+        // 0.5 m/s and rotate by 0.04 in a substep, it is half the square of that.
         assert!(worst < 1e-3, "strain {worst}");
     }
 }
@@ -453,8 +461,8 @@ fn what_is_too_large_is_swept_and_says_so() {
         world
     };
     let asked = swept(directly(effects));
-    assert_eq!(asked.bodies[0].factors.done(), direct::Done::TooLarge);
-    assert!(direct::Done::TooLarge.why_swept().is_some());
+    assert_eq!(asked.bodies[0].direct.status(), direct::Status::TooLarge);
+    assert!(direct::Status::TooLarge.explanation().is_some());
     let plain = swept(effects);
     let centre = |world: &World| -> DVec3 { measure::centre_of_mass(&world.bodies[0].particles) };
     assert!(centre(&asked).distance(centre(&plain)) < 1e-6);

@@ -1,4 +1,4 @@
-//! The static equilibrium by Newton's method against closed forms, and where there is none.
+//! The static equilibrium by Newton's method compared with closed forms, and cases without one.
 
 use crate::support::{self, G, body_of_masses, chain, pinned, settings, stretch, with};
 use pliant::solver::{
@@ -6,7 +6,7 @@ use pliant::solver::{
     equilibrium::{Equilibrium, NoEquilibrium, ROUNDED_TOLERANCE, TOLERANCE, find, refusal},
 };
 
-/// Rope of links of half a metre from a pin, of a kilogram each.
+/// A rope of links of half a meter, hanging from a pin, with a kilogram each.
 fn hanging_chain(links: usize, compliance: f32) -> Body {
     let masses = vec![1.0; links + 1];
     let effects = Effects {
@@ -29,7 +29,7 @@ fn at_rest(body: &Body) -> Equilibrium {
     found
 }
 
-/// How much farther down the last particle is than at the start [m].
+/// Descent of the last particle from the start [m].
 fn stretch_of(body: &Body, found: &Equilibrium) -> f64 {
     let last = body.particles.len() - 1;
     (found.x[last] - body.particles.position(last)).length()
@@ -42,7 +42,7 @@ fn a_chain_is_stretched_by_the_weight_below_each_link() {
         let body = hanging_chain(links, compliance);
         let expected = f64::from(compliance) * f64::from(G as f32) * n * (n + 1.0) / 2.0;
         let stretched = stretch_of(&body, &at_rest(&body));
-        // What is left of the forces, 1e-10 of the load, on all links one after the other.
+        // The residual forces, 1e-10 of the load, summed over all links.
         let off = (stretched / expected - 1.0).abs();
         assert!(
             off < 1e-10 * n,
@@ -55,16 +55,16 @@ fn a_chain_is_stretched_by_the_weight_below_each_link() {
 fn rigid_links_keep_their_lengths_however_many_hang_on_them() {
     let body = hanging_chain(40, 0.0);
     let found = find(&body, &world()).expect("it hangs");
-    // What is rigid is given a stiffness that leaves two digits less to the forces.
+    // Rigid constraints get a high stiffness, which costs the forces two digits.
     assert!(found.residual <= ROUNDED_TOLERANCE, "{}", found.residual);
-    // To what is asked of each of 40 links of half a metre.
+    // Within the tolerance of each of 40 links of half a meter.
     assert!(found.violation <= 1e-10);
     assert!(stretch_of(&body, &found) <= 40.0 * 0.5 * 1e-10);
 }
 
 #[test]
 fn a_rope_that_lies_level_falls_until_it_hangs() {
-    // A quarter turn about its pin, in which nothing holds it at first.
+    // A quarter turn about its pin, from a start without any restoring force.
     let mut body = hanging_chain(8, 1e-4);
     let places: Vec<_> = (0..9).map(|i| body.particles.position(i)).collect();
     for (i, x) in places.iter().enumerate() {
@@ -74,8 +74,8 @@ fn a_rope_that_lies_level_falls_until_it_hangs() {
     let found = at_rest(&body);
     let hanging = at_rest(&hanging_chain(8, 1e-4));
     for (level, hung) in found.x.iter().zip(&hanging.x) {
-        // A residual of 1e-10 of the weight turns the last link, which bears one mass of eight, by eight
-        // times that.
+        // A residual of 1e-10 of the weight rotates the last link, which carries one mass of eight,
+        // by eight times that.
         assert!(level.distance(*hung) < 1e-8, "{level} is not {hung}");
     }
 }

@@ -1,4 +1,4 @@
-//! Forces from outside, against closed forms, in the fast solver and in the reference.
+//! External forces compared with closed forms, in the fast solver and in the reference.
 
 use crate::support::{self, assert_relative, body, body_of_masses, chain, settings, with, world};
 use glam::{DVec3, Vec3};
@@ -18,14 +18,15 @@ fn coefficient(value: f32) -> Coefficient {
     Coefficient::new(value).expect("sound")
 }
 
-/// Two particles a nanometre apart that nothing holds together, without gravity.
+/// Two unconnected particles a nanometer apart, without gravity.
 fn free(effects: impl Into<Effects>, speed: Vec3) -> World {
     let mut body = with(body_of_masses(chain(1, 1e-9), &[1.0, 1.0]), effects.into());
     body.set_velocity(speed);
     world(settings(0.0, 60.0, 10, 1), body)
 }
 
-/// Place and velocity of the first particle after some ticks, of the fast solver and of the reference.
+/// Position and velocity of the first particle after some ticks, of the fast solver and of the
+/// reference.
 fn after(mut world: World, ticks: u32) -> [(DVec3, DVec3); 2] {
     let mut reference = reference::World::of(&world);
     for _ in 0..ticks {
@@ -46,8 +47,8 @@ fn a_uniform_force_gives_its_exact_acceleration() {
         y: finite(-4.0),
         z: finite(0.5),
     };
-    // v = (x − p)/h rounds by half an ulp of x over h, 7e-5 m/s beyond a metre: a walk of 600 such
-    // steps comes to 2e-3 m/s, and seldom to three times that. In f64 a step is 1e-13 m/s.
+    // v = (x − p)/h is rounded by half an ulp of x over h, 7e-5 m/s beyond a meter: a random walk
+    // of 600 such steps reaches 2e-3 m/s, and rarely three times that. In f64 a step is 1e-13 m/s.
     let tolerances = [6e-3, 1e-10];
     for ((place, speed), tolerance) in after(free(force, Vec3::ZERO), 60)
         .into_iter()
@@ -55,7 +56,7 @@ fn a_uniform_force_gives_its_exact_acceleration() {
     {
         let expected = DVec3::new(3.0, -4.0, 0.5);
         assert!(speed.distance(expected) < tolerance, "{speed}");
-        // y = ½at² of symplectic Euler is ½at²(1 + 1/n) with n = 600 substeps a second.
+        // y = ½at² of symplectic Euler is ½at²(1 + 1/n) with n = 600 substeps per second.
         let expected = expected * (0.5 * (1.0 + 1.0 / 600.0));
         assert!(place.distance(expected) < tolerance, "{place}");
     }
@@ -68,7 +69,7 @@ fn linear_drag_decays_as_an_exponential_and_quadratic_drag_ends_at_its_terminal_
         quadratic: coefficient(0.0),
     };
     for (_, speed) in after(free(drag, Vec3::X * 5.0), 60) {
-        // Implicit: (1 + ch)⁻ⁿ = e^(−ct)(1 + c²th/2), which is 1/300 more.
+        // Implicit: (1 + ch)⁻ⁿ = e^(−ct)(1 + c²th/2), larger by 1/300.
         assert_relative(speed.x, 5.0 * f64::exp(-2.0), 4e-3, "speed");
     }
     let effects = Effects {
@@ -81,8 +82,8 @@ fn linear_drag_decays_as_an_exponential_and_quadratic_drag_ends_at_its_terminal_
     let mut world = free(effects, Vec3::ZERO);
     world.settings = settings(9.81, 60.0, 10, 1);
     for (_, speed) in after(world, 60) {
-        // v/(1 + kvh) + gh = v has the terminal speed that tends to √(g/k); after a second it is
-        // reached to 1 − tanh √(gk) = 3e-4, and f32 rounds a fall of two metres as above.
+        // v/(1 + kvh) + gh = v has the terminal speed √(g/k) for h → 0; after a second it is
+        // reached to 1 − tanh √(gk) = 3e-4, and f32 rounds a fall of two meters as above.
         let push = 9.81 / 600.0;
         let expected = 0.5 * (push + (push * push + 4.0 * 9.81 / 2.0_f64).sqrt());
         assert_relative(-speed.y, expected, 2e-3, "terminal speed");
@@ -91,7 +92,7 @@ fn linear_drag_decays_as_an_exponential_and_quadratic_drag_ends_at_its_terminal_
 
 #[test]
 fn a_point_pulls_as_plummer_says_and_a_particle_circles_it() {
-    // A circle of a metre about a point of strength s, softened by r: v² = s/(1 + r²)^(3/2).
+    // A circle of one meter about a point of strength s, softened by r: v² = s/(1 + r²)^(3/2).
     let point = Attract {
         x: finite(0.0),
         y: finite(0.0),
@@ -108,7 +109,7 @@ fn a_point_pulls_as_plummer_says_and_a_particle_circles_it() {
         reference.tick();
         let fast = world.bodies[0].particles.position(0);
         for place in [fast, reference.bodies[0].x[0]] {
-            // Symplectic Euler goes on an ellipse off by hv/2 = 2.5e-3 m at most each way.
+            // Symplectic Euler follows an ellipse that deviates by at most hv/2 = 2.5e-3 m.
             assert!((place.length() - 1.0).abs() < 6e-3, "{place}");
         }
     }
@@ -127,7 +128,8 @@ fn a_vortex_takes_particles_along_at_its_own_speed_within_and_slower_outside() {
     let mut world = free(vortex, Vec3::ZERO);
     world.bodies[0].translate(Vec3::X * 0.25);
     for (place, speed) in after(world, 20) {
-        // It lags by 1/c = 0.02 s of its turn, 8 % aslant, and drifts outwards by u²/(rc) = 0.08 m/s.
+        // It lags by 1/c = 0.02 s of its rotation, inclined by 8 %, and drifts outwards at
+        // u²/(rc) = 0.08 m/s.
         assert_relative(
             speed.length(),
             4.0 * place.length(),
@@ -166,8 +168,9 @@ fn a_level_sheet_falls_at_the_speed_at_which_drag_bears_its_weight() {
         world.tick();
         reference.tick();
     }
-    // ½ρC_D A v² = mg. Corners of one triangle and of two bear the same share of their mass, so that
-    // the sheet stays level. After a second it is reached to 1 − tanh(g/v_t) = 1e-3.
+    // ½ρC_D A v² = mg. Corners of one triangle and of two carry the same fraction of their mass, so
+    // that the sheet stays level. After a second the terminal speed is reached to
+    // 1 − tanh(g/v_t) = 1e-3.
     let expected = (2.0 * 0.5 * 9.81 / (1.2 * 1.2_f64)).sqrt();
     let particles = &world.bodies[0].particles;
     let momentum = pliant::solver::measure::momentum(particles).y / 0.5;
@@ -185,7 +188,7 @@ fn wind_pushes_a_sheet_across_it_with_its_drag_and_not_one_along_it() {
     };
     let mut world = sail(up, 0.0);
     world.tick();
-    // F = ½ρC_D A u² on half a kilogram for 1/60 s; the sheet gets up to 4 % of the wind's speed.
+    // F = ½ρC_D A u² on half a kilogram for 1/60 s; the sheet reaches up to 4 % of the wind speed.
     let expected = 0.5 * 1.2 * 1.2 * 9.0 / 0.5 / 60.0;
     let momentum = pliant::solver::measure::momentum(&world.bodies[0].particles) / 0.5;
     assert_relative(momentum.y, expected, 0.1, "speed after a tick");
@@ -208,9 +211,9 @@ fn gusts_are_smooth_repeat_and_stay_within_their_strength() {
         let gust = gusts.air(place, 0.0) - mean;
         most = most.max(gust.abs().max_element());
         let near = gusts.air(place + DVec3::splat(1e-6), 0.0) - mean;
-        // The slope of 3t² − 2t³ is 1.5 at most, of numbers 2 apart, over 0.5 m, on three axes.
+        // The slope of 3t² − 2t³ is at most 1.5, of values 2 apart, over 0.5 m, on three axes.
         assert!(gust.distance(near) < 1e-6 * 3.0 * 1.5 * 4.0 * 2.0 * 3.0);
-        // Frozen in the air: what is here now is 5 m on after a second.
+        // Frozen turbulence: the gusts here are 5 m downwind after a second.
         let later = gusts.air(place + mean, 1.0) - mean;
         assert!(gust.distance(later) < 1e-9);
     }
@@ -260,7 +263,8 @@ fn forces_are_in_the_books_of_the_ledger() {
     }
     let change = energy(&world.bodies[0]) - start;
     assert!(books.forces.abs() > 0.1, "they worked: {} J", books.forces);
-    // Velocities after forces are rounded to 6e-8 of themselves, which the largest row is made of.
+    // Velocities after forces are rounded by a relative 6e-8, and the largest row is derived from
+    // them.
     let largest = books
         .rows()
         .iter()

@@ -15,12 +15,13 @@ use std::f64::consts::{FRAC_PI_2, PI};
 const FRICTION: f64 = 0.3;
 /// Chords of the rope around half the cylinder.
 const CHORDS: usize = 16;
-/// Edges that hang down on each side.
+/// Hanging edges on each side.
 const HANGING: usize = 6;
 /// Compliance of an edge [m/N].
 const COMPLIANCE: f32 = 1e-4;
 
-/// A light rope over a cylinder of 0.5 m. A kilogram hangs on its left end, the right one is pinned.
+/// A light rope over a cylinder of 0.5 m. A kilogram hangs on its left end, the right one is
+/// pinned.
 fn capstan(iterations: u32) -> (World, f64) {
     let radius = 0.5;
     let edge = 2.0 * radius * (PI / (2.0 * CHORDS as f64)).sin();
@@ -73,9 +74,9 @@ fn damped(compliance: f32) -> Option<Stretch> {
     stretch(compliance).map(|stretch| Stretch { damping, ..stretch })
 }
 
-/// Mean tension of the pulled end over that of the other, and by how much it rises from one chord to the next, in the
-/// middle of the cylinder, over what a slipping rope has there: (1 + µ tan(δ/2))/(1 − µ tan(δ/2)), δ being the angle
-/// between two chords.
+/// Mean ratio of the tension of the pulled end to that of the other, and its increase from one
+/// chord to the next in the middle of the cylinder, relative to that of a slipping rope: (1 + µ
+/// tan(δ/2))/(1 − µ tan(δ/2)), where δ is the angle between two chords.
 fn grip(iterations: u32) -> (f64, f64) {
     let (mut world, edge) = capstan(iterations);
     let count = world.bodies[0].particles.len();
@@ -115,9 +116,9 @@ fn friction_on_a_cylinder_is_the_same_whatever_the_passes() {
     let (once, _) = grip(1);
     for iterations in [1, 4, 16, 64] {
         let (ratio, rise) = grip(iterations);
-        // Vertices that come onto the cylinder and leave it make the tension uneven by some percent, and at 1/1200 s a
-        // vertex moves 0.04 mm in a substep. Where each pass had a friction cone of its own, 64 passes held a tenth
-        // less than one.
+        // Vertices that enter and leave the cylinder cause variations of the tension of some
+        // percent, and at 1/1200 s a vertex moves 0.04 mm in a substep. When each pass had its own
+        // friction cone, 64 passes held a tenth less than one.
         assert_relative(ratio, once, 0.01, &format!("grip, {iterations} passes"));
         assert_relative(rise, 1.0, 0.1, &format!("rise, {iterations} passes"));
     }
@@ -127,7 +128,7 @@ fn friction_on_a_cylinder_is_the_same_whatever_the_passes() {
 fn the_reference_holds_a_rope_on_a_cylinder_as_the_solver_does() {
     let (mut world, _) = capstan(8);
     let mut reference = reference::World::of(&world);
-    // The reference has no direct solver: what it leaves of the equations, many iterations solve.
+    // The reference has no direct solver: many iterations reduce its residual instead.
     reference.settings.iterations = pliant::solver::Iterations::new(512).expect("in range");
     for _ in 0..30 {
         world.tick();
@@ -140,7 +141,7 @@ fn the_reference_holds_a_rope_on_a_cylinder_as_the_solver_does() {
     }
 }
 
-/// A ball of half a metre that lies on the ground, and rolls along x with 1 m/s from now on.
+/// A ball of half a meter on the ground that starts to roll along x at 1 m/s.
 fn ball(friction: f32, resistance: f32) -> World {
     let sphere = Primitive::Sphere {
         radius: 0.5,
@@ -163,7 +164,7 @@ fn ball(friction: f32, resistance: f32) -> World {
     world
 }
 
-/// Gives a ball the velocities of one that rolls at a speed [m/s].
+/// Gives a ball the velocities of rolling at a speed [m/s].
 fn spin(ball: &mut Body, speed: f64) {
     let center = measure::centre_of_mass(&ball.particles);
     for i in 0..ball.particles.len() {
@@ -211,7 +212,8 @@ fn a_ball_that_rolls_slows_down_by_rolling_resistance_and_stops() {
     for world in [&mut free, &mut resisted] {
         support::run(world, 0.2);
     }
-    // Its force is µᵣmg. The impacts of faces and damping take energy too, of the slower ball less than of the other.
+    // Its force is µᵣmg. The impacts of faces and damping take energy as well, and less of it from
+    // the slower ball.
     let lost = [&free, &resisted].map(|world| before - energy(world));
     let way = measure::centre_of_mass(&resisted.bodies[0].particles).x - start;
     let expected = 0.2 * mass(&free) * G * way;
@@ -220,7 +222,7 @@ fn a_ball_that_rolls_slows_down_by_rolling_resistance_and_stops() {
         (lost[1] - lost[0]..lost[1]).contains(&expected),
         "{lost:?} J, not {expected} J"
     );
-    // After 0.7 s it stands. That it then sleeps, balls of the robustness suite show.
+    // After 0.7 s it stands still. That it then sleeps is tested by the robustness suite.
     for world in [&mut free, &mut resisted] {
         support::run(world, 1.8);
     }
@@ -239,14 +241,14 @@ fn a_ball_on_a_slope_rolls_where_it_is_steeper_than_its_rolling_resistance() {
         world.bodies[0].set_velocity(Vec3::ZERO);
         let gravity = Vec3::new(G as f32 * slope, -G as f32, 0.0);
         world.settings.set_gravity(gravity).expect("sound");
-        // One that stays rocks on its face for a while.
+        // A ball that stays rocks on its face for a while.
         support::run(&mut world, if rolls { 2.0 } else { 6.0 });
         let expected = if rolls {
             2.0 * G * f64::from(slope - resistance) / (1.0 + inertia)
         } else {
             0.0
         };
-        // Its faces, a tenth of the radius wide, take their share.
+        // Its faces, a tenth of the radius wide, also dissipate energy.
         let off = (speed(&world) - expected).abs();
         assert!(
             off < 0.1 * expected + 1e-3,
@@ -264,7 +266,7 @@ fn a_ball_that_slides_gets_no_push_from_rolling_resistance() {
         still.set_velocity(Vec3::new(3.0, 0.0, 0.0));
         support::run(world, 0.5);
     }
-    // Both are slowed by µg; what turns them has no share in that while they slide.
+    // Both decelerate at µg; the rolling resistance does not contribute to that while they slide.
     let expected = 3.0 - 0.05 * G * 0.5;
     for world in [&free, &resisted] {
         assert_relative(speed(world), expected, 0.01, "speed [m/s]");
@@ -281,8 +283,8 @@ fn rolling_resistance_of_the_reference_is_the_same() {
     }
     let particles = &world.bodies[0].particles;
     for (i, x) in reference.bodies[0].x.iter().enumerate() {
-        // A third of a metre later: rounding of lengths of a tenth of a metre to 1e-8 m in 200 substeps, and what
-        // impacts make of it.
+        // After a third of a meter: rounding of lengths of a tenth of a meter to 1e-8 m in 200
+        // substeps, amplified by impacts.
         assert!(particles.position(i).distance(*x) < 1e-4, "particle {i}");
     }
 }

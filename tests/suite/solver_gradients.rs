@@ -1,6 +1,6 @@
-//! Gradients of edges and grabs against central differences, through what a projection does.
+//! Gradients of edges and grabs compared with central differences, measured through a projection.
 
-use crate::support::{act, body_of_masses, chain, random_vector, sweep};
+use crate::support::{act, body_of_masses, chain, iterate, random_vector};
 use glam::{DVec3, Vec3};
 use pliant::solver::{
     Body, BodyEffectKind, Compliance, Damping, Force, Grab, ParticleIndex, RestShape, Stretch,
@@ -22,7 +22,7 @@ fn random_edge(random: &mut Random) -> (Body, [DVec3; 2]) {
     (body, ends)
 }
 
-/// What a projection moves each end by, over its inverse mass: λ∇C.
+/// Displacement of each end by a projection, over its inverse mass: λ∇C.
 fn expected_pushes([a, b]: [DVec3; 2]) -> [DVec3; 2] {
     let error = |a: DVec3, b: DVec3| a.distance(b) - 0.5;
     let gradients = [centrally(|a| error(a, b), a), centrally(|b| error(a, b), b)];
@@ -38,19 +38,20 @@ fn edges_push_along_the_central_differences_of_their_length() {
         let expected = expected_pushes(ends);
         let mut reference = reference::Body::of(&body);
         reference.solve(&Stretch::default(), 0.01, true);
-        sweep(&mut body, &Stretch::default(), 0.01, Multipliers::Unused);
+        iterate(&mut body, &Stretch::default(), 0.01, Multipliers::Unused);
         let mut pushes = [Vec3::ZERO; 2];
         for i in 0..2 {
             let w = f64::from(body.particles.positions[i].w);
             let moved = (reference.x[i] - ends[i]) / w;
-            // Central differences are exact to the square of 1e-5 m over the length.
+            // Central differences are accurate to the square of 1e-5 m over the length.
             assert!(
                 moved.distance(expected[i]) < 1e-6,
                 "reference: {moved}, not {}",
                 expected[i]
             );
             let moved = (body.particles.predicted(i) - ends[i]) / w;
-            // Places below 2 m, known to 2⁻²⁴ m, and a direction known to that over the length.
+            // Positions below 2 m, accurate to 2⁻²⁴ m, and a direction accurate to that over the
+            // length.
             assert!(
                 moved.distance(expected[i]) < 1e-4,
                 "{moved}, not {}",

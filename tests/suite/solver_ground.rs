@@ -1,4 +1,4 @@
-//! The ground against the closed forms of contact: friction, stopping, bouncing.
+//! The ground compared with the closed forms of contact: friction, stopping, bouncing.
 
 use crate::support::{self, G, assert_relative, body_of_masses, point, position, settings, world};
 use glam::{DVec3, Vec3};
@@ -18,14 +18,14 @@ fn ground(friction: f32, restitution: f32) -> Ground {
     }
 }
 
-/// A particle of a kilogram at the origin, on the ground.
+/// A particle of 1 kg at the origin, on the ground.
 fn on_ground(ground: Ground) -> World {
     let mut body = body_of_masses(point(), &[1.0]);
     body.effects.ground = Some(ground);
     world(settings(G, 60.0, 10, 1), body)
 }
 
-/// Gravity as on a slope that falls towards x.
+/// Gravity as on a slope that descends towards x.
 fn on_slope(tangent: f64, friction: f32) -> (World, f64, f64) {
     let (sin, cos) = (tangent / tangent.hypot(1.0), 1.0 / tangent.hypot(1.0));
     let mut world = on_ground(ground(friction, 0.0));
@@ -69,8 +69,8 @@ fn a_particle_slides_on_a_steeper_slope_with_what_friction_leaves_of_gravity() {
             1e-5,
             "the reference's way",
         );
-        // Along the way every step is rounded by at most half an ulp of 0.25 m, 1.5e-8 m, and the
-        // velocity carries that on: n²/2 of them in a walk that may lean to one side.
+        // Every step is rounded by at most half an ulp of 0.25 m, 1.5e-8 m, and the velocity
+        // carries the error on: n²/2 of them in a random walk that may be biased.
         let error = (f64::from(position(&world, 0).x) - expected).abs();
         assert!(
             error < 120.0_f64.powi(2) / 2.0 * 1.5e-8,
@@ -89,14 +89,15 @@ fn a_sliding_particle_stops_after_its_speed_squared_over_twice_friction_and_grav
         support::run(&mut world, 4.0);
         let speed = f64::from(speed);
         let expected = speed * speed / (2.0 * f64::from(friction) * G);
-        // Braked before the first step, it goes shorter by half a substep's way.
+        // Because it brakes before the first step, its path is shorter by half a substep's
+        // displacement.
         let tolerance = 0.5 * speed * H / expected + 1e-3;
         assert_relative(f64::from(position(&world, 0).x), expected, tolerance, "way");
         assert_eq!(world.bodies[0].particles.velocity(0).x, 0.0);
     }
 }
 
-/// Heights of the first three tops after the drop from a metre [m].
+/// Heights of the first three peaks after the drop from 1 m [m].
 fn tops(h: f64, mut height_after_tick: impl FnMut() -> f64) -> Vec<f64> {
     let mut tops = Vec::new();
     let (mut before, mut rising) = (1.0, false);
@@ -135,8 +136,8 @@ fn a_bounce_reaches_the_square_of_restitution_of_the_height_before_it() {
             reference.tick();
             reference.bodies[0].x[0].y
         });
-        // First order in h: falling and rising by symplectic Euler are off by gh/v each, and
-        // where within a substep the ground was met by 2gh/v.
+        // First order in h: falling and rising by symplectic Euler have errors of gh/v each, and
+        // the time of impact within a substep adds 2gh/v.
         let late = |height: f64| 4.0 * G * h / (2.0 * G * height).sqrt();
         let kept = f64::from(e * e);
         assert_eq!(exact.len(), 3);
@@ -156,7 +157,7 @@ fn a_bounce_reaches_the_square_of_restitution_of_the_height_before_it() {
             );
         }
         if rate > 5000.0 {
-            // gh² is two ulp of a metre there: f32 cannot tell.
+            // gh² is two ulp of a meter there: below the resolution of f32.
             continue;
         }
         assert_eq!(fast.len(), 3);
@@ -167,7 +168,8 @@ fn a_bounce_reaches_the_square_of_restitution_of_the_height_before_it() {
             .windows(2)
             .enumerate()
         {
-            // Gravity's way in a substep, gh² = 6.8e-6 m, is rounded by half an ulp of the height.
+            // The displacement by gravity in a substep, gh² = 6.8e-6 m, is rounded by half an ulp
+            // of the height.
             let expected = kept * pair[0];
             let rounding = 2.0_f64.powi(-24) * pair[0] / (G * h * h);
             assert_relative(
@@ -189,7 +191,7 @@ fn a_bouncing_particle_comes_to_rest_exactly_on_the_ground() {
     assert_eq!(world.bodies[0].particles.velocity(0).y, 0.0);
 }
 
-/// A tilted box whose upper face goes through the origin, and a particle on it.
+/// A tilted box whose upper face contains the origin, and a particle on it.
 fn on_tilted_box(angle: f64, friction: f32) -> World {
     let mut body = body_of_masses(point(), &[1.0]);
     body.effects.collide = Some(Collide {
@@ -214,21 +216,22 @@ fn a_tilted_box_holds_and_lets_slide_as_a_slope_does() {
     let angle = 0.5_f64.atan();
     let mut held = on_tilted_box(angle, 0.6);
     support::run(&mut held, 2.0);
-    // Rounding lets the particle hover by an ulp of the box's half metre, fall, and be caught.
+    // Because of rounding, the particle repeatedly hovers by an ulp of the box's half meter, falls,
+    // and is caught.
     assert!(position(&held, 0).length() < 1e-5, "{}", position(&held, 0));
 
     let mut sliding = on_tilted_box(angle, 0.3);
     support::run(&mut sliding, 1.0);
     let acceleration = G * (angle.sin() - 0.3 * angle.cos());
     let expected = acceleration * H * H * 600.0 * 601.0 / 2.0;
-    // Its depth in a substep, gh² cos θ = 2.4e-5 m, is known to 2⁻²⁴ m of the box's half metre,
-    // 0.25 %, and friction goes by it.
+    // Its penetration in a substep, gh² cos θ = 2.4e-5 m, is accurate to 2⁻²⁴ m of the box's half
+    // meter, 0.25 %, and friction is proportional to it.
     let way = f64::from(position(&sliding, 0).length());
     assert_relative(way, expected, 1e-2, "way");
 }
 
-/// A body that begins below the ground is not thrown up: the speed that it comes up with is that of
-/// 0.4 s for its depth, not that of a substep.
+/// A body that starts below the ground is not ejected: it rises with the recovery speed of 0.4 s
+/// for its depth, instead of one substep.
 #[test]
 fn a_particle_that_begins_below_the_ground_comes_up_gently() {
     for iterations in [1, 3] {
@@ -239,7 +242,7 @@ fn a_particle_that_begins_below_the_ground_comes_up_gently() {
         support::run(&mut world, 0.1);
         assert!(position(&world, 0).y > -0.5, "it comes up");
         let speed = world.bodies[0].particles.velocity(0).y;
-        // 0.5 m / 0.4 s, and what f32 rounds of 0.5 m in 1/600 s: 2e-5 m/s.
+        // 0.5 m / 0.4 s, and the rounding of 0.5 m in 1/600 s: 2e-5 m/s.
         assert!((speed - 1.25).abs() < 1e-4, "at {speed} m/s");
         support::run(&mut world, 0.9);
         assert!(position(&world, 0).y >= 0.0, "and is out");

@@ -1,5 +1,5 @@
-//! An hour of simulated time: what rests stays where it is, what spins slows as the method says,
-//! and memory does not grow.
+//! An hour of simulated time: bodies at rest stay in place, a rotation slows down as predicted, and
+//! memory does not grow.
 
 use crate::{
     allocation,
@@ -24,15 +24,15 @@ fn farthest(from: &Particles, to: &Particles) -> f64 {
     ways.fold(0.0, f64::max)
 }
 
-/// How far rounding may leave what rests from where it was [m]. All stands within 0.4 m of the
-/// origin, so that a coordinate is rounded by up to 0.4 u = 2.4e-8 m; in a substep the particles of a
-/// cube are rounded ten times, by the prediction, 4.5 edges, 2.5 tetrahedra and the ground on
-/// average; and there are three coordinates. Were it creep, 864 000 substeps would add up.
+/// Largest displacement of a body at rest by rounding [m]. All positions are within 0.4 m of the
+/// origin, so that a coordinate is rounded by up to 0.4 u = 2.4e-8 m; in a substep the particles of
+/// a cube are rounded ten times, by the prediction, 4.5 edges, 2.5 tetrahedra and the ground on
+/// average; and there are three coordinates. Creep would accumulate over 864 000 substeps.
 const RESTS: f64 = 10.0 * 2.4e-8 * 1.732;
 
-/// A cube on the ground, one that hangs by its top, and a rope, none of which may sleep: from a
-/// minute on, when they have come to rest, to the end of the hour no particle goes farther than
-/// rounding moves it, and memory stays what it was, to the byte.
+/// A cube on the ground, one that hangs by its top, and a rope, with sleeping disabled: from one
+/// minute on, when they have come to rest, to the end of the hour, no particle moves by more than
+/// rounding, and memory stays constant to the byte.
 #[test]
 fn what_rests_does_not_creep_in_an_hour_and_memory_does_not_grow() {
     let mut standing = with(body("standing", cube(0.4, 1), 1000.0), elastic_on_ground());
@@ -59,18 +59,18 @@ fn what_rests_does_not_creep_in_an_hour_and_memory_does_not_grow() {
     }
 }
 
-/// Ticks up to a time [s].
+/// Runs ticks up to a time [s].
 fn run_until(world: &mut World, time: f64) {
     let left = time - world.time;
     run(world, left);
 }
 
-/// Two particles on a rigid edge, turning. Postsolve takes the chord of the way for the velocity and
-/// the projection pulls along the edge as it stands at the end of the way, so that a substep leaves
-/// 1 − (hω)² of the speed, whatever the masses: of the turn's angular momentum 2πhω is lost. That
-/// is dω/dt = −hω³, hence ω(t) = ω₀ / √(1 + 2hω₀²t), up to terms of (hω₀)² = 1.1 %. Rounding kicks a
-/// particle by u r/h = 1.8e-6 m/s in each of 216 000 substeps, 8e-4 m/s if their signs are random:
-/// 1.8 % of the 0.046 m/s that are left after the hour.
+/// Two particles on a rigid edge, rotating. Postsolve takes the chord of the path for the velocity,
+/// and the projection pulls along the edge at the end of the path, so that a substep leaves
+/// 1 − (hω)² of the speed, for any masses: a turn loses 2πhω of the angular momentum. That is
+/// dω/dt = −hω³, hence ω(t) = ω₀ / √(1 + 2hω₀²t), up to terms of (hω₀)² = 1.1 %. Rounding changes
+/// the velocity of a particle by u r/h = 1.8e-6 m/s in each of 216 000 substeps, 8e-4 m/s if the
+/// signs are random: 1.8 % of the 0.046 m/s that remain after the hour.
 #[test]
 fn a_spinning_pair_slows_within_an_hour_as_the_method_says() {
     let (radius, omega, substeps) = (0.5, TAU, 2);
@@ -104,8 +104,8 @@ fn a_spinning_pair_slows_within_an_hour_as_the_method_says() {
     }
 }
 
-/// The same through Bevy: an hour of six ticks a second, in which nothing is kept that was not there
-/// after its first minutes, and whose state is that of the plain world.
+/// The same through Bevy: an hour of six ticks per second, in which memory does not grow after the
+/// first minutes, and whose state is that of the plain world.
 #[test]
 fn an_app_holds_no_more_after_an_hour() {
     let mut plain = cubes();

@@ -1,4 +1,4 @@
-//! Figures about a body: each against a case whose value is known.
+//! Measurements of a body: each compared with a case whose value is known.
 
 use crate::support::{
     self, assert_relative, body, body_of_masses, chain, cube, settings, stretch, tetrahedron, with,
@@ -22,7 +22,7 @@ fn a_body_that_was_only_moved_and_turned_has_its_own_shape() {
         for x in &mut body.particles.positions {
             *x = (turn * x.truncate() + Vec3::new(1.0, 2.0, 3.0)).extend(x.w);
         }
-        // Places near 3 m are rounded by 2⁻²³ m, of a size of 0.5 m.
+        // Positions near 3 m are rounded by 2⁻²³ m, for a size of 0.5 m.
         assert!(shape_error(&body) < 1e-6, "{}", shape_error(&body));
     }
 }
@@ -122,8 +122,8 @@ fn what_is_left_of_the_equations_falls_with_iterations() {
     };
     let few = residual(1);
     let many = residual(30);
-    assert!(few > 1e-4, "one sweep leaves {few}");
-    assert!(many < few / 30.0, "thirty sweeps leave {many} of {few}");
+    assert!(few > 1e-4, "one iteration leaves {few}");
+    assert!(many < few / 30.0, "thirty iterations leave {many} of {few}");
 }
 
 #[test]

@@ -1,8 +1,8 @@
-//! Membranes and weaves: their strains and gradients, against the reference, against differences and
-//! against the material that was asked for.
+//! Membranes and weaves: their strains and gradients, compared with the reference, with differences
+//! and with the requested material.
 
 use crate::support::{
-    body, damping, pinned, random_vector, run, settings, state_bits, sweep, with, world,
+    body, damping, iterate, pinned, random_vector, run, settings, state_bits, with, world,
 };
 use glam::{DVec3, UVec2, Vec2, Vec3};
 use pliant::{
@@ -36,7 +36,7 @@ fn triangle(size: f64) -> RestShape {
     }
 }
 
-/// A flat cloth along x and z, turned about y by so many degrees.
+/// A flat cloth along x and z, rotated about y by this angle.
 fn cloth(size: Vec2, cells: UVec2, degrees: f64) -> RestShape {
     let primitive = Primitive::Cloth {
         size,
@@ -116,8 +116,8 @@ fn gradients_are_differences<E: Elastic<3, 3>>(effect: &E) {
                     };
                     (at(1.0) - at(-1.0)) / (2.0 * STEP)
                 });
-                // A strain is of second order in places, so that central differences are exact
-                // but for rounding: 1e-16 over the step.
+                // A strain is of second order in positions, so that central differences are exact
+                // except for rounding: 1e-16 over the step.
                 let off = gradient.distance(DVec3::from_array(expected));
                 assert!(off < 1e-9, "row {number}: off by {off}");
                 push += gradient;
@@ -134,8 +134,8 @@ fn strains_of_a_triangle_have_their_central_differences_for_gradients() {
     gradients_are_differences(&weave([1e-3, 2e-3, 3e-3]));
 }
 
-/// How far the fast kernel is from the reference after a sweep over a triangle that is strained, mirrored
-/// or collapsed, over its size.
+/// Distance of the fast kernel from the reference after an iteration over a strained, mirrored or
+/// collapsed triangle, relative to its size.
 fn off_the_reference<E: Elastic<3, 3> + Into<Effects>>(
     effect: &E,
     size: f64,
@@ -150,7 +150,7 @@ fn off_the_reference<E: Elastic<3, 3> + Into<Effects>>(
     body.particles.settle();
     let mut reference = reference::Body::of(&body);
     reference.solve(effect, 0.01, true);
-    sweep(&mut body, effect, 0.01, Multipliers::Unused);
+    iterate(&mut body, effect, 0.01, Multipliers::Unused);
     let both = places(&body).into_iter().zip(&reference.x);
     both.map(|(fast, reference)| {
         assert!(fast.is_finite() && reference.is_finite());
@@ -174,8 +174,8 @@ fn triangles_equal_the_reference_and_stay_finite_when_they_collapse() {
                 off_the_reference(&weave([1e-3, 1e-2, 1e-1]), size, change),
                 off_the_reference(&weave([0.0; 3]), size, change),
             ] {
-                // Places near the size are known to 6e-8 of it, strains to some of that, through
-                // sums of a dozen terms and the elimination.
+                // Positions near the size are accurate to a relative 6e-8, strains to a few times
+                // that, through sums of a dozen terms and the elimination.
                 assert!(off < 2e-5, "{size}: off by {off}");
             }
         }
@@ -194,8 +194,8 @@ fn triangles_equal_the_reference_and_stay_finite_when_they_collapse() {
     }
 }
 
-/// Strain over tension [m/N] and Poisson's ratio in the middle of a strip that is pulled along
-/// itself by its weight, `degrees` from the warp, at rest; and how much longer it has become [m].
+/// Strain over tension [m/N] and Poisson's ratio in the middle of a strip at rest that its weight
+/// pulls lengthwise, `degrees` from the warp; and its elongation [m].
 fn pulled<E: Elastic<3, 3> + Into<Effects>>(effect: &E, degrees: f64, cells: UVec2) -> [f64; 3] {
     const TENSION: f64 = 1.0;
     let body = body("strip", cloth(Vec2::new(1.0, 0.25), cells, degrees), 1.0);
@@ -213,7 +213,7 @@ fn pulled<E: Elastic<3, 3> + Into<Effects>>(effect: &E, degrees: f64, cells: UVe
         .collect();
     let body = with(pinned(body, &pins), (*effect).into());
     let mut world = world(settings(0.0, 60.0, 10, 4), body);
-    // In the middle of 1 m of 1 kg/m² half of it pulls.
+    // In the middle of 1 m of 1 kg/m², half of it pulls.
     let gravity = (along * (2.0 * TENSION)).as_vec3();
     world.settings.set_gravity(gravity).expect("sound");
     let mut reference = reference::World::of(&world);
@@ -223,7 +223,8 @@ fn pulled<E: Elastic<3, 3> + Into<Effects>>(effect: &E, degrees: f64, cells: UVe
     }
     let body = &reference.bodies[0];
     let speed = body.v.iter().map(|v| v.length()).fold(0.0, f64::max);
-    // What dies away over 0.02 s is then 2e-7 m from rest, of the millimetre that is measured.
+    // A motion that decays over 0.02 s is then 2e-7 m from rest, compared with the measured
+    // millimeter.
     assert!(speed < 1e-5, "it still moves at {speed} m/s");
     let mean = |place: f64, of: &dyn Fn(usize) -> f64| {
         let there: Vec<f64> = (0..rest.len())
@@ -234,7 +235,7 @@ fn pulled<E: Elastic<3, 3> + Into<Effects>>(effect: &E, degrees: f64, cells: UVe
     };
     let gone = |place: f64| mean(place, &|i| (body.x[i] - rest[i]).dot(along));
     let strain = (gone(0.25) - gone(-0.25)) / 0.5;
-    // Over the width, the mean of what is 1/2 from the middle at its ends: by least squares.
+    // Over the width, the mean displacement of a point at 1/2 from the middle: by least squares.
     let moment = |x: &[DVec3]| mean(0.0, &|i| x[i].dot(across) * rest[i].dot(across));
     let narrowing = 1.0 - moment(&body.x) / moment(&rest);
     [strain / TENSION, narrowing / strain, gone(0.5)]
@@ -244,8 +245,8 @@ fn pulled<E: Elastic<3, 3> + Into<Effects>>(effect: &E, degrees: f64, cells: UVe
 fn a_membrane_that_is_pulled_gives_back_its_modulus_and_poissons_ratio() {
     for ratio in [0.0, 0.3, 0.45] {
         let [compliance, found, _] = pulled(&membrane(1e6, ratio), 0.0, UVec2::new(16, 4));
-        // The clamp reaches a width far, a quarter of the way to the middle; Green's strain is off by
-        // 1.5 times the strain of 0.001.
+        // The influence of the clamp extends over one width, a quarter of the way to the middle;
+        // Green's strain differs by 1.5 times the strain of 0.001.
         assert!(
             (compliance / 1e-3 - 1.0).abs() < 0.01,
             "1/(Et) is {compliance}"
@@ -273,8 +274,8 @@ fn a_weave_gives_along_warp_weft_and_bias_as_each_was_asked_to() {
             "threads do not pull each other in: {ratio}"
         );
     }
-    // A quarter of 1 + 1 + 8; threads that turn into the pull narrow the strip by 6/10 of that, which
-    // its clamps hinder over more of its length.
+    // A quarter of 1 + 1 + 8; threads that rotate towards the load narrow the strip by 6/10 of
+    // that, which the clamps restrict over more of its length.
     let [found, ratio, _] = pulled(&weave([1e-3, 1e-3, 8e-3]), 45.0, cells);
     assert!((found / 2.5e-3 - 1.0).abs() < 0.05, "at 45°: {found}");
     assert!((ratio - 0.6).abs() < 0.03, "at 45°: {ratio}");
@@ -286,7 +287,8 @@ fn a_finer_mesh_gives_no_other_stiffness() {
         let [.., longer] = pulled(&membrane(1e6, 0.0), 0.0, UVec2::new(x, y));
         longer
     });
-    // ρgL²/(2Et) is 1 mm, at ν = 0, where the clamp does not matter; Green's strain takes 0.2 % of it.
+    // ρgL²/(2Et) is 1 mm, at ν = 0, where the clamp has no influence; Green's strain reduces it by
+    // 0.2 %.
     for longer in longer {
         assert!((longer / 1e-3 - 1.0).abs() < 0.005, "{longer}");
     }
@@ -340,8 +342,8 @@ fn triangles_that_collapsed_to_a_point_open_again() {
         run(&mut world, 2.0);
         let body = &world.bodies[0];
         assert!(body.quarantine.is_none());
-        // Triangles are what they were but for a percent of what they stored; nothing says to which
-        // side they fold, as bending would.
+        // Triangles have recovered except for a percent of the stored energy; without bending, the
+        // direction of folds is undetermined.
         let share = energy(body) / before;
         assert!(share < 0.01, "{share} of {before} J is left: {effects:?}");
     }

@@ -1,4 +1,4 @@
-//! Methods, and averaged passes: what they are against hand-written ones, the reference, and each other.
+//! Methods, and averaged passes: compared with hand-written ones, the reference, and each other.
 
 use crate::{
     reference_support::{EPSILON, random_body},
@@ -55,7 +55,7 @@ fn settings_name_a_method_and_refuse_what_makes_no_sense() {
     }
 }
 
-/// A soft cube that falls onto its ground and jumps about.
+/// A soft cube that falls onto its ground and bounces.
 fn falling(effects: Effects) -> World {
     let mut cube = with(body("cube", cube(0.4, 2), 1000.0), effects);
     cube.translate(Vec3::Y * 0.5);
@@ -91,7 +91,7 @@ fn an_iteration_of_classic_pbd_leaves_what_its_stiffness_does_not_take() {
         world.tick();
         let left = -f64::from(position(&world, 1).y) - 1.0;
         let expected = 0.3 * (1.0 - f64::from(stiffness)).powi(iterations as i32);
-        // A few roundings of a length of 1.3 m an iteration.
+        // A few roundings of a length of 1.3 m per iteration.
         assert!(
             (left - expected).abs() < 1e-6,
             "{left} instead of {expected}"
@@ -140,8 +140,8 @@ fn a_substep_of_every_method_equals_the_references() {
         reference.tick();
         for (i, expected) in reference.bodies[0].x.iter().enumerate() {
             let error = fast.bodies[0].particles.position(i).distance(*expected);
-            // Some 30 operations a constraint on lengths of 1 m, some 30 constraints a particle, seven
-            // sweeps, none of which makes a difference grow.
+            // About 30 operations per constraint on lengths of 1 m, about 30 constraints per
+            // particle, seven iterations, none of which amplifies a difference.
             assert!(error < 7.0 * 30.0 * 8.0 * EPSILON, "{name}: {error}");
         }
     }
@@ -187,7 +187,7 @@ fn an_isolated_particle_and_a_coincident_pair_stay_finite() {
         run(&mut world, 1.0);
         let body = &world.bodies[0];
         assert!(body.quarantine.is_none(), "{name}");
-        // Nothing holds the one that is alone: it falls, in a second by about 4.9 m or, braked, by less.
+        // The unconnected particle falls: in a second by about 4.9 m or, with damping, by less.
         let fallen = body.particles.positions[3].truncate();
         assert!(
             fallen.x == 3.0 && (-5.0..-0.1).contains(&fallen.y),
@@ -198,7 +198,7 @@ fn an_isolated_particle_and_a_coincident_pair_stay_finite() {
     }
 }
 
-/// Strains of the edges of a net whose edges are to be half as long as its frame lets them.
+/// Strains of the edges of a net whose rest lengths are half of what its frame allows.
 fn strains(iterations: u32) -> (Vec<f64>, f64) {
     let shape = Primitive::Cloth {
         size: Vec2::splat(1.0),
@@ -213,7 +213,7 @@ fn strains(iterations: u32) -> (Vec<f64>, f64) {
             ..Effects::default()
         },
     );
-    // The frame stands twice as wide as at rest.
+    // The frame is twice as wide as at rest.
     for x in &mut net.particles.positions {
         *x = (x.truncate() * 2.0).extend(x.w);
     }
@@ -250,7 +250,7 @@ fn smoothing_evens_out_what_cannot_be_satisfied() {
 
 #[test]
 fn smoothing_leaves_a_body_that_is_solved_as_soft_as_it_was_asked_to_be() {
-    // One edge is solved by one sweep: αF = 1e-3 m/N · 9.81 N.
+    // One edge is solved by one iteration: αF = 1e-3 m/N · 9.81 N.
     let mut mass = pinned(body_of_masses(chain(1, 1.0), &[1.0, 1.0]), &[0]);
     mass.effects.stretch = stretch(1e-3);
     mass.effects.stretch.as_mut().expect("given").damping = support::damping(0.05);
@@ -261,7 +261,7 @@ fn smoothing_leaves_a_body_that_is_solved_as_soft_as_it_was_asked_to_be() {
     support::assert_relative(stretch, 1e-3 * G, 1e-3, "the stretch");
 }
 
-/// The cloth of the lab: 21 × 21 particles on 10 m × 10 m, flat, without what it meets.
+/// The cloth of the lab: 21 × 21 particles on 10 m × 10 m, flat, without obstacles.
 fn cloth(edges: impl FnOnce(&mut Vec<[u32; 2]>)) -> Body {
     let shape = Primitive::Cloth {
         size: Vec2::splat(10.0),
@@ -283,7 +283,7 @@ fn cloth(edges: impl FnOnce(&mut Vec<[u32; 2]>)) -> Body {
     cloth
 }
 
-/// The lab: steps of 0.0333 s of so many passes.
+/// The lab: steps of 0.0333 s with this number of passes.
 fn lab(iterations: u32, cloth: Body) -> World {
     let mut world = world(settings(9.8, 30.0, 1, iterations), cloth);
     world.settings.rate = Rate::new(1.0 / 0.0333).expect("sound");
@@ -305,11 +305,11 @@ fn a_particle_of_the_lab_falls_at_its_terminal_speed() {
     let mut world = lab(32, body_of_masses(point(), &[1.0]));
     run(&mut world, 0.0333 * 1000.0);
     let speed = -world.bodies[0].particles.velocity_f64(0).y;
-    // 0.99¹⁰⁰⁰ = 4e-5 of it is still to come.
+    // The remaining 0.99¹⁰⁰⁰ = 4e-5 is still missing.
     support::assert_relative(speed, 9.8 * 0.0333 * 0.99 / 0.01, 0.01, "the speed");
 }
 
-/// The lab by hand, in single precision, as one writes it first.
+/// A straightforward implementation of the lab in single precision.
 struct Port {
     x: Vec<Vec3>,
     v: Vec<Vec3>,
@@ -373,7 +373,7 @@ impl Port {
         }
     }
 
-    /// Goes on from the state of a body.
+    /// Continues from the state of a body.
     fn take(&mut self, body: &Body) {
         for vertex in 0..441 {
             let particle = body.topology.particle(VertexIndex(vertex));
@@ -382,7 +382,7 @@ impl Port {
         }
     }
 
-    /// Farthest that a particle of a body is from here [m], and a velocity [m/s].
+    /// Largest difference of a position [m] and of a velocity [m/s] from those of a body.
     fn distance(&self, body: &Body) -> (f32, f32) {
         let mut most = (0.0_f32, 0.0_f32);
         for vertex in 0..441 {
@@ -403,7 +403,7 @@ fn the_lab_equals_a_hand_written_one() {
     let mut world = lab(32, cloth);
     let (mut worst, mut worst_of_port) = (0.0_f64, 0.0_f64);
     for frame in 1..=90 {
-        // A cloth that folds makes roundings grow: each frame begins with the same state.
+        // A folding cloth amplifies rounding: each frame starts from the same state.
         let mut exact = reference::World::of(&world);
         port.take(&world.bodies[0]);
         port.frame(32, None);
@@ -411,8 +411,8 @@ fn the_lab_equals_a_hand_written_one() {
         exact.tick();
         let (places, speeds) = port.distance(&world.bodies[0]);
         if frame == 1 {
-            // Places below 8 m are rounded by 2.4e-7 m in each of 32 passes at most, which adds up to
-            // 8e-6 m, and to 1/t times that of velocities.
+            // Positions below 8 m are rounded by 2.4e-7 m in each of at most 32 passes, which adds
+            // up to 8e-6 m, and to 1/t times that for velocities.
             assert!(places < 8e-6 && speeds < 2.4e-4, "{places} m, {speeds} m/s");
         }
         let body = &world.bodies[0];
@@ -424,8 +424,8 @@ fn the_lab_equals_a_hand_written_one() {
         }
     }
     println!("in a frame {worst} m, the hand-written one {worst_of_port} m");
-    // A short edge turns by more than its ends are rounded; both are off from f64 by as much, to within
-    // the chance of roundings.
+    // The rotation of a short edge exceeds the rounding of its ends; both deviate from f64 by the
+    // same amount, within the statistics of rounding.
     assert!(worst < 2.0 * worst_of_port, "{worst} m, {worst_of_port} m");
     assert!(worst_of_port < 1e-4, "{worst_of_port} m");
     assert_eq!(world.bodies[0].particles.positions[0].y, 0.0);
@@ -453,8 +453,8 @@ fn the_order_of_edges_and_of_triangles_does_not_matter() {
 const BEGIN: &str = "<!-- the cloth lab: begin -->\n";
 const END: &str = "<!-- the cloth lab: end -->";
 
-/// After a change that is meant to alter it, `PLIANT_MINT=1 cargo test --release strain_against_iterations`
-/// writes the table anew.
+/// After an intended change, `PLIANT_MINT=1 cargo test --release strain_against_iterations` writes
+/// the table anew.
 #[test]
 fn strain_against_iterations_in_the_lab_is_as_documented() {
     let mut table =
@@ -527,7 +527,7 @@ fn a_method_that_is_not_chosen_keeps_no_memory() {
     world.settings.smoothing_iterations = smoothing(0);
     world.tick();
     assert_eq!(world.bodies[0].states.bytes(), plain);
-    // And a body of one particle an element at random is no hindrance.
+    // A body of random elements with one particle each is handled as well.
     let mut lonely = support::world(world.settings, random_body::<1>(10, 3));
     lonely.settings.method = Method::Verlet;
     lonely.tick();

@@ -1,4 +1,4 @@
-//! Frequencies of a body's modes and what the method takes of their energy, against closed forms.
+//! Frequencies of a body's modes and their numerical damping, compared with closed forms.
 
 use crate::support::{
     assert_relative, body, body_of_masses, chain, cube, pinned, settings, stretch, tetrahedron,
@@ -23,7 +23,7 @@ fn softest(body: &Body) -> f64 {
     modes(body).softest.expect("found")
 }
 
-/// A chain of equal masses, aslant so that no axis is alone.
+/// A chain of equal masses, in a direction that is not along an axis.
 fn slanted(links: usize, compliance: f32) -> Body {
     let shape = chain(links, 0.5);
     let shape = RestShape {
@@ -41,7 +41,7 @@ fn slanted(links: usize, compliance: f32) -> Body {
     with(body_of_masses(shape, &vec![MASS; links + 1]), effects)
 }
 
-/// √(k/m) of those [rad/s].
+/// √(k/m) of these [rad/s].
 fn omega() -> f64 {
     1.0 / f64::from(COMPLIANCE * MASS).sqrt()
 }
@@ -60,7 +60,7 @@ fn a_chain_that_hangs_from_a_pin_has_the_modes_of_the_textbook() {
         let modes = modes(&pinned(slanted(links, COMPLIANCE), &[0]));
         let n = links as f64;
         let textbook = |k: f64| 2.0 * omega() * ((2.0 * k - 1.0) * PI / (4.0 * n + 2.0)).sin();
-        // Steps until ω² changes by less than 3e-3 while an eighth more are done.
+        // Iterates until ω² changes by less than 3e-3 while an eighth more steps are done.
         let what = format!("of {links} links");
         assert_relative(modes.stiffest, textbook(n), 1e-3, &what);
         assert_relative(modes.softest.expect("found"), textbook(1.0), 1e-3, &what);
@@ -119,8 +119,8 @@ fn the_softest_mode_of_an_incompressible_cube_is_that_of_one_almost_so() {
     assert_eq!(rigid.stiffest, f64::INFINITY);
     let almost = softest(&with_volume(1e-14));
     let rigid = rigid.softest.expect("found");
-    // What is a stiffer volume strains in a slow mode by about the square of the mode's frequency
-    // over its own, which is well below a hundredth.
+    // A stiffer volume strains in a slow mode by about the square of the ratio of the mode's
+    // frequency to its own, which is well below a hundredth.
     assert_relative(rigid, almost, 0.01 / RIGID, "softest");
 }
 
@@ -146,8 +146,8 @@ fn energy(body: &reference::Body, compliance: f64) -> f64 {
     stored + moving
 }
 
-/// Half-life of the energy in a run of the body that is let go after `shape` was added to its
-/// masses, as far as they go along the chain [s].
+/// Half-life of the energy in a run of the body that is released after `shape` was added to the
+/// positions of its masses along the chain [s].
 fn measured(body: Body, h: f64, shape: impl Fn(f64) -> f64) -> f64 {
     let mut body = body;
     let links = body.particles.len() - 1;
@@ -174,8 +174,8 @@ fn a_mass_that_swings_loses_half_its_energy_in_the_predicted_time() {
         let body = pinned(slanted(1, COMPLIANCE), &[0]);
         let h = omega_h / omega();
         let predicted = half_life(softest(&body), h);
-        // The energy of the discrete mode is a constant times (1 + ω²h²)^(−n) but for the phase,
-        // which it does not depend on in this quadratic form.
+        // The energy of the discrete mode is a constant times (1 + ω²h²)^(−n) except for the phase,
+        // on which this quadratic form does not depend.
         assert_relative(measured(body, h, |_| 1.0), predicted, 1e-3, "half-life");
     }
 }
@@ -209,6 +209,6 @@ fn a_cube_of_five_thousand_particles_is_within_the_work_allowed() {
     let fine = with(body("cube", cube(0.8, 16), 1000.0), effects);
     assert!(fine.particles.len() > 4900);
     let fine = softest(&fine);
-    // Twice as many edges of half the length: the stiffness of a cell, E ~ 1/(αL), is twice that.
+    // Twice as many edges of half the length: the stiffness of a cell, E ~ 1/(αL), doubles.
     assert_relative(fine / coarse, 2.0_f64.sqrt(), 0.1, "softest");
 }

@@ -1,8 +1,8 @@
-//! Neo-Hookean tetrahedra: their equations, the material that they make, and what they recover from.
+//! Neo-Hookean tetrahedra: their equations, the resulting material, and their recovery.
 
 use crate::support::{
-    self, assert_relative, body, body_of_masses, cube, damping, pinned, random_vector, settings,
-    sweep, tetrahedron, world,
+    self, assert_relative, body, body_of_masses, cube, damping, iterate, pinned, random_vector,
+    settings, tetrahedron, world,
 };
 use glam::{DMat3, DVec3, UVec3, Vec3};
 use pliant::{
@@ -52,7 +52,7 @@ fn strains_are_those_of_the_paper_less_what_they_are_at_rest() {
         };
         let ours = 0.5 * mu * shear * shear + 0.5 * lambda * volume * volume;
         let theirs = paper(squares, f.determinant()) - paper(3.0, 1.0);
-        // Products of six numbers below 3, some dozens of them, in f64.
+        // Products of six numbers below 3, a few dozen of them, in f64.
         assert!((ours - theirs).abs() < 1e-10 * (1.0 + theirs.abs()));
     }
 }
@@ -65,7 +65,7 @@ fn strains_have_the_gradients_of_central_differences() {
         for _ in 0..1000 {
             let h = random_matrix(&mut random, half);
             let (_, slopes) = strains(h);
-            // Collapsed states too, where the equation is another.
+            // Also collapsed states, where the equation differs.
             for h in [h, h * 0.1 - DMat3::IDENTITY] {
                 let ([shear, _], slopes_here) = strains(h);
                 for index in 0..9 {
@@ -78,7 +78,7 @@ fn strains_have_the_gradients_of_central_differences() {
                     for row in 0..2 {
                         let expected = (more[row] - less[row]) / (2.0 * STEP);
                         let slope = slopes_here[row].to_cols_array()[index];
-                        // The square of the step times a third derivative: of D, some 1/D².
+                        // The square of the step times a third derivative: for D, about 1/D².
                         let allowed = 1e-8 * (1.0 + 1.0 / (shear * shear)) + 1e-7;
                         assert!(
                             (slope - expected).abs() < allowed,
@@ -104,7 +104,8 @@ fn lanes_do_what_the_reference_does() {
             for half in [0.02, 0.2, 1.0] {
                 for _ in 0..100 {
                     let mut body = body_of_masses(tetrahedron(), &[1.0, 2.0, 4.0, 8.0]);
-                    // Strained by what it has moved since the substep began, which damping asks for.
+                    // Strained by the displacement since the start of the substep, on which damping
+                    // depends.
                     for u in &mut body.particles.displacements {
                         *u = random_vector(&mut random, half).extend(0.0);
                     }
@@ -122,7 +123,7 @@ fn lanes_do_what_the_reference_does() {
                         } else {
                             Multipliers::Next(&mut lambdas)
                         };
-                        sweep(&mut body, &material, 0.01, kept);
+                        iterate(&mut body, &material, 0.01, kept);
                     }
                     for (i, reference) in reference.x.iter().enumerate() {
                         let fast = body.particles.predicted(i);
@@ -148,7 +149,7 @@ fn a_body_of_rubber_at_rest_does_not_move_by_a_bit() {
     assert_eq!(world.state_hash(), before);
 }
 
-/// A bar of 1000 kg/m³ hung by its top, after it has come to rest.
+/// A bar of 1000 kg/m³ that hangs by its top, after it has come to rest.
 fn hung(material: NeoHookean) -> World {
     let shape = Primitive::Box {
         size: Vec3::new(0.1, 0.4, 0.1),
@@ -201,14 +202,14 @@ fn a_hanging_bar_gives_youngs_modulus_and_poisson_ratio_back() {
     for (e, nu) in [(2e5, 0.0), (2e5, 0.3), (2e5, 0.45), (2e5, 0.49)] {
         let world = hung(rubber(e, nu));
         let [along, across] = strain_of(&world);
-        // In its middle it carries the lower half.
+        // Its middle carries the lower half.
         let tension = 1000.0 * support::G * 0.2;
         let (found_e, found_nu) = (tension / along, -across / along);
         println!("E {e}, ν {nu}: {found_e} and {found_nu} at a strain of {along}");
         assert!(measure::rms_speed(&world.bodies[0].particles) < 1e-3);
-        // C19. The middle half of a bar four times as long as wide is nearly as if it were endless
-        // (Saint-Venant), and linear tetrahedra do not lock where strain is uniform. A strain of
-        // 1 % leaves some 1 % of the next order.
+        // C19. The middle half of a bar four times as long as wide is almost unaffected by its ends
+        // (Saint-Venant), and linear tetrahedra do not lock in uniform strain. A strain of 1 %
+        // gives a next-order term of about 1 %.
         assert_relative(found_e, e.into(), 0.05, "E");
         assert!(
             (found_nu - f64::from(nu)).abs() < 0.05 * 0.5,
@@ -243,7 +244,7 @@ fn a_small_strain_stores_what_the_linear_rows_say() {
         *x += by.as_vec3().extend(0.0);
     }
     let stored = measure::elastic_energy(&material, topology, &body.particles);
-    // Strains of 1e-3 over edges of 0.5 m, so terms of the next order are a few thousandths.
+    // Strains of 1e-3 over edges of 0.5 m, so that next-order terms are a few thousandths.
     assert_relative(stored, linear, 0.02, "energy");
 }
 

@@ -1,4 +1,4 @@
-//! The order of constraints: what may be solved at the same time shares no particle.
+//! The order of constraints: those that may be solved at the same time share no particle.
 
 use crate::support;
 use glam::{UVec2, UVec3, Vec2, Vec3};
@@ -40,7 +40,7 @@ fn order<const N: usize>(
     (partitions, elements, stored)
 }
 
-/// Checks what every order promises.
+/// Checks the invariants of every order.
 fn check<const N: usize>(
     constraints: &[[u32; N]],
     partitions: &Partitions,
@@ -200,7 +200,7 @@ fn shapes() -> Vec<RestShape> {
         .iter()
         .map(|primitive| primitive.build().expect("sound").shape)
         .collect();
-    // Two pieces that know nothing of each other.
+    // Two disconnected pieces.
     let mut both = shapes[2].clone();
     let other = shapes[2].clone();
     let first = both.vertices.len() as u32;
@@ -228,7 +228,7 @@ fn meshes_of_every_size_and_in_several_pieces_are_ordered() {
     }
 }
 
-/// Lanes that hold a constraint, of all lanes of all blocks.
+/// Fraction of the lanes of all blocks that hold a constraint.
 fn filled<const N: usize>(elements: &Elements<N>) -> f64 {
     let groups = || {
         elements
@@ -261,7 +261,7 @@ fn few_lanes_stay_empty() {
 fn a_mesh_in_any_order_of_vertices_is_cut_into_partitions_and_keeps_the_numbers_of_its_vertices() {
     let mut shape = shapes().swap_remove(2);
     let count = shape.vertices.len() as u32;
-    // 7919 is prime, so that this gives each number once.
+    // 7919 is prime, so that each number occurs once.
     let shuffled = |i: u32| (i * 7919 + 13) % count;
     let given = shape.vertices.clone();
     for (i, &x) in (0..).zip(&given) {
@@ -304,7 +304,7 @@ fn sorted(ends: &[u32; 2]) -> [u32; 2] {
     [ends[0].min(ends[1]), ends[0].max(ends[1])]
 }
 
-/// A free flat sheet, rigid and barely stretched, with as many cells along each side.
+/// A free flat sheet, rigid and barely stretched, with this number of cells per side.
 fn sheet(cells: u32, shear: bool) -> World {
     let cloth = Primitive::Cloth {
         size: Vec2::ONE,
@@ -322,8 +322,8 @@ fn sheet(cells: u32, shear: bool) -> World {
     support::world(support::settings(0.0, 60.0, 10, 1), body)
 }
 
-/// A sweep in an order of slanted color domains is unstable: these two had e-folded five and three times from the
-/// second to the fourth second. What is stable has less of its motion left, never more.
+/// An iteration in an order of slanted color domains is unstable: from the second to the fourth
+/// second, these two grew by factors of e⁵ and e³. In a stable order, the motion decays.
 #[test]
 fn a_free_flat_sheet_does_not_gather_speed() {
     for (cells, shear) in [(33, true), (63, false)] {

@@ -1,4 +1,4 @@
-//! Plasticity: rest values that flow by a law that knows no step, and stay where they have come to.
+//! Plasticity: rest values that flow by a law independent of the step size, and remain permanent.
 
 use crate::{
     support::{
@@ -57,8 +57,8 @@ fn rest_length(world: &World) -> f64 {
     world.bodies[0].topology.edges.rest_length[0].into()
 }
 
-/// The rest length of a held edge has the closed form L₀ + (|ε| − y)(1 − e^(−ct)) L₀, whatever the
-/// rate and the substeps.
+/// The rest length of a fixed edge has the closed form L₀ + (|ε| − y)(1 − e^(−ct)) L₀, for any rate
+/// and number of substeps.
 #[test]
 fn a_held_strain_relaxes_by_the_same_law_whatever_the_step() {
     for (length, creep) in [(1.3_f32, 5.0_f32), (0.7, 5.0), (1.3, 0.5), (1.3, 1e3)] {
@@ -68,8 +68,8 @@ fn a_held_strain_relaxes_by_the_same_law_whatever_the_step() {
             let edge = held_edge(length, plastic(0.1, creep));
             let mut world = world(settings(0.0, rate, substeps, 1), edge);
             run(&mut world, 1.0);
-            // Each of at most 1920 steps is rounded to 6e-8 m; and a step that is put off until the
-            // second has ended is worth a 256th of what is left at most.
+            // Each of at most 1920 steps is rounded to 6e-8 m; and a step that is delayed beyond
+            // the end of the second is at most a 256th of the remaining flow.
             let missing = excess - expected;
             assert!(
                 ((rest_length(&world) - 1.0).abs() - expected).abs() < 1.2e-4 + missing / 256.0,
@@ -94,15 +94,15 @@ fn flow_ends_at_the_yield_strain_and_at_the_limit() {
     };
     world.bodies[0] = held_edge(1.5, limited);
     run(&mut world, 2.0);
-    // Half an ulp of 1.05 and of the difference that leads there.
+    // Half an ulp of 1.05 and of the difference from which it is computed.
     assert_relative(rest_length(&world), 1.05, 2e-7, "limited rest length");
-    // Squeezed to nothing, a tenth is left however little it resists.
+    // Compressed to zero length, a tenth remains even at the lowest resistance.
     world.bodies[0] = held_edge(0.0, plastic(0.0, f32::INFINITY));
     run(&mut world, 0.1);
     assert_relative(rest_length(&world), 0.1, 1e-6, "least rest length");
 }
 
-/// A strip that hangs clamped, with all kinds of elements that flow.
+/// A clamped hanging strip with all kinds of elements that flow.
 fn strip(plasticity: Option<Plasticity>) -> Body {
     let shape = Primitive::Cloth {
         size: Vec2::new(0.5, 0.2),
@@ -173,7 +173,7 @@ fn what_was_bent_stays_bent_and_what_shares_its_mesh_does_not() {
     }
 }
 
-/// A body that flows has rest values of its own, and shares all else of its mesh.
+/// A plastic body has its own rest values, and shares the rest of its mesh.
 #[test]
 fn what_flows_holds_no_mesh_of_its_own() {
     let mut world = clay();
@@ -207,12 +207,12 @@ fn a_tetrahedron_keeps_a_volume_that_it_was_pressed_to() {
         world.bodies[0].particles.positions[3].z = factor;
         run(&mut world, 1.0);
         let rest = f64::from(world.bodies[0].topology.tetrahedra.rest_volume[0]);
-        // e⁻³⁰ of it is left, and the rounding of 600 steps.
+        // e⁻³⁰ of it remains, and the rounding of 600 steps.
         assert_relative(rest * 6.0, expected, 1e-5, "rest volume");
     }
 }
 
-/// A block of clay that falls, with everything that may flow.
+/// A falling block of clay, with every element that can flow.
 fn clay() -> World {
     let effects = Effects {
         stretch: stretch(1e-4),
@@ -231,7 +231,7 @@ fn clay() -> World {
 fn the_reference_flows_as_the_body_does() {
     let mut world = clay();
     let mut reference = reference::World::of(&world);
-    // In the air, so that nothing but the flow can part them.
+    // In the air, so that only the flow can cause differences.
     for world_of in [&mut world.settings, &mut reference.settings] {
         world_of.set_gravity(Vec3::ZERO).expect("finite");
     }
@@ -258,8 +258,8 @@ fn the_reference_flows_as_the_body_does() {
     let start = &flowed.edges.rest_length;
     let most = furthest(&fast.edges.rest_length, start);
     assert!(most > 1e-4, "edges flow: {most} m");
-    // Sweeps in f32 part from those in f64 by some hundred roundings of 0.7 m; that is what rest
-    // lengths follow.
+    // Iterations in f32 deviate from those in f64 by about a hundred roundings of 0.7 m, and rest
+    // lengths follow them.
     let apart = furthest(&fast.edges.rest_length, &slow.edges.rest_length);
     assert!(apart < 2e-5, "rest lengths are {apart} m apart");
     let apart = furthest(&fast.tetrahedra.rest_volume, &slow.tetrahedra.rest_volume);
@@ -298,7 +298,7 @@ fn threads_and_schedules_change_no_bit_of_what_has_flowed() {
     assert!(state(&alone) == state(&by_schedules), "by its schedules");
 }
 
-/// A user's system, for whose sake substeps go by their schedules.
+/// A user system, because of which substeps run by their schedules.
 fn idle() {}
 
 #[test]
@@ -318,7 +318,7 @@ fn a_snapshot_keeps_what_has_flowed() {
     assert_eq!(one.state_hash(), two.state_hash());
 }
 
-/// Ticks of a body's books, without contacts.
+/// The energy ledger of a body over ticks, without contacts.
 fn books(body: &mut Body, settings: &pliant::solver::Settings, ticks: u32) -> Ledger {
     let mut books = Ledger::default();
     for tick in 0..ticks {

@@ -1,4 +1,4 @@
-//! Pressure: gradients of the volume, the gas law, Laplace's law, and what is refused.
+//! Pressure: gradients of the volume, the gas law, Laplace's law, and rejected input.
 
 use crate::{
     support::{act, assert_relative, body, random_vector, run, settings, stretch, with, world},
@@ -20,7 +20,7 @@ use pliant::{
     },
 };
 
-/// A gas in the atmosphere.
+/// Atmospheric pressure [Pa].
 const AIR: f32 = 101_325.0;
 
 fn sphere(radius: f32, cells: u32) -> RestShape {
@@ -35,7 +35,7 @@ fn filled(factor: f32, modulus: f32) -> Pressure {
     }
 }
 
-/// A sphere of 0.25 m of springs that give by `compliance` [m/N], filled.
+/// A filled sphere of 0.25 m of springs with this compliance [m/N].
 fn balloon(cells: u32, compliance: f32, pressure: Pressure) -> Body {
     let mut effects = Effects {
         stretch: stretch(compliance),
@@ -67,8 +67,9 @@ fn a_balloon_is_a_closed_sphere_of_nearly_equilateral_triangles() {
             a.distance(b)
         });
         let (low, high) = lengths.fold((f32::MAX, 0.0_f32), |(l, h), x| (l.min(x), h.max(x)));
-        // Put on the sphere from a plane at cos 37.4° = 0.79 of its radius, an edge in the middle of a
-        // face grows by 1/0.79; one at a corner, which leans by 31.7°, shrinks by cos 31.7° = 0.85.
+        // Projected onto the sphere from a plane at cos 37.4° = 0.79 of its radius, an edge in the
+        // middle of a face grows by 1/0.79; one at a corner, inclined by 31.7°, shrinks by cos
+        // 31.7° = 0.85.
         assert!(high / low < 1.0 / (0.79 * 0.85), "{low} to {high}");
         let topology = Topology::new(shape).expect("sound");
         let enclosure = topology.enclosure().expect("closed");
@@ -97,22 +98,22 @@ fn the_gradient_of_a_volume_is_its_central_difference_and_sums_to_nothing() {
                 enclosure.volume(&body.topology, |i| moved[i as usize])
             };
             let difference = (at(1.0) - at(-1.0)) / (2.0 * STEP);
-            // A volume is linear in each coordinate: what is left is the rounding of volumes of
-            // 0.1 m³, of sums of 80 terms, over the step.
+            // A volume is linear in each coordinate: the error is the rounding of volumes of 0.1
+            // m³, in sums of 80 terms, over the step.
             let off = (gradients[i][axis] - difference).abs();
             assert!(off < 80.0 * f64::EPSILON * 0.1 / STEP, "off by {off}");
         }
     }
     let force: DVec3 = gradients.iter().sum();
     let torque: DVec3 = x.iter().zip(&gradients).map(|(x, g)| x.cross(*g)).sum();
-    // Sums of 42 terms of some 0.01 m² and 0.1 m³.
+    // Sums of 42 terms of about 0.01 m² and 0.1 m³.
     assert!(
         force.length() < 1e-15 && torque.length() < 1e-14,
         "{force} {torque}"
     );
 }
 
-/// Liquids and gases, from too little to too much, several sweeps.
+/// Liquids and gases, underfilled to overfilled, with several iterations.
 #[test]
 fn pressure_equals_the_reference() {
     for (factor, modulus) in [
@@ -138,7 +139,8 @@ fn pressure_equals_the_reference() {
         let places = (0..fast.particles.len()).map(|i| fast.particles.predicted(i));
         let size = places.clone().map(DVec3::length).fold(0.0, f64::max);
         for (x, reference) in places.zip(&reference.x) {
-            // Four roundings of positions of up to `size`, each felt by the next volumes alike.
+            // Four roundings of positions of up to `size`, each of which affects the next volumes
+            // equally.
             let off = x.distance(*reference) / size;
             assert!(
                 off < 16.0 * f64::from(f32::EPSILON),
@@ -148,8 +150,8 @@ fn pressure_equals_the_reference() {
     }
 }
 
-/// C16: absolute pressure times volume is what was put in, however stiff the skin that holds it.
-/// By whatever method and order, as both must take a substep to be equally long.
+/// C16: absolute pressure times volume stays constant, for any stiffness of the skin that holds it.
+/// With every method and order, as both require substeps of equal length.
 #[test]
 fn a_filling_in_the_schedules_equals_that_of_the_plan() {
     let pbd = Method::Pbd {
@@ -161,7 +163,7 @@ fn a_filling_in_the_schedules_equals_that_of_the_plan() {
         plan.settings.method = method;
         plan.settings.order = Order::new(order).expect("one or two");
         let (mut app, ..) = app_of(&plan);
-        // What stands for the schedules knows no user's system, even one that does nothing.
+        // The plan that replaces the schedules is not used with a user system, even an empty one.
         app.add_systems(SolveSchedule, (|| ()).in_set(SolvePhase::User));
         ticks(&mut app, 20);
         (0..20).for_each(|_| plan.tick());
@@ -198,8 +200,9 @@ fn a_gas_at_rest_keeps_pressure_times_volume() {
     }
 }
 
-/// p = 2σ/R with σ = √3 k ε of a lattice of springs, ε small. Without damping, and with sweeps enough
-/// to solve the springs to the end: neighbours in a lattice undo most of what one sweep does.
+/// p = 2σ/R with σ = √3 k ε of a lattice of springs, ε small. Without damping, and with enough
+/// iterations for the springs to converge: neighbors in a lattice undo most of the effect of one
+/// iteration.
 #[test]
 fn overpressure_is_twice_the_tension_over_the_radius() {
     let (compliance, radius) = (1e-3, 0.25);
@@ -219,8 +222,9 @@ fn overpressure_is_twice_the_tension_over_the_radius() {
             .expect("stepped");
         let s = (volume(body) / rest).cbrt();
         let tension = 3.0_f64.sqrt() / f64::from(compliance) * (s - 1.0) / s;
-        // Σl² of its edges is 1.5 % above 2√3 times its area, as triangles are not equilateral, and a
-        // mesh of 642 points has 0.7 % less than R; each triangle bends the sphere by as much.
+        // Σl² of its edges is 1.5 % above 2√3 times its area, as triangles are not equilateral, and
+        // a mesh of 642 points has 0.7 % less than R; each triangle bends the sphere by the same
+        // amount.
         assert_relative(pressure, 2.0 * tension / (radius * s), 0.03, "overpressure");
     }
 }
@@ -239,8 +243,8 @@ fn a_filling_keeps_momentum() {
     let mut world = world(settings(0.0, 60.0, 10, 1), body);
     run(&mut world, 1.0);
     let off = measure::momentum(&world.bodies[0].particles).distance(start) / mass;
-    // Places up to 0.7 m are rounded by 3e-8 m, seven times in each of 600 substeps of 1/600 s, by
-    // 162 particles whose roundings are independent; four times that.
+    // Positions up to 0.7 m are rounded by 3e-8 m, seven times in each of 600 substeps of 1/600 s,
+    // for 162 particles with independent roundings; four times that.
     let expected = 4.0 * 3e-8 * 600.0 * f64::sqrt(7.0 * 600.0 / 162.0);
     assert!(off < expected, "{off} m/s, not {expected}");
 }
@@ -283,7 +287,7 @@ fn a_balloon_overfilled_or_collapsed_stays_finite() {
     }
 }
 
-/// What is pressed flat is blown up again, and what was turned inside out by half its size comes back.
+/// A flattened balloon inflates again, and one that was inverted by half its size recovers.
 #[test]
 fn a_flattened_balloon_is_round_again() {
     let mut body = balloon(4, 1e-3, filled(1.1, AIR));
@@ -292,11 +296,11 @@ fn a_flattened_balloon_is_round_again() {
     run(&mut world, 3.0);
     let body = &world.bodies[0];
     let share = measure::volume_error(&body.topology, &body.particles.positions);
-    // 1.1 but for the skin's pull: 2√3 ε/(αR) = 450 Pa of 101 325.
+    // 1.1 except for the pull of the skin: 2√3 ε/(αR) = 450 Pa of 101 325.
     assert!((0.08..0.1).contains(&share), "{share}");
 }
 
-/// Energy from before to after is what the books say, the gas included.
+/// The change of energy matches the ledger, including the gas.
 #[test]
 fn the_ledger_knows_what_a_gas_stores() {
     let mut body = balloon(3, 1e-3, filled(2.0, AIR));
@@ -322,7 +326,7 @@ fn the_ledger_knows_what_a_gas_stores() {
         books += ledger::advance(&mut body.stepper(), 0..20, &context).expect("finite");
     }
     let change = held(&body) - before;
-    // A part in 1e4 of what the gas gave: K V₀ (2 ln 2 − 1) = 2.5 kJ.
+    // 1e-4 of the energy from the gas: K V₀ (2 ln 2 − 1) = 2.5 kJ.
     let off = (books.sum() - change).abs();
     assert!(
         change < -10.0 && off < 1e-4 * 2500.0,
@@ -373,7 +377,7 @@ fn a_surface_that_encloses_nothing_is_refused_with_the_edge_that_is_wrong() {
     assert_eq!(reason(crate::support::chain(2, 1.0)), NotClosed::NoSurface);
 }
 
-/// Facing inwards is no fault, and changes nothing.
+/// An inward orientation is valid, and changes nothing.
 #[test]
 fn a_balloon_that_is_inside_out_in_its_mesh_is_a_balloon() {
     let mut shape = sphere(0.25, 3);

@@ -1,4 +1,4 @@
-//! Numbers are refused where they enter, with the value and the valid range.
+//! Numbers are rejected on input, with the value and the valid range.
 
 use glam::Vec3;
 use pliant::solver::{
@@ -6,7 +6,7 @@ use pliant::solver::{
     Restitution, Settings, Stiffness, Substeps,
 };
 
-/// Fails unless every value is refused by a message with name, value and valid range.
+/// Fails unless every value is rejected with a message of name, value and valid range.
 #[track_caller]
 fn refused<T>(name: &str, values: &[f64]) -> Vec<String>
 where

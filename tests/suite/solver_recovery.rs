@@ -1,4 +1,4 @@
-//! A8: edges and volume are both needed; and the hard cases that they get a body out of.
+//! A8: edges and volume are both needed; and the hard cases from which they recover a body.
 
 use crate::support::{self, body, cube, elastic, settings, stretch, with, world};
 use pliant::solver::{Deformation, Effects, RepairTime, Volume, World, deform, measure};
@@ -26,7 +26,7 @@ fn a_body_squashed_flat_comes_back_with_edges_and_volume_and_with_neither_alone(
         stretch: stretch(0.0),
         ..Effects::default()
     };
-    // Repair would draw it back whatever it is made of.
+    // Repair would restore it with any material.
     let only_volume = Effects {
         volume: Some(Volume {
             repair: RepairTime::new(f32::INFINITY).expect("a time"),

@@ -1,4 +1,4 @@
-//! Elements that have collapsed, are inside out or in a tangle are drawn back to their shape without speed.
+//! Collapsed, inverted or tangled elements are restored to their shape without added velocity.
 
 use crate::support::{
     body, cube, elastic, pinned, rms_strain, settings, stretch, volume, with, world,
@@ -24,7 +24,8 @@ fn repaired(seconds: f32) -> Effects {
     }
 }
 
-/// A rigid cube of 6³ particles, half a metre long, after a deformation, that flies and turns [rad/s].
+/// A rigid cube of 6³ particles, half a meter in size, flying and rotating [rad/s] after a
+/// deformation.
 fn thrown(effects: Effects, deformation: Deformation, turn: f32) -> World {
     let mut body = with(body("cube", cube(0.5, 5), 1000.0), effects);
     deform(&mut body.particles, deformation);
@@ -52,10 +53,10 @@ const HARD: [Deformation; 4] = [
     Deformation::Squash(-1.5),
 ];
 
-/// Under repair a body moves as if it were rigid, with the momenta that it had, so that one that does not
-/// turn keeps its kinetic energy. Left alone, the same body explodes: what a rigid
-/// constraint moves in h = 1/600 s over a tenth of the cube is a speed of 30 m/s, 180 times the energy
-/// that it flies with.
+/// Under repair a body moves like a rigid body with its initial momenta, so that a body without
+/// rotation keeps its kinetic energy. Without repair, the same body explodes: the displacement by a
+/// rigid constraint in h = 1/600 s over a tenth of the cube is a speed of 30 m/s, 180 times its
+/// kinetic energy.
 #[test]
 fn a_body_that_is_inside_out_comes_back_without_gaining_speed() {
     for deformation in HARD {
@@ -78,22 +79,23 @@ fn a_body_that_is_inside_out_comes_back_without_gaining_speed() {
             }
         }
         assert_eq!(inverted(&world), 0, "{deformation:?}");
-        // f32 rounds velocities of 600 substeps a second by 6e-8 of each displacement.
+        // f32 rounds velocities in 600 substeps per second by 6e-8 of each displacement.
         assert!(most < start * (1.0 + 1e-5), "{deformation:?}: {most} J");
         assert!(
             thrown_about > 10.0 * start,
             "{deformation:?}: {thrown_about} J"
         );
         let off = measure::momentum(&world.bodies[0].particles) - momentum;
-        // A displacement is rounded by 6e-8 of itself in each of 10 substeps of each tick, as many ways as
-        // there are particles.
+        // A displacement is rounded by a relative 6e-8 in each of 10 substeps of each tick, in
+        // independent directions for the particles.
         let limit = momentum.length() * 6e-8 * 10.0 * f64::from(ticks);
         assert!(off.length() < limit, "{deformation:?}: {off} kg m/s");
     }
 }
 
-/// A body keeps the angular momentum that it had while it opens, but for what f32 rounds, 6e-8, of ways
-/// of 5 cm a substep, 30 m/s, at an arm of 0.35 m, on 125 kg, in ten substeps.
+/// A body keeps its angular momentum while it opens, except for the rounding of f32: a relative
+/// 6e-8 of displacements of 5 cm per substep, 30 m/s, at an arm of 0.35 m, for 125 kg, in ten
+/// substeps.
 #[test]
 fn repair_keeps_angular_momentum() {
     let mut world = thrown(repaired(0.05), Deformation::Squash(0.0), 3.0);
@@ -116,7 +118,7 @@ fn a_body_in_order_is_the_same_to_the_bit_whether_it_would_be_repaired() {
     assert_eq!(run(0.05), run(f32::INFINITY));
 }
 
-/// Pins weigh so much in the fit that the goals hang on them.
+/// Pins have such a large weight in the fit that they determine the goals.
 #[test]
 fn a_body_on_pins_comes_back_to_its_place() {
     let mut body = with(body("cube", cube(0.5, 3), 1000.0), repaired(0.05));
@@ -141,12 +143,12 @@ fn a_body_on_pins_comes_back_to_its_place() {
         let x = world.bodies[0].particles.position(i);
         x.distance(rest[i].as_dvec3())
     });
-    // After five repair times 0.7 % of the 0.5 m is left, which the constraints then close.
+    // After five repair times, 0.7 % of the 0.5 m remains, which the constraints then close.
     let off = off.fold(0.0, f64::max);
     assert!(off < 0.007 * 0.5, "{off} m");
 }
 
-/// What nothing can set right is left alone: two opposite faces pinned the wrong way round.
+/// Unrepairable bodies are left alone: two opposite faces pinned in swapped positions.
 #[test]
 fn what_pins_hold_inside_out_is_given_up() {
     let mut body = with(body("cube", cube(0.5, 2), 1000.0), repaired(0.05));
@@ -167,7 +169,8 @@ fn what_pins_hold_inside_out_is_given_up() {
     assert!(world.bodies[0].particles.repair.is_empty());
 }
 
-/// The f64 reference agrees. With soft springs: rigid ones that are far from satisfied amplify rounding.
+/// The f64 reference agrees. With soft springs: rigid ones far from their rest lengths amplify
+/// rounding.
 #[test]
 fn the_reference_repairs_alike() {
     let soft = Effects {
@@ -185,14 +188,15 @@ fn the_reference_repairs_alike() {
     let particles = &fast.bodies[0].particles;
     let off = (0..particles.len()).map(|i| particles.position(i).distance(exact.bodies[0].x[i]));
     let off = off.fold(0.0, f64::max);
-    // Each of 30 substeps rounds a displacement of up to 5 cm by 6e-8, which goes on as a speed: n²/2 times.
+    // Each of 30 substeps rounds a displacement of up to 5 cm by 6e-8, and the error persists as a
+    // velocity: n²/2 times.
     assert!(off < 0.05 * 6e-8 * 30.0 * 30.0 / 2.0, "{off} m");
     let after = particles.position(0).length();
     assert!(after > 2.0 * before, "{before} m, {after} m");
 }
 
-/// A few slivers that are inverted for longer than a repair may take neither start one nor suspend recovery: a
-/// later collapse of the whole body is repaired.
+/// A few slivers that remain inverted for longer than the repair time neither start a repair nor
+/// suspend it: a later collapse of the whole body is repaired.
 #[test]
 fn slivers_do_not_suspend_recovery() {
     let seconds = 0.05;
@@ -202,8 +206,8 @@ fn slivers_do_not_suspend_recovery() {
     let x = world.bodies[0].particles.positions[0];
     let inside = (-x.truncate() * 0.2).extend(x.w);
     for _ in 0..(1.5 * PATIENCE * f64::from(seconds) * 60.0) as u32 {
-        // One corner of 216 is put to the opposite side of the center, which inverts the elements around it. (To
-        // settle the particles would forget the repair.)
+        // One corner of 216 is moved to the opposite side of the center, which inverts the elements
+        // around it. (Resetting the particles would reset the repair.)
         world.bodies[0].particles.positions[0] = inside;
         let inverted = inverted(&world);
         assert!(inverted > 0 && (inverted as f64) < LITTLE * tetrahedra as f64);
@@ -219,7 +223,7 @@ fn slivers_do_not_suspend_recovery() {
     assert_eq!(inverted(&world), 0);
 }
 
-/// A square cloth of 1 m and 0.2 kg/m² of edges alone, repaired over `seconds`.
+/// A square cloth of 1 m and 0.2 kg/m² with edges only, repaired over `seconds`.
 fn sheet(cells: u32, compliance: f32, seconds: f32) -> Body {
     let shape = Primitive::Cloth {
         size: Vec2::ONE,
@@ -239,7 +243,8 @@ fn sheet(cells: u32, compliance: f32, seconds: f32) -> Body {
     with(body("sheet", shape, 0.2), effects)
 }
 
-/// A rigid sheet that has collapsed or is shuffled comes back; left alone, what is shuffled stays in a tangle.
+/// A rigid sheet that has collapsed or is shuffled recovers; without repair, a shuffled one remains
+/// tangled.
 #[test]
 fn a_crumpled_sheet_is_itself_again() {
     for deformation in [
@@ -255,8 +260,8 @@ fn a_crumpled_sheet_is_itself_again() {
             rms_strain(&world.bodies[0])
         };
         let (repaired, alone) = (run(0.05), run(f32::INFINITY));
-        // A region is released within 1 % of its size, and edges take over: in more than a second they have a tenth of
-        // that at most, a hundredth of what is left alone.
+        // A region is released within 1 % of its size, and edges take over: after more than a
+        // second, at most a tenth of that remains, a hundredth of the error without repair.
         assert!(repaired < 1e-3, "{deformation:?}: {repaired}");
         if deformation == Deformation::Shuffle(1) {
             assert!(alone > 0.05, "{alone}");
@@ -264,7 +269,8 @@ fn a_crumpled_sheet_is_itself_again() {
     }
 }
 
-/// Too few sweeps leave a hanging sheet long. That is an error of the solution to be seen, no damage.
+/// Too few iterations leave a hanging sheet too long. That is a solver error that should remain
+/// visible, not damage.
 #[test]
 fn a_sheet_that_sags_is_not_repaired() {
     let run = |seconds| {
@@ -306,6 +312,7 @@ fn the_reference_repairs_sheets_alike() {
     let particles = &fast.bodies[0].particles;
     let off = (0..particles.len()).map(|i| particles.position(i).distance(exact.bodies[0].x[i]));
     let off = off.fold(0.0, f64::max);
-    // Each of 30 substeps rounds a displacement of up to 5 cm by 6e-8, which goes on as a speed: n²/2 times.
+    // Each of 30 substeps rounds a displacement of up to 5 cm by 6e-8, and the error persists as a
+    // velocity: n²/2 times.
     assert!(off < 0.05 * 6e-8 * 30.0 * 30.0 / 2.0, "{off} m");
 }

@@ -1,19 +1,21 @@
-//! How many substeps single precision resolves, and that what only begins to move does not fall asleep.
+//! The number of substeps that single precision resolves; and a body that starts to move slowly
+//! does not fall asleep.
 
 use crate::support::{body, body_of_masses, chain, point, run, settings, stretch, world};
 use glam::Vec3;
 use pliant::solver::{World, measure};
 
-/// A free pair of 1 kg each, a metre apart.
+/// A free pair of 1 kg each, 1 m apart.
 fn pair(compliance: f32) -> World {
     let mut pair = body_of_masses(chain(1, 1.0), &[1.0, 1.0]);
     pair.effects.stretch = stretch(compliance);
     world(settings(9.81, 60.0, 1, 1), pair)
 }
 
-/// A rigid edge of 1 m between two kilograms is rounded by 6e-8 m, of which each takes half: as far as it
-/// falls in √(3e-8 m/g) = 55 µs. That is 302 substeps of 1/60 s. An edge that is so soft that its rounding
-/// is worth less than its weight, α > 6e-8 m/(9.81 N), has no such bound.
+/// A rigid edge of 1 m between two masses of 1 kg is rounded by 6e-8 m, half of it for each mass:
+/// the distance of free fall in √(3e-8 m/g) = 55 µs. That is 302 substeps of 1/60 s. For an edge so
+/// soft that its rounding corresponds to less than its weight, α > 6e-8 m/(9.81 N), there is no
+/// such limit.
 #[test]
 fn the_bound_is_where_a_particle_falls_as_far_as_its_edge_is_rounded() {
     let half_ulp = f64::from(f32::EPSILON) / 2.0;
@@ -29,8 +31,9 @@ fn the_bound_is_where_a_particle_falls_as_far_as_its_edge_is_rounded() {
     assert_eq!(weightless.resolved_substeps(), None);
 }
 
-/// In a gravity of 1e-3 m/s² a body is slower than the speed of rest for a second. It falls all the same,
-/// by ½gt² with symplectic Euler's own (1 + 1/n), to the last digit of 1.25 m: 1.2e-7 m.
+/// In a gravity of 1e-3 m/s², a body is slower than the sleeping threshold for a second. It still
+/// falls by ½gt², with symplectic Euler's factor of (1 + 1/n), to the last digit of 1.25 m:
+/// 1.2e-7 m.
 #[test]
 fn what_begins_to_fall_does_not_fall_asleep() {
     let mut falling = body_of_masses(point(), &[1.0]);
@@ -48,7 +51,7 @@ fn what_begins_to_fall_does_not_fall_asleep() {
     );
 }
 
-/// A second of free fall from 10 m, at 1 to 1000 substeps a tick: −gh²n(n + 1)/2 within 2e-4 m.
+/// A second of free fall from 10 m, at 1 to 1000 substeps per tick: −gh²n(n + 1)/2 within 2e-4 m.
 #[test]
 fn free_fall_is_that_of_symplectic_euler_at_any_number_of_substeps() {
     for substeps in [1, 4, 16, 40, 64, 100, 256, 400, 1000] {

@@ -1,4 +1,4 @@
-//! Steps of second order (BDF2): their order, their restarts, and that they are the same everywhere.
+//! Second-order time integration (BDF2): its order, its restarts, and its consistency.
 
 use crate::{
     support::{
@@ -23,7 +23,7 @@ fn second() -> Order {
     Order::new(2).expect("1 or 2")
 }
 
-/// A kilogram on a spring that swings once a second, by 0.1 m, without gravity.
+/// A mass of 1 kg on a spring with a period of 1 s and an amplitude of 0.1 m, without gravity.
 fn spring() -> Body {
     let mut mass = pinned(body_of_masses(chain(1, 1.0), &[1.0, 1.0]), &[0]);
     mass.effects.stretch = stretch(0.025_330_3);
@@ -31,8 +31,8 @@ fn spring() -> Body {
     mass
 }
 
-/// How far the reference has the mass after 1.2 s from −1 − 0.1 cos ωt [m]; ω = 2π/s. Amplitude and phase both
-/// count there.
+/// Error of the reference position after 1.2 s relative to −1 − 0.1 cos ωt [m]; ω = 2π/s. Both
+/// amplitude and phase contribute there.
 fn error(order: Order, substeps: u32) -> f64 {
     let mut world = world(settings(0.0, 60.0, substeps, 1), spring());
     world.settings.order = order;
@@ -88,14 +88,14 @@ fn what_swings_keeps_its_energy_longer() {
     let start = 0.5 * 0.01 / 0.025_330_3;
     let (first, second) = (kept(Order::default()) / start, kept(second()) / start);
     println!("after four swings {first} and {second} of the energy are left");
-    // Euler's own (1 + ω²h²)⁻ⁿ is 0.518, and the recurrence of BDF2 in f64 leaves 0.998749. A swing of
-    // 0.1 m is known to 6e-9 m, which is 1e-7 of its energy at each of four turns; the spring's compliance
-    // has six digits.
+    // Implicit Euler's (1 + ω²h²)⁻ⁿ is 0.518, and the recurrence of BDF2 in f64 leaves 0.998749. A
+    // vibration of 0.1 m is accurate to 6e-9 m, which is 1e-7 of its energy at each of four turning
+    // points; the spring's compliance has six digits.
     assert!((first - 0.518).abs() < 0.001, "{first}");
     assert!((second - 0.998_749).abs() < 5e-6, "{second}");
 }
 
-/// A soft cube that falls onto its ground and into a ball.
+/// A soft cube that falls onto its ground and onto a ball.
 fn falling() -> World {
     let effects = Effects {
         stretch: stretch(1e-5),
@@ -150,7 +150,8 @@ fn a_bounce_is_as_high_as_of_first_order() {
     };
     let (first, second) = (highest(Order::default()), highest(second()));
     println!("bounces to {first} m and {second} m");
-    // 0.64 m, within what a substep of 1/1200 s at 3.5 m/s and h·v of the fall are: 3 mm each.
+    // 0.64 m, within the error of a substep of 1/1200 s at 3.5 m/s and the h·v of the fall: 3 mm
+    // each.
     assert!((first - 0.64).abs() < 0.012 && (second - 0.64).abs() < 0.012);
 }
 
@@ -159,7 +160,7 @@ fn what_is_written_meanwhile_makes_it_begin_anew() {
     let mut world = falling();
     world.settings.set_gravity(Vec3::ZERO).expect("sound");
     (0..10).for_each(|_| world.tick());
-    // A body that is put elsewhere and stopped stays there.
+    // A body that is moved and stopped stays there.
     let body = &mut world.bodies[0];
     body.particles = pliant::solver::Particles::at_rest(body.topology.rest.iter().copied());
     body.update_masses();
@@ -169,7 +170,7 @@ fn what_is_written_meanwhile_makes_it_begin_anew() {
     for (x, start) in world.bodies[0].particles.positions.iter().zip(&start) {
         assert!(x.distance(*start) < 1e-4, "{x} from {start}");
     }
-    // And so with history kept.
+    // The same with history kept.
     let body = &mut world.bodies[0];
     for x in &mut body.particles.positions {
         x.x += 1.0;
@@ -198,7 +199,7 @@ fn the_schedules_equal_the_plan_and_one_order_follows_the_other() {
 
 #[test]
 fn substeps_equal_the_references() {
-    // Before anything is touched: ten substeps, of which nine are of second order.
+    // Before any contact: ten substeps, of which nine are of second order.
     let mut fast = falling();
     fast.settings.substeps = Substeps::new(5).expect("in range");
     let mut reference = reference::World::of(&fast);
@@ -208,7 +209,7 @@ fn substeps_equal_the_references() {
     }
     for (i, expected) in reference.bodies[0].x.iter().enumerate() {
         let error = fast.bodies[0].particles.position(i).distance(*expected);
-        // 1000 roundings of a metre in each of ten substeps at worst.
+        // At most 1000 roundings of a meter in each of ten substeps.
         assert!(error < 1e-5, "{error}");
     }
 }
@@ -225,7 +226,8 @@ fn the_ledger_adds_up_and_changes_no_bit() {
     let ledger = app.world().resource::<EnergyLedger>();
     let (change, gap) = (ledger.change(), ledger.gap());
     println!("{change} J but for {gap} J: {:?}", ledger.now);
-    // As of first order: 1e-4 of what the cube of 64 kg has when it is let go, 0.5 m above ground.
+    // As for first order: 1e-4 of the energy of the cube of 64 kg when it is released, 0.5 m above
+    // ground.
     assert!(gap.abs() < 1e-4 * 64.0 * G * 0.5, "{gap} J of {change} J");
 }
 

@@ -1,4 +1,4 @@
-//! Shape matching: its gradients, what it conserves, how it swings, and what it recovers from.
+//! Shape matching: its gradients, conservation laws, vibration, and recovery.
 
 use crate::{
     support::{
@@ -39,7 +39,7 @@ fn of(effect: ShapeMatching) -> Effects {
     }
 }
 
-/// A sweep of a substep of 0.01 s.
+/// An iteration of a substep of 0.01 s.
 fn hundredth(first: bool) -> Pass {
     Pass {
         h: 0.01,
@@ -109,9 +109,10 @@ fn a_rest_shape_that_is_moved_and_turned_has_no_strain() {
     }
 }
 
-/// Σ ∇½D² of all regions is −m Δx of a rigid sweep, and a sweep neither pushes nor turns.
+/// Σ ∇½D² of all regions is −m Δx of a rigid iteration, and an iteration conserves momentum and
+/// angular momentum.
 #[test]
-fn a_sweep_goes_down_the_gradient_and_neither_pushes_nor_turns() {
+fn an_iteration_goes_down_the_gradient_and_neither_pushes_nor_turns() {
     const STEP: f64 = 1e-5;
     let mut random = Random::new(1);
     for size in [WHOLE, 0.5, 0.3, 0.01] {
@@ -136,7 +137,7 @@ fn a_sweep_goes_down_the_gradient_and_neither_pushes_nor_turns() {
             squares.sum()
         };
         let moves = found
-            .sweep(&body.topology, &rigid, hundredth(true), &at)
+            .iterate(&body.topology, &rigid, hundredth(true), &at)
             .to_vec();
         let largest = moves.iter().fold(0.0_f64, |most, by| most.max(by.length()));
         assert!(largest > 0.01);
@@ -153,24 +154,24 @@ fn a_sweep_goes_down_the_gradient_and_neither_pushes_nor_turns() {
                     })
                 };
                 let slope = (moved(STEP) - moved(-STEP)) / (2.0 * STEP);
-                // Energies of a few J, in sums that are known to 1e-15, over the step; and the
-                // square of the step times third derivatives of the rotation, which are some of
+                // Energies of a few J, in sums that are accurate to 1e-15, over the step; and the
+                // square of the step times third derivatives of the rotation, which are a few times
                 // the second over the size.
                 let off = (slope + mass * moves[i][axis]).abs();
                 assert!(off < 1e-7 * mass.max(1.0), "{size}: off by {off}");
             }
         }
-        // Several sweeps, damped, from places that differ from those before.
+        // Several iterations, damped, from positions other than the previous ones.
         let mut x: Vec<DVec3> = (0..positions.len()).map(|i| at(i as u32).x).collect();
         let mut soften = ShapeMatchingState::of(&body.topology, &soft);
-        for sweep in 0..5 {
+        for iteration in 0..5 {
             let here = x.clone();
             let place = |i: u32| Place {
                 x: here[i as usize],
                 p: here[i as usize] * 0.99,
                 w: at(i).w,
             };
-            let moves = soften.sweep(&body.topology, &soft, hundredth(sweep == 0), place);
+            let moves = soften.iterate(&body.topology, &soft, hundredth(iteration == 0), place);
             let (mut push, mut turn, mut size) = (DVec3::ZERO, DVec3::ZERO, 0.0);
             for ((x, by), position) in x.iter_mut().zip(moves).zip(positions) {
                 let mass = 1.0 / f64::from(position.w);
@@ -185,8 +186,8 @@ fn a_sweep_goes_down_the_gradient_and_neither_pushes_nor_turns() {
     }
 }
 
-/// A scaling of the whole body is an oscillator that a substep solves exactly, however often it
-/// sweeps: a' = (a + hv)/(1 + ω²h²).
+/// A scaling of the whole body is an oscillator that a substep solves exactly, for any number of
+/// iterations: a' = (a + hv)/(1 + ω²h²).
 #[test]
 fn a_stretched_body_swings_as_often_as_asked() {
     for (frequency, substeps, iterations) in [
@@ -203,10 +204,10 @@ fn a_stretched_body_swings_as_often_as_asked() {
         let rest = f64::from(body.topology.rest[0].distance(body.topology.rest[1]));
         let h = 1.0 / (60.0 * f64::from(substeps));
         let omega = TAU * f64::from(frequency);
-        // Coordinates below 0.55 m are rounded within 3e-8 m, twice a substep and at both ends: 3.4e-8 m
-        // root mean square together. That over h is a speed, which takes the end of an oscillator
-        // 1/(ωh) times as far; over n substeps such kicks add up like √(n/2), and three times that is
-        // not exceeded by chance. The two ends are 0.1 m apart.
+        // Coordinates below 0.55 m are rounded within 3e-8 m, twice per substep and at both ends:
+        // 3.4e-8 m root mean square together. Over h that is a velocity, which moves the end of an
+        // oscillator 1/(ωh) times as far; over n substeps these errors add up like √(n/2), and
+        // three times that is not exceeded by chance. The two ends are 0.1 m apart.
         let substeps_in_all = 120.0 * f64::from(substeps);
         let rounding = 3.0 * 3.4e-7 * (1.0 + (substeps_in_all / 2.0).sqrt() / (omega * h));
         let (mut a, mut v) = (0.1, 0.0);
@@ -227,14 +228,14 @@ fn a_stretched_body_swings_as_often_as_asked() {
                 "{frequency} Hz, {substeps} substeps: {found}, not {a}"
             );
         }
-        // Two in each period of 2πh/atan(ωh), and two seconds of them.
+        // Two per period of 2πh/atan(ωh), over two seconds.
         let expected = 4.0 * (omega * h).atan() / (TAU * h);
         assert!((f64::from(crossings) - expected).abs() <= 1.0);
     }
 }
 
-/// Goals hang on the pins, and every other particle is pulled to its own by mω²: it hangs g/ω²
-/// lower.
+/// Goals are attached to the pins, and every other particle is pulled to its own by mω²: it hangs
+/// g/ω² lower.
 #[test]
 fn a_pinned_body_hangs_by_g_over_the_square_of_its_frequency() {
     let effect = ShapeMatching {
@@ -260,8 +261,8 @@ fn a_pinned_body_hangs_by_g_over_the_square_of_its_frequency() {
     {
         if x.w > 0.0 {
             let low = f64::from(rest.y - x.y);
-            // A substep of 1/600 s takes ω²h² = 4.4e-4 of what is missing. It stops where that is
-            // rounded off, at half of 2⁻²⁵ m: 3.4e-5 m, of 0.062 m.
+            // A substep of 1/600 s closes ω²h² = 4.4e-4 of the remaining distance. It stops where
+            // that is rounded off, at half of 2⁻²⁵ m: 3.4e-5 m, of 0.062 m.
             assert_relative(low, sag, 1e-3, "sag");
         }
     }
@@ -284,10 +285,10 @@ fn without_limit_the_body_is_rigid() {
     let error = measure::shape_error(&body.topology, &body.particles.positions);
     // Coordinates are rounded to 3e-8 m.
     assert!(error < 1e-7, "{error}");
-    // A substep goes straight on, and back to the circle along its radius, from where it had come
-    // straight too: of a turn by θ = ωh that leaves atan(sin θ/(2 − cos θ)), θ² less. With ω = 3.2/s
-    // and h = 1/1200 s, 2400 of them take 1.7 % of the spin and 3.4 % of the energy, and what a bar
-    // that tumbles is faster at times.
+    // A substep moves straight on and then radially back to the circle, and it arrived in a
+    // straight line as well: of a rotation by θ = ωh, that leaves atan(sin θ/(2 − cos θ)), smaller
+    // by θ². With ω = 3.2/s and h = 1/1200 s, 2400 of them take 1.7 % of the spin and 3.4 % of the
+    // energy, and more at times when the tumbling bar is faster.
     let lost = 1.0 - moving(&world) / energy;
     assert!((0.0..0.04).contains(&lost), "{lost}");
     let off = turning(&world).distance(before) / before.length();
@@ -309,7 +310,8 @@ fn free_bodies_keep_their_momenta() {
         let mut world = world(settings(0.0, 60.0, 10, iterations), body);
         world.bodies[0].set_velocity(Vec3::X);
         if effect.compliance() == 0.0 {
-            // Out of shape, it would close in one substep, with a speed of that over h.
+            // If deformed, it would close in one substep, with a velocity of the displacement over
+            // h.
             let particles = &mut world.bodies[0].particles;
             for i in 0..particles.len() {
                 let v = particles.velocity(i) + random_vector(&mut random, 1.0);
@@ -341,8 +343,8 @@ fn free_bodies_keep_their_momenta() {
             "{:?}",
             after.0 - before.0
         );
-        // A sweep is exact about where a substep's way ends, but speeds are taken over the whole way:
-        // the share hv/x of what goes to and fro.
+        // An iteration is exact at the end of a substep's path, but velocities are averaged over
+        // the path: a relative error of hv/x of the vibrating part.
         let off = before.1.distance(after.1);
         assert!(off < 1e-3 * most, "{effect:?}: {off} of {most}");
     }
@@ -360,7 +362,7 @@ fn bodies_get_out_of_the_hard_cases() {
         Deformation::Squash(-1.5),
         Deformation::Scale(10.0),
     ] {
-        // Regions that are thrown together, or turned inside out, may stay entangled.
+        // Regions that are shuffled or inverted may remain entangled.
         let entangled = !matches!(
             deformation,
             Deformation::Squash(0.0) | Deformation::Scale(_)
@@ -413,12 +415,12 @@ fn every_element_lies_in_a_region_and_small_regions_are_many() {
             assert!((share * within as f64 - 1.0).abs() < 1e-12);
         }
     }
-    // A centre each, and its ring.
+    // A center each, and its ring.
     assert_eq!(count, topology.particles());
     assert_eq!(Regions::of(&topology, WHOLE).count(), 1);
 }
 
-/// A vertex that no element uses has no mass and never moves; it must not hold the body as a pin.
+/// A vertex that no element uses has no mass and never moves; it must not act as a pin.
 #[test]
 fn unused_vertices_hold_nothing() {
     let mut shape = tetrahedron();
@@ -427,7 +429,7 @@ fn unused_vertices_hold_nothing() {
     let mut world = world(settings(G, 60.0, 4, 1), fall);
     run(&mut world, 0.5);
     let middle = measure::centre_of_mass(&world.bodies[0].particles);
-    // −gh²n(n+1)/2 from a quarter of a metre.
+    // −gh²n(n+1)/2 from a quarter of a meter.
     let h: f64 = 1.0 / 240.0;
     let expected = 0.25 - G * h * h * 120.0 * 121.0 / 2.0;
     assert!((middle.y - expected).abs() < 1e-4, "{}", middle.y);
@@ -448,7 +450,7 @@ fn the_reference_does_the_same_and_threads_and_masses_change_nothing() {
         one.tick();
         reference.tick();
         for (i, reference) in reference.bodies[0].x.iter().enumerate() {
-            // Four substeps of places below 1 m, and of speeds that are rounded with them.
+            // Four substeps of positions below 1 m, and of velocities that are rounded with them.
             assert!(one.bodies[0].particles.position(i).distance(*reference) < 3e-6);
         }
         for threads in [2, 8] {
@@ -461,7 +463,7 @@ fn the_reference_does_the_same_and_threads_and_masses_change_nothing() {
     }
 }
 
-/// A body of several bands, whose edges threads share; its regions are on all of it.
+/// A body of several partitions, whose edges threads divide; its regions extend over all of it.
 #[test]
 fn threads_change_no_bit_of_a_body_of_several_partitions() {
     let fall = |threads: usize| {
@@ -480,7 +482,7 @@ fn threads_change_no_bit_of_a_body_of_several_partitions() {
     assert_eq!(one, fall(8));
 }
 
-/// What a body of one region has left over after implicit Euler is nothing: a sweep solves it.
+/// A body of one region has no residual after implicit Euler: an iteration solves it.
 #[test]
 fn energy_is_what_the_ledger_says() {
     use pliant::solver::{
@@ -525,7 +527,7 @@ fn energy_is_what_the_ledger_says() {
     assert!(change < -0.9 * before, "{change} of {before}");
 }
 
-/// A bar of regions that is held at one end and swings under gravity.
+/// A bar of regions that is clamped at one end and swings under gravity.
 fn hanging(effect: ShapeMatching) -> Body {
     let shape = bar();
     let held = (0..).zip(&shape.vertices);
@@ -535,7 +537,7 @@ fn hanging(effect: ShapeMatching) -> Body {
     body
 }
 
-/// By whatever method and order, as all must take a substep to be equally long.
+/// With every method and order, as all require substeps of equal length.
 #[test]
 fn the_schedules_do_what_the_plan_does_whatever_the_method_and_order() {
     let pbd = |stiffness| Method::Pbd {
@@ -566,7 +568,7 @@ fn the_schedules_do_what_the_plan_does_whatever_the_method_and_order() {
         plan.settings.order = Order::new(order).expect("one or two");
         plan.settings.smoothing_iterations = SmoothingIterations::new(smoothing).expect("few");
         let (mut app, ..) = app_of(&plan);
-        // What stands for the schedules knows no user's system, even one that does nothing.
+        // The plan that replaces the schedules is not used with a user system, even an empty one.
         app.add_systems(SolveSchedule, (|| ()).in_set(SolvePhase::User));
         ticks(&mut app, 30);
         (0..30).for_each(|_| plan.tick());
@@ -577,8 +579,8 @@ fn the_schedules_do_what_the_plan_does_whatever_the_method_and_order() {
     }
 }
 
-/// Classic PBD looks at no frequency: with all of its stiffness it is rigid, to the bit, and with
-/// less a sweep leaves the rest of D.
+/// Classic PBD does not depend on the frequency: with full stiffness it is rigid, to the bit, and
+/// with less an iteration leaves the rest of D.
 #[test]
 fn classic_pbd_leaves_what_its_stiffness_does_not_take() {
     let pbd = |stiffness, frequency| {
@@ -598,7 +600,7 @@ fn classic_pbd_leaves_what_its_stiffness_does_not_take() {
     let rigid = pbd(None, RIGID).state_hash();
     assert_eq!(pbd(Some(1.0), 2.0).state_hash(), rigid);
     let left = |stiffness| strains(&pbd(Some(stiffness), 2.0).bodies[0], &matching(2.0, WHOLE))[0];
-    // D of what is a quarter too large, and 40 kg whose places are known to 2⁻²⁴ m.
+    // D of a body scaled by five quarters, and 40 kg with positions accurate to 2⁻²⁴ m.
     let start = left(0.0);
     for stiffness in [0.1, 0.5, 0.9] {
         let expected = start * (1.0 - f64::from(stiffness));
@@ -609,7 +611,8 @@ fn classic_pbd_leaves_what_its_stiffness_does_not_take() {
     }
 }
 
-/// BDF2 hardly brakes what implicit Euler brakes: ω²h² is 0.044 for 2 Hz at 60 steps a second.
+/// BDF2 hardly damps a vibration that implicit Euler damps: ω²h² is 0.044 for 2 Hz at 60 steps per
+/// second.
 #[test]
 fn steps_of_second_order_keep_the_swing() {
     let left = |order| {
@@ -634,15 +637,16 @@ fn steps_of_second_order_keep_the_swing() {
         run(&mut world, 2.0);
         energy(&world) / start
     };
-    // Euler's own (1 + ω²h²)⁻ⁿ with ωh = 0.0524 and n = 480.
+    // Implicit Euler's (1 + ω²h²)⁻ⁿ with ωh = 0.0524 and n = 480.
     let (first, second) = (left(1), left(2));
     let expected = (1.0 + (TAU / 120.0_f64).powi(2)).powi(-480);
     assert!((first - expected).abs() < 0.005, "{first}, not {expected}");
-    // BDF2's own: its amplification of a swing is 1 − (ωh)⁴/4 a step, and energy is its square.
+    // For BDF2, the amplification of a vibration is 1 − (ωh)⁴/4 per step, and that of energy its
+    // square.
     assert!((0.99..1.005).contains(&second), "{second}");
 }
 
-/// What hangs still falls asleep and stays where it is; a change wakes it.
+/// A hanging body at rest falls asleep and stays in place; a change wakes it.
 #[test]
 fn a_still_body_sleeps_and_wakes_when_it_is_moved() {
     let effect = ShapeMatching {

@@ -1,8 +1,8 @@
-//! Slips that texts about this method are known for. Each test names one, and the figure that it
-//! would give; each was seen to fail with the slip made.
+//! Known mistakes in implementations of this method. Each test describes one, and the result that
+//! it would give; each was seen to fail with the mistake made.
 
 use crate::support::{
-    assert_relative, body, body_of_masses, chain, predicted, stretch, sweep, tetrahedron, volume,
+    assert_relative, body, body_of_masses, chain, iterate, predicted, stretch, tetrahedron, volume,
 };
 use glam::Vec3;
 use pliant::solver::{
@@ -11,14 +11,14 @@ use pliant::solver::{
     measure,
 };
 
-/// h of all tests here [s]: α̃ = α/h² then is 16 α.
+/// h of all tests here [s]; α̃ = α/h² is then 16 α.
 const H: f32 = 0.25;
 
 fn volume_of(body: &Body) -> f64 {
     measure::tetrahedron_volumes(&body.topology, &predicted(&body.particles)).sum()
 }
 
-/// A tetrahedron whose volume is a share of 2⁻¹⁰ too large, and Σw‖∇V‖² for it.
+/// A tetrahedron whose volume is too large by a fraction of 2⁻¹⁰, and its Σw‖∇V‖².
 fn swollen(density: f32) -> (Body, f64) {
     let mut body = body("tetrahedron", tetrahedron(), density);
     body.particles.positions[1].x = 1.0 + 2.0_f32.powi(-10);
@@ -37,20 +37,20 @@ fn swelling(body: &Body) -> f64 {
 
 #[test]
 fn an_edge_that_is_too_long_pulls_both_ends_inwards() {
-    // The wrong sign at x₁ moves both ends the same way, and the length stays 1.25; at both, it
-    // grows to 1.5.
+    // A wrong sign at x₁ moves both ends in the same direction, and the length stays 1.25; at both,
+    // it grows to 1.5.
     let mut body = body_of_masses(chain(1, 1.0), &[1.0, 1.0]);
     body.particles.positions[1].y = -1.25;
-    sweep(&mut body, &Stretch::default(), H, Multipliers::Unused);
+    iterate(&mut body, &Stretch::default(), H, Multipliers::Unused);
     let ends = [0, 1].map(|i| body.particles.predicted(i).as_vec3());
     assert_eq!(ends, [Vec3::NEG_Y * 0.125, Vec3::NEG_Y * 1.125]);
 }
 
 #[test]
 fn multipliers_and_positions_are_added_to_and_not_replaced() {
-    // One edge is solved exactly by its first sweep, and later ones change nothing. With λ = Δλ
-    // the second leaves λ near 0, and the third moves on; with x = Δx the edge, which is far from
-    // the origin, is thrown there.
+    // One edge is solved exactly by its first iteration, and later ones change nothing. With
+    // λ = Δλ, the second leaves λ near 0, and the third moves on; with x = Δx, the edge, which is
+    // far from the origin, is moved there.
     let mut body = body_of_masses(chain(1, 1.0), &[1.0, 1.0]);
     for x in &mut body.particles.positions {
         *x += Vec3::new(16.0, 4.0, 8.0).extend(0.0);
@@ -59,10 +59,10 @@ fn multipliers_and_positions_are_added_to_and_not_replaced() {
     let effect = stretch(0.125).expect("given");
     let mut lambda = vec![0.0];
     for iteration in 0..3 {
-        let multipliers = Multipliers::of_sweep(&mut lambda, (iteration, 3, false));
-        sweep(&mut body, &effect, H, multipliers);
+        let multipliers = Multipliers::of_iteration(&mut lambda, (iteration, 3, false));
+        iterate(&mut body, &effect, H, multipliers);
     }
-    // α̃ = 2 /kg and Σw = 2 /kg: Δλ = −0.5/4, half of the error is left.
+    // α̃ = 2 /kg and Σw = 2 /kg: Δλ = −0.5/4, half of the error remains.
     assert_relative(f64::from(lambda[0]), -0.125, 1e-5, "λ");
     let ends = [0, 1].map(|i| body.particles.predicted(i).as_vec3());
     assert!(
@@ -79,7 +79,7 @@ fn multipliers_and_positions_are_added_to_and_not_replaced() {
 
 #[test]
 fn every_corner_has_a_gradient_of_its_own() {
-    // One cross product for all four moves all corners along one line.
+    // One common cross product moves all four corners along one line.
     let (mut body, _) = swollen(1000.0);
     let before: Vec<Vec3> = body
         .particles
@@ -87,12 +87,12 @@ fn every_corner_has_a_gradient_of_its_own() {
         .iter()
         .map(|x| x.truncate())
         .collect();
-    sweep(&mut body, &Volume::default(), H, Multipliers::Unused);
+    iterate(&mut body, &Volume::default(), H, Multipliers::Unused);
     let moved = |i: usize| (body.particles.predicted(i).as_vec3() - before[i]).normalize();
     let expected = [Vec3::ONE.normalize(), Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z];
     for (i, expected) in expected.into_iter().enumerate() {
-        // The swelling of 2⁻¹⁰ turns the face opposite corner 0 by as much, and ways of 1e-4 m are
-        // known to 2⁻²⁴ m.
+        // The swelling of 2⁻¹⁰ rotates the face opposite corner 0 by that angle, and displacements
+        // of 1e-4 m are accurate to 2⁻²⁴ m.
         assert!(
             moved(i).distance(expected) < 3e-3,
             "corner {i}: {}",
@@ -103,31 +103,31 @@ fn every_corner_has_a_gradient_of_its_own() {
 
 #[test]
 fn the_compliance_of_a_volume_is_that_of_cubic_metres_not_of_six_times_as_many() {
-    // With α̃ = Σw‖∇V‖² half of the error is left. C = 6(V − V₀) with gradients of 6V gives
-    // 36 Σw‖∇V‖² beside the same α̃, and leaves 1/37.
+    // With α̃ = Σw‖∇V‖², half of the error remains. C = 6(V − V₀) with gradients of 6V gives 36
+    // Σw‖∇V‖² with the same α̃, and leaves 1/37.
     let (mut body, weight) = swollen(24.0);
     let effect = volume((weight / 16.0) as f32).expect("given");
     let before = swelling(&body);
-    sweep(&mut body, &effect, H, Multipliers::Unused);
+    iterate(&mut body, &effect, H, Multipliers::Unused);
     assert_relative(swelling(&body) / before, 0.5, 2e-3, "share that is left");
 }
 
 #[test]
 fn a_rigid_volume_takes_its_whole_step() {
-    // Gradients six times too large for C = V − V₀ make the step six times too short, and leave
-    // 5/6; C = 6(V − V₀) with gradients that lack the six makes it six times too long: −5.
+    // Gradients that are six times too large for C = V − V₀ make the step six times too short, and
+    // leave 5/6; C = 6(V − V₀) with gradients without the six makes it six times too long: −5.
     let (mut body, _) = swollen(1000.0);
     let before = swelling(&body);
-    sweep(&mut body, &Volume::default(), H, Multipliers::Unused);
-    // The square of 2⁻¹⁰, and volumes known to 2⁻²³ of themselves.
+    iterate(&mut body, &Volume::default(), H, Multipliers::Unused);
+    // The square of 2⁻¹⁰, and volumes with a relative accuracy of 2⁻²³.
     assert!((swelling(&body) / before).abs() < 2e-3);
 }
 
 #[test]
 fn a_particle_has_the_sum_of_its_shares_of_masses_and_not_of_inverse_masses() {
-    // Two tetrahedra on either side of a face: V = 1/6 and 1/2 m³. Inverse masses added up would
-    // give the shared corners 4 (6 + 2) = 32 /kg at 1 kg/m³, instead of 4/(1/6 + 1/2) = 6 /kg;
-    // the last element's share alone 8 /kg.
+    // Two tetrahedra on either side of a face: V = 1/6 and 1/2 m³. Summed inverse masses would give
+    // the shared corners 4 (6 + 2) = 32 /kg at 1 kg/m³, instead of 4/(1/6 + 1/2) = 6 /kg; the
+    // contribution of the last element alone 8 /kg.
     let shape = RestShape {
         vertices: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_Z * 3.0],
         tetrahedra: vec![[0, 1, 2, 3], [0, 2, 1, 4]],
@@ -147,11 +147,11 @@ fn a_particle_has_the_sum_of_its_shares_of_masses_and_not_of_inverse_masses() {
 
 #[test]
 fn the_sign_of_the_volume_counts() {
-    // With |V| the mirrored element is content, and nothing moves.
+    // With |V|, the mirrored element has no error, and nothing moves.
     let mut body = body("tetrahedron", tetrahedron(), 1000.0);
     body.particles.positions[1].x = -1.0;
     let before = volume_of(&body);
-    sweep(&mut body, &Volume::default(), H, Multipliers::Unused);
+    iterate(&mut body, &Volume::default(), H, Multipliers::Unused);
     assert!(
         volume_of(&body) > before + 0.01,
         "{before} became {}",

@@ -1,4 +1,4 @@
-//! Angular momentum that is kept in free flight, where a scene asks for it.
+//! Conservation of angular momentum in free flight, where a scene enables it.
 
 use crate::{
     support::{
@@ -19,7 +19,7 @@ fn kept() -> KeepSpin {
     KeepSpin::new(1).expect("0 or 1")
 }
 
-/// Two particles a metre apart, joined by a rigid edge, that turn once a second.
+/// Two particles 1 m apart, connected by a rigid edge, that rotate once per second.
 fn pair(keep: bool) -> World {
     let mut pair = body("pair", chain(1, 1.0), 1.0);
     pair.effects.stretch = stretch(0.0);
@@ -38,9 +38,9 @@ fn spin(body: &Body) -> f64 {
     measure::angular_momentum(&body.particles).length()
 }
 
-/// 2πhω of it goes in a turn at first, which is 6.6 % at one turn and 600 substeps a second; as the pair
-/// slows down, dω/dt = −hω³, it is ω₀/√(1 + 2hω₀²t): 6.2 % in the first second. Kept, nothing is
-/// lost but what f32 rounds: a length of 1 m by 6e-8 in each of 600 substeps.
+/// Initially a turn loses 2πhω of it, which is 6.6 % at one turn and 600 substeps per second; as
+/// the pair slows down, dω/dt = −hω³, it is ω₀/√(1 + 2hω₀²t): 6.2 % in the first second. With
+/// conservation, only the rounding of f32 is lost: a length of 1 m by 6e-8 in each of 600 substeps.
 #[test]
 fn a_rigid_pair_loses_six_per_cent_a_turn_or_nothing() {
     let lost = |keep| {
@@ -52,12 +52,13 @@ fn a_rigid_pair_loses_six_per_cent_a_turn_or_nothing() {
     let expected = 1.0 - 1.0 / (1.0 + 2.0 * TAU * TAU / 600.0_f64).sqrt();
     let (without, with) = (lost(false), lost(true));
     println!("{without} without, {with} with; {expected} by the formula");
-    // The formula is of first order in hω = 0.0105, which the next multiplies by about as much.
+    // The formula is of first order in hω = 0.0105, and the next order has about that relative
+    // size.
     assert!((without / expected - 1.0).abs() < 0.02, "{without}");
     assert!(with.abs() < 600.0 * 6e-8, "{with}");
 }
 
-/// A cube that swings and turns in the air.
+/// A cube that vibrates and rotates in the air.
 fn flying() -> World {
     let effects = Effects {
         stretch: stretch(1e-5),
@@ -76,8 +77,8 @@ fn flying() -> World {
     world
 }
 
-/// In flight the angular momentum about the centre of mass stays, and energy never rises: rotation gets
-/// back what it had, swings are braked as before.
+/// In flight the angular momentum about the center of mass is conserved, and energy never rises:
+/// rotation is restored, vibrations are damped as before.
 #[test]
 fn what_flies_keeps_it_and_gains_no_energy() {
     let mut world = flying();
@@ -113,7 +114,7 @@ fn what_flies_keeps_it_and_gains_no_energy() {
     }
 }
 
-/// What is pinned, or touches the ground, is stepped as without, to the bit.
+/// Pinned bodies and bodies on the ground are stepped as without it, to the bit.
 #[test]
 fn what_is_not_free_is_left_alone() {
     let pinned_world = |settings: Settings| {
@@ -135,8 +136,8 @@ fn what_is_not_free_is_left_alone() {
     assert_eq!(hash(plain), hash(keeps));
 }
 
-/// The plan, the schedules and the loop without Bevy give the same bits; so does the f64 reference, to what
-/// f32 rounds.
+/// The plan, the schedules and the loop without Bevy give the same bits; the f64 reference agrees
+/// within the rounding of f32.
 #[test]
 fn the_schedules_do_the_same() {
     let mut plain = flying();
@@ -159,7 +160,7 @@ fn the_schedules_do_the_same() {
         if tick <= 10 {
             let body = &plain.bodies[0].particles;
             for (i, x) in reference.bodies[0].x.iter().enumerate() {
-                // In 100 substeps of 12 edges a particle, each off by 2e-8 m at most.
+                // In 100 substeps of 12 edges per particle, each with an error of at most 2e-8 m.
                 assert!(x.distance(body.position(i)) < 100.0 * 12.0 * 2e-8);
             }
         }

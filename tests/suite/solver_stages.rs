@@ -1,4 +1,4 @@
-//! The three stages: predict, project, put positions forward; A1 to A4 and A11 of the methods.
+//! The three stages: prediction, projection, update of positions; A1 to A4 and A11 of the methods.
 
 use crate::support::{
     self, G, bits, body, body_of_masses, chain, cube, elastic_on_ground, pinned, point, position,
@@ -11,7 +11,7 @@ fn particle() -> Body {
     body_of_masses(point(), &[1.0])
 }
 
-/// y₀ + v₀nh − gh²n(n+1)/2, symplectic Euler's own closed form.
+/// y₀ + v₀nh − gh²n(n+1)/2, the closed form of symplectic Euler.
 fn fallen(v: f64, g: f64, h: f64, n: u32) -> f64 {
     let n = f64::from(n);
     v * n * h - g * h * h * n * (n + 1.0) / 2.0
@@ -38,7 +38,7 @@ fn free_fall_follows_the_closed_form_to_the_bit_where_every_number_is_a_sum_of_f
 #[test]
 fn free_fall_follows_the_closed_form_to_a_micrometre() {
     // Each of n = 10 substeps rounds a position below 0.25 m by at most 2⁻²⁷ m, and the velocity
-    // taken from it carries that on: at most n(n+1)/2 · 2⁻²⁷ m = 4e-7 m in all.
+    // derived from it carries the error on: at most n(n+1)/2 · 2⁻²⁷ m = 4e-7 m in total.
     let mut world = world(settings(G, 60.0, 10, 1), particle());
     world.bodies[0].set_velocity(Vec3::new(0.0, 1.0, 0.0));
     world.tick();
@@ -53,7 +53,7 @@ fn the_reference_falls_by_the_closed_form_for_ten_seconds() {
     for _ in 0..600 {
         reference.tick();
     }
-    // 6000² / 2 roundings of 2⁻⁴⁴ m (half a unit of 490 m) at worst; gravity itself is an f32.
+    // At most 6000² / 2 roundings of 2⁻⁴⁴ m (half a unit of 490 m); gravity itself is an f32.
     let gravity = f64::from(start.settings.gravity.y.abs());
     let expected = fallen(0.0, gravity, 1.0 / 600.0, 6000);
     assert!((reference.bodies[0].x[0].y - expected).abs() < 1e-6);
@@ -100,7 +100,7 @@ fn a_hanging_chain_equals_a_loop_of_ten_lines_to_the_bit() {
     let (h, gravity) = ((1.0_f64 / 600.0) as f32, Vec3::new(0.0, -9.81, 0.0));
     let alpha = 1e-4 * (1.0 / (h * h));
     assert_eq!(state.substep_seconds(), h, "as long as those to come");
-    // A sum, and what rounding took from it.
+    // A sum, and its rounding error.
     let sum = |a: Vec3, b: Vec3| (a + b, b - ((a + b) - a));
     for _ in 0..600 {
         for i in 1..3 {
@@ -140,7 +140,7 @@ fn a_sticky_ground_puts_a_particle_back_to_where_it_was_at_ground_level() {
     body.set_velocity(Vec3::new(5.0, -9.0, 4.0));
     let mut world = world(settings(G, 60.0, 1, 1), body);
     world.tick();
-    // It would have gone to x = 3.083; sticking, it keeps x and z and loses all its speed along
+    // It would have moved to x = 3.083; sticking, it keeps x and z and loses all its velocity along
     // the ground.
     assert_eq!(position(&world, 0), Vec3::new(3.0, 0.25, -2.0));
     let velocity = world.bodies[0].particles.velocity(0);
@@ -155,7 +155,7 @@ fn pinned_particles_move_by_exactly_nothing_for_ten_thousand_frames() {
         stretch: stretch(0.0),
         ..Effects::default()
     };
-    // Numbers that no binary fraction holds, and a swing that never stops pulling.
+    // Numbers without an exact binary representation, and an oscillation that never stops.
     let mut body = pinned(
         with(body_of_masses(chain(3, 0.37), &[1.0; 4]), effects),
         &[0, 2],
@@ -174,12 +174,13 @@ fn pinned_particles_move_by_exactly_nothing_for_ten_thousand_frames() {
     assert_ne!(before[0][1], after[0][1], "the others do move");
 }
 
-/// A tumbling tetrahedron, and how much of its momentum [kg·m/s] the rounding of a substep to f32
-/// may change, root mean square.
+/// A tumbling tetrahedron, and the change of its momentum [kg·m/s] by the rounding of a substep to
+/// f32, root mean square.
 ///
-/// Each push of a particle rounds its position, below 4 m here, by ulp/√12, and postsolve takes it
-/// for a speed: m · 2⁻²² m / √12 / h = 1.7e-3 kg·m/s. With four sweeps there are 12 ends of edges
-/// and 4 corners four times over, and 4 predictions: 68 roundings along each of three axes.
+/// Each displacement of a particle rounds its position, below 4 m here, by ulp/√12, and postsolve
+/// converts it to a velocity: m · 2⁻²² m / √12 / h = 1.7e-3 kg·m/s. With four iterations there are
+/// 12 ends of edges and 4 corners four times over, and 4 predictions: 68 roundings along each of
+/// three axes.
 fn tumbling(gravity: f64) -> (World, f64) {
     let mut body = with(
         body("tetrahedron", tetrahedron(), 1000.0),
@@ -215,7 +216,7 @@ fn the_momentum_of_a_free_body_of_the_reference_is_constant_to_eleven_digits() {
     };
     let before = momentum(&reference);
     (0..60).for_each(|_| reference.tick());
-    // The random walk of the fast one, 2²⁹ times as short.
+    // The random walk of the fast solver, shorter by 2²⁹.
     assert!(momentum(&reference).distance(before) < 1e-11 * before.length());
 }
 
@@ -229,7 +230,7 @@ fn the_centre_of_mass_of_a_tumbling_body_follows_the_parabola() {
     support::run(&mut world, 0.5);
     let end = measure::centre_of_mass(&world.bodies[0].particles);
     let expected = start + v * 0.5 + DVec3::Y * fallen(0.0, G, 1.0 / 600.0, 300);
-    // The walk of the momentum, once more summed up: h √(n³/3) of a substep's.
+    // The random walk of the momentum, summed again: h √(n³/3) times that of a substep.
     let tolerance = 3.0 * rounding / mass / 600.0 * (300.0_f64.powi(3) / 3.0).sqrt();
     assert!(
         end.distance(expected) < tolerance,

@@ -1,4 +1,4 @@
-//! Stitches: two points become one until they are pulled too hard.
+//! Stitches: two points are held together until the force exceeds their strength.
 
 use crate::{
     support::{
@@ -61,18 +61,19 @@ fn hung(compliance: f32, strength: f32) -> World {
     world
 }
 
-/// A rigid stitch pulls with the weight; a compliant one, let go at its place, swings to twice that.
+/// A rigid stitch carries the weight; a compliant one, released at zero extension, oscillates up to
+/// twice that.
 #[test]
 fn a_stitch_breaks_at_its_force() {
-    // The weight is known to the rounding of y = gh² = 7e-6 m near 0: to 1e-6 of it.
+    // The weight is accurate to the rounding of y = gh² = 7e-6 m near 0: to 1e-6 of it.
     for (compliance, peak) in [(0.0, G), (1e-3, 2.0 * G)] {
         for (strength, breaks) in [(0.99, true), (1.01, false)] {
             let mut world = hung(compliance, (strength * peak) as f32);
             run(&mut world, 1.0);
             let broken = world.bodies[0].stitches.broken() == 1;
-            // Implicit Euler damps a swing of ω = 31.6/s within half a period by πωh/4 = 2 %: the
-            // compliant one is asked for no more than that it holds above its peak, and breaks
-            // below 0.97 of it.
+            // Implicit Euler damps an oscillation of ω = 31.6/s within half a period by
+            // πωh/4 = 2 %: the compliant one only needs to hold above its peak, and to break below
+            // 0.97 of it.
             if compliance == 0.0 || !breaks {
                 assert_eq!(broken, breaks, "{compliance} m/N, {strength} of {peak} N");
             }
@@ -91,14 +92,14 @@ fn a_stitch_gives_by_its_compliance() {
     let body = &world.bodies[0];
     let h = world.settings.substep_seconds() as f32;
     let force = f64::from(body.stitches.forces(h).next().expect("one"));
-    // Damped by ω²h/2 = 0.04/s for 20 s, half of the first swing is left.
+    // Damped by ω²h/2 = 0.04/s for 20 s, half of the first oscillation remains.
     let place = -f64::from(body.particles.positions[0].y);
     assert!((place - 1e-2 * G).abs() < 0.5 * 1e-2 * G, "{place} m");
-    // Its force and its length are told after the same substep.
+    // Its force and its length are reported for the same substep.
     assert_relative(force * 1e-2, place, 1e-4, "compliance times force");
 }
 
-/// Four particles apart from each other.
+/// Four separate particles.
 fn loose() -> RestShape {
     RestShape {
         vertices: (0..4).map(|i| Vec3::X * i as f32).collect(),
@@ -136,10 +137,10 @@ fn two_points_meet_and_momentum_stays() {
         run(&mut world, 0.1);
         let positions = &world.bodies[0].particles.positions;
         let apart = one.position(positions).distance(other.position(positions));
-        // Places below 4 m are known to 2.4e-7 m each.
+        // Positions below 4 m are accurate to 2.4e-7 m each.
         assert!(apart < 2e-6, "{apart} m apart");
-        // Velocities are differences of such places over h = 1/600 s, each known to 1.5e-4 m/s, and
-        // what is lost of them in 60 substeps adds up as a random walk does, to 8 times as much.
+        // Velocities are differences of such positions over h = 1/600 s, each accurate to
+        // 1.5e-4 m/s, and their error over 60 substeps grows like a random walk, to 8 times that.
         let lost = (momentum(&world) - before).length();
         assert!(lost < 8.0 * 11.0 * 1.5e-4, "{lost} kg·m/s of {before}");
     }
@@ -158,8 +159,8 @@ fn the_reference_is_stitched_too() {
         let broken = world.bodies[0].stitches.broken();
         assert_eq!(broken, reference.bodies[0].stitches().broken());
         let place = world.bodies[0].particles.position(0);
-        // A place below 2 m that is rounded by 6e-8 m makes every later one of 600 substeps as much
-        // wrong again, as its speed goes on: a random walk, to 600^1.5 times that.
+        // A position below 2 m that is rounded by 6e-8 m adds the same error to every later one of
+        // 600 substeps through its velocity: a random walk, to 600^1.5 times that.
         let apart = reference.bodies[0].x[0].distance(place);
         assert!(apart < 600.0_f64.powf(1.5) * 6e-8, "{apart} m apart");
     }
@@ -209,7 +210,7 @@ fn what_cannot_be_stitched_is_refused() {
     }
 }
 
-/// Two blocks of one body, stitched face to face with thread that breaks, falling.
+/// Two falling blocks of one body, stitched face to face with thread that breaks.
 fn blocks() -> World {
     let effects = Effects {
         stretch: stretch(1e-4),
@@ -240,7 +241,7 @@ fn blocks() -> World {
         for (bottom, y) in (0..).zip(&other.vertices) {
             if x.distance(*y + Vec3::Y * 0.3) < 1e-4 {
                 let end = StitchEnd::Point(at(&[(particle(far(bottom)), 1.0)]));
-                // Every other one holds whatever comes.
+                // Every other one is unbreakable.
                 let strength = [60.0, f32::INFINITY][stitches.len() % 2];
                 stitches.push(stitch(at(&[(particle(top), 1.0)]), end, 1e-5, strength));
             }
@@ -302,7 +303,7 @@ fn threads_schedules_and_snapshots_change_no_bit_of_what_is_stitched() {
     }
 }
 
-/// A user's system, for whose sake substeps go by their schedules.
+/// A user system, because of which substeps run by their schedules.
 fn idle() {}
 
 #[test]

@@ -1,7 +1,7 @@
-//! The strain limit: one-sided, and not there where it does not act.
+//! The strain limit: one-sided, and without any effect where it is not active.
 
 use crate::support::{
-    G, bits, body, body_of_masses, chain, pinned, random_vector, run, settings, stretch, sweep,
+    G, bits, body, body_of_masses, chain, iterate, pinned, random_vector, run, settings, stretch,
     with, world,
 };
 use glam::{DVec3, Vec3};
@@ -16,7 +16,7 @@ fn limit(limit: f32) -> StrainLimit {
     }
 }
 
-/// Edges apart from each other along x, 1 m long, the ends of each at 0 and `lengths` [m].
+/// Unconnected edges along x, 1 m long, the ends of each at 0 and `lengths` [m].
 fn edges(lengths: &[f32]) -> Body {
     let count = lengths.len() as u32;
     let mut body = body(
@@ -57,10 +57,10 @@ fn an_edge_beyond_its_limit_is_put_back_to_it_and_the_reference_says_so_too() {
         let before = start[0].distance(start[1]);
         let mut reference = reference::Body::of(&body);
         reference.solve(&limit(0.2), 0.01, true);
-        sweep(&mut body, &limit(0.2), 0.01, Multipliers::Unused);
+        iterate(&mut body, &limit(0.2), 0.01, Multipliers::Unused);
         let expected = before.min(0.5 * 1.2);
         let [a, b] = [place(&body, 0), place(&body, 1)];
-        // Places below 1 m, known to 6e-8 m; the limit to as much of itself.
+        // Positions below 1 m, accurate to 6e-8 m; the limit to the same relative accuracy.
         assert!((a.distance(b) - expected).abs() < 5e-7);
         for i in 0..2 {
             assert!(reference.x[i].distance(place(&body, i)) < 5e-7);
@@ -70,13 +70,13 @@ fn an_edge_beyond_its_limit_is_put_back_to_it_and_the_reference_says_so_too() {
     }
 }
 
-/// In a block of eight edges those that do not act go through the same lanes as those that do.
+/// In a block of eight edges, inactive ones go through the same lanes as active ones.
 #[test]
 fn what_does_not_reach_its_limit_is_the_same_bits_beside_what_does() {
     let lengths = [1.0, 1.05, 1.5, 0.5, 0.0, 1.1, 2.0, 1.0999, 1.2, 0.9, 1.0];
     let before = edges(&lengths);
     let mut after = before.clone();
-    sweep(&mut after, &limit(0.1), 0.01, Multipliers::Unused);
+    iterate(&mut after, &limit(0.1), 0.01, Multipliers::Unused);
     let [before, after] = [&before, &after].map(|body| bits(&body.particles.displacements));
     for (i, &length) in lengths.iter().enumerate() {
         let ends = 2 * i..2 * i + 2;
@@ -121,13 +121,13 @@ fn no_edge_passes_its_limit_however_heavy_the_load() {
         run(&mut world, 5.0);
         let body = &world.bodies[0];
         let h = 1.0 / (60.0 * f64::from(SUBSTEPS));
-        // After its turn in a sweep an edge gets longer by what those below move its end: each by
-        // no more than the fall of a substep of what hangs on it.
+        // After its projection, an edge is extended by those below that move its end: each by at
+        // most the fall per substep of the mass that hangs on it.
         let left = f64::from(LINKS * LINKS) * G * h * h;
         for error in edge_errors(&body.topology, &body.particles.positions) {
             assert!(error < 0.1 * 0.05 + left, "{mass} kg: longer by {error} m");
         }
-        // The yarn alone would give by 1 cm a newton.
+        // The yarn alone would stretch by 1 cm per newton.
         let top = edge_errors(&body.topology, &body.particles.positions).fold(0.0, f64::max);
         assert!(top > 0.1 * 0.049, "the load reaches the limit: {top}");
     }

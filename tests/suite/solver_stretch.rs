@@ -1,8 +1,8 @@
-//! Edges: A5, A6, A13, A14 and A16 of the methods, and the closed forms of masses that hang.
+//! Edges: A5, A6, A13, A14 and A16 of the methods, and the closed forms of hanging masses.
 
 use crate::support::{
-    self, G, assert_relative, bits, body_of_masses, chain, damping, pinned, position, settings,
-    state_bits, stretch, sweep, with, world,
+    self, G, assert_relative, bits, body_of_masses, chain, damping, iterate, pinned, position,
+    settings, state_bits, stretch, with, world,
 };
 use glam::{Vec3, Vec4};
 use pliant::solver::{
@@ -18,11 +18,11 @@ fn one_projection_closes_a_lone_rigid_edge_and_shares_the_way_by_inverse_masses(
     let mut body = body_of_masses(chain(1, 0.5), &[1.0, 3.0]);
     body.particles.positions[1] = Vec3::new(0.3, -0.4, 0.6).extend(1.0 / 3.0);
     let before = [at(&body, 0), at(&body, 1)];
-    sweep(&mut body, &Stretch::default(), 0.01, Multipliers::Unused);
+    iterate(&mut body, &Stretch::default(), 0.01, Multipliers::Unused);
     let moved = [at(&body, 0) - before[0], at(&body, 1) - before[1]];
     let length = at(&body, 0).distance(at(&body, 1));
     assert!((length - 0.5).abs() <= 1e-6 * 0.5, "length {length}");
-    // Positions below 1 m are rounded by 2⁻²⁵ m at most, of ways of 0.07 m and more.
+    // Positions below 1 m are rounded by at most 2⁻²⁵ m, for displacements of at least 0.07 m.
     assert_relative(
         f64::from(moved[0].length() / moved[1].length()),
         3.0,
@@ -36,7 +36,7 @@ fn one_projection_closes_a_lone_rigid_edge_and_shares_the_way_by_inverse_masses(
     );
 }
 
-/// A mass that hangs from a pin on an edge, let down gently.
+/// A mass that hangs from a pin on an edge, lowered gently.
 fn hanging(rest_length: f32, mass: f32, effect: Stretch, rate: f64, substeps: u32) -> World {
     let effects = Effects {
         stretch: Some(effect),
@@ -67,9 +67,9 @@ fn a_hanging_kilogram_reads_nine_point_eight_one_newtons() {
 
 #[test]
 fn an_edge_settles_at_compliance_times_force_whatever_the_substep() {
-    // A particle does not move by less than half an ulp, so it may hang wherever gravity's own
-    // way in a substep, gh², is rounded to the same: within ½ ulp(x)/(gh²) of its stretch. With
-    // x = 2 mm and h = 1/3840 s that is 2e-4; at 1 m it would be 5 %. So the edge is short.
+    // A particle does not move by less than half an ulp, so it may rest wherever gravity's
+    // displacement in a substep, gh², is rounded off: within ½ ulp(x)/(gh²) of its stretch. With
+    // x = 2 mm and h = 1/3840 s that is 2e-4; at 1 m it would be 5 %. The edge is therefore short.
     let extension = 1e-3;
     for rate in [30.0, 60.0] {
         for substeps in [1, 4, 16, 64] {
@@ -91,8 +91,8 @@ fn an_edge_settles_at_compliance_times_force_whatever_the_substep() {
 
 #[test]
 fn axial_stiffness_does_not_depend_on_how_finely_a_rope_is_divided() {
-    // Every link adds its own FL/(EA) under the weight of the kilogram at the end and of the
-    // 0.1 kg at each joint between.
+    // Every link adds its own FL/(EA) under the kilogram at the end and the 0.1 kg at each joint
+    // between.
     for links in [1, 2, 4_u8] {
         let effects = Effects {
             stretch: Some(Stretch {
@@ -122,7 +122,7 @@ fn axial_stiffness_does_not_depend_on_how_finely_a_rope_is_divided() {
     }
 }
 
-/// Ends 0 and 1 in the same place, with a rest length along z.
+/// Ends 0 and 1 at the same position, with a rest length along z.
 fn collapsed(masses: [f32; 2], rest: [Vec3; 2]) -> Body {
     let shape = RestShape {
         vertices: rest.to_vec(),
@@ -139,7 +139,7 @@ fn collapsed(masses: [f32; 2], rest: [Vec3; 2]) -> Body {
 #[test]
 fn an_edge_without_length_opens_along_its_rest_direction() {
     let mut body = collapsed([1.0, 1.0], [Vec3::ZERO, Vec3::new(0.0, 0.0, 0.25)]);
-    sweep(&mut body, &Stretch::default(), 0.01, Multipliers::Unused);
+    iterate(&mut body, &Stretch::default(), 0.01, Multipliers::Unused);
     assert_eq!(at(&body, 0), Vec3::new(0.5, 0.5, 0.375));
     assert_eq!(at(&body, 1), Vec3::new(0.5, 0.5, 0.625));
 }
@@ -148,7 +148,7 @@ fn an_edge_without_length_opens_along_its_rest_direction() {
 fn an_edge_without_length_even_at_rest_is_left_alone() {
     let mut body = collapsed([1.0, 1.0], [Vec3::ONE, Vec3::ONE]);
     let before = state_bits(&body.particles);
-    sweep(&mut body, &Stretch::default(), 0.01, Multipliers::Unused);
+    iterate(&mut body, &Stretch::default(), 0.01, Multipliers::Unused);
     assert_eq!(state_bits(&body.particles), before);
 }
 
@@ -159,7 +159,7 @@ fn an_edge_between_two_pins_does_nothing_and_makes_no_nan() {
     body.particles.positions[1].y = -2.0;
     let before = state_bits(&body.particles);
     let mut lambda = [7.0];
-    sweep(
+    iterate(
         &mut body,
         &Stretch::default(),
         0.01,
@@ -181,7 +181,8 @@ fn without_compliance_the_bits_are_those_of_classic_position_based_dynamics() {
     let p: Vec<Vec3> = (0..5).map(|i| at(&body, i)).collect();
     let mut u = [Vec3::ZERO; 5];
     for _ in 0..20 {
-        // Müller and others 2007: no multiplier, no compliance; of displacements from where it began.
+        // Müller and others 2007: no multiplier, no compliance; displacements from the initial
+        // positions.
         for ([a, b], &rest) in body
             .topology
             .edges
@@ -198,8 +199,8 @@ fn without_compliance_the_bits_are_those_of_classic_position_based_dynamics() {
     }
     let mut lambda = vec![0.0; 4];
     for iteration in 0..20 {
-        let multipliers = Multipliers::of_sweep(&mut lambda, (iteration, 20, false));
-        sweep(&mut body, &Stretch::default(), 0.01, multipliers);
+        let multipliers = Multipliers::of_iteration(&mut lambda, (iteration, 20, false));
+        iterate(&mut body, &Stretch::default(), 0.01, multipliers);
     }
     let of = |x: &[Vec3], w: &[f32]| -> Vec<Vec4> {
         x.iter().zip(w).map(|(x, w)| x.extend(*w)).collect()

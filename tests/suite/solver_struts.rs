@@ -1,6 +1,6 @@
-//! Struts: where they are, and that they hold a hollow body open.
+//! Struts: their positions, and that they keep a hollow body open.
 
-use crate::support::{body, run, settings, stretch, sweep, with, world};
+use crate::support::{body, iterate, run, settings, stretch, with, world};
 use pliant::{
     mesh::Primitive,
     solver::{
@@ -36,8 +36,9 @@ fn held(struts: Option<Struts>) -> Body {
     with(body("ball", sphere(6), 0.5), effects)
 }
 
-/// A ray tilted by t against the normal of a sphere leaves it at an angle of 2t: a strut is 2R cos t
-/// long, t at most √3 · 0.1, but for the way to the nearest vertex, which is half an edge.
+/// A ray that is tilted by t from the normal of a sphere leaves it at an angle of 2t: a strut is 2R
+/// cos t long, with t at most √3 · 0.1, except for the distance to the nearest vertex, which is
+/// half an edge.
 #[test]
 fn struts_of_a_sphere_go_through_its_middle_once_from_each_vertex() {
     let ball = body("ball", sphere(8), 1.0);
@@ -68,7 +69,8 @@ fn struts_of_a_sphere_go_through_its_middle_once_from_each_vertex() {
     assert_eq!(*struts, *body("again", sphere(8), 2.0).topology.struts());
 }
 
-/// Inwards is inwards, whichever way the triangles face; an open surface has none where a ray gets out.
+/// The inward direction does not depend on the orientation of the triangles; an open surface has no
+/// strut where a ray leaves through a hole.
 #[test]
 fn struts_are_inside_whichever_way_a_surface_faces() {
     let mut inwards = sphere(4);
@@ -93,10 +95,10 @@ fn struts_equal_the_reference() {
     deform(&mut fast.particles, Deformation::Squash(0.7));
     let mut reference = reference::Body::of(&fast);
     reference.solve(&effect, f64::from(0.01_f32), true);
-    sweep(&mut fast, &effect, 0.01, Multipliers::Unused);
+    iterate(&mut fast, &effect, 0.01, Multipliers::Unused);
     for (i, reference) in reference.x.iter().enumerate() {
-        // A dozen struts a vertex at most, each rounding places below 0.5 m by 3e-8 m, and what it
-        // passes on by as much.
+        // At most a dozen struts per vertex, each of which rounds positions below 0.5 m by 3e-8 m,
+        // and propagates errors of that size.
         let off = fast.particles.predicted(i).distance(*reference);
         assert!(off < 24.0 * 3e-8, "off by {off} m");
     }

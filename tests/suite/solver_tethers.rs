@@ -1,4 +1,4 @@
-//! Tethers: what hangs on pins does not get longer, and what is slack does not notice.
+//! Tethers: hanging bodies do not get longer, and slack tethers have no effect.
 
 use crate::support::{
     G, body, body_of_masses, chain, pinned, random_vector, run, settings, state_bits, stretch,
@@ -44,7 +44,7 @@ fn banner(cells: u32) -> Body {
     pinned(body("banner", shape, 0.3), &pins)
 }
 
-/// How much longer than at rest a body hangs, over its size, after 10 s at one sweep a tick.
+/// Elongation of a hanging body relative to its size, after 10 s at one iteration per tick.
 fn sag(body: &Body, tethers: Option<Tethers>) -> f64 {
     let lowest = |x: &mut dyn Iterator<Item = f32>| f64::from(x.fold(f32::INFINITY, f32::min));
     let rest = lowest(&mut body.topology.rest.iter().map(|x| x.y));
@@ -55,18 +55,18 @@ fn sag(body: &Body, tethers: Option<Tethers>) -> f64 {
 }
 
 #[test]
-fn a_long_rope_or_cloth_does_not_get_longer_at_one_sweep_a_tick() {
+fn a_long_rope_or_cloth_does_not_get_longer_at_one_iteration_a_tick() {
     let mut masses = [0.01; 51];
     masses[50] = 0.5;
     let rope = pinned(body_of_masses(chain(50, 0.04), &masses), &[0]);
     for body in [rope, banner(50)] {
         let (with, without) = (sag(&body, tethers(0.0)), sag(&body, None));
-        // The limit of the method: 2 %. By themselves the tethers leave rounding, as nothing comes
-        // after them.
+        // The limit of the method: 2 %. Tethers themselves only leave rounding errors, as no other
+        // constraint follows them.
         assert!(with < 1e-5, "with tethers: {with}");
-        assert!(without > 0.2, "one sweep alone would do: {without}");
+        assert!(without > 0.2, "one iteration alone would do: {without}");
         let slack = sag(&body, tethers(0.1));
-        // A little less where the cloth gets narrower: tethers reach that far along a slant.
+        // Slightly less where the cloth gets narrower: diagonal tethers reach that far.
         assert!((0.095..0.1001).contains(&slack), "with slack: {slack}");
     }
 }
@@ -117,7 +117,7 @@ fn the_reference_holds_particles_where_the_fast_solver_does() {
     );
     for (i, pin, way) in ways.ways() {
         let x = |i: usize| world.bodies[0].particles.position(i);
-        // Places below 4 m, known to 2⁻²³ m, after a handful of operations.
+        // Positions below 4 m, accurate to 2⁻²³ m, after a few operations.
         assert!(x(i).distance(reference.bodies[0].x[i]) < 2e-6);
         let far = x(i).distance(x(pin)) / (way * 1.05) - 1.0;
         assert!(far < 1e-6);
@@ -173,7 +173,7 @@ fn threads_change_no_bit_of_what_tethers_do() {
     assert_eq!(one, fall(8));
 }
 
-/// What was found for a mesh is found again for another, though that may have as many particles.
+/// Targets are recomputed for a new mesh, even if it has the same number of particles.
 #[test]
 fn tethers_of_another_mesh_of_as_many_particles_are_found_again() {
     let shape = chain(4, 0.25);

@@ -1,4 +1,4 @@
-//! Topology: what is refused, what is left out and counted, how mass is shared out.
+//! Topology: rejected input, elements that are skipped and counted, distribution of mass.
 
 use crate::support::{assert_relative, body, chain, cube, pinned, tetrahedron, topology};
 use glam::Vec3;

@@ -1,4 +1,4 @@
-//! Volumes: A7 and A14 of the methods; elements that are mirrored, flat, or in one point.
+//! Volumes: A7 and A14 of the methods; elements that are mirrored, flat, or reduced to a point.
 
 use crate::support::{
     self, G, assert_relative, body, body_of_masses, damping, pinned, predicted, random_vector,
@@ -13,9 +13,9 @@ use pliant::solver::{
     topology::volume as exact_volume,
 };
 
-/// One sweep over the body's tetrahedra.
-fn sweep(body: &mut Body, effect: &Volume, h: f32) {
-    support::sweep(body, effect, h, Multipliers::Unused);
+/// One iteration over the body's tetrahedra.
+fn iterate(body: &mut Body, effect: &Volume, h: f32) {
+    support::iterate(body, effect, h, Multipliers::Unused);
 }
 
 fn now(body: &Body) -> f64 {
@@ -65,7 +65,7 @@ fn gradients_of_the_volume_neither_push_nor_turn() {
         let (_, gradients) = volume_and_gradients(x);
         let push: Vec3 = gradients.iter().sum();
         let turn: Vec3 = x.iter().zip(&gradients).map(|(x, g)| x.cross(*g)).sum();
-        // As above; a lever of √3 m more.
+        // As above, with an additional lever arm of √3 m.
         assert!(push.length() < 1e-6, "push {push}");
         assert!(turn.length() < 1e-5, "turn {turn}");
     }
@@ -89,7 +89,7 @@ fn the_reference_moves_corners_along_the_central_differences() {
         reference.solve_elastic(0.01, true);
         for i in 0..4 {
             let expected = gradients[i] * step;
-            // Masses are f32: those of 24 kg/m³ × 1/24 m³ are 1 kg but for one rounding.
+            // Masses are f32: those of 24 kg/m³ × 1/24 m³ are 1 kg except for one rounding.
             assert!((reference.x[i] - before[i]).distance(expected) < 1e-6 * step.abs());
         }
     }
@@ -101,26 +101,26 @@ fn one_projection_restores_a_small_change_of_volume_but_for_its_square() {
     body.particles.positions[1].x = 1.01;
     let error = now(&body) * 6.0 - 1.0;
     assert_relative(error, 0.01, 1e-4, "change of volume");
-    sweep(&mut body, &Volume::default(), 0.01);
-    // V is cubic in the step: what is left is of the order of the error's square.
+    iterate(&mut body, &Volume::default(), 0.01);
+    // V is cubic in the step: the remaining error is of the order of the square of the initial one.
     assert!((now(&body) * 6.0 - 1.0).abs() < 1e-4);
 }
 
 #[test]
 fn a_mirrored_element_comes_back_within_a_hundred_iterations() {
-    // Turned inside out exactly, and further than its own volume: V = −1.5 V₀.
+    // Inverted exactly, and beyond its own volume: V = −1.5 V₀.
     for stretched in [1.0, 1.5] {
         let mut body = body("tetrahedron", tetrahedron(), 1000.0);
         body.particles.positions[1].x = -stretched;
         assert_relative(now(&body) * 6.0, f64::from(-stretched), 1e-6, "V/V₀");
         let mut iterations = 0;
         while now(&body) <= 0.0 {
-            sweep(&mut body, &Volume::default(), 0.01);
+            iterate(&mut body, &Volume::default(), 0.01);
             iterations += 1;
             assert!(iterations <= 100, "still inside out: {}", now(&body));
         }
         for _ in 0..100 {
-            sweep(&mut body, &Volume::default(), 0.01);
+            iterate(&mut body, &Volume::default(), 0.01);
         }
         assert_relative(now(&body) * 6.0, 1.0, 1e-5, "V/V₀ in the end");
     }
@@ -134,9 +134,9 @@ fn an_element_in_one_point_opens_the_same_way_every_time() {
             *x = Vec3::splat(2.0).extend(x.w);
         }
         for _ in 0..100 {
-            sweep(&mut body, &Volume::default(), 0.01);
+            iterate(&mut body, &Volume::default(), 0.01);
         }
-        // Positions at 2 m are known to 2⁻²³ m, and V/V₀ to six times that.
+        // Positions at 2 m are accurate to 2⁻²³ m, and V/V₀ to six times that.
         assert_relative(now(&body) * 6.0, 1.0, 1e-5, "V/V₀");
         state_bits(&body.particles)
     });
@@ -153,7 +153,7 @@ fn an_element_flat_or_in_a_line_opens_and_throws_nothing_far_away() {
             *x = squeeze(x.truncate()).extend(x.w);
         }
         for _ in 0..200 {
-            sweep(&mut body, &Volume::default(), 0.01);
+            iterate(&mut body, &Volume::default(), 0.01);
             for x in predicted(&body.particles) {
                 assert!(x.truncate().length() < 5.0, "thrown to {x}");
             }
@@ -173,12 +173,12 @@ fn elements_of_ten_micrometres_and_of_ten_kilometres_behave_alike() {
         body.particles.positions[1].x *= 0.5;
         body.particles.positions[2].y *= -0.25;
         let before = now(&body);
-        sweep(&mut body, &Volume::default(), 0.01);
+        iterate(&mut body, &Volume::default(), 0.01);
         let rest = f64::from(body.topology.tetrahedra.rest_volume[0]);
         (before / rest, now(&body) / rest)
     });
     for share in shares {
-        // The scales are not powers of two, so each product is rounded anew.
+        // The scales are not powers of two, so that each product is rounded.
         assert_relative(share.0, shares[1].0, 1e-6, "V/V₀ before");
         assert_relative(share.1, shares[1].1, 1e-5, "V/V₀ after one projection");
     }
@@ -189,7 +189,7 @@ fn an_element_of_pins_does_nothing_and_makes_no_nan() {
     let mut body = pinned(body("tetrahedron", tetrahedron(), 1000.0), &[0, 1, 2, 3]);
     body.particles.positions[1].x = -3.0;
     let before = state_bits(&body.particles);
-    sweep(&mut body, &Volume::default(), 0.01);
+    iterate(&mut body, &Volume::default(), 0.01);
     assert_eq!(state_bits(&body.particles), before);
 }
 
@@ -214,7 +214,7 @@ fn a_loaded_element_gives_way_by_pressure_over_modulus_whatever_its_size() {
         support::run(&mut world, 5.0);
         let body = &world.bodies[0];
         let change = measure::volume_error(&body.topology, &body.particles.positions);
-        // Where f32 lets the apex rest: ½ ulp(1 m)/(gh²) = 2e-3. V ~ height, so it is linear.
+        // Resolution of f32 for the apex: ½ ulp(1 m)/(gh²) = 2e-3. V is proportional to the height.
         assert_relative(change, -0.01, 3e-3, &format!("ΔV/V at {side} m"));
     }
 }

@@ -1,5 +1,5 @@
-//! Diagrams and table of `docs/accuracy.md` are drawn again from the points in `assets/readme/study`, and points that
-//! they show are computed again.
+//! Diagrams and table of `docs/accuracy.md` are regenerated from the points in
+//! `assets/readme/study`, and the points that they show are recomputed.
 
 use pliant::study::{
     self, Budget, Method, Options, Plan, Setting, Study,
@@ -16,7 +16,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// What the table has a row for.
+/// Rows of the table.
 const PROBLEMS: [&str; 10] = [
     "hanging_mass",
     "spring_energy",
@@ -30,19 +30,19 @@ const PROBLEMS: [&str; 10] = [
     "jelly_cube",
 ];
 
-/// What is shown as a diagram.
+/// Problems with a diagram.
 const DIAGRAMS: [&str; 3] = ["spring_energy", "chain_1e-3", "cantilever_8"];
 
-/// Work of a run, and of a reference's runs, that are computed again, at most: those of all exhibits
-/// together take some seconds.
+/// Limits on the work of a run, and of a reference's runs, that are recomputed: all exhibits
+/// together take a few seconds.
 const AGAIN: (u64, u64) = (8_000_000, 30_000_000);
 
-/// Numbers that were written and read again differ in their last digit, and so may the reference's
-/// where a platform's sines do, which turn a scene's bodies.
+/// Numbers may change in the last digit when written and read, and so may the reference's where the
+/// platform's sine differs, which affects rotated bodies of a scene.
 const SAME: f64 = 1e-9;
 
-/// An answer smaller than this [m] is zero: metres in f64 are known to 2e-16 m, and some thousand
-/// sweeps make 1e-13 m of that.
+/// Values below this [m] count as zero: meters in f64 are accurate to 2e-16 m, and about a thousand
+/// iterations increase that to 1e-13 m.
 const NOTHING: f64 = 1e-13 / SAME;
 
 const BEGIN: &str = "<!-- what accuracy costs: begin -->\n";
@@ -56,7 +56,7 @@ fn read(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// A folder of this test's own, empty.
+/// An empty folder for this test.
 fn temporary(name: &str) -> PathBuf {
     let name = format!("pliant-exhibits-{}-{name}", std::process::id());
     let folder = std::env::temp_dir().join(name);
@@ -68,7 +68,7 @@ fn problems() -> Vec<String> {
     PROBLEMS.map(str::to_owned).to_vec()
 }
 
-/// Makes the study, and keeps of it what is shown.
+/// Makes the study, and keeps the exhibited part of it.
 fn mint(points: &Path) {
     let folder = temporary("mint");
     let options = Options {
@@ -87,8 +87,8 @@ fn mint(points: &Path) {
     fs::remove_dir_all(folder).expect("it was made here");
 }
 
-/// Whether a record is of something shown: all of a diagram; of what is in the table alone what
-/// its row rests on, and of its other meshes the answers, which mesh errors are against.
+/// Whether a record is needed: all records of a diagram; for a row of the table, those that it is
+/// derived from, and the converged solutions of the other meshes, which mesh errors refer to.
 fn shown(study: &Study, record: &Record) -> bool {
     let case = match record {
         Record::Reference(reference) => &reference.case,
@@ -109,7 +109,7 @@ fn shown(study: &Study, record: &Record) -> bool {
     let told = told_of.map(told).unwrap_or_default();
     match record {
         Record::Reference(reference) => {
-            // The places of all particles are no mesh's answer.
+            // A path, with the positions of all particles, is not a single value of a mesh.
             let one = |converged: &Converged| converged.values.len() == 1;
             told_of.is_some() || reference.converged.as_ref().is_some_and(one)
         }
@@ -119,8 +119,8 @@ fn shown(study: &Study, record: &Record) -> bool {
     }
 }
 
-/// Settings that a row of the table rests on: the front, what shows that the agreement of some of it is
-/// coincidental, what is as cheap, and the best of what is not.
+/// Settings from which a row of the table is derived: the front, the points that show coincidental
+/// agreement, those with costs within timing noise, and the best without coincidence.
 fn told(case: &CaseResult) -> Vec<Setting> {
     let front = case.front();
     let coincidences = front.iter().filter_map(|point| case.coincidence(point));
@@ -137,7 +137,7 @@ fn told(case: &CaseResult) -> Vec<Setting> {
     all.map(|point| point.setting).collect()
 }
 
-/// The table as the report has it, and what it is from.
+/// The table of the report, and its source.
 fn exhibit(report: &str, study: &Study) -> String {
     let table = report.split("## What 1 % costs\n\n").nth(1);
     let table = table.and_then(|rest| rest.split("\n\n").next());
@@ -149,10 +149,11 @@ fn exhibit(report: &str, study: &Study) -> String {
     )
 }
 
-/// More substeps are never worse: from one number of substeps to its double, of XPBD and of the direct solver, no error
-/// rises by more than a tenth. An error that passes through 0 may rise again on the other side. What rests is known to
-/// 0.1 % of its load, which is the imbalance that counts as rest. With one substep of one iteration a stiff body hardly
-/// moves at all, which may be near an answer by chance.
+/// More substeps do not increase the error: from one number of substeps to its double, of XPBD and
+/// of the direct solver, no error rises by more than a tenth. An error that passes through 0 may
+/// rise again on the other side. Rest is accurate to 0.1 % of its load, the imbalance that counts
+/// as rest. With one substep of one iteration, a stiff body hardly moves at all, which may be close
+/// to the solution by coincidence.
 #[test]
 fn no_error_rises_with_the_substeps() {
     const IMBALANCE: f64 = 1e-3;
@@ -198,8 +199,8 @@ fn no_error_rises_with_the_substeps() {
     assert!(doublings > 200, "only {doublings}");
 }
 
-/// After a change that is meant to alter them, `PLIANT_MINT=1 cargo test --release the_documented_accuracy`
-/// takes some minutes to make them anew; nothing else should run meanwhile.
+/// After an intended change, `PLIANT_MINT=1 cargo test --release the_documented_accuracy`
+/// recomputes them in some minutes; no other load should run meanwhile.
 #[test]
 fn the_documented_accuracy_is_what_the_study_finds() {
     let minting = std::env::var_os("PLIANT_MINT").is_some();
@@ -293,7 +294,8 @@ fn comes_out_again(result: &CaseResult, point: &Point, budget: &Budget) {
     }
 }
 
-/// A rigid chain of 32 links hangs as low as a soft one while 4 × 2 sweeps do not get through it.
+/// A rigid chain of 32 links coincidentally sags like a soft one as long as 4 × 2 iterations do not
+/// propagate through it.
 #[test]
 fn what_is_right_by_coincidence_is_told_from_what_is_right() {
     let folder = temporary("coincidence");
@@ -309,7 +311,7 @@ fn what_is_right_by_coincidence_is_told_from_what_is_right() {
     };
     let lucky = case.point(lucky).expect("it was tried");
     assert!(lucky.error.is_some_and(|error| error < 0.01));
-    let shown = case.coincidence(lucky).expect("more sweeps are worse");
+    let shown = case.coincidence(lucky).expect("more iterations are worse");
     // Without compliance it hangs 5 cm too high of 1 m.
     assert!(shown.error.is_some_and(|error| error > 0.04));
     let sound = case.cheapest_sound(0.01).expect("1 % is reached");

@@ -1,4 +1,4 @@
-//! A probe of a world: points come as they are measured, and errors fall as work grows.
+//! A probe of a world: points are reported as they are measured, and errors fall with more work.
 
 use crate::support::{self, cube, elastic_on_ground, settings, with, world};
 use pliant::study::{ProbeNews, ROUNDS, Setting, probe};
@@ -30,7 +30,7 @@ fn a_probe_tells_each_point_when_it_is_there_and_leaves_the_world_alone() {
     assert_eq!(world.state_hash(), before);
     assert_eq!(told, list.repeat(ROUNDS));
     assert_eq!(points.len(), list.len());
-    // First order in h: four times the substeps leave a quarter of the error, or so.
+    // First order in h: four times the substeps leave about a quarter of the error.
     for pair in points.windows(2) {
         assert!(pair[1].error < 0.5 * pair[0].error, "{points:#?}");
         assert_eq!(

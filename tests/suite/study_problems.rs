@@ -1,4 +1,4 @@
-//! The study's problems against their closed forms, in f32 and in the reference.
+//! The study's problems compared with their closed forms, in f32 and in the reference.
 
 use pliant::{
     solver::equilibrium::TOLERANCE,
@@ -47,8 +47,8 @@ fn a_hanging_mass_stretches_its_spring_by_its_closed_form() {
     let case = &cases("hanging_mass")[0];
     for (substeps, iterations) in [(1, 1), (1, 8), (2, 1), (4, 1)] {
         let stretch = value(case, Setting::xpbd(substeps, iterations));
-        // A particle near 1 m rests where what is left of its weight moves it by less than half an
-        // ulp in a substep: 6e-8 m / gh² = 3.5e-4 of its weight at four substeps.
+        // A particle near 1 m rests where its remaining weight moves it by less than half an ulp in
+        // a substep: 6e-8 m / gh² = 3.5e-4 of its weight at four substeps.
         let off = (stretch / expected(case) - 1.0).abs();
         assert!(off < 1e-3, "{stretch} at {substeps}×{iterations}");
     }
@@ -75,10 +75,11 @@ fn energy_is_lost_and_periods_grow_as_the_discrete_method_has_it() {
             let predicted = predicted.expect("a prediction");
             let setting = Setting::xpbd(substeps, 1);
             let fast = value(case, setting);
-            // Velocities are known to ε‖x‖/h = 3e-5 m/s of 0.3 m/s at four substeps, in a walk whose
-            // steps forget each other; crossings are placed by a straight line, (ω/60)³/16 of a
-            // radian off at either end of ten periods, which is 2e-6 of a second. By BDF2 a velocity
-            // is of three positions, (3x − 4x₁ + x₂)/2h, and is known √26/√8 = 1.8 times less well.
+            // Velocities are accurate to ε‖x‖/h = 3e-5 m/s of 0.3 m/s at four substeps, in a random
+            // walk with independent steps; crossings are interpolated linearly, (ω/60)³/16 of a
+            // radian off at either end of ten periods, which is 2e-6 of a second. With BDF2, a
+            // velocity is computed from three positions, (3x − 4x₁ + x₂)/2h, and is √26/√8 = 1.8
+            // times less accurate.
             let known = match case.world.settings.order.get() {
                 1 => 1e-4,
                 _ => 1.8e-4,
@@ -105,10 +106,11 @@ fn what_moves_little_in_a_substep_moves_all_the_same() {
         let run = run_one(case, Setting::xpbd(substeps, 1), 4.0).expect("sound settings");
         (run.observed.values[0], run.observed.settled)
     };
-    // A spring that pulls a kilogram with 2 N takes it 5e-10 m far in 1/61440 s, and numbers above 1 m
-    // are 1.2e-7 m apart. Of first order, eight times the substeps lose an eighth of the energy, to
-    // within the second order, ½ · 0.005; and lengths near 1 m are rounded by 6e-8 m, which is 1.2e-6 of the
-    // energy of a swing of 0.1 m and 1.9e-3 of what is lost at last.
+    // A spring that pulls a kilogram with 2 N displaces it by 5e-10 m in 1/61440 s, and numbers
+    // above 1 m are 1.2e-7 m apart. With first order, eight times the substeps lose an eighth of
+    // the energy, within the second order, ½ · 0.005; and lengths near 1 m are rounded by 6e-8 m,
+    // which is 1.2e-6 of the energy of a vibration of 0.1 m and 1.9e-3 of the loss at the finest
+    // setting.
     let (coarse, fine) = (run(128), run(1024));
     assert!(coarse.1 && fine.1, "both move");
     let ratio = coarse.0 / fine.0;
@@ -126,8 +128,8 @@ fn what_moves_converges_with_first_order() {
 
 #[test]
 fn what_moves_by_bdf2_converges_with_second_order_or_better() {
-    // The period is off by (ωh)²/3; of a swing's energy BDF2 loses πω³h³ a period, and its first substep,
-    // which is one of implicit Euler, ω²h² once.
+    // The error of the period is (ωh)²/3; BDF2 loses πω³h³ of the energy of a vibration per period,
+    // and its first substep, which is implicit Euler, ω²h² once.
     for name in ["spring_period_bdf2", "spring_energy_bdf2"] {
         let converged = converge(&cases(name)[0]).expect("sound settings");
         let order = converged.order.expect("it still changes");
@@ -137,9 +139,10 @@ fn what_moves_by_bdf2_converges_with_second_order_or_better() {
 
 #[test]
 fn a_weave_and_a_shape_that_is_matched_converge_to_their_closed_forms() {
-    // Green's strain is stiffer than the closed form by 3/2 of the strain, ρgL/k = 0.5 % at the top and less
-    // below; and half of a cell's weight, of 8 cells, hangs on a node whose strain the cell below does not
-    // see: (1/8)² of the stretch. A period is known as well as crossings are placed, to some 1e-7 of it.
+    // Green's strain is stiffer than the closed form by 3/2 of the strain, ρgL/k = 0.5 % at the top
+    // and less below; and half of a cell's weight, of 8 cells, is carried by a node whose strain
+    // does not affect the cell below: (1/8)² of the stretch. A period is as accurate as the
+    // crossings, about 1e-7 of it.
     for (name, share) in [
         ("hanging_weave", 0.0075 + 1.0 / 64.0),
         ("shape_period", 1e-6),
@@ -158,7 +161,7 @@ fn chains_rest_where_their_closed_form_has_them_whatever_the_references_substeps
         let case = &cases(name)[0];
         let converged = converge(case).expect("sound settings");
         assert!(converged.settled, "{name}");
-        // Masses and lengths are f32, and rest is found to some 1e-7 of a metre.
+        // Masses and lengths are f32, and rest is accurate to about 1e-7 of a meter.
         let off = (converged.values[0] - expected(case)).abs();
         assert!(off < 1e-6, "{name}: {off} m");
         let (poor, good) = (
@@ -182,14 +185,14 @@ fn a_catenarys_mesh_error_falls_with_the_square_of_its_links() {
         })
         .collect();
     for pair in errors.windows(2) {
-        // A polygon of n links is 1/n² from its curve.
+        // A polygon of n links deviates from its curve by 1/n².
         let factor = pair[0] / pair[1];
         assert!((3.8..4.2).contains(&factor), "{errors:?}");
     }
 }
 
-/// Both kinds of bending, on two meshes each: a strip hangs as the heavy elastica says, which is what
-/// Peirce's formula for the stiffness of fabrics was fitted to.
+/// Both kinds of bending, on two meshes each: a strip hangs like the heavy elastica, to which
+/// Peirce's formula for the stiffness of fabrics was fitted.
 #[test]
 fn a_clamped_strip_hangs_as_its_bending_stiffness_says_on_any_mesh_by_either_energy() {
     let strip = Problem::load("clamped_strip").expect("built in");
@@ -205,8 +208,8 @@ fn a_clamped_strip_hangs_as_its_bending_stiffness_says_on_any_mesh_by_either_ene
                 converged.values[0] / expected(case) - 1.0
             })
             .collect();
-        // The curvature at the clamp stands for the whole first cell, over which the moment falls by
-        // a third where there are four: some per cent, less with more cells.
+        // The curvature at the clamp is used for the whole first cell, over which the moment
+        // decreases by a third with four cells: some per cent, less with more cells.
         assert!(errors.iter().all(|error| error.abs() < 0.05), "{errors:?}");
     }
 }
@@ -246,8 +249,8 @@ fn a_static_equilibrium_is_where_the_reference_comes_to_rest() {
 fn a_beam_bends_as_far_as_linear_finite_elements_on_its_mesh_say() {
     let case = &cases("fem_beam")[0];
     let tip = by_equilibrium(case).expect("elastic and pinned").values[0];
-    // By linear tetrahedra with a direct solver, elsewhere. What is left out there is of second order in
-    // the slope of the tip, (4/3 · 0.0142/2)² = 9e-5.
+    // From linear tetrahedra with a direct solver, computed externally. The neglected terms are of
+    // second order in the slope of the tip, (4/3 · 0.0142/2)² = 9e-5.
     let linear = 14.2373e-3;
     assert!((tip / linear - 1.0).abs() < 9e-5, "{tip} m");
 }
@@ -257,9 +260,10 @@ fn what_rests_on_a_ground_is_still_found_by_the_reference() {
     assert!(by_equilibrium(&cases("bulk_block")[0]).is_none());
 }
 
-/// A pendulum of 100 m in a weak gravity: the length of its rigid edge is rounded by 4e-6 m, which shakes it so
-/// that it is stopped every few ticks, and goes 1e-5 m in half a second, far from the bottom of its swing. That
-/// is less than rest is told from motion by; but a tenth of its weight still pushes it.
+/// A pendulum of 100 m in a weak gravity: the length of its rigid edge is rounded by 4e-6 m, and
+/// the resulting jitter makes kinetic damping stop it every few ticks, so that it moves 1e-5 m in
+/// half a second, far from the bottom of its path. That is below the displacement threshold of
+/// rest; but a tenth of its weight is still unbalanced.
 #[test]
 fn a_body_that_only_creeps_has_not_come_to_rest() {
     let text = r#"Problem(
@@ -294,7 +298,8 @@ fn a_body_that_only_creeps_has_not_come_to_rest() {
     }
 }
 
-/// Files of before name the settings of the reference, and the converged solution, by its old word.
+/// Older files use the former name for the settings of the reference and for the converged
+/// solution.
 #[test]
 fn a_problem_with_the_old_names_is_read_as_the_new_one_is() {
     let new = fs::read_to_string(concat!(

@@ -1,4 +1,4 @@
-//! `pliant study` as a user of a shell sees it.
+//! `pliant study` from the command line.
 
 use serde_json::Value;
 use std::{
@@ -19,7 +19,7 @@ fn words(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).expect("UTF-8")
 }
 
-/// A folder of a test's own, empty.
+/// An empty folder for a test.
 fn folder(name: &str) -> PathBuf {
     let folder = std::env::temp_dir().join(format!("pliant-study-{}-{name}", std::process::id()));
     let _ = fs::remove_dir_all(&folder);
@@ -31,7 +31,7 @@ fn text(path: &Path) -> &str {
     path.to_str().expect("UTF-8")
 }
 
-/// A mass on a spring, as a user may write it, on two meshes.
+/// A mass on a spring, as a user might write it, on two meshes.
 const OWN: &str = r#"Problem(
     title: "A mass of my own",
     about: "Two ropes of the same stiffness.",
@@ -59,7 +59,7 @@ fn object(output: &Output) -> Value {
     serde_json::from_slice(&output.stdout).expect("a JSON object")
 }
 
-/// What is the same on every machine, of every point.
+/// The machine-independent part of every point.
 fn answers(study: &Value) -> Vec<Value> {
     let problems = study["problems"].as_array().expect("an array").iter();
     let points = problems.flat_map(|problem| problem["points"].as_array().expect("an array"));
@@ -75,7 +75,7 @@ fn answers(study: &Value) -> Vec<Value> {
                 "hash",
             ];
             let mut answer: Vec<Value> = keys.map(|key| point[key].clone()).into();
-            // A number that was written and read again may differ in its last digit.
+            // A number may change in its last digit when written and read.
             let error = point["error"].as_f64().map(|error| format!("{error:.10e}"));
             answer.push(error.into());
             Value::Array(answer)
@@ -104,7 +104,8 @@ fn a_users_file_gives_all_figures_and_all_files() {
         .as_f64()
         .expect("a closed form");
     assert!((reference - 9.81 / 600.0).abs() < 1e-12);
-    // Springs that share a bar's weight give its elongation on any mesh; masses and lengths are f32.
+    // Springs that divide a bar's weight give its elongation on any mesh; masses and lengths are
+    // f32.
     assert!(problem["mesh_error"].as_f64().expect("a number") < 1e-5);
     let points = problem["points"].as_array().expect("an array");
     assert!(points.len() > 15, "{} points", points.len());
@@ -214,7 +215,7 @@ fn a_study_that_was_stopped_goes_on_from_what_it_has() {
     let points = out.join("points.jsonl");
     let all = fs::read_to_string(&points).expect("the points");
     let lines: Vec<&str> = all.split_inclusive('\n').collect();
-    // As a kill leaves it: a third of the lines, and a piece of the next.
+    // The file after a kill: a third of the lines, and a part of the next.
     let kept = lines[..lines.len() / 3].concat();
     let cut = format!("{kept}{}", &lines[lines.len() / 3][..20]);
     fs::write(&points, cut).expect("written");

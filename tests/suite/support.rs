@@ -1,4 +1,4 @@
-//! What several modules of the suite need: the smallest shapes, bodies with chosen masses, worlds.
+//! Shared helpers of the suite: the smallest shapes, bodies with given masses, worlds.
 
 use glam::{UVec3, Vec3, Vec4};
 use pliant::{
@@ -18,7 +18,7 @@ use pliant::{
 };
 use std::sync::Arc;
 
-/// The gravity of the closed forms [m/s²].
+/// Gravity in closed forms [m/s²].
 pub const G: f64 = 9.81;
 
 /// ```text
@@ -69,7 +69,7 @@ pub fn point() -> RestShape {
     }
 }
 
-/// A shape that is known to be sound.
+/// The topology of a valid shape.
 pub fn topology(shape: RestShape) -> Arc<Topology> {
     Arc::new(Topology::new(shape).expect("a sound shape"))
 }
@@ -80,8 +80,8 @@ pub fn body(name: &str, shape: RestShape, density: f32) -> Body {
     Body::new(name, topology(shape), density)
 }
 
-/// A body whose particles have the given masses [kg]. The density that it must have is the least
-/// there is: 1e-9 kg/m, below the rounding of a mass of 0.02 kg.
+/// A body whose particles have the given masses [kg]. Its required density is minimal: 1e-9 kg/m,
+/// below the rounding of a mass of 0.02 kg.
 pub fn body_of_masses(shape: RestShape, masses: &[f32]) -> Body {
     let mut body = body("masses", shape, 1e-9);
     for (particle, &mass) in (0..).zip(masses) {
@@ -92,7 +92,7 @@ pub fn body_of_masses(shape: RestShape, masses: &[f32]) -> Body {
     body
 }
 
-/// The body with its first particle pinned.
+/// The body with these particles pinned.
 pub fn pinned(mut body: Body, pins: &[u32]) -> Body {
     body.pins = pins.iter().copied().map(VertexIndex).collect();
     body.update_masses();
@@ -105,7 +105,7 @@ pub fn with(mut body: Body, effects: Effects) -> Body {
     body
 }
 
-/// Edges that give by `compliance` [m/N].
+/// Edges of compliance `compliance` [m/N].
 pub fn stretch(compliance: f32) -> Option<Stretch> {
     Some(Stretch {
         compliance: Compliance::new(compliance).expect("a sound compliance"),
@@ -113,7 +113,7 @@ pub fn stretch(compliance: f32) -> Option<Stretch> {
     })
 }
 
-/// Tetrahedra that give by `compliance` [m⁵/N].
+/// Tetrahedra of compliance `compliance` [m⁵/N].
 pub fn volume(compliance: f32) -> Option<Volume> {
     Some(Volume {
         compliance: Compliance::new(compliance).expect("a sound compliance"),
@@ -121,12 +121,12 @@ pub fn volume(compliance: f32) -> Option<Volume> {
     })
 }
 
-/// A damping of `tau` [s].
+/// A damping time constant `tau` [s].
 pub fn damping(tau: f32) -> Damping {
     Damping::new(tau).expect("a sound damping")
 }
 
-/// Edges and volumes, both rigid: what a soft body of the Ten Minute Physics form has.
+/// Rigid edges and volumes: a soft body as in Ten Minute Physics.
 pub fn elastic() -> Effects {
     Effects {
         stretch: stretch(0.0),
@@ -157,7 +157,7 @@ pub fn settings(gravity: f64, rate: f64, substeps: u32, iterations: u32) -> Sett
     settings
 }
 
-/// A world of one body that does not sleep.
+/// A world of one body with sleeping disabled.
 pub fn world(settings: Settings, body: Body) -> World {
     let mut world = World {
         settings,
@@ -168,7 +168,7 @@ pub fn world(settings: Settings, body: Body) -> World {
     world
 }
 
-/// Ticks for `seconds`.
+/// Runs ticks for `seconds`.
 pub fn run(world: &mut World, seconds: f64) {
     let ticks = (seconds * world.settings.rate.get()).round() as usize;
     for _ in 0..ticks {
@@ -202,7 +202,7 @@ pub fn random_vector(random: &mut Random, half: f32) -> Vec3 {
     Vec3::new(coordinate(), coordinate(), coordinate())
 }
 
-/// The bits of a column, for comparisons that no rounding may pass.
+/// The bits of a column, for exact comparisons.
 pub fn bits(column: &[Vec4]) -> Vec<[u32; 4]> {
     column
         .iter()
@@ -215,7 +215,7 @@ pub fn state_bits(particles: &Particles) -> [Vec<[u32; 4]>; 3] {
     particles.columns().map(|(_, column)| bits(column))
 }
 
-/// Where sweeps have left particles [m], rounded as positions are, with inverse masses.
+/// Positions after the iterations of a substep [m], rounded as positions are, with inverse masses.
 pub fn predicted(particles: &Particles) -> Vec<Vec4> {
     let each = (0..).zip(&particles.positions);
     each.map(|(i, x)| particles.predicted(i).as_vec3().extend(x.w))
@@ -232,16 +232,16 @@ pub fn assert_relative(value: f64, expected: f64, tolerance: f64, what: &str) {
     );
 }
 
-/// One sweep over all constraints of an effect of a body, with substeps of `h` seconds. It displaces
-/// particles: where they are afterwards is told by `predicted`.
-pub fn sweep<const N: usize, const M: usize, E: Elastic<N, M>>(
+/// One iteration over all constraints of an effect of a body, with substeps of `h` seconds. It
+/// displaces particles: `predicted` returns their positions afterwards.
+pub fn iterate<const N: usize, const M: usize, E: Elastic<N, M>>(
     body: &mut Body,
     effect: &E,
     h: f32,
     multipliers: Multipliers,
 ) {
     let particles = body.particles.as_part();
-    elastic::sweep(effect, &body.topology, h, particles, multipliers);
+    elastic::iterate(effect, &body.topology, h, particles, multipliers);
 }
 
 /// A pass of an effect without elements over a body, in a substep of `h` seconds without gravity.

@@ -1,4 +1,4 @@
-//! Apps without a window, for the tests of the simulation.
+//! Headless apps for the tests of the simulation.
 
 use crate::support::{elastic_on_ground, settings};
 use bevy::{
@@ -15,12 +15,12 @@ use pliant::{
     solver::{self, Body},
 };
 
-/// An app with nothing but the soft bodies' plugins. Ticks are done by hand.
+/// An app with only the soft-body plugins. Ticks are run manually.
 pub fn app() -> App {
     app_with(|_| ())
 }
 
-/// The same, with what a user adds to it.
+/// The same with user additions.
 pub fn app_with(add: impl FnOnce(&mut App)) -> App {
     let mut app = App::new();
     app.add_plugins(SoftBodyPlugins::default());
@@ -30,20 +30,20 @@ pub fn app_with(add: impl FnOnce(&mut App)) -> App {
     app
 }
 
-/// Such an app with a plain world in it, and the entities of its bodies and colliders.
+/// Such an app with the contents of a plain world, and the entities of its bodies and colliders.
 pub fn app_of(world: &solver::World) -> (App, Vec<Entity>, Vec<Entity>) {
     let mut app = app();
     let (bodies, colliders) = plain::spawn(app.world_mut(), world);
     (app, bodies, colliders)
 }
 
-/// Ticks by hand.
+/// Runs ticks manually.
 pub fn ticks(app: &mut App, count: usize) {
     (0..count).for_each(|_| tick(app.world_mut()));
 }
 
-/// The systems that a schedule itself says it holds, in the order in which it runs them. Each is
-/// told by the set that it is in: its effect's name, or else its stage's; "other" for none.
+/// The systems that a schedule lists, in execution order. Each is identified by the set that
+/// contains it: its effect's name, or else its stage's; "other" for none.
 pub fn systems(app: &App, label: impl ScheduleLabel) -> Vec<String> {
     let schedules = app.world().resource::<Schedules>();
     let schedule = schedules.get(label).expect("the schedule exists");
@@ -66,8 +66,8 @@ pub fn systems(app: &App, label: impl ScheduleLabel) -> Vec<String> {
     .collect()
 }
 
-/// The systems of a sweep and of a pass over contacts.
-pub fn systems_of_sweep(app: &App) -> Vec<String> {
+/// The systems of an iteration and of a pass over contacts.
+pub fn systems_of_iteration(app: &App) -> Vec<String> {
     let mut all = systems(app, SolveSchedule);
     all.extend(systems(app, ContactSchedule));
     all
@@ -84,7 +84,7 @@ fn stages() -> impl Iterator<Item = (String, InternedSystemSet)> {
     .map(|(name, set)| (name.to_owned(), set))
 }
 
-/// A soft cube above its ground, and one that has been thrown.
+/// A soft cube above its ground, and a moving one.
 pub fn cubes() -> solver::World {
     let cube = |name: &str, x: f32| -> Body {
         let mut body = crate::support::body(name, crate::support::cube(0.4, 1), 1000.0);
@@ -101,12 +101,12 @@ pub fn cubes() -> solver::World {
     }
 }
 
-/// Lets a user do something before the next tick.
+/// Queues a user action before the next tick.
 pub fn push(app: &mut App, action: Action) {
     app.world_mut().resource_mut::<Actions>().push(action);
 }
 
-/// Does one thing, and gives back what was wrong with it.
+/// Carries out one action, and returns its errors.
 pub fn done(app: &mut App, action: Action) -> Vec<ActionError> {
     push(app, action);
     ticks(app, 1);

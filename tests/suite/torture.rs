@@ -1,5 +1,5 @@
-//! The hard cases: that they pass, that the documents tell what came out, and that a solver that broke
-//! something would be found out.
+//! The hard cases: they pass, the documents state their results, and a solver with a defect would
+//! be detected.
 
 use glam::Vec4;
 use pliant::{
@@ -36,18 +36,18 @@ fn of(case: &str) -> Options {
     }
 }
 
-/// What docs/robustness.md tells: the table, and which members are expected to fail.
+/// The part of docs/robustness.md that is generated: the table, and the expected failures.
 fn exhibit(rows: &[Row]) -> String {
     let cells = rows.iter().map(|row| table::cells(row).to_vec());
     document::markdown(&[
         Block::Text(table::summary(rows)),
-        Block::Table(table::HEAD.map(str::to_owned).to_vec(), cells.collect()),
+        Block::table("", &table::HEAD, cells.collect()),
         Block::Heading(2, "Expected failures, one by one".to_owned()),
         Block::List(table::expected_failures(rows)),
     ])
 }
 
-/// A file with what stands between the marks replaced, beside what it is.
+/// The text of a file and the same with the part between the marks replaced.
 fn renewed(file: &Path, between: &str) -> (String, String) {
     let text = fs::read_to_string(file).expect("the file is there");
     let (before, rest) = text.split_once(BEGIN).expect("where it begins");
@@ -56,9 +56,10 @@ fn renewed(file: &Path, between: &str) -> (String, String) {
     (text, right)
 }
 
-/// Every member of the quick set passes but the expected failures, which all fail, and README and
-/// docs/robustness.md have these figures to the digit, as they are the same on every machine. After a change that is
-/// meant to alter them, `PLIANT_MINT=1 cargo test --release the_quick_set` writes both anew.
+/// Every member of the quick set passes except the expected failures, which all fail, and README
+/// and docs/robustness.md contain these figures to the digit, as they are identical on every
+/// machine. After an intended change, `PLIANT_MINT=1 cargo test --release the_quick_set` writes
+/// both anew.
 #[test]
 fn the_quick_set_passes_and_the_documents_tell_what_came_out() {
     let rows = rows(&quick(), suite::threads(0).expect("threads"));
@@ -127,7 +128,7 @@ fn names_of_cases_and_of_their_members_are_all_different() {
     }
 }
 
-/// The first quick member of each kind of body, as a case begins it.
+/// The first quick member of each kind of body, in the initial state of a case.
 fn beginnings(case: &'static Case) -> Vec<(Member, World)> {
     let members = (case.family)(1);
     let first = Kind::ALL.into_iter().filter_map(|kind| {
@@ -145,7 +146,7 @@ fn beginnings(case: &'static Case) -> Vec<(Member, World)> {
         .collect()
 }
 
-/// Had the solver done nothing, each case about shapes would say so.
+/// Each case about shapes detects a solver that does nothing.
 #[test]
 fn a_body_that_is_left_in_its_hard_case_does_not_pass() {
     let shapes = [
@@ -182,7 +183,7 @@ fn a_body_that_is_left_in_its_hard_case_does_not_pass() {
     }
 }
 
-/// What a watch finds when something is done to a world between two ticks.
+/// Failed figures of a watch after a change of the world between two ticks.
 fn found(spoil: impl Fn(&mut World)) -> Vec<&'static str> {
     let mut world = Member::of(Shape::Cube(2)).world().expect("it can be built");
     let body = &mut world.bodies[0];
@@ -243,7 +244,7 @@ fn a_figure_that_is_no_number_never_holds() {
     assert!(Figure::none("x", 0, "m").holds() && !Figure::none("x", 1, "m").holds());
 }
 
-/// Whole members run at the same time; what comes out is the same with any number at once.
+/// Members run in parallel; the result is the same for any number at once.
 #[test]
 fn rows_are_the_same_with_any_number_of_members_at_once() {
     let figures = |threads| -> Vec<_> {
@@ -256,7 +257,7 @@ fn rows_are_the_same_with_any_number_of_members_at_once() {
     assert_eq!(figures(1), figures(3));
 }
 
-/// "Squash *this*".
+/// A case runs on a body of the user.
 #[test]
 fn a_case_runs_on_a_body_that_somebody_has() {
     let case = Case::named("squashed").expect("it is there");

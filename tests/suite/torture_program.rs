@@ -1,4 +1,4 @@
-//! `pliant torture` as a user of a shell sees it.
+//! `pliant torture` from the command line.
 
 use serde_json::Value;
 use std::{

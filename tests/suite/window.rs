@@ -1,7 +1,7 @@
-//! The real window, with a real pointer: pressed, dragged and closed as a user would.
+//! The real window with a real pointer: pressed, dragged and closed as by a user.
 //!
-//! Runs where there is an X11 display and `xdotool`; elsewhere each test says that it was skipped,
-//! unless `PLIANT_WINDOW_TESTS=required`. The program's journal tells what it did.
+//! Requires an X11 display and `xdotool`; without them each test reports that it was skipped,
+//! unless `PLIANT_WINDOW_TESTS=required`. The program's journal records its events.
 
 use serde_json::Value;
 use std::{
@@ -19,7 +19,7 @@ use x11rb::{
 /// One window at a time: there is one pointer.
 static POINTER: Mutex<()> = Mutex::new(());
 
-/// A software renderer on a busy machine takes its time to compile shaders.
+/// Compiling shaders takes long with a software renderer on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 const SIZE: (f64, f64) = (1280.0, 800.0);
@@ -31,7 +31,7 @@ struct Window {
 }
 
 /// The display, if there is one. Kept open, as a display server that loses its last client resets,
-/// and refuses the next one for a moment.
+/// and rejects the next one for a moment.
 fn display() -> Option<&'static RustConnection> {
     static DISPLAY: OnceLock<Option<RustConnection>> = OnceLock::new();
     let connect = || x11rb::connect(None).ok().map(|(connection, _)| connection);
@@ -67,7 +67,7 @@ impl Window {
         Self::open_with(scene, &[])
     }
 
-    /// The same with more on the command line.
+    /// The same with additional arguments.
     fn open_with(scene: &str, arguments: &[&str]) -> Self {
         let folder =
             std::env::temp_dir().join(format!("pliant-window-{}-{scene}", std::process::id()));
@@ -114,8 +114,8 @@ impl Window {
         }
     }
 
-    /// Takes hold of a body in its middle. At a few frames a second a press may come before the
-    /// program has seen where the pointer went; a user presses again then.
+    /// Grabs a body in its middle. At a few frames per second a press may arrive before the program
+    /// has processed the pointer motion; like a user, the test then presses again.
     fn grab(&mut self) -> ([f64; 2], [f64; 3]) {
         let grabs = |event: &Value| event["action"]["do"] == "grab";
         let before = self.count(grabs);
@@ -138,13 +138,13 @@ impl Window {
 
     fn events(&self) -> Vec<Value> {
         let text = std::fs::read_to_string(self.folder.join("journal.jsonl")).unwrap_or_default();
-        // The last line may be half written.
+        // The last line may be incomplete.
         text.lines()
             .filter_map(|line| serde_json::from_str(line).ok())
             .collect()
     }
 
-    /// The newest event that `find` takes, waiting for it.
+    /// Waits for the newest event that `find` accepts.
     fn wait<T>(&mut self, what: &str, find: impl Fn(&Value) -> Option<T>) -> T {
         let start = Instant::now();
         loop {
@@ -160,14 +160,14 @@ impl Window {
         }
     }
 
-    /// Moves the pointer to a place in the window [px].
+    /// Moves the pointer to a position in the window [px].
     fn point(&self, [x, y]: [f64; 2]) {
         let (x, y) = (x.round().to_string(), y.round().to_string());
         xdotool(&["mousemove", "--window", &self.id.to_string(), &x, &y]);
         std::thread::sleep(Duration::from_millis(60));
     }
 
-    /// Where a body is: on the screen [px], and in the world [m].
+    /// Position of a body: on the screen [px], and in the world [m].
     fn body(&mut self) -> ([f64; 2], [f64; 3]) {
         self.wait("body in sight", |event| {
             (event["event"] == "body").then_some(())?;
@@ -175,7 +175,7 @@ impl Window {
         })
     }
 
-    /// Where a widget of the panel is now: x, y, width, height [px].
+    /// Current rectangle of a widget of the panel: x, y, width, height [px].
     fn widget(&mut self, name: &str) -> [f64; 4] {
         self.wait(name, |event| {
             (event["event"] == "widget" && event["name"] == name)
@@ -183,7 +183,7 @@ impl Window {
         })
     }
 
-    /// Presses a widget of the panel until the journal says `done` once more than before.
+    /// Presses a widget of the panel until the journal has one more event `done` than before.
     fn press(&mut self, name: &str, done: impl Fn(&Value) -> bool) {
         let before = self.count(&done);
         for _ in 0..10 {
@@ -226,14 +226,14 @@ impl Window {
         panic!("choosing {entry} ten times does nothing");
     }
 
-    /// Whether a widget is shown now.
+    /// Whether a widget is visible.
     fn in_sight(&self, name: &str) -> bool {
         let events = self.events();
         let last = events.iter().rev().find(|event| event["name"] == name);
         last.is_some_and(|event| !event["rect"].is_null())
     }
 
-    /// Presses a key and waits until the journal says `done` once more than before.
+    /// Presses a key and waits until the journal has one more event `done` than before.
     fn key(&mut self, key: &str, done: impl Fn(&Value) -> bool) {
         let before = self.count(&done);
         xdotool(&["key", key]);
@@ -248,7 +248,7 @@ impl Window {
         self.events().iter().filter(|event| matches(event)).count()
     }
 
-    /// Asks the window to close, as its frame's button does, and waits for the program to end.
+    /// Requests the window to close, like its frame's button, and waits for the program to end.
     fn close(mut self) {
         let connection = display().expect("the display is there");
         let atom = |name: &str| {
@@ -287,7 +287,7 @@ impl Window {
 
 impl Drop for Window {
     fn drop(&mut self) {
-        // A failed test must not leave its window open; one that has closed takes no harm.
+        // A failed test must not leave its window open; a closed one is not affected.
         let _ = self.program.kill();
         let _ = self.program.wait();
     }
@@ -315,7 +315,7 @@ fn a_body_is_dragged_by_the_pointer_and_let_go() {
         .lock()
         .unwrap_or_else(|poisoned| poisoned.into_inner());
     let mut window = Window::open("jelly_cube");
-    // It falls and settles first, so that what moves it afterwards is the hand.
+    // It falls and settles first, so that only the grab moves it afterwards.
     window.wait("two seconds of simulation", |event| {
         (event["event"] == "tick" && event["time"].as_f64()? > 2.0).then_some(())
     });
@@ -363,7 +363,7 @@ fn the_compliance_slider_changes_the_component() {
         .lock()
         .unwrap_or_else(|poisoned| poisoned.into_inner());
     let mut window = Window::open("jelly_cube");
-    // The panel finds its places in the first frames.
+    // The panel determines its layout in the first frames.
     std::thread::sleep(Duration::from_secs(2));
     let value_at = |window: &mut Window, share: f64| {
         let is_set = |event: &Value| event["action"]["parameter"] == "stretch.compliance";
@@ -388,13 +388,13 @@ fn the_compliance_slider_changes_the_component() {
     };
     let stiff = value_at(&mut window, 0.2);
     let soft = value_at(&mut window, 0.8);
-    // The slider is logarithmic over many decades: three fifths of it are more than one.
+    // The slider is logarithmic over many decades: three fifths of it are more than one decade.
     assert!(soft > 10.0 * stiff, "{stiff} m/N, then {soft} m/N");
     window.close();
 }
 
-/// Everything that changes the simulation goes through the list of actions, or is a scene that
-/// comes: what a hand does in the window is done again without one, to the same hash.
+/// Everything that changes the simulation goes through the list of actions, or is a new scene: user
+/// input in the window is replayed without one, to the same hash.
 #[test]
 fn what_is_done_in_the_window_replays_without_one_on_any_number_of_threads() {
     if !can_run() {
@@ -420,7 +420,7 @@ fn what_is_done_in_the_window_replays_without_one_on_any_number_of_threads() {
     window.wait("release", |event| done("release")(event).then_some(()));
     window.press("squash", done("deform"));
     window.choose("add", "add.box", done("spawn"));
-    // The rows of effects are to come into sight.
+    // The rows of effects must become visible.
     let folded = |event: &Value| event["name"] == "world.substeps" && event["rect"].is_null();
     let unfolded = |event: &Value| event["name"] == "world.substeps" && !event["rect"].is_null();
     window.press("section.world", folded);
@@ -464,11 +464,11 @@ fn a_body_spoilt_by_a_typed_number_is_named_until_it_is_restored() {
         .lock()
         .unwrap_or_else(|poisoned| poisoned.into_inner());
     let mut window = Window::open("bounce");
-    // The row of the ground's height is to stay in sight.
+    // The row of the ground's height must stay visible.
     window.press("section.world", |event| {
         event["name"] == "world.substeps" && event["rect"].is_null()
     });
-    // All plates stand on one ground; it is raised faster than f32 can say.
+    // All plates are on one ground; it is raised at a speed beyond the range of f32.
     let raise = |window: &mut Window, height: &str| {
         let is_set = |event: &Value| event["action"]["parameter"] == "ground.height";
         for _ in 0..10 {
@@ -478,7 +478,7 @@ fn a_body_spoilt_by_a_typed_number_is_named_until_it_is_restored() {
             std::thread::sleep(Duration::from_millis(400));
             xdotool(&["click", "1"]);
             std::thread::sleep(Duration::from_millis(600));
-            // A click selects what stands there.
+            // A click selects the current text.
             xdotool(&["type", "--delay", "150", height]);
             std::thread::sleep(Duration::from_millis(400));
             xdotool(&["key", "Return"]);
@@ -496,7 +496,7 @@ fn a_body_spoilt_by_a_typed_number_is_named_until_it_is_restored() {
     };
     let gone = window.wait("the card", card);
     assert!(!gone);
-    // It stays, where a note would have gone.
+    // It remains visible for longer than a note would.
     std::thread::sleep(Duration::from_secs(16));
     assert!(!window.wait("the card", card));
     raise(&mut window, "0");
@@ -512,9 +512,9 @@ fn a_body_spoilt_by_a_typed_number_is_named_until_it_is_restored() {
     window.close();
 }
 
-/// Everything at once and too fast: a body is thrown about from corner to corner while its
-/// compliance and the substeps go from end to end, effects come and go, the window is made small and
-/// large, and is taken from the screen.
+/// Many interactions at once and very fast: a body is thrown from corner to corner while its
+/// compliance and the substeps are moved across their ranges, effects are added and removed, and
+/// the window is made small and large, and minimized.
 #[test]
 fn a_hurried_hand_breaks_nothing() {
     if !can_run() {

@@ -1,19 +1,19 @@
-//! The meshes that come with the program: in it, so that an installed program needs no folder.
+//! Built-in meshes, embedded in the binary so that an installed program needs no data folder.
 //!
-//! Where they are from and under which licence is in `assets/meshes/README.md`.
+//! Sources and licenses are listed in `assets/meshes/README.md`.
 
 use std::io;
 
 use super::{FileMesh, MeshError, read};
 
-/// A mesh that comes with the program.
+/// A built-in mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Asset {
-    /// What scene files call it.
+    /// Name used in scene files.
     pub name: &'static str,
-    /// The name of its file, which says its format.
+    /// File name; its extension gives the format.
     pub file: &'static str,
-    /// What it is, in a few words.
+    /// Short description.
     pub title: &'static str,
     bytes: &'static [u8],
 }
@@ -29,7 +29,7 @@ macro_rules! asset {
     };
 }
 
-/// All of them, sorted by name.
+/// All built-in meshes, sorted by name.
 pub const ASSETS: &[Asset] = &[
     asset!("bunny", "bunny.obj", "the Stanford bunny"),
     asset!(
@@ -41,10 +41,10 @@ pub const ASSETS: &[Asset] = &[
     asset!("teapot", "teapot.obj", "the Utah teapot"),
 ];
 
-/// Reads the mesh of a name.
+/// Loads the built-in mesh with this name.
 ///
 /// # Errors
-/// [`MeshError::UnknownAsset`], with the names that there are.
+/// [`MeshError::UnknownAsset`], with the list of known names.
 pub fn load(name: &str) -> Result<FileMesh, MeshError> {
     let Some(asset) = ASSETS.iter().find(|asset| asset.name == name) else {
         let known: Vec<_> = ASSETS.iter().map(|asset| asset.name).collect();

@@ -1,7 +1,7 @@
-//! From a mesh as it was read to a body: placed, mended, filled, embedded.
+//! Converts an imported mesh to a body: places, repairs, fills and embeds it.
 //!
-//! All geometry is done at unit size around the origin, in f64, so that a micrometre and a megametre
-//! are treated alike; the last step scales and rounds to f32.
+//! All geometry is computed in f64 at unit size around the origin, so that results do not depend on
+//! scale, from micrometers to megameters. The last step scales and rounds to f32.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -20,43 +20,43 @@ use pliant_solver::RestShape;
 mod fill;
 mod thin;
 
-/// The most cells along the longest side of a surface that is filled.
+/// Maximum number of cells along the longest side of a filled surface.
 pub const MAX_CELLS: u32 = 128;
 
-/// Sizes of a body [m] for which f32 holds the volume of a cell with all its digits.
+/// Valid body sizes [m]: within them f32 represents the volume of a cell at full precision.
 const SIZES: std::ops::RangeInclusive<f64> = 1e-7..=1e7;
 
-/// How a mesh becomes a body.
+/// Options for converting a mesh to a body.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BuildOptions {
     /// Length of the longest side of the bounding box [m], from 1e-7 to 1e7; `None`, the default,
-    /// keeps the file's numbers as metres.
+    /// keeps the file's numbers as meters.
     pub size: Option<f32>,
     /// Cells along the longest side when a surface is filled, from 2 to [`MAX_CELLS`]; `None`, the
     /// default, takes the coarsest of 12, 18, 27 and 40 that keeps the volume within 5 %.
     pub cells: Option<u32>,
-    /// What becomes of the inside.
+    /// Treatment of closed surfaces.
     pub treatment: Treatment,
 }
 
-/// What a closed surface means.
+/// Meaning of a closed surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Treatment {
-    /// The hull of a solid: it is filled with tetrahedra, and follows them as a skin.
+    /// The boundary of a solid: it is filled with tetrahedra and follows them as a skin.
     #[default]
     Fill,
-    /// The body itself: its triangles are a cloth.
+    /// The body itself: its triangles become a cloth.
     Shell,
 }
 
-/// Makes a body of a mesh: centred on the middle of its bounding box, scaled, mended, and, if it is
-/// a surface to be filled, filled with tetrahedra that it follows as a [`Skin`].
+/// Builds a body from a mesh: centers it on its bounding box, scales and repairs it, and, for a
+/// surface with [`Treatment::Fill`], fills it with tetrahedra that it follows as a [`Skin`].
 ///
 /// # Errors
 /// [`MeshError::Parameter`] for an option out of its range, [`MeshError::TooLarge`] for too many
-/// tetrahedra, and [`MeshError::Unusable`] for a mesh that no body can be made of: empty, without
-/// extent, not finite, an index out of range, or to be filled but enclosing nothing.
+/// tetrahedra, and [`MeshError::Unusable`] for a mesh that cannot become a body: empty, without
+/// extent, not finite, with an index out of range, or to be filled although it encloses no volume.
 pub fn build(mesh: FileMesh, options: &BuildOptions) -> Result<SoftMesh, MeshError> {
     if let Some(cells) = options
         .cells
@@ -172,15 +172,14 @@ fn note_unused(unused: usize, notes: &mut Vec<String>) {
     }
 }
 
-/// Where a mesh of unit size belongs.
+/// Maps a mesh of unit size to its final position and size.
 struct Placement {
-    /// Metres for one unit.
+    /// Meters per unit.
     scale: f64,
 }
 
 impl Placement {
-    /// Checks a mesh and brings it to unit size around the origin. Vertices that no element uses do
-    /// not count.
+    /// Checks a mesh and normalizes it to unit size around the origin. Unused vertices are ignored.
     fn of<const N: usize>(
         vertices: &mut [DVec3],
         elements: &[[u32; N]],
@@ -214,7 +213,7 @@ impl Placement {
         let longest = (high - low).max_element();
         let centre = low + (high - low) * 0.5;
         let size = options.size.map_or(longest, f64::from);
-        // Below this the digits of the coordinates are spent on where the mesh is, not on what.
+        // Below this, the offset from the origin uses up the precision of the coordinates.
         if longest <= centre.abs().max_element() * 1e-12 {
             return Err(MeshError::unusable(
                 "the mesh has no extent: all its vertices coincide",

@@ -1,7 +1,7 @@
-//! Mends what can be mended without changing the shape: vertices that coincide, elements without
-//! extent, elements given twice, vertices that nothing uses, tetrahedra inside out.
+//! Repairs that do not change the shape: coincident vertices, degenerate elements, repeated
+//! elements, unused vertices, inverted tetrahedra.
 //!
-//! Works on meshes of unit size, so that its tolerances are relative. Each thing done is a note.
+//! Works on meshes of unit size, so tolerances are relative. Each repair adds a note.
 
 use std::collections::BTreeMap;
 
@@ -9,19 +9,20 @@ use glam::DVec3;
 
 use super::elements::{sorted, tetrahedron_volume};
 
-/// Vertices nearer than this, in sizes of the mesh, are one. Above the rounding of a file written
-/// with six digits, far below any detail of a mesh of a million triangles (1e-3).
+/// Vertices closer than this, relative to the size of the mesh, are merged. It is above the
+/// rounding of a file written with six digits and far below any detail of a mesh of a million
+/// triangles (1e-3).
 const WELD: f64 = 1e-6;
-/// A tetrahedron is flat below this volume, in cubes of its longest edge; a regular one has 0.118.
-/// Below it the heights vanish in the rounding of f32 positions.
+/// A tetrahedron is flat below this volume, relative to the cube of its longest edge; a regular one
+/// has 0.118. Below it, heights are within the rounding of f32 positions.
 const FLAT: f64 = 1e-6;
 
-/// A count and what was counted, with an s where there are several.
+/// A count with its noun in the singular or plural.
 pub(super) fn counted(count: usize, one: &str, several: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { several })
 }
 
-/// Makes one vertex of those that coincide, and lets the elements refer to it.
+/// Merges coincident vertices and updates the elements.
 pub(super) fn weld<const N: usize>(
     vertices: &[DVec3],
     elements: &mut [[u32; N]],
@@ -32,7 +33,7 @@ pub(super) fn weld<const N: usize>(
     let mut stands_for: Vec<u32> = Vec::with_capacity(vertices.len());
     let mut welded = 0;
     for (index, &p) in vertices.iter().enumerate() {
-        // A ball of the tolerance reaches into at most two cells along each axis.
+        // The tolerance reaches into at most two cells along each axis.
         let (low, high) = (cell(p - WELD), cell(p + WELD));
         let mut found = None;
         for x in low[0]..=high[0] {
@@ -66,7 +67,7 @@ pub(super) fn weld<const N: usize>(
     }
 }
 
-/// Leaves out the vertices that no element uses, and renumbers; returns how many there were.
+/// Removes vertices that no element uses and renumbers the rest; returns the number removed.
 pub(super) fn keep_used<const N: usize>(
     vertices: &mut Vec<DVec3>,
     elements: &mut [[u32; N]],
@@ -93,7 +94,7 @@ pub(super) fn keep_used<const N: usize>(
     before - vertices.len()
 }
 
-/// Leaves out elements that another one repeats, whatever the order of their corners.
+/// Removes repeated elements, regardless of the order of their corners.
 fn drop_repeated<const N: usize>(
     elements: &mut Vec<[u32; N]>,
     (one, several): (&str, &str),
@@ -117,7 +118,7 @@ fn drop_repeated<const N: usize>(
     }
 }
 
-/// Leaves out triangles without area and repeated ones.
+/// Removes triangles without area and repeated triangles.
 pub(super) fn clean_triangles(
     vertices: &[DVec3],
     triangles: &mut Vec<[u32; 3]>,
@@ -148,7 +149,7 @@ pub(super) fn clean_triangles(
     );
 }
 
-/// Leaves out flat and repeated tetrahedra, and turns those that are inside out.
+/// Removes flat and repeated tetrahedra, and reorients inverted ones.
 pub(super) fn clean_tetrahedra(
     vertices: &[DVec3],
     tetrahedra: &mut Vec<[u32; 4]>,

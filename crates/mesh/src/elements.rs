@@ -1,10 +1,11 @@
-//! What follows from indices alone: edges, boundary, connected pieces; and the volumes they enclose.
+//! Quantities that follow from indices (edges, boundary, connected components) and enclosed
+//! volumes.
 //!
-//! Everything is sorted or in order of first appearance, never in that of a hash.
+//! All results are sorted or in order of first appearance, never in hash order.
 
 use glam::DVec3;
 
-/// The edges of tetrahedra and triangles: each once, smaller index first, sorted.
+/// Unique edges of tetrahedra and triangles, smaller index first, sorted.
 pub fn edges(tetrahedra: &[[u32; 4]], triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
     const OF_TETRAHEDRON: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
     const OF_TRIANGLE: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
@@ -21,7 +22,7 @@ pub fn edges(tetrahedra: &[[u32; 4]], triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
     edges
 }
 
-/// The faces that belong to one tetrahedron only, counter-clockwise from outside if the tetrahedra
+/// Faces that belong to exactly one tetrahedron, counter-clockwise from outside if the tetrahedra
 /// have positive volume. Sorted by their smallest indices.
 pub fn boundary_triangles(tetrahedra: &[[u32; 4]]) -> Vec<[u32; 3]> {
     let mut faces: Vec<([u32; 3], [u32; 3])> = tetrahedra
@@ -39,26 +40,26 @@ pub fn boundary_triangles(tetrahedra: &[[u32; 4]]) -> Vec<[u32; 3]> {
         .collect()
 }
 
-/// The corners of an element in ascending order: the same for each way to write the element.
+/// Corners of an element in ascending order: equal for all permutations of the element.
 pub(super) fn sorted<const N: usize>(mut corners: [u32; N]) -> [u32; N] {
     corners.sort_unstable();
     corners
 }
 
-/// Things that are joined step by step into pieces.
+/// Disjoint-set forest.
 pub(super) struct Pieces {
     parent: Vec<u32>,
 }
 
 impl Pieces {
-    /// Each thing is a piece of its own.
+    /// Every item starts as a set of its own.
     pub fn new(count: usize) -> Self {
         Self {
             parent: (0..count as u32).collect(),
         }
     }
 
-    /// The first thing of the piece that a thing belongs to.
+    /// Representative of the set that contains an item.
     pub fn first_of(&mut self, mut thing: u32) -> u32 {
         while self.parent[thing as usize] != thing {
             let above = self.parent[self.parent[thing as usize] as usize];
@@ -68,7 +69,7 @@ impl Pieces {
         thing
     }
 
-    /// Makes one piece of two, and says whether they were two.
+    /// Merges two sets; returns whether they were distinct.
     pub fn join(&mut self, a: u32, b: u32) -> bool {
         let (a, b) = (self.first_of(a), self.first_of(b));
         self.parent[a.max(b) as usize] = a.min(b);
@@ -76,8 +77,8 @@ impl Pieces {
     }
 }
 
-/// For each element the number of the piece that it belongs to. Elements that share a vertex are of
-/// one piece; pieces are numbered from 0 in order of first appearance.
+/// Component number of each element. Elements that share a vertex belong to one component;
+/// components are numbered from 0 in order of first appearance.
 pub fn component_of_each<const N: usize>(vertices: usize, elements: &[[u32; N]]) -> Vec<u32> {
     let mut pieces = Pieces::new(vertices);
     for element in elements {
@@ -100,8 +101,7 @@ pub fn component_of_each<const N: usize>(vertices: usize, elements: &[[u32; N]])
         .collect()
 }
 
-/// The elements of the piece with the most elements (the first of them, if several are alike), in
-/// their order.
+/// Elements of the largest component by element count (the first one on a tie), in their order.
 pub fn largest_component<const N: usize>(vertices: usize, elements: &[[u32; N]]) -> Vec<[u32; N]> {
     let component = component_of_each(vertices, elements);
     let mut sizes = vec![0_usize; component.iter().max().map_or(0, |last| *last as usize + 1)];
@@ -118,12 +118,12 @@ pub fn largest_component<const N: usize>(vertices: usize, elements: &[[u32; N]])
         .collect()
 }
 
-/// The signed volume of a tetrahedron, (b−a)×(c−a)·(d−a) / 6, in the cube of the positions' unit.
+/// Signed volume of a tetrahedron, (b−a)×(c−a)·(d−a) / 6, in the cube of the positions' unit.
 pub(super) fn tetrahedron_volume([a, b, c, d]: [DVec3; 4]) -> f64 {
     (b - a).cross(c - a).dot(d - a) / 6.0
 }
 
-/// The sum of the signed volumes of tetrahedra, in the cube of the positions' unit.
+/// Sum of the signed volumes of tetrahedra, in the cube of the positions' unit.
 ///
 /// # Panics
 /// If an index is out of range.
@@ -134,14 +134,14 @@ pub fn tetrahedra_volume(vertices: &[DVec3], tetrahedra: &[[u32; 4]]) -> f64 {
         .sum()
 }
 
-/// The volume that a closed surface encloses, in the cube of the positions' unit; negative if its
-/// triangles face inwards. What is enclosed twice counts twice. Of an open surface it is the volume
-/// of the cone from its first vertex, which means little.
+/// Volume enclosed by a closed surface, in the cube of the positions' unit; negative if its
+/// triangles face inwards. Volume enclosed twice counts twice. For an open surface the result is
+/// the volume of the cone from its first vertex, which is of little use.
 ///
 /// # Panics
 /// If an index is out of range.
 pub fn surface_volume(vertices: &[DVec3], triangles: &[[u32; 3]]) -> f64 {
-    // Measured from a vertex of the surface, so that a surface far away loses no digits.
+    // Relative to a vertex of the surface, so that distance from the origin costs no precision.
     let Some(apex) = triangles.first().map(|t| vertices[t[0] as usize]) else {
         return 0.0;
     };

@@ -1,8 +1,8 @@
-//! Hangs a fine surface on coarse tetrahedra.
+//! Embeds a fine surface in coarse tetrahedra.
 //!
-//! Each vertex takes, of the tetrahedra near it, the one that holds it or that it is least outside
-//! of, measured in barycentric coordinates, so that its weights are as small as they can be. Near is
-//! found with a grid. Both meshes are of unit size.
+//! Each vertex is anchored to the nearby tetrahedron that contains it, or otherwise to the one with
+//! the smallest negative barycentric coordinate, which keeps the weights small. Candidates come
+//! from a grid. Both meshes are of unit size.
 
 use glam::{DMat3, DVec3, IVec3};
 use pliant_solver::VertexIndex;
@@ -11,14 +11,14 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::Anchor;
 
-/// How many more cells around are searched once the first tetrahedra are met, if the point is more
-/// outside of them than is bearable.
+/// Search radius, in additional cells, after the first tetrahedra were found, where the point is
+/// farther outside of them than the given tolerance.
 const FARTHER: [(f64, i32); 2] = [(0.0, 1), (1.0, 3)];
 
-/// A tetrahedron prepared for barycentric coordinates.
+/// A tetrahedron with its inverse matrix for barycentric coordinates.
 struct Element {
     corners: [DVec3; 4],
-    /// From a place relative to the last corner to the weights of the first three.
+    /// Maps a position relative to the last corner to the weights of the first three.
     to_weights: DMat3,
 }
 
@@ -47,12 +47,13 @@ impl Element {
     }
 }
 
-/// Tetrahedra by the cells of a grid that their boxes touch. A cell is as large as a tetrahedron.
+/// Tetrahedra by the grid cells that their bounding boxes touch. Cells have the size of a
+/// tetrahedron.
 struct Grid {
     low: DVec3,
     cell: f64,
     count: IVec3,
-    /// Where the tetrahedra of each cell start in `inside`; one more at the end.
+    /// Start of the range of each cell in `inside`, with one more entry at the end.
     starts: Vec<u32>,
     inside: Vec<u32>,
 }
@@ -68,7 +69,7 @@ impl Grid {
             .map(Element::high)
             .fold(DVec3::NEG_INFINITY, DVec3::max);
         let sizes = elements.iter().map(|e| (e.high() - e.low()).max_element());
-        // Not so small that a few tiny tetrahedra make a grid of many empty cells.
+        // Lower limit, so that a few tiny tetrahedra do not make a grid of many empty cells.
         let cell =
             (sizes.sum::<f64>() / elements.len() as f64).max((high - low).max_element() / 256.0);
         let mut grid = Self {
@@ -97,7 +98,7 @@ impl Grid {
         grid
     }
 
-    /// The cell of a point, or the one nearest to it.
+    /// Cell of a point, or the nearest cell.
     fn cell_of(&self, point: DVec3) -> IVec3 {
         ((point - self.low) / self.cell)
             .floor()
@@ -109,7 +110,7 @@ impl Grid {
         (cell.x + self.count.x * (cell.y + self.count.y * cell.z)) as u32
     }
 
-    /// The tetrahedra that touch cells at most `reach` away from a cell; some come more than once.
+    /// Tetrahedra that touch cells within `reach` of a cell; may contain duplicates.
     fn near(&self, cell: IVec3, reach: i32, out: &mut Vec<u32>) {
         out.clear();
         let low = (cell - reach).max(IVec3::ZERO);
@@ -127,8 +128,8 @@ fn cells(low: IVec3, high: IVec3) -> impl Iterator<Item = IVec3> {
     })
 }
 
-/// Anchors of points in tetrahedra, of which there must be one at least, and how many of the points
-/// are too far from all of them to be held in place: those are moved to the nearest corner.
+/// Anchors of points in tetrahedra (at least one), and the number of points that are too far from
+/// all of them to be anchored in place: these are moved to the nearest corner.
 pub(super) fn embed(
     points: &[DVec3],
     vertices: &[DVec3],
@@ -151,7 +152,7 @@ pub(super) fn embed(
                 grid.near(cell, reach, near);
             }
             let mut best = least_outside(near, &elements, point);
-            // The nearest may be a sliver, in which weights are large: look behind it.
+            // The nearest one may be a sliver with large weights: search farther.
             for (bearable, farther) in FARTHER {
                 if best.0 > bearable {
                     grid.near(cell, reach + farther, near);
@@ -173,8 +174,8 @@ pub(super) fn embed(
     (anchors, lost.into_inner())
 }
 
-/// Of the candidates, of which there must be one, the one with the smallest negative weight for a
-/// point: how far the point is outside, which it is, and the weights. Of equals the first.
+/// Finds the candidate (at least one is required) with the smallest negative weight for a point.
+/// Returns its distance outside, its index, and the weights. The first one wins a tie.
 fn least_outside(candidates: &[u32], elements: &[Element], point: DVec3) -> (f64, u32, [f64; 4]) {
     let mut best = (f64::INFINITY, u32::MAX, [0.0; 4]);
     for &candidate in candidates {
@@ -187,7 +188,7 @@ fn least_outside(candidates: &[u32], elements: &[Element], point: DVec3) -> (f64
     best
 }
 
-/// Of the candidates the one with the corner nearest to a point, and weights that mean that corner.
+/// The candidate with the corner nearest to a point, and the weights of that corner.
 fn nearest_corner(candidates: &[u32], elements: &[Element], point: DVec3) -> (u32, [f64; 4]) {
     let mut best = (f64::INFINITY, u32::MAX, 0);
     for &candidate in candidates {
@@ -203,7 +204,7 @@ fn nearest_corner(candidates: &[u32], elements: &[Element], point: DVec3) -> (u3
     (best.1, weights)
 }
 
-/// Rounded to f32 so that they still sum to 1: the largest weight takes what rounding left.
+/// Rounds to f32 with the sum kept at 1: the largest weight absorbs the remainder.
 fn rounded(weights: [f64; 4]) -> [f32; 4] {
     let mut rounded = weights.map(|w| w as f32);
     let largest = (0..4).fold(0, |l, k| if rounded[k] > rounded[l] { k } else { l });

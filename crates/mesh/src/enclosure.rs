@@ -1,18 +1,18 @@
-//! What a surface encloses: is a point inside, and how far is it from the surface.
+//! Inside test and distance queries for a surface.
 //!
-//! Inside is where the generalised winding number is beyond one half, either way. So it does not
-//! matter whether triangles overlap, are missing here and there, or all face inwards. Far triangles
-//! are taken together as a dipole, after Barill and others, "Fast Winding Numbers for Soups and
-//! Clouds" (2018). Knows nothing of lattices; does not change the surface.
+//! A point is inside where the magnitude of the generalized winding number exceeds one half. The
+//! test tolerates overlapping triangles, small gaps and surfaces that face inwards. Distant
+//! triangles are approximated by a dipole, after Barill and others, "Fast Winding Numbers for Soups
+//! and Clouds" (2018). Independent of lattices; does not modify the surface.
 
 use glam::DVec3;
 
 const LEAF: usize = 8;
-/// A node counts as one dipole from this many of its radii on, as in the paper; the error is a few
-/// hundredths, and decides nothing at a threshold of one half.
+/// A node is approximated by one dipole beyond this multiple of its radius, as in the paper. The
+/// error is a few hundredths, irrelevant at a threshold of one half.
 const FAR: f64 = 2.0;
 
-/// The triangles of a surface in a tree of boxes.
+/// Bounding volume hierarchy of the triangles of a surface.
 pub(super) struct Enclosure {
     triangles: Vec<[DVec3; 3]>,
     nodes: Vec<Node>,
@@ -21,9 +21,9 @@ pub(super) struct Enclosure {
 struct Node {
     low: DVec3,
     high: DVec3,
-    /// Centroid of the triangles, by area.
+    /// Area-weighted centroid of the triangles.
     centre: DVec3,
-    /// The greatest distance of a triangle's corner from `centre`.
+    /// Largest distance of a triangle corner from `centre`.
     radius: f64,
     /// Sum of area times normal.
     area: DVec3,
@@ -42,7 +42,7 @@ enum Content {
 }
 
 impl Enclosure {
-    /// A tree of the triangles of a surface, of which there must be one at least.
+    /// Builds the tree; at least one triangle is required.
     pub fn new(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Self {
         let mut tree = Self {
             triangles: triangles
@@ -76,12 +76,12 @@ impl Enclosure {
         self.grow(start + middle, end);
     }
 
-    /// Whether the surface goes round the point more than half a time.
+    /// Whether the magnitude of the winding number exceeds one half.
     pub fn contains(&self, point: DVec3) -> bool {
         self.winding_number(point).abs() > 0.5
     }
 
-    /// How many times the surface goes round the point: 1 inside and 0 outside of a closed surface.
+    /// Winding number of the surface around a point: 1 inside and 0 outside of a closed surface.
     pub fn winding_number(&self, point: DVec3) -> f64 {
         self.solid_angle(0, point) / (4.0 * std::f64::consts::PI)
     }
@@ -104,7 +104,7 @@ impl Enclosure {
         }
     }
 
-    /// The distance from a point to the surface, or `limit` if it is farther.
+    /// Distance from a point to the surface, at most `limit`.
     pub fn distance(&self, point: DVec3, limit: f64) -> f64 {
         let mut best = limit * limit;
         self.nearest(0, point, &mut best);
@@ -171,13 +171,13 @@ impl Node {
     }
 }
 
-/// How many times triangles go round a point, added one by one: for few points, or few triangles.
+/// Winding number by direct summation, for few points or few triangles.
 pub(super) fn winding_number(triangles: impl Iterator<Item = [DVec3; 3]>, point: DVec3) -> f64 {
     let whole: f64 = triangles.map(|t| solid_angle(&t, point)).sum();
     whole / (4.0 * std::f64::consts::PI)
 }
 
-/// The solid angle under which a point sees a triangle [sr], positive from behind. Van Oosterom &
+/// Solid angle that a triangle subtends at a point [sr], positive from behind. Van Oosterom &
 /// Strackee, "The Solid Angle of a Plane Triangle" (1983), eq. 8.
 fn solid_angle(triangle: &[DVec3; 3], point: DVec3) -> f64 {
     let [a, b, c] = triangle.map(|corner| corner - point);
@@ -187,7 +187,7 @@ fn solid_angle(triangle: &[DVec3; 3], point: DVec3) -> f64 {
     2.0 * libm::atan2(above, below)
 }
 
-/// The point of a triangle nearest to a given one. Ericson, "Real-Time Collision Detection" (2005),
+/// Point of a triangle nearest to a given point. Ericson, "Real-Time Collision Detection" (2005),
 /// section 5.1.5.
 fn nearest_in_triangle(&[a, b, c]: &[DVec3; 3], point: DVec3) -> DVec3 {
     let (ab, ac, ap) = (b - a, c - a, point - a);

@@ -1,19 +1,20 @@
-//! Errors of meshes: what is wrong, where, what was expected and what to do.
+//! Mesh errors: what is wrong, where, what was expected and what to do.
 
 use std::io;
 
 /// Why a mesh could not be read or built.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum MeshError {
-    /// The file, or one that belongs to it, could not be opened or read.
+    /// The file, or one that it refers to, could not be opened or read.
     #[error("{file}: cannot be read: {source}")]
     Unreadable {
-        /// The file that was asked for.
+        /// The requested file.
         file: String,
-        /// What the system said.
+        /// Error reported by the system.
         source: io::Error,
     },
-    /// The name's ending is of no known format.
+    /// Unknown file name extension.
     #[error(
         "{file}: unknown mesh format; expected a file name that ends in .obj, .gltf, .glb, .msh, \
          .node, .ele or .mesh"
@@ -22,24 +23,24 @@ pub enum MeshError {
         /// The file's name.
         file: String,
     },
-    /// A word of a text file is wrong.
+    /// Unexpected token in a text file.
     #[error("{file}:{line}: found {found}, expected {expected}")]
     Text {
         /// The file's name.
         file: String,
         /// The line, counted from 1.
         line: usize,
-        /// The offending word in quotes, or what stood in its place.
+        /// The offending token in quotes, or what was found in its place.
         found: String,
-        /// What would have been right, or what to do.
+        /// The expected token, or what to do.
         expected: String,
     },
-    /// A part of a binary or structured file (glTF) is wrong.
+    /// Invalid content in a binary or structured file (glTF).
     #[error("{file}: {place}: {problem}")]
     Content {
         /// The file's name.
         file: String,
-        /// Which part, for example `mesh 0 'Body', primitive 1`.
+        /// Location, for example `mesh 0 'Body', primitive 1`.
         place: String,
         /// What is wrong, and what was expected.
         problem: String,
@@ -49,37 +50,37 @@ pub enum MeshError {
     Parameter {
         /// The parameter's name.
         name: &'static str,
-        /// The value that was given.
+        /// The given value.
         value: String,
         /// The valid range, with its unit.
         expected: String,
     },
-    /// The mesh would be larger than a body may be.
+    /// The mesh exceeds a size limit.
     #[error("the mesh would have {count} {what}, but at most {limit} are supported; {remedy}")]
     TooLarge {
-        /// What there are too many of.
+        /// The counted quantity.
         what: &'static str,
-        /// How many there would be.
+        /// Resulting count.
         count: u64,
-        /// How many there may be.
+        /// Maximum count.
         limit: u64,
-        /// What to do about it.
+        /// What to do.
         remedy: &'static str,
     },
-    /// The mesh is well formed, but no body can be made of it.
+    /// The mesh is well formed but cannot become a body.
     #[error("{problem}; {remedy}")]
     Unusable {
         /// What is wrong with the mesh.
         problem: String,
-        /// What to do about it.
+        /// What to do.
         remedy: String,
     },
     /// No built-in mesh has this name.
     #[error("unknown built-in mesh '{name}'; expected one of: {known}")]
     UnknownAsset {
-        /// The name that was asked for.
+        /// The requested name.
         name: String,
-        /// The names that there are, with commas between.
+        /// Known names, separated by commas.
         known: String,
     },
 }

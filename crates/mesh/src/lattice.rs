@@ -1,38 +1,40 @@
-//! Fills an implicit solid with tetrahedra: isosurface stuffing on a body-centred cubic lattice.
+//! Fills an implicit solid with tetrahedra: isosurface stuffing on a body-centered cubic lattice.
 //!
 //! After Labelle & Shewchuk, "Isosurface Stuffing: Fast Tetrahedral Meshes with Good Dihedral
-//! Angles" (2007), with one size of cell. A solid is given by one number a lattice point: positive
-//! inside, negative outside, zero on the surface. Where an edge of the lattice changes sign it is
-//! cut; a point too near to a cut is moved onto it; what remains inside is cut along the cuts.
+//! Angles" (2007), with a uniform cell size. The solid is given by one value per lattice point:
+//! positive inside, negative outside, zero on the surface. A lattice edge is cut where the value
+//! changes sign; a point too close to a cut is moved onto it; the inside parts of the cut
+//! tetrahedra are meshed.
 //!
-//! Knows nothing of surfaces or primitives. Its invariant, whatever the numbers: no tetrahedron is
-//! inside out or flat. The quality depends only on the two warping thresholds.
+//! Independent of surfaces and primitives. Invariant for any input: no tetrahedron is inverted or
+//! flat. Element quality depends only on the two warping thresholds.
 
 use glam::{DVec3, UVec3};
 use rayon::prelude::*;
 
 use super::{MeshError, TetMesh, primitive::MAX_TETRAHEDRA};
 
-/// How near to an end of a long edge (that of a cube) a cut may lie, as a share of its length.
+/// Minimum distance of a cut from an end of a long edge (edge of a cube), as a fraction of its
+/// length.
 const WARP_LONG: f64 = 0.24999;
-/// The same for a short edge (from a cube's corner to its centre). Both from the paper, table 1: the
-/// pair for which it proves dihedral angles between 10.7° and 164.8°.
+/// The same for a short edge (from a corner of a cube to its center). Both values are from the
+/// paper, table 1: the pair with proven dihedral angles between 10.7° and 164.8°.
 const WARP_SHORT: f64 = 0.41189;
 
-/// A grid of cubes; its points are the cubes' corners and centres.
+/// A grid of cubes; its points are the corners and centers of the cubes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Lattice {
     /// The lowest corner.
     pub origin: DVec3,
-    /// The side of a cube.
+    /// Edge length of a cube.
     pub spacing: f64,
     /// The number of cubes along each axis.
     pub cubes: UVec3,
 }
 
 impl Lattice {
-    /// A lattice that covers a box around the origin with at least half a cube to spare, and cubes
-    /// so aligned that the box's faces lie on corners of cubes if its sides are multiples of them.
+    /// A lattice that covers a box around the origin with a margin of at least half a cube, aligned
+    /// so that the faces of the box lie on cube corners if its sides are multiples of the spacing.
     pub fn around(half_extent: DVec3, spacing: f64) -> Self {
         let inner = (half_extent * 2.0 / spacing - 1e-9).ceil().max(DVec3::ONE);
         let cubes = inner.as_uvec3() + 2;
@@ -55,7 +57,7 @@ impl Lattice {
         self.corner_count() + at.x + self.cubes.x * (at.y + self.cubes.y * at.z)
     }
 
-    /// All points: corners first, then centres, each in rows along x.
+    /// All points: corners first, then centers, each in rows along x.
     pub fn points(&self) -> Vec<DVec3> {
         let grid = |count: UVec3, shift: f64| {
             cells(count).map(move |at| self.origin + (at.as_dvec3() + shift) * self.spacing)
@@ -72,7 +74,7 @@ impl Lattice {
         corners.chain(centres.par_chunks(self.cubes.x as usize))
     }
 
-    /// The point that is nearest to a place, which must be within the lattice.
+    /// Lattice point nearest to a position, which must be within the lattice.
     pub fn nearest(&self, place: DVec3) -> u32 {
         let place = (place - self.origin) / self.spacing;
         let corner = place.round();
@@ -84,7 +86,7 @@ impl Lattice {
         }
     }
 
-    /// Calls back with each edge of the lattice's tetrahedra, some more than once.
+    /// Visits each edge of the lattice tetrahedra; some edges are visited more than once.
     pub fn for_each_edge(&self, mut visit: impl FnMut(u32, u32)) {
         self.for_each_tetrahedron(|t| {
             for k in 0..4 {
@@ -95,8 +97,8 @@ impl Lattice {
         });
     }
 
-    /// Calls back with each tetrahedron of the lattice, of positive volume: the centres of two cubes
-    /// that share a face, and an edge of that face.
+    /// Visits each tetrahedron of the lattice, with positive volume: the centers of two cubes that
+    /// share a face, and an edge of that face.
     fn for_each_tetrahedron(&self, mut visit: impl FnMut([u32; 4])) {
         const AXES: [[UVec3; 3]; 3] = [
             [UVec3::X, UVec3::Y, UVec3::Z],
@@ -118,8 +120,9 @@ impl Lattice {
         }
     }
 
-    /// Of two points on one sublattice, which goes first when a quadrilateral is split. Neighbours
-    /// differ in one coordinate by one, so the sum's parity decides, and favours no direction.
+    /// Tie-break between two points of one sublattice when a quadrilateral is split. Neighbors
+    /// differ by one in one coordinate, so the parity of the coordinate sum decides without a
+    /// preferred direction.
     fn parity(&self, point: u32) -> u32 {
         let corners = self.corner_count();
         let (index, size) = if point < corners {
@@ -137,18 +140,19 @@ fn cells(count: UVec3) -> impl Iterator<Item = UVec3> {
     })
 }
 
-/// Which points are inside and far enough from all cuts that stuffing leaves them in place. What
-/// they span is in the filling without doubt.
+/// Which points are inside and far enough from all cuts to stay in place during stuffing. The
+/// tetrahedra that they span are always part of the filling.
 pub(super) fn firm_points(lattice: &Lattice, field: &[f64]) -> Vec<bool> {
     let warped = warp(lattice, &mut lattice.points(), field);
     warped.into_iter().map(|value| value > 0.0).collect()
 }
 
-/// Fills the solid whose `field` is positive (one value a lattice point, signed distances at best).
+/// Fills the solid whose `field` is positive (one value per lattice point, ideally signed
+/// distances).
 ///
 /// # Errors
-/// [`MeshError::TooLarge`] beyond [`MAX_TETRAHEDRA`]. A solid without a point inside gives no
-/// tetrahedra, and no error.
+/// [`MeshError::TooLarge`] beyond [`MAX_TETRAHEDRA`]. A solid without a point inside yields no
+/// tetrahedra and no error.
 pub(super) fn stuff(lattice: &Lattice, field: &[f64]) -> Result<TetMesh, MeshError> {
     let mut points = lattice.points();
     let warped = warp(lattice, &mut points, field);
@@ -188,7 +192,7 @@ pub(super) fn stuff(lattice: &Lattice, field: &[f64]) -> Result<TetMesh, MeshErr
     })
 }
 
-/// Where between `a` (0) and `b` (1) the field is zero, if it is linear.
+/// Position of the linear zero of the field between `a` (0) and `b` (1).
 fn crossing(field: &[f64], a: u32, b: u32) -> f64 {
     let (a, b) = (field[a as usize].abs(), field[b as usize].abs());
     a / (a + b)
@@ -199,8 +203,8 @@ fn is_long(lattice: &Lattice, a: u32, b: u32) -> bool {
     (a < lattice.corner_count()) == (b < lattice.corner_count())
 }
 
-/// Moves each point that is too near to a cut onto the nearest cut, and returns the field with zeros
-/// there. A cut is too near to one end of its edge at most, so the order does not matter.
+/// Moves each point that is too close to a cut onto the nearest cut, and returns the field with
+/// zeros there. A cut is too close to at most one end of its edge, so the order does not matter.
 fn warp(lattice: &Lattice, points: &mut [DVec3], field: &[f64]) -> Vec<f64> {
     let mut nearest: Vec<Option<(f64, u32)>> = vec![None; points.len()];
     let consider = |a: u32, b: u32| {
@@ -233,7 +237,7 @@ fn warp(lattice: &Lattice, points: &mut [DVec3], field: &[f64]) -> Vec<f64> {
     warped
 }
 
-/// The edges of the lattice that are still cut, inner end first, sorted.
+/// Lattice edges that are still cut, inner end first, sorted.
 fn cuts(lattice: &Lattice, field: &[f64]) -> Vec<[u32; 2]> {
     let mut cuts = Vec::new();
     lattice.for_each_tetrahedron(|t| {
@@ -250,9 +254,9 @@ fn cuts(lattice: &Lattice, field: &[f64]) -> Vec<[u32; 2]> {
 
 struct Stuffing<'a> {
     lattice: &'a Lattice,
-    /// Edge of each cut; the cut's point follows the lattice's points, in this order.
+    /// Edge of each cut; the points of the cuts follow the lattice points, in this order.
     cuts: Vec<[u32; 2]>,
-    /// After warping.
+    /// Field after warping.
     field: &'a [f64],
 }
 
@@ -262,9 +266,9 @@ impl Stuffing<'_> {
         (self.field.len() + place) as u32
     }
 
-    /// Whether `a` takes the diagonal of the quadrilateral that is left of the face `a`, `b`, `out`
+    /// Whether `a` takes the diagonal of the quadrilateral that remains of the face `a`, `b`, `out`
     /// when `out` is cut off (from `a` to the cut on the edge of `b`) rather than `b`. Both
-    /// tetrahedra of a face must agree, so it depends on the face alone.
+    /// tetrahedra of a face must agree, so the result depends on the face alone.
     fn goes_first(&self, a: u32, b: u32, out: u32) -> bool {
         let (long_a, long_b) = (is_long(self.lattice, a, out), is_long(self.lattice, b, out));
         if long_a == long_b {
@@ -274,7 +278,7 @@ impl Stuffing<'_> {
         }
     }
 
-    /// What is inside of one tetrahedron of the lattice, of either orientation.
+    /// Emits the inside part of one lattice tetrahedron, of either orientation.
     fn cut_tetrahedron(&self, corners: [u32; 4], mut emit: impl FnMut([u32; 4])) {
         let sign = |i: u32| self.field[i as usize].partial_cmp(&0.0);
         let of = |wanted: std::cmp::Ordering| {
@@ -328,7 +332,8 @@ impl Stuffing<'_> {
             self.cut(b, n),
         );
         match (self.goes_first(a, b, m), self.goes_first(a, b, n)) {
-            // Both diagonals start at one corner; the cut quadrilateral is nobody else's.
+            // Both diagonals start at one corner; no other tetrahedron shares the cut
+            // quadrilateral.
             (true, true) => {
                 emit([a, b, bm, bn]);
                 emit([a, am, an, bn]);

@@ -1,18 +1,18 @@
 //! Meshes: from a primitive or a file to a shape that the solver can step.
 //!
-//! Three ways lead to a [`SoftMesh`]:
+//! There are three ways to make a [`SoftMesh`]:
 //!
 //! - a [`Primitive`] (box, sphere, torus, cylinder, cloth, rope) at a chosen resolution,
-//! - a file ([`read`](mod@read)) or a mesh that comes with the program ([`asset`]), given to [`build()`],
-//! - a [`SurfaceMesh`] or [`TetMesh`] made by other code, given to [`build()`].
+//! - a file ([`read`](mod@read)) or a built-in mesh ([`asset`]), passed to [`build()`],
+//! - a [`SurfaceMesh`] or [`TetMesh`] from other code, passed to [`build()`].
 //!
-//! A surface is filled with a lattice of tetrahedra, coarser than itself, and then follows it as a
-//! [`Skin`]. Geometry is f64 up to the last step, in which it is centred and rounded to f32, so that
-//! a mesh far from its origin keeps its detail.
+//! A surface is filled with a lattice of tetrahedra, coarser than the surface, which then follows
+//! it as a [`Skin`]. Geometry is f64 up to the last step, which centers it and rounds to f32, so
+//! that a mesh far from its origin keeps its detail.
 //!
-//! Knows neither Bevy nor the solver beyond [`RestShape`], and holds no state. Its invariant: each
-//! tetrahedron of a [`SoftMesh`] has a positive volume, each index is in range, each number is
-//! finite, and the same input gives the same bits on every machine.
+//! Depends neither on Bevy nor, except for [`RestShape`], on the solver, and is stateless.
+//! Invariants: each tetrahedron of a [`SoftMesh`] has a positive volume, each index is in range,
+//! each number is finite, and equal input gives bit-identical output on every machine.
 
 pub mod asset;
 mod build;
@@ -40,13 +40,13 @@ pub use source::{FileMesh, SurfaceMesh, TetMesh};
 
 use pliant_solver::RestShape;
 
-/// A mesh ready to be a body.
+/// A mesh that is ready for simulation.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SoftMesh {
-    /// The coarse shape that is simulated [m], centred on the origin.
+    /// Simulated coarse shape [m], centered on the origin.
     pub shape: RestShape,
-    /// The fine surface that follows it; `None` if the shape's own triangles are the surface.
+    /// Fine surface that follows the shape; `None` if the triangles of the shape are the surface.
     pub skin: Option<Skin>,
-    /// What was mended or left out, one sentence each, for the user.
+    /// Repairs and omissions, one sentence each, for the user.
     pub notes: Vec<String>,
 }

@@ -1,8 +1,9 @@
-//! Makes the triangles of a surface face outwards, and counts what keeps it from being closed.
+//! Orients the triangles of a surface outwards and counts the defects that keep it from being
+//! closed.
 //!
-//! Triangles that share an edge are made to agree; then each connected piece that encloses a
-//! negative volume is turned, unless it is the wall of a cavity. A piece that cannot agree with
-//! itself (a Möbius strip) stays as it is. Each thing done is a note.
+//! Triangles that share an edge are oriented consistently; then each connected component with a
+//! negative volume is flipped, unless it is the wall of a cavity. A non-orientable component (a
+//! Möbius strip) stays unchanged. Each change adds a note.
 
 use std::collections::VecDeque;
 
@@ -10,17 +11,17 @@ use glam::DVec3;
 
 use super::{clean::counted, enclosure::winding_number};
 
-/// How the triangles of a surface meet.
+/// Edge defects of a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Borders {
-    /// Edges of one triangle only: the rims of holes.
+    /// Boundary edges (of one triangle): rims of holes.
     pub open: usize,
-    /// Edges of three triangles or more.
+    /// Edges of three or more triangles.
     pub branching: usize,
 }
 
-/// One side of a triangle: its ends in ascending order, whether the triangle runs along it
-/// backwards, and the triangle.
+/// One side of a triangle: its ends in ascending order, whether the triangle traverses it in
+/// reverse, and the triangle.
 type Side = ([u32; 2], bool, usize);
 
 fn sides(triangles: &[[u32; 3]]) -> Vec<Side> {
@@ -35,7 +36,7 @@ fn sides(triangles: &[[u32; 3]]) -> Vec<Side> {
     sides
 }
 
-/// Counts the edges where a surface is not closed or branches.
+/// Counts boundary and branching edges.
 pub(super) fn borders(triangles: &[[u32; 3]]) -> Borders {
     let mut borders = Borders {
         open: 0,
@@ -51,7 +52,7 @@ pub(super) fn borders(triangles: &[[u32; 3]]) -> Borders {
     borders
 }
 
-/// Turns triangles so that they face outwards, as far as that is defined.
+/// Orients triangles outwards, as far as that is defined.
 pub(super) fn face_outwards(
     vertices: &[DVec3],
     triangles: &mut [[u32; 3]],
@@ -78,8 +79,8 @@ pub(super) fn face_outwards(
     }
 }
 
-/// Turns triangles so that neighbours agree with the first of their piece. Returns the piece of each
-/// triangle, the number of pieces, and which triangles were turned.
+/// Flips triangles for consistency with the first one of their component. Returns the component of
+/// each triangle, the number of components, and which triangles were flipped.
 fn agree(triangles: &mut [[u32; 3]]) -> (Vec<usize>, usize, Vec<bool>) {
     let sides = sides(triangles);
     let mut neighbours: Vec<Vec<(usize, bool)>> = vec![Vec::new(); triangles.len()];
@@ -118,7 +119,7 @@ fn agree(triangles: &mut [[u32; 3]]) -> (Vec<usize>, usize, Vec<bool>) {
     (piece, pieces, turned)
 }
 
-/// Triangles that agree on which side is out.
+/// A component of consistently oriented triangles.
 struct Piece {
     triangles: Vec<[DVec3; 3]>,
     low: DVec3,
@@ -144,8 +145,8 @@ impl Piece {
         self.triangles.push(triangle);
     }
 
-    /// Whether the cones from the piece's centroid to its triangles have a negative volume, one that
-    /// is not nearly zero beside that of a ball of the same area: a nearly flat piece faces nowhere.
+    /// Whether the cones from the centroid to the triangles have a clearly negative volume,
+    /// relative to a ball of the same area: a nearly flat component has no outside.
     fn faces_inwards(&self) -> bool {
         let (mut area, mut moment) = (0.0, DVec3::ZERO);
         for [a, b, c] in &self.triangles {
@@ -162,7 +163,7 @@ impl Piece {
     }
 }
 
-/// Whether a piece lies inside of the others, so that its triangles face inwards rightly.
+/// Whether a component lies inside of the others, so that its triangles rightly face inwards.
 fn is_cavity(pieces: &[Piece], number: usize) -> bool {
     let Some(&[point, ..]) = pieces[number].triangles.first() else {
         return false;

@@ -1,7 +1,7 @@
-//! Bodies by name and size: what may be asked for, and what is refused.
+//! Primitive bodies: parameters and validation.
 //!
-//! The shapes themselves are made in [`solid`] and [`sheet`]; here are the parameters, their ranges,
-//! and the limits that keep memory bounded. All are centred on the origin.
+//! The shapes are built in [`solid`] and [`sheet`]. This module has their parameters, ranges, and
+//! the limits that bound memory. All shapes are centered on the origin.
 
 use glam::{UVec2, UVec3, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
@@ -12,22 +12,22 @@ use pliant_solver::RestShape;
 mod sheet;
 mod solid;
 
-/// The most tetrahedra that a body may have.
+/// Maximum number of tetrahedra of a body.
 pub const MAX_TETRAHEDRA: usize = 2_000_000;
-/// The most particles that a cloth or a rope may have.
+/// Maximum number of particles of a cloth or a rope.
 pub const MAX_PARTICLES: usize = 1_000_000;
 
-/// Sizes [m] within which f32 holds the volume of a cell with all its digits.
+/// Valid sizes [m]: within them f32 represents the volume of a cell at full precision.
 const SIZES: std::ops::RangeInclusive<f32> = 1e-7..=1e7;
-/// Beyond this a tube's inner side has no room for cells.
+/// Maximum `minor` over `major`; beyond it the inner side of the tube has no space for cells.
 const FATTEST_TORUS: f32 = 0.95;
 
-/// A shape that is made rather than read. Sizes are in metres, from 1e-7 to 1e7.
+/// A parametric shape. Sizes are in meters, from 1e-7 to 1e7.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Primitive {
-    /// A solid box. Each cell is five tetrahedra, mirrored from cell to cell so that no direction is
-    /// preferred.
+    /// A solid box. Each cell has five tetrahedra, mirrored from cell to cell to avoid a preferred
+    /// direction.
     Box {
         /// Sides [m].
         size: Vec3,
@@ -45,11 +45,11 @@ pub enum Primitive {
     },
     /// A solid ring around the y axis.
     Torus {
-        /// From the axis to the middle of the tube [m].
+        /// Distance from the axis to the center of the tube [m].
         major: f32,
-        /// Radius of the tube [m], at most 0.95 `major`.
+        /// Radius of the tube [m], at most 0.95 × `major`.
         minor: f32,
-        /// Cells across the tube, from 2; 6 by default; an odd number counts as the next even one.
+        /// Cells across the tube, from 2; default 6. Odd numbers are rounded up to even.
         #[serde(default = "defaults::torus")]
         cells: u32,
     },
@@ -59,8 +59,7 @@ pub enum Primitive {
         radius: f32,
         /// Height along y [m].
         height: f32,
-        /// Cells across the diameter, from 2; 8 by default; an odd number counts as the next even
-        /// one.
+        /// Cells across the diameter, from 2; default 8. Odd numbers are rounded up to even.
         #[serde(default = "defaults::cylinder")]
         cells: u32,
     },
@@ -72,20 +71,20 @@ pub enum Primitive {
         /// Cells along x and z, from 1; 20 each by default.
         #[serde(default = "defaults::cloth")]
         cells: UVec2,
-        /// How the cells are split into triangles.
+        /// Split of the cells into triangles.
         #[serde(default)]
         diagonals: Diagonals,
         /// Whether cells have an edge along both diagonals, or only along that of their triangles
-        /// (the default).
+        /// (default).
         #[serde(default)]
         shear: bool,
     },
-    /// A hollow ball of cloth: an icosahedron whose faces are divided and put on the sphere, so that
-    /// all triangles are nearly equilateral. It is closed, and faces outwards.
+    /// A hollow ball of cloth: a subdivided icosahedron projected onto the sphere, with nearly
+    /// equilateral triangles. It is closed and faces outwards.
     Balloon {
         /// Radius [m].
         radius: f32,
-        /// Parts of each edge of the icosahedron, from 1; 8 by default, 642 particles.
+        /// Subdivisions of each edge of the icosahedron, from 1; default 8, 642 particles.
         #[serde(default = "defaults::balloon")]
         cells: u32,
     },
@@ -100,13 +99,13 @@ pub enum Primitive {
     },
 }
 
-/// How the cells of a cloth are split into triangles.
+/// Split of the cells of a cloth into triangles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Diagonals {
-    /// Mirrored from cell to cell, so that no direction is preferred.
+    /// Mirrored from cell to cell, without a preferred direction.
     #[default]
     Alternating,
-    /// All alike.
+    /// The same diagonal in all cells.
     OneWay,
 }
 
@@ -137,12 +136,12 @@ mod defaults {
 }
 
 impl Primitive {
-    /// Makes the shape.
+    /// Builds the shape.
     ///
     /// # Errors
     /// [`MeshError::Parameter`] if a size or a number of cells is out of its range,
-    /// [`MeshError::TooLarge`] beyond [`MAX_TETRAHEDRA`] or [`MAX_PARTICLES`]; before anything is
-    /// allocated.
+    /// [`MeshError::TooLarge`] beyond [`MAX_TETRAHEDRA`] or [`MAX_PARTICLES`]; checked before
+    /// anything is allocated.
     pub fn build(&self) -> Result<SoftMesh, MeshError> {
         let shape = match *self {
             Self::Box { size, cells } => {
@@ -154,7 +153,8 @@ impl Primitive {
             Self::Sphere { radius, cells } => {
                 sizes([("radius", radius)])?;
                 count("cells", cells, 4)?;
-                // A cube of the lattice holds twelve, and the ball fills π/6 of its box.
+                // A cube of the lattice has twelve tetrahedra, and the ball fills π/6 of its
+                // bounding box.
                 limit(product(&[6, cells, cells, cells]))?;
                 solid::sphere(radius, cells)?
             }

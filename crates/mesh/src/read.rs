@@ -1,10 +1,10 @@
 //! Reads mesh files: OBJ and glTF surfaces; Gmsh, TetGen and Medit tetrahedra.
 //!
-//! A reader gives back what the file says, in the file's unit, and mends nothing; but whatever it
-//! gives back is finite and has its indices in range. Everything else is an error that names the
-//! file and the line (in glTF, the mesh and the primitive). No count that a file claims is believed
-//! before the data is there, and what a glTF scene shows many times has a limit, so a short file never
-//! takes much memory.
+//! A reader returns the content of the file in the unit of the file, without repairs; returned
+//! values are finite and indices are in range. Everything else is an error that names the file and
+//! the line (in glTF, the mesh and the primitive). Counts in a file are not trusted before the data
+//! is present, and repeated instances in a glTF scene are limited, so that a short file cannot
+//! exhaust memory.
 
 use std::{fs, io, path::Path};
 
@@ -18,14 +18,14 @@ mod obj;
 mod tetgen;
 mod text;
 
-/// The endings of the names of files that can be read, in lower case.
+/// Supported file name extensions, in lower case.
 pub const ENDINGS: [&str; 7] = ["obj", "gltf", "glb", "msh", "node", "ele", "mesh"];
 
-/// Gives the bytes of a file beside the one that is read, by its name.
+/// Reads a file next to the mesh file, by name.
 pub type Beside<'a> = dyn Fn(&str) -> io::Result<Vec<u8>> + 'a;
 
-/// Reads a mesh file. The ending of its name says the format ([`ENDINGS`], upper or lower case); a
-/// TetGen pair is read by the name of either file.
+/// Reads a mesh file. The extension selects the format ([`ENDINGS`], case-insensitive); a TetGen
+/// pair is read by the name of either file.
 ///
 /// # Errors
 /// [`MeshError::Unreadable`], [`MeshError::UnknownFormat`], [`MeshError::Text`] or
@@ -42,9 +42,8 @@ pub fn file(path: &Path) -> Result<FileMesh, MeshError> {
     })
 }
 
-/// Reads a mesh file that is in memory. `name` says the format, and is what errors call the file;
-/// `beside` is asked for a file that the mesh refers to (a glTF buffer, the other file of a TetGen
-/// pair).
+/// Reads a mesh file from memory. `name` selects the format and identifies the file in errors;
+/// `beside` reads files that the mesh refers to (a glTF buffer, the other file of a TetGen pair).
 ///
 /// # Errors
 /// As [`file()`].

@@ -9,29 +9,29 @@ use serde::{Deserialize, Serialize};
 pub struct Skin {
     /// Indices into `anchors`, counter-clockwise from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// What each vertex of the surface hangs on.
+    /// Anchor of each vertex of the surface.
     pub anchors: Vec<Anchor>,
 }
 
-/// A point held by the four corners of a tetrahedron: its barycentric coordinates.
+/// A point embedded in a tetrahedron, by barycentric coordinates.
 ///
-/// The weights sum to 1 within rounding, so that the point moves rigidly with a rigid tetrahedron.
-/// They are between 0 and 1 in the tetrahedron, and may lie outside where the fine surface lies
-/// outside the coarse shape, but never beyond ±[`Anchor::MAX_WEIGHT`].
+/// The weights sum to 1 within rounding, so that the point follows rigid motion exactly. They are
+/// between 0 and 1 inside the tetrahedron, and may be outside that range where the fine surface
+/// lies outside the coarse shape, but never beyond ±[`Anchor::MAX_WEIGHT`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Anchor {
     /// The vertices of the tetrahedron.
     pub vertices: [VertexIndex; 4],
-    /// The weight of each.
+    /// Weight of each vertex.
     pub weights: [f32; 4],
 }
 
 impl Anchor {
-    /// The largest size of a weight. A point that would need more is moved to the nearest corner of
-    /// the coarse shape instead: a larger weight would show the solver's noise magnified.
+    /// Largest magnitude of a weight. A point that would need more is moved to the nearest corner
+    /// of the coarse shape: larger weights would amplify solver noise.
     pub const MAX_WEIGHT: f32 = 4.0;
 
-    /// Where the anchored point is now [m].
+    /// Current position of the anchored point [m].
     #[inline]
     pub fn position(&self, at: impl Fn(VertexIndex) -> Vec3) -> Vec3 {
         let [a, b, c, d] = self.vertices.map(at);
@@ -41,9 +41,9 @@ impl Anchor {
 }
 
 impl Skin {
-    /// Writes the positions of the surface's vertices [m] to `out`, which is emptied first and keeps
-    /// its memory, so that nothing is allocated from the second call on. `at` says where the vertices of the coarse shape
-    /// are [m].
+    /// Writes the positions of the surface vertices [m] to `out`. `out` is cleared first and keeps
+    /// its capacity, so that repeated calls do not allocate. `at` gives the positions of the
+    /// vertices of the coarse shape [m].
     pub fn deform(&self, at: impl Fn(VertexIndex) -> Vec3, out: &mut Vec<Vec3>) {
         out.clear();
         out.extend(self.anchors.iter().map(|anchor| anchor.position(&at)));

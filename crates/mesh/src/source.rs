@@ -1,40 +1,40 @@
-//! Meshes as they come from a file or from other code: unscaled, unchecked, in f64.
+//! Meshes from a file or from other code: unscaled, unchecked, in f64.
 
 use glam::DVec3;
 
-/// A surface of triangles. Counter-clockwise from outside, if it is as it should be.
+/// A triangle surface, counter-clockwise from outside in a well-formed mesh.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SurfaceMesh {
-    /// Positions in the file's own unit.
+    /// Positions in the unit of the file.
     pub vertices: Vec<DVec3>,
     /// Indices into `vertices`.
     pub triangles: Vec<[u32; 3]>,
-    /// What the reader left out, one sentence each.
+    /// Omissions by the reader, one sentence each.
     pub notes: Vec<String>,
 }
 
-/// A solid of tetrahedra, of either orientation.
+/// A tetrahedral mesh, of either orientation.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct TetMesh {
-    /// Positions in the file's own unit.
+    /// Positions in the unit of the file.
     pub vertices: Vec<DVec3>,
     /// Indices into `vertices`.
     pub tetrahedra: Vec<[u32; 4]>,
-    /// What the reader left out, one sentence each.
+    /// Omissions by the reader, one sentence each.
     pub notes: Vec<String>,
 }
 
-/// What a mesh file holds.
+/// Content of a mesh file.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FileMesh {
-    /// Triangles: to be filled, or to be used as cloth.
+    /// Triangles, to be filled or used as cloth.
     Surface(SurfaceMesh),
-    /// Tetrahedra: ready to be a body.
+    /// Tetrahedra, ready for simulation.
     Tetrahedra(TetMesh),
 }
 
 impl FileMesh {
-    /// Tetrahedra if there are any, and else the triangles: what formats that may hold both mean.
+    /// Tetrahedra if there are any, otherwise the triangles: for formats that may contain both.
     pub(super) fn of_either(
         vertices: Vec<DVec3>,
         tetrahedra: Vec<[u32; 4]>,

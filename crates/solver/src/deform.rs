@@ -1,24 +1,25 @@
-//! Deformations that put a body into a hard case: squashed, flat, shuffled, mirrored.
+//! Deformations for stress tests: squashed, flat, scrambled, inverted.
 //!
-//! They move the particles that are not pinned and stop them; rest shapes stay as they are.
+//! They move the particles that are not pinned and set their velocities to zero; rest shapes do not
+//! change.
 
 use super::{Particles, topology::bounds};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// A state to start from, made from the state that is there.
+/// A deformation of the current state.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Deformation {
-    /// Heights above the lowest point scaled by a factor (0 is flat, 1 changes nothing).
+    /// Scales heights above the lowest point by a factor (0 is flat, 1 changes nothing).
     Squash(f32),
-    /// Onto the vertical line through the middle, heights as they were.
+    /// Projects onto the vertical line through the middle; heights do not change.
     Line,
-    /// Every particle anywhere in the bounding box, by a seed.
+    /// Moves every particle to a random position in the bounding box, by a seed.
     Shuffle(u32),
-    /// Left and right swapped, so that every tetrahedron is inside out.
+    /// Swaps left and right, so that every tetrahedron is inverted.
     Mirror,
-    /// All distances from the middle scaled by a factor.
+    /// Scales all distances from the middle by a factor.
     Scale(f32),
 }
 
@@ -52,13 +53,13 @@ pub fn deform(particles: &mut Particles, deformation: Deformation) {
     particles.settle();
 }
 
-/// Evenly spread numbers from a seed, the same on every machine (SplitMix64, Steele and others
-/// 2014).
+/// Uniform pseudo-random numbers from a seed, identical on every machine (SplitMix64, Steele and
+/// others 2014).
 #[derive(Debug, Clone)]
 pub struct Random(u64);
 
 impl Random {
-    /// A sequence for each seed.
+    /// Starts the sequence of a seed.
     #[must_use]
     pub fn new(seed: u32) -> Self {
         Self(u64::from(seed))

@@ -1,17 +1,19 @@
 //! The solver: soft bodies by extended position-based dynamics (XPBD).
 //!
-//! Knows no files, no clock, and no Bevy, but for the feature `bevy`, which makes effects, particles and colliders
-//! components with reflection. Everything is in metres, kilograms, seconds and newtons.
-//! It keeps one promise above all: the same input gives the same bits on every machine. So it
-//! adds, subtracts, multiplies, divides and takes square roots, which IEEE 754 rounds exactly, and
-//! does nothing else in floating point; sums have a fixed order.
+//! Independent of files, clocks and Bevy, except for the feature `bevy`, which makes effects,
+//! particles and colliders components with reflection. All quantities are in meters, kilograms,
+//! seconds and newtons.
 //!
-//! - [`Topology`] is the immutable part of a body, [`Particles`] its state, [`Body`] both with the
-//!   effects that it carries, and [`World`] steps bodies without Bevy.
-//! - [`stages`], [`effects`] and [`contact`] are the three stages as plain functions; Bevy
-//!   systems call the same.
-//! - [`reference`](mod@reference) is the method again in f64, to measure errors against;
-//!   [`equilibrium`] is where it comes to rest, without any steps.
+//! The solver is deterministic: the same input gives the same bits on every machine. Floating-point
+//! operations are therefore limited to addition, subtraction, multiplication, division and square
+//! root, which IEEE 754 rounds exactly, and sums have a fixed order.
+//!
+//! - [`Topology`] is the immutable part of a body, [`Particles`] its state, [`Body`] both together
+//!   with its effects, and [`World`] steps bodies without Bevy.
+//! - [`stages`], [`effects`] and [`contact`] are the three stages as plain functions, which the
+//!   Bevy systems also call.
+//! - [`reference`](mod@reference) is the method in f64, for measuring errors; [`equilibrium`] finds
+//!   its state of rest without time steps.
 
 pub mod analytic;
 pub mod contact;
@@ -41,12 +43,12 @@ use step::{executor, phases, shared_body, substep};
 
 pub use body::{Body, Quarantine};
 pub use contact::{
-    Collide, Collider, ColliderShape, Contact, ContactCounts, ContactMultiplier, Contacts, Ground,
-    Path, Pose, SelfContact, StickyGround,
+    Collide, Collider, ColliderShape, Contact, ContactCounts, ContactForce, ContactMultiplier,
+    Contacts, Ground, Path, Pose, SelfContact, StickyGround,
 };
 pub use deform::{Deformation, deform};
 pub use delivered::Delivered;
-pub use direct::{Direct, Factors};
+pub use direct::{Direct, DirectWorkspace};
 pub use effects::{Effects, all::*};
 pub use effects::{body_kinds::BodyEffectKind, elastic::ElasticKind, states::EffectStates};
 pub use force::{Attract, Drag, ForceKind, Uniform, Vortex, Wind};

@@ -1,20 +1,20 @@
-//! The state of a body: its particles. Everything else about a body only describes.
+//! The state of a body: its particles. All other data of a body is constant or derived.
 //!
-//! A particle is at p + c where a substep begins, and at p + u while it goes on: p is a position in
-//! `f32`, u the displacement from it, and c, the carry, what rounding left of the position. So
-//! constraints work on small numbers, and motion is not lost however short a substep is: of two
-//! neighbors, the difference (pᵢ − pⱼ) + (uᵢ − uⱼ) is rounded as a displacement is, not as a position.
-//! The velocity is (u − c)/h; it is not stored.
+//! A particle is at p + c at the start of a substep, and at p + u within it: p is a position in
+//! `f32`, u the displacement from it, and c, the carry, the rounding error of the position.
+//! Constraints thus operate on small numbers, and motion is not lost however short a substep is:
+//! for two neighbors, the difference (pᵢ − pⱼ) + (uᵢ − uⱼ) has the rounding error of a
+//! displacement, not of a position. The velocity is (u − c)/h; it is not stored.
 //!
-//! Invariant between substeps: u = c + hv is where inertia alone would take the particle. The first
-//! stage adds gravity to u, constraints and contacts write u, and the third stage puts the position
-//! forward by it.
+//! Invariant between substeps: u = c + hv is the displacement by inertia alone. The first stage
+//! adds gravity to u, constraints and contacts write u, and the third stage advances the position
+//! by it.
 
 use super::{History, Repair};
 use glam::{DVec3, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
-/// Length of a substep [s] before there was one: that of default settings.
+/// Length of a substep [s] before the first one: that of default settings.
 const FIRST_SUBSTEP: f32 = 1.0 / 600.0;
 
 /// Particles as columns of 16-byte elements.
@@ -26,15 +26,16 @@ pub struct Particles {
     pub positions: Vec<Vec4>,
     /// Displacement u from `positions` in xyz [m]; w is 0.
     pub displacements: Vec<Vec4>,
-    /// Carry c in xyz [m], what `positions` are off by for being rounded; w is 0.
+    /// Carry c in xyz [m], the rounding error of `positions`; w is 0.
     pub carry: Vec<Vec4>,
-    /// Length of the substep that displacements are made in [s].
+    /// Length of the substep for the displacements [s].
     h: f32,
-    /// What they were one substep ago, for [steps of second order](super::history).
+    /// State one substep ago, for [second-order steps](super::history).
     pub history: History,
-    /// What of the body is [under repair](super::repair).
+    /// [Repair](super::repair) state of the body.
     pub repair: Repair,
-    /// Angular momentum about the center of mass when the substep began [kg·m²/s], if it is to be kept.
+    /// Angular momentum about the center of mass at the start of the substep [kg·m²/s], if it is
+    /// conserved.
     #[serde(skip)]
     pub(super) spin: Option<DVec3>,
 }
@@ -46,7 +47,7 @@ impl Clone for Particles {
         copy
     }
 
-    /// Into the room that is there.
+    /// Reuses allocations.
     fn clone_from(&mut self, from: &Self) {
         let Self {
             positions,
@@ -94,14 +95,14 @@ impl Particles {
         }
     }
 
-    /// Position of a particle where the substep begins, or between substeps [m]: p + c.
+    /// Position of a particle at the start of a substep, or between substeps [m]: p + c.
     #[must_use]
     pub fn position(&self, i: usize) -> DVec3 {
         wide(self.positions[i]) + wide(self.carry[i])
     }
 
-    /// Position of a particle in the course of a substep [m]: p + u. Between substeps, where its
-    /// velocity alone would take it in the next one.
+    /// Position of a particle within a substep [m]: p + u. Between substeps, the position that
+    /// inertia alone would give it after the next one.
     #[must_use]
     pub fn predicted(&self, i: usize) -> DVec3 {
         wide(self.positions[i]) + wide(self.displacements[i])
@@ -124,20 +125,21 @@ impl Particles {
         (0..self.len()).map(|i| self.velocity(i))
     }
 
-    /// How far a particle goes in a substep [m]: u − c.
+    /// Displacement of a particle in a substep [m]: u − c.
     #[must_use]
     pub fn motion(&self, i: usize) -> DVec3 {
         wide(self.displacements[i]) - wide(self.carry[i])
     }
 
-    /// Gives a particle a velocity [m/s]. A pinned one loses it in the next substep.
+    /// Sets the velocity of a particle [m/s]. A pinned one loses it in the next substep.
     pub fn set_velocity(&mut self, i: usize, velocity: Vec3) {
         let motion = velocity.as_dvec3() * f64::from(self.h);
         let displacement = wide(self.carry[i]) + motion;
         self.displacements[i] = displacement.as_vec3().extend(0.0);
     }
 
-    /// Adds to the velocity of a particle [m/s]. What the displacement is rounded by is not lost to it.
+    /// Adds to the velocity of a particle [m/s]. The rounding error of the displacement does not
+    /// affect it.
     pub fn accelerate(&mut self, i: usize, change: DVec3) {
         let wanted = wide(self.displacements[i]) + change * f64::from(self.h);
         self.displacements[i] = wanted.as_vec3().extend(0.0);
@@ -145,7 +147,7 @@ impl Particles {
         self.carry[i] = (wide(self.carry[i]) - lost).as_vec3().extend(0.0);
     }
 
-    /// Puts a particle somewhere [m], with the velocity that it has.
+    /// Sets the position of a particle [m]; its velocity does not change.
     pub fn set_position(&mut self, i: usize, position: DVec3) {
         let motion = self.motion(i);
         let rounded = position.as_vec3();
@@ -155,8 +157,8 @@ impl Particles {
         self.displacements[i] = (carry + motion).as_vec3().extend(0.0);
     }
 
-    /// Moves a particle before a substep [m], with the velocity that it has. Contacts do not take it to have
-    /// been there before: it goes into the carry.
+    /// Moves a particle before a substep [m]; its velocity does not change. The displacement goes
+    /// into the carry, so that contacts do not treat the old position as its start.
     pub(super) fn shift(&mut self, i: usize, by: DVec3) {
         let motion = self.motion(i);
         let carry = (wide(self.carry[i]) + by).as_vec3();
@@ -164,13 +166,12 @@ impl Particles {
         self.displacements[i] = (carry.as_dvec3() + motion).as_vec3().extend(0.0);
     }
 
-    /// Takes the velocity of all particles.
+    /// Sets the velocity of all particles to zero.
     pub fn stop(&mut self) {
         self.displacements.clone_from(&self.carry);
     }
 
-    /// Puts all particles at rest where `positions` are now, exactly: to be called after these were
-    /// written.
+    /// Sets all particles to rest exactly at `positions`; must be called after writing these.
     pub fn settle(&mut self) {
         let count = self.positions.len();
         for column in [&mut self.displacements, &mut self.carry] {
@@ -181,19 +182,19 @@ impl Particles {
         self.repair = Repair::default();
     }
 
-    /// Whether no particle moves.
+    /// Whether all particles have zero velocity.
     #[must_use]
     pub fn is_still(&self) -> bool {
         self.displacements == self.carry
     }
 
-    /// Length of the substep that displacements are made in [s].
+    /// Length of the substep for the displacements [s].
     #[must_use]
     pub fn substep_seconds(&self) -> f32 {
         self.h
     }
 
-    /// Makes displacements those of a substep of another length [s]; velocities stay.
+    /// Converts displacements to a substep of another length [s]; velocities do not change.
     pub fn set_substep_seconds(&mut self, h: f32) {
         if self.h == h {
             return;
@@ -206,19 +207,19 @@ impl Particles {
         self.h = h;
     }
 
-    /// The same where displacements are to be written anyhow.
+    /// The same if displacements are overwritten anyway.
     pub(super) fn begin_with_substep(&mut self, h: f32) {
         self.h = h;
     }
 
-    /// A contact was made in the substep under way.
+    /// Records a contact in the current substep.
     pub fn touch(&mut self) {
         self.history.touch();
         self.repair.touch();
         self.spin = None;
     }
 
-    /// All of them, to be stepped.
+    /// All particles, for stepping.
     #[must_use]
     pub fn as_part(&mut self) -> Part<'_> {
         Part {
@@ -228,7 +229,7 @@ impl Particles {
         }
     }
 
-    /// Moves all of them by `offset` [m], exactly; velocities stay.
+    /// Moves all particles by `offset` [m], exactly; velocities do not change.
     pub fn translate(&mut self, offset: DVec3) {
         for i in 0..self.len() {
             self.set_position(i, self.position(i) + offset);
@@ -243,13 +244,13 @@ impl Particles {
         }
     }
 
-    /// How many there are.
+    /// Number of particles.
     #[must_use]
     pub fn len(&self) -> usize {
         self.positions.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.positions.is_empty()
@@ -279,7 +280,7 @@ impl Particles {
     }
 }
 
-/// Some particles of a body, next to each other.
+/// A contiguous range of the particles of a body.
 #[derive(Debug)]
 pub struct Part<'a> {
     /// As [`Particles::positions`].
@@ -314,7 +315,7 @@ impl<'a> Part<'a> {
         )
     }
 
-    /// The same for a shorter time.
+    /// Reborrows for a shorter lifetime.
     #[must_use]
     pub fn reborrow(&mut self) -> Part<'_> {
         Part {
@@ -324,12 +325,12 @@ impl<'a> Part<'a> {
         }
     }
 
-    /// Where a particle is in the course of a substep [m]: p + u.
+    /// Position of a particle within a substep [m]: p + u.
     pub(super) fn predicted(&self, i: usize) -> DVec3 {
         wide(self.positions[i]) + wide(self.displacements[i])
     }
 
-    /// Where it was when the substep began [m]: p + c.
+    /// Position at the start of the substep [m]: p + c.
     pub(super) fn start(&self, i: usize) -> DVec3 {
         wide(self.positions[i]) + wide(self.carry[i])
     }
@@ -345,11 +346,11 @@ fn wide(x: Vec4) -> DVec3 {
     x.truncate().as_dvec3()
 }
 
-/// Index of the first element that is not finite, or not so when multiplied by `factor`.
+/// Index of the first element that is not finite, or not finite when multiplied by `factor`.
 #[must_use]
 pub fn first_not_finite(elements: &[Vec4], factor: f32) -> Option<usize> {
-    // A non-finite number times zero is NaN, and NaN stays: one sum tells for all. Four sums,
-    // because one would wait for itself.
+    // A non-finite number times zero is NaN, and NaN persists: one sum covers all elements. Four
+    // sums, because a single one would be latency-bound.
     let (fours, rest) = elements.as_chunks::<4>();
     let mut sums = [Vec4::ZERO; 4];
     for four in fours {

@@ -1,8 +1,8 @@
-//! Numbers that have been checked: each type holds a value inside its valid range and nothing else.
+//! Checked numbers: each type holds a value inside its valid range.
 //!
-//! A value is refused where it enters (code, scene file, panel, command line), all through the
-//! same constructors, so the solver may assume that what it is given is sound. A value from outside comes by `new`, one
-//! that is written in code by `of`: `const SOFT: Compliance = Compliance::of(1e-4);`.
+//! Values are validated where they enter (code, scene file, panel, command line), all through the
+//! same constructors, so the solver can rely on valid input. External values use `new`, literals in
+//! code use `of`: `const SOFT: Compliance = Compliance::of(1e-4);`.
 
 #![allow(
     clippy::manual_range_contains,
@@ -12,19 +12,19 @@
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// A value outside the range of the quantity that it was meant for.
+/// A value outside the range of its quantity.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{quantity} is {value}, but must be {valid}")]
 pub struct InvalidValue {
-    /// Name of the quantity, as a user knows it.
+    /// Name of the quantity, as shown to users.
     pub quantity: &'static str,
-    /// The refused value.
+    /// The rejected value.
     pub value: f64,
     /// The valid range in words, with its unit.
     pub valid: &'static str,
 }
 
-/// Refuses a value that is not finite.
+/// Rejects a value that is not finite.
 ///
 /// # Errors
 /// [`InvalidValue`] for NaN and ±∞.
@@ -49,7 +49,7 @@ macro_rules! quantity {
         pub struct $name($number);
 
         impl $name {
-            /// Checks the value and keeps it.
+            /// Validates the value.
             ///
             /// # Errors
             #[doc = concat!("[`InvalidValue`] unless the value is ", $valid, ".")]
@@ -61,7 +61,7 @@ macro_rules! quantity {
                 }
             }
 
-            /// A value that is written in code.
+            /// A literal value.
             ///
             /// # Panics
             #[doc = concat!("Unless the value is ", $valid, "; in a constant, that is an error of the compiler.")]
@@ -102,7 +102,7 @@ macro_rules! quantity {
     };
 }
 
-/// A whole number that came as a float, as numbers do from files and panels.
+/// An integer given as a float, as in files and panels.
 fn whole(quantity: &'static str, value: f64, valid: &'static str) -> Result<u32, InvalidValue> {
     let rounded = value as u32;
     if f64::from(rounded) == value {
@@ -122,7 +122,7 @@ macro_rules! from_float {
             type Error = InvalidValue;
 
             fn try_from(value: f64) -> Result<Self, InvalidValue> {
-                // The message is to name the value that was given, not the f32 nearest to it.
+                // The message must show the given value, not the f32 nearest to it.
                 Self::new(value as f32).map_err(|error| InvalidValue { value, ..error })
             }
         }
@@ -147,8 +147,7 @@ quantity!(
     "between 0 and 1e12 (m/N for an edge, m⁵/N for a volume)", |v| 0.0 <= v && v <= 1e12
 );
 quantity!(
-    /// A stiffness that does not depend on the mesh: EA in N for a rope, K in Pa for a solid;
-    /// ∞ is rigid.
+    /// A stiffness independent of the mesh: EA in N for a rope, K in Pa for a solid; ∞ is rigid.
     Stiffness(f32), "stiffness", default f32::INFINITY,
     "at least 1e-6 (N or Pa), or inf for rigid", |v| v >= 1e-6
 );
@@ -163,7 +162,7 @@ quantity!(
     "at least 1e-6 Pa, or inf for rigid", |v| v >= 1e-6
 );
 quantity!(
-    /// Poisson's ratio ν: how much thinner a material gets where it is pulled, over how much longer.
+    /// Poisson's ratio ν: transverse contraction over axial extension.
     PoissonRatio(f32), "Poisson's ratio", default 0.3,
     "between 0 and 0.499", |v| 0.0 <= v && v <= 0.499
 );
@@ -173,50 +172,51 @@ quantity!(
     "between 1e-9 and 1e3 m", |v| 1e-9 <= v && v <= 1e3
 );
 quantity!(
-    /// Compliance of a sheet in m/N: strain over tension, the tension being a force by width in N/m;
-    /// 0 is rigid.
+    /// Compliance of a sheet in m/N: strain over tension, with tension a force per width in N/m; 0
+    /// is rigid.
     MembraneCompliance(f32), "compliance", default 1e-3,
     "between 0 and 1e12 m/N", |v| 0.0 <= v && v <= 1e12
 );
 quantity!(
-    /// The largest strain of an edge, a ratio of lengths: 0.1 is a tenth longer than at rest.
+    /// Maximum strain of an edge, a ratio of lengths: 0.1 is a tenth longer than at rest.
     Strain(f32), "limit", default 0.1, "between 0 and 100", |v| 0.0 <= v && v <= 100.0
 );
 quantity!(
-    /// How much longer a tether is than the way at rest, as a share of it.
+    /// Additional length of a tether, as a fraction of the geodesic rest distance.
     Slack(f32), "slack", default 0.0, "between 0 and 100", |v| 0.0 <= v && v <= 100.0
 );
 quantity!(
-    /// How often a second something swings, in Hz; ∞ is rigid.
+    /// Frequency of oscillation in Hz; ∞ is rigid.
     Frequency(f32), "frequency", default 10.0,
     "at least 1e-6 Hz, or inf for rigid", |v| v >= 1e-6
 );
 quantity!(
-    /// Size of the regions of a body in m; ∞ is all of it.
+    /// Size of the regions of a body in m; ∞ is the whole body.
     RegionSize(f32), "region", default f32::INFINITY,
     "above 0 m, or inf for the whole body", |v| v > 0.0
 );
 quantity!(
-    /// How much fills a closed surface: the volume that it would have by itself over the rest volume.
+    /// Fill ratio of a closed surface: free volume of the filling over the rest volume.
     Filling(f32), "factor", default 1.0, "between 0.001 and 1000 times the rest volume",
     |v| 1e-3 <= v && v <= 1e3
 );
 quantity!(
-    /// A strain, or a curvature in 1/m, beyond which something flows; ∞ is never.
+    /// Yield strain, or yield curvature in 1/m; ∞ disables flow.
     Yield(f32), "yield strain", default f32::INFINITY,
     "at least 0, or inf for no yielding", |v| v >= 0.0
 );
 quantity!(
-    /// The greatest strain, or curvature in 1/m, that may be left for good; ∞ is any.
+    /// Maximum permanent strain, or curvature in 1/m; ∞ is unlimited.
     PlasticLimit(f32), "plastic limit", default f32::INFINITY,
     "at least 0, or inf for no limit", |v| v >= 0.0
 );
 quantity!(
-    /// The share of what is strained too far that flows in a second, in 1/s; ∞ is at once.
+    /// Creep rate, the fraction of the excess strain that flows per second, in 1/s; ∞ is at once.
     Creep(f32), "creep", default 10.0, "at least 0 1/s, or inf for immediate flow", |v| v >= 0.0
 );
 quantity!(
-    /// Damping as a time τ = αβ in s, see [`constraint`](super::constraint).
+    /// Damping as a time τ = αβ in s, see
+    /// [`multipliers`](crate::effects::multipliers).
     Damping(f32), "damping", default 0.0, "between 0 and 1000 s", |v| 0.0 <= v && v <= 1000.0
 );
 quantity!(
@@ -234,29 +234,30 @@ quantity!(
     Mass(f32), "mass", default 1.0, "between 1e-18 and 1e12 kg", |v| 1e-18 <= v && v <= 1e12
 );
 quantity!(
-    /// Coulomb's coefficient of friction µ, a ratio of forces.
+    /// Coulomb friction coefficient µ, a ratio of forces.
     Friction(f32), "friction", default 0.5, "between 0 and 100", |v| 0.0 <= v && v <= 100.0
 );
 
 quantity!(
-    /// Thickness of a surface that touches others in m; 0 is a tenth of its mean edge.
+    /// Contact thickness of a surface in m; 0 is a tenth of its mean edge.
     ContactThickness(f32), "thickness", default 0.0,
     "between 1e-5 and 1 m, or 0 for a tenth of the mean edge length",
     |v| v == 0.0 || 1e-5 <= v && v <= 1.0
 );
 quantity!(
-    /// Speed at which surfaces that overlap come apart in m/s.
+    /// Speed at which overlapping surfaces separate in m/s.
     RecoverySpeed(f32), "recovery_speed", default 0.5, "between 0.01 and 10 m/s",
     |v| 0.01 <= v && v <= 10.0
 );
 
 quantity!(
-    /// Coefficient of rolling resistance, a ratio of forces: the lever of the torque over the radius.
+    /// Coefficient of rolling resistance, a ratio of forces: lever arm of the torque over the
+    /// radius.
     RollingResistance(f32), "rolling_resistance", default 0.0, "between 0 and 1", |v| 0.0 <= v && v <= 1.0
 );
 
 impl Friction {
-    /// None at all.
+    /// No rolling resistance.
     pub const NONE: Self = Self(0.0);
 }
 
@@ -274,10 +275,10 @@ quantity!(
 );
 
 impl Finite {
-    /// None at all.
+    /// Zero.
     pub const ZERO: Self = Self(0.0);
 
-    /// Three of them as a vector.
+    /// Three components as a vector.
     #[must_use]
     pub fn vector([x, y, z]: [Self; 3]) -> glam::DVec3 {
         glam::DVec3::new(x.0.into(), y.0.into(), z.0.into())
@@ -294,50 +295,54 @@ quantity!(
     Force(f32), "force", default f32::INFINITY, "above 0 N (inf for no limit)", |v| v > 0.0
 );
 quantity!(
-    /// Ticks a second.
+    /// Ticks per second.
     Rate(f64), "rate", default 60.0, "between 0.1 and 1000000 ticks per second",
     |v| 0.1 <= v && v <= 1e6
 );
 quantity!(
-    /// Substeps a tick.
+    /// Substeps per tick.
     Substeps(u32), "substeps", default 10, "a whole number between 1 and 10000",
     |v| 1 <= v && v <= Substeps::MAX
 );
 quantity!(
-    /// Sweeps over all constraints a substep.
+    /// Iterations over all constraints per substep.
     Iterations(u32), "iterations", default 1, "a whole number between 1 and 10000",
     |v| 1 <= v && v <= 10_000
 );
 
 quantity!(
-    /// Passes over all contacts a substep, spread evenly over its sweeps; 0 is one after each sweep.
+    /// Passes over all contacts per substep, spread evenly over its iterations; 0 is one after each
+    /// iteration.
     CollisionIterations(u32), "collision_iterations", default 0, "a whole number between 0 and 10000",
     |v| v <= 10_000
 );
 
 impl CollisionIterations {
-    /// How many passes come after sweep number `sweep` of `sweeps`; the last sweep has at least one.
+    /// Number of passes after iteration number `iteration` of `iterations`; the last iteration has
+    /// at least one.
     #[must_use]
-    pub fn after(self, sweep: u32, sweeps: u32) -> u32 {
+    pub fn after(self, iteration: u32, iterations: u32) -> u32 {
         if self.0 == 0 {
             return 1;
         }
-        let until = |sweep: u32| u64::from(self.0) * u64::from(sweep) / u64::from(sweeps.max(1));
-        (until(sweep + 1) - until(sweep)) as u32
+        let until = |iteration: u32| {
+            u64::from(self.0) * u64::from(iteration) / u64::from(iterations.max(1))
+        };
+        (until(iteration + 1) - until(iteration)) as u32
     }
 }
 
 quantity!(
-    /// Averaged passes after the sweeps of a substep.
+    /// Smoothing (averaged) passes after the iterations of a substep.
     SmoothingIterations(u32), "smoothing_iterations", default 0, "a whole number between 0 and 10000",
     |v| v <= 10_000
 );
 quantity!(
-    /// Order of the steps in time: 1 is implicit Euler, 2 is BDF2.
+    /// Order of the time integration: 1 is implicit Euler, 2 is BDF2.
     Order(u32), "order", default 1, "1 or 2", |v| v == 1 || v == 2
 );
 quantity!(
-    /// Whether free bodies keep their angular momentum: 1 if they do.
+    /// Whether free bodies conserve their angular momentum: 1 if they do.
     KeepSpin(u32), "keep_spin", default 0, "0 or 1", |v| v <= 1
 );
 quantity!(
@@ -346,7 +351,7 @@ quantity!(
 );
 
 impl Substeps {
-    /// The greatest number there is.
+    /// Maximum value.
     pub const MAX: u32 = 10_000;
 }
 

@@ -1,6 +1,6 @@
 //! Reflection for Bevy.
 //!
-//! Checked numbers are opaque, so that reflection too can only exchange a valid value for a valid one.
+//! Checked numbers are opaque, so that reflection can only replace a valid value by a valid one.
 
 pub(crate) use bevy_ecs::{component::Component, reflect::ReflectComponent};
 pub(crate) use bevy_reflect::{

@@ -1,4 +1,4 @@
-//! What of a snapshot is a body's own.
+//! The per-body part of a snapshot.
 
 use super::{SnapshotError, nonsense};
 use crate::{
@@ -17,21 +17,21 @@ use glam::Vec4;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// A body as it is encoded: what is its own. Its mesh and its surface are called by their places.
+/// The encoded form of a body. Its mesh and its skin are stored as indices.
 #[derive(Serialize, Deserialize)]
 pub struct StoredBody {
     name: String,
     mesh: u32,
-    /// Place of its fine surface, if it has one.
+    /// Index of its skin, if it has one.
     pub skin: Option<u32>,
-    /// Its colour as sRGB, if it was given one.
+    /// Its color as sRGB, if one was set.
     pub colour: Option<[u8; 3]>,
     density: Density,
     added_mass: Vec<(VertexIndex, Mass)>,
     pins: Vec<VertexIndex>,
     effects: Effects,
     stitches: Vec<Stitch>,
-    /// Rest values of a body that has flowed.
+    /// Rest values, if the body has deformed plastically.
     rest_values: Option<RestValues>,
     particles: Particles,
     tick_start: Vec<Vec4>,
@@ -41,7 +41,7 @@ pub struct StoredBody {
 }
 
 impl StoredBody {
-    /// What is to be encoded.
+    /// Encodes a body.
     pub fn of(body: &Body, mesh: u32, skin: Option<u32>, look: Look) -> Self {
         let Body {
             name,
@@ -51,11 +51,11 @@ impl StoredBody {
             added_mass,
             pins,
             effects,
-            // They follow from the body, or are zero where a substep begins.
+            // Derived from the body, or zero at the start of a substep.
             states: _,
             stitches,
-            // They begin anew in each substep.
-            factors: _,
+            // Recomputed in each substep.
+            direct: _,
             rest,
             asleep,
             quarantine,
@@ -82,7 +82,7 @@ impl StoredBody {
         }
     }
 
-    /// What was encoded, if it makes sense.
+    /// Decodes and validates a body.
     pub fn body(self, topologies: &[Arc<Topology>]) -> Result<Body, SnapshotError> {
         let wrong = |what: String| nonsense(format!("body “{}”: {what}", self.name));
         let Some(topology) = topologies.get(self.mesh as usize) else {
@@ -152,7 +152,7 @@ impl StoredBody {
                 "the length of a substep is {seconds} s, but must be finite and above 0"
             )));
         }
-        // Whoever goes on from there begins a tick, which takes all of the state.
+        // The next tick overwrites this with the whole state; before it, only positions are read.
         let mut tick_start = self.particles.clone();
         tick_start.positions = self.tick_start;
         Ok(Body {
@@ -170,14 +170,14 @@ impl StoredBody {
     }
 }
 
-/// The name of a stage as a quarantine has it.
+/// The name of a stage as stored in a quarantine.
 fn stage_called(name: &str) -> Option<&'static str> {
     let stages = Stage::ALL.iter().map(|stage| stage.name());
     let mut all = stages.chain([INPUT, USER]);
     all.find(|stage| *stage == name)
 }
 
-/// A surface that hangs on particles that the body has.
+/// Looks up a skin and checks that it refers only to particles of the body.
 pub fn skin(body: &Body, skin: u32, skins: &[Arc<Skin>]) -> Result<Arc<Skin>, SnapshotError> {
     let name = &body.name;
     let Some(found) = skins.get(skin as usize) else {

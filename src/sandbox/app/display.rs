@@ -1,35 +1,35 @@
-//! Whether a window can be opened here, found out before anything tries.
+//! Checks whether a window can be opened, before Bevy tries to.
 //!
-//! Bevy panics where there is no display or no graphics adapter; [`check`] gives the reason
-//! in one sentence instead. It opens no window, and leaves nothing behind but [`Reached`].
+//! Bevy panics without a display or a graphics adapter; [`check`] returns the reason in one
+//! sentence instead. It opens no window and keeps nothing but [`Reached`].
 
 use bevy::tasks::block_on;
 
-/// Why no window can be opened.
+/// Reason why no window can be opened.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NoDisplay {
     /// Neither an X11 nor a Wayland display is named.
     #[error("no display: neither DISPLAY nor WAYLAND_DISPLAY is set")]
     NotNamed,
-    /// A display is named, but does not let us in.
+    /// A display is named, but cannot be connected to.
     #[error("cannot connect to the display {name}: {reason}")]
     Unreachable {
-        /// Value of the variable that names it.
+        /// Value of the environment variable.
         name: String,
-        /// What the system said.
+        /// Message of the system.
         reason: String,
     },
-    /// There is a display but nothing that draws.
+    /// There is a display but no graphics adapter.
     #[error("no graphics adapter: none of Vulkan, Metal, Direct3D 12 and OpenGL offers one")]
     NoAdapter,
-    /// The window system or the graphics driver refused when it was asked in earnest.
+    /// The window system or the graphics driver failed when the window was opened.
     #[error("cannot open the window: {0}")]
     Refused(String),
 }
 
-/// A display that let us in. To be kept until the window is open: the search for an adapter
-/// connects to the display and leaves again, and an X server whose last client leaves resets
-/// itself, and would then refuse the window.
+/// Connection to a display, to be kept until the window is open. The search for an adapter connects
+/// to the display and disconnects again; an X server resets itself when its last client
+/// disconnects, and would then refuse the window.
 #[derive(Debug)]
 #[must_use = "the display may reset itself when this is dropped"]
 pub struct Reached {
@@ -47,7 +47,7 @@ pub fn check() -> Result<Reached, NoDisplay> {
     Ok(reached)
 }
 
-/// Checks that there is a graphics adapter, which is all that drawing to a file needs.
+/// Checks that there is a graphics adapter. This is sufficient for rendering to a file.
 ///
 /// # Errors
 /// [`NoDisplay::NoAdapter`].
@@ -61,7 +61,7 @@ pub fn check_adapter() -> Result<(), NoDisplay> {
     Ok(())
 }
 
-/// Windows and macOS always have one.
+/// Windows and macOS always have a display.
 #[cfg(not(all(unix, not(target_os = "macos"))))]
 fn reach_display() -> Result<Reached, NoDisplay> {
     Ok(Reached {})
@@ -82,14 +82,14 @@ fn reach_display() -> Result<Reached, NoDisplay> {
     })
 }
 
-/// Knocking at display servers.
+/// Connections to display servers.
 #[cfg(all(unix, not(target_os = "macos")))]
 mod server {
     use super::NoDisplay;
     use std::{env, os::unix::net::UnixStream, path::PathBuf};
     use x11rb::rust_connection::RustConnection;
 
-    /// An open connection, which is only ever closed.
+    /// An open connection, kept only to be closed.
     #[derive(Debug)]
     pub(in crate::sandbox) enum Connection {
         Wayland { _stream: UnixStream },
@@ -97,7 +97,7 @@ mod server {
     }
 
     pub(in crate::sandbox) fn reach_wayland(name: &str) -> Result<Connection, NoDisplay> {
-        // A name is a socket in the user's runtime folder; an absolute one stands for itself.
+        // The name is a socket in the user's runtime folder, or an absolute path.
         let folder = env::var_os("XDG_RUNTIME_DIR").map_or_else(PathBuf::new, PathBuf::from);
         let stream =
             UnixStream::connect(folder.join(name)).map_err(|error| unreachable(name, &error))?;

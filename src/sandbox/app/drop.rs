@@ -1,7 +1,7 @@
-//! Files dropped on the window: a mesh becomes a soft body.
+//! Import of mesh files that are dropped on the window.
 //!
-//! While a file is held over the window, it is said what will become of it; and while a body or
-//! a scene is being made, that it is.
+//! Shows what will happen to a file while it is dragged over the window, and a progress message
+//! while a body or scene is being built.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ use crate::sandbox::{
     ui::theme,
 };
 
-/// Receives files.
+/// Handles dropped files.
 pub struct DropPlugin;
 
 impl Plugin for DropPlugin {
@@ -31,7 +31,7 @@ impl Plugin for DropPlugin {
     }
 }
 
-/// Name of the file that is held over the window.
+/// Name of the file that is dragged over the window.
 #[derive(Resource, Debug, Default)]
 struct Hovering(Option<String>);
 
@@ -65,7 +65,8 @@ fn file_name(path: &Path) -> String {
         .map_or_else(String::new, |name| name.to_string_lossy().into_owned())
 }
 
-/// Scene files are opened; everything else is read as a mesh, which says what it expected.
+/// Whether a file is opened as a scene. Any other file is read as a mesh; the reader reports
+/// unsupported formats.
 fn is_scene(path: &Path) -> bool {
     path.extension()
         .is_some_and(|ending| ending.eq_ignore_ascii_case("ron"))

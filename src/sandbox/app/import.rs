@@ -1,8 +1,7 @@
-//! Bodies that arrive in a running scene: from the panel's menu, or from a file dropped on the
-//! window.
+//! Adds bodies to a running scene: from the panel's menu, or from a file dropped on the window.
 //!
-//! Reading and filling a mesh can take seconds, so it is done on another thread; the scene goes
-//! on meanwhile, and goes on as it is if the mesh cannot be used.
+//! Reading and filling a mesh can take seconds, so it runs on another thread while the scene
+//! continues. The scene does not change if the mesh cannot be used.
 
 mod recipe;
 mod source;
@@ -26,7 +25,7 @@ use source::Source;
 
 pub use source::additions;
 
-/// A body that is ready to be put into the scene.
+/// A body that is ready to be added to the scene.
 #[derive(Debug)]
 struct Import {
     name: String,
@@ -35,19 +34,19 @@ struct Import {
     notes: Vec<String>,
 }
 
-/// Bodies that are being made.
+/// Bodies that are being built.
 #[derive(Resource, Debug, Default)]
 pub struct Imports(Vec<Task<Result<Import, String>>>);
 
 impl Imports {
-    /// Makes a body of an entry of the panel's menu.
+    /// Builds a body for an entry of the panel's menu.
     pub fn build(&mut self, name: &str) {
         if let Some(source) = Source::named(name) {
             self.begin(name.to_owned(), source);
         }
     }
 
-    /// Makes a body of a mesh file.
+    /// Builds a body from a mesh file.
     pub fn read(&mut self, path: &Path) {
         let name = path.file_stem().map_or_else(
             || "mesh".to_owned(),
@@ -56,7 +55,7 @@ impl Imports {
         self.begin(name, Source::File(path.to_owned()));
     }
 
-    /// How many bodies are being made.
+    /// Number of bodies that are being built.
     pub fn pending(&self) -> usize {
         self.0.len()
     }
@@ -67,7 +66,7 @@ impl Imports {
     }
 }
 
-/// Puts bodies into the scene when they are ready.
+/// Adds bodies to the scene when they are ready.
 pub struct ImportPlugin;
 
 impl Plugin for ImportPlugin {
@@ -110,7 +109,7 @@ fn welcome(world: &mut World) {
 }
 
 fn enter(world: &mut World, import: Import) {
-    // A tick that is spread over frames is ended first: bodies come between ticks.
+    // Bodies are added between ticks: first finishes a tick that is spread over frames.
     if world.resource::<SimulationClock>().mid_tick() {
         tick(world);
     }
@@ -125,7 +124,7 @@ fn enter(world: &mut World, import: Import) {
     };
     let mut actions = world.resource_mut::<Actions>();
     actions.push(Action::Spawn(Arc::new(new)));
-    // At once, so that the next one finds its place above this one.
+    // Applied at once, so that the next body is placed above this one.
     action::apply(world);
     let mut notices = world.resource_mut::<Notices>();
     let mut text = match particles {
@@ -146,7 +145,7 @@ fn enter(world: &mut World, import: Import) {
     }
 }
 
-/// The name, with a number behind it if it is taken.
+/// The name, with a number appended if it is taken.
 fn free_name(world: &mut World, wanted: &str) -> String {
     let taken: Vec<String> = world
         .query::<&Name>()

@@ -1,18 +1,18 @@
-//! The journal: what happens in the window, a line of JSON each, for scripted tests and
-//! demonstrations with a real pointer.
+//! The journal: events of the window, one line of JSON each, for scripted tests and demos with a
+//! real pointer.
 //!
 //! | event | when | fields |
 //! |---|---|---|
 //! | `ready` | the first scene is drawn | `width`, `height` [logical px], `scale` |
-//! | `scene` | a scene was opened, or not | `name`, `error` |
-//! | `widget` | a widget came, moved or went | `name`, `rect` [x, y, width, height] [px] or null |
-//! | `body` | ten times a second | `name`, `screen` [x, y] [px] or null, `centre` [m] |
+//! | `scene` | a scene was opened, or failed to open | `name`, `error` |
+//! | `widget` | a widget appeared, moved or disappeared | `name`, `rect` [x, y, width, height] [px] or null |
+//! | `body` | ten times per second | `name`, `screen` [x, y] [px] or null, `centre` [m] |
 //! | `action` | an action was carried out | `tick`, `action` |
-//! | `tick` | ten times a second | the figures of the head-up line |
+//! | `tick` | ten times per second | the figures of the head-up line |
 //! | `notice` | a message was shown | `text` |
 //! | `closing` | the window closes | |
 //!
-//! Pixels are physical, from the window's upper left corner, as a pointer driver wants them.
+//! Pixels are physical, from the upper left corner of the window, as pointer drivers expect them.
 
 use crate::sandbox::state::event::SceneLoaded;
 use std::{
@@ -42,9 +42,9 @@ use crate::{
     solver::Particles,
 };
 
-/// Lines a second for bodies and ticks.
+/// Lines per second for bodies and ticks.
 const RATE: f32 = 10.0;
-/// Frames after which the window is taken to be drawn.
+/// Number of frames before the window is assumed to be drawn.
 const SETTLED: u32 = 5;
 
 /// The open file.
@@ -58,7 +58,7 @@ struct Journal {
 }
 
 impl Journal {
-    /// Writes a line. A disk that is full ends the journal, not the window.
+    /// Writes a line. A write error, such as a full disk, ends the journal but not the window.
     fn line(&mut self, value: &Value) {
         if let Err(error) = writeln!(self.file, "{value}") {
             warn!("cannot continue the journal: {error}");
@@ -66,7 +66,7 @@ impl Journal {
     }
 }
 
-/// Writes a journal to a new file; one that is there is replaced.
+/// Writes a journal to a new file, or replaces an existing one.
 #[derive(Debug)]
 pub struct JournalPlugin {
     /// The file.
@@ -186,7 +186,7 @@ fn write_actions(
     }
 }
 
-/// An action with bodies by their names.
+/// An action as JSON, with names in place of entities.
 fn describe(action: &Action, name: impl Fn(Entity) -> String) -> Value {
     match action {
         Action::Grab { body, target, .. } => {
@@ -237,7 +237,7 @@ fn describe(action: &Action, name: impl Fn(Entity) -> String) -> Value {
     }
 }
 
-/// A number, or the word for one that JSON does not know.
+/// A number, or a string for values that JSON cannot represent.
 fn number(value: f64) -> Value {
     if value.is_finite() {
         json!(value)

@@ -1,8 +1,8 @@
-//! Scenes come and go: the picker's and the keys' commands, and the first scene of a run.
+//! Opening and restarting scenes, by the picker and the keys, and the first scene of a run.
 //!
-//! Reading a scene and making its bodies can take seconds, so it is done on another thread; the
-//! scene that is open goes on meanwhile. One that cannot be built changes nothing: the one that runs goes on, and
-//! [`SceneLoaded`] carries the reason.
+//! Reading and building a scene can take seconds, so it runs on another thread while the open scene
+//! continues. If the scene cannot be built, the open one stays, and [`SceneLoaded`] carries the
+//! reason.
 
 use crate::{
     recording::{About, Recorder, SnapshotError, open},
@@ -33,10 +33,10 @@ pub struct LoadPlugin {
 #[derive(Resource)]
 struct FirstScene(String);
 
-/// A scene that has been read and made.
+/// A scene that has been read and built.
 type Made = Result<(CurrentScene, BuiltScene), SnapshotError>;
 
-/// The scene that is being made, on another thread; a later one takes its place.
+/// The scene that is being built on another thread; opening another one replaces it.
 #[derive(Resource, Debug, Default)]
 pub struct Opening(Option<Pending>);
 
@@ -49,7 +49,7 @@ struct Pending {
 }
 
 impl Opening {
-    /// Name of the scene, if it takes so long that the user wants to know.
+    /// Name of the scene, if it takes long enough to be shown to the user.
     #[must_use]
     pub fn slow(&self) -> Option<&str> {
         let slow = |pending: &&Pending| pending.since.elapsed() > SLOW;
@@ -57,10 +57,10 @@ impl Opening {
     }
 }
 
-/// A scene that is there sooner comes without a word.
+/// Scenes that load faster than this show no message.
 const SLOW: Duration = Duration::from_millis(300);
 
-/// The open scene as it began, so that it begins anew at once.
+/// Initial state of the open scene, for an immediate restart.
 #[derive(Resource)]
 struct Beginning(BuiltScene);
 
@@ -79,12 +79,12 @@ fn open_first(first: Res<FirstScene>, mut opening: ResMut<Opening>, mut commands
     commands.remove_resource::<FirstScene>();
 }
 
-/// What the camera does when a scene is opened.
+/// Camera motion when a scene is opened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Camera {
-    /// It is there at once.
+    /// Moves at once.
     Jump,
-    /// It glides there.
+    /// Glides.
     Glide,
 }
 
@@ -114,7 +114,7 @@ fn obey(world: &mut World, mut read: Local<bevy::ecs::message::MessageCursor<Vie
 }
 
 impl Opening {
-    /// Reads a scene and makes its bodies, which may take seconds.
+    /// Starts to read and build a scene, which may take seconds.
     fn begin(&mut self, name: &str, camera: Camera) {
         let wanted = name.to_owned();
         let task = async move { open(&wanted) };
@@ -127,7 +127,7 @@ impl Opening {
     }
 }
 
-/// Puts the scene in the place of the one that runs when it is made.
+/// Replaces the open scene when the new one is ready.
 fn finish(world: &mut World) {
     let mut opening = world.resource_mut::<Opening>();
     let Some(made) = opening
@@ -155,7 +155,7 @@ fn finish(world: &mut World) {
             look(world, &built, hint, camera);
             world.insert_resource(Beginning(built));
         }
-        // The window is never empty: the registry's scenes build, a test builds every one.
+        // The window is never empty: the default scene always builds, as a test checks.
         Err(_) if !world.contains_resource::<CurrentScene>() && name != SCENES[0].name => {
             let mut opening = world.resource_mut::<Opening>();
             opening.begin(SCENES[0].name, Camera::Jump);
@@ -164,7 +164,7 @@ fn finish(world: &mut World) {
     }
 }
 
-/// Begins the current scene anew, without reading or making anything again.
+/// Restarts the current scene, without reading or building it again.
 fn restart(world: &mut World) {
     let Some(name) = world
         .get_resource::<CurrentScene>()
@@ -182,11 +182,11 @@ fn restart(world: &mut World) {
     world.insert_resource(Beginning(built));
 }
 
-/// The scene of the registry that lies so many places after the named one, around the end.
+/// The built-in scene at an offset from the named one, with wrap-around.
 fn neighbour(name: &str, step: isize) -> &'static str {
     let here = SCENES.iter().position(|scene| scene.name == name);
     let count = SCENES.len() as isize;
-    // From a scene of one's own, the next is the first, and the previous the last.
+    // After a scene that is not built in comes the first one, before it the last one.
     let from = here.map_or(if step > 0 { -1 } else { 0 }, |i| i as isize);
     SCENES[(from + step).rem_euclid(count) as usize].name
 }
@@ -198,8 +198,8 @@ fn replace(world: &mut World, built: &BuiltScene) {
     scene::spawn(built, world);
 }
 
-/// The floor is where bodies come to lie; where none of them would, there is no floor to see
-/// unless all of them are above zero.
+/// Height of the floor: the lowest ground of any body. Without any ground, the floor is at 0 if all
+/// bodies are above it; otherwise there is no floor.
 fn floor(bodies: &[Body]) -> Option<f32> {
     let grounds = bodies.iter().filter_map(|body| {
         let effects = &body.effects;
@@ -210,7 +210,7 @@ fn floor(bodies: &[Body]) -> Option<f32> {
     grounds.reduce(f32::min).or(hovers.then_some(0.0))
 }
 
-/// The box around all particles [m].
+/// Bounding box of all particles [m].
 fn extent(bodies: &[Body]) -> (Vec3, Vec3) {
     let particles = bodies.iter().flat_map(|body| &body.particles.positions);
     bounds(particles.map(|x| x.truncate()))

@@ -1,4 +1,4 @@
-//! The window as an application: what it opens with, loads, keeps between runs, and writes down.
+//! The window as an application: start-up, loading, saved settings, and output files.
 
 pub mod display;
 pub mod drop;

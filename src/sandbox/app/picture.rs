@@ -1,6 +1,6 @@
-//! A picture of a scene without a window: the same studio, drawn into an image.
+//! Renders an image of a scene without a window, in the same studio.
 //!
-//! Needs a graphics adapter but no display. It draws what it is given and steps nothing.
+//! Needs a graphics adapter but no display. Draws the given state without stepping it.
 
 use crate::{
     SoftBodyPlugins,
@@ -38,13 +38,13 @@ use bevy::{
 };
 use std::path::{Path, PathBuf};
 
-/// Frames to wait for an image to come back from the graphics card before giving up.
+/// Frames to wait for the image from the graphics card before giving up.
 const PATIENCE: u32 = 600;
 
-/// Why there is no picture.
+/// Reason why no image could be rendered.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
-    /// Nothing here can draw.
+    /// There is no graphics adapter.
     #[error(transparent)]
     NoAdapter(#[from] NoDisplay),
     /// The file could not be written.
@@ -52,16 +52,16 @@ pub enum PictureError {
     NotWritten {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Message of the system.
         reason: String,
     },
-    /// The graphics card never gave the image back.
+    /// The graphics card did not return the image.
     #[error("the graphics adapter did not return the image; try again")]
     NoAnswer,
 }
 
-/// Draws a scene in the state that its world is in, from where `camera` says or else so that all
-/// of it is in sight, and writes it to `path` as the kind of file that its name says (PNG).
+/// Renders the current state of a scene's world and writes the image to `path`, in the format given
+/// by its extension (PNG). Without `camera`, frames all bodies.
 ///
 /// # Errors
 /// [`PictureError`] if there is no adapter, or the file cannot be written.
@@ -117,7 +117,7 @@ pub fn picture(
         ))
         .id();
     scene::spawn(built, app.world_mut());
-    // The first frame gives the bodies their surfaces, which tells where to look.
+    // The first frame creates the surfaces of the bodies, which framing needs.
     app.update();
     let orbit = orbit(camera, app.world_mut(), size);
     app.world_mut()
@@ -127,7 +127,7 @@ pub fn picture(
     capture(&mut app, target, path)
 }
 
-/// Where the scene says to look from, or from where everything is in sight.
+/// The camera of the scene, or one that frames all bodies.
 fn orbit(camera: Option<CameraSpec>, world: &mut World, size: UVec2) -> Orbit {
     if let Some(camera) = camera {
         return Orbit::look(camera.eye, camera.target);
@@ -143,7 +143,7 @@ fn orbit(camera: Option<CameraSpec>, world: &mut World, size: UVec2) -> Orbit {
         })
 }
 
-/// What came of the capture.
+/// Result of the capture.
 #[derive(Resource)]
 struct Outcome(Result<(), String>);
 

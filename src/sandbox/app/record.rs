@@ -1,4 +1,4 @@
-//! Writes down what is done to the simulation, if it was asked for, until the window closes.
+//! Records the actions on the simulation until the window closes, if requested on the command line.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use bevy::{app::AppExit, ecs::message::MessageCursor, prelude::*, window::ExitSy
 use crate::recording::Recorder;
 use crate::sandbox::ui::message::Notices;
 
-/// Records into a new file; one that is there is replaced.
+/// Records into a new file, or replaces an existing one.
 #[derive(Debug)]
 pub struct RecordPlugin {
     /// The file.
@@ -29,7 +29,7 @@ impl Plugin for RecordPlugin {
     }
 }
 
-/// Says once when recording failed.
+/// Reports a recording failure, once.
 fn report(recorder: Res<Recorder>, mut notices: ResMut<Notices>, mut said: Local<bool>) {
     if let (Some(reason), false) = (recorder.failure(), *said) {
         *said = true;

@@ -1,4 +1,4 @@
-//! Says what became of scenes and pictures.
+//! Notices about opened scenes and saved screenshots.
 
 use crate::sandbox::{
     state::event::{SceneLoaded, ScreenshotSaved},
@@ -6,7 +6,7 @@ use crate::sandbox::{
 };
 use bevy::prelude::*;
 
-/// Says it.
+/// Shows the notices.
 pub struct ReportPlugin;
 
 impl Plugin for ReportPlugin {

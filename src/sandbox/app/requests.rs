@@ -1,7 +1,7 @@
-//! Carries out what the panel and the keys ask for.
+//! Carries out the requests of the panel and the keys.
 //!
-//! Whatever changes the simulation goes through [`Actions`], so that it happens between ticks and
-//! is written down; the clock, the view and the picker are told directly.
+//! Changes of the simulation go through [`Actions`], so that they happen between ticks and can be
+//! recorded; the clock, the view and the picker are changed directly.
 
 use bevy::prelude::*;
 
@@ -31,14 +31,14 @@ use crate::{
     solver::{Deformation, Threads},
 };
 
-/// Height left by a squash.
+/// Height after a squash, as a fraction of the height before.
 const SQUASHED: f32 = 0.1;
 
-/// How often bodies were shuffled; the seed of the next time.
+/// Number of shuffles so far; the seed of the next one.
 #[derive(Resource, Debug, Default)]
 struct Shuffles(u32);
 
-/// Carries out what is asked for.
+/// Carries out requests.
 pub struct RequestsPlugin;
 
 impl Plugin for RequestsPlugin {
@@ -55,7 +55,7 @@ impl Plugin for RequestsPlugin {
     }
 }
 
-/// Carries out everything that was asked for in this frame.
+/// Carries out all requests of this frame.
 fn carry_out(world: &mut World) {
     let asked: Vec<Requested> = world
         .resource_mut::<Messages<Requested>>()
@@ -66,7 +66,7 @@ fn carry_out(world: &mut World) {
     }
 }
 
-/// Says why an action was refused.
+/// Reports why actions were rejected.
 fn report_refusals(mut actions: ResMut<Actions>, mut notices: ResMut<Notices>) {
     for error in actions.bypass_change_detection().take_errors() {
         notices.error(capitalised(&error.to_string()));
@@ -87,7 +87,7 @@ fn carry_out_one(world: &mut World, request: Request) {
         Request::Screenshot => command(world, ViewCommand::Screenshot),
         Request::Accuracy => {
             world.write_message(AccuracyCommand::Toggle);
-            // The two cards stand in the same place.
+            // The two cards share the same place on screen.
             if world.get_resource().is_some_and(Gallery::is_open) {
                 world.write_message(GalleryCommand::Toggle);
             }
@@ -142,6 +142,7 @@ fn carry_out_one(world: &mut World, request: Request) {
         Request::Remove => remove(world, scope),
         Request::Pin(pinned) => pin(world, pinned),
         Request::UnpinAll => unpin_all(world, scope),
+        Request::Contacts(on) => world.resource_mut::<ViewSettings>().contacts = on,
         Request::Wireframe(on) => world.resource_mut::<ViewSettings>().wireframe = on,
         Request::Tetrahedra(on) => world.resource_mut::<ViewSettings>().tetrahedra = on,
         Request::Answers(on) => world.resource_mut::<ViewSettings>().answers = on,
@@ -172,8 +173,8 @@ fn setting(world: &mut World, name: &'static str, value: Option<f64>) {
     }
 }
 
-/// Sets a parameter of the bodies of a scope that carry the effect, to what `choose` makes of a
-/// body's value and the value that it came with.
+/// Sets a parameter on the bodies of a scope that carry the effect. `choose` maps the current value
+/// and the scene default of each body to the new value.
 fn parameter_of(
     world: &mut World,
     scope: Scope,
@@ -206,8 +207,8 @@ fn parameter_of(
     }
 }
 
-/// Steps bodies on so many threads from the next tick on. No [`Action`], as it changes nothing
-/// that is computed.
+/// Sets the number of solver threads, from the next tick on. Not an [`Action`], as it does not
+/// change the results.
 fn threads(world: &mut World, count: f64) {
     let threads = if count >= 0.0 && count.fract() == 0.0 {
         Threads::new(count as usize).map_err(|error| error.to_string())
@@ -325,7 +326,7 @@ fn remove(world: &mut World, scope: Scope) {
         world.resource_mut::<Notices>().info(text);
         return;
     };
-    // The hand lets go before the body is gone.
+    // Releases the grab before the body is removed.
     if let Some(mut drag) = world.get_resource_mut::<Drag>() {
         drag.held = drag.held.filter(|held| held.body != body);
     }

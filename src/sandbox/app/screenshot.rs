@@ -1,6 +1,6 @@
-//! The screenshot key: a picture of the window, panel and all, in the working folder.
+//! The screenshot key: saves an image of the window, including the panel, in the working folder.
 //!
-//! Also how a captured image becomes a file, which the picture without a window shares.
+//! Also converts captured images to files, for images without a window.
 
 use crate::{
     sandbox::state::{event::ScreenshotSaved, view::ViewCommand},
@@ -12,7 +12,7 @@ use bevy::{
 };
 use std::path::Path;
 
-/// Takes pictures of the window.
+/// Saves screenshots of the window.
 pub struct ScreenshotPlugin;
 
 impl Plugin for ScreenshotPlugin {
@@ -43,16 +43,16 @@ fn obey(
     );
 }
 
-/// Writes an image as a file of the kind that its name says.
+/// Writes an image as a file, in the format given by its extension.
 ///
 /// # Errors
-/// What was wrong with the file or the image, for the user.
+/// What is wrong with the file or the image, as a message for the user.
 pub(in crate::sandbox) fn save(image: &Image, path: &Path) -> Result<(), String> {
     let pixels = image
         .clone()
         .try_into_dynamic()
         .map_err(|error| error.to_string())?;
-    // Opacity is no part of a picture of a window.
+    // A screenshot has no alpha channel.
     pixels
         .to_rgb8()
         .save(path)

@@ -1,9 +1,9 @@
-//! What is kept between runs: the window's size, the scene, what is drawn, and the world's
-//! settings where they differ from the scene's.
+//! Settings that are kept between runs: window size, scene, view options, and world settings that
+//! differ from the scene defaults.
 //!
-//! A small file in the user's folder of preferences, written a moment after something changed
-//! and when the window closes. What it holds is checked like any other input: a value that the
-//! scene or the solver refuses is left out.
+//! A small file in the user's preferences folder, written shortly after a change and when the
+//! window closes. Its content is validated like any other input: values that the scene or the
+//! solver rejects are ignored.
 
 use crate::sandbox::state::event::SceneLoaded;
 use std::time::Duration;
@@ -23,10 +23,10 @@ use crate::{
     simulation::{Action, Actions, SimulationClock, SimulationSettings, action},
 };
 
-/// Sizes of a window that are believed [logical px].
+/// Valid window sizes [logical px]; others are ignored.
 const SIZES: std::ops::RangeInclusive<u32> = 320..=16_384;
 
-/// What is kept.
+/// The kept settings.
 #[derive(Resource, SettingsGroup, Reflect, Debug, Clone, PartialEq)]
 #[reflect(Resource, SettingsGroup, Default)]
 #[settings_group(group = "sandbox")]
@@ -35,9 +35,9 @@ pub struct KeptSettings {
     pub width: u32,
     /// Height of the window [logical px].
     pub height: u32,
-    /// Name or path of the scene; empty for the first.
+    /// Name or path of the scene; empty for the default scene.
     pub scene: String,
-    /// Settings of the world that differ from the scene's, as `name=value`.
+    /// World settings that differ from the scene defaults, as `name=value`.
     pub changes: Vec<String>,
     /// Simulated seconds per second.
     pub speed: f64,
@@ -65,7 +65,7 @@ impl Default for KeptSettings {
 }
 
 impl KeptSettings {
-    /// The kept size of the window [logical px], if it is a size that a window can have.
+    /// The kept window size [logical px], if it is valid.
     pub fn size(&self) -> Option<UVec2> {
         let sensible = SIZES.contains(&self.width) && SIZES.contains(&self.height);
         sensible.then_some(UVec2::new(self.width, self.height))
@@ -77,8 +77,8 @@ impl KeptSettings {
     }
 }
 
-/// Reads what was kept, at once, so that the window can be opened with it, and keeps it up to
-/// date. To be added before the window is made.
+/// Loads the kept settings at once, so that the window can be opened with them, and saves changes.
+/// To be added before the window is created.
 pub struct KeptSettingsPlugin;
 
 impl Plugin for KeptSettingsPlugin {
@@ -104,7 +104,7 @@ fn restore_view(
     }
 }
 
-/// The first scene of a run gets the settings that it was left with, if it is the same scene.
+/// Restores the world settings of the last run, if the first scene is the same.
 fn restore_world(
     mut loaded: MessageReader<SceneLoaded>,
     kept: Res<KeptSettings>,
@@ -159,14 +159,14 @@ fn keep(
     }
 }
 
-/// Closing the window does not wait for the moment after a change.
+/// Saves pending changes when the window closes.
 fn save_at_the_end(mut exits: MessageReader<AppExit>, mut commands: Commands) {
     if exits.read().next().is_some() {
         commands.queue(SaveSettingsSync::IfChanged);
     }
 }
 
-/// A change as it is kept.
+/// Parses a kept change.
 fn parse(change: &str) -> Option<(&str, f64)> {
     let (name, value) = change.split_once('=')?;
     let value: f64 = value.parse().ok()?;

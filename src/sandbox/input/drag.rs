@@ -1,52 +1,48 @@
-//! The hand: it takes a body by the point under the pointer and pulls it about.
+//! Grabbing: drags a body by the point under the pointer.
 //!
-//! A press grabs the surface point that the eye sees (triangle and weights), a move pulls it
-//! in the plane parallel to the screen through that point, the wheel moves it nearer and
-//! farther, and letting go leaves it its speed. Everything goes through [`Actions`], so that
-//! it is applied between ticks and can be recorded; this module never touches a particle.
+//! A press grabs the visible surface point (triangle and weights), a move pulls it in the plane
+//! parallel to the screen through that point, the wheel moves it along the view direction, and a
+//! release keeps the velocity. Everything goes through [`Actions`], so that it is applied between
+//! ticks and can be recorded; this module never changes a particle itself.
 
 use crate::{
     render::Drawn,
     sandbox::{
-        input::{
-            pick::Hit,
-            pointer::{Pointer, PointerOwner, PointerSystems},
-        },
+        input::pointer::{Pointer, PointerOwner, PointerSystems},
         render::camera::{CameraSystems, OrbitCamera},
         state::view::{GrabbedPoint, LastGrab},
     },
-    scene::BodySkin,
     simulation::{Action, Actions, SoftBody},
-    solver::{ParticleIndex, SurfacePoint, numbering::Numbering},
+    solver::SurfacePoint,
 };
 use bevy::prelude::*;
 
 /// Factor of depth per wheel step.
 const STEP: f32 = 1.06;
-/// The least depth [m]; nearer, the pointer's ray tells nothing.
+/// Minimum depth [m]; below it, the ray of the pointer is not meaningful.
 const NEAREST: f32 = 0.05;
 
-/// What the pointer holds.
+/// The body that is dragged.
 #[derive(Resource, Debug, Default)]
 pub struct Drag {
-    /// The body and the point of it, while one is held.
+    /// The grabbed body and point, while dragging.
     pub held: Option<Held>,
 }
 
-/// A held body.
+/// A grabbed body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Held {
     /// The body.
     pub body: Entity,
-    /// The point of it that is held.
+    /// The grabbed point.
     pub point: SurfacePoint,
-    /// Where it is pulled to [m].
+    /// Target of the grabbed point [m].
     pub target: Vec3,
-    /// Distance of the target from the eye along the view [m].
+    /// Depth of the target along the view direction [m].
     pub depth: f32,
 }
 
-/// Systems that grab, pull and let go, in `Update`.
+/// Systems that grab, drag and release, in `Update`.
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct DragSystems;
 
@@ -66,7 +62,7 @@ impl Plugin for DragPlugin {
     }
 }
 
-/// A body that went (the scene changed) is neither held nor remembered.
+/// Clears the grab of a body that was removed, for example by a scene change.
 fn forget_gone(mut drag: ResMut<Drag>, mut last: ResMut<LastGrab>, bodies: Query<(), With<Drawn>>) {
     if drag.held.is_some_and(|held| !bodies.contains(held.body)) {
         drag.held = None;
@@ -79,7 +75,7 @@ fn forget_gone(mut drag: ResMut<Drag>, mut last: ResMut<LastGrab>, bodies: Query
 fn take(
     pointer: Res<Pointer>,
     camera: Single<&GlobalTransform, With<OrbitCamera>>,
-    bodies: Query<(&SoftBody, &Drawn, Option<&BodySkin>)>,
+    bodies: Query<&SoftBody>,
     mut drag: ResMut<Drag>,
     mut last: ResMut<LastGrab>,
     mut actions: ResMut<Actions>,
@@ -87,20 +83,14 @@ fn take(
     let (PointerOwner::Body(body), None) = (pointer.owner, drag.held) else {
         return;
     };
-    // The hit is there only in the frame of the press: a hold that ended is not taken up again.
-    let (Some((hit_body, hit)), Some(ray)) = (pointer.hit, pointer.ray) else {
+    // The hit exists only in the frame of the press: a grab that has ended does not start again.
+    let Some(hit) = pointer.hit.filter(|hit| hit.body == body) else {
         return;
     };
-    let Ok((topology, drawn, skin)) = bodies.get(body) else {
+    let Ok(topology) = bodies.get(body) else {
         return;
     };
-    let numbering = &topology.numbering;
-    let Some(point) = held_point(&hit, skin, numbering)
-        .filter(|p| hit_body == body && p.fits(drawn.particles.len()))
-    else {
-        return;
-    };
-    let target = ray.get_point(hit.distance);
+    let (point, target) = (hit.point, hit.position);
     let depth = (target - camera.translation()).dot(camera.forward().as_vec3());
     drag.held = Some(Held {
         body,
@@ -110,7 +100,7 @@ fn take(
     });
     last.0 = Some(GrabbedPoint {
         body,
-        vertex: numbering.vertex(point.nearest()),
+        vertex: topology.numbering.vertex(point.nearest()),
         held: true,
     });
     actions.push(Action::Grab {
@@ -118,26 +108,6 @@ fn take(
         point,
         target,
     });
-}
-
-/// The particles behind a hit: its corners, or what carries the corners of an embedded surface.
-fn held_point(hit: &Hit, skin: Option<&BodySkin>, numbering: &Numbering) -> Option<SurfacePoint> {
-    let corners = hit.corners.into_iter().zip(hit.weights);
-    let Some(skin) = skin else {
-        let corners = corners.map(|(corner, weight)| (ParticleIndex(corner), weight));
-        return SurfacePoint::new(&corners.collect::<Vec<_>>());
-    };
-    let terms: Vec<_> = corners
-        .filter_map(|(corner, weight)| skin.0.anchors.get(corner as usize).map(|a| (a, weight)))
-        .flat_map(|(anchor, weight)| {
-            anchor
-                .vertices
-                .map(|vertex| numbering.particle(vertex))
-                .into_iter()
-                .zip(anchor.weights.map(|w| w * weight))
-        })
-        .collect();
-    SurfacePoint::new(&terms)
 }
 
 fn pull(
@@ -186,12 +156,12 @@ fn release(
     actions.push(Action::Release { body: held.body });
 }
 
-/// A depth [m] after some wheel steps; positive steps lead away from the eye.
+/// Depth [m] after a number of wheel steps; positive steps increase it.
 fn deepened(depth: f32, steps: f32) -> f32 {
     (depth * STEP.powf(steps.clamp(-20.0, 20.0))).max(NEAREST)
 }
 
-/// The point of a ray at a depth [m] along the view direction, if the ray goes that way.
+/// The point of a ray at a depth [m] along the view direction, if the ray points that way.
 fn at_depth(ray: Ray3d, forward: Vec3, depth: f32) -> Option<Vec3> {
     let share = ray.direction.dot(forward);
     (share > 1e-3).then(|| ray.get_point(depth / share))
@@ -227,21 +197,5 @@ mod tests {
         );
         assert!(deepened(2.0, 1.0) > 2.0);
         assert!(deepened(NEAREST, -1e9) >= NEAREST);
-    }
-
-    #[test]
-    fn a_hit_without_a_skin_holds_the_corners_with_their_weights() {
-        let hit = Hit {
-            distance: 1.0,
-            corners: [4, 2, 9],
-            weights: [0.5, 0.25, 0.25],
-        };
-        let point = held_point(&hit, None, &Numbering::default()).expect("weights sum to 1");
-        assert_eq!(
-            point.terms().collect::<Vec<_>>(),
-            [(4, 0.5), (2, 0.25), (9, 0.25)]
-                .map(|(corner, weight)| (ParticleIndex(corner), weight))
-        );
-        assert_eq!(point.nearest(), ParticleIndex(4));
     }
 }

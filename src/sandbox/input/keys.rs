@@ -1,7 +1,7 @@
-//! The keys: one table, read by the handler here and by the help overlay.
+//! The keys: one table, used by the handler here and by the help overlay.
 //!
-//! A key never acts while a text is being typed into the panel, nor with Ctrl, Alt or the system
-//! key held. Letters are those of the user's layout, not places on the keyboard.
+//! Keys are ignored while text is being typed in the panel, and while Ctrl, Alt or the system key
+//! is held. Letters follow the user's keyboard layout, not physical key positions.
 
 mod hand;
 
@@ -18,54 +18,56 @@ use bevy_egui::input::EguiWantsInput;
 use crate::sandbox::state::view::{LastGrab, ViewCommand, ViewSettings};
 use hand::Hand;
 
-/// What a key does.
+/// The command of a key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Command {
-    /// Stops time or lets it run.
+    /// Pauses or resumes the simulation.
     Pause,
     /// One tick.
     Step,
-    /// Begins the scene anew.
+    /// Restarts the scene.
     Restart,
-    /// A tenth of the speed, or the whole.
+    /// Toggles between a tenth of the speed and full speed.
     Slow,
     /// The next scene.
     NextScene,
     /// The previous scene.
     PreviousScene,
-    /// Pins the held point or frees it.
+    /// Pins or unpins the grabbed point.
     Pin,
-    /// Takes away the held body, or the one that is shown.
+    /// Deletes the grabbed body, or the selected one.
     Remove,
-    /// Makes the held body, or the bodies shown, a quarter softer.
+    /// Makes the grabbed body, or the selected bodies, softer by one slider step (about a quarter).
     Softer,
-    /// The opposite of softer.
+    /// Makes them stiffer by one slider step.
     Stiffer,
     /// One substep more.
     MoreSubsteps,
     /// One substep less.
     FewerSubsteps,
-    /// Brings every body into sight.
+    /// Frames all bodies.
     FrameAll,
-    /// Draws the wireframe or not.
+    /// Toggles the contact forces.
+    Contacts,
+    /// Toggles the wireframe.
     Wireframe,
-    /// Draws the tetrahedra or not.
+    /// Toggles the tetrahedra.
     Tetrahedra,
-    /// Draws the analytic solutions or not.
+    /// Toggles the analytic solutions.
     Answers,
-    /// Draws the constraints by partition, by color, by lane, or not.
+    /// Cycles through the solver views: partition, color, lane, off.
     SolverView,
-    /// Opens or closes the card with accuracy and cost.
+    /// Opens or closes the accuracy card.
     Accuracy,
     /// Opens or closes the gallery of stress tests.
     Gallery,
-    /// Switches the reference overlay on or off.
+    /// Toggles the reference overlay.
     ReferenceOverlay,
     /// Shows or hides the panel.
     Panel,
-    /// Saves a picture of the window.
+    /// Saves a screenshot of the window.
     Screenshot,
-    /// Shows or hides the keys.
+    /// Shows or hides the overlay of keys.
     Help,
     /// Closes the overlay of keys.
     Close,
@@ -74,22 +76,22 @@ pub enum Command {
 /// A row of the table.
 #[derive(Debug, Clone, Copy)]
 pub struct Binding {
-    /// The keys that give the command.
+    /// Keys that trigger the command.
     pub keys: &'static [KeyName],
-    /// What the help calls them.
+    /// Label of the keys in the help.
     pub cap: &'static str,
-    /// What the help says.
+    /// Description in the help.
     pub text: &'static str,
-    /// What they do.
+    /// The command.
     pub command: Command,
     /// Whether holding the key repeats it.
     pub repeats: bool,
 }
 
-/// A key as the table names it.
+/// Name of a key in the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum KeyName {
-    /// The key that types this letter or sign, in small letters.
+    /// The key that types this letter or sign, in lower case.
     Types(&'static str),
     /// The space bar.
     Space,
@@ -103,13 +105,13 @@ pub enum KeyName {
     PageUp,
     /// Page down.
     PageDown,
-    /// An arrow.
+    /// Arrow up.
     Up,
-    /// An arrow.
+    /// Arrow down.
     Down,
-    /// An arrow.
+    /// Arrow left.
     Left,
-    /// An arrow.
+    /// Arrow right.
     Right,
 }
 
@@ -137,7 +139,7 @@ const fn repeated(binding: Binding) -> Binding {
     }
 }
 
-/// Every key there is.
+/// All key bindings.
 pub const BINDINGS: &[Binding] = &[
     row(&[Space], "Space", "run / pause", Command::Pause),
     repeated(row(&[Types(".")], ".", "advance one tick", Command::Step)),
@@ -199,6 +201,7 @@ pub const BINDINGS: &[Binding] = &[
     row(&[Types("f")], "F", "frame all", Command::FrameAll),
     row(&[Types("w")], "W", "wireframe", Command::Wireframe),
     row(&[Types("t")], "T", "tet mesh", Command::Tetrahedra),
+    row(&[Types("k")], "K", "contact forces", Command::Contacts),
     row(
         &[Types("m")],
         "M",
@@ -235,7 +238,7 @@ pub const BINDINGS: &[Binding] = &[
     row(&[Escape], "Esc", "close this help", Command::Close),
 ];
 
-/// What the pointer does, for the help.
+/// Pointer gestures, for the help.
 pub const GESTURES: &[(&str, &str)] = &[
     ("Left drag", "grab and drag a body"),
     ("Wheel", "while dragging: nearer / farther"),
@@ -248,7 +251,7 @@ pub const GESTURES: &[(&str, &str)] = &[
     ),
 ];
 
-/// The row of the table that a key belongs to.
+/// The binding of a key.
 pub fn binding(key: &Key) -> Option<&'static Binding> {
     BINDINGS
         .iter()
@@ -276,7 +279,7 @@ impl KeyName {
     }
 }
 
-/// Obeys the keys.
+/// Handles the keys.
 pub struct KeysPlugin;
 
 impl Plugin for KeysPlugin {

@@ -1,8 +1,7 @@
-//! Keys, the pointer, and what is picked, dragged and steered with it.
+//! Keys, pointer, picking, dragging and camera control.
 
 pub mod drag;
 pub mod keys;
-pub mod pick;
 pub mod pointer;
 pub mod spring;
 pub mod steer;

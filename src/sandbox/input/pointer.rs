@@ -1,13 +1,11 @@
-//! Who owns the pointer: the panel, the camera, a body, or nobody.
+//! Ownership of the pointer: the panel, the camera, a body, or none.
 //!
-//! Decided when the first button goes down and kept until every button is up, so that
-//! no order of presses moves the camera while a body or the panel is in use, or the
-//! other way round. This module decides and does nothing else: the drag and the camera
-//! read [`Pointer`] and act only while they own it.
+//! Decided when the first button is pressed and kept until all buttons are released, so that no
+//! order of presses moves the camera while a body or the panel is in use, or vice versa. This
+//! module only decides; the drag and the camera read [`Pointer`] and act only while they own it.
 
-use crate::render::Drawn;
+use crate::render::{SoftBodyHit, SoftBodyRayCast};
 use crate::sandbox::{
-    input::pick,
     render::camera::OrbitCamera,
     state::view::{Hovered, ViewSettings},
 };
@@ -18,10 +16,10 @@ use bevy::{
 };
 use bevy_egui::{EguiContext, PrimaryEguiContext};
 
-/// Who the pointer belongs to.
+/// Owner of the pointer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum PointerOwner {
-    /// Nobody: no button is down, or it went down where nothing answers.
+    /// None: no button is down, or it was pressed where nothing responds.
     #[default]
     None,
     /// The panel, or another egui area.
@@ -30,11 +28,12 @@ pub enum PointerOwner {
     Camera,
     /// A body: it is being dragged.
     Body(Entity),
-    /// Used up: a gesture has ended (or began where nothing answers) with a button still down.
+    /// None until all buttons are released: a gesture has ended (or began where nothing responds)
+    /// with a button still down.
     Spent,
 }
 
-/// What lies under the pointer at the moment of a press.
+/// Target under the pointer at the moment of a press.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Under {
     /// The panel, or another egui area that wants the pointer.
@@ -45,19 +44,19 @@ pub enum Under {
     Stage,
 }
 
-/// The buttons of one frame.
+/// Button states of one frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Buttons {
-    /// Left is down, or went down in this frame.
+    /// The left button is down, or was pressed in this frame.
     pub left: bool,
-    /// Right or middle is down, or went down in this frame.
+    /// The right or middle button is down, or was pressed in this frame.
     pub other: bool,
-    /// A button went down in this frame.
+    /// A button was pressed in this frame.
     pub pressed: bool,
 }
 
 impl PointerOwner {
-    /// The owner after a frame with these buttons, over `under`.
+    /// The owner after a frame with these buttons and this target under the pointer.
     #[must_use]
     pub fn next(self, buttons: Buttons, under: Under) -> Self {
         if !buttons.left && !buttons.other {
@@ -77,33 +76,33 @@ impl PointerOwner {
                 (_, Buttons { left: false, .. }) => Self::Camera,
                 _ => Self::Spent,
             },
-            // The hand let go of the body, but another button is still down.
+            // The body was released, but another button is still down.
             Self::Body(_) if !buttons.left => Self::Spent,
             owner => owner,
         }
     }
 }
 
-/// The pointer as the sandbox sees it.
+/// State of the pointer in the sandbox.
 #[derive(Resource, Debug, Default)]
 pub struct Pointer {
-    /// Who owns it.
+    /// The owner.
     pub owner: PointerOwner,
-    /// What the ray hits, if it is a body that nobody drags.
-    pub hit: Option<(Entity, pick::Hit)>,
-    /// Where it is in the window [logical px]; it may lie outside while a button is down.
+    /// The body that the ray hits; `None` while the pointer has an owner.
+    pub hit: Option<SoftBodyHit>,
+    /// Position in the window [logical px]; it may be outside while a button is down.
     pub position: Option<Vec2>,
     /// Its ray into the scene.
     pub ray: Option<Ray3d>,
-    /// Wheel steps of this frame that are not egui's: positive is away from the user.
+    /// Wheel steps of this frame that egui does not use; positive is away from the user.
     pub wheel: f32,
 }
 
-/// Systems that find out about the pointer; what acts on it runs after them, in `Update`.
+/// Systems that update the pointer, in `Update`; systems that act on it run after them.
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct PointerSystems;
 
-/// Keeps [`Pointer`].
+/// Updates [`Pointer`].
 pub struct PointerPlugin;
 
 impl Plugin for PointerPlugin {
@@ -114,7 +113,7 @@ impl Plugin for PointerPlugin {
     }
 }
 
-/// How far from a rope's axis a press still takes it [logical px].
+/// Distance from a rope's axis within which a press grabs it [logical px].
 const REACH: f32 = 8.0;
 
 fn locate(
@@ -122,11 +121,11 @@ fn locate(
     mut moved: MessageReader<CursorMoved>,
     window: Single<(Entity, &Window), With<PrimaryWindow>>,
     camera: Single<(&Camera, &GlobalTransform), With<OrbitCamera>>,
-    bodies: Query<(Entity, &Drawn)>,
+    bodies: SoftBodyRayCast,
 ) {
     let (entity, window) = *window;
-    // While a button is down the window system reports positions outside the window too;
-    // `Window::cursor_position` would drop them.
+    // While a button is down, the window system also reports positions outside the window, which
+    // `Window::cursor_position` would drop.
     let reported = moved
         .read()
         .filter(|m| m.window == entity)
@@ -145,7 +144,7 @@ fn locate(
     pointer.hit = match (pointer.owner, pointer.ray) {
         (PointerOwner::None, Some(ray)) => {
             let per_pixel = pixel_size(camera, window.height());
-            pick::nearest(ray, REACH * per_pixel, bodies.iter())
+            bodies.cast(ray, REACH * per_pixel)
         }
         _ => None,
     };
@@ -153,7 +152,7 @@ fn locate(
 
 /// Size of a pixel at a distance of 1 m from the eye [m/px].
 fn pixel_size(camera: &Camera, height: f32) -> f32 {
-    // The projection's [1][1] is 1/tan(half the field of view).
+    // Element [1][1] of the projection is 1/tan(half the field of view).
     2.0 / (camera.clip_from_view().y_axis.y * height.max(1.0))
 }
 
@@ -175,9 +174,9 @@ fn own(
     if let Some(at) = pointer.position {
         on_panel |= at.x >= window.width() - settings.panel_width;
     }
-    let under = match (on_panel, pointer.hit.as_ref()) {
+    let under = match (on_panel, pointer.hit) {
         (true, _) => Under::Panel,
-        (false, Some((body, _))) => Under::Body(*body),
+        (false, Some(hit)) => Under::Body(hit.body),
         (false, None) => Under::Stage,
     };
     let down = |button| mouse.pressed(button);

@@ -1,4 +1,4 @@
-//! The spring that pulls a body, with its force, over the picture.
+//! Draws the grab as a spring, with its force.
 
 use super::drag::Drag;
 use crate::{
@@ -17,10 +17,10 @@ use bevy_egui::{
 };
 
 const HALO: Color32 = Color32::from_rgba_premultiplied(150, 150, 150, 150);
-/// Coils of the drawn spring, and their width [px].
+/// Number of coils of the drawn spring, and their width [px].
 const COILS: (usize, f32) = (9, 5.0);
 
-/// Paints the spring.
+/// Draws the spring.
 pub struct SpringPlugin;
 
 impl Plugin for SpringPlugin {
@@ -63,7 +63,7 @@ fn paint(
     Ok(())
 }
 
-/// A force in words: three digits and a unit that fits.
+/// Formats a force with three digits and a fitting unit.
 fn force(newtons: f32) -> String {
     let (value, unit) = match newtons.abs() {
         x if x >= 1e6 => (newtons / 1e6, "MN"),
@@ -80,7 +80,7 @@ fn force(newtons: f32) -> String {
     format!("{value:.digits$} {unit}")
 }
 
-/// A spring between two points of the screen: straight ends, and coils that stretch with it.
+/// Outline of a spring between two screen points: straight ends, and coils that stretch with it.
 fn coil(from: Pos2, to: Pos2) -> Vec<Pos2> {
     let along = to - from;
     let across = along.normalized().rot90();
@@ -94,7 +94,7 @@ fn coil(from: Pos2, to: Pos2) -> Vec<Pos2> {
             odd if odd % 2 == 1 => 1.0,
             _ => -1.0,
         };
-        // A short spring has flat coils: it must not become a blot.
+        // Coils of a short spring are flattened to remain legible.
         let width = COILS.1.min(along.length() * 0.06);
         points.push(from + along * share + across * side * width);
     }

@@ -1,13 +1,13 @@
-//! Steers the camera: it orbits with the right button, pans with the middle one (or shift and the
-//! right one), and the wheel zooms.
+//! Camera control: the right button orbits, the middle button (or shift and the right button) pans,
+//! and the wheel zooms.
 //!
-//! It moves only while it owns the pointer, and zooms while nothing else does.
+//! The camera moves only while it owns the pointer, and zooms only while nothing else owns it.
 
 use super::pointer::{Pointer, PointerOwner, PointerSystems};
 use crate::sandbox::render::camera::{CameraSystems, OrbitCamera};
 use bevy::{input::mouse::AccumulatedMouseMotion, prelude::*, window::PrimaryWindow};
 
-/// Lets the user steer the camera.
+/// Lets the user control the camera.
 pub struct SteerPlugin;
 
 impl Plugin for SteerPlugin {

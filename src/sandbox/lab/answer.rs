@@ -1,4 +1,4 @@
-//! What mathematics says that bodies should look like at rest, drawn over them.
+//! Draws the analytic solutions of bodies at rest over them.
 
 use crate::{
     sandbox::{
@@ -23,10 +23,10 @@ use bevy_egui::{
 
 const LINE: Color32 = Color32::from_rgb(20, 28, 44);
 const HALO: Color32 = Color32::from_rgba_premultiplied(170, 170, 170, 170);
-/// Dashes and the gaps between them [px].
+/// Length of dashes and gaps [px].
 const DASH: (f32, f32) = (7.0, 5.0);
 
-/// Draws the answers of the scene while they are asked for.
+/// Draws the analytic solutions of the scene while the view shows them.
 pub struct AnswerPlugin;
 
 impl Plugin for AnswerPlugin {
@@ -38,7 +38,7 @@ impl Plugin for AnswerPlugin {
     }
 }
 
-/// Curves that were drawn last, with their points: they are found again only when a number changes.
+/// Curves of the last frame with their points, which are recomputed only when a parameter changes.
 type Known = Vec<(Curve, Option<Vec<Vec3>>)>;
 
 fn paint(

@@ -1,4 +1,4 @@
-//! The instruments: accuracy and its cost, the f64 reference beside the solver, stress tests, and what they tell.
+//! The instruments: accuracy vs. cost, the f64 reference, stress tests, quarantine, warnings.
 
 pub mod accuracy;
 pub mod answer;

@@ -1,5 +1,5 @@
-//! Bodies in quarantine: which, where and why, for as long as they are, and a button that lets each
-//! go on from its last good state.
+//! The card of bodies in quarantine: which bodies, where and why, with a button to restore each
+//! from its last finite state.
 
 use crate::sandbox::state::request::{Request, Requested};
 use std::collections::BTreeMap;
@@ -23,38 +23,38 @@ use crate::{
     solver::{Quarantine, body::INPUT},
 };
 
-/// Bodies that have a line of their own; of more it is said how many.
+/// Maximum number of bodies with a row of their own; for more, only their number is shown.
 const MOST: usize = 4;
-/// Ticks after which a restored body is taken to be sound.
+/// Ticks after which a restored body counts as stable.
 const SOON: u64 = 60;
 
-/// A body in quarantine, as it is shown.
+/// A body in quarantine, as shown on the card.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct QuarantinedBody {
-    /// What it is asked for by.
+    /// Key of the body in requests.
     pub key: u64,
     /// Its name.
     pub name: String,
-    /// Which particle and why.
+    /// Vertex and reason.
     pub reason: String,
-    /// Whether it had just been restored when it turned non-finite again.
+    /// Whether it had just been restored when it diverged again.
     pub again: bool,
 }
 
-/// Where the buttons are; for the journal.
+/// Rectangles of the buttons, for the journal.
 #[derive(Resource, Debug, Default, Deref)]
 pub struct QuarantineRects(WidgetRects);
 
-/// Said when a body turns non-finite right after it was restored. Restarting would be no help: what
-/// was changed in the panel stays over a restart.
+/// Shown when a body diverges right after it was restored. Restarting would not help, as changes
+/// made in the panel survive a restart.
 const AGAIN: &str = "The body diverged right after it was restored, so the cause is still there: undo the \
                      last change, or reopen the scene.";
 
-/// When bodies were restored, and whether it was in vain.
+/// The tick in which each body was last restored, and whether it diverged again soon after.
 #[derive(Resource, Debug, Default)]
 struct Restored(BTreeMap<Entity, (u64, bool)>);
 
-/// Shows bodies that are in quarantine.
+/// Shows the bodies that are in quarantine.
 pub struct QuarantinePlugin;
 
 impl Plugin for QuarantinePlugin {
@@ -68,7 +68,7 @@ impl Plugin for QuarantinePlugin {
     }
 }
 
-/// Where and why, in a part of a sentence.
+/// Location and reason, as part of a sentence.
 #[must_use]
 pub fn reason(quarantine: &Quarantine) -> String {
     let Quarantine { vertex, stage } = quarantine;
@@ -135,8 +135,8 @@ fn show(world: &mut World) -> Result {
     Ok(())
 }
 
-/// Draws the card over the view, left of the panel's `covered` width; the keys of the bodies that
-/// are to be restored.
+/// Draws the card over the view, left of the panel's `covered` width. Returns the keys of the
+/// bodies to restore.
 pub fn draw(
     context: &egui::Context,
     bodies: &[QuarantinedBody],
@@ -172,7 +172,7 @@ pub fn draw(
     pressed
 }
 
-/// What is wrong with one body; true if it is to be restored.
+/// The row of one body; true if it is to be restored.
 fn line(ui: &mut egui::Ui, body: &QuarantinedBody, places: &mut WidgetRects) -> bool {
     let QuarantinedBody { name, reason, .. } = body;
     let again = if body.again { " again" } else { "" };
@@ -186,7 +186,7 @@ fn line(ui: &mut egui::Ui, body: &QuarantinedBody, places: &mut WidgetRects) -> 
     response.clicked()
 }
 
-/// How many there are; true if all are to be restored.
+/// The row with the number of bodies; true if all are to be restored.
 fn all(ui: &mut egui::Ui, count: usize, places: &mut WidgetRects) -> bool {
     let text = match count.saturating_sub(MOST) {
         0 => format!("Restore all {count}"),

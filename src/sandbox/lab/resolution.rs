@@ -1,10 +1,11 @@
-//! Says when substeps become too short for single precision, see [`resolution`](crate::solver::resolution).
+//! Warns when substeps become too short for single precision, see
+//! [`resolution`](crate::solver::resolution).
 
 use crate::sandbox::ui::message::Notices;
 use crate::simulation::{SimulationSettings, plain};
 use bevy::prelude::*;
 
-/// Warns when the substeps of the world pass what single precision resolves.
+/// Warns when the number of substeps exceeds what single precision resolves.
 pub struct ResolutionPlugin;
 
 impl Plugin for ResolutionPlugin {
@@ -13,7 +14,7 @@ impl Plugin for ResolutionPlugin {
     }
 }
 
-/// Once when they pass it, not with every step of a slider beyond.
+/// Warns once when the limit is exceeded, not for every further step of a slider.
 fn warn(world: &mut World, mut passed: Local<bool>) {
     let substeps = world.resource::<SimulationSettings>().substeps.get();
     let most = plain::capture(world).resolved_substeps();

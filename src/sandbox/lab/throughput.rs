@@ -1,8 +1,8 @@
-//! How much the solver does: projections of constraints a second.
+//! Throughput of the solver: constraint projections per second.
 //!
-//! A projection is one constraint solved once. Those of a tick are the constraints of all bodies
-//! that are awake, times substeps, times iterations; the time is that of the solver, without the ECS
-//! around it and without what it takes to measure.
+//! A projection solves one constraint once. Their number in a tick is the number of constraints of
+//! all awake bodies, times substeps, times iterations. The time is that of the solver alone,
+//! without the ECS and without taking statistics.
 
 use bevy::prelude::*;
 
@@ -12,15 +12,16 @@ use crate::{
     solver::Effects,
 };
 
-/// Share of a new tick in the figure: with it, a tick of a second ago weighs a tenth.
+/// Weight of a new tick in the smoothed figure: a tick from one second ago has a tenth of the
+/// weight.
 const FRESH: f64 = 0.04;
-/// How often the figure changes, so that it can be read [1/s].
+/// Update rate of the figure, slow enough to be read [1/s].
 const REFRESH: f32 = 5.0;
 
-/// Projections a second, smoothed; nothing while no body is stepped.
+/// Projections per second, smoothed; `None` while no body is stepped.
 #[derive(Resource, Debug, Clone, Default)]
 pub struct Throughput {
-    /// Projections of the last ticks, the older the less.
+    /// Projections of the last ticks, exponentially weighted.
     projections: f64,
     /// Real time of the same ticks with the same weights [s].
     seconds: f64,
@@ -28,31 +29,31 @@ pub struct Throughput {
 }
 
 impl Throughput {
-    /// Projections a second; `None` while time stands or all bodies sleep.
+    /// Projections per second; `None` while the simulation is paused or all bodies sleep.
     #[must_use]
     pub const fn per_second(&self) -> Option<f64> {
         self.shown
     }
 
-    /// Takes a tick in: how many constraints were projected in it, and how long it took [s].
+    /// Adds a tick: its number of projections, and its duration [s].
     pub fn tick(&mut self, projections: f64, seconds: f64) {
         self.projections += (projections - self.projections) * FRESH;
         self.seconds += (seconds - self.seconds) * FRESH;
     }
 
-    /// Shows what has been taken in until now.
+    /// Updates the figure from the ticks so far.
     pub fn refresh(&mut self) {
         let counts = self.projections > 0.0 && self.seconds > 0.0;
         self.shown = counts.then(|| self.projections / self.seconds);
     }
 
-    /// Forgets everything.
+    /// Resets everything.
     pub fn clear(&mut self) {
         *self = Self::default();
     }
 }
 
-/// Follows the ticks.
+/// Measures the throughput after each tick.
 pub struct ThroughputPlugin;
 
 impl Plugin for ThroughputPlugin {
@@ -89,8 +90,11 @@ fn follow(
                 effects.constraints(body)
             })
             .sum();
-        let sweeps = f64::from(settings.substeps.get()) * f64::from(settings.iterations.get());
-        throughput.tick(constraints as f64 * sweeps, profile.solver().as_secs_f64());
+        let iterations = f64::from(settings.substeps.get()) * f64::from(settings.iterations.get());
+        throughput.tick(
+            constraints as f64 * iterations,
+            profile.solver().as_secs_f64(),
+        );
     }
     *age += time.delta_secs();
     if *age >= 1.0 / REFRESH {

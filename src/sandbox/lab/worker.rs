@@ -1,4 +1,4 @@
-//! A thread that an instrument works on while the window goes on.
+//! A background thread for an instrument.
 
 use std::{
     io,
@@ -10,14 +10,14 @@ use std::{
     thread,
 };
 
-/// A thread at work, and what it has to tell. It is told to stop when this is dropped.
+/// Handle of a background thread and its messages. Dropping it tells the thread to stop.
 #[derive(Debug)]
 pub struct Worker<News> {
     news: Mutex<Receiver<News>>,
     stop: Arc<AtomicBool>,
 }
 
-/// What the work tells its news to.
+/// Sends messages from the background thread.
 #[derive(Debug)]
 pub struct Reporter<News> {
     sender: Sender<News>,
@@ -25,10 +25,10 @@ pub struct Reporter<News> {
 }
 
 impl<News: Send + 'static> Worker<News> {
-    /// Starts a thread of a name.
+    /// Starts a thread with the given name.
     ///
     /// # Errors
-    /// When the system refuses to start a thread.
+    /// If the thread cannot be started.
     pub fn start(
         name: &str,
         work: impl FnOnce(&Reporter<News>) + Send + 'static,
@@ -48,7 +48,7 @@ impl<News: Send + 'static> Worker<News> {
         })
     }
 
-    /// What has been found since the last time.
+    /// Messages since the last call.
     pub fn news(&self) -> Vec<News> {
         let news = self.news.lock().unwrap_or_else(PoisonError::into_inner);
         news.try_iter().collect()
@@ -62,12 +62,12 @@ impl<News> Drop for Worker<News> {
 }
 
 impl<News> Reporter<News> {
-    /// Tells something. Returns whether the work is to continue.
+    /// Sends a message. Returns whether the work is to continue.
     pub fn tell(&self, news: News) -> bool {
         !self.is_stopped() && self.sender.send(news).is_ok()
     }
 
-    /// Whether the worker was dropped, so that the work is to end.
+    /// Whether the worker was dropped, so that the work should end.
     pub fn is_stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }

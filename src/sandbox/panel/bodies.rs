@@ -1,4 +1,4 @@
-//! The section of the bodies: whose parameters are shown, and what can be done to them.
+//! The section of the bodies: the selection, and operations on it.
 
 use crate::sandbox::state::{
     request::{Distortion, Request},
@@ -86,7 +86,7 @@ fn add(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, width: f32) {
     menu.response.on_hover_text("Add a body above the others");
 }
 
-/// A line on what is in the scope: how large it is, and what it is doing.
+/// A line about the selected bodies: size and state.
 fn state(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     let in_scope = model
         .bodies
@@ -116,7 +116,7 @@ fn state(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     quarantined(ui, panel, &stuck);
 }
 
-/// Diverged bodies that are named; of more, the panel gives the number.
+/// Maximum number of diverged bodies that are named; for more, only their number is shown.
 const MAX_NAMED: usize = 2;
 
 fn quarantined(ui: &mut Ui, panel: &mut Panel, stuck: &[(&BodyEntry, &str)]) {
@@ -211,34 +211,42 @@ fn buttons(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     }
 }
 
-/// The menu of materials.
+/// The material of the selection as a drop-down.
 fn materials(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     if model.materials.is_empty() {
         return;
     }
-    let menu = ui.menu_button("Material…", |ui| {
-        ui.set_min_width(160.0);
-        for material in &model.materials {
-            let line = ui.button(&material.title).on_hover_ui(|ui| {
-                ui.set_max_width(320.0);
-                ui.label(figures(material));
-                ui.add(Label::new(RichText::new(&material.source).small().weak()).wrap());
+    ui.horizontal(|ui| {
+        ui.label("Material");
+        let current = model.material.map_or("custom", |it| it.title.as_str());
+        let menu = ComboBox::from_id_salt("material")
+            .selected_text(current)
+            .width(ui.available_width())
+            .truncate()
+            .show_ui(ui, |ui| {
+                for material in &model.materials {
+                    let is_current = model.material == Some(*material);
+                    let line = ui.selectable_label(is_current, &material.title);
+                    let line = line.on_hover_ui(|ui| {
+                        ui.set_max_width(320.0);
+                        ui.label(figures(material));
+                        ui.add(Label::new(RichText::new(&material.source).small().weak()).wrap());
+                    });
+                    panel.note(format!("material.{}", material.name), &line, ui);
+                    if line.clicked() {
+                        panel.ask(Request::Material(&material.name));
+                    }
+                }
             });
-            panel.note(format!("material.{}", material.name), &line, ui);
-            if line.clicked() {
-                panel.ask(Request::Material(&material.name));
-                ui.close();
-            }
-        }
+        panel.note("material", &menu.response, ui);
+        menu.response.on_hover_text(
+            "Assign the density and stiffness of a real material to the selection. The result does \
+             not depend on the mesh.",
+        );
     });
-    panel.note("material", &menu.response, ui);
-    menu.response.on_hover_text(
-        "Assign the density and stiffness of a real material to the selection. The result does not \
-         depend on the mesh.",
-    );
 }
 
-/// The figures of a material with their units.
+/// The parameters of a material with their units.
 fn figures(material: &Material) -> String {
     let mut text = format!(
         "E {} Pa, ν {}, {} kg/m³",

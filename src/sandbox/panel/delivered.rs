@@ -1,4 +1,4 @@
-//! The effective compliance of an effect beside the requested one.
+//! The effective compliance of an effect, next to the requested one.
 
 use crate::sandbox::state::request::Request;
 use bevy::prelude::*;
@@ -20,10 +20,10 @@ use crate::{
     },
 };
 
-/// What is left of the sums of a tick in the next: they tell of the last second or so.
+/// Decay of the sums per tick: they cover about the last second.
 const KEPT: f64 = 0.95;
 
-/// Sums over the bodies shown, by effect: of the last tick and, the older the less, of those before.
+/// Exponentially weighted sums over ticks for the selected bodies, by effect.
 pub(super) type Works = BTreeMap<&'static str, Work>;
 
 /// Adds up the works of all elastic effects of a body.
@@ -43,9 +43,8 @@ impl Visit for Gather<'_> {
     }
 }
 
-/// Takes in what the solver left after the last substep of a tick, to be called when one has ended:
-/// in the middle of the next, multipliers and positions belong to different times. Of bodies that
-/// sleep nothing is new.
+/// Evaluates the last substep of a tick; to be called between ticks, as multipliers and positions
+/// belong to different times in the middle of a tick. Sleeping bodies are skipped.
 pub(super) fn gather(world: &mut World, shown: &[Entity]) {
     let h = world.resource::<SimulationSettings>().substep_seconds();
     let mut bodies = world.query_filtered::<(&SoftBody, &Particles, &EffectStates), Active>();
@@ -69,7 +68,7 @@ pub(super) fn gather(world: &mut World, shown: &[Entity]) {
     }
 }
 
-/// What is known of an effect of the bodies shown.
+/// The effective compliance of an effect on the selected bodies.
 pub(super) fn model(world: &World, effect: &str, shown: &[Entity]) -> Option<DeliveredModel> {
     let delivered = world
         .resource::<PanelState>()
@@ -90,7 +89,7 @@ pub(super) fn model(world: &World, effect: &str, shown: &[Entity]) -> Option<Del
     })
 }
 
-/// Draws what is known, under the parameters of the effect.
+/// Draws the effective compliance below the parameters of the effect.
 pub(super) fn show(ui: &mut Ui, panel: &mut Panel, effect: &str, delivered: &DeliveredModel) {
     let colour = if delivered.limited && delivered.factor.is_some() {
         theme::CHANGED

@@ -1,7 +1,7 @@
-//! The panel as a whole, drawn into a `Ui`.
+//! Draws the whole panel into a `Ui`.
 
 use crate::sandbox::state::request::Request;
-use bevy_egui::egui::{Response, ScrollArea, Ui};
+use bevy_egui::egui::{ComboBox, Response, ScrollArea, Ui};
 
 use super::{
     bodies, effects, energy,
@@ -15,7 +15,7 @@ use crate::sandbox::{
     ui::{WidgetRects, theme},
 };
 
-/// What one drawing of the panel gives back: what was asked for, and where each widget is.
+/// Result of drawing the panel: requests of the user and widget rectangles.
 #[derive(Debug, Default)]
 pub struct Panel {
     requests: Vec<Request>,
@@ -44,110 +44,134 @@ impl Panel {
         panel
     }
 
-    /// What the user asked for, in order.
+    /// Requests of the user, in order.
     pub fn requests(&self) -> &[Request] {
         &self.requests
     }
 
-    /// Where the widgets are.
+    /// Rectangles of the widgets.
     pub fn places(&self) -> &WidgetRects {
         &self.places
     }
 
-    /// Asks for something.
+    /// Adds a request.
     pub(super) fn ask(&mut self, request: Request) {
         self.requests.push(request);
     }
 
-    /// Notes where a widget is.
+    /// Records the rectangle of a widget.
     pub(super) fn note(&mut self, name: impl Into<String>, response: &Response, ui: &Ui) {
         self.places.note(name, response, ui.clip_rect());
     }
 
-    /// What is drawn, always in sight.
+    /// The view options, always visible.
     fn foot(&mut self, ui: &mut Ui, model: &PanelModel) {
         ui.add_space(4.0);
-        self.solver_view(ui, model);
-        let buttons = [
-            RowButton {
-                selected: model.wireframe,
-                ..RowButton::new(
-                    "wireframe",
-                    "Wire",
-                    "Wireframe: draw the edges of the triangles (W)",
-                )
-            },
-            RowButton {
-                selected: model.tetrahedra,
-                ..RowButton::new("tetrahedra", "Tets", "Tet mesh: draw the tetrahedra (T)")
-            },
-            RowButton::new("frame", "Fit all", "Frame all bodies in the view (F)"),
-            RowButton::new(
-                "screenshot",
-                "Capture",
-                "Save a screenshot of the window (F12)",
-            ),
-            RowButton::new("help", "Help", "Keyboard and mouse shortcuts (F1)"),
-        ];
-        let request = match section::button_row(ui, self, &buttons) {
-            Some(0) => Request::Wireframe(!model.wireframe),
-            Some(1) => Request::Tetrahedra(!model.tetrahedra),
-            Some(2) => Request::FrameAll,
-            Some(3) => Request::Screenshot,
-            Some(4) => Request::Help,
-            _ => return,
-        };
-        self.ask(request);
-    }
-
-    /// The row of the solver views and the reference overlay.
-    fn solver_view(&mut self, ui: &mut Ui, model: &PanelModel) {
-        let button = |view, name, text, help| RowButton {
-            selected: model.solver == view,
+        let toggle = |selected, name, text, help| RowButton {
+            selected,
             ..RowButton::new(name, text, help)
         };
         let buttons = [
-            button(
+            toggle(
+                model.wireframe,
+                "wireframe",
+                "Wire",
+                "Wireframe: draw the edges of the triangles (W)",
+            ),
+            toggle(
+                model.tetrahedra,
+                "tetrahedra",
+                "Tets",
+                "Tet mesh: draw the tetrahedra (T)",
+            ),
+            toggle(
+                model.contacts,
+                "contacts",
+                "Contacts",
+                "Contact forces: a line along the force of each contact between bodies, from blue (1 mN) to red (1 kN) (K)",
+            ),
+            toggle(
+                model.reference_overlay.is_some(),
+                "reference_overlay",
+                "f64 ref",
+                "Reference overlay: draw a double-precision simulation with smaller substeps over \
+                 each body, and plot the distance to it (G)",
+            ),
+        ];
+        match section::button_row(ui, self, &buttons) {
+            Some(0) => self.ask(Request::Wireframe(!model.wireframe)),
+            Some(1) => self.ask(Request::Tetrahedra(!model.tetrahedra)),
+            Some(2) => self.ask(Request::Contacts(!model.contacts)),
+            Some(3) => self.ask(Request::ReferenceOverlay),
+            _ => {}
+        }
+        ui.horizontal(|ui| {
+            self.solver_view(ui, model);
+            let buttons = [
+                RowButton::new("frame", "Fit all", "Frame all bodies in the view (F)"),
+                RowButton::new(
+                    "screenshot",
+                    "Capture",
+                    "Save a screenshot of the window (F12)",
+                ),
+                RowButton::new("help", "Help", "Keyboard and mouse shortcuts (F1)"),
+            ];
+            match section::button_row(ui, self, &buttons) {
+                Some(0) => self.ask(Request::FrameAll),
+                Some(1) => self.ask(Request::Screenshot),
+                Some(2) => self.ask(Request::Help),
+                _ => {}
+            }
+        });
+    }
+
+    /// The solver views as a drop-down.
+    fn solver_view(&mut self, ui: &mut Ui, model: &PanelModel) {
+        let views = [
+            (
                 SolverView::Off,
                 "solver.off",
                 "Shaded",
-                "Draw the bodies as shaded surfaces (V)",
+                "Draw the bodies as shaded surfaces",
             ),
-            button(
+            (
                 SolverView::Partitions,
                 "solver.partitions",
-                "Partition",
-                "Draw the constraints by partition, the piece of a body that one worker steps (V)",
+                "Partitions",
+                "Draw the constraints by partition, the piece of a body that one worker steps",
             ),
-            button(
+            (
                 SolverView::Colours,
                 "solver.colours",
                 "Colors",
                 "Draw the constraints by graph color: constraints of one color share no particle \
-                 and can be solved at the same time (V)",
+                 and can be solved at the same time",
             ),
-            button(
+            (
                 SolverView::Lanes,
                 "solver.lanes",
                 "Lanes",
                 "Draw the constraints by SIMD lane, their place in a block of eight that is solved \
-                 together (V)",
+                 together",
             ),
-            RowButton {
-                selected: model.reference_overlay.is_some(),
-                ..RowButton::new(
-                    "reference_overlay",
-                    "f64 ref",
-                    "Reference overlay: draw a double-precision simulation with smaller substeps \
-                     over each body, and plot the distance to it (G)",
-                )
-            },
         ];
-        if let Some(index) = section::button_row(ui, self, &buttons) {
-            self.ask(match SolverView::ALL.get(index) {
-                Some(view) => Request::SolverView(*view),
-                None => Request::ReferenceOverlay,
+        let current = views.iter().find(|(view, ..)| *view == model.solver);
+        let menu = ComboBox::from_id_salt("solver view")
+            .selected_text(current.map_or("", |(_, _, title, _)| title))
+            .width(0.3 * ui.available_width())
+            .show_ui(ui, |ui| {
+                for (view, name, title, help) in views {
+                    let line = ui.selectable_label(view == model.solver, title);
+                    let line = line.on_hover_text(help);
+                    self.note(name, &line, ui);
+                    if line.clicked() {
+                        self.ask(Request::SolverView(view));
+                    }
+                }
             });
-        }
+        self.note("solver", &menu.response, ui);
+        menu.response.on_hover_text(
+            "Solver view: the constraints in the order in which they are solved (V)",
+        );
     }
 }

@@ -1,7 +1,7 @@
-//! The section of the effects: those that run in this scene, each with its share of the tick's
-//! time and its parameters on the bodies of the scope, and those that do not run.
+//! The section of the effects: active effects, each with its fraction of the tick's time and its
+//! parameters on the selected bodies, and inactive effects.
 //!
-//! A switch puts an effect on the bodies of the scope or takes it off.
+//! A switch adds an effect to the selected bodies or removes it.
 
 use crate::sandbox::state::{request::Request, selection::Scope};
 use bevy_egui::egui::{
@@ -20,9 +20,9 @@ use crate::{
     sandbox::ui::{number, theme},
 };
 
-/// Width of the bar of a share [logical px].
+/// Width of the bar of a time fraction [logical px].
 const BAR: f32 = 60.0;
-/// Width of the figure of a share [logical px].
+/// Width of the number of a time fraction [logical px].
 const FIGURE: f32 = 34.0;
 
 /// Draws the section.
@@ -59,7 +59,7 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     });
 }
 
-/// The steps of a substep, in their order.
+/// The steps of a substep, in order.
 fn steps(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     let text = format!("Substep: {}", model.steps.join(" · "));
     let row = ui.add(Label::new(RichText::new(text).small().color(theme::WEAK)).wrap());
@@ -129,7 +129,7 @@ fn running_effect(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &E
     });
 }
 
-/// The overpressure of one filling, or the least and the greatest of several [Pa].
+/// The overpressure of one body, or the minimum and maximum of several [Pa].
 fn overpressure((low, high): (f64, f64)) -> String {
     let [low, high] = [low, high].map(|pressure| number::format(pressure, 3));
     if low == high {
@@ -139,7 +139,7 @@ fn overpressure((low, high): (f64, f64)) -> String {
     }
 }
 
-/// The row of an effect: switch, title, number of constraints, share of time. `true` if its
+/// The row of an effect: switch, title, number of constraints, fraction of the time. `true` if its
 /// title was pressed.
 fn heading(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &EffectModel) -> bool {
     ui.horizontal(|ui| {
@@ -175,7 +175,7 @@ fn heading(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &EffectMo
     .inner
 }
 
-/// How many constraints an effect solves, and on how many bodies if not on all.
+/// Number of constraints of an effect, and number of bodies that carry it if not all do.
 fn detail(model: &PanelModel, effect: &EffectModel) -> String {
     if effect.carriers == 0 {
         let waits = match effect.name {
@@ -198,7 +198,7 @@ fn detail(model: &PanelModel, effect: &EffectModel) -> String {
     text.trim_start().to_owned()
 }
 
-/// A bar and a figure at the right end of a row.
+/// A bar and a number at the right end of a row.
 fn share(ui: &mut Ui, share: f32, colour: Color32) {
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
         let size = vec2(BAR + FIGURE, theme::ROW);
@@ -222,7 +222,7 @@ fn share(ui: &mut Ui, share: f32, colour: Color32) {
     });
 }
 
-/// A share in per cent, in at most three characters and the sign.
+/// A fraction in per cent, with at most three characters before the sign.
 fn percent(share: f32) -> String {
     let percent = share * 100.0;
     if percent > 0.0 && percent < 1.0 {

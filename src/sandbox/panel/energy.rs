@@ -3,9 +3,10 @@
 use crate::sandbox::state::request::Request;
 use bevy::prelude::*;
 use bevy_egui::egui::{
-    Align, Align2, Color32, FontSelection, Layout, Rect, RichText, Sense, Shape, Stroke, TextStyle,
-    Ui, pos2, vec2,
+    Align, Align2, Color32, FontSelection, Layout, Rect, RichText, Sense, Stroke, TextStyle, Ui,
+    Vec2b, vec2,
 };
+use egui_plot::{HLine, HoverPosition, Line};
 use std::collections::VecDeque;
 
 use super::{
@@ -15,7 +16,7 @@ use super::{
 };
 use crate::{
     effect::EffectRegistry,
-    sandbox::ui::{number::format, theme},
+    sandbox::ui::{number::format, plot, theme},
     simulation::{EnergyLedger, SimulationSettings},
 };
 
@@ -210,7 +211,7 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
 }
 
 fn ledger(ui: &mut Ui, panel: &mut Panel, energy: &EnergyModel) {
-    plot(ui, panel, energy);
+    track(ui, panel, energy);
     ui.spacing_mut().item_spacing.y = 2.0;
     line(ui, None, "Stored", ["now [J]", "change [J]"], theme::WEAK);
     for (title, now, change) in &energy.held {
@@ -290,46 +291,59 @@ fn colour(title: &str) -> Color32 {
     }
 }
 
-fn plot(ui: &mut Ui, panel: &mut Panel, energy: &EnergyModel) {
-    let track = &energy.track;
-    let size = vec2(ui.available_width(), HEIGHT);
-    let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
-    panel.note("energy.plot", &response, ui);
-    let painter = ui.painter().with_clip_rect(rect);
-    painter.rect_filled(rect, 3.0, theme::SUNKEN);
-    let (low, high) = track
+fn track(ui: &mut Ui, panel: &mut Panel, energy: &EnergyModel) {
+    let ticks = &energy.track;
+    let (low, high) = ticks
         .values()
         .fold((0.0_f32, 0.0_f32), |(low, high), value| {
             (low.min(value), high.max(value))
         });
-    if high == low {
-        return;
-    }
-    let inside = rect.shrink2(vec2(0.0, 5.0));
-    let at = |place: usize, value: f32| {
-        let back = (track.0.len() - 1 - place) as f32 / (TICKS - 1) as f32;
-        let up = (value - low) / (high - low);
-        pos2(
-            rect.right() - back * rect.width(),
-            inside.bottom() - up * inside.height(),
-        )
-    };
-    let zero = at(0, 0.0).y;
-    painter.hline(rect.x_range(), zero, Stroke::new(1.0, theme::LINE));
-    for (title, ..) in &energy.held {
-        let points = track.0.iter().enumerate().filter_map(|(place, column)| {
-            let value = column.iter().find(|(name, _)| name == title)?;
-            Some(at(place, value.1))
+    let joules = |value: f64| format!("{} J", signed(value));
+    let plot = plot::fixed("stored energy", HEIGHT)
+        .show_axes(false)
+        .show_grid(false)
+        .sense(Sense::hover())
+        .label_formatter(move |at| match at {
+            HoverPosition::NearDataPoint {
+                plot_name,
+                position,
+                ..
+            } => Some(format!(
+                "{plot_name}: {}\n{} ticks ago",
+                joules(position.y),
+                -position.x
+            )),
+            HoverPosition::Elsewhere { .. } => None,
         });
-        painter.add(Shape::line(
-            points.collect(),
-            Stroke::new(1.5, colour(title)),
-        ));
-    }
+    let shown = plot.show(ui, |plot| {
+        let last = ticks.0.len() as f64 - 1.0;
+        // Room for the figures in the corners.
+        let margin = f64::from(high - low).max(f64::MIN_POSITIVE) * 0.1;
+        plot.set_auto_bounds(Vec2b::FALSE);
+        plot.set_plot_bounds_x(1.0 - TICKS as f64..=0.0);
+        plot.set_plot_bounds_y(f64::from(low) - margin..=f64::from(high) + margin);
+        plot.hline(HLine::new("0 J", 0.0).stroke(Stroke::new(1.0, theme::LINE)));
+        for (title, ..) in &energy.held {
+            let points = ticks.0.iter().enumerate().filter_map(|(tick, column)| {
+                let (_, value) = column.iter().find(|(name, _)| name == title)?;
+                Some([tick as f64 - last, f64::from(*value)])
+            });
+            let line = Line::new(*title, points.collect::<Vec<_>>());
+            plot.line(line.stroke(Stroke::new(1.5, colour(title))));
+        }
+    });
+    panel.note("energy.plot", &shown.response, ui);
     let font = FontSelection::Style(TextStyle::Small).resolve(ui.style());
+    let rect = shown.response.rect;
+    let painter = ui.painter();
     let label = |at, align, value: f32| {
-        let text = format!("{} J", signed(f64::from(value)));
-        painter.text(at, align, text, font.clone(), theme::WEAK);
+        painter.text(
+            at,
+            align,
+            joules(f64::from(value)),
+            font.clone(),
+            theme::WEAK,
+        );
     };
     label(rect.left_top() + vec2(4.0, 1.0), Align2::LEFT_TOP, high);
     if low < 0.0 {
@@ -339,10 +353,4 @@ fn plot(ui: &mut Ui, panel: &mut Panel, energy: &EnergyModel) {
             low,
         );
     }
-    response.on_hover_ui(|ui| {
-        ui.label(RichText::new("Stored energy").strong());
-        ui.label(
-            "One point per tick, the last 300 ticks. Potential energy is relative to the start.",
-        );
-    });
 }

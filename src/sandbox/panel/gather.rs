@@ -1,4 +1,4 @@
-//! From the ECS to the panel's model, every frame anew.
+//! Builds the panel's model from the ECS, every frame.
 
 use super::model::Additions;
 use crate::sandbox::state::selection::Selection;
@@ -24,16 +24,16 @@ use crate::{
     },
     scene::{Answer, CurrentScene, Material},
     simulation::{
-        Asleep, Pins, Profile, Quarantined, SimulationClock, SimulationSettings, SoftBody,
-        SolverThreads, Statistics, action, plain::bodies_in_order, system_names,
+        Asleep, BodyDensity, Pins, Profile, Quarantined, SimulationClock, SimulationSettings,
+        SoftBody, SolverThreads, Statistics, action, plain::bodies_in_order, system_names,
     },
-    solver::{EffectStates, available},
+    solver::{EffectStates, Effects, available},
 };
 
-/// Share of a new measurement in the smoothed one.
+/// Weight of a new measurement in the smoothed one.
 const FRESH: f32 = 0.04;
 
-/// The model of what is there now.
+/// The model of the current state.
 pub(super) fn model(world: &mut World) -> PanelModel {
     let bodies = bodies_in_order(world);
     smooth_shares(world);
@@ -104,7 +104,9 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         }),
         additions: world.resource::<Additions>().0.clone(),
         materials: materials(world, &shown),
+        material: material(world, &shown),
         wireframe: view.wireframe,
+        contacts: view.contacts,
         tetrahedra: view.tetrahedra,
         answers: (scene.map(answers).unwrap_or_default(), view.answers),
         solver: view.solver,
@@ -112,7 +114,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
     }
 }
 
-/// Materials that some of the bodies can be made of.
+/// Materials that can be applied to at least one of the bodies.
 fn materials(world: &World, bodies: &[Entity]) -> Vec<&'static Material> {
     let can_be = |body: &Entity, material: &Material| {
         let topology = world.get::<SoftBody>(*body);
@@ -123,14 +125,34 @@ fn materials(world: &World, bodies: &[Entity]) -> Vec<&'static Material> {
         .collect()
 }
 
-/// What the answers of a scene are called, each name once.
+/// The material that all of the bodies are made of.
+fn material(world: &World, bodies: &[Entity]) -> Option<&'static Material> {
+    let made_of = |body: &Entity| {
+        let body = world.entity(*body);
+        let effects = Effects {
+            neo_hookean: body.get().copied(),
+            membrane: body.get().copied(),
+            bend: body.get().copied(),
+            ..Effects::default()
+        };
+        let density = body.get::<BodyDensity>()?.0;
+        Material::all()
+            .iter()
+            .find(|material| material.describes(density, &effects))
+    };
+    let mut found = bodies.iter().map(made_of);
+    let first = found.next()??;
+    found.all(|other| other == Some(first)).then_some(first)
+}
+
+/// Names of the analytic solutions of a scene, without duplicates.
 fn answers(scene: &CurrentScene) -> String {
     let mut names: Vec<_> = scene.scene.answers.iter().map(Answer::name).collect();
     names.dedup();
     names.join(", ")
 }
 
-/// The track of a parameter's slider.
+/// The slider track of a parameter.
 pub(in crate::sandbox) fn track(info: &ParameterInfo) -> Track {
     let range = info.range.0..=info.range.1;
     match info.scale {
@@ -197,7 +219,7 @@ fn effect(world: &World, info: &EffectInfo, bodies: &[Entity], shown: &[Entity])
     }
 }
 
-/// Contacts that push, and crossings of surfaces.
+/// Number of active contacts, and of surface crossings.
 fn contacts(statistics: &Statistics, effect: &str) -> Option<(usize, usize)> {
     let is_contact = [Contact::NAME, SelfContact::NAME].contains(&effect);
     statistics
@@ -206,7 +228,7 @@ fn contacts(statistics: &Statistics, effect: &str) -> Option<(usize, usize)> {
         .filter(|_| is_contact)
 }
 
-/// The least and the greatest overpressure [Pa] that the last substep left in the bodies shown.
+/// Minimum and maximum overpressure [Pa] of the selected bodies after the last substep.
 fn overpressure(world: &World, effect: &str, shown: &[Entity]) -> Option<(f64, f64)> {
     if effect != Pressure::NAME {
         return None;
@@ -221,7 +243,7 @@ fn overpressure(world: &World, effect: &str, shown: &[Entity]) -> Option<(f64, f
         .reduce(|(low, high), (one, _)| (low.min(one), high.max(one)))
 }
 
-/// The row of a parameter from each body's value and the value that it came with.
+/// The row of a parameter, from the value and scene default of each body.
 fn parameter_of(
     info: &ParameterInfo,
     values: impl Iterator<Item = (f64, Option<f64>)>,
@@ -247,7 +269,7 @@ fn parameter_of(
     })
 }
 
-/// The world's settings in the order of their rows.
+/// World settings in the order of their rows.
 const ROWS: [&str; 10] = [
     "substeps",
     "iterations",
@@ -286,7 +308,7 @@ fn settings(world: &World) -> Vec<Parameter> {
     ROWS.iter().filter_map(row).collect()
 }
 
-/// The row of the threads, where there are several to have.
+/// The row of the number of threads, if there is a choice.
 fn threads(world: &World) -> Option<Parameter> {
     let cores = available();
     (cfg!(feature = "parallel") && cores > 1).then(|| Parameter {
@@ -304,7 +326,7 @@ fn threads(world: &World) -> Option<Parameter> {
     })
 }
 
-/// What the values of a setting are called, from the least on; empty for a number.
+/// Names of the values of a setting, from the smallest on; empty for a number.
 fn choices(setting: &str) -> &'static [&'static str] {
     match setting {
         "order" => &["Euler", "BDF2"],
@@ -313,7 +335,7 @@ fn choices(setting: &str) -> &'static [&'static str] {
     }
 }
 
-/// The title of a setting, what it does, and the slider's track.
+/// Title, description and slider track of a setting.
 fn words(setting: &str) -> Option<(&'static str, &'static str, Track)> {
     let gravity = Track::new(-20.0..=20.0, Spread::Linear);
     Some(match setting {

@@ -1,4 +1,5 @@
-//! The overlay of keys and gestures, made from the table in [`keys`](crate::sandbox::input::keys).
+//! The overlay of keys and gestures, generated from the table in
+//! [`keys`](crate::sandbox::input::keys).
 
 use bevy::prelude::*;
 use bevy_egui::{
@@ -12,7 +13,7 @@ use crate::sandbox::{
     ui::theme,
 };
 
-/// Draws the overlay while it is asked for.
+/// Draws the overlay while it is open.
 pub struct HelpPlugin;
 
 impl Plugin for HelpPlugin {
@@ -29,7 +30,7 @@ fn overlay(mut contexts: EguiContexts, mut view: ResMut<ViewSettings>) -> Result
     Ok(())
 }
 
-/// Draws the overlay; `true` if it was pressed away.
+/// Draws the overlay; `true` if a press closed it.
 pub fn draw(context: &egui::Context) -> bool {
     let screen = context.content_rect();
     let veil = Area::new(Id::new("help veil"))

@@ -1,4 +1,4 @@
-//! Where the time of a tick goes, over the last seconds: a column a tick, its parts upon each other.
+//! Time per part of a tick over the last seconds, as a stacked plot with one column per tick.
 
 use bevy::prelude::*;
 use bevy_egui::egui::{
@@ -14,17 +14,17 @@ use crate::{
     solver::advance::Stage,
 };
 
-/// Ticks that are shown: five seconds at the usual rate.
+/// Number of ticks shown: five seconds at the default rate.
 const TICKS: usize = 300;
 /// Height of the plot [logical px].
 const HEIGHT: f32 = 46.0;
-/// Stages and effects, and last what a tick spends outside of them.
+/// Stages and effects, plus the remaining time of a tick.
 const PARTS: usize = Stage::ALL.len() + 1;
 
 /// Time by part of a tick [ms].
 pub type Column = [f32; PARTS];
 
-/// The last ticks, the oldest first.
+/// The last ticks, oldest first.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct History {
     columns: VecDeque<Column>,
@@ -32,7 +32,7 @@ pub struct History {
 }
 
 impl History {
-    /// Takes in a tick, and forgets the oldest.
+    /// Appends a tick, and drops the oldest one.
     pub fn push(&mut self, column: Column) {
         if self.columns.len() == TICKS {
             self.columns.pop_front();
@@ -40,7 +40,7 @@ impl History {
         self.columns.push_back(column);
     }
 
-    /// The most that a tick took [ms]; 0 if there is none.
+    /// Maximum time of a tick [ms]; 0 if there is none.
     #[must_use]
     pub fn most(&self) -> f32 {
         let sums = self.columns.iter().map(|column| column.iter().sum());
@@ -48,7 +48,7 @@ impl History {
     }
 }
 
-/// The colour of a part, by its name; of Okabe and Ito's, which the colour-blind can tell.
+/// Color of a part, by its name; from the color-blind safe palette of Okabe and Ito.
 #[must_use]
 pub fn colour(part: &str) -> Color32 {
     match part {
@@ -63,7 +63,8 @@ pub fn colour(part: &str) -> Color32 {
     }
 }
 
-/// Takes in the last tick. Whether one has ended since the last frame, and no other is under way.
+/// Adds the last tick. Returns whether a tick has ended since the last frame and no other is under
+/// way.
 pub(super) fn gather(world: &mut World) -> bool {
     let clock = world.resource::<SimulationClock>();
     let (tick, under_way) = (clock.tick(), clock.mid_tick());
@@ -88,7 +89,7 @@ pub(super) fn gather(world: &mut World) -> bool {
     ended && !under_way
 }
 
-/// Draws the plot, and says what is at the pointer.
+/// Draws the plot, and shows the values at the pointer.
 pub(super) fn show(ui: &mut Ui, panel: &mut Panel, history: &History) {
     let most = history.most();
     if most == 0.0 {

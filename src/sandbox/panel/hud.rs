@@ -1,8 +1,8 @@
-//! The head-up line: what the simulation costs and how well it holds, over the view.
+//! The head-up line: cost and state of the simulation, over the view.
 //!
 //! The figures are those of [`Statistics`], the same as in the CSV; the frame rate and the
-//! [`Throughput`] are the window's own. They are read a few times a second, so that they can be
-//! read by people.
+//! [`Throughput`] are measured by the window. They are updated a few times per second to remain
+//! legible.
 
 use bevy::prelude::*;
 use bevy_egui::{
@@ -17,7 +17,7 @@ use crate::sandbox::{
 };
 use crate::simulation::{SimulationClock, SoftBody, Statistics, statistics};
 
-/// How often the figures change [1/s].
+/// Update rate of the figures [1/s].
 const REFRESH: f32 = 5.0;
 /// Width of a figure [logical px].
 const CELL: f32 = 74.0;
@@ -27,17 +27,17 @@ const CELL: f32 = 74.0;
 pub struct Figure {
     /// The number with its unit.
     pub value: String,
-    /// What it is.
+    /// Label.
     pub name: &'static str,
-    /// Whether it says that something is wrong.
+    /// Whether it indicates a problem.
     pub alarm: bool,
 }
 
-/// What the line says.
+/// Content of the line.
 #[derive(Resource, Debug, Default)]
 pub struct HeadUp {
     figures: Vec<Figure>,
-    /// Paused, slow; empty if nothing is out of the ordinary.
+    /// Exceptional state, such as paused or slow; empty otherwise.
     state: String,
     frames: u32,
     seconds: f32,
@@ -47,18 +47,19 @@ pub struct HeadUp {
 /// Simulated seconds per real second.
 #[derive(Debug, Default)]
 struct Pace {
-    /// Over the last second; none before it.
+    /// Measured over the last second; `None` before that.
     found: Option<f64>,
-    /// Real seconds since it was found, and the simulated time then [s].
+    /// Real seconds since the last measurement, and simulated time at that moment [s].
     seconds: f64,
     start: f64,
 }
 
 impl Pace {
-    /// How long it is looked for [s]: pictures of a slow renderer are a seventh of a second apart.
+    /// Duration of a measurement [s]; longer than several frames of a slow renderer, which take up
+    /// to 1/7 s.
     const WINDOW: f64 = 1.0;
 
-    /// Simulated time is `now` after `real` more seconds [s].
+    /// Advances by `real` seconds to the simulated time of the clock [s].
     fn pass(&mut self, clock: &SimulationClock, real: f64) {
         let now = clock.time();
         if clock.paused || clock.held || now < self.start {
@@ -76,7 +77,7 @@ impl Pace {
         }
     }
 
-    /// If the computer does not keep up: less than this fraction of what the clock asks for.
+    /// The ratio, if the computer does not keep up: less than 95 % of the requested speed.
     fn slow(&self, clock: &SimulationClock) -> Option<f64> {
         self.found.filter(|pace| *pace < 0.95 * clock.speed)
     }
@@ -95,7 +96,7 @@ impl Plugin for HudPlugin {
     }
 }
 
-/// Figures are taken after ticks; a body that comes while there are none would not be counted.
+/// Statistics are taken after ticks; this also counts bodies that are added while paused.
 fn measure_while_paused(world: &mut World, new: &mut QueryState<(), Added<SoftBody>>) {
     let came = new.iter(world).next().is_some();
     if came && world.resource::<SimulationClock>().paused {
@@ -129,7 +130,7 @@ fn refresh(
     }
 }
 
-/// The figures of the line, in their order; `projections` are those a second.
+/// The figures of the line, in order; `projections` are per second.
 pub fn figures(
     frames_per_second: f32,
     statistics: &Statistics,
@@ -155,7 +156,7 @@ pub fn figures(
     ]
 }
 
-/// Projections a second in millions; a dash while there are none, so that no figure moves.
+/// Projections per second in millions; a dash if there are none, which keeps the layout.
 pub fn millions(projections: Option<f64>) -> String {
     projections.map_or_else(
         || "–".to_owned(),
@@ -163,7 +164,7 @@ pub fn millions(projections: Option<f64>) -> String {
     )
 }
 
-/// A quantity in three digits with the prefix of its size: `1.25 mJ`.
+/// A quantity with three digits and an SI prefix: `1.25 mJ`.
 fn prefixed(value: f64, unit: &str) -> String {
     const PREFIXES: [(f64, &str); 7] = [
         (1e9, "G"),
@@ -181,7 +182,7 @@ fn prefixed(value: f64, unit: &str) -> String {
     }
 }
 
-/// A ratio in per cent with its sign, to a hundredth.
+/// A ratio in per cent with its sign, to 0.01 %.
 fn percent(ratio: f64) -> String {
     let percent = ratio * 100.0;
     if percent.abs() < 0.005 {
@@ -191,7 +192,7 @@ fn percent(ratio: f64) -> String {
     }
 }
 
-/// What is out of the ordinary; `slow` is the pace of a computer that does not keep up.
+/// The exceptional state; `slow` is the measured speed if the computer does not keep up.
 fn state(clock: &SimulationClock, slow: Option<f64>, reference_overlay_holds: bool) -> String {
     let mut parts = Vec::new();
     if clock.paused {
@@ -221,12 +222,13 @@ fn show(mut contexts: EguiContexts, head_up: Res<HeadUp>, view: Res<ViewSettings
     Ok(())
 }
 
-/// Draws the line in the upper left corner, in what the panel's `covered` width leaves.
+/// Draws the line in the upper left corner, in the area that the panel's `covered` width leaves
+/// free.
 pub fn draw(context: &egui::Context, figures: &[Figure], state: &str, covered: f32) {
     let screen = context.content_rect();
     let margin = 10.0;
     let width = screen.width() - covered - 2.0 * margin;
-    // Never in the way of the hand: the pointer goes through it.
+    // Does not capture the pointer.
     Area::new(Id::new("head-up line"))
         .order(Order::Background)
         .interactable(false)
@@ -247,7 +249,7 @@ pub fn draw(context: &egui::Context, figures: &[Figure], state: &str, covered: f
 
 fn line(ui: &mut egui::Ui, figures: &[Figure], width: f32) {
     let most = ((width / CELL) as usize).clamp(1, figures.len());
-    // As many in each row, so that none is left alone in the last.
+    // The same number of figures in each row, so that the last one is not nearly empty.
     let a_row = figures.len().div_ceil(figures.len().div_ceil(most));
     ui.spacing_mut().item_spacing = vec2(0.0, 4.0);
     for row in figures.chunks(a_row) {

@@ -1,9 +1,9 @@
-//! The panel: what is simulated and how, as numbers that can be moved.
+//! The panel: scene, bodies, effects and world settings as editable numbers.
 //!
-//! Three steps a frame, each on its own: `gather` makes a plain [`PanelModel`] of the ECS,
-//! `draw` turns it into a picture and a list of [`Request`]s, which the app
-//! [carries out](crate::sandbox::app::requests). Only the first and the last know the simulation; only the second knows
-//! egui.
+//! Three separate steps per frame: `gather` builds a plain [`PanelModel`] from the ECS, `draw`
+//! turns it into a picture and a list of [`Request`]s, and the app [carries them
+//! out](crate::sandbox::app::requests). Only the first and the last access the simulation; only the
+//! second uses egui.
 
 mod bodies;
 mod delivered;
@@ -47,20 +47,20 @@ use crate::sandbox::{
 };
 use crate::simulation::{Measuring, Profile};
 
-/// What the panel itself remembers.
+/// State of the panel.
 #[derive(Resource, Debug, Default)]
 pub struct PanelState {
-    /// Shares of time by effect and stage, smoothed over about a second so that they can be read.
+    /// Fractions of the time by effect and stage, smoothed over about a second.
     shares: BTreeMap<&'static str, f32>,
-    /// What the solver delivered of late, by effect.
+    /// Effective compliance of the last ticks, by effect.
     works: delivered::Works,
-    /// Where the time of the last ticks went.
+    /// Time of the last ticks by part.
     history: history::History,
-    /// What bodies held after the last ticks.
+    /// Energy of the bodies after the last ticks.
     energies: energy::EnergyTrack,
 }
 
-/// Where the panel's widgets are; for the journal.
+/// Rectangles of the panel's widgets, for the journal.
 #[derive(Resource, Debug, Default, Deref)]
 pub struct PanelRects(WidgetRects);
 
@@ -97,7 +97,7 @@ impl Plugin for PanelPlugin {
     }
 }
 
-/// Taking hold of a body shows its own parameters; a body that is gone is not shown.
+/// Selects a body when it is grabbed, and deselects a body that was removed.
 pub(in crate::sandbox) fn show_held(
     grab: Res<LastGrab>,
     mut selection: ResMut<Selection>,
@@ -113,14 +113,14 @@ pub(in crate::sandbox) fn show_held(
     }
 }
 
-/// What the solver delivered to other bodies says nothing of those that are shown now.
+/// Clears measurements when the selection changes.
 fn forget_what_was_shown(selection: Res<Selection>, mut state: ResMut<PanelState>) {
     if selection.is_changed() {
         state.works.clear();
     }
 }
 
-/// Times by part cost something, so they are taken only while somebody can see them.
+/// Time per part is measured only while the panel is visible, as it is not free.
 fn measure_what_is_shown(
     view: Res<ViewSettings>,
     mut profile: ResMut<Profile>,
@@ -130,7 +130,7 @@ fn measure_what_is_shown(
     measuring.0 = true;
 }
 
-/// Width of the panel in a window of a width [logical px].
+/// Width of the panel for a window width [logical px].
 fn width(window: f32) -> f32 {
     if window < 1000.0 { 328.0 } else { 344.0 }
 }
@@ -162,10 +162,10 @@ fn panel(world: &mut World) -> Result {
     Ok(())
 }
 
-/// Draws the panel at the right side of the window; with it, the width that it covers.
+/// Draws the panel at the right side of the window, and returns it with the width that it covers.
 ///
-/// An area of its own, not one of egui's side panels: those lie in the background layer, where
-/// egui takes the pointer over them for the pointer over the scene.
+/// A separate area instead of one of egui's side panels: those are in the background layer, where
+/// egui treats a pointer over them as over the scene.
 pub fn show(context: &Context, model: &PanelModel) -> (Panel, f32) {
     let window = context.content_rect();
     let width = width(window.width()).min(window.width());

@@ -1,8 +1,8 @@
-//! What the panel shows and what it asks for, as plain data.
+//! The data that the panel shows, as plain types.
 //!
-//! The panel is a function from a [`PanelModel`] to a picture and a list of [`Request`]s. It
-//! holds no simulation state of its own, and nothing here knows the ECS, so that it can be drawn
-//! and pressed in a test without a window.
+//! The panel is a function from a [`PanelModel`] to a picture and a list of [`Request`]s. It holds
+//! no simulation state and does not depend on the ECS, so that it can be drawn and pressed in a
+//! test without a window.
 
 use super::{energy::EnergyTrack, history::History};
 use crate::{
@@ -15,174 +15,179 @@ use crate::{
 };
 use bevy::prelude::{Deref, Resource};
 
-/// Everything that the panel shows.
+/// All data that the panel shows.
 #[derive(Debug, Clone, Default)]
 pub struct PanelModel {
-    /// The scenes of the picker, in its order.
+    /// Scenes of the picker, in order.
     pub scenes: Vec<SceneEntry>,
     /// Name of the scene that is open.
     pub scene: String,
     /// Title of the scene that is open.
     pub scene_title: String,
-    /// What to look at in it.
+    /// Description of the open scene.
     pub scene_note: String,
-    /// The state of the clock.
+    /// State of the clock.
     pub clock: ClockModel,
-    /// The world's settings: substeps, iterations, rate, gravity.
+    /// World settings: substeps, iterations, rate, gravity.
     pub settings: Vec<Parameter>,
-    /// How many threads bodies are stepped on; none where there is only one to have.
+    /// Number of solver threads; `None` if only one is available.
     pub threads: Option<Parameter>,
-    /// Projections of constraints a second, while there are any.
+    /// Constraint projections per second, if there are any.
     pub projections: Option<f64>,
-    /// The steps of a substep that run, in their order.
+    /// Active steps of a substep, in order.
     pub steps: Vec<&'static str>,
-    /// The bodies, in the order of the scene.
+    /// Bodies, in the order of the scene.
     pub bodies: Vec<BodyEntry>,
-    /// Whose parameters are shown.
+    /// The selected bodies, whose parameters are shown.
     pub scope: Scope,
-    /// Every effect that there is, present or not, in the order in which they are solved.
+    /// All effects, present or not, in the order in which they are solved.
     pub effects: Vec<EffectModel>,
-    /// What a tick spends outside the effects: prediction, contacts, statistics.
+    /// Stages of a tick outside the effects: prediction, contacts, statistics.
     pub stages: Vec<StageModel>,
-    /// Where the time of the last ticks went.
+    /// Time of the last ticks by part.
     pub history: History,
-    /// The energy ledger, while it is kept.
+    /// The energy ledger, while it is on.
     pub energy: Option<EnergyModel>,
-    /// The point that is or was held.
+    /// The point that is or was grabbed.
     pub grabbed: Option<GrabModel>,
-    /// Whether a body of the scope has a pin.
+    /// Whether a selected body has a pin.
     pub is_pinned: bool,
-    /// What can be added: built-in primitives and meshes.
+    /// Bodies that can be added: built-in primitives and meshes.
     pub additions: Vec<Addition>,
-    /// The materials that the bodies of the scope can be made of.
+    /// Materials that can be applied to the selected bodies.
     pub materials: Vec<&'static Material>,
+    /// The material of the selected bodies, if they have one and the same.
+    pub material: Option<&'static Material>,
     /// Whether the wireframe is drawn.
     pub wireframe: bool,
+    /// Whether contact forces are drawn.
+    pub contacts: bool,
     /// Whether the tetrahedra are drawn.
     pub tetrahedra: bool,
-    /// What the answers of the scene are called, and whether they are drawn; empty if it has none.
+    /// Names of the analytic solutions of the scene, and whether they are drawn; empty if it has
+    /// none.
     pub answers: (String, bool),
-    /// What of the solver is drawn.
+    /// The active solver view.
     pub solver: SolverView,
-    /// The reference overlay, if there is one.
+    /// The reference overlay, if it is on.
     pub reference_overlay: Option<ReferenceModel>,
 }
 
-/// A line of the scene picker.
+/// An entry of the scene picker.
 #[derive(Debug, Clone)]
 pub struct SceneEntry {
-    /// What it is opened by.
+    /// Name by which it is opened.
     pub name: String,
-    /// What is shown.
+    /// Title.
     pub title: String,
-    /// What to look at, for the tooltip.
+    /// Description, for the tooltip.
     pub note: String,
 }
 
-/// The state of the simulation's clock.
+/// State of the simulation clock.
 #[derive(Debug, Clone, Default)]
 pub struct ClockModel {
-    /// Whether time stands.
+    /// Whether the simulation is paused.
     pub paused: bool,
-    /// Simulated seconds per second of the wall clock.
+    /// Simulated seconds per real second.
     pub speed: f64,
     /// Simulated time [s].
     pub time: f64,
 }
 
-/// A number that can be moved.
+/// A number that can be edited.
 #[derive(Debug, Clone)]
 pub struct Parameter {
-    /// Its name in scene files and `--set`.
+    /// Name in scene files and `--set`.
     pub name: &'static str,
-    /// Its name for people.
+    /// Title.
     pub title: &'static str,
-    /// Its unit, empty for a pure number.
+    /// Unit; empty for a pure number.
     pub unit: &'static str,
-    /// What it does, for the tooltip.
+    /// Description, for the tooltip.
     pub help: &'static str,
-    /// The slider's range.
+    /// Slider track.
     pub track: Track,
-    /// Its value; of the first body where they differ.
+    /// Value; that of the first body if they differ.
     pub value: f64,
-    /// The least and greatest value over the bodies shown, where they differ.
+    /// Minimum and maximum over the selected bodies, if they differ.
     pub spread: Option<(f64, f64)>,
-    /// The scene's value, where it has one and all bodies shown share it.
+    /// Scene default, if there is one and all selected bodies share it.
     pub original: Option<f64>,
-    /// Names of its values, from the least of the track on; empty for a number.
+    /// Names of its values, from the smallest of the track on; empty for a number.
     pub choices: &'static [&'static str],
-    /// Whether any body shown differs from its scene.
+    /// Whether any selected body differs from its scene default.
     pub changed: bool,
 }
 
-/// A line of the list of bodies.
+/// An entry of the list of bodies.
 #[derive(Debug, Clone)]
 pub struct BodyEntry {
-    /// What it is asked for by.
+    /// Key of the body in requests.
     pub key: u64,
     /// Its name.
     pub name: String,
-    /// How many particles it has.
+    /// Number of particles.
     pub particles: usize,
-    /// What it is doing.
+    /// State.
     pub state: BodyState,
 }
 
-/// What a body is doing.
+/// State of a body.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum BodyState {
-    /// It moves.
+    /// Active.
     #[default]
     Awake,
-    /// It came to rest and is not stepped.
+    /// Asleep: at rest and not stepped.
     Asleep,
-    /// It diverged and is paused; the reason.
+    /// In quarantine after divergence, with the reason.
     Quarantined(String),
 }
 
-/// An effect, whether anything carries it or not.
+/// An effect, whether any body carries it or not.
 #[derive(Debug, Clone)]
 pub struct EffectModel {
-    /// Its name in scene files.
+    /// Name in scene files.
     pub name: &'static str,
-    /// Its name for people.
+    /// Title.
     pub title: &'static str,
-    /// What it does, in a sentence.
+    /// Description, in one sentence.
     pub summary: &'static str,
-    /// How many bodies of the scene carry it; at 0 it has no system in the schedule.
+    /// Number of bodies that carry it; at 0 it has no system in the schedule.
     pub carriers: usize,
-    /// How many bodies of the scope carry it.
+    /// Number of selected bodies that carry it.
     pub carriers_shown: usize,
-    /// How many constraints it solves in the scene.
+    /// Number of constraints in the scene.
     pub elements: usize,
-    /// Its share of the time of a tick, 0 to 1, where it is measured.
+    /// Fraction of the time of a tick, 0 to 1, if measured.
     pub share: Option<f32>,
-    /// Whether the panel may put it on bodies and take it off.
+    /// Whether the panel may add it to bodies and remove it.
     pub switchable: bool,
-    /// Its parameters, as the bodies of the scope have them; empty if none carries it.
+    /// Parameters on the selected bodies; empty if none carries it.
     pub parameters: Vec<Parameter>,
-    /// What a user should know of it on the bodies of the scope, in a sentence.
+    /// Advice on the effect for the selected bodies, in one sentence.
     pub note: Option<&'static str>,
-    /// The compliance that the solver delivers, where it can be told.
+    /// Effective compliance, if it can be determined.
     pub delivered: Option<DeliveredModel>,
-    /// The least and the greatest overpressure of the bodies of the scope that it fills [Pa].
+    /// Minimum and maximum overpressure of the selected bodies [Pa].
     pub overpressure: Option<(f64, f64)>,
-    /// What the contacts of all bodies do: contacts that push, and crossings of surfaces.
+    /// Contacts of all bodies: number of active contacts, and of surface crossings.
     pub contacts: Option<(usize, usize)>,
 }
 
-/// The compliance that the solver delivers, beside the one that was asked for.
+/// Effective compliance, relative to the requested compliance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DeliveredModel {
-    /// What it delivers, in `unit`.
+    /// Effective compliance in `unit`.
     pub got: f64,
-    /// The unit of a compliance of the effect.
+    /// Unit of the effect's compliance.
     pub unit: &'static str,
-    /// How many times softer than asked; none where rigid was asked for.
+    /// Ratio of effective to requested compliance; `None` if the requested compliance is 0.
     pub factor: Option<f64>,
-    /// Whether the solver and not the material limits the stiffness.
+    /// Whether the stiffness is limited by the solver and not by the material.
     pub limited: bool,
-    /// Substeps a tick that would do, if any number would.
+    /// Substeps per tick that would reach the requested compliance, if any number would.
     pub substeps: Option<u32>,
 }
 
@@ -191,53 +196,53 @@ pub struct DeliveredModel {
 pub struct EnergyModel {
     /// Simulated time that it covers [s].
     pub seconds: f64,
-    /// What bodies hold: what it is called, how much now, and by how much that has changed [J].
+    /// Stored energy: label, current value, and change [J].
     pub held: Vec<(&'static str, f64, f64)>,
-    /// What it came from and went to: what that is called, what it means, how much [J].
+    /// Sources and sinks: label, description, and energy [J].
     pub rows: Vec<(&'static str, &'static str, f64)>,
-    /// By how much all that is held has changed [J].
+    /// Total change of the stored energy [J].
     pub change: f64,
-    /// What the rows leave unaccounted for, over the largest term.
+    /// Energy that the rows do not account for, relative to the largest term.
     pub gap: f64,
     /// Kinetic, potential and elastic energy over the last ticks.
     pub track: EnergyTrack,
 }
 
-/// The reference overlay, and how far bodies are from it.
+/// The reference overlay, and the distance of the bodies from it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ReferenceModel {
-    /// Distances over the last ticks; none before it has begun.
+    /// Distances over the last ticks; empty before it has started.
     pub trail: Trail,
-    /// How many bodies had one when it began, and how many could.
+    /// Number of bodies with a reference at the start, and number that could have had one.
     pub bodies: (usize, usize),
-    /// How many were given up because they were no longer finite.
+    /// Number of references that were removed because they diverged.
     pub lost: usize,
-    /// Its substeps a tick; none before it has begun.
+    /// Its substeps per tick; `None` before it has started.
     pub substeps: Option<u32>,
-    /// The bodies' substeps a tick.
+    /// Substeps per tick of the bodies.
     pub of: u32,
     /// Length of a tick [s].
     pub tick: f64,
-    /// Root mean square distance at which it began [m].
+    /// Root mean square distance at the start [m].
     pub outset: f64,
-    /// Whether the bodies wait for it.
+    /// Whether the simulation waits for the reference.
     pub holds: bool,
-    /// Why there is none although one is wanted.
+    /// Reason why there is no reference although the overlay is on.
     pub trouble: Option<String>,
 }
 
-/// A stage of the tick beside the effects.
+/// A stage of a tick other than the effects.
 #[derive(Debug, Clone)]
 pub struct StageModel {
-    /// What it is called in a profile.
+    /// Name in the profile.
     pub name: &'static str,
-    /// Its name for people.
+    /// Title.
     pub title: String,
-    /// Its share of the time of a tick, 0 to 1.
+    /// Fraction of the time of a tick, 0 to 1.
     pub share: f32,
 }
 
-/// The point that the pointer holds or held last.
+/// The point that is or was last grabbed.
 #[derive(Debug, Clone)]
 pub struct GrabModel {
     /// Name of the body.
@@ -246,17 +251,17 @@ pub struct GrabModel {
     pub pinned: bool,
 }
 
-/// What can be added to the scene, as the menu shows it.
+/// Bodies that can be added to the scene, as shown in the menu.
 #[derive(Resource, Debug, Clone, Default, Deref)]
 pub struct Additions(pub Vec<Addition>);
 
-/// Something that can be added to the scene.
+/// A body that can be added to the scene.
 #[derive(Debug, Clone)]
 pub struct Addition {
-    /// What it is asked for by.
+    /// Name in requests.
     pub name: String,
-    /// What is shown.
+    /// Title.
     pub title: String,
-    /// Whether a line is drawn above it, where another kind begins.
+    /// Whether a separator is drawn above it, before another kind.
     pub begins_group: bool,
 }

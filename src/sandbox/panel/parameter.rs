@@ -1,6 +1,6 @@
-//! A row of the panel for one number: title, slider, direct entry with its unit, reset.
+//! A row of the panel for one number: title, slider, text entry with unit, reset.
 //!
-//! The row never changes the number; it says what the user asked for.
+//! The row never changes the number; it returns the user's edit.
 
 use bevy_egui::egui::{
     Align2, Button, DragValue, FontSelection, Response, RichText, Sense, Ui, Vec2,
@@ -10,23 +10,23 @@ use super::{Panel, model::Parameter, section::hint};
 use crate::sandbox::ui::theme;
 use crate::sandbox::ui::{number, slider::slider, track::Spread};
 
-/// Width of the column of titles [logical px].
+/// Width of the title column [logical px].
 const TITLE: f32 = 104.0;
-/// Width of the entry with its unit [logical px].
+/// Width of the text entry with its unit [logical px].
 const ENTRY: f32 = 86.0;
 /// Width of the reset button [logical px].
 pub(super) const RESET: f32 = 18.0;
 
-/// What the user did with a row.
+/// The user's edit of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Edit {
-    /// Asked for a value.
+    /// Set to a value.
     Set(f64),
-    /// Asked for the scene's value.
+    /// Reset to the scene default.
     Reset,
 }
 
-/// Draws the row of a parameter. `name` is what it is known by among the panel's places.
+/// Draws the row of a parameter. `name` identifies it among the widget rectangles.
 pub fn row(ui: &mut Ui, panel: &mut Panel, name: &str, parameter: &Parameter) -> Option<Edit> {
     ui.push_id(name, |ui| {
         ui.horizontal(|ui| {
@@ -67,7 +67,7 @@ pub fn row(ui: &mut Ui, panel: &mut Panel, name: &str, parameter: &Parameter) ->
     .inner
 }
 
-/// Buttons for values that have names.
+/// Buttons for a parameter with named values.
 fn choose(ui: &mut Ui, panel: &mut Panel, name: &str, parameter: &Parameter) -> Option<Edit> {
     let count = parameter.choices.len() as f32;
     let width = ui.available_width() - RESET - theme::GAP;
@@ -110,7 +110,7 @@ fn title(ui: &mut Ui, parameter: &Parameter) {
     hint(ui, &response, |ui| help(ui, parameter));
 }
 
-/// The number, to be dragged or typed, with its unit.
+/// The number with its unit, to be dragged or typed.
 fn entry(ui: &mut Ui, panel: &mut Panel, name: &str, parameter: &Parameter) -> Option<f64> {
     let mut value = parameter.value;
     let unit = parameter.unit;
@@ -154,8 +154,8 @@ fn entry(ui: &mut Ui, panel: &mut Panel, name: &str, parameter: &Parameter) -> O
     (changed && value as f32 != parameter.value as f32).then_some(value)
 }
 
-/// The button that goes back to the scene's value; an empty place while there is nothing to undo,
-/// so that nothing in the row moves.
+/// The reset button. Keeps its space while the value is the scene default, so that the row does not
+/// move.
 fn reset(ui: &mut Ui, parameter: &Parameter) -> Response {
     let size = Vec2::new(RESET, theme::ROW - 2.0);
     if !parameter.changed {

@@ -1,5 +1,4 @@
-//! The list of scenes that the picker shows: titles and notes are read from the scenes' files
-//! once.
+//! The list of scenes in the picker. Titles and notes are read from the scene files once.
 
 use bevy::prelude::*;
 
@@ -20,7 +19,7 @@ impl Default for Picker {
                     title: scene.title,
                     note: scene.look_at,
                 },
-                // A scene that cannot be read is still listed; opening it says what is wrong.
+                // A scene that cannot be read is still listed; opening it shows the error.
                 Err(error) => SceneEntry {
                     title: name.clone(),
                     name,

@@ -26,11 +26,11 @@ use crate::{
 
 /// Height of the plot [logical px].
 const HEIGHT: f32 = 64.0;
-/// Root mean square, and largest; of Okabe and Ito's, which the colour-blind can tell.
+/// Colors of RMS and maximum; from the color-blind safe palette of Okabe and Ito.
 const RMS: Color32 = Color32::from_rgb(86, 180, 233);
 const LARGEST: Color32 = Color32::from_rgb(230, 159, 0);
 
-/// What is known of the reference, if there is one.
+/// The model of the section, if the reference overlay is on.
 pub(super) fn model(world: &World) -> Option<ReferenceModel> {
     let reference_overlay = world.get_resource::<ReferenceOverlay>()?;
     let settings = world.resource::<SimulationSettings>();
@@ -48,7 +48,7 @@ pub(super) fn model(world: &World) -> Option<ReferenceModel> {
     })
 }
 
-/// Draws the section while there is a reference.
+/// Draws the section while the reference overlay is on.
 pub(super) fn show(ui: &mut Ui, panel: &mut Panel, reference_overlay: Option<&ReferenceModel>) {
     let Some(reference_overlay) = reference_overlay else {
         return;
@@ -89,7 +89,7 @@ pub(super) fn show(ui: &mut Ui, panel: &mut Panel, reference_overlay: Option<&Re
     });
 }
 
-/// A distance in millimetres and in per cent.
+/// A distance in millimeters and in per cent.
 fn measure(metres: f64, share: f64) -> String {
     let (millimetres, percent) = (format(metres * 1e3, 3), format(share * 100.0, 2));
     format!("{millimetres} mm  ·  {percent} %")
@@ -113,7 +113,7 @@ fn figures(ui: &mut Ui, now: &Distance) {
     }
 }
 
-/// What the reference is, in sentences.
+/// Description of the reference.
 fn words(reference_overlay: &ReferenceModel) -> String {
     let substeps = reference_overlay.substeps.unwrap_or(reference_overlay.of);
     let h = format(reference_overlay.tick / f64::from(substeps) * 1e6, 3);
@@ -142,7 +142,7 @@ fn words(reference_overlay: &ReferenceModel) -> String {
     text
 }
 
-/// Draws both distances over the last ticks, and says what they are at the pointer.
+/// Draws both distances over the last ticks, and shows the values at the pointer.
 fn plot(ui: &mut Ui, panel: &mut Panel, trail: &Trail) {
     let size = vec2(ui.available_width(), HEIGHT);
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());

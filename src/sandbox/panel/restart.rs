@@ -1,5 +1,5 @@
-//! What was changed in the panel stays over a restart, so that a fall can be seen again with
-//! other numbers. Opening a scene, the same or another, begins with its file's.
+//! Keeps the changes made in the panel over a restart, so that the same motion can be repeated with
+//! other parameters. Opening a scene, including the same one, begins with the values of its file.
 
 use bevy::prelude::*;
 
@@ -10,7 +10,7 @@ use crate::{
     simulation::{Action, Actions, SimulationSettings, action, plain::bodies_in_order},
 };
 
-/// A changed parameter of a body, by the body's place in the scene.
+/// A changed parameter of a body, by the index of the body in the scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct ChangedParameter {
     place: usize,
@@ -19,7 +19,7 @@ struct ChangedParameter {
     value: f64,
 }
 
-/// What is to be set again when the scene has begun anew; `None` while no restart is under way.
+/// Changes to apply after a restart; `None` while no restart is under way.
 #[derive(Resource, Debug, Default)]
 pub(super) struct Carried(Option<Changes>);
 
@@ -29,7 +29,7 @@ struct Changes {
     parameters: Vec<ChangedParameter>,
 }
 
-/// Notes what differs from the scene's file, before the scene is begun anew.
+/// Stores the differences from the scene defaults, before the scene is restarted.
 pub(in crate::sandbox) fn note(world: &mut World) {
     let bodies = bodies_in_order(world);
     let now = &world.resource::<SimulationSettings>().0;
@@ -78,8 +78,8 @@ fn changed(world: &World, place: usize, body: Entity) -> Vec<ChangedParameter> {
     changes
 }
 
-/// Takes note of a scene's own settings when it is opened, and sets again what was noted if it
-/// was begun anew.
+/// Stores the settings of a scene as its defaults when it is opened, and applies the stored changes
+/// after a restart.
 pub(super) fn begin(
     world: &mut World,
     mut read: Local<bevy::ecs::message::MessageCursor<SceneLoaded>>,

@@ -1,4 +1,4 @@
-//! The head of the panel: which scene, and whether its time runs.
+//! The head of the panel: scene picker and clock.
 
 use crate::sandbox::state::request::Request;
 use bevy_egui::egui::{Button, ComboBox, Label, RichText, Ui, Vec2};
@@ -14,7 +14,7 @@ use crate::sandbox::ui::{
     track::{Spread, Track},
 };
 
-/// Draws the picker, the note, and the buttons of the clock.
+/// Draws the picker, the note, and the clock buttons.
 pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     picker(ui, panel, model);
     if !model.scene_note.is_empty() {
@@ -31,7 +31,7 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     }
 }
 
-/// The switch of the analytic solutions, where the scene has some.
+/// The switch of the analytic solutions, if the scene has any.
 fn answers(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     let (names, on) = &model.answers;
     if names.is_empty() {
@@ -134,7 +134,7 @@ fn transport(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     }
 }
 
-/// The clock's speed as a parameter like any other.
+/// The speed of the clock as a parameter.
 fn speed(model: &PanelModel) -> Parameter {
     Parameter {
         choices: &[],

@@ -1,4 +1,4 @@
-//! The values that a scene began with, which the panel's resets go back to.
+//! Scene defaults: the initial values of a scene, used by the panel's resets.
 
 use std::collections::BTreeMap;
 
@@ -6,21 +6,21 @@ use bevy::prelude::*;
 
 use crate::{effect::EffectRegistry, simulation::SoftBody, solver::Settings};
 
-/// The world's settings as the scene's file has them.
+/// World settings in the scene file.
 #[derive(Resource, Debug, Clone, Copy, Default, PartialEq, Deref)]
 pub struct SceneSettings(pub Settings);
 
-/// The parameters that a body came with, by effect and parameter.
+/// Initial parameters of a body, by effect and parameter.
 #[derive(Component, Debug, Clone, Default, PartialEq)]
 pub struct SceneDefaults(BTreeMap<(&'static str, &'static str), f64>);
 
 impl SceneDefaults {
-    /// The value that the body came with; `None` if it came without the effect.
+    /// The initial value; `None` if the body did not carry the effect.
     pub fn get(&self, effect: &'static str, parameter: &'static str) -> Option<f64> {
         self.0.get(&(effect, parameter)).copied()
     }
 
-    /// The values that an entity has now.
+    /// The current values of an entity.
     fn of(body: &EntityRef, registry: &EffectRegistry) -> Self {
         let mut values = BTreeMap::new();
         for effect in registry.iter() {
@@ -34,7 +34,7 @@ impl SceneDefaults {
     }
 }
 
-/// Remembers the parameters of bodies that are new.
+/// Stores the parameters of new bodies.
 pub(super) fn remember(
     mut commands: Commands,
     registry: Res<EffectRegistry>,

@@ -1,5 +1,5 @@
-//! The parts that the panel's sections are put together from: the section itself, rows of
-//! buttons of equal width, a switch.
+//! Building blocks of the panel's sections: collapsible section, rows of buttons of equal width,
+//! switch.
 
 use bevy_egui::egui::{
     Align2, Button, FontSelection, Id, Label, Rect, RectAlign, Response, RichText, Sense, Stroke,
@@ -10,7 +10,7 @@ use bevy_egui::egui::{
 use super::Panel;
 use crate::sandbox::ui::theme;
 
-/// A section that can be closed. Its heading is known as `section.<title>` among the places.
+/// A collapsible section. Its heading is named `section.<title>` among the widget rectangles.
 pub fn section(
     ui: &mut Ui,
     panel: &mut Panel,
@@ -57,14 +57,13 @@ pub fn section(
     state.show_body_unindented(ui, |ui| body(ui, panel));
 }
 
-/// A button of a row: its name among the places, its text, its tooltip, and whether it can be
-/// pressed.
+/// A button of a row.
 pub struct RowButton<'a> {
-    /// Name among the panel's places.
+    /// Name among the widget rectangles.
     pub name: &'a str,
-    /// What stands on it.
+    /// Text.
     pub text: &'a str,
-    /// What it does.
+    /// Tooltip.
     pub help: &'a str,
     /// Whether it can be pressed.
     pub enabled: bool,
@@ -73,7 +72,7 @@ pub struct RowButton<'a> {
 }
 
 impl<'a> RowButton<'a> {
-    /// A button that can be pressed.
+    /// An enabled button.
     pub fn new(name: &'a str, text: &'a str, help: &'a str) -> Self {
         Self {
             name,
@@ -85,7 +84,7 @@ impl<'a> RowButton<'a> {
     }
 }
 
-/// Buttons of equal width over the whole row; the index of the one that was pressed.
+/// Buttons of equal width over the whole row; returns the index of the pressed one.
 pub fn button_row(ui: &mut Ui, panel: &mut Panel, buttons: &[RowButton]) -> Option<usize> {
     let gaps = theme::GAP * (buttons.len().saturating_sub(1)) as f32;
     let width = (ui.available_width() - gaps) / buttons.len() as f32;
@@ -114,7 +113,7 @@ pub fn button_row(ui: &mut Ui, panel: &mut Panel, buttons: &[RowButton]) -> Opti
     pressed
 }
 
-/// A switch; `true` in the answer's second place when it was pressed.
+/// A switch; the second value is `true` if it was pressed.
 pub fn switch(ui: &mut Ui, on: bool, enabled: bool, title: &str) -> (Response, bool) {
     let sense = if enabled {
         Sense::click()
@@ -150,7 +149,7 @@ pub fn switch(ui: &mut Ui, on: bool, enabled: bool, title: &str) -> (Response, b
     (response, pressed)
 }
 
-/// A tooltip beside the panel, so that it never hides the row below.
+/// A tooltip beside the panel, so that it does not cover the next row.
 pub fn hint(ui: &Ui, response: &Response, contents: impl FnOnce(&mut Ui)) {
     let mut tooltip = Tooltip::for_enabled(response);
     let row = Rect::from_x_y_ranges(ui.max_rect().x_range(), response.rect.y_range());
@@ -167,7 +166,7 @@ pub fn hint(ui: &Ui, response: &Response, contents: impl FnOnce(&mut Ui)) {
     tooltip.show(contents);
 }
 
-/// A line of weak text that is wrapped.
+/// A line of weak text with wrapping.
 pub fn note(ui: &mut Ui, text: &str) {
     ui.add(Label::new(RichText::new(text).small().color(theme::WEAK)).wrap());
 }

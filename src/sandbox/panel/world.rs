@@ -1,5 +1,5 @@
-//! The section of the world: substeps, iterations, rate, gravity and threads, and how much the
-//! solver does with them.
+//! The section of the world: substeps, iterations, rate, gravity and threads, and the throughput of
+//! the solver.
 
 use crate::sandbox::state::request::Request;
 use bevy_egui::egui::{Align, Layout, RichText, Ui};
@@ -12,14 +12,14 @@ use super::{
 };
 use crate::sandbox::{panel::hud::millions, ui::theme};
 
-/// Said where there is nothing to choose.
+/// Shown if only one thread is available.
 const ONE_THREAD: &str = if cfg!(feature = "parallel") {
     "One thread: this machine has one core."
 } else {
     "One thread: this program was built without the feature `parallel`."
 };
 
-/// Draws the rows of the world's settings, named `world.<name>` among the places.
+/// Draws the rows of the world settings, named `world.<name>` among the widget rectangles.
 pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     section(ui, panel, "World", |ui, panel| {
         for setting in &model.settings {
@@ -64,7 +64,7 @@ fn accuracy(ui: &mut Ui, panel: &mut Panel) {
     }
 }
 
-/// A figure that cannot be moved, in the column of the entries.
+/// A read-only figure in the column of the entries.
 fn projections(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     let row = ui.horizontal(|ui| {
         ui.set_min_height(theme::ROW);

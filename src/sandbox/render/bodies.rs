@@ -1,4 +1,4 @@
-//! The look of bodies: a material for each, and the rim of the one under the pointer.
+//! Appearance of bodies: a material for each, and a rim highlight for the body under the pointer.
 
 use crate::sandbox::{
     render::{
@@ -15,7 +15,7 @@ use crate::{
 };
 use bevy::prelude::*;
 
-/// How fast a highlight comes and goes: all but 1/e of it in this time [s].
+/// Time constant of the highlight [s].
 const FADE: f32 = 0.06;
 
 /// Draws the soft bodies.
@@ -33,7 +33,7 @@ impl Plugin for BodiesPlugin {
     }
 }
 
-/// Gives a new body its material.
+/// Adds a material to new bodies.
 fn dress(
     mut commands: Commands,
     new: Query<(Entity, &SoftBody, Option<&Look>), Without<MeshMaterial3d<SkinMaterial>>>,
@@ -76,7 +76,7 @@ fn highlight(
             continue;
         }
         let next = now + (goal - now) * share;
-        // The last hundredth is not worth another upload a frame.
+        // A change below 0.01 is not worth another upload per frame.
         let next = if (goal - next).abs() < 0.01 {
             goal
         } else {

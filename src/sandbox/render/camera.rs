@@ -1,5 +1,5 @@
-//! The camera: it glides to where it was [steered](crate::sandbox::input::steer) to. The view is shifted so that its centre is the centre of
-//! what the panel leaves free.
+//! The camera: glides to its [controlled](crate::sandbox::input::steer) goal. The view is shifted
+//! so that its center is the center of the area that the panel leaves free.
 
 use crate::render::Drawn;
 use crate::sandbox::{
@@ -8,22 +8,22 @@ use crate::sandbox::{
 };
 use bevy::{camera::SubCameraView, prelude::*, window::PrimaryWindow};
 
-/// How fast the camera glides: it covers all but 1/e of its way in this time [s].
+/// Time constant of the camera motion [s].
 const GLIDE: f32 = 0.07;
 
-/// The camera's orbit: where it is, and where it glides to.
+/// The camera's orbit: current and goal.
 #[derive(Component, Debug, Clone, Copy, Default)]
 pub struct OrbitCamera {
-    /// Where it is.
+    /// Current orbit.
     pub now: Orbit,
-    /// Where the hand put it.
+    /// Goal, set by user input.
     pub goal: Orbit,
-    /// Shift of the view to the left [px], half of what the panel covers.
+    /// Shift of the view to the left [px]: half of the width that the panel covers.
     shift: f32,
 }
 
 impl OrbitCamera {
-    /// A camera that stands still.
+    /// A camera at rest.
     #[must_use]
     pub fn at(orbit: Orbit) -> Self {
         Self {
@@ -38,7 +38,7 @@ impl OrbitCamera {
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct CameraSystems;
 
-/// Lets the user move the camera.
+/// Moves the camera.
 pub struct CameraPlugin;
 
 impl Plugin for CameraPlugin {
@@ -68,7 +68,7 @@ fn frame_all(
     }
 }
 
-/// The box around all bodies [m].
+/// Bounding box of all bodies [m].
 fn bounds(bodies: &Query<&Drawn>) -> Option<(Vec3, Vec3)> {
     bodies
         .iter()
@@ -86,7 +86,7 @@ fn glide(
     let (orbit, transform, camera) = &mut *camera;
     let share = 1.0 - (-time.delta_secs() / GLIDE).exp();
     let now = orbit.now.towards(orbit.goal, share);
-    // Settled to a fraction of a pixel it is left alone, and nothing is recomputed.
+    // Stops within a fraction of a pixel, so that nothing is recomputed.
     let now = if now.is_near(orbit.goal) {
         orbit.goal
     } else {
@@ -109,7 +109,7 @@ fn glide(
     }
 }
 
-/// The view moved left by some physical pixels, without turning the camera.
+/// The view shifted left by a number of physical pixels, without rotating the camera.
 fn shifted_view(size: UVec2, shift: f32) -> Option<SubCameraView> {
     (shift.round() != 0.0 && size.min_element() > 0).then(|| SubCameraView {
         full_size: size,

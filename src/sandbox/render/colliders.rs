@@ -1,4 +1,4 @@
-//! The colliders' meshes, at the place where they are between two ticks.
+//! Meshes of the colliders, at their interpolated poses between two ticks.
 
 use crate::sandbox::render::material::{Finish, SkinMaterial};
 use crate::{
@@ -37,8 +37,8 @@ fn dress(
     }
 }
 
-/// Colliders are drawn a hair smaller than they are: what lies on one touches it with its
-/// vertices, and between them its flat triangles would sink in.
+/// Scale of drawn colliders. Slightly below 1, as a body in contact touches a collider with its
+/// vertices while its flat triangles would intersect it.
 const DRAWN: f32 = 0.985;
 
 fn mesh(shape: &ColliderShape) -> Mesh {
@@ -65,8 +65,8 @@ fn place(
     }
 }
 
-/// The simulated time that the picture shows [s]: it lies between the start of the last tick and
-/// its end, and at the start of a tick that is under way.
+/// The simulated time that is drawn [s]: between the start and the end of the last tick, or at the
+/// start of the tick under way.
 fn drawn_time(clock: &SimulationClock, tick_seconds: f64) -> f64 {
     let behind = if clock.mid_tick() {
         0.0

@@ -1,29 +1,29 @@
-//! What bodies take from the floor's light and give back: soft shade where they stand, tinted
-//! by the light that comes through them.
+//! Ambient shading of the floor by bodies: a soft occlusion shadow, tinted by transmitted light.
 //!
-//! A shadow map knows the key light alone. Here every body is a ball to the floor, and the share
-//! of the sky that a ball covers has a closed form; so the shade costs a few operations a pixel.
+//! A shadow map only covers the key light. Here every body is approximated by a ball, for which the
+//! covered fraction of the sky has a closed form, so that the shading costs a few operations per
+//! pixel.
 
 use crate::render::Drawn;
 use crate::sandbox::render::material::SkinMaterial;
 use bevy::{prelude::*, render::render_resource::ShaderType};
 
-/// Bodies that shade the floor at most; of more, those nearest to the focus do.
+/// Maximum number of bodies that shade the floor; those nearest to the focus are chosen.
 pub const MOST: usize = 24;
 
 /// Uniform part of `floor.wgsl`.
 #[derive(Debug, Clone, Copy, PartialEq, Default, ShaderType)]
 pub struct Grounding {
-    /// Centre [m] in xyz, radius [m] in w.
+    /// Center [m] in xyz, radius [m] in w.
     pub balls: [Vec4; MOST],
-    /// Colour of the light that comes through, linear sRGB; w is how much does.
+    /// Color of the transmitted light, linear sRGB; its fraction in w.
     pub tints: [Vec4; MOST],
-    /// How many there are.
+    /// Number of balls.
     pub count: u32,
 }
 
 impl Grounding {
-    /// The grounding by bodies around a focus [m].
+    /// Shading by the bodies nearest to a focus [m].
     pub(in crate::sandbox) fn of(
         focus: Vec3,
         bodies: &Query<(&Drawn, &MeshMaterial3d<SkinMaterial>)>,
@@ -53,7 +53,7 @@ impl Grounding {
     }
 }
 
-/// The ball of the same volume as a box's inscribed ellipsoid; `None` if the box is not finite.
+/// The ball with the volume of the inscribed ellipsoid of a box; `None` if the box is not finite.
 fn ball(low: Vec3, high: Vec3) -> Option<Vec4> {
     let radius = ((high - low) / 2.0).element_product().cbrt();
     radius
@@ -68,7 +68,7 @@ mod tests {
     #[test]
     fn a_cube_shades_like_the_ball_inside_it() {
         let ball = ball(Vec3::new(1.0, 0.0, 1.0), Vec3::new(3.0, 2.0, 3.0)).expect("finite");
-        // A cube root of 1, within a rounding.
+        // A cube root of 1, up to rounding.
         assert!(ball.distance(Vec4::new(2.0, 1.0, 2.0, 1.0)) < 1e-6);
         assert_eq!(super::ball(Vec3::ZERO, Vec3::INFINITY), None);
     }

@@ -1,9 +1,8 @@
-//! What things are made of: the skin of soft bodies and colliders, lines, reference overlays, and the
-//! palette.
+//! Materials of soft bodies and colliders, lines and reference overlays, and the palette.
 //!
-//! The skin is a material of our own (`shaders/body.wgsl`): jelly needs light that wraps
-//! and shines through, which a standard surface has not, and it costs a software
-//! renderer a third of one.
+//! The skin is a custom material (`shaders/body.wgsl`): jelly needs wrapped and transmitted light,
+//! which the standard material does not offer, and it costs a software renderer a third of the
+//! standard material.
 
 use bevy::{
     asset::embedded_asset,
@@ -17,8 +16,8 @@ use bevy::{
     shader::ShaderRef,
 };
 
-/// Colours for bodies that name none, as 8-bit sRGB: told apart by lightness as well as by hue, so
-/// that neighbours differ for colour-blind eyes too (after Okabe and Ito).
+/// Default colors of bodies, as 8-bit sRGB. They differ in lightness as well as in hue, so that
+/// neighbors are distinguishable with color blindness too (after Okabe and Ito).
 pub const PALETTE: [[u8; 3]; 8] = [
     [240, 84, 60],  // coral
     [0, 158, 142],  // teal
@@ -30,13 +29,13 @@ pub const PALETTE: [[u8; 3]; 8] = [
     [140, 82, 60],  // cocoa
 ];
 
-/// The palette's colour for the n-th body, linear sRGB.
+/// Palette color of the n-th body, linear sRGB.
 #[must_use]
 pub fn palette(n: usize) -> Vec3 {
     linear(PALETTE[n % PALETTE.len()])
 }
 
-/// Linear sRGB of an 8-bit sRGB colour.
+/// Linear sRGB of an 8-bit sRGB color.
 #[must_use]
 pub fn linear([red, green, blue]: [u8; 3]) -> Vec3 {
     Color::srgb_u8(red, green, blue).to_linear().to_vec3()
@@ -45,42 +44,42 @@ pub fn linear([red, green, blue]: [u8; 3]) -> Vec3 {
 /// Uniform of `body.wgsl`; the fields are explained there.
 #[derive(Debug, Clone, Copy, PartialEq, ShaderType)]
 pub struct Finish {
-    /// Colour, linear sRGB.
+    /// Color, linear sRGB.
     pub colour: Vec3,
     /// Perceptual roughness of the coat, 0 (mirror) to 1.
     pub roughness: f32,
-    /// How far light travels inside, 0 (plaster) to 1 (jelly).
+    /// Light transport inside, 0 (plaster) to 1 (jelly).
     pub translucency: f32,
     /// Strength of the coat's reflection, 0 (matt) to 1.
     pub gloss: f32,
-    /// 0, or 1 while the pointer is over the body or holds it.
+    /// 1 while the pointer is over the body or drags it, otherwise 0.
     pub highlight: f32,
     /// Height of the floor [m].
     pub floor: f32,
-    /// Colour of light that went through, linear sRGB.
+    /// Color of transmitted light, linear sRGB.
     pub deep: Vec3,
 }
 
 impl Finish {
-    /// A jelly of a colour, linear sRGB.
+    /// Jelly of a color, linear sRGB.
     #[must_use]
     pub fn jelly(colour: Vec3) -> Self {
         Self::new(colour, 0.20, 1.0, 1.0)
     }
 
-    /// Woven cloth of a colour, linear sRGB.
+    /// Woven cloth of a color, linear sRGB.
     #[must_use]
     pub fn cloth(colour: Vec3) -> Self {
         Self::new(colour, 0.75, 0.5, 0.25)
     }
 
-    /// A rope or chain of a colour, linear sRGB.
+    /// A rope or chain of a color, linear sRGB.
     #[must_use]
     pub fn cord(colour: Vec3) -> Self {
         Self::new(colour, 0.4, 0.3, 0.7)
     }
 
-    /// A collider: pale, hard and matt, so that it recedes behind what is soft.
+    /// A collider: pale, hard and matt, so that it stays in the background.
     #[must_use]
     pub fn collider() -> Self {
         Self::new(linear([196, 202, 206]), 0.45, 0.0, 0.5)
@@ -94,7 +93,7 @@ impl Finish {
             gloss,
             highlight: 0.0,
             floor: 0.0,
-            // Light loses most of what the colour lacks on its way through.
+            // Transmitted light loses most of the components that the color lacks.
             deep: colour.powf(1.0 + 0.35 * translucency),
         }
     }
@@ -103,7 +102,7 @@ impl Finish {
 /// The skin of a body or collider.
 #[derive(Asset, TypePath, AsBindGroup, Debug, Clone)]
 pub struct SkinMaterial {
-    /// How it looks.
+    /// Appearance.
     #[uniform(0)]
     pub finish: Finish,
 }
@@ -119,16 +118,16 @@ impl Material for SkinMaterial {
         _: &MeshVertexBufferLayoutRef,
         _: MaterialPipelineKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
-        // Cloth has two sides, and a body that was turned inside out must not vanish.
+        // Cloth has two sides, and an inverted body must remain visible.
         descriptor.primitive.cull_mode = None;
         Ok(())
     }
 }
 
-/// Lines over bodies, in one colour.
+/// Lines over bodies, in one color.
 #[derive(Asset, TypePath, AsBindGroup, Debug, Clone)]
 pub struct WireMaterial {
-    /// Colour, linear sRGB with opacity.
+    /// Color, linear sRGB with opacity.
     #[uniform(0)]
     pub colour: LinearRgba,
 }
@@ -158,18 +157,18 @@ impl Material for WireMaterial {
 /// Uniform of `reference_overlay.wgsl`.
 #[derive(Debug, Clone, Copy, PartialEq, ShaderType)]
 pub struct Veil {
-    /// Colour, linear sRGB.
+    /// Color, linear sRGB.
     pub colour: Vec3,
-    /// How far inside its body it is still seen [m].
+    /// Depth inside the body up to which it is visible [m].
     pub reach: f32,
-    /// 1 if the surface encloses a volume: its far side is left out then.
+    /// 1 if the surface encloses a volume; its back side is not drawn then.
     pub closed: u32,
 }
 
-/// A surface that one looks through.
+/// A translucent surface.
 #[derive(Asset, TypePath, AsBindGroup, Debug, Clone)]
 pub struct ReferenceMaterial {
-    /// How it looks.
+    /// Appearance.
     #[uniform(0)]
     pub veil: Veil,
 }

@@ -3,6 +3,7 @@
 pub mod bodies;
 pub mod camera;
 pub mod colliders;
+pub mod contacts;
 pub mod grounding;
 pub mod material;
 pub mod orbit;

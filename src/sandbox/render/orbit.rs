@@ -1,10 +1,10 @@
-//! Where a camera stands and looks: plain geometry around a focus, without a window.
+//! Camera orbit: plain geometry around a focus, without a window.
 
 use bevy::prelude::*;
 
 /// Vertical field of view [rad].
 pub const FIELD_OF_VIEW: f32 = 0.62;
-/// Turn per pixel [rad/px].
+/// Rotation per pixel [rad/px].
 const TURN: f32 = 0.0055;
 /// Factor of distance per wheel step.
 const STEP: f32 = 0.88;
@@ -13,14 +13,14 @@ const PITCH: std::ops::RangeInclusive<f32> = 0.03..=1.54;
 /// Distance to the focus [m].
 const DISTANCE: std::ops::RangeInclusive<f32> = 1e-3..=1e5;
 
-/// Where the camera looks and from where.
+/// Orbit of a camera around a focus.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Orbit {
-    /// The point in the middle of the view [m].
+    /// The point in the center of the view [m].
     pub focus: Vec3,
     /// Distance from the focus [m].
     pub distance: f32,
-    /// Turn about the vertical [rad]; at 0 the camera looks along −z.
+    /// Rotation about the vertical [rad]; at 0 the camera looks along −z.
     pub yaw: f32,
     /// Angle above the horizon [rad].
     pub pitch: f32,
@@ -53,7 +53,7 @@ impl Orbit {
         }
     }
 
-    /// Turned by a movement of the pointer [px].
+    /// Rotated by a pointer motion [px].
     #[must_use]
     pub fn turned(self, by: Vec2) -> Self {
         Self {
@@ -63,8 +63,8 @@ impl Orbit {
         }
     }
 
-    /// Shifted by a movement of the pointer [px] in a window of a height [px], so that what lies
-    /// at the focus stays under the pointer.
+    /// Panned by a pointer motion [px] in a window of a height [px], so that the point at the focus
+    /// stays under the pointer.
     #[must_use]
     pub fn panned(self, by: Vec2, height: f32) -> Self {
         let metres = 2.0 * self.distance * (FIELD_OF_VIEW / 2.0).tan() / height.max(1.0);
@@ -76,7 +76,7 @@ impl Orbit {
         }
     }
 
-    /// Nearer by a number of wheel steps.
+    /// Zoomed in by a number of wheel steps.
     #[must_use]
     pub fn zoomed(self, steps: f32) -> Self {
         let distance = self.distance * STEP.powf(steps.clamp(-20.0, 20.0));
@@ -86,7 +86,7 @@ impl Orbit {
         }
     }
 
-    /// From the same side, as near as a box [m] allows in a view of this aspect (width over height).
+    /// Frames a box [m] from the same direction, in a view of this aspect (width over height).
     #[must_use]
     pub fn framing(self, low: Vec3, high: Vec3, aspect: f32) -> Self {
         let radius = ((high - low).length() / 2.0).max(1e-3);
@@ -94,13 +94,13 @@ impl Orbit {
         let narrow = half.min((half.tan() * aspect).atan());
         Self {
             focus: low.midpoint(high),
-            // A margin of a tenth: things should not touch the edges of the picture.
+            // A margin of 10 % around the box.
             distance: (1.1 * radius / narrow.sin()).clamp(*DISTANCE.start(), *DISTANCE.end()),
             ..self
         }
     }
 
-    /// A share of the way towards another orbit, 0 to 1.
+    /// Interpolates towards another orbit by a fraction from 0 to 1.
     #[must_use]
     pub fn towards(self, goal: Self, share: f32) -> Self {
         let mix = |a: f32, b: f32| a + (b - a) * share;
@@ -112,7 +112,7 @@ impl Orbit {
         }
     }
 
-    /// Whether another orbit looks the same, to a tenth of a pixel of a large screen.
+    /// Whether another orbit gives the same view, to a tenth of a pixel of a large screen.
     #[must_use]
     pub fn is_near(self, other: Self) -> bool {
         const NEAR: f32 = 2e-5;
@@ -126,7 +126,7 @@ impl Orbit {
         Quat::from_rotation_y(self.yaw) * Quat::from_rotation_x(-self.pitch)
     }
 
-    /// Where the camera stands.
+    /// Pose of the camera.
     #[must_use]
     pub fn transform(self) -> Transform {
         let rotation = self.rotation();
@@ -139,7 +139,7 @@ impl Orbit {
 mod tests {
     use super::*;
 
-    /// A few roundings of the rotation, at a distance of about 5 m.
+    /// A few rounding errors of the rotation, at a distance of about 5 m.
     const CLOSE: f32 = 1e-5;
 
     #[test]

@@ -1,7 +1,7 @@
-//! Marks over the picture: pins, and the stitches that hold.
+//! Markers over the picture: pins, and intact stitches.
 //!
-//! Painted by egui in screen space, so that they are smooth and legible on any adapter, and
-//! never take the pointer.
+//! Drawn by egui in screen space, so that they are smooth and legible on any adapter and never
+//! capture the pointer.
 
 use crate::{
     render::Drawn,
@@ -15,21 +15,21 @@ use bevy_egui::{
     egui::{self, Color32, Id, LayerId, Order, Painter, Pos2, Stroke},
 };
 
-/// The color of lines.
+/// Color of lines.
 pub(in crate::sandbox) const LINE: Color32 = Color32::from_rgb(30, 38, 52);
 const PIN: Color32 = Color32::from_rgb(214, 60, 48);
 const THREAD: Color32 = Color32::from_rgb(250, 204, 21);
 
-/// Systems that paint marks, in `EguiPrimaryContextPass`.
+/// Systems that draw markers, in `EguiPrimaryContextPass`.
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct OverlaySystems;
 
-/// Paints the marks.
+/// Draws the markers.
 pub struct OverlayPlugin;
 
 impl Plugin for OverlayPlugin {
     fn build(&self, app: &mut App) {
-        // What is painted lies over what is drawn: it needs this frame's bodies and camera.
+        // Markers are drawn over the picture and need the bodies and camera of this frame.
         app.configure_sets(
             PostUpdate,
             EguiPostUpdateSet::EndPass.after(TransformSystems::Propagate),
@@ -41,7 +41,7 @@ impl Plugin for OverlayPlugin {
     }
 }
 
-/// From the world to the screen [logical px], if it is before the eye.
+/// Projection from world to screen [logical px], for points in front of the camera.
 pub(in crate::sandbox) struct Screen<'a> {
     pub camera: &'a Camera,
     pub eye: &'a GlobalTransform,
@@ -79,7 +79,7 @@ fn paint_pins(
     Ok(())
 }
 
-/// The points of stitches that are not broken, and threads between those of one body.
+/// Draws the points of intact stitches, and lines between two points of one body.
 fn paint_stitches(
     mut contexts: EguiContexts,
     camera: Single<(&Camera, &GlobalTransform), With<OrbitCamera>>,

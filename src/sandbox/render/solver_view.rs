@@ -1,8 +1,8 @@
-//! How bodies are solved, drawn on them: their constraints in the colours of band, colour or lane.
+//! The solver view: constraints of the bodies, colored by partition, color or lane.
 //!
-//! While it is on, a body's constraints are drawn in place of its skin: edges as strips where
-//! stretch is on, struts likewise, tetrahedra shrunk towards their centres where volume is. One
-//! mesh a body, made when it is first shown and dropped when it is not; while the view is off, no
+//! While it is on, a body's constraints are drawn in place of its skin: edges as strips if stretch
+//! is on, struts likewise, tetrahedra shrunk towards their centers if volume is on. One mesh per
+//! body, created when it is first shown and removed when it is not; while the view is off, no
 //! system here runs.
 
 pub mod legend;
@@ -35,10 +35,10 @@ use crate::{
 };
 use place::{Kinds, Summary, places};
 
-/// Size of a drawn tetrahedron as a share of its own: neighbours must not touch.
+/// Scale of a drawn tetrahedron: neighbors must not touch.
 const SHRUNK: f32 = 0.62;
 
-/// Draws how bodies are solved.
+/// Adds the solver view.
 pub struct SolverViewPlugin;
 
 impl Plugin for SolverViewPlugin {
@@ -62,18 +62,18 @@ fn is_on(settings: Res<ViewSettings>) -> bool {
     settings.solver != SolverView::Off
 }
 
-/// The drawn constraints of the body that is the entity's parent.
+/// The drawn constraints of the body that is the parent of the entity.
 #[derive(Component, Debug, Clone, Copy, PartialEq, Eq)]
 struct Marks {
     view: SolverView,
     kinds: Kinds,
-    /// Number of the body's first band among those of all bodies.
+    /// Index of the body's first partition among those of all bodies.
     first_partition: usize,
     summary: Summary,
 }
 
 impl Marks {
-    /// What is drawn as strips.
+    /// Constraints that are drawn as strips.
     fn strips<'a>(&self, topology: &'a Topology) -> impl Iterator<Item = &'a Edges> {
         let edges = self.kinds.edges.then_some(&topology.edges);
         let struts = self.kinds.struts.then(|| topology.struts());
@@ -99,7 +99,7 @@ impl Marks {
                 let base = tints.len() as u32;
                 let (left, right) = (tint(place, 1.0), tint(place, -1.0));
                 tints.extend([left, right, left, right]);
-                // What is left seen from one end is right seen from the other.
+                // The left side seen from one end is the right side seen from the other.
                 indices.extend([0, 1, 2, 0, 2, 3].map(|corner| base + corner));
             }
         }
@@ -114,7 +114,7 @@ impl Marks {
         .with_inserted_indices(Indices::U32(indices))
     }
 
-    /// Where the vertices of [`mesh`](Self::mesh) are: each with the other end of its edge.
+    /// Vertex positions of [`mesh`](Self::mesh), each with the other end of its edge.
     fn vertices(
         &self,
         topology: &Topology,
@@ -143,8 +143,8 @@ impl Marks {
     }
 }
 
-/// Makes the marks that are wanted and not there, and drops those that are not wanted; a body
-/// that has some is hidden behind them.
+/// Creates missing meshes and removes those that are no longer shown. Hides bodies whose
+/// constraints are drawn.
 fn show(
     mut commands: Commands,
     settings: Res<ViewSettings>,
@@ -207,7 +207,7 @@ fn show(
     }
 }
 
-/// Brings the marks to where their bodies are.
+/// Updates the meshes to the positions of their bodies.
 fn follow(
     bodies: Query<(&SoftBody, Ref<Drawn>)>,
     mut marks: Query<(Ref<Marks>, &ChildOf, &Mesh3d, &mut Aabb)>,
@@ -223,7 +223,8 @@ fn follow(
         let Some(mut mesh) = meshes.get_mut(&mesh.0) else {
             continue;
         };
-        // Taken out, as two attributes of a mesh cannot be written at the same time.
+        // Removed during the update, as two attributes of a mesh cannot be borrowed mutably at
+        // once.
         let (Some(mut positions), Some(mut others)) = (
             taken(&mut mesh, Mesh::ATTRIBUTE_POSITION),
             taken(&mut mesh, Mesh::ATTRIBUTE_NORMAL),
@@ -262,7 +263,7 @@ fn explain(
     Ok(())
 }
 
-/// Constraints in colours of their own.
+/// Constraints with a color for each vertex.
 #[derive(Asset, TypePath, AsBindGroup, Debug, Clone)]
 struct ConstraintMaterial {}
 
@@ -289,7 +290,7 @@ impl Material for ConstraintMaterial {
         _: &MeshVertexBufferLayoutRef,
         _: MaterialPipelineKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
-        // A strip has no back, and a tetrahedron that is inside out is still to be seen.
+        // Strips are two-sided, and inverted tetrahedra must remain visible.
         descriptor.primitive.cull_mode = None;
         Ok(())
     }

@@ -1,7 +1,8 @@
-//! The studio: a ruled floor, a calm backdrop, one key light with a soft shadow.
+//! The studio: a floor with grid lines, a plain backdrop, one key light with a soft shadow.
 //!
-//! The light set itself is in `shaders/studio.wgsl`, which floor, bodies and backdrop share;
-//! here are the entities, and what follows the camera: the shadow's reach and the floor's fade.
+//! The lighting itself is in `shaders/studio.wgsl`, shared by floor, bodies and backdrop. This
+//! module contains the entities, and updates the range of the shadow and the fade of the floor with
+//! the camera.
 
 use crate::render::Drawn;
 use crate::sandbox::render::{
@@ -30,14 +31,14 @@ use bevy::{
     shader::{ShaderRef, load_shader_library},
 };
 
-/// Where the key light comes from: the upper left, in front of the default camera.
+/// Direction of the key light: from the upper left, in front of the default camera.
 const KEY_FROM: Vec3 = Vec3::new(-0.62, 0.9, 0.62);
-/// How far out the floor is a mesh, in distances of the camera; it has long faded by then.
+/// Extent of the floor mesh, in camera distances; the floor has faded out before that.
 const FLOOR_REACH: f32 = 60.0;
-/// How far the shadow reaches, in distances of the camera.
+/// Range of the shadow, in camera distances.
 const SHADOW_REACH: f32 = 2.6;
 
-/// Height of the floor [m], or `None` if there is none because no body would rest on it.
+/// Height of the floor [m]; `None` if there is no floor because no body would rest on it.
 #[derive(Resource, Debug, Clone, Copy, PartialEq)]
 pub struct FloorHeight(pub Option<f32>);
 
@@ -50,18 +51,18 @@ impl Default for FloorHeight {
 /// Uniform of `floor.wgsl`.
 #[derive(Debug, Clone, Copy, PartialEq, Default, ShaderType)]
 pub struct FloorView {
-    /// Centre of the view on the floor [m].
+    /// Center of the view on the floor [m].
     pub focus: Vec3,
-    /// Size of what is looked at [m].
+    /// Size of the viewed region [m].
     pub scale: f32,
-    /// What stands on the floor.
+    /// Shading by the bodies on the floor.
     pub grounding: Grounding,
 }
 
 /// The floor.
 #[derive(Asset, TypePath, AsBindGroup, Debug, Clone, Default)]
 pub struct FloorMaterial {
-    /// What the view looks at.
+    /// The viewed region, and shading.
     #[uniform(0)]
     pub view: FloorView,
 }
@@ -105,7 +106,7 @@ impl Material for BackdropMaterial {
 #[derive(Component)]
 struct Floor;
 
-/// Builds the studio around an [`OrbitCamera`] that somebody else spawns.
+/// Builds the studio. The [`OrbitCamera`] is spawned elsewhere.
 pub struct StagePlugin;
 
 impl Plugin for StagePlugin {
@@ -126,7 +127,7 @@ impl Plugin for StagePlugin {
     }
 }
 
-/// What the camera needs beside its orbit to see the studio as it is meant.
+/// Camera components besides the orbit.
 #[must_use]
 pub fn lens() -> impl Bundle {
     (
@@ -136,7 +137,7 @@ pub fn lens() -> impl Bundle {
             near: 0.01,
             ..default()
         }),
-        // Made for product pictures: colours stay what they are, highlights roll off.
+        // Designed for product renderings: preserves colors, compresses highlights.
         Tonemapping::KhronosPbrNeutral,
         DebandDither::Enabled,
     )
@@ -176,13 +177,13 @@ fn build(
     ));
 }
 
-/// Whether the processor draws: then the shadow is coarser and edges are not smoothed.
+/// Whether a software renderer is used; shadows are coarser then, and edges are not smoothed.
 #[must_use]
 pub fn is_software(adapter: &RenderAdapterInfo) -> bool {
     adapter.device_type == wgpu::DeviceType::Cpu
 }
 
-/// One triangle over the whole screen, in clip space.
+/// One triangle that covers the screen, in clip space.
 fn screen_triangle() -> Mesh {
     Mesh::new(
         PrimitiveTopology::TriangleList,
@@ -195,7 +196,7 @@ fn screen_triangle() -> Mesh {
     .with_inserted_indices(Indices::U32(vec![0, 1, 2]))
 }
 
-/// Lets the floor and the shadow follow what the camera looks at.
+/// Moves the floor and the shadow with the focus of the camera.
 fn follow(
     camera: Single<&OrbitCamera>,
     height: Res<FloorHeight>,

@@ -1,7 +1,7 @@
 //! Lines over the bodies: the edges of their triangles, or of their tetrahedra.
 //!
-//! One line mesh a body and kind, made when it is first shown; while neither kind is shown this
-//! module does nothing.
+//! One line mesh per body and kind, created when it is first shown. While neither kind is shown,
+//! this module does nothing.
 
 use crate::{
     render::{Drawn, MeshSystems},
@@ -16,7 +16,7 @@ use bevy::{
     prelude::*,
 };
 
-/// What the lines of an entity follow.
+/// The kind of lines of an entity.
 #[derive(Component, Debug, Clone, Copy, PartialEq, Eq)]
 enum Wires {
     /// The drawn surface.
@@ -63,7 +63,7 @@ impl Wires {
     }
 }
 
-/// The edges of tetrahedra, each once.
+/// Unique edges of tetrahedra.
 fn edges(tetrahedra: impl Iterator<Item = [u32; 4]>) -> Vec<[u32; 2]> {
     let mut edges: Vec<[u32; 2]> = tetrahedra
         .flat_map(|[a, b, c, d]| [[a, b], [a, c], [a, d], [b, c], [b, d], [c, d]])
@@ -74,7 +74,7 @@ fn edges(tetrahedra: impl Iterator<Item = [u32; 4]>) -> Vec<[u32; 2]> {
     edges
 }
 
-/// Makes the line meshes that are wanted and not there, and hides those that are not wanted.
+/// Creates missing line meshes, and hides those that are not shown.
 fn show(
     mut commands: Commands,
     settings: Res<ViewSettings>,
@@ -85,7 +85,7 @@ fn show(
 ) {
     for (kind, mut visibility) in &mut wires {
         let shown = if kind.wanted(&settings) {
-            // Also over a body that the solver view hides.
+            // Visible even if the solver view hides the body.
             Visibility::Visible
         } else {
             Visibility::Hidden
@@ -128,7 +128,7 @@ fn count(kind: Wires, drawn: &Drawn) -> usize {
     }
 }
 
-/// Brings the shown lines to where their bodies are.
+/// Updates the visible lines to the positions of their bodies.
 fn follow(
     settings: Res<ViewSettings>,
     bodies: Query<Ref<Drawn>>,
@@ -168,7 +168,7 @@ mod tests {
     #[test]
     fn neighbouring_tetrahedra_share_their_edges() {
         assert_eq!(edges([[0, 1, 2, 3]].into_iter()).len(), 6);
-        // A common face has three edges in common: 6 + 6 - 3.
+        // Two tetrahedra with a common face share three edges: 6 + 6 - 3.
         assert_eq!(edges([[0, 1, 2, 3], [0, 2, 1, 4]].into_iter()).len(), 9);
     }
 }

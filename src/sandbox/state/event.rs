@@ -1,22 +1,22 @@
-//! What has happened in the window.
+//! Events of the window.
 
 use bevy::prelude::*;
 use std::path::PathBuf;
 
-/// A scene was opened, or could not be.
+/// A scene was opened, or failed to open.
 #[derive(Message, Debug, Clone)]
 pub struct SceneLoaded {
     /// Its name.
     pub name: String,
-    /// Why it could not be opened, for the user.
+    /// Error message for the user, if it failed.
     pub error: Option<String>,
 }
 
-/// A picture was written, or could not be.
+/// A screenshot was written, or failed to be.
 #[derive(Message, Debug, Clone)]
 pub struct ScreenshotSaved {
     /// The file.
     pub path: PathBuf,
-    /// What went wrong, for the user.
+    /// Error message for the user, if it failed.
     pub error: Option<String>,
 }

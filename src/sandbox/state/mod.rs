@@ -1,4 +1,4 @@
-//! What the rooms of the window share, as plain state: what is shown, what is selected, what was asked for, what happened.
+//! Shared state of the window, as plain data: view, selection, requests, events.
 
 pub mod event;
 pub mod request;

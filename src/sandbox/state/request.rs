@@ -1,29 +1,29 @@
-//! What the user asked for, by the panel, by a key or on a card; [`app::requests`](crate::sandbox::app::requests) carries
-//! it out.
+//! Requests of the user, from the panel, a key or a card;
+//! [`app::requests`](crate::sandbox::app::requests) carries them out.
 
 use super::{selection::Scope, view::SolverView};
 use bevy::prelude::*;
 
-/// Something was asked for.
+/// A request was made.
 #[derive(Message, Debug, Clone, PartialEq, Deref)]
 pub struct Requested(pub Request);
 
-/// Systems that carry out what was asked for, in `Update`.
+/// Systems that carry out requests, in `Update`.
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct RequestSystems;
 
-/// How a body is pushed out of shape.
+/// A deformation of a body for testing its recovery.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Distortion {
-    /// To a tenth of its height.
+    /// Scale the height to a tenth.
     Squash,
-    /// Every particle anywhere in its box.
+    /// Move every particle to a random position in the bounding box.
     Shuffle,
-    /// Left and right changed over, so that every element is inside out.
+    /// Swap left and right, which inverts every element.
     Mirror,
 }
 
-/// What the user asked for, by the panel or by a key.
+/// A request of the user, from the panel or a key.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Request {
     /// Open a scene by its name.
@@ -34,81 +34,83 @@ pub enum Request {
     PreviousScene,
     /// Unpin every vertex of the bodies of the scope.
     UnpinAll,
-    /// Begin the scene anew.
+    /// Restart the scene.
     Restart,
-    /// Stop time or let it run.
+    /// Pause or resume.
     Pause(bool),
     /// One tick.
     Step,
-    /// Simulated seconds per second.
+    /// Set the speed: simulated seconds per real second.
     Speed(f64),
-    /// A setting of the world.
+    /// Set a world setting.
     Setting {
         /// Its name.
         name: &'static str,
-        /// The value asked for; `None` is the scene's.
+        /// The value; `None` for the scene default.
         value: Option<f64>,
     },
-    /// How many threads to step bodies on; `None` is one on each core.
+    /// Set the number of solver threads; `None` for one per core.
     Threads(Option<f64>),
-    /// A parameter of an effect, on all bodies of the scope that carry it.
+    /// Set a parameter of an effect, on all bodies of the scope that carry it.
     Parameter {
         /// The effect's name.
         effect: &'static str,
         /// The parameter's name.
         parameter: &'static str,
-        /// The value asked for; `None` is the scene's, each body its own.
+        /// The value; `None` for the scene default of each body.
         value: Option<f64>,
     },
-    /// Turn the stretch compliance of these bodies up or down by a quarter.
+    /// Increase or decrease the stretch compliance of bodies by one slider step (about a quarter).
     Soften {
-        /// Which bodies.
+        /// The bodies.
         scope: Scope,
-        /// Up or down.
+        /// Whether to increase it.
         softer: bool,
     },
-    /// Whose parameters to show.
+    /// Select the bodies whose parameters are shown.
     Show(Scope),
-    /// Put an effect on the bodies of the scope, or take it off.
+    /// Add an effect to the bodies of the scope, or remove it.
     Effect {
         /// The effect's name.
         effect: &'static str,
-        /// Whether they are to carry it.
+        /// Whether to add it.
         on: bool,
     },
-    /// Make the bodies of the scope, those that can be, of a material, by its name.
+    /// Apply a material, by its name, to the bodies of the scope that support it.
     Material(&'static str),
-    /// Push the bodies of the scope out of shape.
+    /// Deform the bodies of the scope.
     Distort(Distortion),
     /// Add a body by the name of its [`Addition`].
     AddBody(String),
-    /// Let a body in quarantine go on from its last good state, by its key.
+    /// Restore a body in quarantine from its last finite state, by its key.
     Restore(u64),
-    /// Take away the body that is or was held last, or else the one that is shown.
+    /// Delete the body that is or was last grabbed, or else the selected one.
     Remove,
-    /// Pin (`true`) or free the point that is or was held.
+    /// Pin (`true`) or unpin the point that is or was grabbed.
     Pin(bool),
-    /// Draw the wireframe or not.
+    /// Show or hide the contact forces.
+    Contacts(bool),
+    /// Show or hide the wireframe.
     Wireframe(bool),
-    /// Draw the tetrahedra or not.
+    /// Show or hide the tetrahedra.
     Tetrahedra(bool),
-    /// Draw the analytic solutions or not.
+    /// Show or hide the analytic solutions.
     Answers(bool),
-    /// Draw the constraints by how they are solved, or not.
+    /// Set the solver view.
     SolverView(SolverView),
-    /// Move the camera so that every body is in sight.
+    /// Frame all bodies.
     FrameAll,
-    /// Open or close the card that says what accuracy costs.
+    /// Open or close the accuracy card.
     Accuracy,
     /// Open or close the gallery of hard cases.
     Gallery,
-    /// Keep the energy ledger from now on (`true`), or no longer.
+    /// Switch the energy ledger on (`true`) or off.
     Ledger(bool),
-    /// Let there be a reference overlay, or none.
+    /// Toggle the reference overlay.
     ReferenceOverlay,
-    /// Begin the reference overlay again from where the bodies are.
+    /// Restart the reference overlay from the current state of the bodies.
     ReferenceAgain,
-    /// Save a picture.
+    /// Save a screenshot.
     Screenshot,
     /// Show the overlay of keys.
     Help,

@@ -1,8 +1,8 @@
-//! Which bodies are meant.
+//! Selection of bodies.
 
 use bevy::prelude::*;
 
-/// Whose parameters are shown and changed.
+/// The bodies whose parameters are shown and changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Scope {
     /// All bodies at once.
@@ -13,7 +13,7 @@ pub enum Scope {
 }
 
 impl Scope {
-    /// Whether it has a body in it.
+    /// Whether it includes a body.
     #[must_use]
     pub fn contains(self, body: Entity) -> bool {
         match self {
@@ -23,6 +23,6 @@ impl Scope {
     }
 }
 
-/// The bodies that the panel shows, and that instruments look at.
+/// The bodies that the panel shows and the instruments measure.
 #[derive(Resource, Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Selection(pub Scope);

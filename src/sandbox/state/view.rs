@@ -1,13 +1,13 @@
-//! What the words and the view share: the switches of the picture, the commands that
-//! keys and buttons give, and the point that was held last.
+//! View state shared by the panel and the renderer: view options, view commands of keys and
+//! buttons, and the last grabbed point.
 //!
-//! Everything here is plain state. The keys and the panel write it; the camera, the
-//! overlays, the drag and the scene loader read it. It knows neither egui nor the solver.
+//! Everything here is plain state. The keys and the panel write it; the camera, the overlays, the
+//! drag and the scene loader read it. It depends on neither egui nor the solver.
 
 use crate::solver::VertexIndex;
 use bevy::prelude::*;
 
-/// Provides what is shared.
+/// Adds the shared view state.
 pub struct ViewPlugin;
 
 impl Plugin for ViewPlugin {
@@ -18,23 +18,25 @@ impl Plugin for ViewPlugin {
     }
 }
 
-/// What is drawn, and which panes are open.
+/// View options, and open panes.
 #[derive(Resource, Debug, Clone, PartialEq)]
 pub struct ViewSettings {
     /// Draw the triangles' edges over the bodies.
     pub wireframe: bool,
     /// Draw the tetrahedra (the coarse cells that are simulated) over the bodies.
     pub tetrahedra: bool,
-    /// Draw what mathematics says that bodies should look like at rest, where the scene knows.
+    /// Draw the forces of contacts between bodies.
+    pub contacts: bool,
+    /// Draw the analytic solutions of bodies at rest, if the scene has any.
     pub answers: bool,
-    /// Draw the constraints instead of the bodies, coloured by how they are solved.
+    /// Draw the constraints instead of the bodies, colored by their solution order.
     pub solver: SolverView,
     /// Show the panel. The head-up line stays.
     pub panel_visible: bool,
     /// Show the overlay of keys.
     pub help_visible: bool,
-    /// Width of the window that the panel covers on its right side [logical px], 0 while it
-    /// is hidden. The camera centres on what is left of it.
+    /// Width of the window that the panel covers on its right side [logical px], 0 while it is
+    /// hidden. The camera centers on the remaining area.
     pub panel_width: f32,
 }
 
@@ -43,6 +45,7 @@ impl Default for ViewSettings {
         Self {
             wireframe: false,
             tetrahedra: false,
+            contacts: false,
             answers: false,
             solver: SolverView::Off,
             panel_visible: true,
@@ -52,25 +55,25 @@ impl Default for ViewSettings {
     }
 }
 
-/// What the colours of the constraints tell.
+/// Meaning of the colors of the constraints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SolverView {
-    /// Nothing; the bodies are drawn.
+    /// Off; the bodies are drawn.
     #[default]
     Off,
-    /// The band: the piece of the body that a thread takes.
+    /// Partition: the piece of the body that is assigned to one thread.
     Partitions,
-    /// The colour: constraints of one share no particle, and are solved at the same time.
+    /// Color: constraints of one color share no particle and are solved at the same time.
     Colours,
-    /// The lane: the place in a block of eight that one instruction solves.
+    /// Lane: the position in a block of eight that is solved by SIMD instructions.
     Lanes,
 }
 
 impl SolverView {
-    /// All of them, in the order in which the key goes through them.
+    /// All views, in the order of the key.
     pub const ALL: [Self; 4] = [Self::Off, Self::Partitions, Self::Colours, Self::Lanes];
 
-    /// The one that the key shows next.
+    /// The next view in the order of the key.
     #[must_use]
     pub const fn next(self) -> Self {
         match self {
@@ -82,43 +85,42 @@ impl SolverView {
     }
 }
 
-/// A command that is not an action on the simulation: nothing of it changes what is simulated
-/// but through the loading of a scene.
+/// A command that is not an action on the simulation, which it changes only by loading a scene.
 #[derive(Message, Debug, Clone, PartialEq)]
 pub enum ViewCommand {
-    /// Move the camera so that every body is in sight. Obeyed by the camera.
+    /// Frame all bodies. Handled by the camera.
     FrameAll,
-    /// Save a picture of the window. Obeyed by the screenshot module.
+    /// Save a screenshot of the window. Handled by the screenshot module.
     Screenshot,
-    /// Open the next scene of the registry. Obeyed by the scene loader.
+    /// Open the next built-in scene. Handled by the scene loader.
     NextScene,
-    /// Open the previous scene of the registry. Obeyed by the scene loader.
+    /// Open the previous built-in scene. Handled by the scene loader.
     PreviousScene,
-    /// Open the current scene anew. Obeyed by the scene loader.
+    /// Restart the current scene. Handled by the scene loader.
     Restart,
-    /// Open a scene by its name in the registry, or by the path of its file. Obeyed by the
-    /// scene loader.
+    /// Open a scene by its name in the registry, or by the path of its file. Handled by the scene
+    /// loader.
     LoadScene(String),
 }
 
-/// The point of a body that the pointer holds or held last; what the pin key and button act on.
+/// The point of a body that is or was last grabbed, for the pin key and button.
 ///
-/// Written by the drag when a body is pressed; it stays after the release, until another point
-/// is held or the body goes.
+/// Set by the drag when a body is pressed; kept after the release, until another point is grabbed
+/// or the body is removed.
 #[derive(Resource, Debug, Default, Clone, Copy, PartialEq)]
 pub struct LastGrab(pub Option<GrabbedPoint>);
 
-/// The body under the pointer while it is free, or the body that is dragged.
+/// The body under the pointer, or the body that is being dragged.
 #[derive(Resource, Debug, Default, Clone, Copy, PartialEq, Eq)]
 pub struct Hovered(pub Option<Entity>);
 
-/// A held point.
+/// A grabbed point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GrabbedPoint {
-    /// The body that is held.
+    /// The grabbed body.
     pub body: Entity,
-    /// The vertex of the body's rest shape that is nearest to the held point.
+    /// The vertex of the body's rest shape that is nearest to the grabbed point.
     pub vertex: VertexIndex,
-    /// Whether the pointer still holds it.
+    /// Whether it is still grabbed.
     pub held: bool,
 }

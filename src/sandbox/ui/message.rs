@@ -1,7 +1,7 @@
-//! Messages to the user: short notes in the corner of the view that go by themselves.
+//! Messages to the user: short notices in the corner of the view that disappear after some seconds.
 //!
-//! Whoever has something to say pushes it to [`Notices`]. A note that comes again while it is
-//! shown is counted, not repeated. Errors stay longest; a press takes any of them away.
+//! Any system can push a message to [`Notices`]. A repeated notice is counted instead of shown
+//! again. Errors are shown longest; a press closes a notice.
 
 use bevy::prelude::*;
 use bevy_egui::{
@@ -11,24 +11,24 @@ use bevy_egui::{
 
 use crate::sandbox::{state::view::ViewSettings, ui::theme};
 
-/// How many notes are shown at once; the oldest go first.
+/// Maximum number of visible notices; the oldest are dropped first.
 const MOST: usize = 5;
-/// Greatest width of a note [logical px].
+/// Maximum width of a notice [logical px].
 const WIDTH: f32 = 440.0;
 
-/// How serious a note is.
+/// Severity of a notice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Gravity {
-    /// Something was done.
+    /// Success.
     Info,
-    /// Something was done, but not as one may think.
+    /// Success with a caveat.
     Warning,
-    /// Something was not done.
+    /// Failure.
     Error,
 }
 
 impl Gravity {
-    /// How long a note stays [s].
+    /// Display time [s].
     const fn seconds(self) -> f32 {
         match self {
             Self::Info => 4.0,
@@ -46,34 +46,34 @@ impl Gravity {
     }
 }
 
-/// A note that is shown.
+/// A visible notice.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Notice {
-    /// How serious it is.
+    /// Severity.
     pub gravity: Gravity,
-    /// What it says.
+    /// Text.
     pub text: String,
-    /// How often it was said while it was shown.
+    /// Number of repetitions while it was visible.
     pub times: u32,
     remaining: f32,
 }
 
-/// The notes that are shown, oldest first.
+/// The visible notices, oldest first.
 #[derive(Resource, Debug, Default)]
 pub struct Notices(Vec<Notice>);
 
 impl Notices {
-    /// Says that something was done.
+    /// Shows an information notice.
     pub fn info(&mut self, text: impl Into<String>) {
         self.push(Gravity::Info, text.into());
     }
 
-    /// Warns of something.
+    /// Shows a warning.
     pub fn warn(&mut self, text: impl Into<String>) {
         self.push(Gravity::Warning, text.into());
     }
 
-    /// Says that something went wrong.
+    /// Shows an error.
     pub fn error(&mut self, text: impl Into<String>) {
         self.push(Gravity::Error, text.into());
     }
@@ -102,7 +102,7 @@ impl Notices {
         });
     }
 
-    /// Lets real time pass.
+    /// Advances real time.
     fn age(&mut self, seconds: f32) {
         for notice in &mut self.0 {
             notice.remaining -= seconds;
@@ -111,7 +111,7 @@ impl Notices {
     }
 }
 
-/// Shows the notes.
+/// Draws the notices.
 pub struct MessagePlugin;
 
 impl Plugin for MessagePlugin {
@@ -127,7 +127,7 @@ fn age(mut notices: ResMut<Notices>, time: Res<Time<Real>>) {
     notices.bypass_change_detection().age(time.delta_secs());
 }
 
-/// A sentence of an error, which begins in small letters, as one that stands alone.
+/// The text with its first letter in upper case, for error messages that stand alone.
 pub fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| {
@@ -169,7 +169,7 @@ pub fn draw(context: &egui::Context, notices: &mut Notices, covered: f32) {
     }
 }
 
-/// One note; `true` if it was pressed away.
+/// Draws one notice; `true` if a press closed it.
 fn card(ui: &mut egui::Ui, notice: &Notice, width: f32) -> bool {
     ui.set_max_width(width);
     ui.multiply_opacity(notice.remaining.clamp(0.0, 1.0));

@@ -1,7 +1,8 @@
-//! The kit: theme, widgets, messages.
+//! Theme, widgets, messages.
 
 pub mod message;
 pub mod number;
+pub mod plot;
 pub mod slider;
 pub mod theme;
 pub mod track;

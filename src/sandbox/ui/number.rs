@@ -1,7 +1,7 @@
-//! Numbers as the panel writes and reads them.
+//! Formatting and parsing of numbers in the panel.
 //!
-//! What [`format`] writes, [`parse`] reads back to the same digits. Neither knows units: those
-//! stand beside the number, and [`parse`] passes over one that was typed along.
+//! [`parse`] reads the output of [`format`] back to the same digits. Both ignore units, which are
+//! shown beside the number; [`parse`] skips a unit that was typed.
 
 /// A number in at most `digits` significant digits: plain between 1e-3 and 1e5, scientific
 /// outside, without trailing zeros. Infinity is `∞`.
@@ -30,7 +30,7 @@ pub fn format(value: f64, digits: usize) -> String {
     }
 }
 
-/// A count with its thousands set apart: `12 288`.
+/// A count with thousands separators: `12 288`.
 pub fn count(value: usize) -> String {
     let digits = value.to_string();
     let mut text = String::with_capacity(digits.len() + digits.len() / 3);
@@ -43,10 +43,10 @@ pub fn count(value: usize) -> String {
     text
 }
 
-/// The number at the start of a typed text; what follows it (a unit) is passed over. A comma is
-/// read as the decimal point, `∞` and `inf` as infinity.
+/// The number at the start of a typed text; the rest (a unit) is ignored. A comma is read as the
+/// decimal point, `∞` and `inf` as infinity.
 ///
-/// `None` if there is no number, or it is not one.
+/// `None` if there is no valid number.
 pub fn parse(text: &str) -> Option<f64> {
     let text = text.trim().replace(',', ".").replace('−', "-");
     if let Some(rest) = text.strip_prefix('-')
@@ -59,7 +59,7 @@ pub fn parse(text: &str) -> Option<f64> {
     }
     let numeric = |c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | 'e' | 'E');
     let end = text.find(|c| !numeric(c)).unwrap_or(text.len());
-    // "5e" (five, then the first letter of a unit) is 5: shorten until it reads.
+    // "5e" (five, then the first letter of a unit) is 5: shortened until it parses.
     (1..=end)
         .rev()
         .find_map(|end| text[..end].parse::<f64>().ok())

@@ -1,8 +1,7 @@
-//! The slider: a rail with the powers of ten marked, a mark where the scene's value is, and a
-//! handle.
+//! The slider: a rail with marks for powers of ten and for the scene default, and a handle.
 //!
-//! Not egui's own, which knows neither a stop for 0 and infinity of its own width nor a mark.
-//! It draws and reads the pointer and the arrow keys; [`Track`] says what a place means.
+//! Replaces egui's slider, which has no fixed-width stops for 0 and infinity and no mark. Handles
+//! the pointer and the arrow keys; [`Track`] maps positions to values.
 
 use bevy_egui::egui::{
     EventFilter, Key, Rect, Response, Sense, Shape, Stroke, Ui, Vec2, WidgetInfo, WidgetType, pos2,
@@ -14,8 +13,8 @@ use crate::sandbox::ui::track::Track;
 const RADIUS: f32 = 6.0;
 const RAIL: f32 = 4.0;
 
-/// A slider of a width [logical px] for a value on a track. `mark` is where the scene's value is,
-/// if the value is another. Returns the value that the user moved it to, if they did.
+/// A slider of a width [logical px] for a value on a track. `mark` is the position of the scene
+/// default, if the value differs from it. Returns the new value, if the user moved the handle.
 pub fn slider(
     ui: &mut Ui,
     width: f32,
@@ -27,7 +26,7 @@ pub fn slider(
     let (rect, mut response) =
         ui.allocate_exact_size(Vec2::new(width, theme::ROW), Sense::click_and_drag());
     let moved = by_pointer(&response, rect, track).or_else(|| by_keys(ui, &response, track, value));
-    // The solver keeps f32: a value that is the same there was not moved.
+    // The solver uses f32: a value that rounds to the same f32 has not changed.
     let moved = moved.filter(|moved| *moved as f32 != value as f32);
     if moved.is_some() {
         response.mark_changed();
@@ -45,7 +44,7 @@ pub fn slider(
     (response, moved)
 }
 
-/// The rail's ends lie a handle's radius inside, so that the handle never leaves the widget.
+/// The rail ends one handle radius inside the widget, so that the handle stays inside.
 fn rail(rect: Rect) -> Rect {
     Rect::from_center_size(rect.center(), Vec2::new(rect.width() - 2.0 * RADIUS, RAIL))
 }
@@ -62,7 +61,7 @@ fn by_keys(ui: &Ui, response: &Response, track: &Track, value: f64) -> Option<f6
     if !response.has_focus() {
         return None;
     }
-    // Without the filter the arrows would move the focus to the next widget.
+    // Without the filter, arrow keys would move the focus to the next widget.
     let filter = EventFilter {
         horizontal_arrows: true,
         ..Default::default()

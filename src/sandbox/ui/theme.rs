@@ -1,8 +1,8 @@
-//! How the words look: colours, sizes and spacing of everything that egui draws.
+//! Colors, sizes and spacing of everything that egui draws.
 //!
-//! Colours carry meaning and nothing else does: [`ACCENT`] is what can be moved, [`CHANGED`] is
-//! what differs from the scene's file, [`ALARM`] is what went wrong. Texts hold a contrast of at
-//! least 4.5 to 1 on the panel; a test keeps that.
+//! Only colors carry meaning: [`ACCENT`] marks editable values, [`CHANGED`] marks differences from
+//! the scene file, [`ALARM`] marks errors. Text has a contrast of at least 4.5 to 1 on the panel,
+//! as verified by a test.
 
 use bevy::prelude::{Added, App, Plugin, PreUpdate, Query};
 use bevy_egui::{
@@ -13,13 +13,13 @@ use bevy_egui::{
     },
 };
 
-/// The panel's ground.
+/// Background of the panel.
 pub const GROUND: Color32 = Color32::from_rgb(25, 28, 35);
-/// The ground of what lies in the panel: rails, entries, rows.
+/// Background of recessed parts: rails, entries, rows.
 pub const SUNKEN: Color32 = Color32::from_rgb(17, 19, 24);
-/// The ground of what can be pressed.
+/// Background of buttons.
 pub const RAISED: Color32 = Color32::from_rgb(43, 48, 59);
-/// Raised, with the pointer over it.
+/// Background of hovered buttons.
 pub const RAISED_HOVERED: Color32 = Color32::from_rgb(57, 64, 78);
 /// Lines between parts.
 pub const LINE: Color32 = Color32::from_rgb(50, 56, 68);
@@ -27,32 +27,32 @@ pub const LINE: Color32 = Color32::from_rgb(50, 56, 68);
 pub const STRONG: Color32 = Color32::from_rgb(240, 243, 248);
 /// Text.
 pub const TEXT: Color32 = Color32::from_rgb(205, 211, 221);
-/// Units, notes, and what is not in use.
+/// Units, notes, and disabled parts.
 pub const WEAK: Color32 = Color32::from_rgb(142, 151, 167);
-/// The ground of words over the view. Nearly opaque: the window mixes colours in linear light,
-/// where a dark veil is lighter than it looks in numbers.
+/// Background of text over the view. Nearly opaque: the window blends in linear light, where a dark
+/// translucent color appears lighter than its value suggests.
 pub const VEIL: Color32 = Color32::from_rgba_unmultiplied_const(20, 23, 29, 242);
-/// What can be moved, and what runs.
+/// Editable values, and active parts.
 pub const ACCENT: Color32 = Color32::from_rgb(94, 190, 196);
-/// What differs from the scene's file.
+/// Differences from the scene file.
 pub const CHANGED: Color32 = Color32::from_rgb(245, 184, 92);
-/// What went wrong.
+/// Errors.
 pub const ALARM: Color32 = Color32::from_rgb(255, 122, 107);
 
 /// Height of a row of the panel [logical px].
 pub const ROW: f32 = 21.0;
-/// Lines that only help the eye, such as a rail's ticks.
+/// Minor lines, such as the ticks of a rail.
 pub const TICK: Color32 = Color32::from_rgb(84, 93, 110);
 
-/// Gap between neighbours in a row [logical px].
+/// Gap between neighbors in a row [logical px].
 pub const GAP: f32 = 6.0;
 
-/// The text style of the head-up line's and the list's figures.
+/// Text style of the figures in the head-up line and in lists.
 pub fn figures() -> TextStyle {
     TextStyle::Monospace
 }
 
-/// Gives every egui context its look as soon as it is there.
+/// Applies the theme to every new egui context.
 pub struct ThemePlugin;
 
 impl Plugin for ThemePlugin {
@@ -67,7 +67,7 @@ fn dress(mut contexts: Query<&mut EguiContext, Added<EguiContext>>) {
     }
 }
 
-/// Gives the context Pliant's look. Once is enough; it holds for the context's life.
+/// Applies the theme to a context. Needed once per context.
 pub fn apply(context: &egui::Context) {
     context.set_theme(egui::Theme::Dark);
     context.all_styles_mut(style);
@@ -180,7 +180,7 @@ mod tests {
     fn every_text_can_be_read_on_every_ground_that_it_stands_on() {
         for text in [STRONG, TEXT, WEAK, ACCENT, CHANGED, ALARM] {
             for ground in [GROUND, SUNKEN] {
-                // 4.5 to 1 is what WCAG 2 level AA asks of text of this size.
+                // WCAG 2 level AA requires 4.5 to 1 for text of this size.
                 assert!(contrast(text, ground) >= 4.5, "{text:?} on {ground:?}");
             }
         }

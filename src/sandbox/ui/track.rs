@@ -1,26 +1,26 @@
-//! The track of a slider: which value stands where.
+//! The track of a slider: the mapping between positions and values.
 //!
-//! Pure mathematics, no drawing. A logarithmic track may have a stop of its own at its left end
-//! for 0 (rigid, undamped) and at its right end for infinity, since no logarithm reaches either.
-//! Positions run from 0 (left) to 1 (right); `value(position(v)) = v` for what the track can say.
+//! Pure math, no drawing. A logarithmic track may have a stop at its left end for 0 (rigid,
+//! undamped) and at its right end for infinity. Positions run from 0 (left) to 1 (right);
+//! `value(position(v)) = v` for values that the track can represent.
 
 use std::ops::RangeInclusive;
 
-/// Length of the stop for 0 or infinity, as a share of the track.
+/// Length of the stop for 0 or infinity, as a fraction of the track.
 const STOP: f64 = 0.06;
 
-/// How values are spread over the track.
+/// Distribution of values over the track.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Spread {
-    /// Equal distances are equal differences.
+    /// Equal distances for equal differences.
     Linear,
-    /// Equal distances are equal ratios.
+    /// Equal distances for equal ratios.
     Logarithmic,
-    /// As linear, whole numbers only.
+    /// Linear, whole numbers only.
     Integer,
 }
 
-/// The range of a slider and how it is spread.
+/// Range of a slider and its distribution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Track {
     low: f64,
@@ -31,13 +31,13 @@ pub struct Track {
 }
 
 impl Track {
-    /// The least value.
+    /// Minimum value.
     pub fn low(&self) -> f64 {
         self.low
     }
 
-    /// A track from `low` to `high`. A logarithmic one wants both above 0; one that is not so is
-    /// spread linearly.
+    /// A track from `low` to `high`. A logarithmic track needs both above 0; otherwise it becomes
+    /// linear.
     pub fn new(range: RangeInclusive<f64>, spread: Spread) -> Self {
         let (low, high) = range.into_inner();
         let spread = match spread {
@@ -65,12 +65,12 @@ impl Track {
         self
     }
 
-    /// How the values are spread.
+    /// Distribution of the values.
     pub fn spread(&self) -> Spread {
         self.spread
     }
 
-    /// Where a value stands; what lies outside the track stands at its end.
+    /// Position of a value; values outside the track are clamped to its ends.
     pub fn position(&self, value: f64) -> f64 {
         let (start, end) = self.body();
         match self.spread {
@@ -86,7 +86,7 @@ impl Track {
         }
     }
 
-    /// The value that stands at a position, in the two or three digits that a hand can mean.
+    /// The value at a position, rounded to two or three digits.
     pub fn value(&self, position: f64) -> f64 {
         let (start, end) = self.body();
         match self.spread {
@@ -110,8 +110,8 @@ impl Track {
         }
     }
 
-    /// The value one press of an arrow key away: 1 for whole numbers, a tenth of a decade on a
-    /// logarithmic track, a hundredth of a linear one.
+    /// The value after one press of an arrow key: a step of 1 for whole numbers, a tenth of a
+    /// decade on a logarithmic track, a hundredth of a linear one.
     pub fn step(&self, value: f64, forward: bool) -> f64 {
         let sign = if forward { 1.0 } else { -1.0 };
         let (start, end) = self.body();
@@ -128,19 +128,20 @@ impl Track {
         self.value(position + sign * step)
     }
 
-    /// Positions of the powers of ten on a logarithmic track, for its ticks; none on others.
+    /// Positions of the powers of ten on a logarithmic track, for its ticks; empty for other
+    /// tracks.
     pub fn ticks(&self) -> impl Iterator<Item = f64> + '_ {
         let logarithmic = self.spread == Spread::Logarithmic;
         let powers = logarithmic.then(|| {
-            // A bound that is a power of ten counts, whatever its logarithm is rounded to.
+            // Includes a bound that is a power of ten, despite rounding of its logarithm.
             (self.low.log10() - 1e-6).ceil() as i32..=(self.high.log10() + 1e-6).floor() as i32
         });
         let powers = powers.into_iter().flatten();
         powers.map(|power| self.position(10f64.powi(power)))
     }
 
-    /// Where the filled part of the rail begins: at 0 where a linear track passes it, otherwise
-    /// at the left end.
+    /// Start of the filled part of the rail: at 0 if a linear track contains it, otherwise at the
+    /// left end.
     pub fn origin(&self) -> f64 {
         match self.spread {
             Spread::Linear => self.position(0.0),
@@ -160,8 +161,8 @@ impl Track {
     }
 }
 
-/// `value` rounded to whole steps. Divides by the inverse of steps below 1, which is a whole
-/// number, so that 3 × 0.1 is written 0.3.
+/// `value` rounded to multiples of `step`. Divides by the inverse of steps below 1, which is a
+/// whole number, so that 3 × 0.1 is written 0.3.
 fn rounded(value: f64, step: f64) -> f64 {
     if step < 1.0 {
         let inverse = (1.0 / step).round();

@@ -1,4 +1,4 @@
-//! How each action is carried out.
+//! Carries out actions.
 
 use super::{Action, ActionError, SETTINGS};
 use crate::{
@@ -15,11 +15,11 @@ use crate::{
 use bevy::prelude::*;
 use std::sync::Arc;
 
-/// Carries out one action at once.
+/// Carries out an action at once.
 ///
 /// # Errors
-/// [`ActionError`] if the body, effect, parameter, setting or particle does not exist, or the
-/// value is out of its range; nothing has changed then.
+/// [`ActionError`] if the body, effect, parameter, setting or particle does not exist, or the value
+/// is out of range; nothing has changed in this case.
 pub fn perform(world: &mut World, action: &Action) -> Result<(), ActionError> {
     match action {
         Action::SetSetting { name, value } => set_setting(world, name, *value),
@@ -125,8 +125,8 @@ fn wake(entity: &mut EntityWorldMut) {
     entity.remove::<Asleep>().insert(RestTimer::default());
 }
 
-/// Wakes a sleeper. A tick would do so when it sees what has changed; until then, what is said of
-/// the state would depend on more than the state.
+/// Wakes a body at once. The next tick would do so too, but until then, reports about the state
+/// would depend on more than the state.
 fn rouse(entity: &mut EntityWorldMut) {
     if entity.contains::<Asleep>() {
         wake(entity);
@@ -231,7 +231,7 @@ fn set_setting(world: &mut World, name: &str, value: f64) -> Result<(), ActionEr
     let mut axis = |axis: usize| {
         let mut gravity = settings.gravity;
         gravity[axis] = value as f32;
-        // The message is to name the value that was given, not the f32 nearest to it.
+        // The error must contain the given value, not the nearest f32.
         let done = settings.set_gravity(gravity);
         done.map_err(|error| InvalidValue { value, ..error })
     };

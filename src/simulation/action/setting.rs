@@ -1,6 +1,6 @@
-//! The settings of the world by name.
+//! World settings by name.
 
-/// Names, units and meanings of the settings that [`Action::SetSetting`] reaches.
+/// Names, units and descriptions of the settings for [`Action::SetSetting`].
 pub const SETTINGS: [(&str, &str, &str); 10] = [
     ("gravity_x", "m/s²", "gravity along x (right)"),
     ("gravity_y", "m/s²", "gravity along y (up)"),

@@ -1,4 +1,4 @@
-//! What happens to one body, and must not to another.
+//! Isolation: what happens to one body must not affect another.
 
 use super::*;
 use glam::Vec3;
@@ -22,14 +22,14 @@ fn members(times: u32) -> Vec<Member> {
     )
 }
 
-/// The body that is alone or in company: let go at 0.8 of its height.
+/// The body that is simulated alone and with others: released at 0.8 of its height.
 fn first(member: &Member, world: &mut World) {
     let body = &mut world.bodies[0];
     stand_up(member, body);
     place(body, |x| Vec4::new(x.x, 0.8 * x.y, x.z, x.w));
 }
 
-/// How many of its numbers differ from those of the same body alone.
+/// How many of its numbers differ from those of the same body simulated alone.
 fn disturbed(run: &Run) -> Result<Figure, TortureError> {
     let mut alone = run.member.world()?;
     first(run.member, &mut alone);
@@ -42,14 +42,14 @@ fn disturbed(run: &Run) -> Result<Figure, TortureError> {
     ))
 }
 
-/// Adds a copy of the first body, some lengths away.
+/// Adds a copy of the first body at a distance of this many lengths.
 fn add_copy(world: &mut World, lengths: f32) {
     let mut copy = world.bodies[0].clone();
     copy.translate(Vec3::X * (lengths * copy.topology.size));
     world.bodies.push(copy);
 }
 
-/// When it is made not finite.
+/// Tick at which it is made non-finite.
 const POISONED: u64 = 10;
 
 pub const NOT_FINITE: Case = Case {

@@ -1,4 +1,4 @@
-//! Plates, blows, hands, and bodies that begin inside of something.
+//! Plates, impacts, grabs, and bodies that start inside a collider.
 
 use super::*;
 use crate::solver::{
@@ -6,7 +6,7 @@ use crate::solver::{
 };
 use glam::Vec3;
 
-/// How deep the deepest particle is inside of a collider [m], at the end.
+/// Largest penetration of a particle into a collider at the end [m].
 fn deepest(world: &World) -> f64 {
     let inside = world.colliders.iter().flat_map(|collider| {
         let pose = collider.pose_at(world.time);
@@ -26,7 +26,7 @@ fn not_inside(run: &Run, limit: f64) -> Figure {
     )
 }
 
-/// A flat box across an axis, its face `far` from the middle on the side that looks to it.
+/// A flat box perpendicular to an axis, whose inner face is at distance `far` from the center.
 fn plate(member: &Member, along: Vec3, far: f32, path: Path) -> Result<Collider, TortureError> {
     let s = member.scale;
     let size = (Vec3::splat(6.0) - along.abs() * 5.0) * s;
@@ -89,7 +89,7 @@ pub const PLATES: Case = Case {
     any_body: false,
 };
 
-/// Speed of what strikes, in lengths a second.
+/// Speed of the impact [lengths/s].
 const BLOW: f32 = 300.0;
 
 pub const STRUCK: Case = Case {
@@ -149,14 +149,14 @@ pub const STRUCK: Case = Case {
     any_body: false,
 };
 
-/// How long a hand pulls [s].
+/// Duration of the grab [s].
 const HELD: f64 = 1.0;
 
-/// Linear drag in which a body comes to rest after that [1/s].
+/// Linear drag in which the body comes to rest afterwards [1/s].
 const MEDIUM: f32 = 10.0;
 
-/// Where a hand is, in lengths: to and fro at 50 lengths a second, or ten lengths away at once, and
-/// back, six times a second.
+/// Grab target, in lengths: back and forth at 50 lengths per second; or a jump of ten lengths and
+/// back, six times per second.
 fn hand(member: &Member, time: f64) -> Vec3 {
     let time = time as f32;
     if member.variant == "teleported" {

@@ -7,7 +7,7 @@ use crate::solver::{
     StrainLimit, Struts, Tethers, Weave, Yield, YoungsModulus,
 };
 
-/// How a body is deformed, by the value of the member.
+/// Kind of deformation, by the value of the member.
 const HOW: &[f64] = &[0.0, 1.0, 2.0, 3.0];
 
 fn members(shapes: &'static [Shape]) -> Vec<Member> {
@@ -22,21 +22,21 @@ fn members(shapes: &'static [Shape]) -> Vec<Member> {
     .members(1)
 }
 
-/// What a member carries: its effect, with stiffnesses such that all lengths move alike, and edges
-/// where the effect alone holds nothing together.
+/// The effects of a member: its own, with stiffnesses such that all lengths move alike, and edges
+/// where the effect alone does not hold the body together.
 fn effects(member: &Member) -> Result<Effects, TortureError> {
     let edges = Effects {
         volume: None,
         ..member.effects()?
     };
     let alone = Effects::default();
-    // Of forces that grow with mass and length.
+    // For forces that scale with mass times length.
     let area = member.scale * member.scale;
     Ok(match member.variant {
         "neo_hookean" => Effects {
             neo_hookean: Some(NeoHookean {
                 youngs_modulus: YoungsModulus::new(1e5 * area)?,
-                // Undamped it swings on.
+                // Without damping it would keep vibrating.
                 damping: Damping::new(0.01)?,
                 ..NeoHookean::default()
             }),
@@ -137,7 +137,7 @@ pub const EFFECTS: Case = Case {
             &members(&[Shape::Cloth(10), Shape::Cloth(3)]),
             &["membrane", "weave", "isometric_bend", "strain_limit"],
         );
-        // What is beyond a tether is put back at once, and nobody knows with how much energy.
+        // A particle beyond its tether is put back at once, which adds an unknown amount of energy.
         let tethered = family::variants(&members(&[Shape::Cloth(10)]), &["tethers"]);
         let mut all = family::values(&[solids, sheets].concat(), HOW);
         all.extend(family::values(&tethered, &HOW[..2]));

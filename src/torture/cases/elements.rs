@@ -3,12 +3,12 @@
 use super::*;
 use crate::solver::{Deformation, deform};
 
-/// Sweeps within which a single element is right again.
-const SWEEPS: f64 = 100.0;
+/// Number of iterations within which a single element must recover.
+const MAX_ITERATIONS: f64 = 100.0;
 
 fn seconds(member: &Member) -> f64 {
     let a_tick = f64::from(member.substeps) * f64::from(member.iterations);
-    (SWEEPS / a_tick).ceil() / 60.0
+    (MAX_ITERATIONS / a_tick).ceil() / 60.0
 }
 
 fn tiny_to_huge(shapes: &'static [Shape]) -> Axes {

@@ -1,4 +1,4 @@
-//! Heavy on light, stiff on soft, everything rigid, hardly anything rigid, what cannot be.
+//! Large mass and stiffness ratios, fully rigid and very soft bodies, infeasible constraints.
 
 use super::*;
 use crate::solver::{
@@ -6,8 +6,8 @@ use crate::solver::{
 };
 use glam::Vec3;
 
-/// The most sweeps a substep that are tried.
-const MAX_SWEEPS: u32 = 8192;
+/// Limit on the constraint iterations per substep.
+const MAX_ITERATIONS: u32 = 8192;
 
 /// Largest strain of an edge.
 fn most_strain(world: &World) -> f64 {
@@ -38,27 +38,27 @@ pub const MASSES: Case = Case {
         body.added_mass = vec![(VertexIndex(0), Mass::new(link * member.value as f32)?)];
         pin_top(body);
         world.settings.set_gravity(member.gravity())?;
-        // As few sweeps as do.
-        let mut sweeps = 1;
+        // The fewest iterations that hold the load.
+        let mut iterations = 1;
         loop {
-            world.settings.iterations = Iterations::new(sweeps)?;
+            world.settings.iterations = Iterations::new(iterations)?;
             let mut trial = world.clone();
             let mut most: f64 = 0.0;
             while trial.time < 1.0 && most <= 0.01 {
                 trial.tick();
                 most = most.max(most_strain(&trial));
             }
-            if most <= 0.01 || sweeps >= MAX_SWEEPS {
+            if most <= 0.01 || iterations >= MAX_ITERATIONS {
                 return Ok(());
             }
-            sweeps *= 2;
+            iterations *= 2;
         }
     }),
     during: nothing,
     judge: |run| {
         let settings = run.end.settings;
         let edges = run.end.bodies[0].topology.edges.ends().len() as f64;
-        let sweeps = f64::from(settings.substeps.get()) * f64::from(settings.iterations.get());
+        let iterations = f64::from(settings.substeps.get()) * f64::from(settings.iterations.get());
         Ok(vec![
             Figure::new(
                 "stretch of an edge",
@@ -66,15 +66,20 @@ pub const MASSES: Case = Case {
                 1.0,
                 "%",
             ),
-            Figure::new("cost", sweeps * edges, f64::INFINITY, "projections a tick"),
+            Figure::new(
+                "cost",
+                iterations * edges,
+                f64::INFINITY,
+                "projections a tick",
+            ),
         ])
     },
     outside: Outside::Nothing,
     any_body: false,
 };
 
-/// Links of 1 m and of 0.1 mm by turns, of one axial stiffness [N]: the short ones are 10⁴ times as
-/// stiff.
+/// Alternating links of 1 m and of 0.1 mm with the same axial stiffness [N]: the short ones are 10⁴
+/// times as stiff.
 const SHORT: f32 = 1e-4;
 const AXIAL: f32 = 2e3;
 const WEIGHT: f32 = 2.0;
@@ -149,7 +154,7 @@ pub const STIFFNESSES: Case = Case {
     any_body: false,
 };
 
-/// Compliance of what hardly holds together [m/N, m⁵/N].
+/// Compliance of a very soft body [m/N, m⁵/N].
 const LOOSE: f32 = 1e6;
 
 pub const EXTREMES: Case = Case {
@@ -201,7 +206,7 @@ pub const EXTREMES: Case = Case {
     }),
     during: nothing,
     judge: |run| match run.member.variant {
-        // A cloth or a rope that was pressed together whirls.
+        // A compressed cloth or rope rotates after release.
         "rigid" if run.member.shape.kind() != Kind::Tetrahedra => Ok(Vec::new()),
         "rigid" => Ok(shape_figures(&run.end.bodies[0], 0.01)),
         _ => Ok(vec![time::fall(run, |_| 60.0)]),

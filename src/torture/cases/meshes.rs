@@ -1,10 +1,10 @@
-//! Meshes that are not as they should be.
+//! Defective meshes.
 
 use super::*;
 use crate::solver::{Deformation, RestShape, deform, topology::LeftOut};
 use glam::Vec3;
 
-/// Adds a vertex, a tetrahedron of it on the first face of the surface, and its edges.
+/// Adds a vertex, the tetrahedron between it and the first face of the surface, and its edges.
 fn add_on_face(shape: &mut RestShape, height: f32) {
     let Some(&[a, b, c]) = shape.triangles.first() else {
         return;
@@ -12,7 +12,8 @@ fn add_on_face(shape: &mut RestShape, height: f32) {
     let [xa, xb, xc] = [a, b, c].map(|i| shape.vertices[i as usize]);
     let normal = (xb - xa).cross(xc - xa).normalize_or_zero();
     let new = shape.vertices.len() as u32;
-    // A quarter of an edge is exact, so that without height the four lie in one plane.
+    // A quarter of an edge length is exact in f32, so that with zero height the four vertices are
+    // coplanar.
     shape
         .vertices
         .push(xa + (xb - xa) * 0.25 + (xc - xa) * 0.25 + normal * height);
@@ -20,7 +21,7 @@ fn add_on_face(shape: &mut RestShape, height: f32) {
     shape.edges.extend([[a, new], [b, new], [c, new]]);
 }
 
-/// A shape with a flaw, and what of it must be left out.
+/// A shape with a defect, and the elements that must be left out because of it.
 fn flawed(member: &Member) -> Result<(RestShape, LeftOut), TortureError> {
     let mut shape = member.shape.build(member.scale)?;
     let mut left_out = LeftOut::default();
@@ -52,7 +53,8 @@ fn flawed(member: &Member) -> Result<(RestShape, LeftOut), TortureError> {
         }
         "flat" => {
             add_on_face(&mut shape, 0.0);
-            // Its fourth corner is in no other, so that its three edges have no mass to pull.
+            // Its fourth corner belongs to no other tetrahedron, so that its three edges have a
+            // massless end.
             (left_out.flat_tetrahedra, left_out.massless_edges) = (1, 3);
             left_out.unused_vertices = 1;
         }

@@ -1,4 +1,4 @@
-//! The table of cases, and what several of them do alike.
+//! The table of cases, and helpers that several of them use.
 
 mod company;
 mod contact;
@@ -51,8 +51,7 @@ pub const CASES: &[Case] = &[
     company::CROWD,
 ];
 
-/// Turns what lies along x or in y = 0 upright: x becomes y. Solids stay, and bodies that somebody
-/// has.
+/// Rotates bodies along x or in y = 0 upright: x becomes y. Solids and user bodies are not rotated.
 fn stand_up(member: &Member, body: &mut Body) {
     let given = matches!(member.shape, Shape::Given(_));
     if member.shape.kind() != Kind::Tetrahedra && !given {
@@ -69,7 +68,7 @@ pub(super) fn deformed(member: &Member, world: &mut World, how: Deformation) {
     }
 }
 
-/// Puts all particles somewhere else, at rest.
+/// Moves all particles to new positions, at rest.
 fn place(body: &mut Body, to: impl Fn(Vec4) -> Vec4) {
     for x in &mut body.particles.positions {
         *x = to(*x);
@@ -78,7 +77,7 @@ fn place(body: &mut Body, to: impl Fn(Vec4) -> Vec4) {
     body.tick_start.clone_from(&body.particles);
 }
 
-/// Pins the vertices of which `which` is true, by where they are.
+/// Pins the vertices whose positions satisfy `which`.
 fn pin(body: &mut Body, which: impl Fn(Vec4) -> bool) {
     let positions = body.particles.positions.iter().enumerate();
     let chosen = positions
@@ -95,7 +94,7 @@ fn pin_top(body: &mut Body) {
     pin(body, |x| x.y >= top);
 }
 
-/// Puts all bodies into a medium of this linear drag [1/s].
+/// Puts all bodies into a medium with this linear drag [1/s].
 fn medium(world: &mut World, linear: f32) -> Result<(), TortureError> {
     let drag = Drag {
         linear: Coefficient::new(linear)?,
@@ -107,8 +106,9 @@ fn medium(world: &mut World, linear: f32) -> Result<(), TortureError> {
     Ok(())
 }
 
-/// Whether a body is itself again: no element inside out and its rest shape within `limit`, a share
-/// of its size; of a cloth or a rope, which fold as they like, edges within `limit` of their length.
+/// Whether a body has recovered: no inverted element, and a distance to its rest shape within
+/// `limit`, a fraction of its size; for cloths and ropes, which may fold, a strain of edges within
+/// `limit`.
 fn shape_figures(body: &Body, limit: f64) -> Vec<Figure> {
     let (topology, x) = (&body.topology, &body.particles.positions);
     if topology.tetrahedra.corners().len() == 0 {
@@ -135,7 +135,7 @@ fn edge_strain(body: &Body, limit: f64) -> Figure {
     Figure::new("strain of edges", rms * 100.0, limit * 100.0, "%")
 }
 
-/// How many of the numbers of two states differ in a bit.
+/// Number of particle values that differ in any bit between two states.
 fn different_bits(a: &Body, b: &Body) -> usize {
     let (a, b) = (&a.particles, &b.particles);
     let columns = a.columns().into_iter().zip(b.columns());
@@ -150,7 +150,7 @@ fn different_bits(a: &Body, b: &Body) -> usize {
     counts.sum()
 }
 
-/// Ticks a world as often as another was.
+/// Ticks a world until it has reached the tick of another.
 fn catch_up(world: &mut World, other: &World) {
     while world.tick < other.tick {
         world.tick();

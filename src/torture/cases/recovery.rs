@@ -1,4 +1,4 @@
-//! Bodies that are put out of shape and must come back.
+//! Deformed bodies that must recover their rest shape.
 
 use super::*;
 use crate::solver::Deformation;
@@ -100,17 +100,17 @@ pub const INSIDE_OUT: Case = Case {
     )
 };
 
-/// Time that a body is given to come back [s]: 5, but longer where
+/// Time to recover [s]: 5, but longer where
 ///
-/// - a solid gives 10 mm/N and more: its softest motion, 1000 kg on the four corners of a cube with a damping of
-///   τ = 0.1 s, loses a factor e of its speed in 2mα/τ = 50 s;
-/// - one sweep carries what n links lack to one link more. Gauss–Seidel leaves 1 − π²/n² of it, so that seven
-///   factors e, from ten times the length to 1 %, take 7n²/π² sweeps.
+/// - a solid has a compliance of 10 mm/N or more: its softest motion, 1000 kg on the four corners
+///   of a cube with a damping of τ = 0.1 s, loses a factor e of its speed in 2mα/τ = 50 s;
+/// - the error of n links propagates by one link per iteration. Gauss–Seidel leaves 1 − π²/n² of
+///   it, so that seven factors e, from ten times the length to 1 %, take 7n²/π² iterations.
 fn patience(member: &Member) -> f64 {
-    let sweeps = 60.0 * f64::from(member.substeps * member.iterations);
+    let iterations = 60.0 * f64::from(member.substeps * member.iterations);
     let slow = match member.shape {
         Shape::Rope(links) | Shape::Cloth(links) => {
-            7.0 * f64::from(links * links) / (PI * PI) / sweeps
+            7.0 * f64::from(links * links) / (PI * PI) / iterations
         }
         _ if is_solid(member) && member.compliance >= 1e-2 => 60.0,
         _ => 0.0,
@@ -118,7 +118,7 @@ fn patience(member: &Member) -> f64 {
     slow.max(5.0)
 }
 
-/// Linear drag in which what opens at once does not whirl on for ever [1/s].
+/// Linear drag that stops the rotation of bodies after fast expansion [1/s].
 const MEDIUM: f32 = 1.0;
 
 pub const TENFOLD: Case = Case {

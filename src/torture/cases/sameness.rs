@@ -1,21 +1,21 @@
-//! What must make no difference: how a body is turned, where it is, how large, in which order its
-//! vertices and constraints are.
+//! Invariance: the result must not depend on orientation, position, size, or the order of vertices
+//! and constraints.
 
 use super::*;
 use crate::solver::{Direct, RestShape, VertexIndex, deform::Random};
 use glam::{Mat3, Vec3};
 
-/// A rotation whose matrix has no zero and no simple ratio: (2, 3, 6)/7 and its turns.
+/// A rotation whose matrix has no zeros and no simple ratios: (2, 3, 6)/7 and its permutations.
 const TURN: Mat3 = Mat3::from_cols(
     Vec3::new(2.0 / 7.0, 3.0 / 7.0, 6.0 / 7.0),
     Vec3::new(3.0 / 7.0, -6.0 / 7.0, 2.0 / 7.0),
     Vec3::new(6.0 / 7.0, 2.0 / 7.0, -3.0 / 7.0),
 );
 
-/// Where to [m at 1 m].
+/// Translation [m at 1 m].
 const AWAY: Vec3 = Vec3::new(1.0, -2.0, 0.5);
 
-/// Vertices in another order, with who is where: `new_of[old]`.
+/// A permutation of the vertices: `new_of[old]`.
 fn renumbering(count: usize, seed: u32) -> Vec<u32> {
     let mut order: Vec<u32> = (0..count as u32).collect();
     shuffle(&mut order, seed);
@@ -44,7 +44,7 @@ fn renumbered(shape: &RestShape, new_of: &[u32]) -> RestShape {
     }
 }
 
-/// The body that nothing was done to, held by one side.
+/// The unchanged body, held by one side.
 fn plain(member: &Member) -> Result<World, TortureError> {
     let mut world = Member {
         scale: 1.0,
@@ -58,14 +58,15 @@ fn plain(member: &Member) -> Result<World, TortureError> {
     Ok(world)
 }
 
-/// The order in which constraints are solved must not show.
+/// Uses the direct solver for renumbered bodies, so that the order of the constraints has no
+/// influence.
 fn converge(member: &Member, world: &mut World) {
     if member.variant == "renumbered" && member.shape.kind() != Kind::Rope {
         world.bodies[0].effects.direct = Some(Direct {});
     }
 }
 
-/// Which vertex of the changed body is a vertex of the plain one.
+/// The vertex of the changed body for each vertex of the unchanged one.
 fn partner(member: &Member, count: usize) -> Vec<u32> {
     match member.variant {
         "renumbered" => renumbering(count, member.seed),
@@ -130,7 +131,7 @@ fn judge_same(run: &Run) -> Result<Vec<Figure>, TortureError> {
         undone(run.member, x.truncate()).distance(expected.truncate())
     });
     let most = f64::from(off.fold(0.0, f32::max)) / f64::from(base.topology.size);
-    // As in `time::fall`: what is rounded in a substep stays as a velocity.
+    // As in `time::fall`: the rounding error of a substep persists as a velocity.
     let n = run.end.tick as f64 * f64::from(run.end.settings.substeps.get());
     let limit = 1e-4 + ROUNDING * n;
     Ok(vec![Figure::new(
@@ -193,11 +194,12 @@ pub const SAME: Case = Case {
     any_body: false,
 };
 
-/// Root mean square strain of a rigid cloth of n cells that hangs by a side, while a substep does
-/// one sweep. Gravity lengthens a column by gh² a particle and substep. The link that carries k
-/// of n must pass k m g on: λ = −C/(2w) of a projection that shares C among two particles, over h²,
-/// is that force at C = 2kgh². Over its length L/n that is a strain of 2kngh²/L, 2n²gh²/(√3 L) over a
-/// column, root mean square, and by √3 less over all edges, two thirds of which hardly carry.
+/// Root mean square strain of a rigid cloth of n cells that hangs by a side, with one iteration per
+/// substep. Gravity lengthens a column by gh² per particle and substep. The link that carries k of
+/// n particles must transmit the force k m g: λ = −C/(2w) of a projection that divides C between
+/// two particles, over h², is that force at C = 2kgh². Relative to its length L/n that is a strain
+/// of 2kngh²/L; the root mean square over a column is 2n²gh²/(√3 L), and over all edges it is
+/// smaller by √3, because two thirds of them carry almost no load.
 fn sag(run: &Run) -> f64 {
     let Shape::Cloth(cells) = run.member.shape else {
         return 0.0;

@@ -1,14 +1,15 @@
-//! Long steps, short steps, steps of unequal length; coming to rest; and a long time.
+//! Long, short and unequal time steps; coming to rest; long runs.
 
 use super::*;
 use crate::solver::{Deformation, Ground, Rate, RollingResistance, Substeps, deform};
 use glam::{DVec3, Vec3};
 
-/// How far the centre of mass of a falling body is from where symplectic Euler puts it, over its
-/// way; `rate` is that of each tick.
+/// Distance of the center of mass of a falling body from the symplectic Euler solution, relative to
+/// the distance that it fell; `rate` is the rate of each tick.
 ///
-/// A displacement hv is rounded by up to εhv in each of n substeps, which stays as a velocity: after n of them up to
-/// εn‖y‖, as hvn²/2 is no more than n times the way.
+/// A displacement hv is rounded by up to εhv in each of n substeps, and the error persists as a
+/// velocity: after n substeps it is at most εn‖y‖, as hvn²/2 is at most n times the distance
+/// fallen.
 pub fn fall(run: &Run, rate: impl Fn(u64) -> f64) -> Figure {
     let (start, end) = (&run.start.bodies[0], &run.end.bodies[0]);
     let gravity = f64::from(run.end.settings.gravity.y);
@@ -34,7 +35,7 @@ pub fn fall(run: &Run, rate: impl Fn(u64) -> f64) -> Figure {
     )
 }
 
-/// The tick that takes ten times as long.
+/// The tick with ten times the duration.
 const HITCH: u64 = 20;
 
 fn rate_of(member: &Member, tick: u64) -> f64 {
@@ -109,8 +110,8 @@ fn on_ground(member: &Member, world: &mut World, above: f32) -> Result<(), Tortu
     Ok(())
 }
 
-/// How far the shape at the end is from that of a world that began the same with `share` of the substeps, over its
-/// size.
+/// Maximum distance between the final shapes with `shares[0]` and `shares[1]` times fewer substeps
+/// from the same start, relative to the size of the body.
 fn apart(run: &Run, shares: [u32; 2]) -> Result<f64, TortureError> {
     let of = |share: u32| -> Result<Vec<DVec3>, TortureError> {
         let mut world = run.start.clone();
@@ -182,9 +183,9 @@ pub const FINE: Case = Case {
     any_body: false,
 };
 
-/// Time to come to rest [s]. A mass m on springs of compliance α and damping τ loses its speed as e^(−t/(2mα/τ)): the
-/// softest motion of 1000 kg on the four corners of a cube takes 10 s and more for each factor e where edges give
-/// 1 mm/N with τ = 0.05 s.
+/// Time to come to rest [s]. A mass m on springs of compliance α and damping τ loses its speed as
+/// e^(−t/(2mα/τ)): with edges of 1 mm/N and τ = 0.05 s, the softest motion of 1000 kg on the four
+/// corners of a cube takes at least 10 s for each factor e.
 fn settling(member: &Member) -> f64 {
     if is_solid(member) && member.compliance >= 1e-3 {
         60.0
@@ -244,7 +245,7 @@ pub const SETTLES: Case = Case {
     any_body: false,
 };
 
-/// Simulated time before creep is looked for [s].
+/// Simulated time before creep is measured [s].
 const TO_REST: f64 = 20.0;
 
 pub const HOUR: Case = Case {
@@ -335,5 +336,5 @@ pub const HOUR: Case = Case {
     any_body: false,
 };
 
-/// How fast it spins [rad/s].
+/// Angular speed [rad/s].
 const SPIN: f32 = 6.0;

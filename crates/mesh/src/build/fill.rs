@@ -1,4 +1,4 @@
-//! Fills a surface of unit size with a lattice of tetrahedra, and judges the result by its volume.
+//! Fills a surface of unit size with a lattice of tetrahedra and checks the volume of the result.
 
 use glam::{DVec3, UVec3};
 use rayon::prelude::*;
@@ -15,30 +15,31 @@ use crate::{
     tetrahedra_volume,
 };
 
-/// The volume of a filling may differ from that of its surface by this share.
+/// Accepted relative difference between the volume of a filling and that of its surface.
 const TOLERANCE: f64 = 0.05;
-/// A filling that keeps to the surface is taken as it is if it lacks no more than this share.
+/// A filling that does not extend beyond the surface is accepted if it lacks at most this fraction
+/// of the volume.
 const GOOD: f64 = 0.02;
-/// The resolutions that are tried when none is given.
+/// Resolutions that are tried when none is given.
 const AUTOMATIC: [u32; 4] = [12, 18, 27, 40];
-/// How far the tetrahedra may reach beyond the surface, in cells, to make up for parts too fine for
-/// them and for the volume between a curved surface and their flat faces.
+/// Maximum distance by which the tetrahedra may extend beyond the surface, in cells. It compensates
+/// for parts too fine for the lattice and for the volume between a curved surface and flat faces.
 const FARTHEST: f64 = 0.2;
-/// Distances are cut off here, in cells: farther than the ends of a cut edge can be.
+/// Distances are clamped to this, in cells; it exceeds the distance of any end of a cut edge.
 const LIMIT: f64 = 1.05;
-/// Halvings of that distance until the volume fits. Five leave 0.006 cells, less than 1 % of the
+/// Bisections of that distance until the volume fits. Five leave 0.006 cells, less than 1 % of the
 /// volume of a ball of ten cells.
 const HALVINGS: u32 = 5;
-/// A piece with less than this share of the largest piece's volume is dust.
+/// A piece with less than this fraction of the volume of the largest piece is removed.
 const DUST: f64 = 0.01;
-/// A surface whose area vector is a larger share of its area is a sheet. A closed surface has 0, a
-/// box without lid 0.2, a half sphere 0.5, a sheet 1.
+/// A surface is a sheet if the norm of its area vector exceeds this fraction of its area. A closed
+/// surface has 0, a box without lid 0.2, a half sphere 0.5, a sheet 1.
 const SHEET: f64 = 0.6;
-/// Points along the longest side at which the volume of a surface that is not simple is sampled.
+/// Sample points along the longest side for estimating the volume of a surface that is not simple.
 const SAMPLES: f64 = 24.0;
 
-/// The tetrahedra inside of a surface, with `cells` cubes along the longest side or as many as the
-/// volume needs.
+/// Fills a surface with tetrahedra, with `cells` cubes along the longest side, or as many as the
+/// volume requires.
 pub(super) fn fill(
     vertices: &[DVec3],
     triangles: &[[u32; 3]],
@@ -82,7 +83,7 @@ pub(super) fn fill(
     Ok(filling)
 }
 
-/// A surface as the boundary of something.
+/// A surface as the boundary of a solid.
 struct Solid<'a> {
     vertices: &'a [DVec3],
     triangles: &'a [[u32; 3]],
@@ -129,8 +130,7 @@ impl<'a> Solid<'a> {
         })
     }
 
-    /// The volume that counts as inside. A closed surface that overlaps nothing says it itself; of
-    /// any other it is sampled.
+    /// Enclosed volume: exact for a closed surface without self-overlap, sampled otherwise.
     fn volume(&self) -> f64 {
         let spacing = 1.0 / SAMPLES;
         let count = (self.half_extent * 2.0 / spacing).ceil().max(DVec3::ONE);
@@ -157,8 +157,8 @@ impl<'a> Solid<'a> {
         }
     }
 
-    /// The tetrahedra at a resolution, reaching so far beyond the surface that their volume is
-    /// right, if that is not too far.
+    /// Tetrahedra at a given resolution, extended beyond the surface as far as needed for the
+    /// volume, within the limit.
     fn fill(&self, cells: u32, volume: f64) -> Result<TetMesh, MeshError> {
         let lattice = Lattice::around(self.half_extent, 1.0 / f64::from(cells));
         let mut distances = self.distances(&lattice);
@@ -183,15 +183,16 @@ impl<'a> Solid<'a> {
         reaching(far)
     }
 
-    /// Signed distances of a lattice's points from the surface, positive inside. Beyond a cell or
-    /// two only the sign matters, and the distance is cut off.
+    /// Signed distances of the lattice points from the surface, positive inside. Beyond one or two
+    /// cells only the sign matters, and the distance is clamped.
     fn distances(&self, lattice: &Lattice) -> Vec<f64> {
         let limit = LIMIT * lattice.spacing;
         let of_row = |row: &[DVec3]| {
             let (mut inside, mut reach) = (false, 0.0);
             let signed = row.iter().map(|&point| {
                 let distance = self.enclosure.distance(point, limit);
-                // A point nearer to its neighbour than that one is to a closed surface is on its side.
+                // A point closer to its neighbor than the neighbor is to a closed surface lies on
+                // the same side.
                 if !self.closed || reach <= lattice.spacing {
                     inside = self.enclosure.contains(point);
                 }
@@ -209,7 +210,7 @@ fn volume_of(filling: &TetMesh) -> f64 {
     tetrahedra_volume(&filling.vertices, &filling.tetrahedra)
 }
 
-/// Leaves out pieces that are tiny beside the largest, and says how many pieces are left.
+/// Removes pieces that are tiny compared with the largest, and notes how many pieces remain.
 fn drop_dust(filling: &mut TetMesh, notes: &mut Vec<String>) {
     let piece = component_of_each(filling.vertices.len(), &filling.tetrahedra);
     let mut volumes: Vec<f64> = Vec::new();

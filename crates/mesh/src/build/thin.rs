@@ -1,9 +1,10 @@
-//! Keeps the parts of a solid that are too thin for its lattice: ears, handles, tails.
+//! Preserves parts of a solid that are too thin for its lattice: ears, handles, tails.
 //!
-//! A part between the lattice's points has no point inside, and would be missing, or be cut off from
-//! the rest. So the points nearest to the surface, which follow it everywhere without a gap, count
-//! as inside where they are needed: where no point inside is near, and where they connect what would
-//! come apart. Elsewhere they stay as they are, and the filling keeps to the surface.
+//! A part that lies between lattice points has no point inside, so it would be missing or
+//! disconnected. The lattice points nearest to the surface follow it everywhere without a gap. They
+//! are marked as inside where they are needed: where no inside point is near, and where they
+//! connect pieces that would be separate. Elsewhere they stay unchanged, and the filling keeps to
+//! the surface.
 
 use std::collections::BTreeMap;
 
@@ -14,14 +15,15 @@ use crate::{
     lattice::{Lattice, firm_points},
 };
 
-/// How deep inside a point counts, in cells, that is needed there though it is not.
+/// Depth, in cells, assigned to a point outside that is needed inside.
 const DEEP: f64 = 0.36;
-/// How far outside its neighbours count at most. Its edges are then cut at DEEP / (DEEP + NEAR) =
-/// 0.419 of their length or farther: far enough for the point to stay in place (see `WARP_SHORT`).
+/// Maximum distance assigned to its neighbors outside, in cells. Its edges are then cut at
+/// DEEP / (DEEP + NEAR) = 0.419 of their length or farther: far enough for the point to stay in
+/// place (see `WARP_SHORT`).
 const NEAR: f64 = 0.5;
 
-/// Changes the signed distances of a lattice's points so that the filling is connected wherever the
-/// surface is, and reaches everywhere that the surface does.
+/// Adjusts the signed distances of the lattice points so that the filling is connected wherever the
+/// surface is, and covers all of it.
 pub(super) fn keep_thin_parts(
     lattice: &Lattice,
     distances: &mut [f64],
@@ -45,8 +47,8 @@ pub(super) fn keep_thin_parts(
     }
 }
 
-/// The points of a lattice, among those that are not firmly inside, that must be so that the filling
-/// is connected and reaches everywhere that the surface does. Sorted.
+/// Lattice points not firmly inside that must count as inside for the filling to be connected and
+/// to cover the whole surface. Sorted.
 fn missing_points(
     lattice: &Lattice,
     distances: &[f64],
@@ -71,7 +73,7 @@ fn missing_points(
     });
     let neighbours = |point: u32| neighbours.get(&point).into_iter().flatten().copied();
 
-    // Far from all that is inside: needed in any case.
+    // Far from all inside points: always needed.
     let far: Vec<u32> = candidates
         .iter()
         .copied()
@@ -87,8 +89,8 @@ fn missing_points(
         }
     }
 
-    // Bridges between pieces, the deepest first, and none where two pieces are one already. Each
-    // point on the surface touches a piece now, so that two points are the longest bridge.
+    // Bridges between pieces, deepest first, skipped where the pieces are already connected. Each
+    // point on the surface now touches a piece, so a bridge has at most two points.
     let mut by_depth = candidates.clone();
     by_depth.sort_by(|a, b| distances[*b as usize].total_cmp(&distances[*a as usize]));
     let mut add = |point: u32, inside: &mut [bool], pieces: &mut Pieces| {
@@ -129,7 +131,7 @@ fn missing_points(
     needed
 }
 
-/// The lattice points that are nearest to some point of the surface, without the firm ones. Sorted.
+/// Lattice points that are nearest to some point of the surface, except firm ones. Sorted.
 fn points_on_surface(
     lattice: &Lattice,
     firm: &[bool],
@@ -140,7 +142,7 @@ fn points_on_surface(
     for triangle in triangles {
         let [a, b, c] = triangle.map(|i| vertices[i as usize]);
         let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
-        // Two samples in a cell, so that none is passed over.
+        // Two samples per cell, so that no point is missed.
         let steps = (2.0 * longest / lattice.spacing).ceil().max(1.0) as u32;
         for i in 0..=steps {
             for j in 0..=steps - i {

@@ -52,7 +52,7 @@ pub(super) fn balloon(radius: f32, cells: u32) -> RestShape {
     let corners = icosahedron();
     let mut numbers = BTreeMap::new();
     let mut vertices = Vec::new();
-    // A vertex is known by the corners that it lies between, and how near it is to each.
+    // A vertex is identified by the corners that it lies between and its weights.
     let mut vertex = |weights: [(usize, u32); 3]| {
         let mut key = weights;
         key.sort_unstable();
@@ -113,7 +113,7 @@ const FACES: [[usize; 3]; 20] = [
     [9, 8, 1],
 ];
 
-/// Corners of three golden rectangles that stand across each other.
+/// Corners of three mutually perpendicular golden rectangles.
 fn icosahedron() -> [DVec3; 12] {
     let golden = (1.0 + 5.0_f64.sqrt()) / 2.0;
     [

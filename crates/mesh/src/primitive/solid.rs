@@ -1,7 +1,7 @@
 //! Box, ball, torus and cylinder of tetrahedra.
 //!
-//! The box is a grid; the ball is stuffed with a lattice ([`lattice`](super::super::lattice)); torus
-//! and cylinder are a disc swept along a line, so that their surface is smooth and their ends flat.
+//! The box is a grid. The ball is filled by lattice stuffing ([`lattice`](super::super::lattice)).
+//! Torus and cylinder are a disc swept along a line, with a smooth surface and flat ends.
 
 use glam::{DVec2, DVec3, UVec3, Vec3};
 
@@ -14,8 +14,8 @@ use crate::{
 };
 use pliant_solver::RestShape;
 
-/// A box of cubes, each of five tetrahedra: one in the middle and one at each second corner. Cubes
-/// that share a face are mirrored, so that its two triangles are the same from both sides.
+/// A box of cubes, each of five tetrahedra: one in the middle and one at every second corner. Cubes
+/// that share a face are mirrored, so that both split it into the same triangles.
 pub(super) fn cuboid(size: Vec3, cells: UVec3) -> RestShape {
     let mut vertices = Vec::new();
     for k in 0..=cells.z {
@@ -31,7 +31,7 @@ pub(super) fn cuboid(size: Vec3, cells: UVec3) -> RestShape {
         for j in 0..cells.y {
             for i in 0..cells.x {
                 let odd = (i + j + k) % 2;
-                // The corner (x, y, z) of the cube, seen in a mirror along x in every second one.
+                // Corner (x, y, z) of the cube, mirrored along x in every second cube.
                 let corner = |x: u32, y: u32, z: u32| {
                     let at = UVec3::new(i + (x ^ odd), j + y, k + z);
                     at.x + (cells.x + 1) * (at.y + (cells.y + 1) * at.z)
@@ -72,8 +72,8 @@ pub(super) fn sphere(radius: f32, cells: u32) -> Result<RestShape, MeshError> {
     Ok(solid_of(scaled.collect(), ball.tetrahedra))
 }
 
-/// A unit disc of triangles in rings around its centre, 6k points on ring k, so that all triangles
-/// are nearly equilateral.
+/// A unit disc of triangles in rings around its center, with 6k points on ring k, which makes all
+/// triangles nearly equilateral.
 struct Disc {
     points: Vec<DVec2>,
     triangles: Vec<[u32; 3]>,
@@ -116,8 +116,8 @@ fn on_circle(k: u32, of: u32) -> DVec2 {
     DVec2::new(libm::cos(angle), libm::sin(angle))
 }
 
-/// Copies of a disc, one a station, joined by prisms of three tetrahedra each. The diagonal of each
-/// side of a prism starts at the smaller index, so that prisms that share a side agree.
+/// Copies of a disc, one per station, joined by prisms of three tetrahedra each. The diagonal of
+/// each side of a prism starts at the smaller index, so that adjacent prisms agree.
 fn sweep(
     disc: &Disc,
     stations: u32,
@@ -153,8 +153,8 @@ fn rings(cells: u32) -> u32 {
     cells.div_ceil(2)
 }
 
-/// Lengths of a cell that fit into a length, from `least`; the count is capped far above any limit
-/// so that it fits.
+/// Number of cells that fit into a length, at least `least`. The count is capped far above any
+/// limit, so that it does not overflow.
 fn spans(length: f64, cell: f64, least: u32) -> u32 {
     (length / cell).round().clamp(f64::from(least), 1e9) as u32
 }
@@ -175,7 +175,7 @@ fn cylinder_layers(radius: f32, height: f32, cells: u32) -> u32 {
     )
 }
 
-/// How many tetrahedra [`cylinder`] makes.
+/// Number of tetrahedra that [`cylinder`] makes.
 pub(super) fn cylinder_tetrahedra(radius: f32, height: f32, cells: u32) -> u64 {
     swept_tetrahedra(rings(cells), cylinder_layers(radius, height, cells))
 }
@@ -195,7 +195,7 @@ fn torus_stations(major: f32, minor: f32, cells: u32) -> u32 {
     spans(length, f64::from(minor) / f64::from(rings(cells)), 12)
 }
 
-/// How many tetrahedra [`torus`] makes.
+/// Number of tetrahedra that [`torus`] makes.
 pub(super) fn torus_tetrahedra(major: f32, minor: f32, cells: u32) -> u64 {
     swept_tetrahedra(rings(cells), torus_stations(major, minor, cells))
 }

@@ -1,8 +1,8 @@
-//! glTF 2.0, `.gltf` and `.glb`: the triangles of the default scene, each mesh once a node that
-//! shows it, with the node's transform.
+//! glTF 2.0, `.gltf` and `.glb`: the triangles of the default scene, each mesh once per node that
+//! refers to it, with the transform of the node.
 //!
-//! Materials, skins, morph targets and animations say how a surface looks or moves, and are passed
-//! over. Points and lines are left out with a note. Compressed and sparse data is refused.
+//! Materials, skins, morph targets and animations are ignored. Points and lines are left out with a
+//! note. Compressed and sparse data is rejected.
 
 use std::collections::BTreeSet;
 
@@ -47,8 +47,8 @@ pub fn read(file: &str, bytes: &[u8], beside: &Beside) -> Result<FileMesh, MeshE
     Ok(FileMesh::Surface(surface))
 }
 
-/// Refuses attributes of accessors that there are not: the gltf crate looks them up before it has
-/// checked them.
+/// Rejects attributes that refer to missing accessors: the gltf crate looks them up before
+/// validating them.
 fn check_attributes(json: &[u8]) -> Result<(), String> {
     let root: serde_json::Value = serde_json::from_slice(json).map_err(|e| e.to_string())?;
     let list =
@@ -113,7 +113,7 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
     Ok((json, Some(chunk(next, b"BIN\0", "binary data")?)))
 }
 
-/// What a file cannot be read without.
+/// Rejects required extensions that are not supported.
 fn refuse_extensions(file: &str, document: &Document) -> Result<(), MeshError> {
     const HARMLESS: [&str; 3] = ["KHR_materials", "KHR_texture", "EXT_texture"];
     let needed = document
@@ -129,8 +129,8 @@ fn refuse_extensions(file: &str, document: &Document) -> Result<(), MeshError> {
     }
 }
 
-/// Vertices and triangles that a scene may show beyond those that its buffers hold once. Nodes may
-/// share a mesh, and primitives their data, so that a short file could stand for any number.
+/// Limit on vertices and triangles of a scene beyond those in its buffers. Nodes may share a mesh,
+/// and primitives their data, so a short file could expand without limit.
 const MAX_REPEATED: usize = 4_000_000;
 
 struct Reader<'a> {
@@ -138,7 +138,7 @@ struct Reader<'a> {
     data: Data<'a>,
     surface: SurfaceMesh,
     other_primitives: usize,
-    /// Nodes that were seen, since one may have one parent only.
+    /// Visited nodes; a node may have only one parent.
     visited: BTreeSet<usize>,
 }
 
@@ -149,7 +149,7 @@ impl Reader<'_> {
             .or_else(|| document.scenes().next());
         let mut waiting: Vec<(Node, DMat4)> = match scene {
             Some(scene) => scene.nodes().map(|n| (n, DMat4::IDENTITY)).collect(),
-            // A library of meshes, without a scene.
+            // A mesh library without a scene.
             None => {
                 for mesh in document.meshes() {
                     self.mesh(&mesh, DMat4::IDENTITY)?;

@@ -1,6 +1,6 @@
-//! The numbers of a glTF file: buffers, and what accessors make of them.
+//! Numeric data of a glTF file: buffers and accessors.
 //!
-//! Every range is checked against the bytes that are there before it is read.
+//! Every range is checked against the available bytes before it is read.
 
 use std::borrow::Cow;
 
@@ -19,19 +19,19 @@ use gltf::{
 use super::{Beside, gltf::content};
 use crate::MeshError;
 
-/// Of data URIs, whose padding may be missing.
+/// Decoder for data URIs, whose padding may be missing.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
     &STANDARD,
     GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
 );
 
-/// The bytes of all buffers.
+/// Bytes of all buffers.
 pub struct Data<'a> {
     buffers: Vec<Cow<'a, [u8]>>,
 }
 
 impl<'a> Data<'a> {
-    /// Loads the buffers, from wherever they are.
+    /// Loads the buffers from the GLB chunk, data URIs or files.
     pub fn load(
         file: &str,
         document: &Document,
@@ -87,12 +87,12 @@ impl<'a> Data<'a> {
         Ok(Self { buffers })
     }
 
-    /// How many bytes all buffers have.
+    /// Total size of all buffers in bytes.
     pub fn bytes(&self) -> usize {
         self.buffers.iter().map(|bytes| bytes.len()).sum()
     }
 
-    /// Positions of vertices.
+    /// Vertex positions.
     pub fn positions(&self, accessor: &Accessor) -> Result<Vec<DVec3>, String> {
         if (accessor.data_type(), accessor.dimensions()) != (DataType::F32, Dimensions::Vec3) {
             return Err("has positions that are not three floats each".into());
@@ -110,7 +110,7 @@ impl<'a> Data<'a> {
             .collect())
     }
 
-    /// Indices of vertices.
+    /// Vertex indices.
     pub fn indices(&self, accessor: &Accessor) -> Result<Vec<u32>, String> {
         if accessor.dimensions() != Dimensions::Scalar {
             return Err("has indices that are not one number each".into());
@@ -126,7 +126,7 @@ impl<'a> Data<'a> {
         }
     }
 
-    /// The items of an accessor, `N` bytes each.
+    /// Items of an accessor, `N` bytes each.
     fn items<const N: usize>(
         &self,
         accessor: &Accessor,

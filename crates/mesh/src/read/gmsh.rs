@@ -1,8 +1,7 @@
-//! Gmsh `.msh`, format 2.2 and 4.1, as ASCII: `$Nodes` and `$Elements`; other sections are passed
-//! over.
+//! Gmsh `.msh`, format 2.2 and 4.1, as ASCII: `$Nodes` and `$Elements`; other sections are ignored.
 //!
-//! Tetrahedra, triangles and quadrilaterals are taken, of higher order by their corners. Reference:
-//! the Gmsh manual, sections "MSH file format" and "MSH file format version 2 (Legacy)".
+//! Tetrahedra, triangles and quadrilaterals are imported; higher-order elements by their corners.
+//! Reference: the Gmsh manual, sections "MSH file format" and "MSH file format version 2 (Legacy)".
 
 use std::collections::BTreeMap;
 
@@ -12,7 +11,7 @@ use super::text::{Word, Words, decode};
 use crate::{FileMesh, MeshError};
 
 pub fn read(file: &str, bytes: &[u8]) -> Result<FileMesh, MeshError> {
-    // A binary file has its format in text at the top, and is not UTF-8 after that.
+    // A binary file declares its format in text at the top and is not UTF-8 after that.
     let text = decode(file, bytes).map_err(|not_text| {
         let head = String::from_utf8_lossy(&bytes[..bytes.len().min(64)]);
         let format = version(&mut Words::new(file, &head));
@@ -87,7 +86,7 @@ fn pass_over(words: &mut Words, section: &str) -> Result<(), MeshError> {
 struct Reader {
     version: Version,
     vertices: Vec<DVec3>,
-    /// Index of a vertex by the number that the file gives it.
+    /// Vertex index by node tag.
     by_tag: BTreeMap<u64, u32>,
     tetrahedra: Vec<[u32; 4]>,
     triangles: Vec<[u32; 3]>,
@@ -171,7 +170,7 @@ impl Reader {
         expect(words, "$EndElements")
     }
 
-    /// The nodes of an element. Its corners come first, whatever its order.
+    /// Nodes of an element. Its corners come first, whatever its order.
     fn element(&mut self, kind: u64, words: &mut Words) -> Result<(), MeshError> {
         match kind {
             2 | 9 => {
@@ -186,7 +185,7 @@ impl Reader {
                 let tetrahedron = self.corners(words)?;
                 self.tetrahedra.push(tetrahedron);
             }
-            // Points and lines belong to any file, and are nothing to speak of.
+            // Points and lines are common in these files and ignored without a note.
             1 | 8 | 15 => {}
             _ => self.other_elements += 1,
         }

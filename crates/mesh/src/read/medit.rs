@@ -1,5 +1,5 @@
 //! Medit `.mesh`, as ASCII: vertices, tetrahedra, triangles and quadrilaterals; other sections are
-//! passed over.
+//! ignored.
 //!
 //! Reference: Frey, "MEDIT: An interactive mesh visualization software" (2001), section 5.
 
@@ -81,7 +81,7 @@ fn elements<const N: usize>(
     Ok(())
 }
 
-/// A section of no interest: a count, and as many lines.
+/// Skips a section: a count and as many lines.
 fn pass_over(words: &mut Words, name: &str) -> Result<(), MeshError> {
     let what = format!("the number of lines of {name}");
     for _ in 0..words.next().whole(&what)? {

@@ -1,7 +1,7 @@
-//! Wavefront OBJ: `v` and `f`; everything else says how a surface looks, and is passed over.
+//! Wavefront OBJ: `v` and `f`; everything else is ignored.
 //!
-//! Polygons are split into triangles that fan out from their first corner. A corner may be `v`,
-//! `v/vt`, `v//vn` or `v/vt/vn`; a negative index counts back from the last vertex so far.
+//! Polygons are split into triangle fans from their first corner. A corner may be `v`, `v/vt`,
+//! `v//vn` or `v/vt/vn`; a negative index is relative to the last vertex so far.
 
 use glam::DVec3;
 
@@ -33,7 +33,7 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<FileMesh, MeshError> {
     Ok(FileMesh::Surface(surface))
 }
 
-/// The next word of a line, which goes on in the next if it ends with a backslash.
+/// Next word of a line; a backslash at the end continues the line.
 fn next_in_line<'a>(words: &mut Words<'a>) -> Option<Word<'a>> {
     match words.next_in_line() {
         Some(Word {

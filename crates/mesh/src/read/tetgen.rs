@@ -1,7 +1,8 @@
 //! TetGen: points in a `.node` file, tetrahedra in the `.ele` file of the same name.
 //!
-//! Numbered from 0 or from 1, which the first point says; attributes and markers are passed over;
-//! tetrahedra with ten nodes are taken by their corners. Reference: Si, TetGen manual 1.5, section 5.
+//! Numbering starts at 0 or 1, as given by the first point. Attributes and markers are ignored;
+//! tetrahedra with ten nodes are imported by their corners. Reference: Si, TetGen manual 1.5,
+//! section 5.
 
 use glam::DVec3;
 
@@ -11,11 +12,11 @@ use super::{
 };
 use crate::{FileMesh, MeshError, TetMesh};
 
-/// Reads a pair by the name and the bytes of either.
+/// Reads a pair, given the name and the bytes of either file.
 pub fn read(file: &str, bytes: &[u8], beside: &Beside) -> Result<FileMesh, MeshError> {
     let (stem, ending) = file.rsplit_once('.').unwrap_or((file, ""));
     let is_node = ending.eq_ignore_ascii_case("node");
-    // In upper case if the one that was asked for is.
+    // In upper case if the requested extension is.
     let shouted = ending.chars().all(|c| c.is_ascii_uppercase());
     let other = match (is_node, shouted) {
         (true, false) => "ele",
@@ -43,7 +44,7 @@ pub fn read(file: &str, bytes: &[u8], beside: &Beside) -> Result<FileMesh, MeshE
     }))
 }
 
-/// The points, and the number of the first.
+/// Points, and the number of the first one.
 fn nodes(file: &str, bytes: &[u8]) -> Result<(Vec<DVec3>, u64), MeshError> {
     let mut words = Words::new(file, decode(file, bytes)?);
     let count = words.next().whole("the number of points")?;

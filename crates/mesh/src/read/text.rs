@@ -1,10 +1,10 @@
-//! Words of a text file, each with the line that it stands in, so that errors can say where.
+//! Tokens of a text file with their line numbers, for error messages.
 
 use glam::DVec3;
 
 use crate::MeshError;
 
-/// A file as text.
+/// Decodes a file as text.
 ///
 /// # Errors
 /// [`MeshError::Text`] at the first byte that is not UTF-8, or at line 1 if the file is empty.
@@ -24,7 +24,7 @@ pub fn decode<'a>(file: &str, bytes: &'a [u8]) -> Result<&'a str, MeshError> {
             "text in UTF-8",
         )
     })?;
-    // Some editors put a byte order mark first.
+    // Some editors write a byte order mark.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     if text.trim().is_empty() {
         return Err(error(1, "an empty file".into(), "a mesh"));
@@ -42,7 +42,7 @@ pub struct Word<'a> {
 }
 
 impl<'a> Word<'a> {
-    /// The error that this word is not what was expected.
+    /// Error for an unexpected word.
     pub fn wrong(&self, expected: impl Into<String>) -> MeshError {
         MeshError::Text {
             file: self.file.into(),
@@ -55,12 +55,12 @@ impl<'a> Word<'a> {
         }
     }
 
-    /// The word itself.
+    /// The word, or an error at the end of the file.
     pub fn get(&self, expected: &str) -> Result<&'a str, MeshError> {
         self.text.ok_or_else(|| self.wrong(expected))
     }
 
-    /// A finite number.
+    /// Parses a finite number.
     pub fn number(&self, expected: &str) -> Result<f64, MeshError> {
         let number = self.text.and_then(|text| text.parse::<f64>().ok());
         number
@@ -68,13 +68,13 @@ impl<'a> Word<'a> {
             .ok_or_else(|| self.wrong(format!("{expected}, a finite number")))
     }
 
-    /// A whole number from 0.
+    /// Parses an integer from 0.
     pub fn whole(&self, expected: &str) -> Result<u64, MeshError> {
         let number = self.text.and_then(|text| text.parse().ok());
         number.ok_or_else(|| self.wrong(format!("{expected}, a whole number from 0")))
     }
 
-    /// The index of one of `count` things that the file numbers from `base`.
+    /// Parses the index of one of `count` items that the file numbers from `base`.
     pub fn index(&self, what: &str, base: u64, count: usize) -> Result<u32, MeshError> {
         let index = self.text.and_then(|text| text.parse::<u64>().ok());
         index
@@ -88,7 +88,7 @@ impl<'a> Word<'a> {
     }
 }
 
-/// So much of a word as an error should repeat.
+/// Shortens a word for an error message.
 fn abridged(text: &str) -> String {
     const LONGEST: usize = 40;
     if text.chars().count() <= LONGEST {
@@ -97,7 +97,7 @@ fn abridged(text: &str) -> String {
     text.chars().take(LONGEST).chain(['…']).collect()
 }
 
-/// The words of a file, without comments from `#` to the end of a line.
+/// Words of a file; comments from `#` to the end of a line are skipped.
 pub struct Words<'a> {
     file: &'a str,
     lines: std::iter::Enumerate<std::str::Lines<'a>>,
@@ -115,7 +115,7 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// The next word, in this line or a later one.
+    /// Next word, on this line or a later one.
     pub fn next(&mut self) -> Word<'a> {
         loop {
             if let Some(text) = self.rest.next() {
@@ -130,18 +130,18 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// The next word of the same line.
+    /// Next word on the same line.
     pub fn next_in_line(&mut self) -> Option<Word<'a>> {
         let text = self.rest.next()?;
         Some(self.word(Some(text)))
     }
 
-    /// Leaves out what is left of this line.
+    /// Skips the rest of the line.
     pub fn skip_line(&mut self) {
         self.rest = "".split_whitespace();
     }
 
-    /// The next three words as a point.
+    /// Parses the next three words as a point.
     pub fn point(&mut self) -> Result<DVec3, MeshError> {
         let x = self.next().number("the x coordinate")?;
         let y = self.next().number("the y coordinate")?;

@@ -1,51 +1,52 @@
-//! A sphere of skin around a gas or a liquid (Young 1805, Laplace 1806).
+//! A spherical skin filled with a gas or a liquid (Young 1805, Laplace 1806).
 
-/// A filled sphere that nothing else pushes at, small changes of its thickness apart.
+/// A filled sphere without other loads; small changes of its thickness are neglected.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Balloon {
     /// Radius R₀ at rest [m], above 0.
     pub radius: f64,
-    /// f, the volume that the filling would have by itself over that at rest, above 0.
+    /// f, the free volume of the filling over the rest volume, above 0.
     pub factor: f64,
-    /// Bulk modulus K of the filling [Pa], above 0: it pushes with K (f V₀/V − 1). ∞ keeps its volume.
+    /// Bulk modulus K of the filling [Pa], above 0: its overpressure is K (f V₀/V − 1). ∞ keeps its
+    /// volume.
     pub bulk_modulus: f64,
-    /// Et/(1 − ν) of a skin of Saint Venant and Kirchhoff's material [N/m], from 0.
+    /// Et/(1 − ν) of a skin of Saint Venant–Kirchhoff material [N/m], from 0.
     pub membrane: f64,
-    /// Stiffness k of a skin of springs [N/m], from 0, which stores ½k(s − 1)² per area at rest twice over,
-    /// once for each direction: √3 over their compliance for a lattice of equilateral triangles.
+    /// Stiffness k of a skin of springs [N/m], from 0, which stores ½k(s − 1)² per rest area for
+    /// each of two directions: √3 over their compliance for a lattice of equilateral triangles.
     pub lattice: f64,
 }
 
-/// Halvings of a bracket: more than a double has bits.
+/// Bisection steps: more than the bits of a double.
 const HALVINGS: u32 = 60;
 
 impl Balloon {
-    /// Its radius at rest under its own pressure [m].
+    /// Equilibrium radius [m].
     #[must_use]
     pub fn filled_radius(&self) -> f64 {
         self.radius * self.stretch()
     }
 
-    /// Its overpressure then [Pa]: 2σ/R.
+    /// Equilibrium overpressure [Pa]: 2σ/R.
     #[must_use]
     pub fn overpressure(&self) -> f64 {
         let stretch = self.stretch();
         2.0 * self.tension(stretch) / (self.radius * stretch)
     }
 
-    /// Tension σ of the skin [N/m] where it is `s` times as long as at rest: what it stores grows by
-    /// 2σ s ds per area at rest.
+    /// Tension σ of the skin [N/m] at the stretch `s`: the stored energy grows by 2σ s ds per rest
+    /// area.
     fn tension(&self, s: f64) -> f64 {
         0.5 * self.membrane * (s * s - 1.0) + self.lattice * (s - 1.0) / s
     }
 
-    /// s, by how much it is larger than at rest: where K (f/s³ − 1) is 2σ/R.
+    /// Equilibrium stretch s: where K (f/s³ − 1) is 2σ/R.
     fn stretch(&self) -> f64 {
         let own = self.factor.cbrt();
         if self.bulk_modulus.is_infinite() {
             return own;
         }
-        // The filling alone would be `own`, the skin alone 1.
+        // The filling alone would have `own`, the skin alone 1.
         let (mut low, mut high) = (own.min(1.0), own.max(1.0));
         for _ in 0..HALVINGS {
             let s = 0.5 * (low + high);
@@ -84,7 +85,7 @@ mod tests {
 
     #[test]
     fn tension_is_the_slope_of_what_is_stored() {
-        // Per area at rest: a membrane stores ¼ Et/(1 − ν) (s² − 1)², springs k (s − 1)².
+        // Per rest area: a membrane stores ¼ Et/(1 − ν) (s² − 1)², springs k (s − 1)².
         let stored =
             |s: f64| 0.25 * BALLOON.membrane * (s * s - 1.0).powi(2) + 300.0 * (s - 1.0).powi(2);
         let balloon = Balloon {

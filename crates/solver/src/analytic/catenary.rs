@@ -1,27 +1,27 @@
 //! The elastic catenary (Irvine, *Cable Structures*, 1981, §1.4).
 
-/// A cable that hangs between two points by its own weight.
+/// A cable that hangs between two points under its own weight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Catenary {
-    /// Weight per length at rest [N/m], above 0.
+    /// Weight per rest length [N/m], above 0.
     pub weight: f64,
-    /// Length at rest [m], above 0.
+    /// Rest length [m], above 0.
     pub length: f64,
-    /// Axial stiffness EA [N], above 0; ∞ does not stretch.
+    /// Axial stiffness EA [N], above 0; ∞ is inextensible.
     pub stiffness: f64,
-    /// How far the end is from the beginning, along the level [m], above 0.
+    /// Horizontal distance from the beginning to the end [m], above 0.
     pub span: f64,
-    /// How far the end is below the beginning [m].
+    /// Vertical distance of the end below the beginning [m].
     pub drop: f64,
 }
 
-/// Halvings of a bracket: more than a double has bits.
+/// Bisection steps: more than the bits of a double.
 const HALVINGS: u32 = 60;
 
 impl Catenary {
-    /// Points of the cable, at equal parts of its length at rest: how far from its beginning along
-    /// the level, and how far below it [m]. `None` where there is no such cable: it neither stretches
-    /// nor is as long as its ends are apart.
+    /// Points at equal intervals of the rest length, as the horizontal distance from the beginning
+    /// and the distance below it [m]. `None` if there is no such cable: an inextensible one that is
+    /// shorter than the distance of its ends.
     #[must_use]
     pub fn points(&self, parts: u32) -> Option<Vec<[f64; 2]>> {
         let (level, upright) = self.pulls()?;
@@ -35,15 +35,15 @@ impl Catenary {
         Some((0..=parts).map(at).collect())
     }
 
-    /// How far the middle of its length hangs below the beginning [m].
+    /// Depth of the middle of its length below the beginning [m].
     #[must_use]
     pub fn middle(&self) -> Option<f64> {
         let (level, upright) = self.pulls()?;
         Some(self.at(self.length / 2.0, level, upright)[1])
     }
 
-    /// Where the piece is that is `s` along the cable at rest, if it pulls at its beginning with the
-    /// given forces [N], level and upright:
+    /// Position of the point at rest length `s` along the cable, for the given horizontal and
+    /// vertical forces at its beginning [N]:
     ///
     /// x = Hs/EA + (H/w)[asinh(V/H) − asinh((V − ws)/H)],
     /// y = (s/EA)(V − ws/2) + (1/w)[√(H² + V²) − √(H² + (V − ws)²)].
@@ -51,15 +51,15 @@ impl Catenary {
         let left = upright - self.weight * s;
         let x = level * s / self.stiffness
             + level / self.weight * ((upright / level).asinh() - (left / level).asinh());
-        // The difference of the roots, without losing digits where they are alike.
+        // Difference of the roots without cancellation.
         let roots = level.hypot(upright) + level.hypot(left);
         let y =
             s / self.stiffness * (upright - self.weight * s / 2.0) + s * (upright + left) / roots;
         [x, y]
     }
 
-    /// The forces at its beginning with which its end is where it should be, by halving: the end is
-    /// the lower the greater V is, and the farther the greater H is.
+    /// Forces at the beginning for which the end is in the right place, by bisection: the end moves
+    /// down as V grows, and away as H grows.
     fn pulls(&self) -> Option<(f64, f64)> {
         let apart = self.span.hypot(self.drop);
         let sound = [self.weight, self.length, self.stiffness, self.span];
@@ -74,14 +74,14 @@ impl Catenary {
             halve(self.weight * self.length, low)
         };
         let far = |level: f64| self.at(self.length, level, upright(level))[0] - self.span;
-        // Level pulls of any size are within a few powers of e of the weight.
+        // Horizontal forces of any size are within a few powers of e of the weight.
         let pull = |power: f64| self.weight * self.length * power.exp();
         let level = pull(halve(1.0, |power| far(pull(power))));
         Some((level, upright(level)))
     }
 }
 
-/// Where a function that rises is 0, from a first guess of how far that may be from 0.
+/// Root of an increasing function, starting from an estimate of its magnitude.
 fn halve(scale: f64, function: impl Fn(f64) -> f64) -> f64 {
     let mut reach = scale;
     for _ in 0..HALVINGS {
@@ -124,8 +124,8 @@ mod tests {
 
     #[test]
     fn a_cable_that_does_not_stretch_is_a_hyperbolic_cosine() {
-        // y = a cosh(x/a) between level ends 2 m apart with a = 1: half as long as sinh 1, and
-        // cosh 1 − 1 deep.
+        // y = a cosh(x/a) between level ends 2 m apart with a = 1: half the length is sinh 1, and
+        // the depth is cosh 1 − 1.
         let cable = Catenary {
             weight: 3.0,
             length: 2.0 * 1.0_f64.sinh(),
@@ -158,8 +158,8 @@ mod tests {
             let [first, last] = [points[0], points[3000]];
             assert_eq!(first, [0.0, 0.0]);
             assert!((last[0] - span).hypot(last[1] - drop) < 1e-9, "{last:?}");
-            // Every piece carries T = √(H² + (V − ws)²), and is l(1 + T/EA) long. H is the same along
-            // all of it. A chord is shorter than its arc by (κl)²/24, and κ is w/H at most.
+            // Every piece carries T = √(H² + (V − ws)²) and has the length l(1 + T/EA). H is
+            // constant. A chord is shorter than its arc by (κl)²/24, and κ is at most w/H.
             let (level, upright) = cable.pulls().expect("there is one");
             for (part, ends) in points.windows(2).enumerate() {
                 let long = (ends[1][0] - ends[0][0]).hypot(ends[1][1] - ends[0][1]);

@@ -1,44 +1,44 @@
 //! The heavy elastica (Wang, *A Critical Review of the Heavy Elastica*, 1986).
 
-/// A strip that is held at one end and bends under its own weight, however far: Bθ″ + w(L − s) cos θ = 0.
-/// Lengths are in shares of its own.
+/// A strip clamped at one end that bends under its own weight by any amount:
+/// Bθ″ + w(L − s) cos θ = 0. Lengths are fractions of its length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Elastica {
-    /// wL³/B, with its weight by area w [N/m²], its length L [m] and its flexural rigidity B [N·m];
-    /// above 0.
+    /// wL³/B, with the weight per area w [N/m²], the length L [m] and the flexural rigidity B
+    /// [N·m]; above 0.
     pub load: f64,
-    /// How steeply it rises where it is held [rad], between −π/2 and 1: one that stands more upright
-    /// may topple to either side.
+    /// Slope at the clamp [rad], between −π/2 and 1: a steeper strip may fall to either side.
     pub clamp: f64,
 }
 
-/// Parts that the strip is divided into.
+/// Number of intervals of the discretization.
 const PARTS: usize = 2000;
-/// The load grows to what it is by this factor at a time, so that the strip stays the one that hangs:
-/// under a large load there are others, which wind to and fro.
+/// Factor by which the load is ramped up in each stage, so that Newton's method stays on the branch
+/// of the hanging strip: large loads have other solutions, which oscillate.
 const GROWTH: f64 = 4.0;
-/// The largest load: the bend is √(B/(wL)) long, six parts.
+/// Largest load: the bend has the length √(B/(wL)), six intervals.
 const MAX_LOAD: f64 = 1e5;
-/// Steps of Newton's method at a load, at most.
+/// Maximum number of Newton steps per load.
 const MAX_STEPS: u32 = 100;
 
 impl Elastica {
-    /// Points of the strip, at equal parts of its length, at most 2000: how far along the level from
-    /// where it is held, and how far above it, in lengths. `None` if the load is not a number above 0,
-    /// or so large that the bend at the clamp is not to be told from a kink.
+    /// Points at equal intervals of the length, at most 2000: horizontal distance from the clamp
+    /// and height above it, in lengths. `None` if the load is not a number above 0, or so large
+    /// that the bend at the clamp is not resolved.
     #[must_use]
     pub fn points(&self, parts: usize) -> Option<Vec<[f64; 2]>> {
         let every = (PARTS / parts.max(1)).max(1);
         Some(self.places()?.step_by(every).collect())
     }
 
-    /// Where its free end is, in lengths; `None` as of [`points`](Self::points).
+    /// Position of the free end, in lengths; `None` under the same conditions as
+    /// [`points`](Self::points).
     #[must_use]
     pub fn end(&self) -> Option<[f64; 2]> {
         self.places()?.last()
     }
 
-    /// All points, from where it is held to its end.
+    /// All points, from the clamp to the free end.
     fn places(&self) -> Option<impl Iterator<Item = [f64; 2]>> {
         let known = self.load > 0.0 && self.load <= MAX_LOAD && self.clamp.is_finite();
         if !known {
@@ -57,12 +57,12 @@ impl Elastica {
     }
 
     /// θ at the points, by central differences: Newton's method on
-    /// θ₋ − 2θ + θ₊ = h²(wL³/B)(1 − s) cos θ, with no curvature at the end.
+    /// θ₋ − 2θ + θ₊ = h²(wL³/B)(1 − s) cos θ, with zero curvature at the free end.
     fn angles(&self) -> Vec<f64> {
         let mut angles = vec![self.clamp; PARTS + 1];
         let mut load = self.load.min(1.0);
         loop {
-            // Some five steps are enough; below this it is rounding that moves the angles.
+            // About five steps are enough; below this the changes are rounding errors.
             for _ in 0..MAX_STEPS {
                 if change(&mut angles, load) < 1e-11 {
                     break;
@@ -76,10 +76,10 @@ impl Elastica {
     }
 }
 
-/// One step of Newton's method, by elimination in a tridiagonal system; how far it went [rad].
+/// One Newton step, by elimination in a tridiagonal system; returns its size [rad].
 fn change(angles: &mut [f64], load: f64) -> f64 {
     let step = 1.0 / PARTS as f64;
-    // Of each row what is above its diagonal and its right side, once those before are eliminated.
+    // Superdiagonal entry and right-hand side of each row after elimination of the rows before it.
     let mut rows = vec![(0.0, 0.0); PARTS + 1];
     for index in 1..=PARTS {
         let weight = step * step * load * (1.0 - index as f64 * step);
@@ -120,18 +120,19 @@ mod tests {
 
     #[test]
     fn a_strip_that_hardly_bends_hangs_as_a_beam_and_one_that_bends_far_as_peirce_says() {
-        // wL⁴/(8B), to first order in (wL³/B)², which is 1e-6 here, and in the square of a part.
+        // wL⁴/(8B), to first order in (wL³/B)², which is 1e-6 here, and in the square of an
+        // interval.
         let [_, y] = level(1e-3);
         assert!((-y / (1e-3 / 8.0) - 1.0).abs() < 1e-5, "{y}");
-        // Where the bending length c = (B/w)^(1/3) is half of what hangs over, the chord is 41.5° below
-        // the level: the angle that testers of fabrics have.
+        // Where the bending length c = (B/w)^(1/3) is half of the overhang, the chord is 41.5°
+        // below the horizontal: the angle used in fabric testing.
         let angle = |load: f64| {
             let [x, y] = level(load);
             (-y).atan2(x)
         };
         assert!((angle(8.0).to_degrees() - 41.5).abs() < 0.05);
-        // Peirce (1930): c = L (cos(θ/2)/(8 tan θ))^(1/3), a factor found by trial on the formula for
-        // small angles, which the elastica leaves by 5 % at 62°.
+        // Peirce (1930): c = L (cos(θ/2)/(8 tan θ))^(1/3), an empirical factor on the formula for
+        // small angles, which deviates from the elastica by 5 % at 62°.
         for load in [2.0, 8.0, 20.0] {
             let angle = angle(load);
             let peirce = f64::cbrt((angle / 2.0).cos() / (8.0 * angle.tan()));
@@ -144,7 +145,7 @@ mod tests {
     fn a_strip_under_a_large_load_hangs_straight_down_but_for_its_bend_at_the_clamp() {
         for load in [100.0, 160.0, 560.0, 2000.0, 4000.0] {
             let [x, y] = level(load);
-            // It turns down within some bending lengths (B/w)^(1/3), of which the far half has no say:
+            // It turns down within a few bending lengths (B/w)^(1/3), independent of the far half:
             // the weight below pulls with wL, so √(B/(wL)) = load^(−1/2) is the length of the bend.
             let bend = load.powf(-0.5);
             assert!(x > 0.5 * bend && x < 2.5 * bend, "{load}: {x}");
@@ -154,7 +155,7 @@ mod tests {
 
     #[test]
     fn a_stiff_strip_keeps_the_slope_of_its_clamp() {
-        // It turns by at most wL³/(6B), 2e-4 here.
+        // Its rotation is at most wL³/(6B), 2e-4 here.
         for clamp in [-1.2_f64, 0.4, 1.0] {
             let [x, y] = Elastica { load: 1e-3, clamp }.end().expect("sound");
             assert!((y.atan2(x) - clamp).abs() < 2e-4);

@@ -1,8 +1,7 @@
-//! Shapes that mathematics knows: what a continuum looks like at rest, under its own weight or its own
-//! pressure.
+//! Analytic solutions: shape of a continuum at rest under its own weight or internal pressure.
 //!
-//! The study holds answers of the solver against them, and the window draws them over its bodies. In
-//! `f64`, and independent of everything else in the crate.
+//! The study compares the solver with them, and the window draws them over the bodies. Computed in
+//! `f64`, independent of the rest of the crate.
 
 mod balloon;
 mod catenary;

@@ -1,4 +1,4 @@
-//! How a body answers to [colliders](super::collider).
+//! Response of a body to [colliders](super::collider).
 
 use super::{
     ContactMultiplier,
@@ -35,9 +35,10 @@ pub struct Collide {
     pub restitution: Restitution,
 }
 
-/// Pushes every particle out of colliders, one after the other. What it keeps are multipliers of earlier passes, or nothing.
+/// Resolves penetration of every particle with colliders, one after the other. Its state is the
+/// multipliers of earlier passes, or empty.
 impl BodyEffect for Collide {
-    /// For each particle that of the collider which it has touched last.
+    /// For each particle, the multiplier of the collider that it touched last.
     type State = Vec<ContactMultiplier>;
     type Scope = EachParticle;
     type ReferenceState = Vec<Pushed>;
@@ -78,11 +79,12 @@ impl BodyEffect for Collide {
     }
 }
 
-/// Pushes every particle out of a collider, the one of this number. `kept` are multipliers of earlier passes, or empty.
+/// Resolves penetration of every particle with collider number `number`. `kept` are multipliers of
+/// earlier passes, or empty.
 ///
-/// The way of a particle is seen from the collider, so that a collider that moves fast, or a
-/// particle that does, is met where it came in, whichever of the two has moved. Says whether there was
-/// one to push.
+/// The path of a particle is taken relative to the collider, so that a fast collider or a fast
+/// particle is hit at the point of entry, whichever of the two has moved. Returns whether any
+/// particle was pushed.
 fn push_out(
     particles: Part,
     response: &Response,
@@ -108,7 +110,7 @@ fn push_out(
         let from = collider.from.undo(place + began);
         let lifted = || pushed.then(|| collider.shape.approach(to));
         if let Some(exit) = collider.shape.exit(from, to).or_else(lifted) {
-            // What another collider has done is not this one's to take back.
+            // The multiplier of another collider is not reused.
             if multiplier.surface != number {
                 *multiplier = ContactMultiplier {
                     surface: number,
@@ -132,8 +134,7 @@ fn push_out(
     any
 }
 
-/// A ball that holds a collider all the way through a substep: what stays outside of it is not looked
-/// at any closer.
+/// A ball that contains a collider throughout a substep, for early rejection of particles outside.
 #[derive(Debug, Clone, Copy)]
 struct Reach {
     middle: Vec4,
@@ -145,7 +146,7 @@ impl Reach {
         let (from, to) = (collider.from.translation, collider.to.translation);
         let middle = ((from + to) / 2.0).as_vec3();
         let radius = collider.shape.reach() + (from.distance(to) / 2.0) as f32;
-        // More than all roundings here.
+        // More than all rounding errors here.
         let margin = 1e-5 * (radius + middle.length());
         Self {
             middle: middle.extend(0.0),
@@ -153,7 +154,7 @@ impl Reach {
         }
     }
 
-    /// Whether a particle that goes from p by u can be in it.
+    /// Whether a particle that moves from p by u may touch the ball.
     fn has(self, p: Vec4, u: Vec4) -> bool {
         let apart = (p - self.middle).truncate();
         let most = self.radius * 1.00001 + u.truncate().length();

@@ -1,23 +1,23 @@
-//! Rigid colliders, still or moving on a given path.
+//! Rigid colliders, static or moving on a given path.
 
 use super::{ColliderShape, Path, Pose};
 use crate::{InvalidValue, Settings};
 use glam::{DVec3, Vec3};
 
-/// A rigid shape that bodies with [`Collide`] cannot enter. It is not moved by them.
+/// A rigid shape that bodies with [`Collide`] cannot enter. Contacts do not move it.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "bevy", derive(bevy_ecs::component::Component))]
 pub struct Collider {
-    /// The shape, about its own origin.
+    /// Shape, in the local frame.
     pub shape: ColliderShape,
-    /// Where it was put.
+    /// Initial pose.
     pub start: Pose,
-    /// How it moves from there.
+    /// Motion from there.
     pub path: Path,
 }
 
 impl Collider {
-    /// A still collider.
+    /// A static collider.
     ///
     /// # Errors
     /// [`InvalidValue`] if a size is not finite and positive.
@@ -28,20 +28,21 @@ impl Collider {
     /// A collider that follows a path.
     ///
     /// # Errors
-    /// [`InvalidValue`] if a size is not finite and positive, or the path's numbers make no sense.
+    /// [`InvalidValue`] if a size is not finite and positive, or if the path has invalid
+    /// parameters.
     pub fn moving(shape: ColliderShape, start: Pose, path: Path) -> Result<Self, InvalidValue> {
         shape.check()?;
         path.check()?;
         Ok(Self { shape, start, path })
     }
 
-    /// Where it is at a time [s].
+    /// Pose at a time [s].
     #[must_use]
     pub fn pose_at(&self, time: f64) -> Pose {
         self.path.pose(&self.start, time)
     }
 
-    /// What it does between two times [s].
+    /// Motion between two times [s].
     #[must_use]
     pub fn sweep(&self, from: f64, to: f64) -> SweptCollider {
         SweptCollider {
@@ -55,11 +56,11 @@ impl Collider {
 /// A collider over one substep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SweptCollider {
-    /// Its shape.
+    /// Shape, in the local frame.
     pub shape: ColliderShape,
-    /// Where it was at the start.
+    /// Pose at the start.
     pub from: Pose,
-    /// Where it is at the end.
+    /// Pose at the end.
     pub to: Pose,
 }
 
@@ -70,7 +71,7 @@ impl SweptCollider {
         self.from != self.to
     }
 
-    /// Whether it may touch anything in a box, both ends of its way and all between counted.
+    /// Whether it may touch anything in a box at any time during its motion.
     #[must_use]
     pub fn near(&self, low: Vec3, high: Vec3) -> bool {
         let (low, high) = (low.as_dvec3(), high.as_dvec3());
@@ -80,17 +81,17 @@ impl SweptCollider {
     }
 }
 
-/// What every collider does in each substep of a tick. Room that is kept from tick to tick, and no
-/// part of the state: any two are equal.
+/// Motion of all colliders in each substep of a tick. A cache that is reused between ticks and not
+/// part of the state: any two compare equal.
 #[derive(Debug, Clone, Default)]
 pub struct Swept {
-    /// One substep after the other, and the whole tick last.
+    /// One entry per substep, and the whole tick last.
     sweeps: Vec<SweptCollider>,
     colliders: usize,
 }
 
 impl Swept {
-    /// For a tick that begins at `time` [s].
+    /// Fills it for a tick that starts at `time` [s].
     pub fn fill<'c>(
         &mut self,
         colliders: impl Iterator<Item = &'c Collider> + Clone,
@@ -109,13 +110,13 @@ impl Swept {
         self.sweeps.extend(colliders.map(|c| c.sweep(time, end)));
     }
 
-    /// What they do in the tick.
+    /// Motion over the whole tick.
     #[must_use]
     pub fn whole(&self) -> &[SweptCollider] {
         &self.sweeps[self.sweeps.len() - self.colliders..]
     }
 
-    /// What they do in a substep.
+    /// Motion in a substep.
     #[must_use]
     pub fn of(&self, substep: u32) -> &[SweptCollider] {
         let first = substep as usize * self.colliders;

@@ -1,4 +1,4 @@
-//! A level ground, in two models: one with Coulomb friction and bounce, one that sticks.
+//! Horizontal ground plane, in two models: Coulomb friction with restitution, and sticking.
 
 use super::{
     ContactMultiplier,
@@ -19,7 +19,7 @@ use crate::{
 use glam::DVec3;
 use serde::{Deserialize, Deserializer, Serialize, de::Error as _};
 
-/// The body rests on a level ground with friction and bounce.
+/// Ground plane with friction and restitution.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Default)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -40,7 +40,7 @@ pub struct Ground {
     pub rolling_resistance: RollingResistance,
 }
 
-/// The body sticks to a level ground where it touches it.
+/// Ground plane that particles stick to on contact.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Default)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -55,21 +55,21 @@ pub struct StickyGround {
     pub height: f32,
 }
 
-/// A ground at no finite height is refused where it is read.
+/// Rejects a height that is not finite during deserialization.
 fn finite_height<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f32, D::Error> {
     let height = f32::deserialize(deserializer)?;
     finite("height", height).map_err(D::Error::custom)
 }
 
-/// What begins a substep below the ground comes up over this time τ [s], by a share h/τ of its depth a
-/// substep.
+/// Time constant τ [s] with which particles that begin a substep below the ground rise: a fraction
+/// h/τ of their depth per substep.
 ///
-/// Put onto the ground at once, a body that begins half below it would leave as fast as a substep is
-/// short: half a metre in 1/600 s is 300 m/s.
+/// Moved to the surface at once, a body that begins half below the ground would gain a velocity
+/// inversely proportional to the substep: half a meter in 1/600 s is 300 m/s.
 const UP_OVER: f64 = 0.4;
 
-/// Puts every particle that is below ground back onto it; one that began the substep below, towards it. What it keeps are
-/// multipliers of earlier passes, or nothing.
+/// Moves every particle below the ground back onto it; one that began the substep below, towards
+/// it. Its state is the multipliers of earlier passes, or empty.
 impl BodyEffect for Ground {
     type State = Vec<ContactMultiplier>;
     type Scope = EachParticle;
@@ -100,8 +100,8 @@ impl BodyEffect for Ground {
                 let (moved, began) = (u.truncate().as_dvec3(), c.truncate().as_dvec3());
                 let base = f64::from(p.y) - height;
                 let motion = moved - began;
-                // Of the position alone: to have been rounded, or to have bounced in an earlier sweep, is not
-                // to be below ground.
+                // From the position alone: rounding, or a bounce in an earlier iteration, does not
+                // count as being below the ground.
                 let below = -base;
                 let surface = if below > 0.0 && !response.bounces(motion.y / response.h) {
                     -below * (1.0 - come_up)
@@ -145,7 +145,8 @@ impl BodyEffect for Ground {
     }
 }
 
-/// A particle that is predicted below ground goes back to where it was, at ground level.
+/// Moves a particle that is predicted below the ground back to its previous position, at ground
+/// level.
 impl BodyEffect for StickyGround {
     type State = ();
     type Scope = ReadOnly;

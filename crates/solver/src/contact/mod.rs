@@ -1,16 +1,16 @@
-//! Contact of particles with the ground and with colliders: what keeps a body out.
+//! Contact of particles with the ground and with colliders.
 //!
-//! Contacts come after every sweep, or as often as
-//! [`collision_iterations`](super::Settings::collision_iterations) says, and always after the last, so
-//! that nothing moves a particle back inside after them.
-//! Friction is Coulomb's on positions: a particle pushed out by depths that add up to d in a substep has its
-//! slip over the surface shortened by at most µd, which is the friction cone of forces, as both are multiplied
-//! by h²/m. Both are [added up](multiplier) over the passes of a substep, so that friction does not depend on how many
-//! there are. A bounce is made by moving the place at which the particle began the substep, its carry, so
-//! that the velocity of the third stage comes out as −e times the approach.
+//! Contacts are solved after every iteration, or as often as
+//! [`collision_iterations`](super::Settings::collision_iterations) says, and always after the last
+//! one, so that no constraint moves a particle back inside after them. Friction is Coulomb friction
+//! on positions: the tangential displacement of a particle that is pushed out by a total depth d in
+//! a substep is reduced by at most µd. This is the friction cone of forces, as both are multiplied
+//! by h²/m. Both are [accumulated](multiplier) over the passes of a substep, so that friction does
+//! not depend on their number. Restitution moves the start position of the particle in the substep
+//! (its carry), so that the third stage computes a velocity of −e times the approach velocity.
 //!
-//! Where something touches, everything is in `f64` and goes into the displacement: a depth that was
-//! rounded as a position is would be a speed.
+//! Contact response is computed in `f64` and applied to the displacement: the rounding error of a
+//! position would become a velocity.
 
 pub mod collide;
 pub mod collider;
@@ -27,7 +27,7 @@ pub use collide::Collide;
 pub use collider::Collider;
 pub use ground::{Ground, StickyGround};
 pub use multiplier::ContactMultiplier;
-pub use pairs::{Contact, ContactCounts, Contacts, SelfContact};
+pub use pairs::{Contact, ContactCounts, ContactForce, Contacts, SelfContact};
 pub use path::Path;
 pub use pose::Pose;
 pub use shape::ColliderShape;

@@ -1,26 +1,29 @@
-//! What rigid surfaces have done to a particle in the substep under way.
+//! Contact impulses of rigid surfaces on a particle in the current substep.
 //!
-//! A pass over contacts sees a particle after the constraints of an iteration have moved it. To hold friction to µ times
-//! the depth of that pass alone would lose what earlier passes left unused: a rope around a cylinder would slip the
-//! sooner, the more passes there are. So both are added up over the passes of a substep, and what is added up is what is
-//! limited, as for any other multiplier.
+//! A contact pass sees a particle after the constraints of an iteration have moved it. Limiting
+//! friction to µ times the depth of that pass alone would discard the unused part of earlier
+//! passes: a rope around a cylinder would slip more with more passes. Therefore both are
+//! accumulated over the passes of a substep, and the limit applies to the accumulated values, as
+//! for any other multiplier.
 
 use crate::effects::body_effect::Resting;
 use glam::Vec3;
 
-/// Multipliers of the contact of a particle with a rigid surface, as displacements: times m/h² they are forces.
+/// Multipliers of the contact of a particle with a rigid surface, as displacements: times m/h² they
+/// are forces.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ContactMultiplier {
-    /// How far friction has brought it back [m].
+    /// Displacement by friction [m].
     pub friction: Vec3,
-    /// How far it has been pushed out [m], not negative.
+    /// Displacement by the normal force [m], not negative.
     pub normal: f32,
-    /// Which collider has pushed it; 0 for the ground.
+    /// Number of the collider that pushed last; 0 for the ground.
     pub surface: u32,
 }
 
 impl ContactMultiplier {
-    /// Allocates multipliers of a body, or frees them if there is one pass, after which they are not read.
+    /// Allocates the multipliers of a body, or frees them if there is only one pass, after which
+    /// they are not read.
     pub(super) fn make_room(kept: &mut Vec<Self>, body: &Resting, is_read: bool) {
         let count = if is_read || body.step.contact_passes() > 1 {
             body.topology.particles()
@@ -32,7 +35,7 @@ impl ContactMultiplier {
         }
     }
 
-    /// Where it is not kept from one pass to the next.
+    /// Multiplier of a particle, or a temporary one where none are stored.
     pub(super) fn or_none<'a>(kept: &'a mut [Self], i: usize, none: &'a mut Self) -> &'a mut Self {
         match kept.get_mut(i) {
             Some(kept) => kept,

@@ -1,51 +1,51 @@
-//! Paths that colliders follow, as functions of the time.
+//! Paths of colliders, as functions of time.
 
 use super::{Pose, pose::rotation};
 use crate::quantity::{InvalidValue, finite};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// How a collider moves from where it was put. Times are in s since the scene began.
+/// Motion of a collider from its initial pose. Times are in seconds since the start of the scene.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Path {
-    /// It stays.
+    /// No motion.
     #[default]
     Still,
-    /// Back and forth: place + travel · sin(2π t/period).
+    /// Oscillation: position + travel · sin(2π t/period).
     Oscillate {
-        /// Largest distance from the middle, with direction [m].
+        /// Amplitude with direction [m].
         travel: Vec3,
-        /// Time of a full oscillation [s], above 0.
+        /// Period [s], above 0.
         period: f32,
     },
-    /// At a constant velocity.
+    /// Constant velocity.
     Line {
         /// Velocity [m/s].
         velocity: Vec3,
     },
-    /// Turning about its own centre.
+    /// Rotation about its own center.
     Spin {
         /// Axis by the right-hand rule; its length does not matter.
         axis: Vec3,
-        /// Turns a second.
+        /// Angular speed in revolutions per second.
         rate: f32,
     },
     /// Straight from stop to stop, at rest before the first and after the last.
     Stops {
-        /// Time [s] and displacement from where it was put [m], in the order of time.
+        /// Time [s] and displacement from the initial position [m], in ascending order of time.
         stops: Vec<(f32, Vec3)>,
-        /// Start again after the last stop.
+        /// Whether to start again after the last stop.
         #[serde(default)]
         repeat: bool,
     },
 }
 
 impl Path {
-    /// Refuses numbers that are not finite, periods of zero and stops out of order.
+    /// Rejects numbers that are not finite, periods of zero and stops out of order.
     ///
     /// # Errors
-    /// [`InvalidValue`] naming what is wrong.
+    /// [`InvalidValue`] with the invalid parameter.
     pub fn check(&self) -> Result<(), InvalidValue> {
         let vector = |name, v: Vec3| finite(name, v.x + v.y + v.z).map(|_| ());
         match self {
@@ -91,7 +91,7 @@ impl Path {
         !matches!(self, Self::Still)
     }
 
-    /// The pose at a time [s] of something that was put at `start`.
+    /// Pose at a time [s] of a collider with the initial pose `start`.
     #[must_use]
     pub fn pose(&self, start: &Pose, time: f64) -> Pose {
         let shifted = |by: DVec3| Pose {

@@ -1,5 +1,5 @@
-//! Where a rigid thing is: a rotation and a translation, in `f64`, as what moves by little in a substep
-//! must not move by roundings.
+//! Pose of a rigid shape: a rotation and a translation. In `f64`, because rounding must not exceed
+//! the small motion of a substep.
 
 use glam::{DMat3, DVec3, Vec3};
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 /// A rotation, then a translation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
-    /// Rotation, orthonormal. A matrix, as glam's quaternions round differently by platform.
+    /// Rotation, orthonormal. A matrix, because the rounding of glam's quaternions depends on the
+    /// platform.
     pub rotation: DMat3,
     /// Translation [m].
     pub translation: DVec3,
@@ -20,7 +21,7 @@ impl Default for Pose {
 }
 
 impl Pose {
-    /// Unrotated, at a place [m].
+    /// Translation without rotation [m].
     #[must_use]
     pub const fn at(translation: DVec3) -> Self {
         Self {
@@ -29,13 +30,13 @@ impl Pose {
         }
     }
 
-    /// From the thing's own frame to the world.
+    /// From the local frame to the world.
     #[must_use]
     pub fn apply(&self, x: DVec3) -> DVec3 {
         self.rotation * x + self.translation
     }
 
-    /// From the world to the thing's own frame.
+    /// From the world to the local frame.
     #[must_use]
     pub fn undo(&self, x: DVec3) -> DVec3 {
         self.rotation.transpose() * (x - self.translation)

@@ -1,5 +1,5 @@
-//! Ground and colliders of the [reference](crate::reference), which have nothing in common with those of the fast solver
-//! but their parameters.
+//! Ground and colliders of the [reference](crate::reference), which share only their parameters
+//! with those of the fast solver.
 
 use super::{ColliderShape, Pose};
 use crate::effects::body_effect::{ReferenceParticles, ReferencePass};
@@ -8,14 +8,14 @@ use glam::DVec3;
 /// See the fast solver's constant of the same name.
 const UP_OVER: f64 = 0.4;
 
-/// What rigid surfaces have done to a particle in the substep under way.
+/// Contact displacements of a particle in the current substep.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Pushed {
-    /// How far it was pushed out [m].
+    /// Displacement by the normal force [m].
     pub normal: f64,
-    /// How far friction has brought it back [m].
+    /// Displacement by friction [m].
     pub friction: DVec3,
-    /// By which collider.
+    /// Number of the collider.
     surface: usize,
 }
 
@@ -58,7 +58,7 @@ pub(super) fn ground(
     }
 }
 
-/// A pass over the collider of this number; friction µ and restitution e.
+/// A pass over collider number `number`; friction µ and restitution e.
 pub(super) fn collide(
     body: &mut ReferenceParticles,
     (number, &(shape, from, to)): (usize, &(ColliderShape, Pose, Pose)),
@@ -92,7 +92,8 @@ pub(super) fn collide(
     }
 }
 
-/// Out of the surface, slip shortened by µ times the depth, both in all of the substep, and a bounce.
+/// Moves the particle to the surface, reduces its tangential displacement by at most µ times the
+/// depth (both accumulated over the substep), and applies restitution.
 fn respond(
     body: &mut ReferenceParticles,
     i: usize,
@@ -136,8 +137,8 @@ fn gradient(shape: ColliderShape, x: DVec3) -> (DVec3, f64) {
     (outward.normalize(), -distance)
 }
 
-/// Normal and depth for a point that went from `from` to `to`, in the collider's frame; how it is
-/// chosen is told at [`ColliderShape::exit`].
+/// Normal and depth for a point that moved from `from` to `to`, in the collider's frame; see
+/// [`ColliderShape::exit`] for the choice of the surface.
 pub fn exit(shape: ColliderShape, from: DVec3, to: DVec3) -> Option<(DVec3, f64)> {
     let step = to - from;
     let nearest = (distance(shape, to) < 0.0).then(|| nearest_exit(shape, to));

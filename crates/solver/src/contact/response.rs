@@ -1,23 +1,24 @@
-//! How a rigid surface answers to a particle that touches it.
+//! Response of a rigid surface to a particle that touches it.
 
 use super::ContactMultiplier;
 use crate::{Friction, Restitution, effects::body_effect::BodyPass};
 use glam::{DVec3, Vec3};
 
-/// How a touched surface answers.
+/// Contact response of a surface.
 #[derive(Debug, Clone, Copy)]
 pub struct Response {
     friction: f64,
     restitution: f64,
     /// Length of the substep [s].
     pub h: f64,
-    /// Slower approaches than this do not bounce [m/s]: it is what gravity adds in two substeps,
-    /// so that a body at rest stays at rest.
+    /// Approaches slower than this do not bounce [m/s]: the speed that gravity adds in two
+    /// substeps, so that a body at rest stays at rest.
     slowest_bounce: f64,
 }
 
 impl Response {
-    /// In a pass; `kept` are the multipliers of earlier ones. Without friction, what that has held is let go.
+    /// For one pass; `kept` are the multipliers of earlier passes. Without friction, accumulated
+    /// friction is released.
     pub fn new(
         (friction, restitution): (Friction, Restitution),
         kept: &mut [ContactMultiplier],
@@ -41,12 +42,14 @@ impl Response {
         }
     }
 
-    /// Whether what comes at this speed away from the surface [m/s], negative towards it, bounces.
+    /// Whether an approach bounces, given the speed away from the surface [m/s], negative towards
+    /// it.
     pub fn bounces(&self, approach: f64) -> bool {
         self.restitution > 0.0 && approach < -self.slowest_bounce
     }
 
-    /// Puts a particle onto a surface, as far as the surface pushes it, and shortens its slip.
+    /// Moves a particle to the surface, within the limits of the multiplier, and reduces its
+    /// tangential displacement.
     pub fn apply(&self, touch: &Touch, multiplier: &mut ContactMultiplier) -> Answer {
         let Touch {
             motion,
@@ -56,7 +59,7 @@ impl Response {
         } = *touch;
         let before = *multiplier;
         let pushed = f64::from(before.normal);
-        // A surface only pushes: of what it has pushed too far, it takes back that much.
+        // Surfaces only push: at most the accumulated push is taken back.
         let depth = depth.max(-pushed);
         let slip = motion + normal * depth - carried;
         let slip = slip - normal * slip.dot(normal);
@@ -88,21 +91,22 @@ impl Response {
 /// A particle that touches a surface.
 #[derive(Debug, Clone, Copy)]
 pub struct Touch {
-    /// How far the particle went this substep [m].
+    /// Displacement of the particle in this substep [m].
     pub motion: DVec3,
     /// Outward normal of the surface.
     pub normal: DVec3,
-    /// How far it has to go along the normal [m]; negative where it has been pushed too far.
+    /// Distance to the surface along the normal [m]; negative where the particle was pushed too
+    /// far.
     pub depth: f64,
-    /// How far the surface itself went there [m].
+    /// Displacement of the surface at that point [m].
     pub carried: DVec3,
 }
 
-/// What becomes of a particle that has touched a surface.
+/// Result of a contact.
 #[derive(Debug, Clone, Copy)]
 pub struct Answer {
-    /// How far it goes [m].
+    /// Displacement of the particle [m].
     pub shift: DVec3,
-    /// How far the place goes at which it began the substep [m], which is what makes it bounce.
+    /// Displacement of its start position in the substep [m], which produces the bounce.
     pub lowered: DVec3,
 }

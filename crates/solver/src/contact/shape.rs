@@ -1,4 +1,4 @@
-//! Shapes of colliders, in their own frame: where a moving point is pushed out.
+//! Collider shapes in their local frame, and where a moving point leaves them.
 
 use crate::quantity::{InvalidValue, Length};
 use glam::{DVec3, Vec3};
@@ -18,29 +18,29 @@ pub enum ColliderShape {
         /// Full side lengths [m].
         size: Vec3,
     },
-    /// A cylinder along y with half balls at its ends.
+    /// A cylinder along y with hemispherical caps.
     Capsule {
         /// Radius [m].
         radius: f32,
-        /// Length of the cylinder without the ends [m].
+        /// Length of the cylinder without the caps [m].
         length: f32,
     },
 }
 
-/// Where a point inside a shape leaves it.
+/// Exit point of a shape.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exit {
-    /// Outward normal of the surface there.
+    /// Outward surface normal.
     pub normal: DVec3,
-    /// Distance to go along the normal [m].
+    /// Distance along the normal [m].
     pub depth: f64,
 }
 
 impl ColliderShape {
-    /// Refuses sizes that are not finite and positive.
+    /// Rejects sizes that are not finite and positive.
     ///
     /// # Errors
-    /// [`InvalidValue`] naming the size.
+    /// [`InvalidValue`] with the name of the size.
     pub fn check(&self) -> Result<(), InvalidValue> {
         let lengths = match *self {
             Self::Sphere { radius } => vec![radius],
@@ -52,7 +52,7 @@ impl ColliderShape {
             .try_for_each(|length| Length::new(length).map(|_| ()))
     }
 
-    /// Radius of a ball about the origin that holds the shape [m].
+    /// Radius of a ball about the origin that contains the shape [m].
     #[must_use]
     pub fn reach(&self) -> f32 {
         match *self {
@@ -77,12 +77,13 @@ impl ColliderShape {
         }
     }
 
-    /// Where a point that went from `from` to `to` during a substep has to leave the shape.
+    /// Exit for a point that moved from `from` to `to` during a substep, if it has to leave the
+    /// shape.
     ///
-    /// A point that ended inside leaves by the nearest surface, unless that would take it out on
-    /// the far side of where it came in; one that went in and out again between two instants, as
-    /// happens with a fast collider, is brought back to where it went in. A point that lay on the
-    /// surface may have begun inside by a rounding: it came in where it was.
+    /// A point that ended inside leaves through the nearest surface, unless that is on the far side
+    /// from its entry. A point that passed through the shape within the substep, as happens with
+    /// fast colliders, returns to its entry. A point on the surface may be inside by a rounding
+    /// error at the start: its entry is where it was.
     #[must_use]
     pub fn exit(&self, from: DVec3, to: DVec3) -> Option<Exit> {
         let step = to - from;
@@ -104,7 +105,8 @@ impl ColliderShape {
         entered.or(nearest)
     }
 
-    /// Where a point outside the shape would meet it: the outward normal there, and a depth that is not positive.
+    /// Contact point for a point outside the shape: the outward normal there, and a depth that is
+    /// not positive.
     #[must_use]
     pub fn approach(&self, x: DVec3) -> Exit {
         let (from, radius) = match *self {
@@ -132,7 +134,7 @@ impl ColliderShape {
     fn nearest_exit(&self, x: DVec3) -> Exit {
         match *self {
             Self::Sphere { radius } => round_exit(x, radius.into(), DVec3::Y),
-            // Along its axis a point would stay inside for long.
+            // Along its axis, a point would stay inside for long.
             Self::Capsule { radius, length } => {
                 round_exit(x - on_axis(x, length.into()), radius.into(), DVec3::X)
             }
@@ -147,7 +149,7 @@ impl ColliderShape {
         }
     }
 
-    /// Where a point that starts outside and goes by `step` first meets the surface.
+    /// First intersection with the surface of a point that starts outside and moves by `step`.
     fn entry(&self, from: DVec3, step: DVec3) -> Option<DVec3> {
         let t = match *self {
             Self::Sphere { radius } => enter_sphere(from, step, radius.into()),
@@ -160,12 +162,12 @@ impl ColliderShape {
     }
 }
 
-/// The point of a capsule's axis nearest to x.
+/// Point of a capsule's axis nearest to x.
 fn on_axis(x: DVec3, length: f64) -> DVec3 {
     DVec3::new(0.0, x.y.clamp(-length / 2.0, length / 2.0), 0.0)
 }
 
-/// Out of a ball; a point at its very centre leaves along `any`.
+/// Exit of a ball; a point at its exact center leaves along `any`.
 fn round_exit(x: DVec3, radius: f64, any: DVec3) -> Exit {
     let distance = x.length();
     Exit {
@@ -184,7 +186,7 @@ fn least_axis(v: DVec3) -> DVec3 {
     }
 }
 
-/// Smaller root of ‖from + t step‖ = radius; one below 0 by a rounding counts as 0.
+/// Smaller root of ‖from + t step‖ = radius; values below 0 by rounding count as 0.
 fn enter_sphere(from: DVec3, step: DVec3, radius: f64) -> Option<f64> {
     let a = step.length_squared();
     let b = from.dot(step);
@@ -193,8 +195,8 @@ fn enter_sphere(from: DVec3, step: DVec3, radius: f64) -> Option<f64> {
     (a > 0.0 && discriminant >= 0.0 && b < 0.0).then(|| ((-b - discriminant.sqrt()) / a).max(0.0))
 }
 
-/// Slabs: the latest of the entries, if it is before the earliest of the exits and that is still
-/// to come; one below 0 by a rounding counts as 0.
+/// Slab test: the latest entry, if it precedes the earliest exit and the exit is ahead; values
+/// below 0 by rounding count as 0.
 fn enter_box(from: DVec3, step: DVec3, half: DVec3) -> Option<f64> {
     let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
     for axis in 0..3 {
@@ -212,7 +214,8 @@ fn enter_box(from: DVec3, step: DVec3, half: DVec3) -> Option<f64> {
     (enter <= leave && leave >= 0.0).then_some(enter.max(0.0))
 }
 
-/// The cylinder's side, where it is hit between the ends; else the first of the two end balls.
+/// The side of the cylinder, if it is hit between the caps; otherwise the first of the two cap
+/// spheres.
 fn enter_capsule(from: DVec3, step: DVec3, radius: f64, length: f64) -> Option<f64> {
     let flat = |v: DVec3| DVec3::new(v.x, 0.0, v.z);
     if let Some(t) = enter_sphere(flat(from), flat(step), radius)

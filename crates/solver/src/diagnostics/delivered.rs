@@ -1,88 +1,87 @@
-//! The stiffness that was asked for beside the one that the solver delivers.
+//! Requested compliance and effective compliance.
 //!
-//! **What a substep leaves behind.** When a constraint has had its turn, its own equation holds,
-//! with the multiplier λ of all its turns in the substep:
+//! **State after a substep.** Right after a constraint is projected, its own equation holds, with
+//! the multiplier λ accumulated over the substep:
 //!
 //! C + α̃λ + γ ∇C·(x − p) = 0, α̃ = α/h², γ = τ/h.
 //!
-//! So λ and the C *of that moment* say nothing: they always fit. Constraints that come later in
-//! the sweep then change C by δ, and nobody mends that before the substep ends. With the C and
-//! the velocity v = (x − p)/h of the end,
+//! So λ and the value of C *at that moment* carry no information: they always match. Constraints
+//! later in the iteration then change C by δ, which is not corrected before the substep ends. With
+//! C and the velocity v = (x − p)/h at the end,
 //!
 //! C + τ ∇C·v = −α̃λ + (1 + γ) δ.
 //!
-//! **λ/h² is the true force all the same.** In a substep every movable particle obeys
-//! (v − v₀)/(h w) = g/w + Σ ∇C λ/h², whether the sweeps converged or not: λ starts from zero, and
-//! all that moved the particle besides gravity is the sum of w ∇C Δλ. In a body at rest these
-//! forces are in balance with the load; in a hanging chain they are the tensions. One sweep is
-//! enough for that, as the sweep takes up all of gravity's way of a substep, h²g, every time.
-//! (Each ∇C is the one of its own turn, so the balance at the end is off by the share of itself
-//! by which an element turned or stretched within the substep.)
+//! **λ/h² is nevertheless the true force.** In a substep every movable particle obeys
+//! (v − v₀)/(h w) = g/w + Σ ∇C λ/h², whether or not the iterations converged: λ starts at zero, and
+//! the motion of the particle apart from gravity is the sum of w ∇C Δλ. In a body at rest these forces balance
+//! the load; in a hanging chain they are the tensions. One iteration is sufficient for that,
+//! because it compensates the whole displacement by gravity in a substep, h²g. (Each ∇C is taken at
+//! its own projection, so the relative error of the balance at the end is the fraction by which an
+//! element rotated or stretched within the substep.)
 //!
 //! **The measure** is the slope of strain over force, with F = −λ/h² [N, or Pa for a volume] and
 //! e = C + τ ∇C·v:
 //!
 //! got = Σ eF / ΣF², asked = ΣαF² / ΣF², both in m/N, or m⁵/N for a volume.
 //!
-//! got/asked is the fit by least squares, weighted by 1/α, of e = factor · αF. It is a
-//! ratio of works too: at rest, ΣCF over all effects is the load times its real displacement
-//! (principle of virtual work), and ΣαF² is what the material would make of the same forces. Where
-//! statics alone determines the forces, as in a chain, got/asked is exactly the factor by which
-//! the body gives way to its load more than it should. Elsewhere the forces are not quite those of
-//! the converged body, and over all effects together it is that factor or less: of all forces in
-//! balance with a load, the true ones have the least ΣαF².
+//! got/asked is the least-squares fit of e = factor · αF, weighted by 1/α. It is also a ratio of
+//! works: at rest, ΣCF over all effects is the load times its actual displacement (principle of
+//! virtual work), and ΣαF² is the value that the material would give for the same forces. Where
+//! statics alone determines the forces, as in a chain, got/asked is exactly the excess compliance
+//! of the body under its load. Elsewhere the forces differ slightly from those of the converged
+//! body, and over all effects together the ratio is at most that factor: of all forces in balance
+//! with a load, the true ones minimize ΣαF².
 //!
-//! **When it says nothing.** It is `None` when no element carries a force; when the mean strain
-//! under load is within the rounding of a rest length to f32, as in free fall; and when elements are
-//! strained against their own force, on the whole, because others overrule them. In a body that
-//! swings or is hit it holds for the forces of that one substep, which may be far from those of
-//! its rest: what is stiff against waves may be soft against weight. Read it when the body is
-//! calm, or add up [`Work`] over many ticks.
+//! **When it is undefined.** It is `None` when no element carries a force; when the mean strain
+//! under load is within the rounding of a rest length to f32, as in free fall; and when elements
+//! are on the whole strained against their own force by other constraints. In a body that
+//! oscillates or is hit it applies to the forces of that one substep, which may differ much from
+//! those at rest: what is stiff against waves may be soft against weight. Read it when the body is
+//! calm, or accumulate [`Work`] over many ticks.
 
 use crate::{Damping, Particles, Settings, Topology, elastic::Elastic};
 
-/// A body is as stiff as asked, for users, up to this factor.
+/// Up to this factor, a body is reported to users as having the requested stiffness.
 pub const CLOSE: f64 = 1.1;
 
-/// More substeps a tick than these are not advised.
+/// Maximum number of substeps per tick that is recommended.
 pub const MAX_SUBSTEPS: u32 = 1000;
 
-/// Strains below this many roundings of their positions are taken for noise.
+/// Strains below this multiple of the rounding error of their positions count as noise.
 const ROUNDINGS: f64 = 4.0;
 
-/// Half of the last digit of an f32, relative to it.
+/// Half an ulp of an f32, as a relative value.
 const HALF_ULP: f64 = 0.5 * f32::EPSILON as f64;
 
-/// Sums over the elements of an effect. Those of several ticks or of several bodies may be added
-/// up: the result is their mean, weighted by load.
+/// Sums over the elements of an effect. Sums of several ticks or bodies may be added: the result is
+/// their mean, weighted by load.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Work {
     /// ΣF² [N², or Pa²].
     pub force_squared: f64,
-    /// ΣαF², twice the energy that the material would store [J].
+    /// ΣαF², twice the energy that the material would store under these forces [J].
     pub asked: f64,
-    /// ΣeF, twice the energy that was given to it [J].
+    /// ΣeF, twice the energy that was put into it [J].
     pub got: f64,
-    /// Σe²/α, twice the energy that the material would have stored in these strains [J]; ∞ with
-    /// rigid elements.
+    /// Σe²/α, twice the energy that the material would store at these strains [J]; ∞ with rigid
+    /// elements.
     pub strained: f64,
-    /// What rounding of positions may make of `got` [J].
+    /// Contribution of position rounding to `got` [J].
     pub rounding: f64,
 }
 
-/// The compliance of an effect as it was asked for and as the solver delivers it, both weighted
-/// by the load on each element.
+/// Requested and effective compliance of an effect, both weighted by the load on each element.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Delivered {
-    /// Asked for, in the [unit](crate::ElasticKind::unit) of the effect; 0 is rigid.
+    /// Requested compliance, in the [unit](crate::ElasticKind::unit) of the effect; 0 is rigid.
     pub asked: f64,
-    /// Got, in the same unit.
+    /// Effective compliance, in the same unit.
     pub got: f64,
 }
 
 impl Work {
-    /// Of an effect after a substep of `h` seconds that left these multipliers; nothing if nobody
-    /// kept them.
+    /// Sums of an effect after a substep of `h` seconds with these multipliers; empty if they were
+    /// not kept.
     #[must_use]
     pub fn of<const N: usize, const M: usize>(
         effect: &impl Elastic<N, M>,
@@ -112,7 +111,7 @@ impl Work {
         all
     }
 
-    /// Leaves this share of it, from 0 to 1: what is older shall count for less.
+    /// Scales all sums by `kept`, from 0 to 1, to give older values less weight.
     pub fn fade(&mut self, kept: f64) {
         self.force_squared *= kept;
         self.asked *= kept;
@@ -121,8 +120,8 @@ impl Work {
         self.rounding *= kept;
     }
 
-    /// Adds another. Of two effects the units of `force_squared` differ; factors of their sum are
-    /// sound, its compliances are not.
+    /// Adds another. The units of `force_squared` differ between effects; for a sum of different
+    /// effects the factors are valid, the compliances are not.
     pub fn add(&mut self, other: Self) {
         self.force_squared += other.force_squared;
         self.asked += other.asked;
@@ -131,11 +130,11 @@ impl Work {
         self.rounding += other.rounding;
     }
 
-    /// How many times softer than asked all of it behaves, at least and at most; `None` when the
-    /// sums say nothing, or with rigid elements. Of all effects of a body together, these are
-    /// bounds of how much further than it should its load has come down, as long as strains are
-    /// small: the forces are in balance with the load, but not the least; the strains fit
-    /// together, but are not those of the least energy.
+    /// Lower and upper bound of effective over requested compliance; `None` when the sums carry no
+    /// information, or with rigid elements. Over all effects of a body together, these bound the
+    /// factor of excess displacement of its load, as long as strains are small: the forces balance
+    /// the load but are not the minimal ones; the strains are compatible but not those of minimal
+    /// energy.
     #[must_use]
     pub fn factors(&self) -> Option<(f64, f64)> {
         let least = self.delivered()?.factor()?;
@@ -143,7 +142,7 @@ impl Work {
         most.is_finite().then_some((least, most))
     }
 
-    /// The compliances; `None` when the sums say nothing, see the [module](self).
+    /// The compliances; `None` when the sums carry no information, see the [module](self).
     #[must_use]
     pub fn delivered(&self) -> Option<Delivered> {
         let told = self.got > ROUNDINGS * self.rounding && self.force_squared > 0.0;
@@ -156,30 +155,30 @@ impl Work {
 }
 
 impl Delivered {
-    /// How many times softer than asked the effect behaves; below 1 it is stiffer. `None` when
-    /// rigid was asked for: any compliance is infinitely more than that.
+    /// Effective over requested compliance; below 1 the effect is stiffer than requested. `None`
+    /// when the request is rigid: any compliance is infinitely more.
     #[must_use]
     pub fn factor(&self) -> Option<f64> {
         (self.asked > 0.0).then(|| self.got / self.asked)
     }
 
-    /// Whether the solver and not the material limits the stiffness.
+    /// Whether the solver rather than the material limits the stiffness.
     #[must_use]
     pub fn is_limited(&self) -> bool {
         self.factor().is_none_or(|factor| factor > CLOSE)
     }
 
-    /// Substeps a tick, from those that it has, with which it would be at most [`CLOSE`] times as
-    /// soft as asked; `None` if [`MAX_SUBSTEPS`] would not do. Then more iterations may help, or
-    /// a softer material has to be accepted.
+    /// Number of substeps per tick at which the effective compliance would be at most [`CLOSE`]
+    /// times the requested one, extrapolated from the current settings; `None` if [`MAX_SUBSTEPS`]
+    /// are not enough. In that case more iterations may help, or a softer material is required.
     ///
-    /// What is softer than asked is (1 + γ)δ, and δ is made of ∇C w ∇C λ = h² ∇C w ∇C F with
-    /// forces F that the load determines. With one sweep a substep it so falls like
-    /// h²(1 + τ/h) = h² + τh, `damping` being the τ of the effect: with damping, twice the
-    /// substeps only halve it. With more sweeps a substep δ is what the last of them did, and
-    /// falls at least as fast, so that fewer substeps may do. In a body whose forces are not given
-    /// by statics alone they too change with the substeps, and it is a first guess, up to a third
-    /// too few: ask again when it runs with them.
+    /// The excess compliance is (1 + γ)δ, and δ consists of ∇C w ∇C λ = h² ∇C w ∇C F with forces F
+    /// determined by the load. With one iteration per substep it therefore decreases like
+    /// h²(1 + τ/h) = h² + τh, with `damping` the τ of the effect: with damping, doubling the
+    /// substeps only halves it. With more iterations per substep, δ is the change by the last of
+    /// them and decreases at least as fast, so that fewer substeps may be sufficient. In a body
+    /// whose forces are not determined by statics alone, they also change with the substeps, and
+    /// the result is a first estimate, up to a third too low: evaluate it again at the new setting.
     #[must_use]
     pub fn substeps(&self, settings: &Settings, damping: Damping) -> Option<u32> {
         let excess = self.factor()? - 1.0;

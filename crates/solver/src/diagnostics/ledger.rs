@@ -1,31 +1,31 @@
-//! The energy ledger: where the energy of a body comes from and goes to, substep by substep.
+//! The energy ledger: sources and sinks of the energy of a body, substep by substep.
 //!
-//! In a substep a particle's velocity goes from v₀ to v₁ by shares of which each has a cause:
-//! Δv = hg + Σ Δ(x − p)/h, the sum over all parts of the second stage that moved it. With the mean
-//! v̄ = (v₀ + v₁)/2 the shares of its kinetic energy add up without remainder,
+//! In a substep a particle's velocity changes from v₀ to v₁ by contributions that each have a
+//! cause: Δv = hg + Σ Δ(x − p)/h, summed over all parts of the second stage that moved it. With the
+//! mean v̄ = (v₀ + v₁)/2 the contributions to its kinetic energy add up without remainder,
 //!
 //! ½m(v₁² − v₀²) = Σ m Δvₛ·v̄,
 //!
-//! so what contact, friction and hands did is known exactly. What gravity and the elastic effects
-//! did is set against the energies that they store; what is left over is then told apart as
+//! so the work of contact, friction and grabs is known exactly. The work of gravity and of the
+//! elastic effects is compared with their stored energies; the remainder is split into
 //!
-//! - **damping**: −(τ/α) ΔC²/h, what a dashpot of the given τ takes at the rate of change ΔC/h, and
-//!   what particles do not keep of their velocity where a [`Method`](crate::Method) says so;
-//! - **integrator**: −½ Σ m (hg + Δvₑ)·Δv − ½ Σ ΔC²/α, Δvₑ being the share of the elastic effects.
-//!   It is what implicit Euler takes when it is solved to the end: forces of the end of the substep
-//!   work over all of its way;
-//! - **convergence**: the rest, which solving to the end and shorter substeps make small. It is what the
-//!   iterations left of the constraints' equations, and the curvature of C within a substep.
+//! - **damping**: −(τ/α) ΔC²/h, the dissipation of a dashpot with the given τ at the rate of change
+//!   ΔC/h, and the velocity that particles lose by the setting of a [`Method`](crate::Method);
+//! - **integrator**: −½ Σ m (hg + Δvₑ)·Δv − ½ Σ ΔC²/α, with Δvₑ the contribution of the elastic
+//!   effects. It is the dissipation of fully converged implicit Euler: forces at the end of the
+//!   substep work over its whole displacement;
+//! - **convergence**: the remainder, which more iterations and shorter substeps reduce. It is the
+//!   residual of the constraint equations, and the curvature of C within a substep.
 //!
-//! In a substep of second order Δv has one more share, by which the last two states have changed v
-//! before it: the integrator's.
+//! A second-order substep has one more contribution to Δv, the change of v at its start by the last
+//! two states. It belongs to the integrator.
 //!
-//! What [repair](crate::repair) of collapsed elements gives or takes is a row of its own.
+//! Energy from [repair](crate::repair) of collapsed elements has its own row.
 //!
-//! Displacements are rounded when constraints move them; what that does is **rounding**, apart from all
-//! of these.
+//! Displacements are rounded when constraints move them; the resulting energy is **rounding**,
+//! separate from all of these.
 //!
-//! Rigid effects (α = 0) store nothing, and what they do goes to convergence.
+//! Rigid effects (α = 0) store no energy; their work belongs to convergence.
 
 use crate::{
     BodyEffectKind, ForceKind, Particles, Substep,
@@ -37,33 +37,33 @@ use crate::{
 use glam::{DVec3, Vec4};
 use std::ops::{AddAssign, Range};
 
-/// Energies that came to bodies [J]; negative is what was taken.
+/// Energy changes of bodies by cause [J]; negative is a loss.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Ledger {
     /// By damping of the effects.
     pub damping: f64,
-    /// By friction on ground and colliders, and by rolling resistance.
+    /// By friction with ground and colliders, and by rolling resistance.
     pub friction: f64,
-    /// By ground and colliders besides friction: what an impact takes, what a moving collider gives.
+    /// By ground and colliders, except friction: loss in impacts, gain from moving colliders.
     pub contact: f64,
     /// By grabs.
     pub grab: f64,
-    /// By flow of what was strained too far.
+    /// By plastic flow.
     pub plastic: f64,
-    /// By forces from outside: wind, drag, and what else a scene asks for besides gravity.
+    /// By external forces: wind, drag, and other forces of a scene except gravity.
     pub forces: f64,
-    /// By the integrator itself.
+    /// By the time integrator.
     pub integrator: f64,
-    /// By iterations that did not solve the constraints to the end.
+    /// By incomplete convergence of the iterations.
     pub convergence: f64,
     /// By rounding to `f32`.
     pub rounding: f64,
-    /// By [repair](crate::repair) of what has collapsed or is inside out.
+    /// By [repair](crate::repair) of collapsed or inverted elements.
     pub repair: f64,
 }
 
 impl Ledger {
-    /// The rows with their names, in the order in which they are shown.
+    /// The rows with their names, in display order.
     #[must_use]
     pub const fn rows(&self) -> [(&'static str, f64); 10] {
         [
@@ -80,7 +80,7 @@ impl Ledger {
         ]
     }
 
-    /// All of it [J]: by how much kinetic, potential and elastic energy together have changed.
+    /// Sum of all rows [J]: the change of kinetic, potential and elastic energy together.
     #[must_use]
     pub fn sum(&self) -> f64 {
         self.rows().iter().map(|(_, energy)| energy).sum()
@@ -114,7 +114,7 @@ impl AddAssign for Ledger {
     }
 }
 
-/// What moves particles in the second stage.
+/// Causes of particle motion in the second stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Cause {
     Elastic,
@@ -123,59 +123,60 @@ enum Cause {
     Friction,
 }
 
-/// Does some substeps of a tick as [`Stepper::advance`] does, to the same bits, and keeps the books.
+/// Performs some substeps of a tick with the same bits as [`Stepper::advance`], and records the
+/// energy.
 ///
-/// It goes stage by stage and looks at every particle after each, which takes about three
+/// It proceeds stage by stage and inspects every particle after each, which takes about three
 /// times as long.
 ///
 /// # Stores
-/// As [`Stepper::advance`]; the ledger of the substeps before is lost.
+/// As [`Stepper::advance`]; the ledger of earlier substeps is replaced.
 pub fn advance(
     body: &mut Stepper,
     substeps: Range<u32>,
     context: &StepContext,
 ) -> Result<Ledger, NotFinite> {
     let mut ledger = Ledger::default();
-    let mut book = Book::of(body, context);
+    let mut tracker = EnergyTracker::of(body, context);
     for index in substeps {
         let step = context.settings.substep(index);
-        ledger += book.substep(body, &step, context)?;
-        ledger.plastic += book.flow(body, &step, context)?;
+        ledger += tracker.substep(body, &step, context)?;
+        ledger.plastic += tracker.flow(body, &step, context)?;
     }
     Ok(ledger)
 }
 
-/// Room for one body, used again by every substep.
+/// Buffers for one body, reused by every substep.
 #[derive(Debug, Default)]
-pub(crate) struct Book {
-    /// What came to the body when it was drawn [J].
+pub(crate) struct EnergyTracker {
+    /// Energy change of the body by repair [J].
     drawn: f64,
     /// C of the constraints at the start of the substep.
     stores: Stores,
     /// The state at the start of the substep.
     start: Particles,
-    /// Velocities that the substep begins with [m/s].
+    /// Velocities at the beginning of the substep [m/s].
     leapt: Vec<DVec3>,
-    /// Velocities after forces from outside have acted [m/s].
+    /// Velocities after external forces [m/s].
     forced: Vec<DVec3>,
-    /// Velocities before angular momentum is given back [m/s].
+    /// Velocities before angular momentum is restored [m/s].
     turned: Vec<DVec3>,
-    /// Velocities before the ground resists rolling [m/s].
+    /// Velocities before rolling resistance [m/s].
     rolled: Vec<DVec3>,
-    /// Carry before contacts and after them [m].
+    /// Carry before and after contacts [m].
     carry: [Vec<Vec4>; 2],
-    /// Ways x − p of the particles before the part that is under way [m].
+    /// Displacements x − p of the particles before the current part [m].
     before: Vec<DVec3>,
-    /// Shares of them by cause [m].
+    /// Displacements by cause [m].
     elastic: Vec<DVec3>,
     grab: Vec<DVec3>,
     contact: Vec<DVec3>,
     friction: Vec<DVec3>,
-    /// The state before a contact, to see what it would do without friction.
+    /// The state before a contact, for the same contact without friction.
     smooth: Particles,
 }
 
-/// What the effects of a body store at one time.
+/// Energy that the effects of a body store at one time.
 #[derive(Debug, Default)]
 struct Stores(Vec<Store>);
 
@@ -212,7 +213,7 @@ impl Stores {
     }
 }
 
-/// What the elastic effects of a body stored and lost in a substep [J].
+/// Stored and dissipated energy of the elastic effects of a body in a substep [J].
 #[derive(Debug, Clone, Copy, Default)]
 struct Stored {
     /// ΔE.
@@ -258,7 +259,7 @@ impl Stored {
                     },
                 ) => {
                     all.change += energy - before;
-                    // The force of the end over all of the way, as −½ΔC²/α is.
+                    // The force at the end over the whole displacement, as −½ΔC²/α.
                     all.integrator += energy - before + force * (coordinate - from);
                 }
                 _ => {}
@@ -268,7 +269,7 @@ impl Stored {
     }
 }
 
-impl Book {
+impl EnergyTracker {
     /// For a body at the start of some substeps.
     pub(crate) fn of(body: &mut Stepper, context: &StepContext) -> Self {
         body.prepare_effects(&context.settings.substep(0), |_| true);
@@ -293,7 +294,8 @@ impl Book {
         self.finish(body, step, context)
     }
 
-    /// Does the first stage of a substep, and what comes before and after it. `is_near` says that another surface is.
+    /// Performs the first stage of a substep, with the steps before and after it. `is_near` tells
+    /// whether another surface is near.
     pub(crate) fn predict(
         &mut self,
         body: &mut Stepper,
@@ -314,7 +316,7 @@ impl Book {
         Stage::prediction().try_for_each(|stage| self.stage(body, stage, step, 0, context))
     }
 
-    /// Does a part of the second stage.
+    /// Performs a part of the second stage.
     pub(crate) fn stage(
         &mut self,
         body: &mut Stepper,
@@ -337,18 +339,18 @@ impl Book {
         Ok(())
     }
 
-    /// Puts down what contacts of bodies have moved since the last time.
+    /// Credits motion since the last call to contacts between bodies.
     pub(crate) fn credit_contact(&mut self, body: &Stepper) {
         self.credit(body.particles, Cause::Contact);
     }
 
-    /// Puts down how much of it was friction [m].
+    /// Credits the friction part of it [m].
     pub(crate) fn credit_friction(&mut self, particle: usize, way: DVec3) {
         self.contact[particle] -= way;
         self.friction[particle] += way;
     }
 
-    /// Does the last stage, and what comes after it.
+    /// Performs the last stage and the steps after it.
     pub(crate) fn finish(
         &mut self,
         body: &mut Stepper,
@@ -373,7 +375,7 @@ impl Book {
         Ok(ledger)
     }
 
-    /// Begins a substep: draws what is under repair.
+    /// Begins a substep: moves particles under repair.
     pub(crate) fn draw(&mut self, body: &mut Stepper, step: &Substep, context: &StepContext) {
         let mechanical = |particles: &Particles| {
             kinetic_energy(particles) + gravitational_energy(particles, step.gravity)
@@ -406,7 +408,7 @@ impl Book {
         }
     }
 
-    /// Puts down to a cause what has moved since the last time.
+    /// Credits motion since the last call to a cause.
     fn credit(&mut self, particles: &Particles, cause: Cause) {
         let column = match cause {
             Cause::Elastic => &mut self.elastic,
@@ -421,7 +423,8 @@ impl Book {
         }
     }
 
-    /// Does a contact twice, first without friction on a copy: the difference is the friction's.
+    /// Performs a contact twice, first without friction on a copy: the difference is the work of
+    /// friction.
     fn contact(
         &mut self,
         body: &mut Stepper,
@@ -449,7 +452,7 @@ impl Book {
         Ok(())
     }
 
-    /// Lets rest values flow, and says by how much less is stored then [J].
+    /// Performs plastic flow, and returns the resulting change of stored energy [J].
     pub(crate) fn flow(
         &mut self,
         body: &mut Stepper,
@@ -469,7 +472,7 @@ impl Book {
         Ok(change)
     }
 
-    /// Adds up a substep when it has ended.
+    /// Accumulates the terms of a finished substep.
     fn close(&self, particles: &Particles, step: &Substep, stored: Stored) -> Ledger {
         let second = particles.history.is_second_order();
         let h = particles.history.seconds(f64::from(step.h));
@@ -512,8 +515,8 @@ impl Book {
             sum.damping += mass * faded.dot(mean);
             sum.forces += mass * forces.dot(mean);
             sum.grab += mass * grab.dot(mean);
-            // A bounce moves the place where the substep began, which is height that the particle does not
-            // fall.
+            // Restitution moves the start position of the substep, a height through which the
+            // particle does not fall.
             let from = self.carry[0][index] - self.carry[1][index];
             let lent = if second {
                 0.0
@@ -523,10 +526,11 @@ impl Book {
             sum.contact += mass * (contact.dot(mean) + lent);
             sum.friction += mass * (friction + rolled).dot(mean);
             sum.rounding += mass * rounding.dot(mean);
-            // To give back angular momentum undoes what the integrator took of it.
+            // Restoring angular momentum compensates a loss by the integrator.
             sum.integrator += mass * (turned.dot(mean) - 0.5 * (fall + elastic).dot(change));
             if second {
-                // Gravity has acted over ⅔h of what the particle has fallen since the substep before.
+                // Gravity has acted over ⅔h along the displacement of the particle since the
+                // previous substep.
                 let way = particles.position(index) - self.start.position(index);
                 sum.integrator += mass * (leap.dot(mean) + fall.dot(end) - gravity.dot(way));
             }
@@ -538,7 +542,7 @@ impl Book {
     }
 }
 
-/// Ways of the particles since the start of the substep [m].
+/// Displacements of the particles since the start of the substep [m].
 fn ways(particles: &Particles) -> impl Iterator<Item = DVec3> {
     (0..particles.len()).map(|i| particles.motion(i))
 }

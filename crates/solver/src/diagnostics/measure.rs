@@ -1,5 +1,5 @@
-//! Figures about a body: energies, momentum, volume, residual. Sums are in f64 and in the order
-//! of particles and constraints, so that they too are the same everywhere.
+//! Measurements of a body: energies, momentum, volume, residual. Sums are in f64 and in the order
+//! of particles and constraints, so that they are identical on every machine.
 
 pub use crate::kernel::sum::SquareSum;
 
@@ -15,7 +15,7 @@ fn mass(x: &Vec4) -> f64 {
     if x.w > 0.0 { 1.0 / f64::from(x.w) } else { 0.0 }
 }
 
-/// A term of mass [kg], position [m] and velocity [m/s] of each particle.
+/// Mass [kg], position [m] and velocity [m/s] of each particle, mapped to a term.
 fn terms<T>(
     particles: &Particles,
     term: impl Fn(f64, DVec3, DVec3) -> T,
@@ -55,7 +55,7 @@ fn moments(particles: &Particles, term: impl Fn(f64, DVec3, DVec3) -> DVec3) -> 
     terms(particles, term).fold(DVec3::ZERO, |sum, moment| sum + moment)
 }
 
-/// Centre of mass of the particles that can move [m]; the origin if none can.
+/// Center of mass of the particles that can move [m]; the origin if none can.
 #[must_use]
 pub fn centre_of_mass(particles: &Particles) -> DVec3 {
     let total: f64 = particles.positions.iter().map(mass).sum();
@@ -92,8 +92,8 @@ pub fn tetrahedron_volumes(topology: &Topology, positions: &[Vec4]) -> impl Iter
     })
 }
 
-/// Volume of the body over its rest volume, less 1: of its tetrahedra, or of what its surface encloses
-/// if it has none; 0 if that is nothing.
+/// Relative change of the volume of the body from its rest volume: of its tetrahedra, or of the
+/// enclosed volume if it has none; 0 if the rest volume is 0.
 #[must_use]
 pub fn volume_error(topology: &Topology, positions: &[Vec4]) -> f64 {
     let rest: f64 = topology
@@ -111,7 +111,7 @@ pub fn volume_error(topology: &Topology, positions: &[Vec4]) -> f64 {
     tetrahedron_volumes(topology, positions).sum::<f64>() / rest - 1.0
 }
 
-/// How many tetrahedra are turned inside out.
+/// Number of inverted tetrahedra.
 #[must_use]
 pub fn inverted(topology: &Topology, positions: &[Vec4]) -> usize {
     topology
@@ -138,8 +138,8 @@ pub fn elastic_energy<const N: usize, const M: usize>(
         .sum()
 }
 
-/// Energy of all elastic effects of a body together [J], its particles being `at` places in m, with
-/// their inverse masses in 1/kg.
+/// Energy of all elastic effects of a body [J], with its particles `at` positions in m and inverse
+/// masses in 1/kg.
 #[must_use]
 pub fn elastic_energies(
     effects: &Effects,
@@ -167,7 +167,7 @@ pub fn elastic_energies(
     all
 }
 
-/// Energy that an effect without elements stores [J].
+/// Energy stored by an effect without elements [J].
 #[must_use]
 pub fn body_effect_energy(
     (effects, kind): (&Effects, BodyEffectKind),
@@ -186,8 +186,8 @@ pub fn body_effect_energy(
     all
 }
 
-/// What is left of an effect's equations C + αλ/h² = 0, over the scale of each (the rest length of
-/// an edge, the rest volume of a tetrahedron).
+/// Residual of the equations C + αλ/h² = 0 of an effect, each relative to its scale (rest length of
+/// an edge, rest volume of a tetrahedron).
 #[must_use]
 pub fn residual<const N: usize, const M: usize>(
     effect: &impl Elastic<N, M>,
@@ -210,7 +210,7 @@ pub fn residual<const N: usize, const M: usize>(
         })
 }
 
-/// What is left of the equations of all elastic effects of a body, as [`residual`] of each.
+/// Residual of the equations of all elastic effects of a body, see [`residual`].
 #[must_use]
 pub fn residuals(
     effects: &Effects,
@@ -250,8 +250,8 @@ pub fn residuals(
     sum.all
 }
 
-/// Root mean square distance of the particles to the rest shape after the best rigid fit, over
-/// the body's size.
+/// Root mean square distance of the particles from the best rigid fit of the rest shape, relative
+/// to the size of the body.
 #[must_use]
 pub fn shape_error(topology: &Topology, positions: &[Vec4]) -> f64 {
     let count = topology.rest.len() as f64;

@@ -1,11 +1,11 @@
-//! How much memory bodies take.
+//! Memory use of bodies.
 
 use crate::{Body, Particles, Topology};
 use glam::{Vec3, Vec4};
 use std::collections::BTreeSet;
 
-/// Bytes that the solver holds for bodies: state, constraints with their order, rest shape and
-/// numbering. What several bodies share counts once; surfaces to draw do not count.
+/// Bytes that the solver uses for bodies: state, constraints with their order, rest shape and
+/// numbering. Data shared between bodies counts once; render surfaces do not count.
 #[must_use]
 pub fn solver_bytes(bodies: &[Body]) -> usize {
     let mut seen = BTreeSet::new();
@@ -24,7 +24,7 @@ pub fn solver_bytes(bodies: &[Body]) -> usize {
                 + body.tick_start.len() * size_of::<Vec4>()
                 + body.states.bytes()
                 + body.stitches.bytes()
-                + body.factors.bytes()
+                + body.direct.bytes()
         })
         .sum()
 }
@@ -33,7 +33,7 @@ fn state(particles: &Particles) -> usize {
     3 * particles.len() * size_of::<Vec4>() + particles.history.bytes() + particles.repair.bytes()
 }
 
-/// What a body has for itself of a mesh whose rest values have flowed.
+/// Memory of the body's own rest values after plastic flow.
 fn rest_values(topology: &Topology) -> usize {
     topology.rest_values().map_or(0, |own| {
         let columns = [&own.lengths, &own.volumes, &own.angles, &own.folds];

@@ -1,4 +1,5 @@
-//! What can be measured of bodies: energies and where they go, residuals, modes, effective compliance, memory.
+//! Measurements of bodies: energies and the energy ledger, residuals, modes, effective compliance,
+//! memory.
 
 pub mod delivered;
 pub mod ledger;

@@ -1,21 +1,22 @@
-//! How short a substep may be in single precision.
+//! Shortest useful substep in single precision.
 //!
-//! The shape of an element is rounded to ε of its size, so that a projection of its constraint moves a
-//! particle by d = ε s w‖∇C‖ / (Σ w‖∇C‖² + α/h²) for nothing, s being what C is measured against. In a
-//! substep gravity moves it by h²g. Where d > h²g, multipliers and forces are mostly rounding. Motion
-//! still averages over it, as d has either sign, but no further substep makes an answer better. A soft
-//! element never comes to that: with α > εsw‖∇C‖/g, d falls with h² as well.
+//! The shape of an element is rounded to ε of its size, so that projecting its constraint moves a
+//! particle by a spurious d = ε s w‖∇C‖ / (Σ w‖∇C‖² + α/h²), with s the size that C is measured
+//! against. In a substep gravity moves it by h²g. Where d > h²g, multipliers and forces are mostly
+//! rounding. Motion still averages over it, as d has either sign, but more substeps do not improve
+//! the result. A soft element does not reach that limit: with α > εsw‖∇C‖/g, d decreases with h² as
+//! well.
 
 use crate::{
     Body, Topology,
     elastic::{Elastic, Point, Visit},
 };
 
-/// Half of the last digit of an f32, relative to it.
+/// Half an ulp of an f32, as a relative value.
 const HALF_ULP: f64 = 0.5 * f32::EPSILON as f64;
 
-/// The shortest substep [s] in which gravity of this strength [m/s²] still moves a body's particles by
-/// more than rounding does; 0 if all are, ∞ without gravity or with nothing that moves.
+/// Shortest substep [s] in which gravity of this strength [m/s²] still moves the particles of a
+/// body more than rounding does; 0 if any length does, ∞ without gravity or movable particles.
 #[must_use]
 pub fn shortest_substep(body: &Body, gravity: f64) -> f64 {
     let mut shortest = Shortest {
@@ -28,8 +29,8 @@ pub fn shortest_substep(body: &Body, gravity: f64) -> f64 {
     shortest.square.sqrt()
 }
 
-/// The most substeps a tick that single precision resolves for all of these bodies, at least 1; `None` if any
-/// number of them, or without gravity.
+/// Maximum number of substeps per tick that single precision resolves for all of these bodies, at
+/// least 1; `None` if there is no limit, or without gravity.
 #[must_use]
 pub fn max_substeps(bodies: &[Body], tick_seconds: f64, gravity: f64) -> Option<u32> {
     if gravity <= 0.0 {

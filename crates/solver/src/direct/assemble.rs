@@ -1,4 +1,4 @@
-//! The elastic equations of a body as a matrix, from the rows that every effect tells.
+//! Assembles the elastic equations of a body into a matrix, from the rows of every effect.
 
 use super::{
     matrix::{Matrix, add_outer, add_unit},
@@ -10,36 +10,36 @@ use crate::{
 };
 use glam::DVec3;
 
-/// α' is at least this share of Σ w‖∇C‖²: stiff enough for what is rigid, and far enough from the
-/// last digit of an `f64`.
+/// Lower bound of α' as a fraction of Σ w‖∇C‖²: stiff enough for rigid constraints, and well above
+/// the rounding of `f64`.
 const FLOOR: f64 = 1e-8;
 
-/// A body is far from its rest shape where C is more than this share of its scale: an edge a quarter
+/// A body is far from its rest shape where C exceeds this fraction of its scale: an edge a quarter
 /// as long as at rest, a tetrahedron nearly flat.
 const FAR: f64 = 0.75;
 
-/// In what is minimised a row is at least as soft as this share of Σ w‖∇C‖². As stiff as it is, a rigid
-/// edge that turns would forbid all but the smallest steps, by what it is stretched in second order.
+/// Lower bound of the compliance of a row in the merit function, as a fraction of Σ w‖∇C‖². At full
+/// stiffness, the second-order stretch of a rotating rigid edge would allow only tiny steps.
 const SOFTENED: f64 = 1e-2;
 
 /// An equation at the last assembly.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Kept {
-    /// (C + α̃λ + γ∇C·(x − p))/α'; 0, as all else, of what has no gradient.
+    /// (C + α̃λ + γ∇C·(x − p))/α'; 0, as all other fields, for equations without gradient.
     residual: f64,
     /// (1 + γ)/α'.
     stiffness: f64,
     /// C and γ(∇C·(x − p))².
     error: f64,
     lost: f64,
-    /// α̃, and what it is taken to be in what is minimised.
+    /// α̃, and its value in the merit function.
     alpha: f64,
     softened: f64,
 }
 
 impl Kept {
-    /// ½ (C − (α − α̃)λ)²/α and what damping adds, α being the softened one: an augmented Lagrangian, to
-    /// which the solution is a minimum with the λ of the solution.
+    /// ½ (C − (α − α̃)λ)²/α plus a damping term, with α the softened compliance: an augmented
+    /// Lagrangian, which the solution minimizes at the λ of the solution.
     fn merit(&self, error: f64, lost: f64, lambda: f64) -> f64 {
         let off = error - (self.softened - self.alpha) * lambda;
         if self.softened > 0.0 {
@@ -50,37 +50,37 @@ impl Kept {
     }
 }
 
-/// The equations of one effect, as they were at the last assembly.
+/// The equations of one effect at the last assembly.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Column {
-    /// The block of each pair of corners of each element.
+    /// Matrix block of each pair of corners of each element.
     slots: Vec<u32>,
     /// Each equation, and its ∇C for each corner.
     rows: Vec<Kept>,
     gradients: Vec<DVec3>,
     /// λ of each equation.
     pub lambdas: Vec<f64>,
-    /// λ after a whole step.
+    /// λ after a full step.
     next: Vec<f64>,
-    /// What each edge or strut pulls with, times h², and its length [m]; not used for others.
+    /// Tension of each edge or strut times h², and its length [m]; unused for other effects.
     tensions: Vec<(f64, f64)>,
 }
 
 impl Column {
-    /// Before the first step of a substep: λ and tensions are 0.
+    /// Before the first step of a substep: sets λ and tensions to 0.
     pub fn begin(&mut self) {
         self.lambdas.fill(0.0);
         self.tensions.fill((0.0, 0.0));
     }
 
-    /// Brings λ in line with a share of the step.
+    /// Updates λ for a fraction of the step.
     pub fn advance(&mut self, share: f64) {
         for (lambda, next) in self.lambdas.iter_mut().zip(&self.next) {
             *lambda += (next - *lambda) * share;
         }
     }
 
-    /// Bytes of memory.
+    /// Memory use in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.slots[..])
             + size_of_val(&self.rows[..])
@@ -94,7 +94,7 @@ impl Column {
 /// Columns of all effects.
 pub(super) type Columns = [Column; ElasticKind::COUNT];
 
-/// The pairs of particles that share an element of an effect that is solved directly.
+/// Collects the pairs of particles that share an element of a directly solved effect.
 pub(super) struct Links<'a> {
     pub topology: &'a Topology,
     pub found: Vec<(u32, u32)>,
@@ -114,7 +114,7 @@ fn pairs<const N: usize>(corners: [u32; N]) -> impl Iterator<Item = (u32, u32)> 
     (0..N).flat_map(move |i| (0..i).map(move |j| (corners[i], corners[j])))
 }
 
-/// Finds the blocks of all elements, and makes room.
+/// Finds the blocks of all elements, and allocates columns.
 pub(super) struct Prepare<'a> {
     pub topology: &'a Topology,
     pub plan: &'a Plan,
@@ -143,7 +143,7 @@ impl Visit for Prepare<'_> {
     }
 }
 
-/// Where particles are, and what of them.
+/// Particle state used in the assembly.
 #[derive(Clone, Copy)]
 pub(super) struct Positions<'a> {
     pub topology: &'a Topology,
@@ -180,7 +180,7 @@ pub(super) struct Assemble<'a> {
     pub plan: &'a Plan,
     pub columns: &'a mut Columns,
     pub matrix: &'a mut Matrix,
-    /// M Δx, by the place of the particle.
+    /// M Δx, by elimination index of the particle.
     pub right: &'a mut [DVec3],
     /// Whether the body is far from its rest shape.
     pub far: bool,
@@ -268,18 +268,18 @@ impl Visit for Assemble<'_> {
     }
 }
 
-/// Finds λ after a whole step Δx.
+/// Predicts λ after a full step Δx.
 pub(super) struct ForeseenMerit<'a> {
     pub topology: &'a Topology,
     pub plan: &'a Plan,
     pub columns: &'a mut Columns,
-    /// By the place of the particle [m].
+    /// By elimination index of the particle [m].
     pub step: &'a [DVec3],
     /// Inverse masses [1/kg].
     pub w: &'a [f64],
-    /// Adds up what [`Merit`] would find before the step.
+    /// Accumulates the value of [`Merit`] before the step.
     pub sum: f64,
-    /// Whether an edge pulls so much more than was reckoned with that it matters.
+    /// Whether the tension of an edge exceeds the assumed one by a relevant amount.
     pub tighter: bool,
 }
 
@@ -316,7 +316,7 @@ impl Visit for ForeseenMerit<'_> {
     }
 }
 
-/// Adds up what is minimised at x, with the λ that was foreseen.
+/// Accumulates the merit function at x, with the predicted λ.
 pub(super) struct Merit<'a> {
     pub places: Positions<'a>,
     pub columns: &'a Columns,

@@ -1,31 +1,32 @@
-//! A symmetric positive definite matrix of 3 × 3 blocks, and its Cholesky factor in its place.
+//! A symmetric positive definite matrix of 3 × 3 blocks, and its in-place Cholesky factor.
 //!
-//! Loops over the numbers of a block go by columns of four, so that a column is one register; the
-//! fourth number is 0. The order of operations is the plan's, so that every machine gets the same bits.
+//! Loops over the entries of a block use columns of four, so that a column is one register; the
+//! fourth entry is 0. The plan fixes the order of operations, so that every machine computes the
+//! same bits.
 
 use super::plan::Plan;
 use crate::lanes::{Instructions, Lanes, Work};
 use glam::DVec3;
 
-/// Three columns of a block, each padded to four numbers.
+/// Three columns of a block, each padded to four entries.
 pub(crate) type Block = [[f64; 4]; 3];
 
-/// A pivot that is less than this share of its diagonal is lost to rounding.
+/// A pivot below this fraction of its diagonal is lost to rounding.
 const LOST: f64 = 1e-14;
 
-/// The matrix; once factored, the diagonal holds the inverses of the factors of its blocks.
+/// The matrix; once factored, the diagonal stores the inverse factors of its blocks.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Matrix {
     pub diagonal: Vec<Block>,
     pub lower: Vec<Block>,
-    /// Where a row is in the column under way.
+    /// Position of each row in the current column.
     places: Vec<u32>,
-    /// Whether no pivot of the last factorization was lost or negative.
+    /// Whether the last factorization had no lost or negative pivot.
     definite: bool,
 }
 
 impl Matrix {
-    /// Makes room for the blocks of a plan, all zero.
+    /// Allocates the blocks of a plan, all zero.
     pub fn reset(&mut self, plan: &Plan) {
         let count = plan.place.len();
         self.diagonal.clear();
@@ -35,19 +36,19 @@ impl Matrix {
         self.places.resize(count, 0);
     }
 
-    /// Factors it.
+    /// Computes the factorization.
     pub fn factor(&mut self, plan: &Plan, instructions: Instructions) {
         self.definite = true;
         instructions.run(Factor(self, plan));
     }
 
-    /// Whether it was positive definite when it was factored, to within rounding. If not, solutions are
-    /// those of another matrix.
+    /// Whether the matrix was positive definite, within rounding, when it was factored. If not,
+    /// solutions belong to a different matrix.
     pub fn was_definite(&self) -> bool {
         self.definite
     }
 
-    /// Solves for the right-hand side `x`, in its place.
+    /// Solves in place for the right-hand side `x`.
     pub fn solve(&self, plan: &Plan, x: &mut [DVec3]) {
         for column in 0..x.len() {
             let i = &self.diagonal[column];
@@ -87,7 +88,7 @@ impl Matrix {
         }
     }
 
-    /// Bytes of memory.
+    /// Memory use in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.diagonal[..])
             + size_of_val(&self.lower[..])
@@ -112,7 +113,7 @@ pub(crate) fn add_unit(block: &mut Block, s: f64) {
     block[2][2] += s;
 }
 
-/// A factorization, compiled for each set of instructions.
+/// A factorization, compiled per instruction set.
 struct Factor<'a>(&'a mut Matrix, &'a Plan);
 
 impl Work for Factor<'_> {
@@ -125,7 +126,7 @@ impl Work for Factor<'_> {
     }
 }
 
-/// Left-looking: takes away what the columns before do to this one, and divides by its root.
+/// Left-looking: subtracts the contributions of earlier columns and divides by the root.
 #[inline(always)]
 fn factor_column(matrix: &mut Matrix, plan: &Plan, column: usize) {
     let range = plan.column(column);
@@ -168,8 +169,8 @@ fn take_product(t: &mut Block, s: &Block, m: &Block) {
     }
 }
 
-/// Inverse of the lower Cholesky factor of a block, and whether it has one. A pivot lost to rounding keeps
-/// its diagonal.
+/// Inverse of the lower Cholesky factor of a block, and whether it exists. A pivot lost to rounding
+/// is replaced by its diagonal.
 #[inline(always)]
 fn inverse_factor(a: &Block) -> (Block, bool) {
     let (a00, first) = root(a[0][0], a[0][0]);
@@ -187,13 +188,13 @@ fn inverse_factor(a: &Block) -> (Block, bool) {
     (inverse, first & second & third)
 }
 
-/// The root of a pivot, and whether it is above 0 by more than rounding.
+/// Root of a pivot, and whether the pivot is above 0 by more than rounding.
 #[inline(always)]
 fn root(left: f64, whole: f64) -> (f64, bool) {
     if left > whole * LOST {
         (left.sqrt(), true)
     } else {
-        // Never 0, so that nothing is divided by it.
+        // Never 0, to avoid a division by zero.
         ((whole.max(0.0) + f64::MIN_POSITIVE).sqrt(), false)
     }
 }

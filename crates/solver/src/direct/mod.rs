@@ -1,34 +1,37 @@
-//! Direct solution of a body's substep, instead of sweeps: for slender and stiff bodies, through which
-//! sweeps pass a load on but slowly.
+//! Direct solver for a substep of a body, instead of Gauss–Seidel: for slender and stiff bodies,
+//! through which Gauss–Seidel propagates a load by about one element per iteration.
 //!
-//! A substep of XPBD asks for
+//! A substep of XPBD solves
 //!
 //! M (x − y) = Σ ∇Cᵀλ,  C(x) + α̃λ + γ∇C·(x − p) = 0,  α̃ = α/h², γ = τ/h,
 //!
-//! y being the prediction and p the start of the substep. With λ eliminated, a Newton step of it is a
-//! symmetric positive definite system of a 3 × 3 block for each particle and each pair of neighbours,
+//! with the prediction y and the start p of the substep. Eliminating λ gives a Newton step as a
+//! symmetric positive definite system with a 3 × 3 block for each particle and each pair of
+//! neighbors,
 //!
 //! (M + Σ (1 + γ)/α' ∇Cᵀ∇C) Δx = M (y − x) + Σ ∇Cᵀ (λ − (C + α̃λ + γ∇C·(x − p))/α'),
 //!
-//! that a sparse Cholesky factorization solves to the end, anew in every iteration. α' is α̃, but never
-//! less than a small share of Σ w‖∇C‖², so that what is rigid is stiff enough and still has digits.
-//! Everything is in `f64` and starts from nothing, so that no state outlives the substep.
+//! which a sparse Cholesky factorization solves exactly, anew in every iteration. α' is α̃, with a
+//! lower bound of a small fraction of Σ w‖∇C‖², so that rigid constraints are stiff without loss of
+//! precision. Everything is in `f64` and starts from zero, so that no state outlives the substep.
 //!
-//! - An edge under tension also resists being turned, with force over length; without that a light
-//!   rope under a heavy weight flutters. Where that matters, the system is made and solved once more,
-//!   with the tensions that the first solution has found.
-//! - An iteration is a Newton step, in the place of a sweep. All else that moves particles acts between
-//!   them as it does between sweeps: strain limits, pressure, tethers, hands, ground and colliders. What
-//!   they do to a particle is added to its y, so that the next step is of the whole body under these
-//!   pushes. Without them, one step is nearly always enough; with them, more bring the body nearer to
-//!   where it bears them, by about the share of its mass that they do not touch.
-//! - A step that does not lower what it minimises, an augmented Lagrangian, is shortened. Where none helps, and where a body
-//!   is far from its rest shape, as one squashed flat or turned inside out is, the iteration is a sweep:
-//!   a linear system knows nothing of where such a body should go, and sweeps recover.
-//! - It is XPBD: other [methods](super::Method) sweep. So are the equations of
-//!   [neo-Hookean](super::NeoHookean) tetrahedra, whose ∇C of one direction says nothing of how stiff
-//!   they are in the others, and strain limits, most of which say nothing at any time.
-//! - Smoothing iterations leave alone what is solved directly.
+//! - An edge under tension also resists rotation, with force over length; without that a light rope
+//!   under a heavy weight flutters. Where it matters, the system is assembled and solved again with
+//!   the tensions of the first solution.
+//! - An iteration is a Newton step in place of a Gauss–Seidel pass. Everything else that moves
+//!   particles acts between iterations, as between Gauss–Seidel passes: strain limits, pressure,
+//!   tethers, grabs, ground and colliders. Their displacements are added to the y of a particle, so
+//!   that the next step solves the whole body under these loads. Without them, one step is nearly
+//!   always enough; with them, each further step reduces the remaining error by about the fraction
+//!   of the mass that they do not touch.
+//! - A step that does not decrease its merit function, an augmented Lagrangian, is shortened. If no
+//!   step length helps, or if the body is far from its rest shape (squashed flat or inverted), the
+//!   iteration falls back to Gauss–Seidel, which can recover such a body where a linear system
+//!   cannot.
+//! - It requires XPBD: other [methods](super::Method) use Gauss–Seidel. So do the equations of
+//!   [neo-Hookean](super::NeoHookean) tetrahedra, whose ∇C in one direction carries no information
+//!   about the stiffness in others, and strain limits, most of which are inactive at any time.
+//! - Smoothing iterations skip directly solved effects.
 
 mod assemble;
 pub(super) mod matrix;
@@ -36,7 +39,7 @@ pub(super) mod plan;
 
 use super::{
     Effects, ElasticKind, Method, Topology, TopologyId, effects::Multipliers,
-    effects::kinds::sweep_kind, lanes::Instructions, particles::Part,
+    effects::kinds::iterate_kind, lanes::Instructions, particles::Part,
 };
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
@@ -47,7 +50,7 @@ use plan::{Plan, TooLarge};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// A body is solved directly, not by sweeps.
+/// Solves the body directly instead of by Gauss–Seidel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -58,27 +61,27 @@ use std::fmt;
 )]
 pub struct Direct {}
 
-/// Multiplications of a factorization at most: some 5 ms.
+/// Maximum number of multiplications of a factorization: about 5 ms.
 pub const MAX_WORK: u64 = 20_000_000;
 
-/// Systems of an iteration at most, each with the tensions that the one before has found.
+/// Maximum number of systems per iteration, each with the tensions from the previous one.
 const PASSES: usize = 3;
 
-/// Shorter steps that are tried, and by how much each is.
+/// Maximum number of shortened trial steps, and their reduction factor.
 const TRIALS: usize = 5;
 const SHORTER: f64 = 0.4;
 
-/// What is minimised may rise by this share, as rounding.
+/// Relative increase of the merit function that counts as rounding.
 const SLACK: f64 = 1e-6;
 
-/// The plan of a body that is solved directly, and the room that it works in; nothing for other bodies.
-/// It follows from the topology and the effects, and is no part of the state.
+/// Plan and workspace of a directly solved body; empty for other bodies. Derived from the topology
+/// and the effects, not part of the state.
 #[derive(Debug, Clone, Default)]
-pub struct Factors(Option<Box<Workspace>>);
+pub struct DirectWorkspace(Option<Box<Workspace>>);
 
 #[derive(Debug, Clone, Default)]
 struct Workspace {
-    /// Which effects of how many particles `plan` is for.
+    /// Effects and topology for which `plan` was made.
     planned: Option<(u32, TopologyId)>,
     plan: Option<Plan>,
     columns: Columns,
@@ -90,34 +93,35 @@ struct Workspace {
     predicted: Vec<DVec3>,
     previous: Vec<DVec3>,
     before: Vec<DVec3>,
-    /// Displacements that the last iteration left [m].
+    /// Displacements at the end of the last iteration [m].
     left: Vec<Vec4>,
-    /// λ of sweeps.
+    /// λ of Gauss–Seidel iterations.
     swept: [Vec<f32>; ElasticKind::COUNT],
-    done: Done,
+    status: Status,
 }
 
-/// What became of the last substep.
+/// Outcome of the last substep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Done {
-    /// Nothing yet.
+pub enum Status {
+    /// Not solved yet.
     #[default]
     Nothing,
-    /// It was solved.
+    /// Solved directly.
     Solved,
-    /// An iteration was a sweep, because the body was far from its rest shape or no step helped.
-    Swept,
-    /// It was swept, because a factorization would take more than [`MAX_WORK`].
+    /// An iteration fell back to Gauss–Seidel, because the body was far from its rest shape or no
+    /// step length helped.
+    FellBack,
+    /// Gauss–Seidel was used, because a factorization would exceed [`MAX_WORK`].
     TooLarge,
 }
 
-impl Done {
-    /// Why it was not solved, in a sentence.
+impl Status {
+    /// Reason for the fallback, in a sentence.
     #[must_use]
-    pub const fn why_swept(self) -> Option<&'static str> {
+    pub const fn explanation(self) -> Option<&'static str> {
         match self {
             Self::Nothing | Self::Solved => None,
-            Self::Swept => Some(
+            Self::FellBack => Some(
                 "Fell back to Gauss–Seidel: the body is far from its rest shape, or no direct step \
                  reduced the residual.",
             ),
@@ -129,14 +133,14 @@ impl Done {
     }
 }
 
-/// Why a body should not carry [`Direct`].
+/// Reasons against [`Direct`] on a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unfit {
     /// The method is not XPBD.
     Method,
-    /// It carries neo-Hookean tetrahedra.
+    /// It has neo-Hookean tetrahedra.
     NeoHookean,
-    /// A factorization would take more than [`MAX_WORK`]; how many particles there are.
+    /// A factorization would exceed [`MAX_WORK`]; the number of particles.
     TooLarge(usize),
 }
 
@@ -161,7 +165,7 @@ impl fmt::Display for Unfit {
     }
 }
 
-/// Why a body with these effects should not be solved directly, if it should not.
+/// Reason against the direct solver for a body with these effects, if any.
 #[must_use]
 pub fn unfit(topology: &Topology, effects: &Effects, method: Method) -> Option<Unfit> {
     if !method.has_direct() {
@@ -174,25 +178,25 @@ pub fn unfit(topology: &Topology, effects: &Effects, method: Method) -> Option<U
     }
 }
 
-/// They follow from what a body is compared by.
-impl PartialEq for Factors {
+/// Derived data does not take part in comparisons.
+impl PartialEq for DirectWorkspace {
     fn eq(&self, _: &Self) -> bool {
         true
     }
 }
 
-/// What a substep of a body is solved with.
+/// Input of an iteration.
 #[derive(Debug)]
 pub(super) struct Iteration<'a> {
     pub topology: &'a Topology,
     pub effects: &'a Effects,
     /// All particles of the body, predicted.
     pub part: Part<'a>,
-    /// Where λ is to be told; empty where nobody asks.
+    /// Output for λ; empty where it is not needed.
     pub lambdas: [&'a mut [f32]; ElasticKind::COUNT],
     /// Length of the substep [s].
     pub h: f32,
-    /// Which of how many iterations.
+    /// Number of the iteration, and their count.
     pub iteration: (u32, u32),
     pub instructions: Instructions,
 }
@@ -205,8 +209,8 @@ impl ElasticKind {
     }
 }
 
-/// Multiplications that a factorization of a body with these effects takes; `None` if they are more
-/// than [`MAX_WORK`], so that the body is swept.
+/// Multiplications that a factorization of a body with these effects needs; `None` if they exceed
+/// [`MAX_WORK`], in which case the body is solved by Gauss–Seidel.
 #[must_use]
 pub fn work(topology: &Topology, effects: &Effects) -> Option<u64> {
     plan(topology, effects).ok().map(|plan| plan.work)
@@ -221,31 +225,30 @@ fn plan(topology: &Topology, effects: &Effects) -> Result<Plan, TooLarge> {
     Plan::new(topology.particles(), links.found.into_iter(), MAX_WORK)
 }
 
-impl Factors {
-    /// What became of the last substep.
+impl DirectWorkspace {
+    /// Outcome of the last substep.
     #[must_use]
-    pub fn done(&self) -> Done {
+    pub fn status(&self) -> Status {
         self.0
             .as_ref()
-            .map_or(Done::Nothing, |workspace| workspace.done)
+            .map_or(Status::Nothing, |workspace| workspace.status)
     }
 
-    /// Bytes of memory.
+    /// Memory use in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let workspace = self.0.as_ref();
         workspace.map_or(0, |workspace| size_of::<Workspace>() + workspace.bytes())
     }
 
-    /// Moves the particles of a body to where its elastic effects bring them in an iteration, and tells
-    /// their multipliers.
+    /// Performs one iteration of the elastic effects of a body, and writes their multipliers.
     pub(super) fn solve(&mut self, given: Iteration) {
         self.0.get_or_insert_default().solve(given);
     }
 }
 
 impl Workspace {
-    /// Bytes of memory of its columns.
+    /// Memory use of its columns in bytes.
     fn bytes(&self) -> usize {
         let columns = [
             &self.right,
@@ -273,7 +276,7 @@ impl Workspace {
         let first = given.iteration.0 == 0;
         if first {
             self.prepare(given.topology, given.effects);
-            self.done = Done::Solved;
+            self.status = Status::Solved;
         }
         let solved = self.plan.is_some() && {
             if first {
@@ -284,17 +287,17 @@ impl Workspace {
             self.solve_directly(&mut given)
         };
         if !solved {
-            self.done = match self.plan {
-                Some(_) => Done::Swept,
-                None => Done::TooLarge,
+            self.status = match self.plan {
+                Some(_) => Status::FellBack,
+                None => Status::TooLarge,
             };
-            self.sweep(&mut given);
+            self.gauss_seidel(&mut given);
         }
         self.left.clear();
         self.left.extend_from_slice(given.part.displacements);
     }
 
-    /// Makes a plan, if there is none for these effects.
+    /// Makes a plan if there is none for these effects.
     fn prepare(&mut self, topology: &Topology, effects: &Effects) {
         let kinds = ElasticKind::ALL.into_iter();
         let kinds = kinds.filter(|kind| effects.has(*kind) && kind.is_solved_directly());
@@ -317,7 +320,7 @@ impl Workspace {
         }
     }
 
-    /// Whether it could; if not, nothing has moved.
+    /// Returns whether it succeeded; otherwise nothing has moved.
     fn solve_directly(&mut self, given: &mut Iteration) -> bool {
         if !self.newton(given) {
             return false;
@@ -340,7 +343,7 @@ impl Workspace {
         true
     }
 
-    /// Reads the state when a substep begins.
+    /// Reads the state at the start of a substep.
     fn begin(&mut self, given: &Iteration) {
         let part = &given.part;
         predicted(&mut self.x, part);
@@ -358,7 +361,7 @@ impl Workspace {
         }
     }
 
-    /// Takes over what others have done to particles since the last iteration.
+    /// Applies displacements by others since the last iteration.
     fn follow(&mut self, given: &Iteration) {
         let part = &given.part;
         started(&mut self.previous, part);
@@ -371,7 +374,7 @@ impl Workspace {
         }
     }
 
-    /// A Newton step; whether one was taken.
+    /// Performs a Newton step; returns whether one was accepted.
     fn newton(&mut self, given: &Iteration) -> bool {
         let Self {
             plan: Some(plan),
@@ -477,8 +480,8 @@ impl Workspace {
         false
     }
 
-    /// Sweeps over all constraints that are else solved directly.
-    fn sweep(&mut self, given: &mut Iteration) {
+    /// A Gauss–Seidel iteration over all constraints that are normally solved directly.
+    fn gauss_seidel(&mut self, given: &mut Iteration) {
         let (iteration, iterations) = given.iteration;
         for kind in ElasticKind::ALL {
             if !given.effects.has(kind) || !kind.is_solved_directly() {
@@ -490,12 +493,12 @@ impl Workspace {
             for (swept, solved) in swept.iter_mut().zip(&*solved) {
                 *swept = *solved as f32;
             }
-            sweep_kind(
+            iterate_kind(
                 (given.effects, kind),
                 given.topology,
                 given.h,
                 given.part.reborrow(),
-                Multipliers::of_sweep(swept, (iteration, iterations, true)),
+                Multipliers::of_iteration(swept, (iteration, iterations, true)),
             );
             for (solved, swept) in solved.iter_mut().zip(&*swept) {
                 *solved = f64::from(*swept);
@@ -508,13 +511,13 @@ impl Workspace {
     }
 }
 
-/// Where particles are in the course of the substep [m].
+/// Current positions within the substep [m].
 fn predicted(to: &mut Vec<DVec3>, part: &Part) {
     to.clear();
     to.extend((0..part.positions.len()).map(|i| part.predicted(i)));
 }
 
-/// Where they were when it began [m].
+/// Positions at the start of the substep [m].
 fn started(to: &mut Vec<DVec3>, part: &Part) {
     to.clear();
     to.extend((0..part.positions.len()).map(|i| part.start(i)));

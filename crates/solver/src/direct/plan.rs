@@ -1,30 +1,31 @@
-//! What never changes with the state: the order of elimination and the pattern of the factor.
+//! The state-independent part: elimination order and pattern of the factor.
 
 use std::{collections::BTreeSet, ops::Range};
 
-/// Order of elimination and pattern of a factor of 3 × 3 blocks.
+/// Elimination order and pattern of a factor of 3 × 3 blocks.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Plan {
-    /// Place of each particle in the order.
+    /// Position of each particle in the order.
     pub place: Vec<u32>,
-    /// Where the blocks of each column begin, and where the last one ends.
+    /// Start of the blocks of each column, and the end of the last.
     columns: Vec<u32>,
-    /// The row of each block below the diagonal, rising within a column.
+    /// Row of each block below the diagonal, ascending within a column.
     pub rows: Vec<u32>,
-    /// Where the list of each row in `left` begins.
+    /// Start of the list of each row in `left`.
     starts: Vec<u32>,
     /// For each row, the blocks left of the diagonal as column and place.
     left: Vec<(u32, u32)>,
-    /// Multiplications of a factorization.
+    /// Number of multiplications of a factorization.
     pub work: u64,
 }
 
-/// A body whose factorization would take more multiplications than are allowed.
+/// Error: a factorization would exceed the limit of multiplications.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct TooLarge;
 
 impl Plan {
-    /// By minimum degree, ties by number. `links` are the pairs of particles that share an element.
+    /// By minimum degree, with ties by number. `links` are the pairs of particles that share an
+    /// element.
     pub fn new(
         particles: usize,
         links: impl Iterator<Item = (u32, u32)>,
@@ -100,14 +101,14 @@ impl Plan {
         &self.left[self.starts[row] as usize..self.starts[row + 1] as usize]
     }
 
-    /// The block of two different places that share an element.
+    /// Block of two different positions that share an element.
     pub fn block(&self, a: u32, b: u32) -> u32 {
         let range = self.column(a.min(b) as usize);
         let found = self.rows[range.clone()].binary_search(&a.max(b));
         found.map_or(u32::MAX, |at| (range.start + at) as u32)
     }
 
-    /// Bytes of memory.
+    /// Memory use in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.place[..])
             + size_of_val(&self.columns[..])

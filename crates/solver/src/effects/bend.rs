@@ -1,14 +1,15 @@
-//! Bend: C = θ − θ₀ [rad] on every hinge, θ the angle between the normals of its two triangles.
+//! Bend: C = θ − θ₀ [rad] on every hinge, with θ the angle between the normals of its two
+//! triangles.
 //!
-//! λ/h² is the moment about the hinge's edge in N·m. A hinge of flexural rigidity B [N·m] has the
-//! stiffness B e²/(A₀ + A₁) [N·m], with the edge e and the areas of its triangles at rest. That is
-//! Grinspun and others' discrete shell (2003) with the factor for which a developable sheet stores
-//! ½Bκ² per area: exactly so where edges run along and across the bend, and on average over its
-//! directions on a mesh of equilateral triangles.
+//! λ/h² is the moment about the edge of the hinge in N·m. A hinge of flexural rigidity B [N·m] has
+//! the stiffness B e²/(A₀ + A₁) [N·m], with the length e of the edge and the areas of its triangles
+//! at rest. This is the discrete shell of Grinspun and others (2003) with the factor for which a
+//! developable sheet stores ½Bκ² per area: exact where edges run along and across the bend, and
+//! exact on average over its directions on a mesh of equilateral triangles.
 //!
-//! The angle is the one of `atan2`, so that it knows on which side a sheet is folded; the gradient
-//! is that of Bridson, Marino and Fedkiw (2003). An angle is compared with the one at rest the short
-//! way around, so that nothing jumps when a fold goes past ±π, but only when it is π away from rest.
+//! The angle is computed with `atan2`, so that its sign tells the side of the fold; the gradient is
+//! that of Bridson, Marino and Fedkiw (2003). The difference to the rest angle is wrapped to the
+//! shorter way around: it does not jump when a fold passes ±π, only when it is π away from rest.
 
 use crate::kernel::block::{
     Block, Blocks, LaneRow, Projection, cross, difference, dot, solve_rows,
@@ -30,7 +31,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::f32::consts::{PI, TAU};
 
-/// Hinges resist a change of their angle.
+/// Hinges resist changes of their angle.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -40,17 +41,17 @@ use std::f32::consts::{PI, TAU};
     type_path = "pliant::effect"
 )]
 pub struct Bend {
-    /// Flexural rigidity B [N·m], Et³/(12(1 − ν²)) of a sheet of thickness t, which does not depend
-    /// on how finely the surface is divided; default 1e-3, some felt.
+    /// Flexural rigidity B [N·m], Et³/(12(1 − ν²)) for a sheet of thickness t, independent of the
+    /// mesh resolution; default 1e-3, like some felt.
     pub stiffness: FlexuralRigidity,
-    /// Damping τ [s], see the [module](super); default 0.
+    /// Damping τ [s], see [`multipliers`](super::multipliers); default 0.
     pub damping: Damping,
 }
 
-/// The parameters as a substep of a given length needs them.
+/// Coefficients for a substep of given length.
 #[derive(Debug, Clone, Copy)]
 pub struct Coefficients {
-    /// 1/(B h²) [1/(kg·m²)], to be multiplied by a hinge's flexibility.
+    /// 1/(B h²) [1/(kg·m²)], multiplied by the flexibility of a hinge.
     alpha: f32,
     /// γ = τ/h.
     gamma: f32,
@@ -113,7 +114,7 @@ impl Elastic<4, 1> for Bend {
     }
 }
 
-/// A difference of two angles [rad], the short way around.
+/// Difference of two angles [rad], wrapped to the shorter way around.
 pub(super) fn wrapped(error: f64) -> f64 {
     if error > PI.into() {
         error - f64::from(TAU)
@@ -124,7 +125,8 @@ pub(super) fn wrapped(error: f64) -> f64 {
     }
 }
 
-/// Gradients of the angle of a hinge [1/m], with the least squares of normals and edge.
+/// Gradients of the angle of a hinge [1/m], with lower bounds for the squared lengths of normals
+/// and edge.
 fn gradients(x: [DVec3; 4], [least_normal, least_edge]: [f64; 2]) -> [DVec3; 4] {
     let [n1, n2] = normals(x);
     let edge = x[1] - x[0];
@@ -141,11 +143,11 @@ fn gradients(x: [DVec3; 4], [least_normal, least_edge]: [f64; 2]) -> [DVec3; 4] 
     ]
 }
 
-/// Hinges with what their projection needs.
+/// Hinges with the data for their projection.
 ///
-/// Normals and edges are never divided by where they are shorter than a hundredth of what they are
-/// at rest, so that a triangle that has collapsed pushes less instead of without bound; healthy
-/// hinges are as they are to the bit.
+/// Lengths of normals and edges in denominators have a lower bound of a hundredth of their rest
+/// values, so that the force of a collapsed triangle stays bounded; healthy hinges are bitwise
+/// unaffected.
 #[derive(Debug, Clone, Copy)]
 pub struct Kernel<'a> {
     hinges: &'a Hinges,
@@ -184,8 +186,8 @@ impl Blocks<4, 1> for Kernel<'_> {
         error = error.simd_gt(PI).select(error - TAU, error);
         error = error.simd_lt(-PI).select(error + TAU, error);
 
-        // ∇θ is −e n/n² at the corners across, and shared out between the ends of the edge by
-        // where the corners across stand over it.
+        // ∇θ is −e n/n² at the opposite corners, distributed to the ends of the edge by the
+        // projections of the opposite corners onto it.
         let over_1 = dot(&first, &edge) / length;
         let over_2 = dot(&second, &edge) / length;
         let s1 = 1.0 / dot(&n1, &n1).max(least_normal);

@@ -1,9 +1,11 @@
-//! What all effects have in common that have no elements: they act on particles one by one, or on the whole body.
+//! Common interface of effects without elements: they act on individual particles or on the whole
+//! body.
 //!
 //! # Adding one
-//! A file with its parameters and an implementation of [`BodyEffect`], once for lanes and threads and once in plain `f64`
-//! for the reference, and a line in the table of [`effects!`](crate::effects). What it keeps, its place in a substep, the
-//! energy ledger, residuals and memory follow from the implementation.
+//! A file with its parameters and an implementation of [`BodyEffect`], once for lanes and threads
+//! and once in plain `f64` for the reference, and a line in the table of
+//! [`effects!`](crate::effects). State, position in a substep, energy ledger, residuals and memory
+//! follow from the implementation.
 
 use crate::{
     ColliderShape, Pose, Topology,
@@ -17,25 +19,25 @@ use std::fmt;
 
 /// An effect without elements.
 pub trait BodyEffect {
-    /// What it keeps from pass to pass; it comes and goes with the effect.
+    /// State from pass to pass; it is created and dropped with the effect.
     type State: fmt::Debug + Clone + Default + PartialEq;
-    /// What it works on at a time.
+    /// Granularity of its work.
     type Scope: Scope<Self::State>;
-    /// What the reference keeps of it.
+    /// State of the reference.
     type ReferenceState: fmt::Debug + Clone + Default;
 
-    /// When it acts in a substep.
+    /// Phase of a substep in which it acts.
     const PHASE: BodyPhase = BodyPhase::Iteration;
-    /// What the energy ledger puts its work down to.
+    /// Row of the energy ledger for its work.
     const WORK: WorkOf = WorkOf::Elasticity;
 
     /// Begins a tick of a body with these positions [m] and inverse masses [1/kg].
     fn begin_tick(&self, _state: &mut Self::State, _topology: &Topology, _positions: &[Vec4]) {}
 
-    /// Brings its state in line with a body before it is stepped.
+    /// Updates its state for a body before it is stepped.
     fn prepare(&self, _state: &mut Self::State, _body: &Resting) {}
 
-    /// A pass over a piece; says whether the body touched something.
+    /// Performs a pass over a piece; returns whether the body touched something.
     fn solve(
         &self,
         state: <Self::Scope as Scope<Self::State>>::Piece<'_>,
@@ -43,7 +45,7 @@ pub trait BodyEffect {
         pass: &BodyPass,
     ) -> bool;
 
-    /// Brings the state of the reference in line with a body at `x` [m] with inverse masses `w` [1/kg].
+    /// Updates the state of the reference for a body at `x` [m] with inverse masses `w` [1/kg].
     fn prepare_reference(
         &self,
         _state: &mut Self::ReferenceState,
@@ -56,7 +58,7 @@ pub trait BodyEffect {
     /// Begins a substep of the reference.
     fn begin_reference(&self, _state: &mut Self::ReferenceState, _particles: usize) {}
 
-    /// A pass of the reference.
+    /// Performs a pass of the reference.
     fn solve_reference(
         &self,
         state: &mut Self::ReferenceState,
@@ -64,15 +66,15 @@ pub trait BodyEffect {
         pass: &ReferencePass,
     );
 
-    /// Moves the particles of the reference by what the multipliers that are there pull, w∇C λ.
+    /// Moves the particles of the reference by the current multipliers, w∇C λ.
     fn pull_reference(&self, _state: &mut Self::ReferenceState, _body: ReferenceParticles) {}
 
-    /// How many constraints it has on a body.
+    /// Number of constraints on a body.
     fn constraints(&self, _topology: &Topology) -> usize {
         0
     }
 
-    /// How many elements it has on a body, as users count them.
+    /// Number of elements on a body, as shown to users.
     fn elements(&self, _state: &Self::State, topology: &Topology) -> usize {
         self.constraints(topology)
     }
@@ -82,8 +84,8 @@ pub trait BodyEffect {
         self.constraints(topology)
     }
 
-    /// What it stores in a body whose particles are `at` places in m, with their inverse masses in 1/kg. `state` may be of
-    /// another mesh, or new.
+    /// Energy stored in a body with particles `at` positions in m and inverse masses in 1/kg.
+    /// `state` may belong to another mesh, or be new.
     fn stores(
         &self,
         _state: &Self::State,
@@ -93,7 +95,7 @@ pub trait BodyEffect {
     ) {
     }
 
-    /// What is left of its equations after a substep of `h` seconds, each over its own scale.
+    /// Residual of its equations after a substep of `h` seconds, each relative to its scale.
     fn residual(
         &self,
         _state: &Self::State,
@@ -104,39 +106,39 @@ pub trait BodyEffect {
         SquareSum::default()
     }
 
-    /// Bytes of memory that the state has on the heap.
+    /// Heap memory of the state in bytes.
     fn bytes(state: &Self::State) -> usize;
 }
 
-/// When an effect acts in a substep.
+/// Phase of a substep in which an effect acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BodyPhase {
-    /// At the end of the first stage, once positions are predicted.
+    /// At the end of the first stage, after positions are predicted.
     Prediction,
     /// In each iteration, after elastic effects.
     Iteration,
-    /// At the end of each iteration, after what an app adds to it.
+    /// At the end of each iteration, after custom constraints.
     IterationEnd,
     /// In each pass over contacts.
     Contact,
 }
 
-/// What the energy ledger puts work down to.
+/// Row of the energy ledger for work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WorkOf {
-    /// What holds the body together.
+    /// Internal constraints of the body.
     Elasticity,
     /// A grab.
     Grab,
-    /// A contact, with friction told apart: the ledger does each pass twice, first
-    /// [without friction](BodyPass::is_frictionless) on a copy.
+    /// A contact, with friction separated: the ledger performs each pass twice, first [without
+    /// friction](BodyPass::is_frictionless) on a copy.
     Contact,
 }
 
-/// A body that is about to be stepped.
+/// A body before it is stepped.
 #[derive(Debug, Clone, Copy)]
 pub struct Resting<'a> {
-    /// Its mesh.
+    /// Topology of the body.
     pub topology: &'a Topology,
     /// The first substep.
     pub step: &'a Substep,
@@ -149,34 +151,34 @@ pub struct BodyPass<'a> {
     pub topology: &'a Topology,
     /// Number of the first particle of the piece.
     pub first: usize,
-    /// What colliders do in the substep.
+    /// Motion of the colliders in the substep.
     pub colliders: &'a [SweptCollider],
     /// Gravity [m/s²].
     pub gravity: Vec3,
-    /// Length of the substep [s], as implicit Euler has it.
+    /// Length of the substep [s] for implicit Euler.
     pub h: f32,
-    /// The same as compliances have it by the method.
+    /// Length of the substep [s] for compliances, by the method.
     pub compliant: f32,
-    /// How much of their way constraints go by the method, from 0 to 1.
+    /// Fraction of the correction that constraints apply, by the method, from 0 to 1.
     pub share: f32,
-    /// Number of the substep, of how many.
+    /// Number of the substep, and their count.
     pub substep: (u32, u32),
-    /// Number of the iteration, of how many.
+    /// Number of the iteration, and their count.
     pub iteration: (u32, u32),
     /// Whether friction is left out.
     pub is_frictionless: bool,
 }
 
-/// Particles of the reference, as an effect has them.
+/// Particles of the reference.
 #[derive(Debug)]
 pub struct ReferenceParticles<'a> {
     /// Constraints, rest values and rest positions.
     pub topology: &'a Topology,
     /// Positions [m].
     pub x: &'a mut [DVec3],
-    /// Positions at the start of the substep [m]; a bounce lowers them.
+    /// Positions at the start of the substep [m]; restitution lowers them.
     pub p: &'a mut [DVec3],
-    /// The same as they were before any bounce [m].
+    /// Positions at the start of the substep without restitution [m].
     pub from: &'a [DVec3],
     /// Inverse masses [1/kg].
     pub w: &'a [f64],
@@ -187,25 +189,25 @@ pub struct ReferenceParticles<'a> {
 /// A pass of the reference.
 #[derive(Debug, Clone, Copy)]
 pub struct ReferencePass<'a> {
-    /// What colliders do in the substep.
+    /// Motion of the colliders in the substep.
     pub colliders: &'a [(ColliderShape, Pose, Pose)],
     /// Gravity [m/s²].
     pub gravity: DVec3,
-    /// Length of the substep [s], as implicit Euler has it.
+    /// Length of the substep [s] for implicit Euler.
     pub h: f64,
-    /// The same as compliances have it by the method.
+    /// Length of the substep [s] for compliances, by the method.
     pub compliant: f64,
-    /// How much of their way constraints go by the method, from 0 to 1.
+    /// Fraction of the correction that constraints apply, by the method, from 0 to 1.
     pub share: f64,
-    /// Number of the substep, of how many.
+    /// Number of the substep, and their count.
     pub substep: (u32, u32),
-    /// Number of the iteration, of how many.
+    /// Number of the iteration, and their count.
     pub iteration: (u32, u32),
     /// Whether elastic multipliers start at 0.
     pub is_anew: bool,
 }
 
-/// Energy that is stored along one coordinate.
+/// Stored energy along one coordinate.
 #[derive(Debug, Clone, Copy)]
 pub enum Store {
     /// ½C²/α; rigid constraints store none.
@@ -217,7 +219,7 @@ pub enum Store {
         /// τ [s].
         damping: f64,
     },
-    /// Any other.
+    /// Any other energy.
     Potential {
         /// The coordinate q.
         coordinate: f64,
@@ -229,7 +231,7 @@ pub enum Store {
 }
 
 impl Store {
-    /// What is stored [J].
+    /// Stored energy [J].
     pub fn energy(self) -> f64 {
         match self {
             Self::Spring {

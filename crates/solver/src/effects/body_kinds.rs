@@ -1,4 +1,4 @@
-//! What follows from the kind of an effect without elements and its type.
+//! Maps kinds of effects without elements to their types.
 
 #![allow(unsafe_code, reason = "states are handed out to threads")]
 
@@ -18,7 +18,7 @@ use crate::{
 use glam::{DVec3, Vec4};
 use std::ops::Range;
 
-/// Makes what effects without elements need one line each for.
+/// Generates the code for effects without elements.
 macro_rules! of_body_effects {
     (
         {
@@ -76,7 +76,7 @@ macro_rules! of_body_effects {
                 }
             }
 
-            /// What the energy ledger puts its work down to.
+            /// Row of the energy ledger for its work.
             pub(crate) const fn work(self) -> WorkOf {
                 match self {
                     $(Self::$before => <crate::$before as BodyEffect>::WORK,)*
@@ -85,7 +85,7 @@ macro_rules! of_body_effects {
                 }
             }
 
-            /// Pieces of a body that it works on.
+            /// Pieces of a body on which it works.
             pub(crate) const fn side(self) -> Side {
                 match self {
                     $(Self::$before => <ScopeOf<crate::$before> as Scope<StateOf<crate::$before>>>::SIDE,)*
@@ -96,7 +96,7 @@ macro_rules! of_body_effects {
         }
 
         impl Effects {
-            /// Whether the effect is carried, by a body with stitches or without.
+            /// Whether a body has the effect; `stitched` tells whether it has stitches.
             #[must_use]
             pub fn carries(&self, kind: BodyEffectKind, stitched: bool) -> bool {
                 match kind {
@@ -106,7 +106,7 @@ macro_rules! of_body_effects {
                 }
             }
 
-            /// How many constraints all of them have on a body, but for stitches.
+            /// Number of constraints of all of them on a body, except stitches.
             pub(crate) fn body_constraints(&self, topology: &Topology) -> usize {
                 let counts = [
                     $(self.$first.as_ref().map_or(0, |effect| effect.constraints(topology)),)*
@@ -125,8 +125,8 @@ macro_rules! of_body_effects {
             }
         }
 
-        /// What effects without elements keep of a body, one state for each; that of an absent effect is empty.
-        /// Stitches are kept apart, as which are broken is a state that is stored.
+        /// States of the effects without elements of a body; that of an absent effect is empty.
+        /// Stitches are separate, because their broken flags are part of the stored state.
         #[derive(Debug, Clone, Default, PartialEq)]
         pub struct BodyEffectStates {
             $(#[doc = concat!("Of [`", stringify!($before), "`](crate::", stringify!($before), ").")] pub $first: StateOf<crate::$before>,)*
@@ -134,8 +134,8 @@ macro_rules! of_body_effects {
         }
 
         impl BodyEffectStates {
-            /// Begins a tick of a body with these positions [m] and inverse masses [1/kg]: empties the states of effects
-            /// that are absent.
+            /// Begins a tick of a body with these positions [m] and inverse masses [1/kg]: clears
+            /// the states of absent effects.
             pub(crate) fn begin_tick(&mut self, effects: &Effects, topology: &Topology, positions: &[Vec4]) {
                 $(match &effects.$first {
                     Some(effect) => effect.begin_tick(&mut self.$first, topology, positions),
@@ -147,7 +147,7 @@ macro_rules! of_body_effects {
                 })*
             }
 
-            /// Brings the state of an effect in line with a body that is about to be stepped.
+            /// Updates the state of an effect for a body before it is stepped.
             pub(crate) fn prepare(&mut self, (effects, kind): (&Effects, BodyEffectKind), body: &Resting) {
                 match kind {
                     $(BodyEffectKind::$before => if let Some(effect) = &effects.$first {
@@ -160,7 +160,8 @@ macro_rules! of_body_effects {
                 }
             }
 
-            /// What an effect stores in a body whose particles are `at` places in m, with their inverse masses in 1/kg.
+            /// Energy that an effect stores in a body with particles `at` positions in m and
+            /// inverse masses in 1/kg.
             pub(crate) fn stores(
                 &self,
                 (effects, kind): (&Effects, BodyEffectKind),
@@ -179,7 +180,7 @@ macro_rules! of_body_effects {
                 }
             }
 
-            /// How many elements an effect has on a body, as users count them; none of stitches.
+            /// Number of elements of an effect on a body, as shown to users; 0 for stitches.
             #[must_use]
             pub fn elements(&self, (effects, kind): (&Effects, BodyEffectKind), topology: &Topology) -> usize {
                 match kind {
@@ -193,7 +194,7 @@ macro_rules! of_body_effects {
                 }
             }
 
-            /// What is left of the equations of an effect after a substep of `h` seconds.
+            /// Residual of the equations of an effect after a substep of `h` seconds.
             #[must_use]
             pub fn residual(
                 &self,
@@ -213,7 +214,7 @@ macro_rules! of_body_effects {
                 }
             }
 
-            /// Bytes of memory.
+            /// Memory use in bytes.
             #[must_use]
             pub(crate) fn bytes(&self) -> usize {
                 let bytes = [
@@ -224,7 +225,7 @@ macro_rules! of_body_effects {
             }
         }
 
-        /// The states while threads work on the body.
+        /// The states while several threads work on the body.
         pub(crate) struct SharedStates {
             $($first: SharedOf<crate::$before>,)*
             $stitched: SharedOf<Stitching>,
@@ -232,7 +233,7 @@ macro_rules! of_body_effects {
         }
 
         impl SharedStates {
-            /// Borrows them for as long as they are shared.
+            /// Borrows the states while they are shared.
             pub fn of(states: &mut BodyEffectStates, stitches: &mut Stitches) -> Self {
                 Self {
                     $($first: <ScopeOf<crate::$before> as Scope<_>>::share(&mut states.$first),)*
@@ -254,10 +255,12 @@ macro_rules! of_body_effects {
                 }
             }
 
-            /// A pass of one effect over a piece; says whether the body touched something.
+            /// Performs a pass of one effect over a piece; returns whether the body touched
+            /// something.
             ///
             /// # Safety
-            /// As of [`begin`](Self::begin); if the effect works on the whole body, no other thread works on the body.
+            /// As for [`begin`](Self::begin); if the effect works on the whole body, no other
+            /// thread works on the body.
             pub unsafe fn solve(
                 &self,
                 (effects, kind): (&Effects, BodyEffectKind),
@@ -285,7 +288,7 @@ macro_rules! of_body_effects {
             }
         }
 
-        /// What the reference keeps of effects without elements.
+        /// State of the reference for effects without elements.
         #[derive(Debug, Clone, Default)]
         pub(crate) struct ReferenceStates {
             $(pub $first: <crate::$before as BodyEffect>::ReferenceState,)*
@@ -294,7 +297,7 @@ macro_rules! of_body_effects {
         }
 
         impl ReferenceStates {
-            /// Brings them in line with a body at `x` [m] with inverse masses `w` [1/kg].
+            /// Updates the states for a body at `x` [m] with inverse masses `w` [1/kg].
             pub fn prepare(&mut self, effects: &Effects, topology: &Topology, x: &[DVec3], w: &[f64]) {
                 $(if let Some(effect) = &effects.$first {
                     effect.prepare_reference(&mut self.$first, topology, x, w);
@@ -314,7 +317,7 @@ macro_rules! of_body_effects {
                 })*
             }
 
-            /// A pass of one effect.
+            /// Performs a pass of one effect.
             pub fn solve(
                 &mut self,
                 (effects, kind): (&Effects, BodyEffectKind),
@@ -334,7 +337,7 @@ macro_rules! of_body_effects {
                 }
             }
 
-            /// Moves particles by what the multipliers of one effect that are there pull.
+            /// Moves particles by the current multipliers of one effect.
             pub fn pull(&mut self, (effects, kind): (&Effects, BodyEffectKind), body: ReferenceParticles) {
                 match kind {
                     $(BodyEffectKind::$before => if let Some(effect) = &effects.$first {

@@ -1,8 +1,9 @@
-//! What all elastic effects have in common: constraints between two to four particles each, of one
-//! or several equations, with a compliance.
+//! Common interface of elastic effects: constraints between two to four particles each, with one or
+//! several equations and a compliance.
 //!
-//! An effect has its equations twice: as [rows](Elastic::rows) in `f64`, for the reference and for diagnostics, and as
-//! a [kernel](Elastic::kernel) for eight elements at once. Tests compare the two.
+//! An effect implements its equations twice: as [rows](Elastic::rows) in `f64`, for the reference
+//! and for diagnostics, and as a [kernel](Elastic::kernel) for eight elements at once. Tests
+//! compare the two.
 //!
 //! # Adding one
 //! A file in [`effects`](crate::effects) with its parameters and an implementation of
@@ -17,19 +18,19 @@ use crate::{
 };
 use glam::DVec3;
 
-/// A particle as a constraint in `f64` sees it.
+/// A particle in the `f64` form of a constraint.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Point {
     /// Its position [m].
     pub x: DVec3,
     /// Its inverse mass [1/kg].
     pub w: f64,
-    /// Its place in the rest shape [m].
+    /// Its rest position [m].
     pub rest: DVec3,
 }
 
-/// One equation C + α̃λ + γ∇C·(x − p) = 0 of an element. All zeros but for its scale is an inequality
-/// that holds: it moves nothing.
+/// One equation C + α̃λ + γ∇C·(x − p) = 0 of an element. A row of zeros, apart from its scale, is
+/// an inactive inequality: it moves no particle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row<const N: usize> {
     /// C.
@@ -38,34 +39,33 @@ pub struct Row<const N: usize> {
     pub gradients: [DVec3; N],
     /// α; 0 is rigid.
     pub compliance: f64,
-    /// What C is told in shares of: a rest length, a rest volume; never 0 for a sound element.
+    /// Unit of relative errors of C: a rest length or a rest volume; never 0 for a valid element.
     pub scale: f64,
-    /// The least Σ w‖∇C‖² that is divided by, also of what is left of it once the equations before
-    /// hold.
+    /// Lower bound of Σ w‖∇C‖² in denominators, also after elimination of the equations before it.
     pub least: f64,
 }
 
 /// An effect of constraints on `N` particles each, of `M` equations each.
 pub trait Elastic<const N: usize, const M: usize>: Copy {
-    /// Which one it is.
+    /// Kind of the effect.
     const KIND: ElasticKind;
     /// The unit of its compliance.
     const UNIT: &'static str;
 
-    /// Its constraints as lanes solve them.
+    /// SIMD form of its constraints.
     type Kernel<'a>: Blocks<N, M>;
 
-    /// Which particles they are on, and their order.
+    /// Particles of the constraints, and their order.
     fn elements(topology: &Topology) -> &Elements<N>;
 
     /// The constraints with coefficients for substeps of `h` seconds.
     fn kernel<'a>(&self, topology: &'a Topology, h: f32) -> Self::Kernel<'a>;
 
-    /// The equations of element number `index`, whose particles are `points`.
+    /// Equations of element number `index` with the particles `points`.
     fn rows(&self, topology: &Topology, index: usize, points: [Point; N]) -> [Row<N>; M];
 
-    /// The equations of an element at rest, whose squares over α say what a small strain of it
-    /// stores: [`rows`](Self::rows), unless an equation has no gradient there.
+    /// Equations of an element at rest, whose squares over α give the energy of small strains:
+    /// [`rows`](Self::rows), unless an equation has no gradient there.
     fn linear_rows(&self, topology: &Topology, index: usize, points: [Point; N]) -> Vec<Row<N>> {
         self.rows(topology, index, points).into()
     }
@@ -76,7 +76,7 @@ pub trait Elastic<const N: usize, const M: usize>: Copy {
     /// Whether all its constraints are rigid.
     fn is_rigid(&self) -> bool;
 
-    /// All its equations with the places of their elements.
+    /// All its equations with the indices of their elements.
     fn all_rows(
         &self,
         topology: &Topology,
@@ -106,14 +106,14 @@ pub trait Elastic<const N: usize, const M: usize>: Copy {
     }
 }
 
-/// Something to be done with each elastic effect of a body, whatever its type.
+/// A visitor of the elastic effects of a body, generic over their types.
 pub trait Visit {
-    /// Does it.
+    /// Visits one effect.
     fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E);
 }
 
-/// One sweep over all constraints of an effect of a body, on one thread, with substeps of `h` seconds.
-pub fn sweep<const N: usize, const M: usize>(
+/// One iteration over all constraints of an effect of a body, on one thread, with substeps of `h` seconds.
+pub fn iterate<const N: usize, const M: usize>(
     effect: &impl Elastic<N, M>,
     topology: &Topology,
     h: f32,
@@ -123,7 +123,7 @@ pub fn sweep<const N: usize, const M: usize>(
     solve_all(&effect.kernel(topology, h), part, multipliers);
 }
 
-/// Makes the kinds of elastic effects.
+/// Generates the kinds of elastic effects.
 macro_rules! kinds {
     (
         {
@@ -134,7 +134,7 @@ macro_rules! kinds {
         }
         $($rest:tt)*
     ) => {
-        /// The elastic effects, in the order in which they act within a sweep.
+        /// The elastic effects, in the order in which they act within an iteration.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
         pub enum ElasticKind {
             $(#[doc = concat!("[`", stringify!($effect), "`].")] $effect,)*
@@ -143,7 +143,7 @@ macro_rules! kinds {
         impl ElasticKind {
             /// All of them.
             pub const ALL: [Self; [$(Self::$effect),*].len()] = [$(Self::$effect),*];
-            /// How many there are.
+            /// Number of kinds.
             pub const COUNT: usize = Self::ALL.len();
 
             /// Its name in files and commands.
@@ -154,7 +154,7 @@ macro_rules! kinds {
                 }
             }
 
-            /// How many particles each of its elements has.
+            /// Number of particles per element.
             #[must_use]
             pub const fn corners(self) -> usize {
                 match self {

@@ -1,7 +1,7 @@
-//! Grab: a compliant spring from a point of a body to a target, as a hand pulls with a rubber band.
+//! Grab: a compliant spring from a point of a body to a target, active while dragging.
 //!
 //! C = ‖a − t‖ [m] with a = Σ bᵢxᵢ a weighted point of the body, so ∇ᵢC = bᵢ n. The force is
-//! limited, so that no fling, however fast, tears through what holds the body together.
+//! limited, so that fast motion of the target cannot overpower the constraints of the body.
 
 use super::body_effect::{
     BodyEffect, BodyPass, BodyPhase, ReferenceParticles, ReferencePass, WorkOf,
@@ -23,12 +23,13 @@ pub struct SurfacePoint {
 }
 
 impl SurfacePoint {
-    /// Particles at most: three corners of a fine triangle, each held by four particles.
+    /// Maximum number of particles: three corners of a fine triangle, each embedded in four
+    /// particles.
     pub const MOST: usize = 12;
 
-    /// A point from particles and weights; repeated particles are added up, and the weights are
-    /// scaled to a sum of 1. `None` if there are more than [`Self::MOST`] different particles,
-    /// none, or the weights add up to nothing.
+    /// A point from particles and weights; weights of repeated particles are added, and the sum is
+    /// normalized to 1. `None` if there are more than [`Self::MOST`] different particles, none, or
+    /// the weights sum to zero.
     #[must_use]
     pub fn new(terms: &[(ParticleIndex, f32)]) -> Option<Self> {
         let mut point = Self {
@@ -64,7 +65,7 @@ impl SurfacePoint {
             .take(self.count)
     }
 
-    /// Where the point is [m].
+    /// Position of the point [m].
     #[must_use]
     pub fn position(&self, positions: &[Vec4]) -> Vec3 {
         self.terms().fold(Vec3::ZERO, |sum, (particle, weight)| {
@@ -72,7 +73,7 @@ impl SurfacePoint {
         })
     }
 
-    /// The mean of what `at` says of its particles.
+    /// Weighted mean of `at` over its particles.
     pub(crate) fn mean(&self, at: impl Fn(usize) -> DVec3) -> DVec3 {
         self.terms().fold(DVec3::ZERO, |sum, (particle, weight)| {
             sum + at(particle.index()) * f64::from(weight)
@@ -97,7 +98,7 @@ impl SurfacePoint {
         }
     }
 
-    /// The particle with the largest weight.
+    /// Particle with the largest weight.
     #[must_use]
     pub fn nearest(&self) -> ParticleIndex {
         let (particle, _) =
@@ -108,7 +109,7 @@ impl SurfacePoint {
         particle
     }
 
-    /// Whether every particle exists in a body of so many.
+    /// Whether all its particles exist in a body with this number of particles.
     #[must_use]
     pub fn fits(&self, particles: usize) -> bool {
         self.terms()
@@ -122,8 +123,7 @@ impl From<SurfacePoint> for Vec<(ParticleIndex, f32)> {
     }
 }
 
-/// What was written down is taken as it is, to the bit: scaling its weights to a sum of 1 once more
-/// would round them again.
+/// Deserialized weights are used unchanged: normalizing them again would round them again.
 impl TryFrom<Vec<(ParticleIndex, f32)>> for SurfacePoint {
     type Error = &'static str;
 
@@ -132,7 +132,7 @@ impl TryFrom<Vec<(ParticleIndex, f32)>> for SurfacePoint {
             .filter(|point| point.count == terms.len())
             .ok_or("a point needs 1 to 12 different particles with weights")?;
         let sum: f32 = terms.iter().map(|(_, weight)| weight).sum();
-        // Twelve roundings of weights that are 4 at most, as those of a skin are.
+        // Twelve rounding errors of weights up to 4, as those of a skin.
         if (sum - 1.0).abs() > 1e-4 {
             return Err("the weights of a point must sum to 1");
         }
@@ -143,26 +143,25 @@ impl TryFrom<Vec<(ParticleIndex, f32)>> for SurfacePoint {
     }
 }
 
-/// A body is held at a point.
+/// A grab at a point of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "bevy", derive(bevy_ecs::component::Component))]
 pub struct Grab {
-    /// The point that is held.
+    /// The grabbed point.
     pub point: SurfacePoint,
-    /// Where it is pulled to at the end of this tick [m].
+    /// Target at the end of this tick [m].
     pub target: Vec3,
-    /// Where it was pulled to at the end of the last tick [m]; in between, the target moves
-    /// evenly over the substeps.
+    /// Target at the end of the last tick [m]; the target moves linearly over the substeps.
     pub from: Vec3,
     /// Compliance of the spring [m/N].
     pub compliance: Compliance,
-    /// Damping τ [s], see the [module](super).
+    /// Damping τ [s], see [`multipliers`](super::multipliers).
     pub damping: Damping,
-    /// The spring never pulls harder than this [N].
+    /// Maximum force of the spring [N].
     pub max_force: Force,
 }
 
-/// What is kept of a grab.
+/// State of a grab.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct GrabState {
     /// λ of the last substep.
@@ -170,7 +169,7 @@ pub struct GrabState {
 }
 
 impl GrabState {
-    /// The force that the spring pulled with in the last substep, which took `h` seconds [N].
+    /// Force of the spring in the last substep of `h` seconds [N].
     #[must_use]
     pub fn force(&self, h: f32) -> f32 {
         self.multiplier.abs() / (h * h)
@@ -178,11 +177,11 @@ impl GrabState {
 }
 
 impl Grab {
-    /// A hold on a body of the given mass [kg] under gravity of the given strength [m/s²], that
-    /// sags by a twentieth of the body's size [m] when it carries all of it.
+    /// A grab on a body of the given mass [kg] under gravity of the given strength [m/s²]. Its
+    /// deflection under the whole weight is a twentieth of the body's size [m].
     ///
-    /// The spring is damped over a quarter of its own period, and pulls at most as hard as fifty
-    /// bodies weigh.
+    /// The damping time constant is a quarter of the period of the spring, and the force limit is
+    /// fifty times the weight of the body.
     #[must_use]
     pub fn on(point: SurfacePoint, target: Vec3, mass: f32, size: f32, gravity: f32) -> Self {
         let weight = (mass * gravity.max(1.0)).clamp(1e-12, 1e12);
@@ -198,7 +197,8 @@ impl Grab {
         }
     }
 
-    /// Where the target is at the end of substep number `substep` of `substeps`, and how far it goes in one [m].
+    /// Target at the end of substep number `substep` of `substeps`, and its displacement per
+    /// substep [m].
     fn target_in(&self, (substep, substeps): (u32, u32)) -> (DVec3, DVec3) {
         let (from, target) = (self.from.as_dvec3(), self.target.as_dvec3());
         let travel = (target - from) / f64::from(substeps);

@@ -2,12 +2,12 @@
 //!
 //! Where a sheet hardly stretches, its bending energy is quadratic in positions (Bergou, Wardetzky,
 //! Harmon, Zorin and Grinspun, *A Quadratic Bending Model for Inextensible Surfaces*, 2006): the
-//! weights are constants of the rest shape, no angle is taken, and a hinge costs three quarters of what
-//! one of [bend](super::bend) does (2.6 ms a tick to 3.5 ms on a cloth of 40² cells with 20 substeps, one
-//! thread of a Xeon with AVX2). For a small fold θ over an edge e, C is eθ, and the compliance is
-//! (A₀ + A₁)/B, so that both have the same stiffness there. It stiffens less in a sharp fold, C being
-//! 2e sin(θ/2), and does not know to which side a fold is: a surface that is not flat at rest may
-//! snap through.
+//! weights are constants of the rest shape and no angle is computed. A hinge costs three quarters
+//! of one of [bend](super::bend) (2.6 ms versus 3.5 ms per tick on a cloth of 40² cells with 20
+//! substeps, one thread of a Xeon with AVX2). For a small fold θ over an edge e, C is eθ and the
+//! compliance is (A₀ + A₁)/B, so that both effects have the same stiffness there. It is softer in a
+//! sharp fold, where C is 2e sin(θ/2), and does not distinguish the two sides of a fold: a surface
+//! that is not flat at rest may snap through.
 
 use crate::kernel::block::{Block, Blocks, LaneRow, Projection, difference, dot, solve_rows};
 #[cfg(feature = "bevy")]
@@ -35,12 +35,12 @@ use serde::{Deserialize, Serialize};
 pub struct IsometricBend {
     /// Flexural rigidity B [N·m], as of [`Bend`](super::bend::Bend); default 1e-3.
     pub stiffness: FlexuralRigidity,
-    /// Damping τ [s], see the [module](super); default 0.
+    /// Damping τ [s], see [`multipliers`](super::multipliers); default 0.
     pub damping: Damping,
 }
 
 impl IsometricBend {
-    /// Compliance [m/N] of a hinge whose triangles have an area of so many m² together.
+    /// Compliance [m/N] of a hinge whose triangles have this total area [m²].
     #[must_use]
     pub fn compliance_of(&self, area: f32) -> f64 {
         f64::from(area) / f64::from(self.stiffness.get())
@@ -72,7 +72,7 @@ impl Elastic<4, 1> for IsometricBend {
         let [x0, x1, x2, x3] = points.map(|point| point.x);
         let d = (x1 - x0) * k1 + (x2 - x0) * k2 + (x3 - x0) * k3;
         let length = d.length();
-        // Flat, it has no side to go to.
+        // A flat hinge has no preferred side.
         let direction = if length > 0.0 {
             d / length
         } else {
@@ -96,12 +96,12 @@ impl Elastic<4, 1> for IsometricBend {
     }
 }
 
-/// Hinges with what their projection needs.
+/// Hinges with the data for their projection.
 #[derive(Debug, Clone, Copy)]
 pub struct Kernel<'a> {
     hinges: &'a Hinges,
     cotangents: &'a Cotangents,
-    /// 1/(B h²) [1/(kg·m²)], to be multiplied by an area.
+    /// 1/(B h²) [1/(kg·m²)], multiplied by an area.
     alpha: f32,
     /// γ = τ/h.
     gamma: f32,

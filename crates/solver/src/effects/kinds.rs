@@ -1,4 +1,4 @@
-//! What follows from the kind of an elastic effect and its type.
+//! Maps kinds of elastic effects to their types.
 
 use super::{
     Effects, Multipliers,
@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{particles::Part, quantity::Damping, topology::Topology};
 
-/// Makes what elastic effects need one line each for.
+/// Generates the code for elastic effects.
 macro_rules! of_elastic_effects {
     (
         {
@@ -18,7 +18,7 @@ macro_rules! of_elastic_effects {
         $($rest:tt)*
     ) => {
         impl ElasticKind {
-            /// The unit of its compliance.
+            /// Unit of its compliance.
             #[must_use]
             pub const fn unit(self) -> &'static str {
                 match self {
@@ -26,7 +26,7 @@ macro_rules! of_elastic_effects {
                 }
             }
 
-            /// How many elements it has on a body.
+            /// Number of elements on a body.
             #[must_use]
             pub fn elements(self, topology: &Topology) -> usize {
                 match self {
@@ -34,7 +34,7 @@ macro_rules! of_elastic_effects {
                 }
             }
 
-            /// How many multipliers it has on a body.
+            /// Number of multipliers on a body.
             #[must_use]
             pub fn multipliers(self, topology: &Topology) -> usize {
                 let rows = match self {
@@ -45,7 +45,7 @@ macro_rules! of_elastic_effects {
         }
 
         impl Effects {
-            /// Whether the effect is carried.
+            /// Whether the effect is present.
             #[must_use]
             pub fn has(&self, kind: ElasticKind) -> bool {
                 match kind {
@@ -53,7 +53,7 @@ macro_rules! of_elastic_effects {
                 }
             }
 
-            /// τ of an effect; `None` if it is not carried.
+            /// τ of an effect; `None` if it is absent.
             #[must_use]
             pub fn damping(&self, kind: ElasticKind) -> Option<Damping> {
                 match kind {
@@ -61,7 +61,7 @@ macro_rules! of_elastic_effects {
                 }
             }
 
-            /// Shows all elastic effects to a visitor, in their order.
+            /// Visits all elastic effects in order.
             pub fn visit(&self, visitor: &mut impl Visit) {
                 $(if let Some(effect) = &self.$field {
                     visitor.visit(effect);
@@ -69,9 +69,9 @@ macro_rules! of_elastic_effects {
             }
         }
 
-        /// One sweep over all constraints of one elastic effect of a body, on one thread, with
+        /// One iteration over all constraints of one elastic effect of a body, on one thread, with
         /// substeps of `h` seconds. Does nothing if it is not among the effects.
-        pub(crate) fn sweep_kind(
+        pub(crate) fn iterate_kind(
             (effects, kind): (&Effects, ElasticKind),
             topology: &Topology,
             h: f32,
@@ -80,7 +80,7 @@ macro_rules! of_elastic_effects {
         ) {
             match kind {
                 $(ElasticKind::$effect => if let Some(effect) = &effects.$field {
-                    elastic::sweep(effect, topology, h, part, multipliers);
+                    elastic::iterate(effect, topology, h, part, multipliers);
                 },)*
             }
         }

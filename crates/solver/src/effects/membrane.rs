@@ -1,18 +1,18 @@
-//! Membrane: triangles resist being strained within their plane, the same in all directions.
+//! Membrane: isotropic resistance of triangles to in-plane strain.
 //!
-//! The strain is Green's, ε = ½(FᵀF − 1) with the deformation gradient F of a linear triangle, so
-//! that it does not change as the triangle turns. In plane stress a sheet of thickness t, Young's
-//! modulus E and Poisson's ratio ν stores, for an area A at rest,
+//! The strain is Green's, ε = ½(FᵀF − 1) with the deformation gradient F of a linear triangle,
+//! which is invariant under rotation. In plane stress a sheet of thickness t, Young's modulus E and
+//! Poisson's ratio ν stores, for a rest area A,
 //!
 //! ½ A t [E/(2(1 − ν)) s² + E/(2(1 + ν)) (d² + γ²)],
 //!
-//! with s = ε₁₁ + ε₂₂, d = ε₁₁ − ε₂₂ and γ = 2ε₁₂. These three are the equations of an element, with
-//! the compliances 2(1 − ν)/(EtA) and twice 2(1 + ν)/(EtA). (It is the material of Saint Venant and
-//! Kirchhoff: true to E and ν where strains are small, stiffer where they are pulled far, and softer
-//! where they are pressed together.) λ/h² is an energy in N·m.
+//! with s = ε₁₁ + ε₂₂, d = ε₁₁ − ε₂₂ and γ = 2ε₁₂. These three are the equations of an element,
+//! with the compliances 2(1 − ν)/(EtA) and twice 2(1 + ν)/(EtA). (This is the Saint
+//! Venant–Kirchhoff material: accurate in E and ν at small strains, stiffer under large tension,
+//! softer under compression.) λ/h² is an energy in N·m.
 //!
-//! FᵀF is compared with the one at rest as the kernel computes it, so that a body in its rest shape
-//! does not move by a bit.
+//! FᵀF is compared with its rest value as the kernel computes it, so that a body in its rest shape
+//! does not move at all.
 
 use crate::kernel::block::{Block, Blocks, LaneRow, Projection, difference, dot, solve_rows};
 #[cfg(feature = "bevy")]
@@ -28,7 +28,7 @@ use fearless_simd::{f32x8, prelude::*};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// Triangles of the surface resist being strained, the same in all directions.
+/// Isotropic resistance of the surface triangles to strain.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -42,9 +42,9 @@ pub struct Membrane {
     pub youngs_modulus: YoungsModulus,
     /// Poisson's ratio ν; default 0.3.
     pub poisson_ratio: PoissonRatio,
-    /// Thickness t [m]; default 1e-3. It does not change the mass.
+    /// Thickness t [m]; default 1e-3. It does not affect the mass.
     pub thickness: Thickness,
-    /// Damping τ [s], see the [module](super); default 0.
+    /// Damping τ [s], see [`multipliers`](super::multipliers); default 0.
     pub damping: Damping,
 }
 
@@ -89,11 +89,11 @@ impl Elastic<3, 3> for Membrane {
     }
 }
 
-/// Where F shrinks a direction to less than the root of this, the gradients of the strain, which
+/// Where the square of a principal stretch of F is below this, the gradients of the strain, which
 /// shrink with it, are too short to divide by.
 const FLOOR: f32 = 0.1;
 
-/// Below this share of its square at rest, the image of a direction says nothing of where it points.
+/// Below this fraction of its squared rest length, the image of a direction is undefined.
 const VANISHED: f32 = 1e-6;
 
 /// The equations of a triangle: s, d and γ, or ε₁₁, ε₂₂ and γ.
@@ -163,14 +163,14 @@ pub(super) fn rows<const ISOTROPIC: bool>(
     })
 }
 
-/// Triangles with what their projection needs; `ISOTROPIC` ones solve for s, d and γ, others for
+/// Triangles with the data for their projection; `ISOTROPIC` ones solve for s, d and γ, others for
 /// ε₁₁, ε₂₂ and γ.
 ///
-/// The gradients of a strain shrink with the triangle, and on a line all three say the same. The
-/// denominators are kept above what they are where it is a third of its size, which leaves healthy
-/// ones that are not very slender as they are to the bit; and where
-/// the image of warp or weft has no direction left, that of the rest shape is taken, so that a
-/// triangle that has collapsed to a point opens, always in the same way.
+/// The gradients of a strain shrink with the triangle, and on a line all three coincide. The
+/// denominators have a lower bound, their value at a third of the size; healthy triangles that are
+/// not very slender are bitwise unaffected. Where the image of warp or weft has no direction, that
+/// of the rest shape is used, so that a triangle that has collapsed to a point opens, always in the
+/// same way.
 #[derive(Debug, Clone, Copy)]
 pub struct Kernel<'a, const ISOTROPIC: bool> {
     facets: &'a Facets,
@@ -198,7 +198,8 @@ impl<'a, const ISOTROPIC: bool> Kernel<'a, ISOTROPIC> {
         }
     }
 
-    /// Images of warp and weft in the rest shape, for triangles of a block that have lost them.
+    /// Images of warp and weft in the rest shape, for triangles of a block where they are
+    /// undefined.
     #[cold]
     fn open<L: Lanes>(
         &self,
@@ -305,7 +306,7 @@ impl<const ISOTROPIC: bool> Blocks<3, 3> for Kernel<'_, ISOTROPIC> {
     }
 }
 
-/// Gradients at the three corners, from what those of the sides have of either image.
+/// Gradients at the three corners, from the contributions of the sides to either image.
 #[inline(always)]
 fn gradients<L: Lanes>(
     simd: L,

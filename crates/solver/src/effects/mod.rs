@@ -1,4 +1,4 @@
-//! The table of effects, and the effects that a body carries.
+//! The table of effects, and the effects of a body.
 //!
 //! [`effects!`](crate::effects) is the only list of effects. It passes the list to a macro, which generates what is
 //! needed per effect.
@@ -26,7 +26,7 @@ pub mod tethers;
 pub mod volume;
 pub mod weave;
 
-/// The types of effects, by their own names; those of forces and of contacts are in [`force`] and in
+/// The types of effects under their own names; those of forces and of contacts are in [`force`] and
 /// [`contact`](crate::contact).
 pub mod all {
     pub use super::{
@@ -54,12 +54,12 @@ pub use multipliers::Multipliers;
 use crate::{ElasticKind, Ground, Method, Topology, WorkEstimate};
 use serde::{Deserialize, Serialize};
 
-/// The table of effects, in the order in which they act: calls the macro that it is given with all of them, in
-/// groups, each with its type, its name in files, for elastic effects the numbers of particles and of equations of
-/// an element, and what it does.
+/// The table of effects, in the order in which they act. Calls the given macro with all of them, in
+/// groups, each with its type, its name in files, for elastic effects the numbers of particles and
+/// of equations per element, and a description.
 ///
-/// `Stitches` and `Grab` are outside of the groups: stitches are no part of [`Effects`], as a body can have many, and a
-/// grab is no part of a scene.
+/// `Stitches` and `Grab` are outside of the groups: stitches are not part of [`Effects`], as a body
+/// can have many, and a grab is not part of a scene.
 #[macro_export]
 macro_rules! effects {
     ($make:path) => {
@@ -128,12 +128,12 @@ macro_rules! carried_by_a_body {
         $grab:ident $grabbed:ident
         { $($third:ident { $($kind3:ident $field3:ident $does3:literal;)* })* }
     ) => {
-        /// The effects that a body carries; what is absent costs nothing.
+        /// The effects of a body; absent effects cost nothing.
         #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
         pub struct Effects {
             $($(#[doc = $does1] pub $field1: Option<crate::$kind1>,)*)*
             $($(#[doc = $does2] pub $field2: Option<crate::$kind2>,)*)*
-            /// The body is held by a spring.
+            /// Grab of the body by a spring.
             pub $grabbed: Option<crate::$grab>,
             $($(#[doc = $does3] pub $field3: Option<crate::$kind3>,)*)*
         }
@@ -143,9 +143,9 @@ macro_rules! carried_by_a_body {
 effects!(carried_by_a_body);
 
 impl Effects {
-    /// Whether it is carried, and sweeps of a method go over its constraints.
+    /// Whether it is present, and iterations of this method project its constraints.
     #[must_use]
-    pub fn sweeps(&self, kind: ElasticKind, method: Method) -> bool {
+    pub fn iterates(&self, kind: ElasticKind, method: Method) -> bool {
         self.has(kind) && !(self.is_direct(method) && kind.is_solved_directly())
     }
 
@@ -161,27 +161,27 @@ impl Effects {
             .filter(|ground| ground.rolling_resistance.get() > 0.0)
     }
 
-    /// Whether the body can touch others or itself.
+    /// Whether the body has contact with others or itself.
     #[must_use]
     pub fn can_touch(&self) -> bool {
         self.contact.is_some() || self.self_contact.is_some()
     }
 
-    /// How many constraints a body with these effects has; a filling is one, and so are the regions
-    /// whose shapes are matched, all together.
+    /// Number of constraints of a body with these effects; pressure counts as one, and so do all
+    /// regions of shape matching together.
     #[must_use]
     pub fn constraints(&self, topology: &Topology) -> usize {
         self.elements(topology) + self.body_constraints(topology)
     }
 
-    /// How many elements its elastic effects have.
+    /// Number of elements of its elastic effects.
     fn elements(&self, topology: &Topology) -> usize {
         let carried = ElasticKind::ALL.into_iter().filter(|&kind| self.has(kind));
         carried.map(|kind| kind.elements(topology)).sum()
     }
 
-    /// Estimated work of a number of iterations: pressure counts its triangles, shape matching its particles, other effects
-    /// their constraints.
+    /// Work estimate of a number of iterations: pressure counts its triangles, shape matching its
+    /// particles, other effects their constraints.
     #[must_use]
     pub fn load(&self, topology: &Topology, iterations: usize) -> WorkEstimate {
         let pass = self.elements(topology) + self.body_load(topology);

@@ -1,4 +1,4 @@
-//! Constraints solved as XPBD does, and their multipliers.
+//! Multipliers of constraints that are solved by XPBD.
 //!
 //! For a constraint C with compliance α, its multiplier λ changes by (Macklin, Müller and
 //! Chentanez, *XPBD*, 2016, equation 26)
@@ -7,34 +7,34 @@
 //!
 //! and each particle moves by w Δλ ∇C. λ/h² is the force along ∇C in N.
 //!
-//! **Damping.** The paper has γ = α̃β̃/h = αβ/h, with a damping coefficient β per constraint.
-//! Here it is given as τ = αβ, a time in s, so γ = τ/h: a body of compliance α then has the
-//! viscosity β = τ/α everywhere, whatever the size of its elements. A stretch relaxes like
-//! e^(−t/τ) when nothing else holds it. With α = 0 the same γ is kept: a rigid constraint that
-//! was violated closes over the time τ instead of at once.
+//! **Damping.** The paper has γ = α̃β̃/h = αβ/h, with a damping coefficient β per constraint. Here
+//! the parameter is τ = αβ, a time in s, so γ = τ/h: a body of compliance α then has the viscosity
+//! β = τ/α everywhere, independent of the size of its elements. A strain that nothing else
+//! maintains decays like e^(−t/τ). With α = 0 the same γ is kept: the violation of a rigid
+//! constraint decays over the time τ instead of at once.
 //!
-//! **Multipliers.** λ is needed from one iteration to the next, and by those who ask for forces
-//! and residuals. With one iteration a substep it is zero where it would be read, so it is
-//! neither read nor, unless somebody asks, written: see [`Multipliers`].
+//! **Multipliers.** λ is needed from one iteration to the next, and for measuring forces and
+//! residuals. With one iteration per substep it is zero where it would be read, so it is neither
+//! read nor, unless requested, written: see [`Multipliers`].
 
 use std::ops::Range;
 
-/// What a sweep does with the multipliers λ of its constraints.
+/// What an iteration does with the multipliers λ of its constraints.
 #[derive(Debug)]
 pub enum Multipliers<'a> {
-    /// The only sweep of a substep, and nobody reads λ.
+    /// The only iteration of a substep, and λ is not needed afterwards.
     Unused,
-    /// The first sweep: λ was zero, and is written.
+    /// The first iteration: λ was zero, and is written.
     First(&'a mut [f32]),
-    /// A later sweep: λ is read and written.
+    /// A later iteration: λ is read and written.
     Next(&'a mut [f32]),
 }
 
 impl<'a> Multipliers<'a> {
-    /// For sweep number `iteration` of `iterations`; `record` if λ will be read afterwards. An
-    /// empty column means that nobody keeps λ: it is taken for zero.
+    /// For iteration number `iteration` of `iterations`; `record` if λ will be read afterwards. An
+    /// empty column means that λ is not stored and is taken as zero.
     #[must_use]
-    pub fn of_sweep(
+    pub fn of_iteration(
         column: &'a mut [f32],
         (iteration, iterations, record): (u32, u32, bool),
     ) -> Self {
@@ -46,7 +46,7 @@ impl<'a> Multipliers<'a> {
         }
     }
 
-    /// Those of the given constraints alone.
+    /// The part for a range of constraints.
     #[must_use]
     pub fn part(&mut self, constraints: Range<usize>) -> Multipliers<'_> {
         match self {
@@ -56,7 +56,7 @@ impl<'a> Multipliers<'a> {
         }
     }
 
-    /// The column if it is to be kept, with what λ is now.
+    /// The column if it is to be stored, with the current values of λ.
     pub(crate) fn kept(self) -> Option<&'a mut [f32]> {
         match self {
             Self::Unused => None,

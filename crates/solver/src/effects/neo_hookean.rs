@@ -5,29 +5,29 @@
 //!
 //! ½µ(tr FᵀF − 3) + ½λ′(det F − 1 − µ/λ′)², λ′ = λ + µ,
 //!
-//! less what it is at rest. λ′ is what gives E and ν back at small strains. In their two
-//! constraints, √(tr FᵀF) and det F − 1 − µ/λ′, neither is 0 at rest: two large forces cancel there,
-//! to within rounding, and α → 0 crushes an element. The same energy is ½µD² + ½λH² with
+//! minus its value at rest. λ′ is chosen to reproduce E and ν at small strains. Neither of their
+//! two constraints, √(tr FᵀF) and det F − 1 − µ/λ′, is 0 at rest: two large forces cancel there, to
+//! within rounding, and α → 0 crushes an element. The same energy is ½µD² + ½λH² with
 //!
 //! D² = tr FᵀF + J² − 4J, H = J − 1, J = det F,
 //!
 //! both 0 at rest. D² is never negative, by the inequality of arithmetic and geometric means of the
-//! squares of F's stretches and of J. D, the strain, is like the length of a spring that has none at
-//! rest: it has no gradient there. Kernels find D² from Green's strain G = ½(FᵀF − 1) as
-//! 2H² − 4I₂(G) − 8 det G, which, unlike the above, loses no digits when strains are small, however
-//! the element is turned.
+//! squares of F's stretches and of J. D, the strain, is like the length of a spring of zero rest
+//! length: it has no gradient at rest. Kernels compute D² from Green's strain G = ½(FᵀF − 1) as 2H²
+//! − 4I₂(G) − 8 det G, which, unlike the above, avoids cancellation at small strains for any
+//! rotation of the element.
 //!
 //! With the rest volume V₀, D has the compliance 1/(µV₀) and H has 1/(λV₀), in 1/J.
 //!
-//! **Collapsed elements.** With this energy an element of no size at all is stress-free too, and
-//! stays if it is below about a tenth of its length. So where tr FᵀF < 1, which takes a squeeze to
-//! below 58 % on average along all three axes, D² has (1 − tr FᵀF)² added, and energy falls
-//! all the way from a point to rest. (Smith and others take a logarithm.) As for
-//! [volume](super::volume), ∇H is that of the rest shape where an element has none left.
+//! **Collapsed elements.** With this energy an element of size zero is stress-free as well, and
+//! stays so below about a tenth of its length. Therefore, where tr FᵀF < 1, which means compression
+//! to below 58 % on average along all three axes, D² has (1 − tr FᵀF)² added, and the energy
+//! decreases monotonically from a point to rest. (Smith and others use a logarithm.) As for
+//! [volume](super::volume), ∇H is that of the rest shape where an element has none.
 //!
-//! **Folded bodies.** Below half of its volume an element loses no more of H: it is −½ from there on,
-//! and only D drives the element on. Otherwise those of a body that was thrown together regain
-//! their volumes before their shapes, wound around an edge twice, and stay so.
+//! **Folded bodies.** Below half of its volume, H of an element is constant at −½, and only D
+//! drives the element. Otherwise the elements of a scrambled body would recover their volumes
+//! before their shapes, wound around an edge twice, and remain so.
 
 use crate::kernel::block::{
     Block, Blocks, LaneRow, Projection, cross, difference, dot, solve_rows,
@@ -45,7 +45,7 @@ use fearless_simd::{f32x8, prelude::*};
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
-/// Tetrahedra resist changes of shape and of volume as rubber does.
+/// Tetrahedra resist changes of shape and volume like rubber.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -55,16 +55,16 @@ use serde::{Deserialize, Serialize};
     type_path = "pliant::effect"
 )]
 pub struct NeoHookean {
-    /// Young's modulus E [Pa], which does not depend on how finely the body is divided; default
-    /// 1e6, soft rubber; ∞ is rigid.
+    /// Young's modulus E [Pa], independent of the mesh resolution; default 1e6, soft rubber; ∞ is
+    /// rigid.
     pub youngs_modulus: YoungsModulus,
     /// Poisson's ratio ν; default 0.3.
     pub poisson_ratio: PoissonRatio,
-    /// Damping τ [s], see the [module](super); default 0.
+    /// Damping τ [s], see [`multipliers`](super::multipliers); default 0.
     pub damping: Damping,
 }
 
-/// λ is at least this share of µ, so that 1/λ is finite with ν = 0; ν is then 5e-7.
+/// Lower bound of λ as a fraction of µ, so that 1/λ is finite with ν = 0; ν is then 5e-7.
 const MIN_LAMBDA: f64 = 1e-6;
 
 impl NeoHookean {
@@ -86,23 +86,23 @@ impl NeoHookean {
     }
 }
 
-/// Below this share of |V₀|^(−2/3), the mean squared gradient of H is too small to divide by, as for
-/// [volume](super::volume).
+/// Below this fraction of |V₀|^(−2/3), the mean squared gradient of H is too small to divide by, as
+/// for [volume](super::volume).
 const FLOOR: f32 = 0.01;
 
-/// Below this share of the floor there is no direction left in the gradients.
+/// Below this fraction of that lower bound, the gradients have no direction.
 const VANISHED: f32 = 1e-4;
 
-/// D is not divided by below this: it is then within the rounding of its coordinates.
+/// Lower bound of D in denominators: D is then within the rounding of its coordinates.
 const MIN_STRAIN: f32 = 1e-7;
 
-/// H is at least this.
+/// Lower bound of H.
 const MIN_VOLUME: f32 = -0.5;
 
-/// Compliances are at most this [1/J, times 1/s²], so that products with them are finite.
+/// Upper bound of compliances [1/J, times 1/s²], so that products with them are finite.
 const SOFTEST: f32 = 1e30;
 
-/// D and J − 1 of F = 1 + `h`, and their derivatives by F.
+/// D and J − 1 of F = 1 + `h`, and their derivatives with respect to F.
 #[must_use]
 pub fn strains(h: DMat3) -> ([f64; 2], [DMat3; 2]) {
     let green = h + h.transpose() + h.transpose() * h;
@@ -135,7 +135,7 @@ fn minors(m: DMat3) -> f64 {
     (a.x * b.y - a.y * b.x) + (a.x * c.z - a.z * c.x) + (b.y * c.z - b.z * c.y)
 }
 
-/// Gradients for each corner of what has the derivative `slope` by F.
+/// Gradients for each corner of a quantity with the derivative `slope` with respect to F.
 fn gradients(slope: DMat3, inverse: [DVec3; 3]) -> [DVec3; 4] {
     let [g1, g2, g3] = inverse.map(|row| slope * row);
     [-(g1 + g2 + g3), g1, g2, g3]
@@ -210,7 +210,7 @@ impl Elastic<4, 2> for NeoHookean {
         };
         let axes = [DVec3::X, DVec3::Y, DVec3::Z];
         let along = axes.map(|axis| row(DMat3::from_diagonal(axis), 0.5 * alpha_shear));
-        // γ = 2ε of each pair of axes: 2ε² of the two, so ½γ².
+        // γ = 2ε for each pair of axes: 2ε² for the two entries, so ½γ².
         let across = [0, 1, 2].map(|k: usize| {
             let (a, b) = (axes[k], axes[(k + 1) % 3]);
             let slope = DMat3::from_cols(b * a.x, b * a.y, b * a.z)
@@ -231,12 +231,12 @@ impl Elastic<4, 2> for NeoHookean {
     }
 }
 
-/// Tetrahedra with what their projection needs.
+/// Tetrahedra with the data for their projection.
 #[derive(Debug, Clone, Copy)]
 pub struct Kernel<'a> {
     tetrahedra: &'a Tetrahedra,
     frames: &'a Frames,
-    /// 1/(µh²) and 1/(λh²) [m/kg], to be divided by V₀.
+    /// 1/(µh²) and 1/(λh²) [m/kg], divided by V₀.
     per_modulus: [f32; 2],
     /// γ = τ/h.
     gamma: f32,
@@ -277,7 +277,7 @@ impl Blocks<4, 2> for Kernel<'_> {
                 }
             }
         }
-        // 2G, by its diagonal and what is beside it.
+        // 2G, by its diagonal and off-diagonal entries.
         let [a, b, c] = &h;
         let (xx, yy, zz) = (
             a[0] * 2.0 + dot(a, a),
@@ -340,7 +340,7 @@ impl Blocks<4, 2> for Kernel<'_> {
         let [alpha_shear, alpha_volume] = self
             .per_modulus
             .map(|per_modulus| (per_modulus / rest_volume).min(SOFTEST));
-        // Where it has no gradient, it has nothing to say: its multiplier stays as it is.
+        // Without a gradient it is inactive: its multiplier does not change.
         let silent = match &lambda {
             Some(lambda) => -(alpha_volume * lambda[1]),
             None => zero,
@@ -364,7 +364,8 @@ impl Blocks<4, 2> for Kernel<'_> {
     }
 }
 
-/// Gradients for each corner of what has the derivative `slope` by F, column by column.
+/// Gradients for each corner of a quantity with the derivative `slope` with respect to F, column by
+/// column.
 #[inline(always)]
 fn lane_gradients<L: Lanes>(
     simd: L,

@@ -1,22 +1,23 @@
-//! Plasticity: what is strained beyond a yield strain flows, and stays so.
+//! Plasticity: strain beyond a yield strain becomes permanent.
 //!
-//! The rest value R of an edge, hinge or tetrahedron goes after its value V as far as it is more than
-//! the yield strain y of its size S away,
+//! The rest value R of an edge, hinge or tetrahedron follows its current value V where they differ
+//! by more than the yield strain y times its size S,
 //!
 //! dR/dt = c sign(V − R) (|V − R| − yS), c the creep rate in 1/s,
 //!
-//! which is Bingham's law: below y it is elastic, to the bit; above, it flows the faster the more it is
-//! strained. S is the rest length of an edge and the rest volume of a tetrahedron, as they were before
-//! anything flowed, so that strains are ratios. For a hinge it is (A₀ + A₁)/e, with which an angle is a
-//! curvature in 1/m: that of the sheet, however finely it is divided.
+//! which is Bingham's law: elastic below y, bitwise; above it, the flow rate is proportional to the
+//! excess strain. S is the rest length of an edge and the rest volume of a tetrahedron, before any
+//! flow, so that strains are ratios. For a hinge it is (A₀ + A₁)/e, which converts an angle to a
+//! curvature in 1/m: that of the sheet, independent of the mesh resolution.
 //!
-//! After each substep the equation is solved exactly for a V that stays, by the factor 1 − e^(−ch). So a
-//! held strain relaxes by the same law whatever the substep. Where c is so small that a substep would
-//! change less than a 256th of what is to flow, several are taken together: rest values are `f32`, and
-//! many steps of less than their rounding would add up to nothing.
+//! After each substep the equation is solved exactly for a constant V, by the factor 1 − e^(−ch),
+//! so that a constant strain relaxes by the same law for any substep. Where c is so small that a
+//! substep would change less than a 256th of the pending flow, several substeps are combined: rest
+//! values are `f32`, and many steps below their rounding would add up to nothing.
 //!
-//! Compliances by rest length or rest volume go with the flowed ones. Energy only falls: the flow goes
-//! to where less is stored. What is rigid has no strain but what sweeps have left of it.
+//! Compliances per rest length or rest volume use the flowed values. Energy only decreases: flow is
+//! towards lower stored energy. Rigid constraints have no strain except the residual of the
+//! iterations.
 
 use super::{Multipliers, bend::wrapped};
 #[cfg(feature = "bevy")]
@@ -37,8 +38,8 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::{f32::consts::PI, sync::Arc};
 
-/// What is strained beyond a yield strain stays so: edges, bends and tetrahedra, each where the body
-/// resists their change.
+/// Strain beyond a yield strain becomes permanent: of edges, bends and tetrahedra, each where the
+/// body resists the change.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -48,24 +49,25 @@ use std::{f32::consts::PI, sync::Arc};
     type_path = "pliant::effect"
 )]
 pub struct Plasticity {
-    /// Strain of an edge beyond which it flows; default ∞, never.
+    /// Yield strain of edges; default ∞, no flow.
     pub stretch_yield: Yield,
-    /// Change of curvature of a hinge [1/m] beyond which it flows; default ∞.
+    /// Yield change of curvature of hinges [1/m]; default ∞.
     pub bend_yield: Yield,
-    /// Change of volume of a tetrahedron, as a share of it, beyond which it flows; default ∞.
+    /// Yield change of volume of tetrahedra, as a fraction; default ∞.
     pub volume_yield: Yield,
-    /// How much of the strain beyond that flows in a second [1/s], ∞ for at once; default 10.
+    /// Creep rate: fraction of the excess strain that flows per second [1/s], ∞ is at once; default
+    /// 10.
     pub creep: Creep,
-    /// By how much a rest length may change at most, as a share of what it was; default ∞.
+    /// Maximum change of a rest length, as a fraction of the original; default ∞.
     pub stretch_limit: PlasticLimit,
-    /// By how much the curvature of a hinge at rest may change at most [1/m]; default ∞.
+    /// Maximum change of the rest curvature of a hinge [1/m]; default ∞.
     pub bend_limit: PlasticLimit,
-    /// By how much a rest volume may change at most, as a share of what it was; default ∞.
+    /// Maximum change of a rest volume, as a fraction of the original; default ∞.
     pub volume_limit: PlasticLimit,
 }
 
 impl Plasticity {
-    /// Edges yield at a strain of 5 %, hinges at a change of curvature of 5 1/m.
+    /// Yield strain of 5 % for edges, yield change of curvature of 5 1/m for hinges.
     #[must_use]
     pub fn typical() -> Self {
         Self {
@@ -76,15 +78,15 @@ impl Plasticity {
     }
 }
 
-/// How much of what is to flow at least flows at once; see the module.
+/// Minimum fraction of the pending flow that is applied at once; see the module.
 const MIN_SHARE: f64 = 1.0 / 256.0;
 
-/// Rest lengths and rest volumes do not shrink below what this leaves of them, whatever the limit.
+/// Maximum fraction by which rest lengths and rest volumes shrink, whatever the limit.
 const MAX_SHRINKING: f32 = 0.9;
 
 impl Plasticity {
-    /// For how long something flows at the end of a substep of `h` seconds, `time` seconds after the
-    /// start; `None` if it waits for a later one.
+    /// Duration of the flow that is due at the end of a substep of `h` seconds, `time` seconds
+    /// after the start; `None` if it is deferred to a later substep.
     #[must_use]
     pub fn due(&self, time: f64, h: f64) -> Option<f64> {
         let creep = f64::from(self.creep.get());
@@ -98,8 +100,7 @@ impl Plasticity {
             .then_some(together as f64 * h)
     }
 
-    /// Lets rest values flow for some seconds, as the particles stand. The topology becomes the body's
-    /// own.
+    /// Applies flow over some seconds at the current positions. The body gets its own topology.
     pub fn flow(
         &self,
         effects: &Effects,
@@ -215,7 +216,7 @@ impl Plasticity {
         }
     }
 
-    /// How many constraints may flow.
+    /// Number of constraints that may flow.
     #[must_use]
     pub fn elements(&self, effects: &Effects, topology: &Topology) -> usize {
         let flows = |carried: bool, yields: Yield| carried && yields.get().is_finite();
@@ -235,12 +236,12 @@ impl Plasticity {
     }
 }
 
-/// How one kind of element flows.
+/// Flow law for one kind of element.
 #[derive(Debug, Clone, Copy)]
 struct Law {
     /// y.
     yields: f32,
-    /// The greatest change of R by S.
+    /// Maximum change of R, relative to S.
     limit: f32,
     /// 1 − e^(−ch).
     share: f32,
@@ -258,14 +259,14 @@ impl Law {
         })
     }
 
-    /// The least and the greatest value of a rest length or volume that began as `start`.
+    /// Minimum and maximum of a rest length or volume with the initial value `start`.
     fn of_size(&self, start: f32) -> [f32; 2] {
         let less = start - start * self.limit.min(MAX_SHRINKING);
         let more = start + start * self.limit;
         [less.min(more), less.max(more)]
     }
 
-    /// Where R goes, in `f64`.
+    /// New value of R, in `f64`.
     fn plain(&self, now: f64, rest: f32, size: f32, [least, most]: [f32; 2]) -> f32 {
         let error = now - f64::from(rest);
         let over = error.abs() - f64::from(size * self.yields);
@@ -277,7 +278,7 @@ impl Law {
         }
     }
 
-    /// By how much R changes, in lanes.
+    /// Change of R, in lanes.
     #[inline(always)]
     fn change<L: Lanes>(
         &self,
@@ -290,7 +291,7 @@ impl Law {
         let step = over * self.share;
         let step = error.simd_lt(0.0).select(-step, step);
         let next = (rest + step).max(least).min(most);
-        // Adding −0 leaves every number as it is to the bit.
+        // Adding −0 leaves every number bitwise unchanged.
         over.simd_gt(0.0)
             .select(next - rest, f32x8::splat(simd, -0.0))
     }
@@ -304,12 +305,12 @@ impl Law {
     }
 }
 
-/// e [m] from the least square of it that kernels divide by.
+/// e [m] from the lower bound of its square in kernels.
 fn edge_from(floor: f32) -> f32 {
     (f64::from(floor) / FLOOR).sqrt() as f32
 }
 
-/// Rest lengths of edges, as multipliers that no particle moves for.
+/// Rest lengths of edges, in the form of multipliers that move no particle.
 struct Lengths<'a> {
     edges: &'a Edges,
     law: Law,
@@ -431,7 +432,7 @@ impl Blocks<4, 1> for Angles<'_> {
     }
 }
 
-/// Rest folds of hinges that bend by a quadratic energy.
+/// Rest folds of hinges with the quadratic bending energy.
 struct Folds<'a> {
     hinges: &'a Hinges,
     cotangents: &'a Cotangents,

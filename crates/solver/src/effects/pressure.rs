@@ -1,15 +1,15 @@
-//! Pressure: what fills a closed surface pushes its walls with p = K (fV₀/V − 1) [Pa], K being the
-//! bulk modulus of the filling and fV₀ the volume that it would have by itself.
+//! Pressure: the filling of a closed surface exerts the overpressure p = K (fV₀/V − 1) [Pa], with
+//! the bulk modulus K of the filling and its free volume fV₀.
 //!
-//! That is a gas as much as a liquid. A gas of constant temperature has pV = nRT with its absolute
-//! pressure; in an atmosphere of p₀ it pushes with nRT/V − p₀, which is the law above with K = p₀ and
-//! nRT = p₀ fV₀. A liquid has a K far above any pressure, and V stays near fV₀; with K = ∞ it is
+//! The law covers gases and liquids. An isothermal gas has pV = nRT with its absolute pressure; in
+//! an atmosphere of p₀ its overpressure is nRT/V − p₀, which is the law above with K = p₀ and
+//! nRT = p₀ fV₀. For a liquid, K is far above any pressure, and V stays near fV₀; with K = ∞ it is
 //! fV₀.
 //!
-//! The constraint is one over the whole surface: λ/h² is the overpressure in Pa, and every particle
-//! moves by w ∇V λ. An implicit substep asks for λ = h²p(V + Σw‖∇V‖² Δλ), which is a quadratic
-//! equation for Δλ, solved as it stands: the volume that it aims at is always above 0, so that a gas
-//! cannot be pushed through itself. With K → ∞ it is XPBD's Δλ = (fV₀ − V)/Σw‖∇V‖².
+//! It is a single constraint over the whole surface: λ/h² is the overpressure in Pa, and every
+//! particle moves by w ∇V λ. An implicit substep requires λ = h²p(V + Σw‖∇V‖² Δλ), a quadratic
+//! equation for Δλ that is solved exactly: the target volume is always above 0, so that a gas
+//! cannot be compressed through zero. With K → ∞ it is XPBD's Δλ = (fV₀ − V)/Σw‖∇V‖².
 
 use super::body_effect::{BodyEffect, BodyPass, ReferenceParticles, ReferencePass, Store};
 #[cfg(feature = "bevy")]
@@ -24,7 +24,7 @@ use crate::{
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-/// A closed surface is filled.
+/// Gas or liquid inside a closed surface.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -34,36 +34,37 @@ use serde::{Deserialize, Serialize};
     type_path = "pliant::effect"
 )]
 pub struct Pressure {
-    /// f, the volume that the filling would have by itself over the rest volume of the surface;
-    /// default 1. A gas at rest volume pushes with K (f − 1).
+    /// Fill ratio f, the free volume of the filling over the rest volume of the surface; default 1.
+    /// A gas at rest volume has the overpressure K (f − 1).
     pub factor: Filling,
     /// Bulk modulus K of the filling [Pa] at that volume: 101325 for a gas in the atmosphere,
     /// 2.2e9 for water; default ∞, a liquid that keeps its volume.
     pub bulk_modulus: Stiffness,
 }
 
-/// What is kept of the pressure on a body: the multiplier, and room for a substep.
+/// State of the pressure in a body: the multiplier, and a buffer for a substep.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PressureState {
     /// λ [Pa·s²].
     pub multiplier: f64,
-    /// ∇V of each particle [m²], as it was in the last sweep; empty before the first.
+    /// ∇V of each particle [m²], as it was in the last iteration; empty before the first.
     pub gradients: Vec<DVec3>,
 }
 
-/// A filling stores no more than it would when pressed to this share of its own volume.
+/// Lower bound of the volume in the stored energy, as a fraction of the free volume.
 const DENSEST: f64 = 1e-6;
 
 impl PressureState {
-    /// The overpressure [Pa] after a substep of `h` seconds; `None` if there was none yet, or if the
+    /// Overpressure [Pa] after a substep of `h` seconds; `None` before the first one, or if the
     /// method has no compliances, for which `h` is ∞.
     #[must_use]
     pub fn overpressure(&self, h: f64) -> Option<f64> {
         (!self.gradients.is_empty() && h.is_finite()).then_some(self.multiplier / (h * h))
     }
 
-    /// One sweep: Δλ, with the gradients to push along; `at` tells places [m] and `w` inverse masses [1/kg].
-    pub fn sweep(
+    /// One iteration: Δλ, with the gradients to push along; `at` gives positions [m] and `w`
+    /// inverse masses [1/kg].
+    pub fn iterate(
         &mut self,
         pressure: &Pressure,
         (topology, enclosure): (&Topology, &Enclosure),
@@ -76,7 +77,7 @@ impl PressureState {
         let volume = enclosure.volume_and_gradients(topology, at, &mut self.gradients);
         let weight = enclosure.weight(&self.gradients, w);
         if weight == 0.0 {
-            // All is pinned, or in one point.
+            // All particles are pinned, or at one point.
             return 0.0;
         }
         let change = pressure.change(enclosure, volume, weight, self.multiplier, h);
@@ -86,9 +87,9 @@ impl PressureState {
 }
 
 impl Pressure {
-    /// Δλ [Pa·s²] at a volume [m³], Σw‖∇V‖² being `weight`, in a substep of `h` seconds.
+    /// Δλ [Pa·s²] at a volume [m³], with Σw‖∇V‖² = `weight`, in a substep of `h` seconds.
     ///
-    /// With a = 1/(h²K) it is the root of (V + wΔλ)(1 + a(λ + Δλ)) = fV₀ that leaves V + wΔλ above
+    /// With a = 1/(h²K) it is the root of (V + wΔλ)(1 + a(λ + Δλ)) = fV₀ for which V + wΔλ is above
     /// 0.
     fn change(&self, enclosure: &Enclosure, volume: f64, weight: f64, lambda: f64, h: f64) -> f64 {
         let own = self.own_volume(enclosure);
@@ -110,7 +111,7 @@ impl Pressure {
         f64::from(self.factor) * enclosure.rest_volume
     }
 
-    /// The overpressure K (fV₀/V − 1) of a volume [Pa]; 0 if it is rigid.
+    /// Overpressure K (fV₀/V − 1) at a volume [Pa]; 0 if it is rigid.
     #[must_use]
     pub fn overpressure(&self, enclosure: &Enclosure, volume: f64) -> f64 {
         match f64::from(self.bulk_modulus) {
@@ -119,8 +120,8 @@ impl Pressure {
         }
     }
 
-    /// The energy that it stores in a volume [J], K fV₀ (s − 1 − ln s) with s = V/(fV₀): the work of
-    /// the overpressure from where there is none. 0 if it is rigid.
+    /// Stored energy at a volume [J], K fV₀ (s − 1 − ln s) with s = V/(fV₀): the work of the
+    /// overpressure from the volume of zero overpressure. 0 if it is rigid.
     #[must_use]
     pub fn energy(&self, enclosure: &Enclosure, volume: f64) -> f64 {
         match f64::from(self.bulk_modulus) {
@@ -132,7 +133,7 @@ impl Pressure {
         }
     }
 
-    /// What is left of its equation, as a share of fV₀, with the multiplier λ.
+    /// Residual of its equation with the multiplier λ, as a fraction of fV₀.
     fn left(&self, enclosure: &Enclosure, volume: f64, lambda: f64, h: f64) -> f64 {
         let pressed = 1.0 + lambda / (h * h * f64::from(self.bulk_modulus));
         volume * pressed / self.own_volume(enclosure) - 1.0
@@ -158,7 +159,7 @@ impl BodyEffect for Pressure {
         let at = |i: u32| part.predicted(i as usize);
         let weight = |i: usize| f64::from(part.positions[i].w);
         let body = (pass.topology, enclosure);
-        let change = state.sweep(self, body, at, weight, pass.compliant.into());
+        let change = state.iterate(self, body, at, weight, pass.compliant.into());
         for (i, gradient) in state.gradients.iter().enumerate() {
             let w = f64::from(part.positions[i].w);
             if w > 0.0 {
@@ -181,13 +182,13 @@ impl BodyEffect for Pressure {
             state.multiplier = 0.0;
         }
         let (at, weight) = (|i: u32| body.x[i as usize], |i: usize| body.w[i]);
-        let change = state.sweep(self, (body.topology, enclosure), at, weight, pass.compliant);
+        let change = state.iterate(self, (body.topology, enclosure), at, weight, pass.compliant);
         blow(state, body, change);
     }
 
     fn pull_reference(&self, state: &mut PressureState, body: ReferenceParticles) {
         if let Ok(enclosure) = body.topology.enclosure() {
-            // There is nothing yet in the first substep.
+            // Empty before the first substep.
             state.gradients.resize(body.x.len(), DVec3::ZERO);
             let at = |i: u32| body.x[i as usize];
             enclosure.volume_and_gradients(body.topology, at, &mut state.gradients);

@@ -1,29 +1,30 @@
-//! Shape matching: particles are drawn to where the rest shape would have them, moved and turned to
-//! fit them best (Müller, Heidelberger, Teschner and Gross, *Meshless Deformations Based on Shape
-//! Matching*, 2005).
+//! Shape matching: particles are drawn to the rest shape, moved and rotated to fit them best
+//! (Müller, Heidelberger, Teschner and Gross, *Meshless Deformations Based on Shape Matching*,
+//! 2005).
 //!
-//! The shape that is matched is the whole body, or each of its overlapping [regions](Regions), which
-//! gives a body many more ways to deform. A particle that is in n regions gives an n-th of its mass to
-//! each. With these masses mᵢ, a region whose particles are at xᵢ, and were at qᵢ at rest, has the
-//! goals gᵢ = R(qᵢ − q̄) + x̄, with means by mass and the rotation R that makes
+//! The matched shape is the whole body, or each of its overlapping [regions](Regions), which gives
+//! a body many more degrees of freedom. A particle in n regions contributes an n-th of its mass to
+//! each. With these masses mᵢ, current positions xᵢ and rest positions qᵢ, a region has the goals
+//! gᵢ = R(qᵢ − q̄) + x̄, with mass-weighted means and the rotation R that minimizes
 //!
 //! D² = Σ mᵢ‖xᵢ − gᵢ‖²
 //!
-//! least, and stores ½ω²D² with ω = 2πf: left alone, a deformed body swings about its shape f times a
-//! second, whatever its mesh, its mass and the substeps. ∞ is a rigid body.
+//! and stores the energy ½ω²D² with ω = 2πf: a free deformed body oscillates about its shape with
+//! the frequency f, independent of its mesh, its mass and the substeps. ∞ is a rigid body.
 //!
-//! D is the one equation of a region, of the compliance 1/ω² in s². As R and the means are the best,
-//! they add nothing to its gradient mᵢ(xᵢ − gᵢ)/D, so that every sweep conserves linear and angular
-//! momentum. Regions are solved all at once, from the same positions. Σ w‖∇D‖² is taken as 1, which
-//! it is for the whole body: with shares of masses, all regions together then move a particle no
-//! farther than to the mean of its goals, and such averaged Jacobi sweeps converge.
+//! D is the single equation of a region, with the compliance 1/ω² in s². As R and the means are
+//! optimal, they do not contribute to its gradient mᵢ(xᵢ − gᵢ)/D, so that every iteration conserves
+//! linear and angular momentum. Regions are solved simultaneously, from the same positions. Σ
+//! w‖∇D‖² is taken as 1, which is exact for the whole body: with divided masses, all regions
+//! together then move a particle at most to the mean of its goals, and such averaged Jacobi
+//! iterations converge.
 //!
-//! To a [method](crate::Method) without compliances all shapes are rigid; in classic PBD
-//! particles go its share of their ways.
+//! With a [method](crate::Method) without compliances all shapes are rigid; in classic PBD
+//! particles move by its stiffness fraction towards their goals.
 //!
-//! R is found by Horn's quaternions in `f64`, anew every time: a shape that is flat, mirrored or
-//! shrunk to a line or a point has one too, always the same. Pins are taken as a million times as
-//! heavy as all else, so that the goals hang on them.
+//! R is found by Horn's quaternions in `f64`, from scratch every time: it exists and is
+//! deterministic also for a shape that is flat, mirrored or shrunk to a line or a point. Pins are
+//! weighted a million times as heavily as the rest of their region, so that the goals follow them.
 
 use super::body_effect::{BodyEffect, BodyPass, ReferenceParticles, ReferencePass, Resting, Store};
 #[cfg(feature = "bevy")]
@@ -39,7 +40,7 @@ use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 use std::{borrow::Cow, f64::consts::TAU};
 
-/// Particles are drawn to where the rest shape would have them.
+/// Particles are drawn to the rest shape.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -49,11 +50,11 @@ use std::{borrow::Cow, f64::consts::TAU};
     type_path = "pliant::effect"
 )]
 pub struct ShapeMatching {
-    /// How often a second the body swings about its shape, f [Hz]; default 10, ∞ is rigid.
+    /// Frequency f of oscillation of the body about its shape [Hz]; default 10, ∞ is rigid.
     pub frequency: Frequency,
-    /// Size of the regions whose shapes are matched [m]; default ∞, the whole body.
+    /// Size of the matched regions [m]; default ∞, the whole body.
     pub region: RegionSize,
-    /// Damping τ [s], see the [module](super); default 0.
+    /// Damping τ [s], see [`multipliers`](super::multipliers); default 0.
     pub damping: Damping,
 }
 
@@ -79,49 +80,48 @@ impl ShapeMatching {
     }
 }
 
-/// A pin counts as this many times all of a region that can move.
+/// Weight of a pin, relative to all movable particles of a region.
 pub(crate) const HEAVY: f64 = 1e6;
 
-/// A particle as shape matching sees it.
+/// Particle state for shape matching.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
-    /// Where it is [m].
+    /// Current position [m].
     pub x: DVec3,
-    /// Where it was when the substep began [m].
+    /// Position at the start of the substep [m].
     pub p: DVec3,
     /// Inverse mass [1/kg].
     pub w: f64,
 }
 
-/// The regions of a body with what is found of them; they follow from the topology and the size of
-/// the regions.
+/// The regions of a body and their state, derived from the topology and the size of the regions.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ShapeMatchingState {
-    /// What the regions were made for: a topology, and a size [m].
+    /// Topology and size [m] for which the regions were made.
     made_for: Option<(Identity, f32)>,
     regions: Regions,
     /// λ of each region; λ/h² is a force over the root of a mass.
     lambdas: Vec<f64>,
-    /// The particles of a region that can move, with their parts of the mass [kg] and their ways x − g
-    /// [m]: room for the last sweep.
+    /// Movable particles of a region, with their parts of the mass [kg] and their offsets x − g
+    /// [m]: a buffer for the last iteration.
     offs: Vec<(u32, f64, DVec3)>,
-    /// How far the last sweep moves the particles [m].
+    /// Displacements of the particles by the last iteration [m].
     moves: Vec<DVec3>,
 }
 
-/// How a sweep is done.
+/// Parameters of an iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pass {
-    /// Length of the substep that compliance and damping are taken for [s].
+    /// Length of the substep for compliance and damping [s].
     pub h: f64,
-    /// Whether it is the first one of a substep, where λ is 0.
+    /// Whether it is the first one of a substep, in which λ is 0.
     pub first: bool,
-    /// How much of their ways particles go, from 0 to 1.
+    /// Fraction of the correction that is applied, from 0 to 1.
     pub share: f64,
 }
 
 impl Place {
-    /// Particles of the fast solver as they are between substeps.
+    /// Particles of the fast solver between substeps.
     pub fn among(particles: &Particles) -> impl Fn(u32) -> Self {
         |i| {
             let i = i as usize;
@@ -140,7 +140,7 @@ impl Place {
         }
     }
 
-    /// A particle of inverse mass `w` that has not moved from `x`.
+    /// A particle of inverse mass `w` at `x` without motion.
     #[must_use]
     pub fn still((x, w): (DVec3, f64)) -> Self {
         Self { x, p: x, w }
@@ -148,7 +148,7 @@ impl Place {
 }
 
 impl ShapeMatchingState {
-    /// That of a body.
+    /// For a body.
     #[must_use]
     pub fn of(topology: &Topology, effect: &ShapeMatching) -> Self {
         let mut matching = Self::default();
@@ -156,7 +156,7 @@ impl ShapeMatchingState {
         matching
     }
 
-    /// Brings the regions in line with their size; to be called before a tick.
+    /// Updates the regions for a changed size; must be called before a tick.
     pub fn update(&mut self, topology: &Topology, effect: &ShapeMatching) {
         if !self.is_of(topology, effect) {
             let size = effect.region.get();
@@ -167,7 +167,7 @@ impl ShapeMatchingState {
         }
     }
 
-    /// Whether the regions are those that the effect asks for.
+    /// Whether the regions are those of the effect.
     #[must_use]
     pub fn is_of(&self, topology: &Topology, effect: &ShapeMatching) -> bool {
         self.made_for.as_ref().is_some_and(|(identity, size)| {
@@ -181,7 +181,7 @@ impl ShapeMatchingState {
         &self.regions
     }
 
-    /// Bytes of memory.
+    /// Memory use in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.regions.bytes()
@@ -200,7 +200,7 @@ impl ShapeMatchingState {
         regions.map(move |members| Fit::of(members, &self.regions, topology, &at).strain(&at))
     }
 
-    /// What all regions store, ½ω²D² [J]; rigid ones store none.
+    /// Energy stored by all regions, ½ω²D² [J]; rigid ones store none.
     #[must_use]
     pub fn energy(
         &self,
@@ -217,8 +217,8 @@ impl ShapeMatchingState {
         }
     }
 
-    /// What is left of D + αλ/h² = 0 after a substep of `h` seconds, over the root of the moment of
-    /// mass of each region.
+    /// Residual of D + αλ/h² = 0 after a substep of `h` seconds, relative to the root of the moment
+    /// of mass of each region.
     #[must_use]
     pub fn residual(
         &self,
@@ -241,8 +241,8 @@ impl ShapeMatchingState {
         all
     }
 
-    /// One sweep over all regions: how far each particle goes [m].
-    pub fn sweep(
+    /// One iteration over all regions: displacement of each particle [m].
+    pub fn iterate(
         &mut self,
         topology: &Topology,
         effect: &ShapeMatching,
@@ -262,12 +262,12 @@ impl ShapeMatchingState {
         })
     }
 
-    /// How far the multipliers that are there pull each particle [m].
+    /// Displacement of each particle by the current multipliers [m].
     pub fn pull(&mut self, topology: &Topology, at: impl Fn(u32) -> Place) -> &[DVec3] {
         self.push(topology, at, |_, _, lambda| *lambda)
     }
 
-    /// Adds up w ∇D Δλ over all regions, Δλ being told from D, ∇D·(x − p) and λ.
+    /// Accumulates w ∇D Δλ over all regions; Δλ is a function of D, ∇D·(x − p) and λ.
     fn push(
         &mut self,
         topology: &Topology,
@@ -337,7 +337,7 @@ impl BodyEffect for ShapeMatching {
             first: pass.iteration.0 == 0,
             share: pass.share.into(),
         };
-        let moves = state.sweep(pass.topology, self, own, |i| Place {
+        let moves = state.iterate(pass.topology, self, own, |i| Place {
             x: part.predicted(i as usize),
             p: part.start(i as usize),
             w: part.positions[i as usize].w.into(),
@@ -371,7 +371,7 @@ impl BodyEffect for ShapeMatching {
             first: pass.is_anew,
             share: pass.share,
         };
-        let moves = state.sweep(body.topology, self, own, Place::of_reference(&body));
+        let moves = state.iterate(body.topology, self, own, Place::of_reference(&body));
         for (x, by) in body.x.iter_mut().zip(moves) {
             *x += *by;
         }
@@ -431,7 +431,7 @@ impl BodyEffect for ShapeMatching {
     }
 }
 
-/// Where the rest shape of a region lies.
+/// Best fit of the rest shape of a region.
 struct Fit<'a> {
     members: &'a [u32],
     regions: &'a Regions,
@@ -475,7 +475,7 @@ impl<'a> Fit<'a> {
             let (a, b) = (fit.rest(i) - rest_middle, at(i).x - middle);
             for (j, row) in spread.iter_mut().enumerate() {
                 for (k, cell) in row.iter_mut().enumerate() {
-                    // In this order it is symmetric to the bit where both are the same.
+                    // In this order it is bitwise symmetric where both are equal.
                     *cell += mass * (a[j] * b[k]);
                 }
             }
@@ -490,13 +490,13 @@ impl<'a> Fit<'a> {
         self.topology.rest[i as usize].as_dvec3()
     }
 
-    /// The part of its mass that a particle of inverse mass `w` gives the region [kg]; none if it is
+    /// Part of the mass of a particle of inverse mass `w` in the region [kg]; `None` if it is
     /// pinned.
     fn mass(&self, i: u32, w: f64) -> Option<f64> {
         (w > 0.0).then(|| self.regions.shares()[i as usize] / w)
     }
 
-    /// What can move, with its part of the mass [kg].
+    /// Movable particles, with their parts of the mass [kg].
     fn free(&self, at: &impl Fn(u32) -> Place) -> impl Iterator<Item = (u32, f64)> {
         let members = self.members.iter();
         members.filter_map(|&i| Some((i, self.mass(i, at(i).w)?)))
@@ -515,7 +515,7 @@ impl<'a> Fit<'a> {
         squares.sum::<f64>().sqrt()
     }
 
-    /// The root of Σ m‖q − q̄‖² [m √kg], D of a region that has shrunk to a point.
+    /// Root of Σ m‖q − q̄‖² [m √kg], which is D of a region that has shrunk to a point.
     fn size(&self, at: &impl Fn(u32) -> Place) -> f64 {
         let squares = self
             .free(at)

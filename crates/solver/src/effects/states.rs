@@ -1,23 +1,24 @@
-//! What the effects of a body keep.
+//! States of the effects of a body.
 
 use super::{body_kinds::BodyEffectStates, elastic::ElasticKind};
 use crate::Topology;
 use glam::Vec4;
 
-/// What the effects of a body keep from iteration to iteration, and for those who measure: multipliers λ of the
-/// constraints of elastic effects, a column for each that is carried, and the states of the others. λ/h² is a force.
+/// State of the effects of a body between iterations, and for measurements: multipliers λ of
+/// elastic effects, one column per effect that is present, and the states of the others. λ/h² is a
+/// force.
 #[derive(Debug, Clone, Default, PartialEq)]
 #[cfg_attr(feature = "bevy", derive(bevy_ecs::component::Component))]
 pub struct EffectStates {
     multipliers: [Vec<f32>; ElasticKind::COUNT],
     /// Sums of the displacements of averaged passes; zeros between them.
     sums: Vec<Vec4>,
-    /// What effects without elements keep.
+    /// States of effects without elements.
     pub others: BodyEffectStates,
 }
 
 impl EffectStates {
-    /// Multipliers of an elastic effect, element by element; empty where they are not kept.
+    /// Multipliers of an elastic effect, element by element; empty where they are not stored.
     #[must_use]
     pub fn multipliers(&self, kind: ElasticKind) -> &[f32] {
         &self.multipliers[kind as usize]
@@ -49,7 +50,7 @@ impl EffectStates {
         &mut self.sums
     }
 
-    /// Bytes of memory.
+    /// Memory use in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.multipliers

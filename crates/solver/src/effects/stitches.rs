@@ -1,13 +1,14 @@
 //! Stitches: C = a − b = 0 [m], a vector, between a point of a body and another of its points, or a
-//! place on a collider.
+//! point on a collider.
 //!
-//! A point is a particle, or a mean of the corners of a triangle. The three equations have the same
-//! compliance α [m/N] and, a and b being means of different particles, the same weight
-//! W = Σ bᵢ²wᵢ, so that each is solved by itself: Δλ = −(C + α̃λ)/(W + α̃), with λ a vector. What a
-//! stitch pulls with is |λ|/h² [N]. One that has pulled harder than it holds by the end of a substep
-//! is broken, and acts no more.
+//! A point is a particle, or a weighted mean of the corners of a triangle. The three equations have
+//! the same compliance α [m/N] and, as a and b are means of different particles, the same weight
+//! W = Σ bᵢ²wᵢ, so that each is solved by itself: Δλ = −(C + α̃λ)/(W + α̃), with λ a vector. The
+//! force of a stitch is |λ|/h² [N]. A stitch whose force exceeds its strength at the end of a
+//! substep is broken and no longer acts.
 //!
-//! What it does to one end it does to the other, so that momentum stays; a collider takes what comes.
+//! Forces on both ends are equal and opposite, so that momentum is conserved; a collider absorbs
+//! it.
 
 use super::body_effect::{BodyEffect, BodyPass, ReferenceParticles, ReferencePass};
 use crate::{
@@ -17,63 +18,64 @@ use crate::{
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// What a point is stitched to.
+/// Other end of a stitch.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum StitchEnd {
-    /// A point of the same body that shares no particle with it.
+    /// A point of the same body without common particles.
     Point(SurfacePoint),
-    /// A place on a collider.
+    /// A point on a collider.
     Collider {
-        /// Which one, in their order, from 0.
+        /// Number of the collider, from 0.
         number: u32,
-        /// Where, in its own frame [m].
+        /// Position in the local frame of the collider [m].
         place: Vec3,
     },
 }
 
-/// Two points that are held together.
+/// Two points that are held together by a breakable constraint.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Stitch {
     /// A point of the body.
     pub point: SurfacePoint,
-    /// What it is held to.
+    /// The other end.
     pub to: StitchEnd,
     /// Compliance [m/N]; 0 is rigid.
     pub compliance: Compliance,
-    /// It breaks when it pulls harder than this [N]; ∞ is never.
+    /// The stitch breaks when its force exceeds this [N]; ∞ is unbreakable.
     pub strength: Force,
     /// Whether it is broken.
     pub broken: bool,
 }
 
-/// Why a stitch cannot be.
+/// Reason why a stitch is invalid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum StitchError {
-    /// It names a particle that there is not.
+    /// It refers to a particle that does not exist.
     #[error(
         "stitch {} refers to a particle that the body does not have; it has {particles} particles",
         stitch + 1
     )]
     NoSuchParticle {
-        /// Which one, from 0; messages count from 1.
+        /// Number of the stitch, from 0; messages count from 1.
         stitch: usize,
-        /// How many particles there are.
+        /// Number of particles.
         particles: usize,
     },
-    /// Both its ends hang on one particle.
+    /// Both ends are attached to one particle.
     #[error(
         "both ends of stitch {} are attached to particle {particle}; use two different particles",
         stitch + 1
     )]
     SharedParticle {
-        /// Which one, from 0; messages count from 1.
+        /// Number of the stitch, from 0; messages count from 1.
         stitch: usize,
         /// The particle.
         particle: ParticleIndex,
     },
 }
 
-/// The stitches of a body, broken ones too: they are state.
+/// The stitches of a body, including broken ones: they are part of the state.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(transparent)]
 #[cfg_attr(feature = "bevy", derive(bevy_ecs::component::Component))]
@@ -85,10 +87,10 @@ pub struct Stitches {
 }
 
 impl Stitches {
-    /// Stitches for a body of so many particles.
+    /// Stitches for a body with this number of particles.
     ///
     /// # Errors
-    /// [`StitchError`] for a particle that there is not, or two ends on one particle.
+    /// [`StitchError`] for a particle that does not exist, or two ends on one particle.
     pub fn new(all: Vec<Stitch>, particles: usize) -> Result<Self, StitchError> {
         for (stitch, it) in all.iter().enumerate() {
             let other = match &it.to {
@@ -110,7 +112,7 @@ impl Stitches {
         Ok(Self { all, lambdas })
     }
 
-    /// All of them.
+    /// All stitches.
     #[must_use]
     pub fn all(&self) -> &[Stitch] {
         &self.all
@@ -122,13 +124,13 @@ impl Stitches {
         self.all.is_empty()
     }
 
-    /// How many are broken.
+    /// Number of broken stitches.
     #[must_use]
     pub fn broken(&self) -> usize {
         self.all.iter().filter(|stitch| stitch.broken).count()
     }
 
-    /// Whether one that holds leads to a collider that moves.
+    /// Whether an intact stitch is attached to a moving collider.
     #[must_use]
     pub fn are_pulled(&self, colliders: &[SweptCollider]) -> bool {
         let mut held = self.all.iter().filter(|stitch| !stitch.broken);
@@ -141,8 +143,8 @@ impl Stitches {
         })
     }
 
-    /// Collider number `gone` is taken away: what is stitched to it breaks, and those after it get
-    /// lower numbers.
+    /// Updates stitches when collider number `gone` is removed: those attached to it break, and
+    /// higher numbers decrease by one.
     pub fn forget_collider(&mut self, gone: u32) {
         for stitch in &mut self.all {
             if let StitchEnd::Collider { number, .. } = &mut stitch.to {
@@ -152,7 +154,7 @@ impl Stitches {
         }
     }
 
-    /// What each pulls with [N], after a substep of `h` seconds.
+    /// Force of each stitch [N], after a substep of `h` seconds.
     pub fn forces(&self, h: f32) -> impl Iterator<Item = f32> {
         let square = f64::from(h) * f64::from(h);
         self.lambdas
@@ -160,14 +162,14 @@ impl Stitches {
             .map(move |lambda| (lambda.length() / square) as f32)
     }
 
-    /// Bytes of memory.
+    /// Memory use in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         size_of_val(&self.all[..]) + size_of_val(&self.lambdas[..])
     }
 }
 
-/// That a body has stitches; these are their own state.
+/// Marks that a body has stitches; these are their own state.
 #[derive(Debug, Clone, Copy)]
 pub struct Stitching;
 
@@ -180,7 +182,7 @@ impl BodyEffect for Stitching {
     fn solve(&self, stitches: &mut Stitches, mut part: Part, pass: &BodyPass) -> bool {
         let square = f64::from(pass.h) * f64::from(pass.h);
         let (iteration, iterations) = pass.iteration;
-        // What was read from a file has none yet.
+        // Deserialized stitches have none yet.
         stitches.lambdas.resize(stitches.all.len(), DVec3::ZERO);
         for (stitch, lambda) in stitches.all.iter_mut().zip(&mut stitches.lambdas) {
             if iteration == 0 {

@@ -1,8 +1,8 @@
 //! Strain limit: C = ‖x₁ − x₀‖ − (1 + limit) L₀ ≤ 0 [m] on every edge.
 //!
-//! An edge that is shorter is left alone, to the bit; one that is longer is put back to its limit as
-//! a rigid one is to its length. λ/h² is the force that the edge pulls with, in N (negative). One
-//! sweep leaves what rigid edges leave: more substeps, or more iterations, hold the limit better.
+//! Shorter edges are bitwise unaffected; a longer edge is projected to its limit as a rigid one to
+//! its length. λ/h² is the tension of the edge in N (negative). One iteration leaves the same
+//! residual as for rigid edges: more substeps or iterations enforce the limit better.
 
 use crate::kernel::block::{Block, Blocks, Projection, difference, dot, scaled};
 #[cfg(feature = "bevy")]
@@ -18,7 +18,7 @@ use fearless_simd::{f32x8, prelude::*};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-/// No edge gets longer than a limit, however heavy the load.
+/// Limits the length of every edge, whatever the load.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -28,7 +28,7 @@ use serde::{Deserialize, Serialize};
     type_path = "pliant::effect"
 )]
 pub struct StrainLimit {
-    /// The largest strain, a ratio; default 0.1, a tenth longer than at rest.
+    /// Maximum strain, a ratio; default 0.1, a tenth longer than at rest.
     pub limit: Strain,
 }
 
@@ -77,11 +77,11 @@ impl Elastic<2, 1> for StrainLimit {
     }
 }
 
-/// Edges with what their projection needs.
+/// Edges with the data for their projection.
 #[derive(Debug, Clone, Copy)]
 pub struct Kernel<'a> {
     edges: &'a Edges,
-    /// The greatest length over that at rest.
+    /// Maximum length, relative to the rest length.
     most: f32,
 }
 
@@ -109,7 +109,7 @@ impl Blocks<2, 1> for Kernel<'_> {
         let error = length - block.column(simd, &self.edges.rest_length) * self.most;
         let weight = a[3] + b[3];
         let acts = error.simd_gt(0.0) & weight.simd_gt(0.0);
-        // Adding 0 would make +0 of −0: what does not act is left as it is.
+        // Adding 0 would turn −0 into +0: inactive constraints must change nothing.
         let stays = f32x8::splat(simd, -0.0);
         if !acts.any_true() {
             return Projection::still(simd, [zero]);

@@ -1,7 +1,7 @@
 //! Stretch: C = ‖x₁ − x₀‖ − L₀ [m] on every edge.
 //!
-//! λ/h² is the force that the edge pulls with, in N (negative when it pulls). Compliance is in
-//! m/N: an edge under a force F settles at C = αF.
+//! λ/h² is the force along the edge in N (negative under tension). Compliance is in m/N: an edge
+//! under a force F settles at C = αF.
 
 use crate::kernel::block::{Ask, Block, Blocks, Projection, any, difference, dot, scaled};
 #[cfg(feature = "bevy")]
@@ -17,7 +17,7 @@ use fearless_simd::{f32x8, prelude::*};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// Edges resist a change of length.
+/// Edges resist changes of length.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -29,22 +29,22 @@ use serde::{Deserialize, Serialize};
 pub struct Stretch {
     /// Compliance of each edge [m/N]; default 0, rigid.
     pub compliance: Compliance,
-    /// Axial stiffness EA [N], which does not depend on how finely a rope is divided: an edge of
-    /// rest length L₀ adds L₀/EA to its compliance. Default ∞, which adds nothing.
+    /// Axial stiffness EA [N], independent of the resolution of a rope: an edge of rest length L₀
+    /// adds L₀/EA to its compliance. Default ∞, which adds nothing.
     pub axial_stiffness: Stiffness,
-    /// Damping τ [s], see the [module](super); default 0.
+    /// Damping τ [s], see [`multipliers`](super::multipliers); default 0.
     pub damping: Damping,
     /// Time constant [s] for recovering crushed and tangled edges of a sheet without adding velocity, see
     /// [`repair`](crate::repair); default 0.05, ∞ disables recovery. Ropes and solids ignore it.
     pub repair: RepairTime,
 }
 
-/// The parameters as a substep of a given length needs them.
+/// Coefficients for a substep of given length.
 #[derive(Debug, Clone, Copy)]
 pub struct Coefficients {
     /// α/h² [1/kg].
     alpha: f32,
-    /// 1/(EA h²) [1/(kg·m)], to be multiplied by L₀.
+    /// 1/(EA h²) [1/(kg·m)], multiplied by L₀.
     alpha_per_length: f32,
     /// γ = τ/h.
     gamma: f32,
@@ -124,8 +124,9 @@ pub(super) fn edge_row([a, b]: [Point; 2], rest_length: f32, compliance: f64) ->
     }
 }
 
-/// Whether an edge is shorter than the first of these fractions of its rest length, or a projection would
-/// lengthen it by more than the second, or will where inertia alone takes it in the next substep.
+/// Whether any edge is shorter than the first of these fractions of its rest length, or would be
+/// lengthened by a projection by more than the second, now or at the position predicted by inertia
+/// for the next substep.
 pub(crate) fn any_short(
     bounds: [f32; 2],
     kernel: &Kernel,
@@ -150,7 +151,7 @@ impl Ask<2> for Short<'_> {
             ..
         } = self.kernel.coefficients;
         let [crushed, tangled] = self.bounds;
-        // Lanes without a constraint have a rest length of 0, and nothing is shorter.
+        // Lanes without a constraint have a rest length of 0, and no edge is shorter.
         let rest_length = block.column(simd, &self.kernel.edges.rest_length);
         let d = difference(b, a);
         let length = dot(&d, &d).sqrt();
@@ -163,11 +164,11 @@ impl Ask<2> for Short<'_> {
     }
 }
 
-/// Edges with what their projection needs.
+/// Edges with the data for their projection.
 ///
-/// An edge of length zero has no direction; it is pushed apart along the direction that it has
-/// in the rest shape, so that a body squeezed to a point opens, always in the same way. If it
-/// has no length at rest either, it is left alone.
+/// An edge of length zero has no direction; it is pushed apart along its direction in the rest
+/// shape, so that a body squeezed to a point opens, always in the same way. If it has no length at
+/// rest either, it is not changed.
 #[derive(Debug, Clone, Copy)]
 pub struct Kernel<'a> {
     edges: &'a Edges,
@@ -209,7 +210,7 @@ impl Blocks<2, 1> for Kernel<'_> {
         let weighted = weight * (1.0 + gamma) + alpha;
         let mut denominator = weighted * length;
         if denominator.simd_gt(0.0).any_false() {
-            // Edges without a direction get one of length 1; those that cannot move stay.
+            // Edges without a direction get one of length 1; those that cannot move do not change.
             (d, length) = self.open(simd, block, d, length);
             denominator = weighted * length;
             error = denominator.simd_gt(0.0).select(error, 0.0.simd_into(simd));
@@ -232,7 +233,7 @@ impl Blocks<2, 1> for Kernel<'_> {
 }
 
 impl<'a> Kernel<'a> {
-    /// On edges of a body that has this shape at rest.
+    /// For edges of a body with this rest shape.
     pub(super) fn new(edges: &'a Edges, rest: &'a [Vec3], coefficients: Coefficients) -> Self {
         Self {
             edges,
@@ -243,7 +244,7 @@ impl<'a> Kernel<'a> {
 }
 
 impl Kernel<'_> {
-    /// Directions of the rest shape, of length 1, for edges of a block that have no length.
+    /// Directions of the rest shape, of length 1, for edges of a block without length.
     #[cold]
     fn open<L: Lanes>(
         &self,

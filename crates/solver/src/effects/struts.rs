@@ -1,7 +1,7 @@
 //! Struts: C = ‖x₁ − x₀‖ − L₀ [m] on every [strut](crate::Topology::struts), as
-//! [`stretch`](super::stretch) has it on edges.
+//! [`stretch`](super::stretch) on edges.
 //!
-//! They hold a hollow body open: what is pushed in is pushed back from the other side.
+//! They support a hollow body from inside: a dent is pushed back from the opposite side.
 
 use super::stretch::{Coefficients, Kernel, edge_row};
 #[cfg(feature = "bevy")]
@@ -13,7 +13,7 @@ use crate::{
 };
 use serde::{Deserialize, Serialize};
 
-/// Springs through the body resist a change of length.
+/// Springs through the body resist changes of length.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 pub struct Struts {
     /// Compliance of each strut [m/N]; default 1e-3, 0 is rigid.
     pub compliance: Compliance,
-    /// Damping τ [s], see the [module](super); default 0.
+    /// Damping τ [s], see [`multipliers`](super::multipliers); default 0.
     pub damping: Damping,
 }
 

@@ -1,15 +1,15 @@
-//! Tethers: no particle goes farther from its nearest pin than the way to it is long at rest.
+//! Tethers: limit each particle's distance from its nearest pin to the geodesic rest distance.
 //!
-//! Long-range attachments (Kim, Chentanez and Müller, *Long Range Attachments*, 2012): a particle that
-//! is farther than (1 + slack) L from the pin is put back onto that sphere, L being the shortest way
-//! along edges of the rest shape to the nearest pinned particle. So a long cloth or rope that hangs
-//! does not get longer, however few the sweeps, where what holds it together would have to pass on its
-//! weight edge by edge. Tethers only pull, and only at particles that are too far: what is slack is not
-//! changed by a bit.
+//! Long-range attachments (Kim, Chentanez and Müller, *Long Range Attachments*, 2012): a particle
+//! that is farther than (1 + slack) L from the pin is projected onto that sphere, with L the
+//! shortest path along edges of the rest shape to the nearest pinned particle. A long hanging cloth
+//! or rope therefore does not get longer, however few the iterations, although its constraints pass
+//! on its weight edge by edge. Tethers only pull, and only on particles that are too far: slack
+//! ones are bitwise unaffected.
 //!
-//! The way along edges is never shorter than the way through the cloth, so that nothing is pulled
-//! closer than it was at rest; across a grid of triangles it is up to a twelfth longer, and there a
-//! tether gives as much more room.
+//! The path along edges is never shorter than the one through the cloth, so that no particle is
+//! pulled closer than at rest. Across a grid of triangles it is up to a twelfth longer, which makes
+//! the tether looser by the same amount.
 
 use super::body_effect::{BodyEffect, BodyPass, ReferenceParticles, ReferencePass};
 #[cfg(feature = "bevy")]
@@ -22,7 +22,8 @@ use glam::{DVec3, Vec4};
 use serde::{Deserialize, Serialize};
 use std::{cmp::Reverse, collections::BinaryHeap};
 
-/// No particle goes farther from its nearest pin than the way to it is long at rest.
+/// Limits each particle's distance from its nearest pin to the geodesic rest distance (long-range
+/// attachments).
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -32,25 +33,25 @@ use std::{cmp::Reverse, collections::BinaryHeap};
     type_path = "pliant::effect"
 )]
 pub struct Tethers {
-    /// How much farther it may go, as a share of that way; default 0.
+    /// Additional distance, as a fraction of the geodesic rest distance; default 0.
     pub slack: Slack,
 }
 
-/// The tethers of a body: they follow from its topology and its pins, and are found again when pins
-/// change.
+/// The tethers of a body: derived from its topology and its pins, and recomputed when pins change.
 #[derive(Debug, Clone, Default)]
 pub struct TetherTargets {
-    /// What they were found in.
+    /// Topology for which they were found.
     found_in: Option<TopologyId>,
     /// The pinned particles.
     pins: Vec<u32>,
     /// The nearest pin of each particle.
     nearest: Vec<u32>,
-    /// Place of that pin [m], and the way to it at rest [m]: ∞ for what is pinned, or hangs on no pin.
+    /// Position of that pin [m], and the geodesic rest distance to it [m]: ∞ for pins and for
+    /// particles without a pin.
     places: Vec<Vec4>,
 }
 
-/// They follow from what a body is compared by.
+/// Derived data does not take part in comparisons.
 impl PartialEq for TetherTargets {
     fn eq(&self, _: &Self) -> bool {
         true
@@ -58,7 +59,7 @@ impl PartialEq for TetherTargets {
 }
 
 impl TetherTargets {
-    /// Those of a body as it is now.
+    /// For a body in its current state.
     #[must_use]
     pub fn of(topology: &Topology, positions: &[Vec4]) -> Self {
         let mut targets = Self::default();
@@ -66,7 +67,7 @@ impl TetherTargets {
         targets
     }
 
-    /// Brings them in line with the pins of a body and their places; to be called before a tick.
+    /// Updates them for the pins of a body and their positions; must be called before a tick.
     pub fn update(&mut self, topology: &Topology, positions: &[Vec4]) {
         let pins = (0..).zip(positions).filter(|(_, x)| x.w == 0.0);
         let pins = pins.map(|(particle, _)| particle);
@@ -82,7 +83,7 @@ impl TetherTargets {
         }
     }
 
-    /// The nearest pin of each particle along edges, and the way to it (Dijkstra).
+    /// Finds the nearest pin of each particle along edges, and the distance to it (Dijkstra).
     fn find(&mut self, topology: &Topology) {
         let count = topology.particles();
         let neighbours = Neighbours::of(topology);
@@ -93,7 +94,7 @@ impl TetherTargets {
             ways[pin as usize] = 0.0;
             open.push(Reverse((0.0_f64.to_bits(), pin)));
         }
-        // The bits of numbers that are not negative are in the order of the numbers.
+        // The bits of nonnegative numbers are in the order of the numbers.
         while let Some(Reverse((bits, particle))) = open.pop() {
             let way = f64::from_bits(bits);
             if way > ways[particle as usize] {
@@ -116,7 +117,7 @@ impl TetherTargets {
         self.places.extend(places);
     }
 
-    /// How many particles are tethered.
+    /// Number of tethered particles.
     #[must_use]
     pub fn count(&self) -> usize {
         self.places
@@ -125,13 +126,13 @@ impl TetherTargets {
             .count()
     }
 
-    /// Bytes of memory.
+    /// Memory use in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         size_of_val(&self.pins[..]) + size_of_val(&self.nearest[..]) + size_of_val(&self.places[..])
     }
 
-    /// Of each particle that is tethered: its number, that of its pin, and the way between at rest [m].
+    /// For each tethered particle: its number, that of its pin, and the geodesic rest distance [m].
     pub fn ways(&self) -> impl Iterator<Item = (usize, usize, f64)> {
         let both = self.nearest.iter().zip(&self.places).enumerate();
         both.filter(|(_, (_, target))| target.w.is_finite())
@@ -142,7 +143,7 @@ impl TetherTargets {
 impl BodyEffect for Tethers {
     type State = TetherTargets;
     type Scope = ReadOnly;
-    /// Particle, pin, and how far it may be from it [m].
+    /// Particle, pin, and the maximum distance [m].
     type ReferenceState = Vec<(usize, usize, f64)>;
 
     fn begin_tick(&self, targets: &mut TetherTargets, topology: &Topology, positions: &[Vec4]) {
@@ -159,7 +160,7 @@ impl BodyEffect for Tethers {
             let d = (*p - *target).truncate() + u.truncate();
             let length = target.w * most;
             if d.length_squared() > length * length {
-                // To the last digit of the displacement, not of the position.
+                // At the precision of the displacement, not of the position.
                 let d = p.truncate().as_dvec3() - target.truncate().as_dvec3()
                     + u.truncate().as_dvec3();
                 let back = held(d, length.into()) - d;
@@ -226,7 +227,7 @@ impl BodyEffect for Tethers {
     }
 }
 
-/// Where a particle that is `d` from its pin goes, which may be `length` away at most.
+/// Limits the offset `d` of a particle from its pin to `length`.
 fn held(d: DVec3, length: f64) -> DVec3 {
     let far = d.length();
     if far > length { d * (length / far) } else { d }

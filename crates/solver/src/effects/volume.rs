@@ -1,9 +1,9 @@
 //! Volume: C = V − V₀ [m³] on every tetrahedron, V = (x₁−x₀)×(x₂−x₀)·(x₃−x₀)/6 signed.
 //!
-//! λ/h² is the element's pressure in Pa, and the compliance is in m⁵/N. (With C = 6(V−V₀),
-//! as some texts have it, the same number would mean a material 36 times as soft.) The sign of V
-//! matters: a mirrored element has V = −V₀ and is driven through flat back to V₀, which its
-//! absolute value would never do.
+//! λ/h² is the pressure of the element in Pa, and the compliance is in m⁵/N. (With C = 6(V−V₀), as
+//! in some texts, the same number would mean a material 36 times as soft.) The sign of V matters: a
+//! mirrored element has V = −V₀ and is driven through the flat state back to V₀, which its absolute
+//! value would not do.
 
 use crate::kernel::block::{Ask, Block, Blocks, Projection, any, cross, difference, dot, scaled};
 pub use crate::kernel::geometry::volume_and_gradients;
@@ -20,7 +20,7 @@ use fearless_simd::{f32x8, prelude::*};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// Tetrahedra resist a change of volume.
+/// Tetrahedra resist changes of volume.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -32,23 +32,24 @@ use serde::{Deserialize, Serialize};
 pub struct Volume {
     /// Compliance of each tetrahedron [m⁵/N]; default 0, incompressible.
     pub compliance: Compliance,
-    /// Bulk modulus K [Pa], which does not depend on how finely the body is divided: an element of
-    /// rest volume V₀ adds V₀/K to its compliance. Default ∞, which adds nothing.
+    /// Bulk modulus K [Pa], independent of the mesh resolution: an element of rest volume V₀ adds
+    /// V₀/K to its compliance. Default ∞, which adds nothing.
     pub bulk_modulus: Stiffness,
-    /// Damping τ [s], see the [module](super); default 0. With one sweep a substep, more than some
-    /// 0.05 s on nearly incompressible elements does not calm a body but makes it flutter.
+    /// Damping τ [s], see [`multipliers`](super::multipliers); default 0. With one iteration per
+    /// substep, more than about 0.05 s on nearly incompressible elements causes jitter instead of
+    /// damping.
     pub damping: Damping,
     /// Time constant T for [recovering](crate::repair) collapsed or inverted tetrahedra [s]; default
     /// 0.05, ∞ disables recovery.
     pub repair: RepairTime,
 }
 
-/// The parameters as a substep of a given length needs them.
+/// Coefficients for a substep of given length.
 #[derive(Debug, Clone, Copy)]
 pub struct Coefficients {
     /// α/h² [m⁴/kg].
     alpha: f32,
-    /// 1/(K h²) [m/kg], to be multiplied by V₀.
+    /// 1/(K h²) [m/kg], multiplied by V₀.
     alpha_per_volume: f32,
     /// γ = τ/h.
     gamma: f32,
@@ -74,11 +75,12 @@ impl Volume {
     }
 }
 
-/// Below this share of |V₀|^(4/3), the mean squared gradient of a tetrahedron is too small to
-/// divide by. A regular one at rest has 0.36; uniformly shrunk, it gets here at 0.41 of its size.
+/// Below this fraction of |V₀|^(4/3), the mean squared gradient of a tetrahedron is too small to
+/// divide by. A regular one at rest has 0.36; uniformly shrunk, it reaches this at 0.41 of its
+/// size.
 const FLOOR: f32 = 0.01;
 
-/// Below this share of the floor there is no direction left in the gradients.
+/// Below this fraction of that lower bound, the gradients have no direction.
 const VANISHED: f32 = 1e-4;
 
 /// ∇V for each corner [m²].
@@ -88,8 +90,8 @@ pub(crate) fn gradients([x0, x1, x2, x3]: [DVec3; 4]) -> [DVec3; 4] {
     [-(g1 + g2 + g3), g1, g2, g3]
 }
 
-/// Whether a tetrahedron has less than this fraction of its rest volume, or will have in the next substep
-/// where inertia alone takes it.
+/// Whether any tetrahedron has less than this fraction of its rest volume, or will have at the
+/// position predicted by inertia for the next substep.
 pub(crate) fn any_below(
     share: f32,
     topology: &Topology,
@@ -177,13 +179,13 @@ impl Elastic<4, 1> for Volume {
     }
 }
 
-/// Tetrahedra with what their projection needs.
+/// Tetrahedra with the data for their projection.
 ///
-/// The step is C/‖∇C‖ long, so an element that has collapsed towards a line, whose gradient
-/// vanishes, would be thrown far away. Two guards, both relative to the element's own size:
-/// the denominator is kept above what a gradient of a tenth of |V₀|^(2/3) gives, which leaves
-/// healthy elements as they are to the bit; and where no direction is left, the gradient of the
-/// rest shape is used.
+/// The step has the length C/‖∇C‖, so an element that has collapsed towards a line, whose gradient
+/// vanishes, would be thrown far away. Two guards prevent this, both relative to the element's own
+/// size: the denominator has a lower bound, its value at a gradient of a tenth of |V₀|^(2/3), which
+/// leaves healthy elements bitwise unaffected; and where the gradients have no direction, those of
+/// the rest shape are used.
 #[derive(Debug, Clone, Copy)]
 pub struct Kernel<'a> {
     tetrahedra: &'a Tetrahedra,
@@ -224,7 +226,7 @@ impl Blocks<4, 1> for Kernel<'_> {
             difference(&x[2], &x[0]),
             difference(&x[3], &x[0]),
         );
-        // Gradients times 6, of the corners 1 to 3; that of corner 0 is their sum, negative.
+        // Gradients times 6 for the corners 1 to 3; that of corner 0 is minus their sum.
         let bc = cross(&b, &c);
         let volume = dot(&a, &bc) * SIXTH;
         let mut gradients = [bc, cross(&c, &a), cross(&a, &b)];
@@ -270,7 +272,7 @@ impl Blocks<4, 1> for Kernel<'_> {
 }
 
 impl Kernel<'_> {
-    /// Gradients of the rest shape, times 6, for elements of a block that have none left.
+    /// Gradients of the rest shape, times 6, for elements of a block without gradients.
     #[cold]
     fn open<L: Lanes>(
         &self,

@@ -1,12 +1,12 @@
-//! Weave: triangles resist being strained along warp, weft and bias, each with a compliance of its
-//! own.
+//! Weave: anisotropic resistance of triangles to strain along warp, weft and bias, each with its
+//! own compliance.
 //!
 //! The strain is that of a [membrane](super::membrane), and the three equations of an element are
-//! ε₁₁ along the warp, ε₂₂ along the weft, and the shear γ = 2ε₁₂ between them. Threads that are
-//! pulled do not make others shorter: Poisson's ratios are 0. The compliance of an element is that of
-//! the cloth over its area A. λ/h² is an energy in N·m.
+//! ε₁₁ along the warp, ε₂₂ along the weft, and the shear γ = 2ε₁₂ between them. Tension in one
+//! direction does not shorten the others: Poisson's ratios are 0. The compliance of an element is
+//! that of the cloth over its area A. λ/h² is an energy in N·m.
 //!
-//! Pulled at 45° to its threads, a cloth gives by a quarter of the sum of all three.
+//! Under tension at 45° to its threads, a cloth has a quarter of the sum of all three compliances.
 
 use super::membrane::{Kernel, rows};
 #[cfg(feature = "bevy")]
@@ -18,11 +18,11 @@ use crate::{
 };
 use serde::{Deserialize, Serialize};
 
-/// Triangles of the surface resist being strained along the threads of a cloth.
+/// Surface triangles resist strain along the threads of a cloth.
 ///
 /// The warp runs along the body's x axis in its rest shape, projected into each triangle, the weft
-/// across it. Each compliance [m/N] is strain over tension, a force by width in N/m; it does not
-/// depend on how finely the cloth is divided.
+/// across it. Each compliance [m/N] is strain over tension, a force per width in N/m, and
+/// independent of the mesh resolution.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -36,9 +36,10 @@ pub struct Weave {
     pub warp: MembraneCompliance,
     /// Compliance along the weft [m/N]; default 1e-3.
     pub weft: MembraneCompliance,
-    /// Compliance in shear [m/N], angle over force by width; default 1e-3. Cloth is softest in this.
+    /// Compliance in shear [m/N], angle over force per width; default 1e-3. Cloth is usually
+    /// softest in shear.
     pub bias: MembraneCompliance,
-    /// Damping τ [s], see the [module](super); default 0.
+    /// Damping τ [s], see [`multipliers`](super::multipliers); default 0.
     pub damping: Damping,
 }
 

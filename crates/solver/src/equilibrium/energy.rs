@@ -1,8 +1,8 @@
-//! The energy of a body as a function of where its particles are, with its derivatives.
+//! The energy of a body as a function of its particle positions, with derivatives.
 //!
-//! What is varied are displacements from the start, and an element sees its particles relative to its
-//! first one: rows depend on differences alone, and so these are rounded as numbers of the size of an
-//! element, not of its distance from the origin.
+//! The variables are displacements from the start, and positions in an element are relative to its
+//! first particle: rows depend on differences alone, so their rounding error is relative to the
+//! size of an element, not to its distance from the origin.
 
 use super::projection::{ElementMatrix, MAX_COORDINATES, project};
 use crate::{
@@ -15,21 +15,23 @@ use crate::{
 };
 use glam::DVec3;
 
-/// Second derivatives are central differences of the gradient, over this share of an element's size to
-/// either side. Rounding makes an error of ε/STEP of them, the third derivative of the gradient one of
-/// STEP²; near ∛ε = 6e-6 both are some 1e-10. Newton's method then gains ten digits a step at most.
+/// Second derivatives are central differences of the gradient, with this fraction of the element
+/// size as the step. Their error is ε/STEP by rounding, and STEP² times the third derivative of the
+/// gradient by truncation; near ∛ε = 6e-6 both are about 1e-10. A step of Newton's method then
+/// gains at most ten digits.
 const STEP: f64 = 1e-5;
 
-/// A rigid row of the scale s is given the compliance s²/K. K is at least so many times weight × size, so
-/// that the first solution violates a row by less than 1e-3 of its scale, and each update of the
-/// multipliers shrinks that by about as much. The more, the less digits are left to the forces.
+/// A rigid row of the scale s has the compliance s²/K. K is at least this multiple of
+/// weight × size, so that the first solution violates a row by less than 1e-3 of its scale, and
+/// each update of the multipliers reduces the violation by about the same factor. Larger values
+/// cost precision of the forces.
 const RIGID_OVER_LOAD: f64 = 1e3;
 
-/// K is at least so many times s²/α of the stiffest elastic row, or else springs would pull rigid rows
-/// open, up to [`MAX_RIGID_OVER_LOAD`] times weight × size.
+/// K is at least this multiple of s²/α of the stiffest elastic row, because springs would otherwise
+/// pull rigid rows open; the limit is [`MAX_RIGID_OVER_LOAD`] times weight × size.
 const RIGID_OVER_ELASTIC: f64 = 10.0;
 
-/// See [`RIGID_OVER_ELASTIC`]; more would leave too few digits.
+/// See [`RIGID_OVER_ELASTIC`]; larger values would leave too little precision.
 const MAX_RIGID_OVER_LOAD: f64 = 1e9;
 
 /// A body, its load, and the multipliers of its rigid rows.
@@ -43,17 +45,18 @@ pub(super) struct Energy<'a> {
     pub load: Vec<DVec3>,
     /// K, see [`RIGID_OVER_LOAD`] [J]; `None` without rigid rows.
     rigid: Option<f64>,
-    /// λ of each row, where some are rigid; 0 for those that are not.
+    /// λ of each row, if any is rigid; 0 for elastic rows.
     lambdas: [Vec<f64>; ElasticKind::COUNT],
 }
 
-/// Energy, gradient, and the sum of what the energy is a difference of.
+/// Energy, gradient, and the sum of the magnitudes of the energy terms.
 pub(super) struct Slope {
     /// E [J].
     pub energy: f64,
     /// ∇E [N], 0 for pins.
     pub gradient: Vec<DVec3>,
-    /// Elastic energy and the work of the load, both positive [J]: E is rounded by some ε of it.
+    /// Elastic energy and work of the load, both positive [J]: the rounding error of E is a few ε
+    /// of it.
     pub terms: f64,
 }
 
@@ -119,7 +122,7 @@ impl<'a> Energy<'a> {
         &self.body.topology
     }
 
-    /// E and ∇E where particles are displaced by `u`, under a share of the load.
+    /// E and ∇E at the displacements `u`, under a fraction of the load.
     pub fn slope(&self, u: &[DVec3], share: f64) -> Slope {
         let mut sum = Sum {
             energy: self,
@@ -150,7 +153,7 @@ impl<'a> Energy<'a> {
         }
     }
 
-    /// Second derivatives, each element's made positive semidefinite if `projected`; 1 for pins.
+    /// Second derivatives, made positive semidefinite per element if `projected`; 1 for pins.
     pub fn assemble(&self, u: &[DVec3], plan: &Plan, matrix: &mut Matrix, projected: bool) {
         matrix.reset(plan);
         for (i, w) in self.w.iter().enumerate() {
@@ -167,7 +170,7 @@ impl<'a> Energy<'a> {
         });
     }
 
-    /// The largest violation of a rigid row over its scale; 0 without any.
+    /// Largest violation of a rigid row relative to its scale; 0 without rigid rows.
     pub fn violation(&self, u: &[DVec3]) -> f64 {
         let mut worst = Violation {
             energy: self,
@@ -180,7 +183,7 @@ impl<'a> Energy<'a> {
         worst.worst
     }
 
-    /// Lets rigid rows pull with what they pull now even where they hold: λ − C/α.
+    /// Multiplier update of rigid rows: λ − C/α.
     pub fn update_multipliers(&mut self, u: &[DVec3]) {
         let mut lambdas = std::mem::take(&mut self.lambdas);
         self.body.effects.visit(&mut Update {
@@ -191,7 +194,7 @@ impl<'a> Energy<'a> {
         self.lambdas = lambdas;
     }
 
-    /// The pairs of particles that share an element.
+    /// Pairs of particles that share an element.
     pub fn links(&self) -> Vec<(u32, u32)> {
         struct Links<'a>(&'a Topology, Vec<(u32, u32)>);
         impl Visit for Links<'_> {
@@ -208,7 +211,7 @@ impl<'a> Energy<'a> {
         links.1
     }
 
-    /// The particles of an element relative to its first.
+    /// Particles of an element relative to its first.
     fn points<const N: usize>(&self, corners: [u32; N], u: &[DVec3]) -> [Point; N] {
         let at = corners.map(|i| i as usize);
         let rest = |i: usize| self.topology().rest[i].as_dvec3();
@@ -226,8 +229,8 @@ impl<'a> Energy<'a> {
         std::array::from_fn(|row| own.and_then(|own| own.get(row)).copied().unwrap_or(0.0))
     }
 
-    /// The compliance that a row is given, and −λ: what it pulls with. A rigid row without a scale pulls
-    /// with nothing.
+    /// Compliance of a row, and −λ, its force at zero violation. A rigid row without a scale has no
+    /// force.
     fn pull<const N: usize>(&self, row: &Row<N>, lambda: f64) -> (f64, f64) {
         match self.rigid {
             Some(rigid) if row.compliance == 0.0 => {
@@ -242,8 +245,8 @@ impl<'a> Energy<'a> {
         }
     }
 
-    /// Energy and gradient of an element. Of a rigid row it is ½(C − αλ)²/α, which a constant tells from
-    /// the augmented Lagrangian ½C²/α − λC.
+    /// Energy and gradient of an element. For a rigid row it is ½(C − αλ)²/α, which differs by a
+    /// constant from the augmented Lagrangian ½C²/α − λC.
     fn element<const N: usize, const M: usize, E: Elastic<N, M>>(
         &self,
         effect: &E,
@@ -267,7 +270,7 @@ impl<'a> Energy<'a> {
     }
 }
 
-/// Finds out whether some rows are rigid, and how stiff the others are.
+/// Determines whether any row is rigid, and the stiffness of the others.
 struct Scales<'a> {
     energy: &'a Energy<'a>,
     /// The largest s²/α [J].
@@ -292,7 +295,7 @@ impl Visit for Scales<'_> {
     }
 }
 
-/// Adds up elastic energy and its gradient.
+/// Accumulates elastic energy and its gradient.
 struct Sum<'a> {
     energy: &'a Energy<'a>,
     u: &'a [DVec3],
@@ -315,7 +318,7 @@ impl Visit for Sum<'_> {
     }
 }
 
-/// Adds up second derivatives.
+/// Accumulates second derivatives.
 struct Assemble<'a> {
     energy: &'a Energy<'a>,
     u: &'a [DVec3],
@@ -348,7 +351,7 @@ impl Visit for Assemble<'_> {
                     for other in (0..N).filter(|&other| points[other].w > 0.0) {
                         let rate = (more[other] - less[other]) / (2.0 * step);
                         for (along, rate) in rate.to_array().into_iter().enumerate() {
-                            // Both halves, so that it is symmetric.
+                            // Both halves, for symmetry.
                             matrix[3 * other + along][3 * corner + axis] += 0.5 * rate;
                             matrix[3 * corner + axis][3 * other + along] += 0.5 * rate;
                         }
@@ -383,7 +386,7 @@ impl Assemble<'_> {
     }
 }
 
-/// Adds the derivatives by the coordinates of one corner, as rows, and of another, as columns.
+/// Adds the derivatives with respect to the coordinates of one corner (rows) and another (columns).
 fn add_block(block: &mut Block, element: &ElementMatrix, (row, column): (usize, usize)) {
     for (c, cells) in block.iter_mut().enumerate() {
         for (r, cell) in cells.iter_mut().enumerate().take(3) {
@@ -392,7 +395,7 @@ fn add_block(block: &mut Block, element: &ElementMatrix, (row, column): (usize, 
     }
 }
 
-/// Finds the worst violation of a rigid row.
+/// Finds the largest violation of a rigid row.
 struct Violation<'a> {
     energy: &'a Energy<'a>,
     u: &'a [DVec3],
@@ -405,7 +408,7 @@ impl Visit for Violation<'_> {
         for (index, corners) in E::elements(energy.topology()).corners().enumerate() {
             let points = energy.points(corners, self.u);
             for row in effect.rows(energy.topology(), index, points) {
-                // What no particle of it can change is not for the search to solve.
+                // A row without movable particles is not part of the problem.
                 let free = points.iter().any(|point| point.w > 0.0);
                 if row.compliance == 0.0 && row.scale != 0.0 && free {
                     self.worst = self.worst.max((row.error / row.scale).abs());

@@ -2,23 +2,23 @@
 //!
 //! E(x) = Σ ½C²/α − Σ m a·x
 //!
-//! is least with pins in their places: the sum over all elastic rows, a being gravity and the uniform
-//! acceleration. It is found by Newton's method, without any time step, and owes nothing to substeps,
-//! iterations or single precision: what the [solver](super::World) and its [f64 reference](super::reference)
-//! tend to where they come to rest.
+//! is minimal with pins in their places: the sum over all elastic rows, with a the sum of gravity
+//! and uniform acceleration. It is found by Newton's method, without time steps, and is independent
+//! of substeps, iterations and single precision: the limit of the [solver](super::World) and its
+//! [f64 reference](super::reference) at rest.
 //!
-//! - [`refusal`]: which bodies have no such energy, or one that this module does not know.
-//! - `energy`: E, its gradient and its second derivatives, from the [rows](super::elastic::Elastic::rows)
-//!   of every elastic effect.
-//! - `search`: Newton's method with a line search, by the sparse Cholesky factorization of the
+//! - [`refusal`]: which bodies have no such energy, or one that this module does not support.
+//! - `energy`: E, its gradient and its second derivatives, from the
+//!   [rows](super::elastic::Elastic::rows) of every elastic effect.
+//! - `search`: Newton's method with a line search, with the sparse Cholesky factorization of the
 //!   [direct solver](super::direct).
 //!
-//! Rigid rows (α = 0) are held by an augmented Lagrangian: a small compliance, and multipliers that are
-//! updated until the rows hold.
+//! Rigid rows (α = 0) use an augmented Lagrangian: a small compliance, and multipliers that are
+//! updated until the rows are satisfied.
 //!
-//! What is found is a local minimum, the one that the load leads to from where the body is. Where an
-//! equilibrium is found that is no minimum, as that of a straight column that should buckle, the search
-//! fails: which way the body goes from there is for a simulation to say.
+//! The result is a local minimum, the one that the load leads to from the current state. If the
+//! search arrives at an equilibrium that is not a minimum, such as that of a straight column that
+//! should buckle, it fails: the direction of buckling is left to a simulation.
 
 mod energy;
 mod projection;
@@ -36,31 +36,32 @@ use search::Search;
 pub struct Equilibrium {
     /// Positions [m], in the order of the particles.
     pub x: Vec<DVec3>,
-    /// Positions one Newton step away [m]: how far `x` may be off.
+    /// Positions one Newton step away [m]: an estimate of the error of `x`.
     pub neighbor: Vec<DVec3>,
-    /// Residual force over applied force, each the root of the sum of squares over all particles that can
-    /// move. What is left is rounding of the elastic forces.
+    /// Residual force over applied force, as the root of the sum of squares over all movable
+    /// particles. The remainder is rounding of the elastic forces.
     pub residual: f64,
-    /// Largest violation of a rigid row, over its rest length or volume; 0 without any.
+    /// Largest violation of a rigid row, relative to its rest length or volume; 0 without rigid
+    /// rows.
     pub violation: f64,
-    /// Newton steps that it took from the start to rest.
+    /// Number of Newton steps from the start to rest.
     pub steps: u32,
 }
 
-/// Residual force over applied force at which a body is at rest.
+/// Residual force over applied force at which a body counts as at rest.
 pub const TOLERANCE: f64 = 1e-10;
 
-/// The same where rounding of elastic forces leaves more than [`TOLERANCE`], as it does in bodies that
-/// their own weight strains by less than some 1e-5.
+/// The same where the rounding of elastic forces exceeds [`TOLERANCE`], as in bodies whose own
+/// weight strains them by less than about 1e-5.
 pub const ROUNDED_TOLERANCE: f64 = 1e-8;
 
-/// Parts in which the load is put on a body that does not come to rest under all of it at once.
+/// Number of load increments for a body that does not converge under the full load.
 const RAMP: u32 = 8;
 
-/// Finds the equilibrium of a body by itself, from where it is.
+/// Finds the equilibrium of an isolated body, starting from its current state.
 ///
 /// # Errors
-/// [`NoEquilibrium`] for bodies that have none, or that it was not found for.
+/// [`NoEquilibrium`] for bodies without equilibrium, or when the search fails.
 pub fn find(body: &Body, settings: &Settings) -> Result<Equilibrium, NoEquilibrium> {
     if let Some(refusal) = refusal(body, settings) {
         return Err(refusal);

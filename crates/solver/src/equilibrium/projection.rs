@@ -1,14 +1,14 @@
-//! The nearest positive semidefinite matrix to that of an element: negative eigenvalues become 0 (Teran,
-//! Sifakis, Irving and Fedkiw, *Robust Quasistatic Finite Elements and Flesh Simulation*, 2005), found by
-//! Jacobi rotations.
+//! Projection of an element matrix to the nearest positive semidefinite one: negative eigenvalues
+//! become 0 (Teran, Sifakis, Irving and Fedkiw, *Robust Quasistatic Finite Elements and Flesh
+//! Simulation*, 2005), by Jacobi rotations.
 
-/// Coordinates of the largest element.
+/// Number of coordinates of the largest element.
 pub(super) const MAX_COORDINATES: usize = 12;
 
-/// A symmetric matrix of an element, of which the first rows and columns are used.
+/// A symmetric matrix of an element; only the leading rows and columns are used.
 pub(super) type ElementMatrix = [[f64; MAX_COORDINATES]; MAX_COORDINATES];
 
-/// Rounds of rotations; convergence is quadratic, a handful reach rounding.
+/// Maximum number of Jacobi rounds; convergence is quadratic, a handful reach rounding.
 const ROUNDS: usize = 16;
 
 /// Sets the negative eigenvalues of the first `n` rows and columns to 0.
@@ -33,7 +33,7 @@ fn eigen(mut a: ElementMatrix, n: usize) -> ([f64; MAX_COORDINATES], ElementMatr
     }
     let cells = a.as_flattened().iter();
     let largest = cells.fold(0.0_f64, |most, x| most.max(x.abs()));
-    // Far below what the second derivatives themselves are known to.
+    // Far below the precision of the second derivatives.
     let least = largest * f64::EPSILON;
     for _ in 0..ROUNDS {
         let mut done = true;
@@ -73,13 +73,13 @@ mod tests {
 
     #[test]
     fn a_negative_eigenvalue_is_lost_and_the_others_stay() {
-        // Eigenvalues 3 and −1 of (1, ±1)/√2; what is left is 3/2 everywhere.
+        // Eigenvalues 3 and −1 of (1, ±1)/√2; the result is 3/2 everywhere.
         let mut matrix = ElementMatrix::default();
         matrix[0][..2].copy_from_slice(&[1.0, 2.0]);
         matrix[1][..2].copy_from_slice(&[2.0, 1.0]);
         matrix[2][2] = 5.0;
         project(&mut matrix, 3);
-        // Some roundings of numbers near 3.
+        // A few rounding errors of numbers near 3.
         for cell in [matrix[0][0], matrix[0][1], matrix[1][0], matrix[1][1]] {
             assert!((cell - 1.5).abs() < 1e-14, "{cell}");
         }

@@ -1,46 +1,46 @@
-//! Which bodies have no equilibrium that the search would find, and why.
+//! Bodies whose equilibrium cannot be found, and the reason.
 
 use crate::{Body, Effects, Settings};
 
-/// Why there is no equilibrium.
+/// Reason why there is no equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum NoEquilibrium {
-    /// The world's method has no compliances.
+    /// The method of the world has no compliances.
     #[error("compliances only count in XPBD, and the world has another method")]
     Method,
-    /// An effect whose force has no energy, is one-sided, or is not known here; its name.
+    /// An effect whose force has no energy, is one-sided, or is not supported; its name.
     #[error("the effect `{0}` is not one with an energy that is known here")]
     Effect(&'static str),
-    /// Stitches hold the body.
+    /// The body has stitches.
     #[error("the body is stitched")]
     Stitched,
-    /// Nothing holds the body.
+    /// The body has no pins.
     #[error("no particle is pinned")]
     Unpinned,
-    /// No load acts on the body.
+    /// The body has no load.
     #[error("no load acts on it")]
     Unloaded,
-    /// The factorization would take too many multiplications.
+    /// The factorization would exceed the limit of multiplications.
     #[error("its factorization would take more than {} million multiplications", super::search::MAX_WORK / 1_000_000)]
     TooLarge,
-    /// Newton's method did not reach balance; the residual force over the applied force.
+    /// Newton's method did not converge.
     #[error("Newton's method stopped at a residual force of {residual:.1e} of the load")]
     NotFound {
         /// Residual force over applied force.
         residual: f64,
     },
-    /// Rigid rows do not hold; the worst violation over its rest length or volume.
+    /// Rigid rows are not satisfied.
     #[error("a rigid constraint is violated by {violation:.1e} of its size")]
     Violated {
         /// Violation over rest length or volume.
         violation: f64,
     },
-    /// Forces balance, but the body would leave that state by itself.
+    /// Forces balance, but the equilibrium is unstable.
     #[error("its equilibrium is unstable")]
     Unstable,
 }
 
-/// Why a body is not searched for an equilibrium, if it is not.
+/// Reason why the equilibrium of a body cannot be searched for, if any.
 #[must_use]
 pub fn refusal(body: &Body, settings: &Settings) -> Option<NoEquilibrium> {
     if settings.method.is_rigid() {
@@ -56,11 +56,11 @@ pub fn refusal(body: &Body, settings: &Settings) -> Option<NoEquilibrium> {
     weights.all(|w| w > 0.0).then_some(NoEquilibrium::Unpinned)
 }
 
-/// An effect that is carried and is not known here. The pattern names all effects, so that a new one has
-/// to be sorted in.
+/// An effect of the body that is not supported. The pattern names all effects, so that a new one
+/// must be classified.
 fn unknown(effects: &Effects) -> Option<&'static str> {
     let Effects {
-        // Elastic, with rows.
+        // Elastic effects with rows.
         stretch: _,
         bend: _,
         isometric_bend: _,
@@ -71,7 +71,7 @@ fn unknown(effects: &Effects) -> Option<&'static str> {
         struts: _,
         // A constant force.
         uniform: _,
-        // A way to solve.
+        // Solver selection.
         direct: _,
         attract,
         vortex,

@@ -1,8 +1,8 @@
-//! Newton's method: each step solves ∇²E Δx = −∇E, and a line search makes E fall.
+//! Newton's method: each step solves ∇²E Δx = −∇E, and a line search decreases E.
 //!
-//! Where ∇²E is not positive definite, that of every element is made so, and where even that leaves
-//! particles that nothing holds yet, as those of a slack rope, a multiple of the masses is added: then
-//! they move as they would within a time step of that length.
+//! Where ∇²E is not positive definite, the matrix of every element is projected to a positive
+//! semidefinite one. Where particles still have no stiffness, as those of a slack rope, a multiple
+//! of the masses is added: they then move as within a time step of that length.
 
 use super::{
     Equilibrium, NoEquilibrium, ROUNDED_TOLERANCE, TOLERANCE,
@@ -17,39 +17,39 @@ use crate::{
 };
 use glam::DVec3;
 
-/// Multiplications of a factorization at most: about half a second.
+/// Maximum number of multiplications of a factorization: about half a second.
 pub(super) const MAX_WORK: u64 = 1_000_000_000;
 
-/// Newton steps at most, from the start to rest. Cloth that is bent far takes some thirty.
+/// Maximum number of Newton steps from the start to rest. Strongly bent cloth needs about thirty.
 const MAX_STEPS: u32 = 400;
 
-/// Updates of the multipliers at most. Each shrinks violations at least tenfold, or they are those of
-/// rows that contradict each other.
+/// Maximum number of multiplier updates. Each reduces violations at least tenfold, unless rows
+/// contradict each other.
 const MAX_UPDATES: u32 = 30;
 
-/// Violation of a rigid row that is left, over its scale.
+/// Accepted violation of a rigid row, relative to its scale.
 const MAX_VIOLATION: f64 = 1e-10;
 
-/// E falls by at least this share of what its slope promises (Armijo 1966).
+/// Minimum decrease of E as a fraction of the decrease predicted by its slope (Armijo 1966).
 const ARMIJO: f64 = 1e-4;
 
-/// Halvings of a step at most: to 1e-12 of it.
+/// Maximum number of step halvings: to 1e-12 of the step.
 const MAX_HALVINGS: u32 = 40;
 
-/// E is a sum that is rounded by about this share of its terms.
+/// Rounding error of E as a fraction of its terms.
 const ROUNDING: f64 = 1e-13;
 
-/// The least multiple of the masses that is added, over load per mass and size [1/s²]. A pendulum as long
-/// as the body takes a thousandth of the time step of it.
+/// Minimum multiple of the masses that is added, relative to load per mass and size [1/s²]. Its
+/// time step is a thousand times the time scale of a pendulum as long as the body.
 const MIN_SHIFT: f64 = 1e-6;
 
-/// The largest: no time for anything to move.
+/// Maximum multiple: practically no motion.
 const MAX_SHIFT: f64 = 1e15;
 
-/// By how much the multiple grows where a step fails, and shrinks after a whole one.
+/// Factor by which the multiple grows after a failed step, and shrinks after a full one.
 const SHIFT_FACTOR: f64 = 10.0;
 
-/// A step that has to be shorter than this share needs a larger multiple.
+/// A step shorter than this fraction requires a larger multiple.
 const SHORT: f64 = 0.05;
 
 /// The search for the equilibrium of a body.
@@ -58,10 +58,10 @@ pub(super) struct Search<'a> {
     plan: Plan,
     /// Displacements from the start [m].
     u: Vec<DVec3>,
-    /// Second derivatives, and their factors.
+    /// Second derivatives, and their factorization.
     assembled: Matrix,
     factors: Matrix,
-    /// Root of the sum of squares of the whole load [N].
+    /// Root of the sum of squares of the full load [N].
     applied: f64,
     /// Load per mass and size [1/s²].
     stiffness: f64,
@@ -94,14 +94,14 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Goes back to the start, to search anew.
+    /// Returns to the start for a new search.
     pub fn restart(&mut self) {
         self.u.fill(DVec3::ZERO);
         self.energy.release();
         self.steps = 0;
     }
 
-    /// Brings the body to rest under a share of its load.
+    /// Brings the body to rest under a fraction of its load.
     ///
     /// # Errors
     /// [`NoEquilibrium::NotFound`], or [`NoEquilibrium::Violated`].
@@ -118,7 +118,8 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// One step more from rest, which tells how far off it was, and whether the rest is a minimum.
+    /// Performs one more step from rest, which estimates the error and checks that the state is a
+    /// minimum.
     ///
     /// # Errors
     /// [`NoEquilibrium::Unstable`].
@@ -126,7 +127,7 @@ impl<'a> Search<'a> {
         let slope = self.energy.slope(&self.u, 1.0);
         self.energy
             .assemble(&self.u, &self.plan, &mut self.assembled, false);
-        // A body that would take a thousand times as long to leave as a pendulum to swing is at rest.
+        // An instability a thousand times slower than a pendulum counts as rest.
         if !self.factor(MIN_SHIFT * self.stiffness) {
             return Err(NoEquilibrium::Unstable);
         }
@@ -152,7 +153,7 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Goes down until forces balance.
+    /// Decreases E until forces balance.
     fn descend(&mut self, share: f64) -> Result<(), NoEquilibrium> {
         let mut shift = 0.0;
         let mut residual = f64::INFINITY;
@@ -181,7 +182,8 @@ impl<'a> Search<'a> {
         Err(NoEquilibrium::NotFound { residual })
     }
 
-    /// Goes the largest part of a step that makes E fall; which part, or `None`, without going, if none does.
+    /// Performs the largest fraction of a step that decreases E; returns the fraction, or `None`,
+    /// without moving, if there is none.
     fn line_search(&mut self, slope: &Slope, step: &[DVec3], share: f64) -> Option<f64> {
         let both = step.iter().zip(&slope.gradient);
         let promised: f64 = both.map(|(step, gradient)| -step.dot(*gradient)).sum();
@@ -196,7 +198,7 @@ impl<'a> Search<'a> {
             let falls = if part * promised > rounding {
                 now.energy <= slope.energy - ARMIJO * part * promised
             } else {
-                // Below the rounding of E, its gradient still tells.
+                // Below the rounding error of E, its gradient decides.
                 now.energy <= slope.energy + rounding && norm(&now.gradient) < norm(&slope.gradient)
             };
             if falls {
@@ -208,7 +210,7 @@ impl<'a> Search<'a> {
         None
     }
 
-    /// A step along which E falls; `None` if there is none.
+    /// A descent direction of E; `None` if there is none.
     fn direction(&mut self, gradient: &[DVec3], shift: &mut f64) -> Option<Vec<DVec3>> {
         for projected in [false, true] {
             self.energy
@@ -230,8 +232,8 @@ impl<'a> Search<'a> {
         (shift * SHIFT_FACTOR).max(MIN_SHIFT * self.stiffness)
     }
 
-    /// Factors the second derivatives with `shift` [1/s²] times the masses; whether they are positive
-    /// definite.
+    /// Factors the second derivatives plus `shift` [1/s²] times the masses; returns whether they
+    /// are positive definite.
     fn factor(&mut self, shift: f64) -> bool {
         self.factors.clone_from(&self.assembled);
         if shift > 0.0 {
@@ -245,7 +247,7 @@ impl<'a> Search<'a> {
         self.factors.was_definite()
     }
 
-    /// The step to where the gradient vanishes, by the last factors [m].
+    /// Step to the zero of the gradient, by the last factorization [m].
     fn solve(&self, gradient: &[DVec3]) -> Vec<DVec3> {
         let mut right = vec![DVec3::ZERO; gradient.len()];
         for (gradient, place) in gradient.iter().zip(&self.plan.place) {

@@ -1,9 +1,10 @@
-//! Blocks of constraints, one a lane: the frame around every kernel.
+//! Blocks of constraints, one per lane: the common frame of all kernels.
 //!
-//! `unsafe` code stands here, in [`lanes`](super::lanes), and where threads get pieces of a body (`step/scope.rs`,
-//! `step/shared_body.rs`) or work of the caller (`parallel`); `tests/memory.rs` runs all of it under Miri. What makes it
-//! sound here: an [`Elements`] cannot be changed, and tells for each batch the range of its particles; `solve_batch`
-//! refuses particles that do not cover it.
+//! Unsafe code is in this module, in [`lanes`](super::lanes), where threads access pieces of a body
+//! (`step/scope.rs`, `step/shared_body.rs`) and where they receive work of the caller (`parallel`);
+//! `tests/memory.rs` runs all of it under Miri. Soundness of this module: an [`Elements`] is
+//! immutable and gives the particle range of each batch; `solve_batch` rejects particles that do
+//! not cover it.
 
 #![allow(
     unsafe_code,
@@ -22,26 +23,26 @@ use crate::{
 use fearless_simd::{f32x8, prelude::*};
 use glam::Vec4;
 
-/// Constraints on `N` particles each, of `M` equations each, to be projected eight at a time.
+/// Constraints on `N` particles each, with `M` equations each, that are projected eight at a time.
 pub trait Blocks<const N: usize, const M: usize>: Sync {
-    /// Whether sweeps that keep no multipliers, those that are not damped, and blocks that are full
-    /// are compiled apart: some 10 % faster, and eight times the code.
+    /// Whether there are separate instances for iterations without stored multipliers, without
+    /// damping, and for full blocks: about 10 % faster, with eight times the code.
     const APART: bool = false;
 
-    /// Which particles each is on, and their order.
+    /// Particles of the constraints, and their order.
     fn elements(&self) -> &Elements<N>;
 
-    /// Whether they are damped; not by default.
+    /// Whether they are damped; false by default.
     fn damped(&self) -> bool {
         false
     }
 
-    /// How far the corners of a block have to go [m], and the change of its multipliers.
+    /// Corrections of the corners of a block [m], and the change of its multipliers.
     ///
-    /// `x` are the corners as seen from the first, which is at the origin, with inverse masses. `moved`,
-    /// how much farther than the first they have gone since the substep began, is there if the
-    /// constraints are damped, `lambda` if multipliers may differ from zero. (Where all corners go alike,
-    /// no constraint changes, so that what the first has moved does not matter.)
+    /// `x` are the corners relative to the first, which is at the origin, with inverse masses.
+    /// `moved` is the displacement relative to the first since the substep began, present if the
+    /// constraints are damped; `lambda` is present if multipliers may be nonzero. (Constraints are
+    /// invariant under translation, so the displacement of the first corner does not matter.)
     fn project<L: Lanes>(
         &self,
         simd: L,
@@ -52,17 +53,17 @@ pub trait Blocks<const N: usize, const M: usize>: Sync {
     ) -> Projection<L, N, M>;
 }
 
-/// What the projection of a block asks for.
+/// Result of the projection of a block.
 #[derive(Debug, Clone, Copy)]
 pub struct Projection<L: Lanes, const N: usize, const M: usize> {
-    /// How far each corner goes [m]; −0 leaves it as it is, to the bit.
+    /// Displacement of each corner [m]; −0 leaves it bitwise unchanged.
     pub moves: [Vectors<L>; N],
-    /// By how much multipliers change.
+    /// Change of the multipliers.
     pub change: [f32x8<L>; M],
 }
 
 impl<L: Lanes, const N: usize, const M: usize> Projection<L, N, M> {
-    /// Every corner stays as it is, to the bit.
+    /// Leaves every corner bitwise unchanged.
     #[inline(always)]
     pub(crate) fn still(simd: L, change: [f32x8<L>; M]) -> Self {
         Self {
@@ -72,43 +73,43 @@ impl<L: Lanes, const N: usize, const M: usize> Projection<L, N, M> {
     }
 }
 
-/// Up to eight constraints that share no particle. Lanes without one repeat the last.
+/// Up to eight constraints that share no particle. Unused lanes repeat the last one.
 #[derive(Debug)]
 pub struct Block<'a, const N: usize> {
-    /// Particles of each.
+    /// Particles of each constraint.
     pub corners: &'a [[Corner; N]; WIDTH],
-    /// Number of the first.
+    /// Number of the first constraint.
     pub first: usize,
-    /// How many there are.
+    /// Number of constraints.
     pub lanes: usize,
 }
 
 impl<const N: usize> Block<'_, N> {
-    /// What a column says of each.
+    /// Entries of a column for each constraint.
     #[inline(always)]
     pub fn column<L: Lanes>(&self, simd: L, column: &[f32]) -> f32x8<L> {
         load(simd, &column[self.first..self.first + self.lanes])
     }
 }
 
-/// What becomes of where a constraint would have its particles.
+/// How corrections are applied to particles.
 #[derive(Debug)]
 pub(crate) enum Put<'a> {
-    /// They go there.
+    /// In full.
     Whole,
-    /// They go a share of the way.
+    /// By a fraction.
     Share(f32),
-    /// They stay; the ways are added up in xyz, and counted in w. Multipliers are left as they are.
+    /// Not applied; corrections are accumulated in xyz and counted in w. Multipliers do not change.
     Sum {
-        /// The sums, one for each particle.
+        /// Sums, one per particle.
         sums: &'a mut [Vec4],
-        /// What particles weigh.
+        /// Masses for the average.
         masses: Masses,
     },
 }
 
 impl Put<'_> {
-    /// A share of the way from 0 to 1.
+    /// Applies a fraction from 0 to 1.
     pub fn of_share(share: f32) -> Self {
         if share < 1.0 {
             Self::Share(share)
@@ -118,10 +119,11 @@ impl Put<'_> {
     }
 }
 
-/// One iteration over the constraints of a body in their order, on one thread. Does not read multipliers, and keeps none.
+/// One iteration over the constraints of a body in their order, on one thread. Multipliers are
+/// neither read nor stored.
 ///
 /// # Panics
-/// If the constraints are of a body with more particles.
+/// If the constraints belong to a body with more particles.
 pub fn iterate<const N: usize, const M: usize>(
     blocks: &impl Blocks<N, M>,
     particles: &mut Particles,
@@ -129,7 +131,7 @@ pub fn iterate<const N: usize, const M: usize>(
     solve_all(blocks, particles.as_part(), Multipliers::Unused);
 }
 
-/// One sweep in the given order, on one thread.
+/// One iteration in the given order, on one thread.
 pub(crate) fn solve_all<const N: usize, const M: usize, B: Blocks<N, M>>(
     blocks: &B,
     mut part: Part,
@@ -143,8 +145,8 @@ pub(crate) fn solve_all<const N: usize, const M: usize, B: Blocks<N, M>>(
     }
 }
 
-/// The constraints of batch number `index`, on the particles from number `base` on, with the multipliers of
-/// just these constraints.
+/// Solves the constraints of batch number `index`, on the particles from number `base`, with the
+/// multipliers of just these constraints.
 ///
 /// # Panics
 /// If the constraints reach beyond these particles.
@@ -155,7 +157,7 @@ pub(crate) fn solve_batch<const N: usize, const M: usize, B: Blocks<N, M>>(
     multipliers: Multipliers,
     (put, instructions): (Put, Instructions),
 ) {
-    // Asked for once: an app's own constraints may not give the same twice.
+    // Called only once: custom constraints may return different elements on each call.
     let elements = blocks.elements();
     let batch = &elements.batches()[index];
     let reach = batch.particles();
@@ -183,7 +185,7 @@ pub(crate) fn solve_batch<const N: usize, const M: usize, B: Blocks<N, M>>(
         }
     };
     let whole = matches!(target, Target::Whole);
-    let sweep = Sweep {
+    let pass = Pass {
         blocks,
         elements,
         batch,
@@ -195,26 +197,28 @@ pub(crate) fn solve_batch<const N: usize, const M: usize, B: Blocks<N, M>>(
         },
     };
     if !B::APART || !whole {
-        return instructions.run(Any::<_, N, M>(sweep, multipliers.kept()));
+        return instructions.run(Any::<_, N, M>(pass, multipliers.kept()));
     }
     match (multipliers.kept(), blocks.damped()) {
-        (None, false) => instructions.run(Lean::<_, N, M, false>(sweep)),
-        (None, true) => instructions.run(Lean::<_, N, M, true>(sweep)),
-        (Some(kept), false) => instructions.run(Kept::<_, N, M, false>(sweep, kept)),
-        (Some(kept), true) => instructions.run(Kept::<_, N, M, true>(sweep, kept)),
+        (None, false) => instructions.run(Lean::<_, N, M, false>(pass)),
+        (None, true) => instructions.run(Lean::<_, N, M, true>(pass)),
+        (Some(kept), false) => instructions.run(Kept::<_, N, M, false>(pass, kept)),
+        (Some(kept), true) => instructions.run(Kept::<_, N, M, true>(pass, kept)),
     }
 }
 
-/// A question that is asked of constraints.
+/// A predicate on constraints.
 pub(crate) trait Ask<const N: usize> {
-    /// Whether it holds for any of a block, `x` being the corners as seen from the first.
+    /// Whether it is true for any constraint of a block, with `x` the corners relative to the
+    /// first.
     fn holds<L: Lanes>(&self, simd: L, block: &Block<N>, x: &[Columns<L>; N]) -> bool;
 }
 
-/// Whether something holds for any constraint where inertia takes its particles in the next substep.
+/// Whether the predicate is true for any constraint, now or at the position predicted by inertia
+/// for the next substep.
 ///
 /// # Panics
-/// If there are fewer particles than constraints are on.
+/// If there are fewer particles than the constraints require.
 pub(crate) fn any<const N: usize>(
     elements: &Elements<N>,
     particles: &Particles,
@@ -245,7 +249,7 @@ pub(crate) fn any<const N: usize>(
     found
 }
 
-/// All constraints, and where their particles are.
+/// All constraints, with pointers to their particles.
 ///
 /// Invariant: all particles can be read at the origins. Nothing is written there.
 struct Questioned<'a, const N: usize, A> {
@@ -278,7 +282,7 @@ impl<const N: usize, A: Ask<N>> Work for Questioned<'_, N, A> {
     }
 }
 
-/// [`Put`], with sums by their address.
+/// [`Put`], with a pointer to the sums.
 #[derive(Clone, Copy)]
 enum Target {
     Whole,
@@ -286,11 +290,11 @@ enum Target {
     Sum { sums: *mut Vec4, masses: Masses },
 }
 
-/// The constraints of a batch and where their particles are.
+/// The constraints of a batch with pointers to their particles.
 ///
 /// Invariant: all particles in the reach of the batch can be read at the origins, and their
-/// displacements and sums written, and nobody else does so.
-struct Sweep<'a, B, const N: usize> {
+/// displacements and sums written, and no other code does so.
+struct Pass<'a, B, const N: usize> {
     blocks: &'a B,
     elements: &'a Elements<N>,
     batch: &'a Batch,
@@ -298,32 +302,32 @@ struct Sweep<'a, B, const N: usize> {
     origins: Origins,
 }
 
-/// A sweep that nobody will ask for multipliers.
-struct Lean<'a, B, const N: usize, const M: usize, const DAMPED: bool>(Sweep<'a, B, N>);
+/// A pass that does not read multipliers.
+struct Lean<'a, B, const N: usize, const M: usize, const DAMPED: bool>(Pass<'a, B, N>);
 
-/// A sweep that keeps multipliers.
+/// A pass that stores multipliers.
 struct Kept<'a, 'm, B, const N: usize, const M: usize, const DAMPED: bool>(
-    Sweep<'a, B, N>,
+    Pass<'a, B, N>,
     &'m mut [f32],
 );
 
-/// A sweep of either kind.
-struct Any<'a, 'm, B, const N: usize, const M: usize>(Sweep<'a, B, N>, Option<&'m mut [f32]>);
+/// A pass of either kind.
+struct Any<'a, 'm, B, const N: usize, const M: usize>(Pass<'a, B, N>, Option<&'m mut [f32]>);
 
 impl<const N: usize, const M: usize, B: Blocks<N, M>> Work for Any<'_, '_, B, N, M> {
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
-        let Self(sweep, mut multipliers) = self;
-        let offset = sweep.batch.constraints().start;
-        let damped = sweep.blocks.damped();
-        let share = match sweep.target {
+        let Self(pass, mut multipliers) = self;
+        let offset = pass.batch.constraints().start;
+        let damped = pass.blocks.damped();
+        let share = match pass.target {
             Target::Whole => 1.0,
             Target::Share(share) => share,
             Target::Sum { .. } => 0.0,
         };
-        sweep.each::<M>(
+        pass.each::<M>(
             #[inline(always)]
-            |sweep, block| {
+            |pass, block| {
                 let start = (block.first - offset) * M;
                 let part = start..start + block.lanes * M;
                 let kept = multipliers.as_deref_mut().map(|all| &mut all[part]);
@@ -331,7 +335,7 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>> Work for Any<'_, '_, B, N,
                     Some(kept) => load_rows::<L, M>(simd, kept),
                     None => [f32x8::splat(simd, 0.0); M],
                 };
-                let change = sweep.project_towards::<L, M>(simd, block, damped, lambda);
+                let change = pass.project_towards::<L, M>(simd, block, damped, lambda);
                 if let Some(kept) = kept {
                     store_rows(kept, lambda, change.map(|change| change * share));
                 }
@@ -347,8 +351,8 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> Work
     fn run<L: Lanes>(self, simd: L) {
         self.0.each::<M>(
             #[inline(always)]
-            |sweep, block| {
-                sweep.project::<L, M, DAMPED>(simd, block, None);
+            |pass, block| {
+                pass.project::<L, M, DAMPED>(simd, block, None);
             },
         );
     }
@@ -359,15 +363,15 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> Work
 {
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
-        let Self(sweep, multipliers) = self;
-        let offset = sweep.batch.constraints().start;
-        sweep.each::<M>(
+        let Self(pass, multipliers) = self;
+        let offset = pass.batch.constraints().start;
+        pass.each::<M>(
             #[inline(always)]
-            |sweep, block| {
+            |pass, block| {
                 let start = (block.first - offset) * M;
                 let part = &mut multipliers[start..start + block.lanes * M];
                 let lambda = load_rows::<L, M>(simd, part);
-                let change = sweep.project::<L, M, DAMPED>(simd, block, Some(lambda));
+                let change = pass.project::<L, M, DAMPED>(simd, block, Some(lambda));
                 store_rows(part, lambda, change);
             },
         );
@@ -392,7 +396,7 @@ fn padded<const N: usize>(
     }
 }
 
-impl<B, const N: usize> Sweep<'_, B, N> {
+impl<B, const N: usize> Pass<'_, B, N> {
     /// Block by block.
     #[inline(always)]
     fn each<const M: usize>(&self, mut solve: impl FnMut(&Self, &Block<N>))
@@ -458,7 +462,7 @@ impl<B, const N: usize> Sweep<'_, B, N> {
         change
     }
 
-    /// The same, and lets come of it what `target` says.
+    /// The same, with corrections applied according to `target`.
     #[inline(always)]
     fn project_towards<L: Lanes, const M: usize>(
         &self,
@@ -500,7 +504,7 @@ impl<B, const N: usize> Sweep<'_, B, N> {
     }
 }
 
-/// Gives corners the inverse masses with which the ways are averaged.
+/// Sets the inverse masses of corners for averaging.
 #[inline(always)]
 fn weigh<L: Lanes, const N: usize>(simd: L, corners: &mut [Columns<L>; N], masses: Masses) {
     let zero = f32x8::splat(simd, 0.0);
@@ -516,7 +520,7 @@ fn weigh<L: Lanes, const N: usize>(simd: L, corners: &mut [Columns<L>; N], masse
     }
 }
 
-/// Up to eight numbers; lanes without one have 0.
+/// Loads up to eight numbers; unused lanes are 0.
 #[inline(always)]
 fn load<L: Lanes>(simd: L, numbers: &[f32]) -> f32x8<L> {
     match numbers.first_chunk::<WIDTH>() {
@@ -529,7 +533,7 @@ fn load<L: Lanes>(simd: L, numbers: &[f32]) -> f32x8<L> {
     }
 }
 
-/// Row by row the multipliers of up to eight constraints, which lie constraint by constraint.
+/// Loads the multipliers of up to eight constraints, stored constraint by constraint, as rows.
 #[inline(always)]
 fn load_rows<L: Lanes, const M: usize>(simd: L, multipliers: &[f32]) -> [f32x8<L>; M] {
     if M == 1 {
@@ -544,7 +548,7 @@ fn load_rows<L: Lanes, const M: usize>(simd: L, multipliers: &[f32]) -> [f32x8<L
     rows.map(|row| row.simd_into(simd))
 }
 
-/// Puts the multipliers of up to eight constraints back after their change.
+/// Stores the multipliers of up to eight constraints after their change.
 #[inline(always)]
 fn store_rows<L: Lanes, const M: usize>(
     multipliers: &mut [f32],
@@ -567,16 +571,15 @@ pub(crate) struct LaneRow<L: Lanes, const N: usize> {
     pub gradients: [[f32x8<L>; 3]; N],
     /// α/h².
     pub alpha: f32x8<L>,
-    /// The least Σ w‖∇C‖² that is divided by, also of what is left of it once the equations before
-    /// hold.
+    /// Lower bound of Σ w‖∇C‖² in denominators, also after elimination of the equations before it.
     pub least: f32x8<L>,
 }
 
-/// Solves the `M` equations of each element together: (∇C W ∇Cᵀ(1 + γ) + α̃) Δλ = −(C + α̃λ +
-/// γ∇C·(x − p)), and tells how far the particles go.
+/// Solves the `M` equations of each element together, (∇C W ∇Cᵀ(1 + γ) + α̃)
+/// Δλ = −(C + α̃λ + γ∇C·(x − p)), and returns the displacements of the particles.
 ///
-/// By elimination without exchange. An equation that says what those before it have said already,
-/// to within rounding, is left out.
+/// By elimination without pivoting. An equation that depends on those before it, within rounding,
+/// is left out.
 #[inline(always)]
 pub(crate) fn solve_rows<L: Lanes, const N: usize, const M: usize>(
     simd: L,
@@ -598,7 +601,7 @@ pub(crate) fn solve_rows<L: Lanes, const N: usize, const M: usize>(
         }
         if let Some(moved) = moved {
             let mut sum = zero;
-            // The first has not moved against itself.
+            // The first corner has no displacement relative to itself.
             for (gradient, moved) in row.gradients.iter().zip(moved).skip(1) {
                 sum += dot(gradient, moved);
             }
@@ -660,7 +663,8 @@ pub(crate) fn solve_rows<L: Lanes, const N: usize, const M: usize>(
     Projection { moves, change }
 }
 
-/// An equation of which less than this share is left once those before it hold says nothing new.
+/// An equation depends on those before it if less than this fraction of it remains after
+/// elimination.
 pub(crate) const DEPENDENT: f32 = 1e-6;
 
 /// a − b, without weights.

@@ -1,9 +1,9 @@
-//! The best rotation from one set of points to another (Horn 1987, by quaternions): the largest
-//! eigenvector of a symmetric 4 × 4 matrix, found by Jacobi rotations.
+//! Best rotation between two sets of points (Horn 1987, by quaternions): the largest eigenvector of
+//! a symmetric 4 × 4 matrix, found by Jacobi rotations.
 
 use glam::{DMat3, DQuat, DVec3};
 
-/// The rotation R that makes Σ‖R a − b‖² least. Both sets are taken about their own means.
+/// Rotation R that minimizes Σ‖R a − b‖². Both sets are taken about their means.
 pub fn rotation_between(
     from: impl Iterator<Item = DVec3>,
     to: impl Iterator<Item = DVec3>,
@@ -41,9 +41,9 @@ fn largest_eigenvector(mut a: [[f64; 4]; 4]) -> [f64; 4] {
         .as_flattened()
         .iter()
         .fold(0.0_f64, |most, x| most.max(x.abs()));
-    // What is smaller changes no bit of a vector.
+    // Smaller entries change no bit of a vector.
     let least = largest * f64::EPSILON * f64::EPSILON;
-    // Converges quadratically: a handful of sweeps reach rounding.
+    // Converges quadratically: a handful of iterations reach rounding.
     for _ in 0..16 {
         let mut done = true;
         for p in 0..3 {

@@ -1,10 +1,10 @@
-//! Eight constraints at once: particles in, their columns out, and back.
+//! SIMD lanes for eight constraints: gather particles into columns, and scatter them back.
 //!
-//! A block of [`WIDTH`] constraints that share no particle is solved together, one a lane. The
+//! A block of [`WIDTH`] constraints that share no particle is solved together, one per lane. The
 //! width is the same on every machine, so that the order of operations on each particle is too:
-//! where registers are narrower, one operation here is two or eight there, with the same bits.
+//! with narrower registers, one operation becomes two or eight, with the same bits.
 //!
-//! Gathering and scattering look at no index: their caller has done so, once for all blocks of a
+//! Gathering and scattering do not check indices: the caller has done so once for all blocks of a
 //! batch.
 
 #![allow(
@@ -18,10 +18,10 @@ use fearless_simd::Fallback;
 use fearless_simd::{Level, f32x4, f32x8, prelude::*};
 use glam::Vec4;
 
-/// Lanes of a block.
+/// Number of lanes of a block.
 pub const WIDTH: usize = 8;
 
-/// A set of instructions that kernels are compiled for.
+/// An instruction set for which kernels are compiled.
 pub trait Lanes: Simd {
     /// Transposes the 4 × 4 blocks in the two halves of four rows.
     fn transpose(self, rows: [f32x8<Self>; 4]) -> [f32x8<Self>; 4];
@@ -115,8 +115,7 @@ pub type Columns<L> = [f32x8<L>; 4];
 /// x, y and z of a vector in each lane.
 pub type Vectors<L> = [f32x8<L>; 3];
 
-/// Where the columns of a body's particles begin, so that what is the offset of a particle in one is
-/// that in all.
+/// Start of each column of a body's particles, so that one offset is valid in all columns.
 #[derive(Debug, Clone, Copy)]
 pub struct Origins {
     /// Positions p [m], with inverse masses in w.
@@ -159,24 +158,24 @@ unsafe fn rows<L: Lanes, const N: usize>(
     ]
 }
 
-/// The particles of the constraints of a block, as seen from the first corner of each.
+/// The particles of the constraints of a block, relative to the first corner of each.
 ///
-/// The differences are taken before rows become columns, so that displacements cost loads, but no
+/// Differences are taken before the transposition, so that displacements cost loads but no
 /// shuffles.
 #[derive(Debug, Clone, Copy)]
 pub struct Gathered<L: Lanes, const N: usize> {
-    /// Corner by corner (pₖ − p₀) + (uₖ − u₀) in x, y and z [m], and the inverse mass in w [1/kg].
+    /// Per corner (pₖ − p₀) + (uₖ − u₀) in x, y and z [m], and the inverse mass in w [1/kg].
     pub shape: [Columns<L>; N],
-    /// Corner by corner how much farther than the first it has gone since the substep began,
-    /// (uₖ − u₀) − (cₖ − c₀) [m]; zeros unless asked for.
+    /// Per corner the displacement relative to the first since the substep began,
+    /// (uₖ − u₀) − (cₖ − c₀) [m]; zeros unless requested.
     pub motion: [Vectors<L>; N],
 }
 
-/// Reads the particles of a block, their motion if `MOVED`.
+/// Reads the particles of a block, and their motion if `MOVED`.
 ///
 /// # Safety
-/// All particles that `corners` names can be read from the origins, which are where particle 0 is or
-/// would be.
+/// All particles that `corners` names can be read from the origins, which are the addresses that
+/// particle 0 has or would have.
 #[inline(always)]
 pub unsafe fn gather<L: Lanes, const N: usize, const MOVED: bool>(
     simd: L,
@@ -237,12 +236,12 @@ pub unsafe fn gather<L: Lanes, const N: usize, const MOVED: bool>(
     Gathered { shape, motion }
 }
 
-/// Adds to the elements of the corners of the first `lanes` constraints of a block, and `count` to w of
-/// each.
+/// Adds to the elements of the corners of the first `lanes` constraints of a block, and `count` to
+/// w of each.
 ///
 /// # Safety
-/// All elements that `corners` names can be read and written at `origin`, which is where element 0 is
-/// or would be.
+/// All elements that `corners` names can be read and written at `origin`, which is the address that
+/// element 0 has or would have.
 #[inline(always)]
 pub unsafe fn scatter_add<L: Lanes, const N: usize>(
     simd: L,
@@ -262,8 +261,8 @@ pub unsafe fn scatter_add<L: Lanes, const N: usize>(
     let count = f32x8::splat(simd, count);
     for (corner, [x, y, z]) in moves.into_iter().enumerate() {
         let by = simd.transpose([x, y, z, count]);
-        // Two lanes at a time are 10 % faster with two corners; with more, registers run out, and one lane at a
-        // time is: the same bits either way.
+        // Two lanes at a time are 10 % faster with two corners. With more corners registers run
+        // out, and one lane at a time is faster; the bits are the same.
         if N == 2 {
             // SAFETY: the caller's promise.
             let now = unsafe { rows(simd, origin, corners, corner) };
@@ -285,10 +284,10 @@ pub unsafe fn scatter_add<L: Lanes, const N: usize>(
     }
 }
 
-/// The angle of the point (x, y) [rad], from −π to π, within 3e-7; 0 for the origin.
+/// Angle of the point (x, y) [rad], from −π to π, within 3e-7; 0 for the origin.
 ///
-/// By halves of a quadrant and a polynomial (Moshier's `atanf` of the Cephes library), as the
-/// platform's own function may differ in its last bit from machine to machine.
+/// By halving the quadrant and a polynomial (Moshier's `atanf` of the Cephes library), because the
+/// platform's own function may differ in its last bit between machines.
 #[inline(always)]
 pub fn arc_tangent<L: Lanes>(simd: L, y: f32x8<L>, x: f32x8<L>) -> f32x8<L> {
     use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
@@ -296,7 +295,7 @@ pub fn arc_tangent<L: Lanes>(simd: L, y: f32x8<L>, x: f32x8<L>) -> f32x8<L> {
     let zero = f32x8::splat(simd, 0.0);
     let (up, along) = (y.abs(), x.abs());
     let (small, large) = (up.min(along), up.max(along));
-    // (s − l)/(s + l) is the tangent of what is left over an eighth of a turn.
+    // (s − l)/(s + l) is the tangent of the difference to an eighth of a turn.
     let upper = small.simd_gt(large * TANGENT_OF_EIGHTH);
     let numerator = upper.select(small - large, small);
     let divisor = upper.select(small + large, large);
@@ -313,18 +312,18 @@ pub fn arc_tangent<L: Lanes>(simd: L, y: f32x8<L>, x: f32x8<L>) -> f32x8<L> {
     y.simd_lt(zero).select(-angle, angle)
 }
 
-/// What is to be done with lanes.
+/// Work that is generic over the instruction set.
 pub trait Work {
-    /// Does it; to be marked `#[inline(always)]`, so that it is compiled for `L`.
+    /// Performs it; must be marked `#[inline(always)]`, so that it is compiled for `L`.
     fn run<L: Lanes>(self, simd: L);
 }
 
-/// A set of instructions that this machine has; by default the best.
+/// An instruction set of this machine; by default the best.
 #[derive(Debug, Clone, Copy)]
 pub struct Instructions(Level);
 
 impl Instructions {
-    /// All that this machine has, the best first.
+    /// All instruction sets of this machine, the best first.
     #[must_use]
     pub fn all() -> Vec<Self> {
         let best = Level::new();
@@ -341,7 +340,7 @@ impl Instructions {
         all
     }
 
-    /// What it is called.
+    /// Display name.
     #[must_use]
     pub fn name(self) -> &'static str {
         #[cfg(target_arch = "x86_64")]
@@ -360,7 +359,7 @@ impl Instructions {
         "scalar"
     }
 
-    /// Does work with them.
+    /// Performs work with this instruction set.
     pub(crate) fn run(self, work: impl Work) {
         macro_rules! with {
             ($simd:ident) => {
@@ -399,7 +398,7 @@ impl Default for Instructions {
     }
 }
 
-/// They change no bit, so that any two are equal.
+/// The instruction set changes no bit, so any two are equal.
 impl PartialEq for Instructions {
     fn eq(&self, _: &Self) -> bool {
         true

@@ -1,7 +1,7 @@
 //! Arithmetic on eight elements at once, and the projection of blocks of constraints.
 //!
-//! Constraints of an app's own, on elements of a [`Topology`](crate::Topology), implement [`Blocks`]; [`iterate`] goes over
-//! them eight at a time. `examples/custom_effect.rs` has one.
+//! Custom constraints on elements of a [`Topology`](crate::Topology) implement [`Blocks`];
+//! [`iterate`] projects them eight at a time. See `examples/custom_effect.rs`.
 
 pub mod block;
 pub(crate) mod fit;

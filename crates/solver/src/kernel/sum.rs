@@ -1,11 +1,11 @@
 //! Sums of squares.
 
-/// A sum of squares with its count, to take the root mean square over several effects.
+/// A sum of squares with its count, for the root mean square over several effects.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SquareSum {
     /// Σ x².
     pub sum: f64,
-    /// How many.
+    /// Number of terms.
     pub count: usize,
 }
 
@@ -16,7 +16,7 @@ impl SquareSum {
         self.count += other.count;
     }
 
-    /// Root mean square; 0 for nothing.
+    /// Root mean square; 0 without terms.
     #[must_use]
     pub fn rms(&self) -> f64 {
         (self.sum / self.count.max(1) as f64).sqrt()

@@ -1,4 +1,4 @@
-//! Threads, and how they share the work on a body.
+//! Threads, and the distribution of the work on a body.
 
 #[cfg(feature = "parallel")]
 pub mod pool;

@@ -1,9 +1,11 @@
-//! A thread pool that the caller of a piece of work does not wait for.
+//! A thread pool whose caller does not wait for the workers to start.
 //!
-//! A tick of a body takes some tenths of a millisecond, and waking a thread takes a twentieth. So the caller begins at
-//! once, workers join when they are awake, and the caller waits only for those inside: [`rayon::ThreadPool::spawn_broadcast`]
-//! offers the work to every worker, and one that comes when it is done returns. (With `install`, which has the caller
-//! wait, a cloth of 64² was slower on two threads than on one at 4 substeps per tick, 0.68 ×, and 1.36 × as fast at 16.)
+//! A tick of a body takes a few tenths of a millisecond, and waking a thread takes a twentieth.
+//! Therefore the caller starts at once, workers join when they are awake, and the caller waits only
+//! for those that have joined: [`rayon::ThreadPool::spawn_broadcast`] offers the work to every
+//! worker, and one that arrives after the end returns. (With `install`, where the caller waits, a
+//! cloth of 64² was slower on two threads than on one at 4 substeps per tick, 0.68 ×, and 1.36 × as
+//! fast at 16.)
 
 #![allow(
     unsafe_code,
@@ -21,14 +23,14 @@ use std::{
     },
 };
 
-/// Turns of waiting for workers before the caller sleeps: some ten microseconds.
+/// Spin iterations before a caller that waits for workers sleeps: about ten microseconds.
 const PATIENCE: u32 = 256;
 
-/// Work that the caller shares: it calls it with number 0, and workers, as they come, with 1 and so on. It has to do all
-/// there is to do whoever comes.
+/// Work shared by the caller: called with 0 on its own thread, and with 1, 2 and so on by workers
+/// as they join. Each call must be able to complete all of the work alone.
 pub type Work<'a> = dyn Fn(usize) + Sync + 'a;
 
-/// Worker threads beside the caller's.
+/// Worker threads in addition to the calling thread.
 #[derive(Debug)]
 pub struct Pool {
     threads: ThreadPool,
@@ -38,21 +40,21 @@ pub struct Pool {
 #[derive(Debug, Default)]
 struct Shared {
     state: Mutex<State>,
-    /// Told when the last worker leaves.
+    /// Notified when the last worker leaves.
     left: Condvar,
-    /// Workers inside; changed under the lock, to look at without it.
+    /// Number of workers inside; written under the lock, read without it.
     inside: AtomicUsize,
 }
 
 #[derive(Debug, Default)]
 struct State {
-    /// The piece of work that is open.
+    /// The open piece of work.
     work: Option<Lent>,
-    /// Whether a caller has not yet left with its result.
+    /// Whether a caller is active, from opening its work until it takes the result.
     is_taken: bool,
-    /// Counts pieces of work.
+    /// Number of the current piece of work.
     number: u64,
-    /// The number that the next worker gets.
+    /// Number for the next worker.
     next: usize,
     panic: Option<Panic>,
 }
@@ -87,16 +89,17 @@ impl Pool {
         self.threads.current_num_threads()
     }
 
-    /// Does `work`, with the workers as far as they come. While they have another caller's work, the caller does it alone.
+    /// Performs `work`, together with the workers that join in time. While they are busy with
+    /// another caller's work, the caller performs it alone.
     ///
     /// # Panics
-    /// When `work` does, on any of the threads.
+    /// If `work` panics on any of the threads.
     pub fn share(&self, work: &Work) {
         let Some(number) = self.shared.lend(work) else {
             return work(0);
         };
         let shared = Arc::clone(&self.shared);
-        // Whatever panics, the work is recalled before the caller leaves.
+        // Even after a panic, the work is recalled before the caller leaves.
         let ended = catch_unwind(AssertUnwindSafe(|| {
             self.threads.spawn_broadcast(move |_| shared.join(number));
             work(0);
@@ -113,7 +116,7 @@ impl Shared {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Opens a piece of work; its number, or `None` while there is another.
+    /// Opens a piece of work; returns its number, or `None` while there is another.
     fn lend(&self, work: &Work) -> Option<u64> {
         let mut state = self.lock();
         if state.is_taken {
@@ -131,7 +134,7 @@ impl Shared {
         Some(state.number)
     }
 
-    /// Does a piece of work, if it is still open.
+    /// Performs a piece of work, if it is still open.
     fn join(&self, number: u64) {
         let mut state = self.lock();
         let Some(work) = state.work.filter(|_| state.number == number) else {
@@ -152,7 +155,8 @@ impl Shared {
         }
     }
 
-    /// Closes the work, waits for those inside, and frees the workers for others. What one of them panicked with.
+    /// Closes the work, waits for the workers inside, and releases them for others. Returns the
+    /// panic of one of them, if any.
     fn recall(&self) -> Option<Panic> {
         self.lock().work = None;
         let mut turns = 0;
@@ -201,7 +205,7 @@ mod tests {
         let came = [const { AtomicUsize::new(0) }; 4];
         pool.share(&|member| {
             came[member].fetch_add(1, Ordering::Relaxed);
-            // All must have come before one goes.
+            // All must have arrived before one leaves.
             while came
                 .iter()
                 .map(|it| it.load(Ordering::Relaxed))
@@ -236,7 +240,7 @@ mod tests {
             let caught = catch_unwind(AssertUnwindSafe(|| {
                 pool.share(&|member| {
                     came.fetch_add(1, Ordering::Relaxed);
-                    // Both must have come before one goes.
+                    // Both must have arrived before one leaves.
                     while came.load(Ordering::Relaxed) < 2 {
                         thread::yield_now();
                     }
@@ -254,14 +258,14 @@ mod tests {
         assert!(done.into_inner() > 0);
     }
 
-    /// With several callers of one pool, a panic comes to the one whose work it was.
+    /// With several callers of one pool, a panic is propagated to the caller whose work it was.
     #[test]
     fn a_panic_comes_to_its_own_caller() {
         let pool = Pool::start(2).expect("the system starts threads");
         let caught = AtomicUsize::new(0);
         thread::scope(|scope| {
             scope.spawn(|| {
-                // Until a worker has come.
+                // Until a worker has arrived.
                 while caught.load(Ordering::Relaxed) < 100 {
                     let ended = catch_unwind(AssertUnwindSafe(|| {
                         pool.share(&|member| {

@@ -1,7 +1,7 @@
-//! How many threads the solver may use.
+//! Number of threads that the solver may use.
 //!
-//! What is computed never depends on it: work is cut by the body, not by the threads, and threads
-//! only take pieces that share no particle. Without the feature `parallel` there is one thread.
+//! It never affects results: work is divided by the body, not by the threads, and threads only take
+//! pieces that share no particle. Without the feature `parallel` there is one thread.
 
 #[cfg(feature = "parallel")]
 use crate::parallel::pool::Pool;
@@ -9,37 +9,37 @@ use crate::parallel::pool::Pool;
 use std::sync::Arc;
 use std::sync::{Mutex, PoisonError};
 
-/// Threads to step bodies with; one by default.
+/// Threads for stepping bodies; one by default.
 #[derive(Debug, Clone, Default)]
 pub struct Threads {
     #[cfg(feature = "parallel")]
     pool: Option<Arc<Pool>>,
 }
 
-/// What there is to do for a body.
+/// Work estimate for a body.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct WorkEstimate {
-    /// Projections of constraints.
+    /// Number of constraint projections.
     pub projections: usize,
-    /// Into how many pieces it is cut.
+    /// Number of pieces.
     pub pieces: usize,
 }
 
-/// The threads that were asked for cannot be had.
+/// Error: the requested number of threads is not available.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("cannot start {count} threads: {reason}")]
 pub struct ThreadsError {
-    /// How many were asked for.
+    /// Requested number.
     pub count: usize,
-    /// Why not.
+    /// Reason.
     pub reason: String,
 }
 
-/// Up to this many projections are not worth a second thread: some 0.1 ms. Less under Miri, which takes milliseconds for
-/// one.
+/// Up to this number of projections a second thread does not pay: about 0.1 ms. Lower under Miri,
+/// which takes milliseconds per projection.
 const MIN_PROJECTIONS: usize = if cfg!(miri) { 100 } else { 20_000 };
 
-/// More threads than this are refused: a slip of the pen, not a machine.
+/// Maximum number of threads; larger requests are assumed to be typing errors.
 pub const MAX_THREADS: usize = 1024;
 
 impl Threads {
@@ -74,7 +74,7 @@ impl Threads {
         Ok(Self {})
     }
 
-    /// How many there are.
+    /// Number of threads.
     #[must_use]
     pub fn count(&self) -> usize {
         #[cfg(feature = "parallel")]
@@ -83,14 +83,14 @@ impl Threads {
         return 1;
     }
 
-    /// Whether this number of projections is worth more than one thread.
+    /// Whether this number of projections justifies more than one thread.
     #[must_use]
     pub fn pays(&self, projections: usize) -> bool {
         self.count() > 1 && projections > MIN_PROJECTIONS
     }
 
-    /// Calls `work` on the caller's thread with 0, and on the others, as far as they come in time,
-    /// with 1 and so on. It has to do all there is to do whoever comes.
+    /// Calls `work` on the caller's thread with 0, and on others, as they join in time, with 1 and
+    /// so on. Each call must be able to complete all of the work alone.
     pub fn share(&self, work: &(dyn Fn(usize) + Sync)) {
         #[cfg(feature = "parallel")]
         if let Some(pool) = &self.pool {
@@ -99,8 +99,9 @@ impl Threads {
         work(0);
     }
 
-    /// Does `work` with each of the items, which are such loads: with one that can be cut and is a
-    /// large share of all on all threads, with the others on one thread each.
+    /// Performs `work` for each of the items with these work estimates: divisible items that are a
+    /// large fraction of the total on all threads one after the other, the others on one thread
+    /// each.
     pub fn for_each<T: Send>(
         &self,
         items: &mut [T],
@@ -123,7 +124,7 @@ impl Threads {
         let large = items.iter_mut().filter(|item| is_large(item));
         large.for_each(|item| work(item, self));
         let small = || items.iter().filter(|item| !is_large(item));
-        // One that cannot be cut is not worth waking anybody for.
+        // A single remaining item does not justify waking other threads.
         if small().count() < 2 || !self.pays(small().map(projections).sum()) {
             let small = items.iter_mut().filter(|item| !is_large(item));
             return small.for_each(|item| work(item, &one));
@@ -138,14 +139,14 @@ impl Threads {
     }
 }
 
-/// The same number.
+/// Compares the number of threads.
 impl PartialEq for Threads {
     fn eq(&self, other: &Self) -> bool {
         self.count() == other.count()
     }
 }
 
-/// Threads that this machine runs at the same time.
+/// Number of threads that this machine runs simultaneously.
 #[must_use]
 pub fn available() -> usize {
     std::thread::available_parallelism().map_or(1, |count| count.get().min(MAX_THREADS))

@@ -1,9 +1,9 @@
-//! How a thread waits for another.
+//! Spin-waiting between threads.
 
-/// Turns of waiting before a thread lets others have its core: some ten microseconds.
+/// Spin iterations before a thread yields its core: about ten microseconds.
 const PATIENCE: u32 = 256;
 
-/// Waits a turn: at first busily, for what is about to happen; then others may have the core.
+/// Waits for one iteration: spins at first, then yields the core.
 pub fn pause(turns: &mut u32) {
     *turns += 1;
     if *turns < PATIENCE {

@@ -1,4 +1,4 @@
-//! Elastic effects by their rows.
+//! Elastic effects, solved from their rows.
 
 use super::{Body, Pass};
 use crate::{
@@ -10,7 +10,7 @@ use glam::DVec3;
 use std::sync::Arc;
 
 impl Body {
-    /// Moves every particle by what the multipliers that are there pull: w ∇C λ.
+    /// Moves every particle by the current multipliers: w ∇C λ.
     pub(super) fn pull(&mut self) {
         struct Pull<'a>(&'a mut Body);
         impl Visit for Pull<'_> {
@@ -37,13 +37,14 @@ impl Body {
         self.lambdas[E::KIND as usize] = lambdas;
     }
 
-    /// A pass of one effect without elements, by XPBD in a substep of `h` seconds; λ starts at 0 with the first.
+    /// A pass of one effect without elements, by XPBD in a substep of `h` seconds; λ starts at 0 if
+    /// `first`.
     pub fn solve_by_itself(&mut self, kind: BodyEffectKind, h: f64, first: bool) {
         self.solve_effect(kind, &ReferencePass::alone(h, first));
     }
 
-    /// One sweep over the constraints of all elastic effects by XPBD, of shapes and of pressure; λ starts at 0
-    /// with the first sweep of a substep.
+    /// One XPBD iteration over the constraints of all elastic effects, shape matching and pressure;
+    /// λ starts at 0 with the first iteration of a substep.
     pub fn solve_elastic(&mut self, h: f64, first: bool) {
         self.visit_elastic(Pass {
             h,
@@ -56,9 +57,9 @@ impl Body {
         }
     }
 
-    /// Sweep number `iteration` of a substep by its method.
-    /// `h` is the length of the substep as compliances have it [s].
-    pub(super) fn sweep(&mut self, step: &Substep, h: f64, iteration: u32, first: bool) {
+    /// Iteration number `iteration` of a substep by its method. `h` is the length of the substep
+    /// for compliances [s].
+    pub(super) fn iterate(&mut self, step: &Substep, h: f64, iteration: u32, first: bool) {
         self.visit_elastic(Pass {
             h,
             first,
@@ -67,7 +68,7 @@ impl Body {
         });
     }
 
-    pub(super) fn visit_elastic(&mut self, sweep: Pass) {
+    pub(super) fn visit_elastic(&mut self, iteration: Pass) {
         struct Solve<'a>(&'a mut Body, Pass);
         impl Visit for Solve<'_> {
             fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
@@ -78,11 +79,11 @@ impl Body {
             }
         }
         let effects = self.effects;
-        effects.visit(&mut Solve(self, sweep));
+        effects.visit(&mut Solve(self, iteration));
     }
 
-    /// Moves every particle to the mean of where the constraints of an effect would have it, each by
-    /// itself and all from where particles are now.
+    /// Moves every particle to the mean of the positions that the constraints of an effect require,
+    /// each projected by itself, all from the current positions.
     pub(super) fn average<const N: usize, const M: usize, E: Elastic<N, M>>(
         &mut self,
         effect: &E,
@@ -128,20 +129,20 @@ impl Body {
         self.lambdas[E::KIND as usize] = lambdas;
     }
 
-    /// One sweep over the constraints of one effect by XPBD.
+    /// One iteration over the constraints of one effect by XPBD.
     pub fn solve<const N: usize, const M: usize, E: Elastic<N, M>>(
         &mut self,
         effect: &E,
         h: f64,
         first: bool,
     ) {
-        let sweep = Pass {
+        let iteration = Pass {
             h,
             first,
             share: 1.0,
             averaging: None,
         };
-        self.solve_by(effect, sweep);
+        self.solve_by(effect, iteration);
     }
 
     pub(super) fn solve_by<const N: usize, const M: usize, E: Elastic<N, M>>(
@@ -227,8 +228,8 @@ fn xpbd<const N: usize, const M: usize>(
     eliminate(matrix, right, free, rows.map(|row| row.least))
 }
 
-/// Solves a symmetric system by elimination. Leaves out the equations that are not `free` to be
-/// solved, and those that say what the ones before them have said.
+/// Solves a symmetric system by elimination. Leaves out equations that are not `free`, and those
+/// that depend on the ones before them.
 fn eliminate<const M: usize>(
     mut matrix: [[f64; M]; M],
     mut right: [f64; M],

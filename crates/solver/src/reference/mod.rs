@@ -1,15 +1,17 @@
-//! The f64 reference: the whole method again, in scalar f64, as plain as a page of a textbook.
+//! The f64 reference: the whole method in plain scalar f64.
 //!
-//! No colors, no lanes, no threads, no care for speed. Errors of the fast solver are measured
-//! against it, and each of its kernels is tested against it. It takes rest values, masses and the
-//! order of constraints from the fast bodies, so that both solve the same equations.
+//! No colors, no lanes, no threads, no optimization. Errors of the fast solver are measured against
+//! it, and each kernel is tested against it. Rest values, masses and the order of constraints are
+//! taken from the fast bodies, so that both solve the same equations.
 //!
-//! **Independent** of the fast solver are the three stages, the projection of constraints with multipliers and damping,
-//! averaged passes, the ground, colliders, stitches, hands and second-order steps.
+//! **Independent** of the fast solver are the three stages, the projection of constraints with
+//! multipliers and damping, averaged passes, the ground, colliders, stitches, grabs and
+//! second-order steps.
 //!
-//! **Shared** with it are the equations of elastic effects ([rows](crate::elastic::Elastic::rows), which kernels do not
-//! use), forces, where a grab is, shape matching, what pressure knows of its walls, the nearest pins of tethers, poses of colliders,
-//! contacts between bodies, and repair. An error in these shows in both alike, so that they are tested against finite differences and closed
+//! **Shared** with it are the equations of elastic effects ([rows](crate::elastic::Elastic::rows),
+//! which kernels do not use), forces, positions of grabs, shape matching, volume and gradients for
+//! pressure, the nearest pins of tethers, poses of colliders, contacts between bodies, and repair.
+//! An error in these affects both equally, so they are tested against finite differences and closed
 //! forms.
 
 mod elastic;
@@ -40,9 +42,10 @@ pub struct World {
     pub colliders: Vec<Collider>,
     /// Time since the start [s].
     pub time: f64,
-    /// Whether each substep begins with the multipliers that the last one ended with, and with what
-    /// they pull, instead of with none; not by default. Where such a world rests, C + αλ/h² = 0 and
-    /// forces balance, however few the sweeps: the equilibrium of the equations, not of the solver.
+    /// Whether each substep starts with the multipliers of the previous one, applied to the
+    /// particles, instead of zero; default false. When such a world is at rest, C + αλ/h² = 0 and
+    /// forces balance, however few the iterations: this is the equilibrium of the equations, not of
+    /// the solver.
     pub keeps_multipliers: bool,
     /// Contacts between bodies.
     contacts: Contacts,
@@ -55,58 +58,58 @@ pub struct Body {
     pub topology: Arc<Topology>,
     /// Positions x [m].
     pub x: Vec<DVec3>,
-    /// Positions at the start of the substep p [m]; a bounce lowers them.
+    /// Positions at the start of the substep p [m]; restitution lowers them.
     pub p: Vec<DVec3>,
-    /// The same as they were before any bounce [m].
+    /// Positions at the start of the substep without restitution [m].
     from: Vec<DVec3>,
     /// Velocities v [m/s].
     pub v: Vec<DVec3>,
     /// Inverse masses w [1/kg], 0 for pins.
     pub w: Vec<f64>,
-    /// The effects that it carries, but for stitches.
+    /// Effects of the body, except stitches.
     pub effects: Effects,
-    /// What is kept of those without elements, and the stitches.
+    /// State of effects without elements, and the stitches.
     states: ReferenceStates,
-    /// λ of the constraints of each elastic effect; empty before the first sweep.
+    /// λ of the constraints of each elastic effect; empty before the first iteration.
     pub lambdas: [Vec<f64>; ElasticKind::COUNT],
-    /// What of it is under repair.
+    /// Repair state.
     repair: Repair,
-    /// What [steps of second order](crate::history) need of the substep before.
+    /// State of the previous substep for [second-order steps](crate::history).
     past: Past,
-    /// Length of the substep under way as implicit Euler has it [s].
+    /// Length of the current substep for implicit Euler [s].
     h: f64,
-    /// Angular momentum that is to be kept in it, if it is [kg·m²/s].
+    /// Angular momentum to conserve in the current substep, if any [kg·m²/s].
     spin: Option<DVec3>,
 }
 
-/// What a body was one substep ago.
+/// State of a body one substep ago.
 #[derive(Debug, Clone, Default)]
 struct Past {
-    /// Positions and velocities then; none at first.
+    /// Its positions and velocities; `None` at first.
     state: Option<(Vec<DVec3>, Vec<DVec3>)>,
-    /// Length of that substep as implicit Euler has it [s].
+    /// Length of that substep for implicit Euler [s].
     seconds: f64,
     /// Length of a substep [s].
     h: f64,
-    /// Whether something was touched in it.
+    /// Whether the body touched something in it.
     touched: bool,
 }
 
-/// A sweep over the constraints of elastic effects.
+/// An iteration over the constraints of elastic effects.
 #[derive(Clone, Copy)]
 struct Pass {
-    /// Length of the substep that compliance and damping are taken for [s].
+    /// Length of the substep for compliance and damping [s].
     h: f64,
-    /// Whether multipliers begin anew.
+    /// Whether multipliers start at zero.
     first: bool,
-    /// How much of its way a constraint goes.
+    /// Fraction of the correction that constraints apply.
     share: f64,
-    /// How ways are averaged, if they are.
+    /// Averaging of corrections, if any.
     averaging: Option<Averaging>,
 }
 
 impl World {
-    /// The same world in f64. Sleep and quarantine are left out: all bodies are always stepped.
+    /// The same world in f64. Sleeping and quarantine are left out: all bodies are always stepped.
     #[must_use]
     pub fn of(world: &crate::World) -> Self {
         Self {
@@ -119,22 +122,24 @@ impl World {
         }
     }
 
-    /// Moves particles until what is stiff for a substep is satisfied, and leaves velocities alone.
+    /// Moves particles until constraints that are stiff on the scale of a substep are satisfied,
+    /// without changing velocities.
     ///
-    /// A solver that does too little leaves rigid constraints violated. One with smaller steps that
-    /// goes on from there would close them in its first step, h, and make a speed of C/h of it.
-    pub fn project(&mut self, sweeps: u32) {
+    /// A solver with low accuracy leaves rigid constraints violated. A solver with smaller steps h
+    /// that continues from there would close them in its first step, with a velocity of C/h.
+    pub fn project(&mut self, iterations: u32) {
         let h = self.settings.substep_seconds();
         for body in &mut self.bodies {
             body.p.clone_from(&body.x);
             let compliant = self.settings.method.compliant_seconds(h);
-            for _ in 0..sweeps {
+            for _ in 0..iterations {
                 body.solve_elastic(compliant, true);
                 body.solve_effect(
                     BodyEffectKind::Tethers,
                     &ReferencePass::alone(compliant, true),
                 );
-                // What is below the ground by as little as this is thrown out of it as fast.
+                // Even such a small depth below the ground would be corrected with the same
+                // velocity.
                 for (x, w) in body.x.iter_mut().zip(&body.w) {
                     if let Some(ground) = body.effects.ground
                         && *w > 0.0
@@ -196,7 +201,7 @@ impl World {
             compliant: step.method.compliant_seconds(h),
             share: step.method.share().into(),
             substep: (step.index, step.count),
-            iteration: (iteration, step.sweeps()),
+            iteration: (iteration, step.total_iterations()),
             is_anew: iteration == 0 && !*keeps_multipliers,
         };
         for (place, body) in bodies.iter_mut().enumerate() {
@@ -224,10 +229,10 @@ impl World {
                 body.pull();
             }
         }
-        for iteration in 0..step.sweeps() {
+        for iteration in 0..step.total_iterations() {
             for body in &mut *bodies {
                 let pass = pass(body.h, iteration);
-                body.sweep(step, pass.compliant, iteration, pass.is_anew);
+                body.iterate(step, pass.compliant, iteration, pass.is_anew);
                 body.solve_effects(BodyPhase::Iteration, &pass);
                 body.solve_effects(BodyPhase::IterationEnd, &pass);
             }
@@ -298,20 +303,20 @@ impl Body {
         own
     }
 
-    /// Carries these effects from now on, and no others.
+    /// Replaces the effects.
     pub fn carry(&mut self, effects: &Effects) {
         self.effects = *effects;
         self.states
             .prepare(effects, &self.topology, &self.x, &self.w);
     }
 
-    /// Its stitches, broken ones too.
+    /// Its stitches, including broken ones.
     #[must_use]
     pub fn stitches(&self) -> &Stitches {
         &self.states.stitches.0
     }
 
-    /// A pass of all effects without elements that act in a phase.
+    /// A pass of all effects without elements in a phase.
     fn solve_effects(&mut self, phase: BodyPhase, pass: &ReferencePass) {
         for &kind in BodyEffectKind::ALL {
             if kind.phase() == phase {
@@ -327,7 +332,7 @@ impl Body {
         states.solve((&effects, kind), particles, pass);
     }
 
-    /// What effects without elements keep, and the particles as they have them.
+    /// State of effects without elements, and the particles in their form.
     fn split(&mut self) -> (&mut ReferenceStates, ReferenceParticles<'_>) {
         let particles = ReferenceParticles {
             topology: &self.topology,
@@ -342,7 +347,7 @@ impl Body {
 }
 
 impl ReferencePass<'_> {
-    /// The only pass of a substep of `h` seconds, without colliders, and without gravity.
+    /// The only pass of a substep of `h` seconds, without colliders and gravity.
     fn alone(h: f64, is_anew: bool) -> Self {
         Self {
             colliders: &[],

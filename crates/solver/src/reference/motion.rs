@@ -1,4 +1,4 @@
-//! Forces, prediction and velocities, and what is done around the stages.
+//! Forces, prediction and velocities, and the steps around the stages.
 
 use super::{Body, Past};
 use crate::{
@@ -91,7 +91,7 @@ impl Tangible for Body {
 }
 
 impl Body {
-    /// Lets forces from outside act, one after the other.
+    /// Applies external forces, one after the other.
     pub(super) fn push_by_forces(&mut self, moment: Moment) {
         struct Act<'a>(&'a mut Body, Moment);
         impl VisitForces for Act<'_> {
@@ -116,8 +116,8 @@ impl Body {
         effects.visit_forces(&mut Act(self, moment));
     }
 
-    /// Begins a substep of `h` seconds by BDF2, or, at contacts and where there is no past, by implicit
-    /// Euler; returns its length as the latter has it.
+    /// Begins a substep of `h` seconds by BDF2, or by implicit Euler at contacts and where no
+    /// previous state exists; returns its length for implicit Euler.
     pub(super) fn look_back(
         &mut self,
         h: f64,
@@ -185,7 +185,7 @@ impl Body {
         }
     }
 
-    /// Angular momentum that is to be kept in a substep, if it is: see [`spin`](crate::spin).
+    /// Angular momentum to conserve in a substep, if any: see [`spin`](crate::spin).
     pub(super) fn spin(&mut self, settings: &Settings) -> Option<DVec3> {
         self.past.touched = false;
         let asked = settings.keep_spin.get() == 1 && settings.order.get() == 1;
@@ -225,7 +225,7 @@ impl Body {
         Motion::of(|i| (1.0 / self.w[i], self.x[i], self.v[i]), self.x.len())
     }
 
-    /// Turns all velocities alike, to this angular momentum.
+    /// Applies the rigid rotation that results in this angular momentum.
     pub(super) fn turn_to(&mut self, angular: DVec3) {
         let motion = self.motion();
         let turn = motion.turn_to(angular);
@@ -240,7 +240,7 @@ impl Body {
         }
     }
 
-    /// Ends a substep in which the ground may have [resisted](crate::rolling) that the body rolls.
+    /// Ends a substep with [rolling resistance](crate::rolling) of the ground.
     pub(super) fn resist_rolling(&mut self, h: f64) {
         let Some(ground) = self.effects.rolling_ground() else {
             return;
@@ -263,7 +263,7 @@ impl Body {
         }
     }
 
-    /// Lets rest values flow at the end of a substep, if it is time to.
+    /// Applies plastic flow at the end of a substep, if it is due.
     pub(super) fn flow(&mut self, time: f64, h: f64) {
         if let Some(plasticity) = self.effects.plasticity
             && let Some(seconds) = plasticity.due(time, h)

@@ -1,8 +1,9 @@
 //! Steps a body: all substeps of a tick at once, or stage by stage.
 //!
-//! Both give the same bits, on any number of threads. Work is cut by the body, into
-//! [bands](crate::bands): threads take pieces that share no particle, and a particle meets its
-//! tasks in the same order as if each task were done on all of the body before the next begins.
+//! Both produce the same bits, on any number of threads. Work is divided by the body, into
+//! [partitions](crate::partitions): threads take pieces that share no particle, and the tasks of a
+//! particle run in the same order as if each task were completed on the whole body before the next
+//! begins.
 
 #![allow(unsafe_code, reason = "pieces are handed out by hand")]
 
@@ -29,20 +30,21 @@ use crate::{
 };
 use std::{iter, ops::Range, sync::Arc};
 
-/// Friction on ground and colliders. The energy ledger does a pass without it, to tell apart what it does.
+/// Friction on ground and colliders. The energy ledger performs a pass without it, to separate its
+/// work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Friction {
-    /// As effects have it.
+    /// With the friction of the effects.
     Acts,
-    /// Surfaces only push.
+    /// Normal forces only.
     IsLeftOut,
 }
 
-/// Tasks with their sides: at most four of a stage.
+/// Tasks with their sides: at most four per stage.
 type Tasks = iter::Flatten<std::array::IntoIter<Option<(Task, Side)>, 4>>;
 
 impl Stage {
-    /// What it does to a body that carries these effects.
+    /// Tasks of the stage on a body with these effects.
     fn tasks(
         self,
         topology: &Topology,
@@ -50,12 +52,12 @@ impl Stage {
         step: &Substep,
         iteration: u32,
     ) -> Tasks {
-        let sweep = (iteration, step.sweeps(), step.is_last());
+        let pass = (iteration, step.total_iterations(), step.is_last());
         let substep = step.index;
         let one = |task, side| [Some((task, side)), None, None, None];
         match self {
-            // It is no task on pieces: kernels hold on to rest values for as long as those run. Contacts of bodies are
-            // between them.
+            // Not a task on pieces: kernels borrow rest values while tasks run. Contacts of bodies
+            // act between tasks.
             Self::Flow | Self::Contact | Self::SelfContact => [None; 4],
             _ if !self.acts(effects, stitched, step.method) => [None; 4],
             Self::Force(kind) => one(Task::Force { kind, substep }, Side::Whole),
@@ -66,11 +68,10 @@ impl Stage {
             Self::Presolve => one(Task::Begin, Side::Any),
             Self::Elastic(kind) => {
                 let [first, second, loose] =
-                    halves_of(kind, topology, Task::Elastic { kind, sweep });
-                let average = step.averaging(iteration).map(|_| {
-                    let sweep = iteration;
-                    (Task::Average { kind, sweep }, Side::Any)
-                });
+                    halves_of(kind, topology, Task::Elastic { kind, pass });
+                let average = step
+                    .averaging(iteration)
+                    .map(|_| (Task::Average { kind, iteration }, Side::Any));
                 [first, second, loose, average]
             }
             Self::Body(kind) => {
@@ -81,7 +82,7 @@ impl Stage {
                 };
                 one(task, kind.side())
             }
-            // There is nothing to smooth.
+            // Smoothing iterations skip directly solved effects.
             Self::Direct if iteration >= step.iterations => [None; 4],
             Self::Direct => one(Task::Direct { iteration }, Side::Whole),
             Self::Postsolve => one(Task::End { substep }, Side::Any),
@@ -92,8 +93,8 @@ impl Stage {
 }
 
 impl Stepper<'_> {
-    /// Begins a tick, or goes on with one: brings what effects keep on the body in line with those that it carries.
-    /// Multipliers are kept where they are `read`: by later sweeps, or by those who measure.
+    /// Begins or continues a tick: updates the states of the effects. Multipliers are stored where
+    /// they are `read`, by later iterations or for measurements.
     pub fn prepare(&mut self, read: bool) {
         let Self {
             topology, effects, ..
@@ -106,7 +107,7 @@ impl Stepper<'_> {
         self.states.others.begin_tick(effects, topology, positions);
     }
 
-    /// Brings what those effects without elements keep that `act` in line with the body.
+    /// Updates the states of those effects without elements that `act`.
     pub(crate) fn prepare_effects(&mut self, step: &Substep, act: impl Fn(BodyEffectKind) -> bool) {
         let body = Resting {
             topology: self.topology,
@@ -119,14 +120,14 @@ impl Stepper<'_> {
         }
     }
 
-    /// Begins a substep: where steps are of second order, with what the last two states tell. To be done
-    /// before anything else of it; [`advance`](Self::advance) does.
+    /// Begins a substep; with second-order steps, from the last two states. Must be called before
+    /// anything else in the substep; [`advance`](Self::advance) does so.
     pub fn begin(&mut self, step: &Substep, context: &StepContext) {
         self.draw_where_damaged(step, context);
         self.begin_drawn(step, context, false);
     }
 
-    /// Finds what is to be repaired where a tick begins, and draws what is under repair.
+    /// Finds damage at the beginning of a tick, and moves particles under repair.
     pub(crate) fn draw_where_damaged(&mut self, step: &Substep, context: &StepContext) {
         if step.index == 0 {
             self.look_for_damage(context);
@@ -134,8 +135,8 @@ impl Stepper<'_> {
         self.draw(context);
     }
 
-    /// The rest of it, once what is under repair has been drawn. `is_near` says that another surface is: steps of
-    /// second order begin anew.
+    /// The part of [`begin`](Self::begin) after repair. `is_near` tells whether another surface is
+    /// near, in which case second-order steps restart.
     pub(crate) fn begin_drawn(&mut self, step: &Substep, context: &StepContext, is_near: bool) {
         if context.settings.order.get() == 1 {
             self.begin_first_order(context);
@@ -147,15 +148,15 @@ impl Stepper<'_> {
         self.particles.look_back(h, restarts);
     }
 
-    /// Steps of implicit Euler do not look back.
+    /// Drops the history, which implicit Euler does not need.
     fn begin_first_order(&mut self, context: &StepContext) {
         self.particles.history.forget();
         let h = context.settings.substep_seconds() as f32;
         self.particles.set_substep_seconds(h);
     }
 
-    /// Whether a particle is in touch with the ground or a collider, or will be at the end of a substep
-    /// if nothing holds it.
+    /// Whether a particle touches the ground or a collider, or would at the end of a substep
+    /// without constraints.
     fn meets(&self, step: &Substep, context: &StepContext) -> bool {
         let heights = [
             self.effects.ground.map(|ground| ground.height),
@@ -184,11 +185,11 @@ impl Stepper<'_> {
         })
     }
 
-    /// Does some substeps of a tick.
+    /// Performs some substeps of a tick.
     ///
     /// # Errors
-    /// [`NotFinite`] when a displacement no longer is; the body is then as it was left at that place,
-    /// its positions being finite.
+    /// [`NotFinite`] when a displacement is no longer finite; the body keeps the state at that
+    /// point, with finite positions.
     pub fn advance(
         &mut self,
         substeps: Range<u32>,
@@ -219,15 +220,15 @@ impl Stepper<'_> {
         Ok(())
     }
 
-    /// Ends a substep: what was [begun](Self::begin) and is to be done after the last stage, before
-    /// anything flows; [`advance`](Self::advance) does.
+    /// Ends a substep: the counterpart of [`begin`](Self::begin), after the last stage and before
+    /// plastic flow; [`advance`](Self::advance) does so.
     pub fn end(&mut self) {
         self.restore_spin();
         self.resist_rolling();
         self.stiffen();
     }
 
-    /// Does substeps between which nothing flows and nobody looks back.
+    /// Performs substeps without plastic flow or second-order steps.
     fn advance_together(
         &mut self,
         substeps: Range<u32>,
@@ -238,7 +239,7 @@ impl Stepper<'_> {
         let (effects, settings) = (*self.effects, context.settings);
         let stitched = !self.stitches.is_empty();
         let any = settings.substep(0);
-        let averages = any.averaging(any.sweeps() - 1).is_some();
+        let averages = any.averaging(any.total_iterations() - 1).is_some();
         self.states
             .make_sums(if averages { topology.particles() } else { 0 });
         self.prepare_effects(&settings.substep(substeps.start), |_| true);
@@ -248,7 +249,7 @@ impl Stepper<'_> {
             .into_iter()
             .filter(|kind| effects.has_force(*kind));
         let forces: [_; ForceKind::COUNT] = std::array::from_fn(|_| forces.next());
-        // Two stages in one pass cannot be told apart by who watches, and forces act between them.
+        // A `Watch` cannot distinguish two stages in one pass, and forces act between them.
         let fades = settings.method.keeps_speed().is_some();
         let apart = context.watch.is_some() || forces[0].is_some() || fades;
         let tasks = substeps.clone().flat_map(|index| {
@@ -262,7 +263,7 @@ impl Stepper<'_> {
             let of_stage = move |stage: Stage, iteration| {
                 stage.tasks(topology, (&effects, stitched), &step, iteration)
             };
-            let sweeps = solve
+            let iterations = solve
                 .stages(step)
                 .flat_map(move |(stage, iteration)| of_stage(stage, iteration));
             let forces = forces.into_iter().flatten();
@@ -271,21 +272,21 @@ impl Stepper<'_> {
                 .chain(fade)
                 .chain(iter::once((start, Side::Any)))
                 .chain(Stage::prediction().flat_map(move |stage| of_stage(stage, 0)))
-                .chain(sweeps)
+                .chain(iterations)
         });
-        let sweeps = substeps.len() * any.sweeps() as usize;
+        let iterations = substeps.len() * any.total_iterations() as usize;
         let end = substeps
             .last()
             .map(|substep| (Task::End { substep }, Side::Any));
         self.run(
             topology,
             (tasks.chain(end), Friction::Acts),
-            sweeps,
+            iterations,
             context,
         )
     }
 
-    /// Does one stage of a substep.
+    /// Performs one stage of a substep.
     ///
     /// # Errors
     /// [`NotFinite`] from the last stage.
@@ -299,7 +300,7 @@ impl Stepper<'_> {
         self.stage_with((stage, Friction::Acts), step, iteration, context)
     }
 
-    /// Does one stage of a substep, with or without friction on ground and colliders.
+    /// Performs one stage of a substep, with or without friction on ground and colliders.
     pub(crate) fn stage_with(
         &mut self,
         (stage, friction): (Stage, Friction),
@@ -318,11 +319,11 @@ impl Stepper<'_> {
         self.prepare_effects(step, |kind| stage == Stage::Body(kind));
         let stitched = !self.stitches.is_empty();
         let tasks = stage.tasks(&shape, (self.effects, stitched), step, iteration);
-        let sweeps = usize::from(matches!(stage, Stage::Elastic(_)));
-        self.run(&shape, (tasks, friction), sweeps, context)
+        let iterations = usize::from(matches!(stage, Stage::Elastic(_)));
+        self.run(&shape, (tasks, friction), iterations, context)
     }
 
-    /// Does some stages of a substep, with the numbers of their iterations, in one go.
+    /// Performs some stages of a substep, with the numbers of their iterations, together.
     ///
     /// # Errors
     /// [`NotFinite`] from the last stage.
@@ -336,7 +337,7 @@ impl Stepper<'_> {
         let topology: &Topology = &shape;
         let effects = *self.effects;
         let stitched = !self.stitches.is_empty();
-        let averages = step.averaging(step.sweeps() - 1).is_some();
+        let averages = step.averaging(step.total_iterations() - 1).is_some();
         let sums = if averages { topology.particles() } else { 0 };
         self.states.make_sums(sums);
         self.prepare_effects(step, |kind| {
@@ -345,20 +346,20 @@ impl Stepper<'_> {
         });
         let effects = &effects;
         let mut elastic = stages.clone();
-        let sweeps = usize::from(elastic.any(|(stage, _)| matches!(stage, Stage::Elastic(_))));
+        let iterations = usize::from(elastic.any(|(stage, _)| matches!(stage, Stage::Elastic(_))));
         let tasks = stages.flat_map(move |(stage, iteration)| {
             stage.tasks(topology, (effects, stitched), step, iteration)
         });
-        self.run(topology, (tasks, Friction::Acts), sweeps, context)
+        self.run(topology, (tasks, Friction::Acts), iterations, context)
     }
 
-    /// Does one stage that is not the last, which alone looks for what is not finite.
+    /// Performs one stage other than the last, which alone checks for non-finite values.
     pub fn act(&mut self, stage: Stage, step: &Substep, iteration: u32, context: &StepContext) {
         let done = self.stage(stage, step, iteration, context);
         debug_assert!(done.is_ok(), "{stage:?} looks for what is not finite");
     }
 
-    /// Lets rest values flow at the end of a substep, if it is time to.
+    /// Applies plastic flow at the end of a substep, if it is due.
     pub(crate) fn flow(&mut self, step: &Substep, context: &StepContext) {
         let h = context.settings.substep_seconds();
         let end = context.time + h * f64::from(step.index + 1);
@@ -380,11 +381,11 @@ impl Stepper<'_> {
             impl Iterator<Item = (Task, Side)> + Clone + Send + Sync,
             Friction,
         ),
-        sweeps: usize,
+        iterations: usize,
         context: &StepContext,
     ) -> Result<(), NotFinite> {
         let partitions = &topology.partitions;
-        let projections = self.effects.constraints(topology) * sweeps;
+        let projections = self.effects.constraints(topology) * iterations;
         let phases = Phases::new(tasks, partitions);
         let task_context = TaskContext::new(topology, self, friction, context);
         let shared = SharedBody::new(self);
@@ -408,16 +409,16 @@ impl Stepper<'_> {
     }
 }
 
-/// What the tasks on all pieces have in common.
+/// Data that the tasks on all pieces share.
 struct TaskContext<'a> {
     topology: &'a Topology,
     effects: Effects,
     context: &'a StepContext<'a>,
-    /// Any substep of the tick, for what they have in common.
+    /// Any substep of the tick, for the settings that all have in common.
     any: Substep,
-    /// Length of a substep [s], as implicit Euler has it.
+    /// Length of a substep [s] for implicit Euler.
     h: f32,
-    /// The same as compliances have it by the method.
+    /// Length of a substep [s] for compliances, by the method.
     compliant: f32,
     kernels: Kernels<'a>,
     friction: Friction,
@@ -449,10 +450,10 @@ impl<'a> TaskContext<'a> {
         }
     }
 
-    /// Does the tasks of a phase on one of its pieces.
+    /// Performs the tasks of a phase on one of its pieces.
     ///
     /// # Safety
-    /// Nobody else works on the piece, or on one that shares a particle with it.
+    /// No other thread works on the piece, or on one that shares a particle with it.
     unsafe fn work(
         &self,
         shared: &SharedBody,
@@ -479,10 +480,10 @@ impl<'a> TaskContext<'a> {
         Ok(())
     }
 
-    /// Does one of them.
+    /// Performs one of them.
     ///
     /// # Safety
-    /// As of [`work`](Self::work).
+    /// As for [`work`](Self::work).
     unsafe fn task(
         &self,
         task: Task,
@@ -531,8 +532,8 @@ impl<'a> TaskContext<'a> {
             Task::End { substep } => {
                 stages::postsolve(part, self.h, instructions).map_err(not_finite(substep))?;
             }
-            Task::Elastic { kind, sweep } => {
-                let (iteration, ..) = sweep;
+            Task::Elastic { kind, pass } => {
+                let (iteration, ..) = pass;
                 let put = match self.any.averaging(iteration) {
                     // SAFETY: the caller's promise.
                     Some(averaging) => Put::Sum {
@@ -546,7 +547,7 @@ impl<'a> TaskContext<'a> {
                     whole: phase.is_whole(),
                     part,
                     shared,
-                    sweep,
+                    pass,
                     put,
                     instructions,
                 };
@@ -567,7 +568,7 @@ impl<'a> TaskContext<'a> {
                     compliant: self.compliant,
                     share: self.any.method.share(),
                     substep: (substep, self.any.count),
-                    iteration: (iteration, self.any.sweeps()),
+                    iteration: (iteration, self.any.total_iterations()),
                     is_frictionless: self.friction == Friction::IsLeftOut,
                 };
                 let effect = (&self.effects, kind);
@@ -577,8 +578,8 @@ impl<'a> TaskContext<'a> {
             }
             Task::Direct { iteration } => {
                 // SAFETY: the whole body is one piece.
-                let (factors, lambdas) = unsafe { (shared.factors(), shared.all_multipliers()) };
-                factors.solve(Iteration {
+                let (direct, lambdas) = unsafe { (shared.direct(), shared.all_multipliers()) };
+                direct.solve(Iteration {
                     topology: self.topology,
                     effects: &self.effects,
                     part,
@@ -588,8 +589,8 @@ impl<'a> TaskContext<'a> {
                     instructions,
                 });
             }
-            Task::Average { sweep, .. } => {
-                if let Some(averaging) = self.any.averaging(sweep) {
+            Task::Average { iteration, .. } => {
+                if let Some(averaging) = self.any.averaging(iteration) {
                     // SAFETY: the caller's promise.
                     let sums = unsafe { shared.sums(piece) };
                     stages::average(part, sums, averaging.own_weight);

@@ -1,62 +1,62 @@
-//! A body without Bevy: topology, particles, and the effects that it carries.
+//! A body without Bevy: topology, particles and effects.
 
 use crate::{
-    Density, EffectStates, Effects, Factors, ForceKind, Mass, Particles, Stitches, Topology,
-    VertexIndex,
+    Density, DirectWorkspace, EffectStates, Effects, ForceKind, Mass, Particles, Stitches,
+    Topology, VertexIndex,
     advance::{NotFinite, Solve, Stage, StepContext, Stepper},
     rest::RestTimer,
 };
 use glam::{Vec3, Vec4};
 use std::sync::Arc;
 
-/// Where a body went wrong, so that it was taken out of the simulation.
+/// Cause of a divergence, for which the body was taken out of the simulation.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Quarantine {
-    /// The first particle that was not finite, by its vertex of the rest shape.
+    /// First non-finite particle, by its vertex of the rest shape.
     pub vertex: VertexIndex,
-    /// The stage or effect that made it so.
+    /// Stage or effect that caused it.
     pub stage: &'static str,
 }
 
-/// The stage of a [`Quarantine`] whose body was given what is not finite.
+/// Stage of a [`Quarantine`] whose body had non-finite input.
 pub const INPUT: &str = "input";
 
-/// The stage of a [`Quarantine`] that none of the solver's own made.
+/// Stage of a [`Quarantine`] that was not caused by a stage of the solver.
 pub const USER: &str = "a user's system";
 
-/// The stage of a [`Quarantine`] that none of the body's own made, of a body that touches others or itself.
+/// Stage of a [`Quarantine`] that was not caused by a stage of the body, for a body with contact.
 pub const CONTACT: &str = "contact";
 
 /// A soft body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
-    /// What users call it.
+    /// Name shown to users.
     pub name: String,
-    /// The immutable part, shared with its copies.
+    /// The immutable part, shared between copies.
     pub topology: Arc<Topology>,
     /// The state.
     pub particles: Particles,
     /// Mass per measure.
     pub density: Density,
-    /// Masses on top of that, by vertex of the rest shape.
+    /// Additional masses, by vertex of the rest shape.
     pub added_mass: Vec<(VertexIndex, Mass)>,
-    /// Vertices of the rest shape that do not move.
+    /// Fixed vertices of the rest shape.
     pub pins: Vec<VertexIndex>,
-    /// What the body does.
+    /// Effects of the body.
     pub effects: Effects,
-    /// What they keep.
+    /// States of the effects.
     pub states: EffectStates,
-    /// Its stitches, broken ones too.
+    /// Its stitches, including broken ones.
     pub stitches: Stitches,
-    /// What it is solved with directly, if it is.
-    pub factors: Factors,
-    /// How long it has been still.
+    /// Data of the direct solver, if it is used.
+    pub direct: DirectWorkspace,
+    /// Duration of rest.
     pub rest: RestTimer,
-    /// Whether it sleeps.
+    /// Whether the body sleeps.
     pub asleep: bool,
-    /// Set when the body turned non-finite.
+    /// Set when the body diverged.
     pub quarantine: Option<Quarantine>,
-    /// The state at the start of the tick; nothing but positions before the first.
+    /// State at the start of the tick; only positions before the first one.
     pub tick_start: Particles,
 }
 
@@ -76,7 +76,7 @@ impl Body {
             effects: Effects::default(),
             states: EffectStates::default(),
             stitches: Stitches::default(),
-            factors: Factors::default(),
+            direct: DirectWorkspace::default(),
             rest: RestTimer::default(),
             asleep: false,
             quarantine: None,
@@ -85,8 +85,8 @@ impl Body {
         body
     }
 
-    /// Brings inverse masses in line with density, added masses and pins. To be called after one
-    /// of them was changed.
+    /// Updates inverse masses from density, added masses and pins. Must be called after a change of
+    /// these.
     pub fn update_masses(&mut self) {
         set_inverse_masses(
             &mut self.particles.positions,
@@ -104,7 +104,7 @@ impl Body {
         start.clone_from(&self.particles.positions);
     }
 
-    /// Gives every particle that can move the same velocity [m/s].
+    /// Sets the velocity of every movable particle [m/s].
     pub fn set_velocity(&mut self, velocity: Vec3) {
         for i in 0..self.particles.len() {
             if self.particles.positions[i].w > 0.0 {
@@ -113,7 +113,7 @@ impl Body {
         }
     }
 
-    /// Starts a tick: makes room for multipliers, looks at the input, and remembers positions.
+    /// Starts a tick: allocates multipliers, checks the input, and stores positions.
     pub fn begin_tick(&mut self) {
         if let Some(particle) = self.particles.first_not_finite() {
             freeze(&mut self.particles, &self.tick_start.positions);
@@ -126,7 +126,7 @@ impl Body {
         self.tick_start.clone_from(&self.particles);
     }
 
-    /// The body as it is stepped.
+    /// Borrows the body for stepping.
     pub fn stepper(&mut self) -> Stepper<'_> {
         Stepper {
             topology: &mut self.topology,
@@ -134,12 +134,12 @@ impl Body {
             effects: &self.effects,
             states: &mut self.states,
             stitches: &mut self.stitches,
-            factors: &mut self.factors,
+            direct: &mut self.direct,
         }
     }
 
-    /// All substeps of a tick. A body that is no longer finite is frozen where the tick began: what
-    /// the substeps before the bad one made is finite, but as a rule already torn apart.
+    /// Performs all substeps of a tick. A diverged body is restored to the start of the tick: the
+    /// substeps before the failed one are finite, but usually already torn apart.
     pub fn advance(&mut self, context: &StepContext) {
         let substeps = 0..context.settings.substeps.get();
         if let Err(error) = self.stepper().advance(substeps, context) {
@@ -148,7 +148,8 @@ impl Body {
         }
     }
 
-    /// Ends a tick of `seconds` under gravity [m/s²]; true if the body has been still for long enough to sleep.
+    /// Ends a tick of `seconds` under gravity [m/s²]; returns whether the body has been at rest for
+    /// long enough to sleep.
     pub fn end_tick(
         &mut self,
         seconds: f64,
@@ -168,22 +169,22 @@ impl Body {
             .observe(ways, seconds as f32, gravity.length(), settings)
     }
 
-    /// Falls asleep.
+    /// Puts the body to sleep.
     pub fn fall_asleep(&mut self) {
         self.asleep = true;
         self.particles.stop();
         self.tick_start.clone_from(&self.particles);
     }
 
-    /// Wakes.
+    /// Wakes the body.
     pub fn wake(&mut self) {
         self.asleep = false;
         self.rest.reset();
     }
 
-    /// Does a tick that went wrong again up to the substep in which it did, and that stage by stage, to
-    /// name the first particle and the stage that did it; the particle of the error, and the `other` stage, if it was
-    /// none of them.
+    /// Repeats a failed tick up to the failing substep, and that one stage by stage, to identify
+    /// the first particle and the stage. Returns the particle of the error and the `other` stage if
+    /// none of them caused it.
     #[must_use]
     pub fn find_cause(
         &self,
@@ -203,14 +204,14 @@ impl Body {
                 })
         };
         let step = context.settings.substep(error.substep);
-        // What was broken or flowed in the tick is so from its start: the same substep need not come
-        // out to the bit.
+        // Stitches that broke and plastic flow in the tick are present from its start: the repeated
+        // substep may differ.
         if again.stepper().advance(0..error.substep, context).is_ok() {
             let mut stepper = again.stepper();
             stepper.begin(&step, context);
             for kind in ForceKind::ALL {
                 let stage = Stage::Force(kind);
-                // Only the last stage looks for what is not finite.
+                // Only the last stage checks for non-finite values.
                 let _ = again.stepper().stage(stage, &step, 0, context);
                 if let Some(found) = spoilt_by(stage.name(), &again) {
                     return found;
@@ -235,14 +236,14 @@ impl Body {
     }
 }
 
-/// Puts particles back to a state that was finite, at rest.
+/// Restores particles to finite positions, at rest.
 pub fn freeze(particles: &mut Particles, finite: &[Vec4]) {
     particles.positions.copy_from_slice(finite);
     particles.settle();
 }
 
-/// Writes 1/m into w: mass from density and added masses [kg], 0 for pins and for particles that
-/// no element gives a mass.
+/// Writes 1/m into w: mass from density and added masses [kg], 0 for pins and for massless
+/// particles.
 pub fn set_inverse_masses(
     positions: &mut [Vec4],
     topology: &Topology,

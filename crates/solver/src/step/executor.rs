@@ -1,9 +1,9 @@
-//! Threads that step one body together.
+//! Phase executor: threads that step one body together.
 //!
-//! Each goes through the same phases, takes the pieces that are its own before those of others
-//! (so that particles stay in the cache of a core), and waits at the end of a phase until all
-//! pieces of it are done. A thread that comes late finds the work done; nobody waits for it to
-//! come. What is computed does not depend on who takes which piece.
+//! Every thread passes through the same phases and takes the pieces of its own queue before those
+//! of others (so that particles stay in the cache of a core). At the end of a phase it waits until
+//! all pieces are done. Threads that join late find the work done; no thread waits for others to
+//! join. The result does not depend on which thread takes a piece.
 
 use crate::{Threads, parallel::wait::pause, phases::Phase, step::stepper::NotFinite};
 use std::sync::{
@@ -11,18 +11,18 @@ use std::sync::{
     atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering},
 };
 
-/// The pieces of a phase are dealt out into as many shares as there are threads, up to this.
+/// Maximum number of queues. The pieces of a phase are distributed to one queue per thread.
 const MAX_QUEUES: usize = 64;
 
-/// How far one share of the pieces has been taken: the phase, which counts from 1, in the upper
-/// half, and in the lower how many of its pieces. On a cache line of its own, as the thread
-/// whose share it is mostly takes from it alone.
+/// Progress of one queue: the phase, counted from 1, in the upper half, and the number of its
+/// pieces that were taken in the lower half. On a cache line of its own, because mostly one thread
+/// accesses it.
 #[derive(Debug)]
 #[repr(align(128))]
 struct Queue(AtomicU64);
 
 impl Queue {
-    /// The next of `count` pieces in this phase, if one is left.
+    /// Takes the next of `count` pieces in this phase, if any.
     fn take(&self, phase: u32, count: usize) -> Option<usize> {
         let first = u64::from(phase) << 32;
         let take = |taken: u64| {
@@ -36,13 +36,13 @@ impl Queue {
     }
 }
 
-/// What the threads of a crew tell each other.
+/// Synchronization of the threads.
 #[derive(Debug)]
 pub(crate) struct PhaseExecutor {
     queues: [Queue; MAX_QUEUES],
-    /// Pieces done in all phases.
+    /// Number of pieces done, over all phases.
     done: AtomicUsize,
-    /// The phase in which a piece failed; later ones are not begun.
+    /// Phase in which a piece failed; later ones do not start.
     failed: AtomicU32,
     error: Mutex<Option<NotFinite>>,
 }
@@ -57,10 +57,10 @@ impl PhaseExecutor {
         }
     }
 
-    /// Goes through all phases with as many threads as there are.
+    /// Executes all phases on as many threads as there are.
     ///
     /// # Errors
-    /// The first of the errors in the phase that had one.
+    /// The first error of the phase that failed.
     pub fn work<'a>(
         &self,
         threads: &Threads,
@@ -85,7 +85,7 @@ impl PhaseExecutor {
         for (number, phase) in (1..).zip(phases) {
             let pieces = phase.pieces.len();
             let mut done = 0;
-            // Its own share first, so that particles stay in the cache of a core.
+            // The thread's own queue first, so that particles stay in the cache of a core.
             for share in (0..queues).map(|next| (member + next) % queues) {
                 let first = pieces * share / queues;
                 let count = pieces * (share + 1) / queues - first;
@@ -96,7 +96,7 @@ impl PhaseExecutor {
                     done += 1;
                 }
             }
-            // Once a phase, not once a piece: each time the line goes from core to core.
+            // Once per phase, not per piece: each access moves the cache line between cores.
             self.done.fetch_add(done, Ordering::Release);
             all += pieces;
             if !self.wait(all, number) {
@@ -105,7 +105,8 @@ impl PhaseExecutor {
         }
     }
 
-    /// Waits until so many pieces are done; false if a piece of this phase or before failed.
+    /// Waits until this number of pieces is done; false if a piece of this phase or an earlier one
+    /// failed.
     fn wait(&self, pieces: usize, phase: u32) -> bool {
         let mut turns = 0;
         while self.done.load(Ordering::Acquire) < pieces {
@@ -128,7 +129,7 @@ impl PhaseExecutor {
     }
 }
 
-/// Lets the others go home when a member panics.
+/// Releases the other threads when one panics.
 struct Guard<'a>(&'a PhaseExecutor);
 
 impl Drop for Guard<'_> {

@@ -1,47 +1,49 @@
-//! BDF2: steps of second order, each as one of implicit Euler from a state that the last two tell.
+//! BDF2: second-order steps, each as a step of implicit Euler from a combination of the last two
+//! states.
 //!
-//! With x and v at the start of a substep of length h, and x₋ and v₋ one substep before, BDF2 asks for
+//! With x and v at the start of a substep of length h, and x₋ and v₋ one substep before, BDF2
+//! requires
 //!
 //! x₊ = (4x − x₋)/3 + ⅔h v₊, v₊ = (4v − v₋)/3 + ⅔h a₊,
 //!
-//! which is a step of implicit Euler of length ⅔h from (4x − x₋)/3 and (4v − v₋)/3. So a substep puts
-//! these in the place of x and v, by [carry and displacement](crate::particles), and then does all that
-//! it does with a length of ⅔h: α̃ = 9α/4h², and λ is a force times (⅔h)².
+//! which is a step of implicit Euler of length ⅔h from (4x − x₋)/3 and (4v − v₋)/3. A substep
+//! therefore replaces x and v by these, through [carry and displacement](crate::particles), and
+//! then proceeds with the length ⅔h: α̃ = 9α/4h², and λ is a force times (⅔h)².
 //!
-//! What happened before a blow says nothing of what comes after it. After a contact, before one that is
-//! about to be made, and wherever somebody wrote positions or velocities, a substep is one of Euler.
-//! Forces other than gravity act as at the start of a substep, which leaves them of first order where
-//! they depend on place, speed or time.
+//! The history before an impact does not apply after it. After a contact, before a predicted one,
+//! and after external changes of positions or velocities, a substep uses implicit Euler. Forces
+//! other than gravity are evaluated at the start of a substep, which makes them first-order where
+//! they depend on position, velocity or time.
 
 use crate::Particles;
 use glam::{DVec3, Vec4};
 use serde::{Deserialize, Serialize};
 
-/// The length of a step of BDF2 as implicit Euler has it, as a share of its own.
+/// Length of a BDF2 step for implicit Euler, as a fraction of its own.
 pub(crate) const SHARE: f64 = 2.0 / 3.0;
 
-/// What the way of a substep may be off from hv, as a share of it: some roundings.
+/// Relative tolerance between the displacement of a substep and hv: a few rounding errors.
 const SAME: f64 = 1e-5;
 
-/// What a body was one substep ago; empty for one that is stepped by Euler's method.
+/// State of a body one substep ago; empty with implicit Euler.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct History(Option<Box<Past>>);
 
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Past {
-    /// Positions p then [m].
+    /// Its positions p [m].
     positions: Vec<Vec4>,
-    /// Carry c then [m].
+    /// Its carry c [m].
     carry: Vec<Vec4>,
-    /// Velocities then [m/s].
+    /// Its velocities [m/s].
     velocities: Vec<DVec3>,
-    /// By how much the substep began beside p + c [m]: (x − x₋)/3 of then.
+    /// Offset of the start of that substep from p + c [m]: (x − x₋)/3 at that time.
     lead: Vec<DVec3>,
-    /// Length of the substep that was asked for last [s].
+    /// Length of the last requested substep [s].
     h: f64,
-    /// Whether that is one of BDF2.
+    /// Whether it used BDF2.
     second: bool,
-    /// Whether something was touched in it.
+    /// Whether the body touched something in it.
     touched: bool,
 }
 
@@ -52,7 +54,7 @@ impl Clone for History {
         copy
     }
 
-    /// Into the room that is there.
+    /// Reuses allocations.
     fn clone_from(&mut self, from: &Self) {
         let Some(from) = &from.0 else {
             self.0 = None;
@@ -68,31 +70,31 @@ impl Clone for History {
 }
 
 impl History {
-    /// Length of the substep under way as implicit Euler has it, for one of `h` seconds.
+    /// Length of the current substep for implicit Euler, for a substep of `h` seconds.
     #[must_use]
     pub fn seconds(&self, h: f64) -> f64 {
         if self.is_second_order() { h * SHARE } else { h }
     }
 
-    /// Whether the substep under way is of second order.
+    /// Whether the current substep is second-order.
     #[must_use]
     pub fn is_second_order(&self) -> bool {
         self.0.as_ref().is_some_and(|past| past.second)
     }
 
-    /// A contact was made, if anybody wants to know.
+    /// Records a contact, if the history is used.
     pub fn touch(&mut self) {
         if let Some(past) = &mut self.0 {
             past.touched = true;
         }
     }
 
-    /// Keeps nothing any more.
+    /// Clears the history.
     pub fn forget(&mut self) {
         self.0 = None;
     }
 
-    /// Bytes of what is kept.
+    /// Memory use in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.0.as_ref().map_or(0, |past| {
@@ -101,7 +103,7 @@ impl History {
         })
     }
 
-    /// How many particles each column is of, by its name; none where nothing is kept.
+    /// Number of particles in each column, by name; 0 where no history is stored.
     #[must_use]
     pub fn columns(&self) -> [(&'static str, usize); 4] {
         let counts = self.0.as_ref().map_or([0; 4], |past| {
@@ -122,15 +124,15 @@ impl History {
 }
 
 impl Past {
-    /// Where a particle was then [m].
+    /// Position of a particle at that time [m].
     fn position(&self, i: usize) -> DVec3 {
         wide(self.positions[i]) + wide(self.carry[i])
     }
 }
 
 impl Particles {
-    /// Begins a substep of `h` seconds with what BDF2 makes of the last two states, unless it
-    /// `restarts` or there are none.
+    /// Begins a substep of `h` seconds with the BDF2 combination of the last two states, unless it
+    /// `restarts` or there is no history.
     pub(crate) fn look_back(&mut self, h: f64, restarts: bool) {
         let count = self.len();
         let kept = self.history.columns().iter().all(|(_, len)| *len == count);
@@ -171,8 +173,8 @@ impl Particles {
         self.history.0 = Some(history);
     }
 
-    /// Whether position and velocity of a particle are what the last substep left: it went from where
-    /// that began by hv.
+    /// Whether position and velocity of a particle are those left by the last substep: it moved by
+    /// hv from the start of that.
     fn is_unwritten(&self, history: &Past, i: usize) -> bool {
         let start = history.position(i) + history.lead[i];
         let way = self.position(i) - start;
@@ -180,7 +182,7 @@ impl Particles {
     }
 }
 
-/// Length of a substep as implicit Euler has it [s], as particles keep it.
+/// Length of a substep for implicit Euler [s], as stored in particles.
 fn length(h: f64, second: bool) -> f64 {
     let seconds = if second { h * SHARE } else { h };
     f64::from(seconds as f32)

@@ -14,7 +14,7 @@ use crate::{
     topology::{Topology, order::Elements, partitions::Piece},
 };
 
-/// Makes what elastic effects need one line each for.
+/// Generates the code for elastic effects.
 macro_rules! of_elastic_effects {
     (
         {
@@ -25,7 +25,8 @@ macro_rules! of_elastic_effects {
         }
         $($rest:tt)*
     ) => {
-        /// A sweep: the constraints of one side, those of the other, and the loose ones.
+        /// An iteration: the constraints of one half, those of the other, and the overflow
+        /// constraints.
         pub(super) fn halves_of(
             kind: ElasticKind,
             topology: &Topology,
@@ -38,7 +39,7 @@ macro_rules! of_elastic_effects {
             }
         }
 
-        /// The kernels of the elastic effects that a body carries.
+        /// Kernels of the elastic effects of a body.
         #[derive(Default)]
         pub(crate) struct Kernels<'a> {
             $($field: Option<<crate::$effect as Elastic<$corners, $rows>>::Kernel<'a>>,)*
@@ -52,7 +53,7 @@ macro_rules! of_elastic_effects {
                 }
             }
 
-            /// Does the constraints of an effect on one piece.
+            /// Solves the constraints of an effect on one piece.
             ///
             /// # Safety
             /// No other thread works on the piece, or on one that shares a particle with it.
@@ -71,7 +72,7 @@ macro_rules! of_elastic_effects {
 
 crate::effects!(of_elastic_effects);
 
-/// A sweep: the constraints of one side, those of the other, and the loose ones.
+/// An iteration: the constraints of one half, those of the other, and the overflow constraints.
 fn halves<const N: usize>(elements: &Elements<N>, task: Task) -> [Option<(Task, Side)>; 3] {
     let odd = elements.odd_first();
     let half = |odd: bool| {
@@ -82,19 +83,19 @@ fn halves<const N: usize>(elements: &Elements<N>, task: Task) -> [Option<(Task, 
     [half(odd), half(!odd), loose]
 }
 
-/// A piece of a body on which constraints are to be solved.
+/// Work on the constraints of a piece of a body.
 pub(crate) struct Work<'a> {
     /// The piece.
     pub piece: &'a Piece,
-    /// Whether it is the whole body, and loose constraints are to be solved.
+    /// Whether it is the whole body, including overflow constraints.
     pub whole: bool,
     /// Its particles.
     pub part: Part<'a>,
     /// The body.
     pub shared: &'a SharedBody<'a>,
-    /// Which sweep of how many, and whether λ is to be kept.
-    pub sweep: (u32, u32, bool),
-    /// What becomes of where constraints would have particles.
+    /// Number of the iteration, their count, and whether λ is stored.
+    pub pass: (u32, u32, bool),
+    /// How corrections are applied to particles.
     pub put: Put<'a>,
     /// Instructions to use.
     pub instructions: Instructions,
@@ -102,7 +103,7 @@ pub(crate) struct Work<'a> {
 
 impl Work<'_> {
     /// # Safety
-    /// As of [`Kernels::solve`].
+    /// As for [`Kernels::solve`].
     #[allow(unsafe_code, reason = "multipliers are handed out by hand")]
     unsafe fn solve<const N: usize, const M: usize>(
         self,
@@ -122,7 +123,7 @@ impl Work<'_> {
             let column = constraints.start * M..constraints.end * M;
             // SAFETY: a constraint is in one batch, a batch on one piece.
             let column = unsafe { self.shared.multipliers(kind, column) };
-            let multipliers = Multipliers::of_sweep(column, self.sweep);
+            let multipliers = Multipliers::of_iteration(column, self.pass);
             let particles = (self.part, self.piece.particles.start);
             let context = (self.put, self.instructions);
             solve_batch(kernel, index, particles, multipliers, context);

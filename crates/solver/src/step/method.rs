@@ -1,12 +1,12 @@
-//! Methods: how a sweep solves the constraints of elastic effects. A scene chooses one.
+//! Methods for solving the constraints of elastic effects in an iteration. Selected by the scene.
 
 use crate::{Coefficient, Fraction};
 use serde::{Deserialize, Serialize};
 
-/// How a sweep solves the constraints of elastic effects.
+/// Method for solving the constraints of elastic effects in an iteration.
 ///
-/// All but [`Xpbd`](Self::Xpbd) look at neither compliance nor damping: stiffness is what sweeps make
-/// of rigid constraints. Velocities are taken from positions by all of them.
+/// All but [`Xpbd`](Self::Xpbd) ignore compliance and damping: stiffness results from iterating
+/// rigid constraints. All of them derive velocities from positions.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Method {
@@ -14,49 +14,51 @@ pub enum Method {
     /// and multipliers. The default.
     #[default]
     Xpbd,
-    /// Classic position-based dynamics: one constraint after the other, each of which goes a share of
-    /// the way to where it holds (Müller and others, *Position Based Dynamics*, 2007).
+    /// Classic position-based dynamics: one constraint after the other, each applying a fraction of
+    /// its correction (Müller and others, *Position Based Dynamics*, 2007).
     Pbd {
-        /// That share, a sweep; default 1, which is XPBD with compliance 0, to the bit.
+        /// Fraction of the correction per iteration; default 1, which is bitwise XPBD with
+        /// compliance 0.
         #[serde(default)]
         stiffness: Fraction,
     },
-    /// Jacobi strain limiting: x ← (sx + Σ)/(s + n), Σ being the sum of where the n constraints of a
-    /// particle would have it. All particles weigh the same to it, pins too, which then do not move.
+    /// Jacobi strain limiting: x ← (sx + Σ)/(s + n), with Σ the sum of the positions that the n
+    /// constraints of a particle require. All particles have equal mass, including pins, which then
+    /// do not move.
     Jacobi {
-        /// s, how many constraints a particle's own place counts for; default 0.2.
+        /// Weight s of the particle's own position, in constraints; default 0.2.
         #[serde(default = "Method::own_weight")]
         own_weight: Coefficient,
         /// Fraction of its velocity that a particle keeps in each substep, after gravity; default 0.99.
         #[serde(default = "Method::kept_speed")]
         kept_speed: Fraction,
     },
-    /// Verlet with averaged Jacobi: x + (x − p) + gh² is predicted, which is what the first stage does
-    /// with velocities taken from positions; then every particle goes to the mean of where its
-    /// constraints would have it.
+    /// Verlet with averaged Jacobi: predicts x + (x − p) + gh², which is the first stage with
+    /// velocities derived from positions; then every particle moves to the mean of the positions
+    /// that its constraints require.
     Verlet,
 }
 
-/// How the ways that constraints ask of a particle are averaged.
+/// Averaging of the corrections of a particle.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Averaging {
-    /// How many constraints a particle's own place counts for.
+    /// Weight of the particle's own position, in constraints.
     pub own_weight: f32,
-    /// What particles weigh to constraints.
+    /// Particle masses in constraints.
     pub masses: Masses,
 }
 
-/// What particles weigh to constraints while the ways are averaged.
+/// Particle masses in constraints during averaging.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) enum Masses {
-    /// What they are.
+    /// Unchanged.
     #[default]
     Own,
-    /// All the same.
+    /// Equal.
     Equal,
-    /// What they are, but a pin only as much as the lightest other particle of the constraint (which makes
-    /// the pin no lighter: it still does not move). Otherwise a constraint with a pin asks its other
-    /// particles for all of its error, one without a pin for a share, and errors would come to rest unevenly.
+    /// Unchanged, but a pin counts as the lightest other particle of the constraint (it still does
+    /// not move). Otherwise a constraint with a pin assigns its whole error to the other particles,
+    /// one without a pin only a fraction, and the final errors would be uneven.
     PinsLikeOthers,
 }
 
@@ -69,27 +71,26 @@ impl Method {
         Fraction::of(0.99)
     }
 
-    /// Whether compliance and damping are not looked at.
+    /// Whether compliance and damping are ignored.
     #[must_use]
     pub fn is_rigid(self) -> bool {
         self != Self::Xpbd
     }
 
-    /// Whether bodies can be solved [directly](crate::direct) where they ask for it: their system is that
-    /// of XPBD.
+    /// Whether bodies may use the [direct solver](crate::direct): its system is that of XPBD.
     #[must_use]
     pub fn has_direct(self) -> bool {
         self == Self::Xpbd
     }
 
-    /// The length [s] that a substep of `h` seconds is taken to have where compliance and damping are
-    /// divided by it: one without end where they are not looked at.
+    /// Length [s] of a substep of `h` seconds in compliance and damping terms; infinite where they
+    /// are ignored.
     #[must_use]
     pub fn compliant_seconds(self, h: f64) -> f64 {
         if self.is_rigid() { f64::INFINITY } else { h }
     }
 
-    /// How much of its way a constraint goes.
+    /// Fraction of the correction that constraints apply.
     pub(crate) fn share(self) -> f32 {
         match self {
             Self::Pbd { stiffness } => stiffness.get(),
@@ -97,7 +98,7 @@ impl Method {
         }
     }
 
-    /// How sweeps are averaged, if they are.
+    /// Averaging in iterations, if any.
     pub(crate) fn averaging(self) -> Option<Averaging> {
         match self {
             Self::Xpbd | Self::Pbd { .. } => None,

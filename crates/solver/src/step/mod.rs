@@ -1,4 +1,4 @@
-//! Stepping bodies: the three stages, what is done around them, and when bodies sleep.
+//! Stepping bodies: the three stages, the steps around them, and sleeping.
 
 pub mod advance;
 pub mod body;

@@ -1,14 +1,14 @@
-//! What is to be done in a tick, as a row of phases.
+//! The work of a tick as a sequence of phases.
 //!
-//! A task that touches each particle by itself (to predict, to keep it above ground) can be done
-//! on any pieces; one that projects constraints does those of the even bands on the even pieces,
-//! and those of the odd bands on the odd ones. Tasks that follow each other on pieces of the same
-//! side are one phase: they are done together, piece by piece, each piece while it is in the
-//! cache. Edges begin with the even bands, tetrahedra with the odd ones, so that a substep of
-//! both has two phases, not four.
+//! A task that handles each particle by itself (prediction, ground contact) can run on any pieces.
+//! A task that projects constraints solves those of the even partitions on the even pieces, and
+//! those of the odd partitions on the odd ones. Consecutive tasks on pieces of the same side form
+//! one phase: they run together, piece by piece, while each piece is in the cache. Edges begin with
+//! the even partitions, tetrahedra with the odd ones, so that a substep of both has two phases
+//! instead of four.
 //!
-//! A particle meets its tasks in the same order as if each task were done on all of the body
-//! before the next one begins.
+//! The tasks of a particle run in the same order as if each task were completed on the whole body
+//! before the next begins.
 
 use super::{scope::Side, stage::Stage};
 use crate::{
@@ -17,12 +17,12 @@ use crate::{
 };
 use std::iter::Peekable;
 
-/// What is done with a piece.
+/// A task on a piece.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Task {
-    /// A force from outside.
+    /// An external force.
     Force { kind: ForceKind, substep: u32 },
-    /// Velocities lose a share of what they will be after gravity.
+    /// Velocities lose a fraction of their values after gravity.
     Fade,
     /// First stage.
     Begin,
@@ -30,11 +30,11 @@ pub(crate) enum Task {
     End { substep: u32 },
     /// Third stage of a substep and first stage of the next.
     Turn { substep: u32 },
-    /// The constraints of an elastic effect: sweep number so-and-so of so many, and whether λ is to
-    /// be kept.
+    /// Constraints of an elastic effect: number of the iteration, their count, and whether λ is
+    /// stored.
     Elastic {
         kind: ElasticKind,
-        sweep: (u32, u32, bool),
+        pass: (u32, u32, bool),
     },
     /// A pass of an effect without elements.
     Body {
@@ -42,14 +42,14 @@ pub(crate) enum Task {
         substep: u32,
         iteration: u32,
     },
-    /// What elastic effects do as one system: iteration number so-and-so.
+    /// The elastic effects as one system, in an iteration.
     Direct { iteration: u32 },
-    /// Every particle goes to the mean of where the constraints of an effect would have it.
-    Average { kind: ElasticKind, sweep: u32 },
+    /// Moves every particle to the mean of the positions that the constraints of an effect require.
+    Average { kind: ElasticKind, iteration: u32 },
 }
 
 impl Task {
-    /// What it is a part of; a turn counts as the stage that it begins with.
+    /// Stage of the task; a turn counts as the stage at its beginning.
     pub fn stage(self) -> Stage {
         match self {
             Self::Force { kind, .. } => Stage::Force(kind),
@@ -62,10 +62,10 @@ impl Task {
     }
 }
 
-/// Tasks of a phase at most.
+/// Maximum number of tasks in a phase.
 const MAX_TASKS: usize = 16;
 
-/// Tasks that are done together, on pieces that share no particle.
+/// Tasks that run together, on pieces that share no particle.
 #[derive(Debug, Clone)]
 pub(crate) struct Phase<'a> {
     tasks: [Task; MAX_TASKS],
@@ -76,18 +76,18 @@ pub(crate) struct Phase<'a> {
 }
 
 impl Phase<'_> {
-    /// In their order.
+    /// The tasks in order.
     pub fn tasks(&self) -> &[Task] {
         &self.tasks[..self.count]
     }
 
-    /// Whether the body is in one piece, and loose constraints are to be solved.
+    /// Whether the body is in one piece, including overflow constraints.
     pub fn is_whole(&self) -> bool {
         self.side == Side::Whole
     }
 }
 
-/// Puts tasks into phases.
+/// Groups tasks into phases.
 #[derive(Debug, Clone)]
 pub(crate) struct Phases<'a, I: Iterator<Item = (Task, Side)>> {
     tasks: Peekable<I>,

@@ -1,22 +1,22 @@
-//! When a body has come to rest, and what disturbs its sleep.
+//! Criteria for sleeping and waking.
 //!
-//! Rest is judged by how far particles went in a whole tick: over one substep the rounding of
-//! positions alone, near ε‖x‖/h, looks like a speed.
+//! Rest is determined from displacements over a whole tick: over one substep the rounding of
+//! positions alone appears as a speed of about ε‖x‖/h.
 
 use crate::{Particles, contact::collider::SweptCollider, topology::bounds};
 use glam::{Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
-/// When bodies fall asleep.
+/// Sleep settings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SleepSettings {
-    /// Whether bodies sleep at all; default true.
+    /// Whether bodies may sleep; default true.
     pub enabled: bool,
     /// A body is still while the root mean square speed of its particles is below this [m/s];
     /// default 1e-3.
     pub speed: f32,
-    /// It falls asleep after being still for this long [s]; default 0.5, longer than a swing
-    /// stands still at its turning point.
+    /// Time at rest before a body falls asleep [s]; default 0.5, longer than an oscillation stays
+    /// at its turning point.
     pub after: f32,
 }
 
@@ -30,21 +30,21 @@ impl Default for SleepSettings {
     }
 }
 
-/// How long a body has been still.
+/// Duration of rest of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct RestTimer {
     still_for: f32,
-    /// Root mean square speed in the first tick of that [m/s].
+    /// Root mean square speed in the first tick at rest [m/s].
     speed: f32,
 }
 
-/// A body is at rest where forces balance: where what is left of them speeds it up by less than this
-/// share of gravity. Without it what begins to fall in a gravity of 1e-3 m/s² would fall asleep.
+/// A body at rest must also be in balance: its acceleration is below this fraction of gravity.
+/// Without this criterion a body that starts to fall in a gravity of 1e-3 m/s² would fall asleep.
 const BALANCED: f32 = 0.1;
 
 impl RestTimer {
-    /// Looks at a tick of `seconds` under gravity of some strength [m/s²] that took particles from
-    /// `before` to `after`; true when it is time to sleep.
+    /// Observes a tick of `seconds` under gravity of some strength [m/s²] that moved particles from
+    /// `before` to `after`; returns whether the body may sleep.
     pub fn observe(
         &mut self,
         (before, after): (&[Vec4], &[Vec4]),
@@ -71,25 +71,25 @@ impl RestTimer {
         settings.enabled && self.still_for >= settings.after && (balanced || gravity == 0.0)
     }
 
-    /// Starts to count anew.
+    /// Restarts the timer.
     pub fn reset(&mut self) {
         self.still_for = 0.0;
     }
 }
 
-/// Whether a body sleeps, is awake, or has been still for long enough to sleep.
+/// Sleep state of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wakefulness {
-    /// It sleeps.
+    /// Sleeping.
     Asleep,
-    /// It is awake, and moves or has moved of late.
+    /// Awake, and moving or recently moved.
     Awake,
-    /// It is awake, and has been still for long enough.
+    /// Awake, and at rest for long enough to sleep.
     Still,
 }
 
-/// Lets bodies that touch each other sleep and wake together: a group with one that is awake is awake, any other
-/// asleep. `touching` are pairs of places.
+/// Lets bodies that touch each other sleep and wake together: a group with one that is awake is
+/// awake, any other asleep. `touching` are pairs of indices.
 pub fn settle(bodies: &mut [Wakefulness], touching: &[[u32; 2]]) {
     let mut changes = true;
     while changes {
@@ -111,7 +111,7 @@ pub fn settle(bodies: &mut [Wakefulness], touching: &[[u32; 2]]) {
     }
 }
 
-/// Whether somebody moved or kicked a sleeper since `start`: it does neither by itself.
+/// Whether a sleeping body was moved or given a velocity since `start`; sleep itself does neither.
 #[must_use]
 pub fn written(particles: &Particles, start: &[Vec4]) -> bool {
     particles.positions != start || !particles.is_still()

@@ -1,18 +1,20 @@
 //! Rolling resistance of the ground.
 //!
-//! Where a body rolls, the ground presses harder against what comes down than against what lifts off: its force acts by
-//! a lever ahead of the center, which with the radius R is µᵣR. In a substep in which the ground has pressed with an
-//! impulse N it so takes an angular momentum about horizontal axes of at most
+//! Where a body rolls, the ground presses harder on the part that comes down than on the part that
+//! lifts off: its force acts ahead of the center by a lever arm of µᵣR, with the radius R. In a
+//! substep with the normal impulse N of the ground, it therefore removes an angular momentum about
+//! horizontal axes of at most
 //!
 //! ΔL = µᵣ N R,
 //!
-//! R being how high the center of mass is above the ground. While friction holds the point of contact, the body turns
-//! about that, so that a ball on level ground slows down by µᵣg/(1 + I/mR²), and rolls down slopes that are steeper than
-//! µᵣ. While it slides, friction has nothing left to give, and it turns about its center of mass. Both are rigid motions,
-//! which deform nothing. As by any other constraint, positions change with velocities: a body that may not roll stays
-//! where it is.
+//! with R the height of the center of mass above the ground. While friction sustains the point of
+//! contact, the body rotates about that, so that a ball on level ground decelerates by
+//! µᵣg/(1 + I/mR²), and rolls down slopes steeper than µᵣ. While it slides, friction is exhausted,
+//! and the body rotates about its center of mass. Both are rigid motions without deformation. As
+//! for any other constraint, positions change with velocities: a body that may not roll stays in
+//! place.
 //!
-//! Bodies with pins do not roll and are left alone.
+//! Bodies with pins do not roll and are not affected.
 
 use crate::{
     Ground,
@@ -21,26 +23,26 @@ use crate::{
 };
 use glam::DVec3;
 
-/// What the ground has done to a body in a substep, as mass times displacement [kg·m].
+/// Contact of the ground with a body in a substep, as mass times displacement [kg·m].
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Pressed {
     normal: f64,
     friction: DVec3,
-    /// Where, times `normal`.
+    /// First moment of its position, times `normal`.
     moment: DVec3,
 }
 
 impl Pressed {
-    /// Adds what it has done to a particle of a mass [kg] at a position [m]: how far it has pushed it [m], and how far
-    /// friction has brought it back [m].
+    /// Adds the contact of a particle of a mass [kg] at a position [m]: its displacements by the
+    /// normal force and by friction [m].
     pub fn add(&mut self, mass: f64, position: DVec3, normal: f64, friction: DVec3) {
         self.normal += mass * normal;
         self.friction += friction * mass;
         self.moment += position * (mass * normal);
     }
 
-    /// The motion of a rigid body that it takes in a substep of `h` seconds: an angular velocity [rad/s], and the point
-    /// about which it is [m].
+    /// Rigid motion that rolling resistance removes in a substep of `h` seconds: an angular
+    /// velocity [rad/s], and the point of rotation [m].
     pub fn resist(&self, ground: &Ground, motion: &Motion, h: f64) -> Option<(DVec3, DVec3)> {
         let height = f64::from(ground.height);
         let radius = motion.center.y - height;
@@ -66,7 +68,7 @@ impl Pressed {
 }
 
 impl Stepper<'_> {
-    /// Ends a substep in which the ground may have resisted that the body rolls.
+    /// Ends a substep with rolling resistance of the ground.
     pub(crate) fn resist_rolling(&mut self) {
         let particles = &mut *self.particles;
         let Some(ground) = self.effects.rolling_ground() else {

@@ -1,4 +1,4 @@
-//! On what an effect works at a time, a piece of a body or all of it, and how threads get what it keeps there.
+//! Granularity of effects, a piece of a body or the whole, and access to their states from threads.
 
 #![allow(
     unsafe_code,
@@ -7,7 +7,7 @@
 
 use std::{ops::Range, slice};
 
-/// Pieces that a task is done on.
+/// Pieces on which a task runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
     /// Of either side.
@@ -21,7 +21,7 @@ pub enum Side {
 }
 
 impl Side {
-    /// The side of two tasks that are done together, if they can be.
+    /// Common side of two tasks that can run together, if any.
     pub fn with(self, other: Self) -> Option<Self> {
         match (self, other) {
             (Self::Whole, _) | (_, Self::Whole) => None,
@@ -31,7 +31,7 @@ impl Side {
     }
 }
 
-/// What an effect that keeps a state `S` works on at a time.
+/// Granularity of an effect with the state `S`.
 pub trait Scope<S> {
     /// The pieces.
     const SIDE: Side;
@@ -39,18 +39,19 @@ pub trait Scope<S> {
     /// The state while threads work on the body.
     type Shared;
 
-    /// What of the state belongs to a piece.
+    /// Part of the state that belongs to a piece.
     type Piece<'a>
     where
         S: 'a;
 
-    /// Borrows the state for as long as it is shared.
+    /// Borrows the state while it is shared.
     fn share(state: &mut S) -> Self::Shared;
 
-    /// What of the state belongs to the piece with these particles.
+    /// Part of the state that belongs to the piece with these particles.
     ///
     /// # Safety
-    /// The state is still borrowed; as long as the part lives, it is asked for nothing that overlaps it.
+    /// The state is still borrowed; during the lifetime of the part, no overlapping part is
+    /// requested.
     unsafe fn piece<'a>(shared: &'a Self::Shared, particles: Range<usize>) -> Self::Piece<'a>
     where
         S: 'a;
@@ -58,7 +59,7 @@ pub trait Scope<S> {
     /// Begins a substep on the piece with these particles.
     ///
     /// # Safety
-    /// As of [`piece`](Self::piece).
+    /// As for [`piece`](Self::piece).
     unsafe fn begin(_: &Self::Shared, _: Range<usize>) {}
 }
 
@@ -86,8 +87,8 @@ impl<S> Scope<S> for WholeBody {
     }
 }
 
-/// The effect works on each particle by itself, and keeps something of each while a substep lasts; an empty column if it
-/// need not.
+/// The effect works on each particle by itself, and stores an item per particle during a substep;
+/// the column is empty if it is not needed.
 pub enum EachParticle {}
 
 impl<T: Clone + Default> Scope<Vec<T>> for EachParticle {
@@ -116,7 +117,7 @@ impl<T: Clone + Default> Scope<Vec<T>> for EachParticle {
     }
 }
 
-/// The effect works on each particle by itself, and only reads what it keeps.
+/// The effect works on each particle by itself, and only reads its state.
 pub enum ReadOnly {}
 
 impl<S> Scope<S> for ReadOnly {
@@ -140,14 +141,14 @@ impl<S> Scope<S> for ReadOnly {
     }
 }
 
-/// A column that threads take parts of.
+/// A column of which threads take parts.
 pub struct Column<T> {
     start: *mut T,
     len: usize,
 }
 
 impl<T> Column<T> {
-    /// Borrows it for as long as it is shared.
+    /// Borrows the column while it is shared.
     pub fn of(column: &mut [T]) -> Self {
         Self {
             start: column.as_mut_ptr(),
@@ -155,15 +156,16 @@ impl<T> Column<T> {
         }
     }
 
-    /// How long it is.
+    /// Length of the column.
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// A part of it; an empty one if it does not reach that far.
+    /// A part of the column; empty if the column is shorter.
     ///
     /// # Safety
-    /// The column is still borrowed; as long as the part lives, no other one that overlaps it is asked for.
+    /// The column is still borrowed; during the lifetime of the part, no overlapping part is
+    /// requested.
     #[allow(clippy::mut_from_ref, reason = "the caller's promise")]
     pub unsafe fn part(&self, range: Range<usize>) -> &mut [T] {
         if range.start > range.end || range.end > self.len {

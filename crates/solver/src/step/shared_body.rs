@@ -1,4 +1,4 @@
-//! A body that several threads work on, each on a piece of its own.
+//! A body on which several threads work, each on its own piece.
 
 #![allow(
     unsafe_code,
@@ -8,7 +8,8 @@
 
 use super::{scope::Column, stepper::Stepper};
 use crate::{
-    ElasticKind, Factors, effects::body_kinds::SharedStates, particles::Part, partitions::Piece,
+    DirectWorkspace, ElasticKind, effects::body_kinds::SharedStates, particles::Part,
+    partitions::Piece,
 };
 use glam::Vec4;
 use std::{
@@ -18,7 +19,7 @@ use std::{
     sync::atomic::{AtomicBool, Ordering},
 };
 
-/// The parts of a [`Stepper`] that change, for threads to take pieces of.
+/// The mutable parts of a [`Stepper`], for access by piece from threads.
 pub(crate) struct SharedBody<'a> {
     positions: *mut Vec4,
     displacements: *mut Vec4,
@@ -26,18 +27,19 @@ pub(crate) struct SharedBody<'a> {
     particles: usize,
     multipliers: [Column<f32>; ElasticKind::COUNT],
     sums: Column<Vec4>,
-    /// What effects without elements keep.
+    /// States of effects without elements.
     pub states: SharedStates,
-    factors: *mut Factors,
+    direct: *mut DirectWorkspace,
     touched: AtomicBool,
     lives: PhantomData<&'a mut ()>,
 }
 
-// SAFETY: it only hands out what `SharedBody::part`'s callers promise to be theirs alone.
+// SAFETY: it only gives out references that the callers of `SharedBody::part` promise to be
+// exclusive.
 unsafe impl Sync for SharedBody<'_> {}
 
 impl<'a> SharedBody<'a> {
-    /// Borrows the body for as long as it is shared.
+    /// Borrows the body while it is shared.
     pub fn new(body: &'a mut Stepper) -> Self {
         let particles = &mut *body.particles;
         let count = particles.positions.len();
@@ -57,7 +59,7 @@ impl<'a> SharedBody<'a> {
                 .each_mut()
                 .map(|column| Column::of(column)),
             states: SharedStates::of(&mut body.states.others, body.stitches),
-            factors: &raw mut *body.factors,
+            direct: &raw mut *body.direct,
             touched: AtomicBool::new(false),
             lives: PhantomData,
         }
@@ -69,7 +71,7 @@ impl<'a> SharedBody<'a> {
     /// If the body has fewer particles.
     ///
     /// # Safety
-    /// As long as the part lives, nobody else asks for a piece that shares a particle with it.
+    /// During the lifetime of the part, no other piece that shares a particle with it is requested.
     pub unsafe fn part(&self, piece: &Piece) -> Part<'_> {
         let Range { start, end } = piece.particles;
         assert!(
@@ -78,7 +80,7 @@ impl<'a> SharedBody<'a> {
             self.particles
         );
         let count = end - start;
-        // SAFETY: in bounds by the assertion; theirs alone by the caller's promise.
+        // SAFETY: in bounds by the assertion; exclusive by the caller's promise.
         unsafe {
             Part {
                 positions: slice::from_raw_parts_mut(self.positions.add(start), count),
@@ -88,19 +90,19 @@ impl<'a> SharedBody<'a> {
         }
     }
 
-    /// Some multipliers of an effect; empty if they are not kept.
+    /// Some multipliers of an effect; empty if they are not stored.
     ///
     /// # Safety
-    /// As long as they live, nobody else asks for the same ones.
+    /// During the lifetime of the slice, the same ones are not requested again.
     pub unsafe fn multipliers(&self, kind: ElasticKind, range: Range<usize>) -> &mut [f32] {
         // SAFETY: the caller's promise.
         unsafe { self.multipliers[kind as usize].part(range) }
     }
 
-    /// All multipliers, effect by effect; empty where they are not kept.
+    /// All multipliers, effect by effect; empty where they are not stored.
     ///
     /// # Safety
-    /// As long as they live, nobody else asks for any.
+    /// During the lifetime of the slices, no multipliers are requested again.
     pub unsafe fn all_multipliers(&self) -> [&mut [f32]; ElasticKind::COUNT] {
         // SAFETY: the caller's promise.
         self.multipliers
@@ -108,25 +110,25 @@ impl<'a> SharedBody<'a> {
             .map(|column| unsafe { column.part(0..column.len()) })
     }
 
-    /// A contact was made, or not.
+    /// Records whether a contact was made.
     pub fn touch(&self, touched: bool) {
         if touched {
             self.touched.store(true, Ordering::Relaxed);
         }
     }
 
-    /// Whether any was, once all threads are done.
+    /// Whether any contact was made, once all threads are done.
     pub fn touched(&self) -> bool {
         self.touched.load(Ordering::Relaxed)
     }
 
-    /// Room to add up ways of the particles of a piece.
+    /// Sums of the displacements of the particles of a piece.
     ///
     /// # Panics
-    /// If none has been made.
+    /// If the sums have not been allocated.
     ///
     /// # Safety
-    /// As of [`part`](Self::part).
+    /// As for [`part`](Self::part).
     pub unsafe fn sums(&self, piece: &Piece) -> &mut [Vec4] {
         let Range { start, end } = piece.particles;
         assert!(
@@ -138,12 +140,12 @@ impl<'a> SharedBody<'a> {
         unsafe { self.sums.part(start..end) }
     }
 
-    /// What it is solved with directly.
+    /// Data of the direct solver.
     ///
     /// # Safety
-    /// As long as it lives, nobody else asks for it.
-    pub unsafe fn factors(&self) -> &mut Factors {
-        // SAFETY: borrowed by `new`; theirs alone by the caller's promise.
-        unsafe { &mut *self.factors }
+    /// During the lifetime of the reference, it is not requested again.
+    pub unsafe fn direct(&self) -> &mut DirectWorkspace {
+        // SAFETY: borrowed by `new`; exclusive by the caller's promise.
+        unsafe { &mut *self.direct }
     }
 }

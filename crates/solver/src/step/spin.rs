@@ -1,19 +1,19 @@
-//! Angular momentum that is kept, where a scene asks for it.
+//! Conservation of angular momentum, as an option of a scene.
 //!
-//! Constraints conserve angular momentum about where particles are predicted, not about where they
-//! were, so that a step of implicit Euler loses some of what turns: of a rigid pair that turns with ω,
-//! 2πhω a turn. In free flight nothing inside a body can do that. So after the third stage a body
-//! that was free in a substep gets the rigid rotation that gives it back,
+//! Constraints conserve angular momentum about the predicted positions, not about the previous
+//! ones, so that a step of implicit Euler loses some rotation: a rigid pair that rotates with ω
+//! loses 2πhω per revolution. In free flight no internal force can do that. Therefore, after the
+//! third stage, a body that was free in a substep receives the rigid rotation that restores it,
 //!
 //! v += ω × r, (Σ m (r² − r rᵀ)) ω = L₀ − L,
 //!
-//! with r from the center of mass, and L₀ and L its angular momentum about that before and after the
-//! substep. Shape, linear momentum and what swings are left alone, and no energy is added but what the
-//! rotation had lost, so that the method stays as stable as it is.
+//! with r from the center of mass, and L₀ and L the angular momentum about it before and after the
+//! substep. Shape, linear momentum and oscillations are not affected, and at most the lost
+//! rotational energy is added, so that the stability of the method does not change.
 //!
-//! A body is free in a substep in which it has no pins and no hand, touches nothing, is stitched to no
-//! collider, and no force acts on it but those that are the same everywhere. In any other it is stepped
-//! as without. Two passes over the particles, in `f64`, on one thread.
+//! A body is free in a substep if it has no pins and no grab, touches nothing, is not stitched to a
+//! collider, and only uniform forces act on it. Otherwise it is stepped as without this option. The
+//! cost is two passes over the particles, in `f64`, on one thread.
 
 use crate::{
     Effects, ForceKind, Particles, StitchEnd, Stitches,
@@ -21,12 +21,12 @@ use crate::{
 };
 use glam::{DMat3, DVec3};
 
-/// A body with less of its moment of inertia about an axis, as a share of the whole, is a line about
-/// it, which has nothing to turn.
+/// A body whose moment of inertia about an axis is below this fraction of the total is a line along
+/// that axis, about which rotation is undefined.
 const LINE: f64 = 1e-12;
 
 impl Stepper<'_> {
-    /// Begins a substep in which angular momentum is to be kept, if it is.
+    /// Begins a substep in which angular momentum is to be conserved, if any.
     pub(crate) fn note_spin(&mut self, context: &StepContext) {
         let settings = context.settings;
         let asked = settings.keep_spin.get() == 1 && settings.order.get() == 1;
@@ -38,7 +38,7 @@ impl Stepper<'_> {
         particles.spin = free.then(|| Motion::of(mote(particles), particles.len()).angular);
     }
 
-    /// Ends it: gives back what was lost.
+    /// Ends the substep: restores the lost angular momentum.
     pub(crate) fn restore_spin(&mut self) {
         let particles = &mut *self.particles;
         let Some(before) = particles.spin.take() else {
@@ -53,7 +53,7 @@ impl Stepper<'_> {
     }
 }
 
-/// Whether nothing but gravity and the body itself can act on a body that touches nothing.
+/// Whether only gravity and internal forces can act on a body that touches nothing.
 pub(crate) fn is_free(effects: &Effects, stitches: &Stitches) -> bool {
     let held = |end: StitchEnd| matches!(end, StitchEnd::Collider { .. });
     let stitched = stitches.all().iter().any(|it| !it.broken && held(it.to));
@@ -70,7 +70,7 @@ pub(crate) fn mote(particles: &Particles) -> impl Fn(usize) -> (f64, DVec3, DVec
     }
 }
 
-/// How a body moves as a whole.
+/// Rigid motion of a body.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Motion {
     /// Mass [kg].
@@ -109,17 +109,17 @@ impl Motion {
         }
     }
 
-    /// The angular velocity [rad/s] to be added for an angular momentum [kg·m²/s]; none for a point.
+    /// Angular velocity [rad/s] that adds an angular momentum [kg·m²/s]; zero for a point.
     pub fn turn_to(&self, angular: DVec3) -> DVec3 {
         self.turn(angular - self.angular)
     }
 
-    /// The angular velocity of the body [rad/s].
+    /// Angular velocity of the body [rad/s].
     pub fn velocity(&self) -> DVec3 {
         self.turn(self.angular)
     }
 
-    /// The angular momentum [kg·m²/s] of an angular velocity [rad/s].
+    /// Angular momentum [kg·m²/s] of an angular velocity [rad/s].
     pub fn momentum(&self, velocity: DVec3) -> DVec3 {
         self.inertia * velocity
     }

@@ -1,4 +1,4 @@
-//! The stages of a substep, in their order.
+//! The stages of a substep, in order.
 
 use super::{method::Method, substep::Substep};
 use crate::effects::{
@@ -6,10 +6,10 @@ use crate::effects::{
     force::ForceKind,
 };
 
-/// A part of a substep that can be ordered against.
+/// A part of a substep; stages can be ordered relative to each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
-    /// A force from outside, before the first stage.
+    /// An external force, before the first stage.
     Force(ForceKind),
     /// Positions are predicted.
     Presolve,
@@ -23,13 +23,13 @@ pub enum Stage {
     Contact,
     /// Contact of the body with itself.
     SelfContact,
-    /// Velocities are taken from positions.
+    /// Velocities are derived from positions.
     Postsolve,
-    /// What is strained too far flows.
+    /// Plastic flow.
     Flow,
 }
 
-/// How many effects without elements act in a phase.
+/// Number of effects without elements in a phase.
 const fn count(phase: BodyPhase) -> usize {
     let (mut count, mut index) = (0, 0);
     while index < BodyEffectKind::ALL.len() {
@@ -39,7 +39,8 @@ const fn count(phase: BodyPhase) -> usize {
     count
 }
 
-/// Puts the effects without elements that act in a phase into `all`, from `place` on; the place after them.
+/// Writes the effects without elements of a phase into `all`, from `place` on; returns the index
+/// after them.
 const fn put<const N: usize>(
     mut all: [Stage; N],
     mut place: usize,
@@ -60,15 +61,15 @@ const fn put<const N: usize>(
 /// At the end of the first stage.
 const PREDICTION: usize = count(BodyPhase::Prediction);
 
-/// In an iteration: direct solution, elastic effects, and others.
+/// In an iteration: direct solver, elastic effects, and others.
 const ITERATION: usize =
     1 + ElasticKind::COUNT + count(BodyPhase::Iteration) + count(BodyPhase::IterationEnd);
 
-/// In a pass over contacts. Those of bodies are left to [`together`](super::together).
+/// In a contact pass. Contacts between bodies are left to [`together`](super::together).
 const CONTACT: usize = 2 + count(BodyPhase::Contact);
 
 impl Stage {
-    /// What is done in an iteration, in its order: what holds the body together, then grabs. Contacts come after it.
+    /// Stages of an iteration in order: internal constraints, then grabs. Contacts follow it.
     const ITERATION: [Self; ITERATION] = {
         let mut all = [Self::Direct; ITERATION];
         let mut kind = 0;
@@ -80,14 +81,14 @@ impl Stage {
         put(all, place, BodyPhase::IterationEnd).0
     };
 
-    /// What is done in a pass over contacts, in its order.
+    /// Stages of a contact pass in order.
     const CONTACT: [Self; CONTACT] = {
         let mut all = [Self::Contact; CONTACT];
         all[1] = Self::SelfContact;
         put(all, 2, BodyPhase::Contact).0
     };
 
-    /// All of them, in the order of a substep.
+    /// All stages, in the order of a substep.
     pub const ALL: [Self; ForceKind::COUNT + PREDICTION + ITERATION + CONTACT + 3] = {
         let mut all = [Self::Presolve; ForceKind::COUNT + PREDICTION + ITERATION + CONTACT + 3];
         let mut place = 0;
@@ -113,7 +114,7 @@ impl Stage {
         all
     };
 
-    /// What is done at the end of the first stage, in its order.
+    /// Stages at the end of the first stage, in order.
     pub(crate) fn prediction() -> impl Iterator<Item = Self> + Clone {
         let kinds = BodyEffectKind::ALL.iter().copied();
         kinds
@@ -121,7 +122,7 @@ impl Stage {
             .map(Self::Body)
     }
 
-    /// Its place in [`Stage::ALL`].
+    /// Index in [`Stage::ALL`].
     #[must_use]
     pub fn place(self) -> usize {
         Self::ALL
@@ -130,7 +131,7 @@ impl Stage {
             .unwrap_or(0)
     }
 
-    /// The name of the stage or effect.
+    /// Name of the stage or effect.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -147,7 +148,7 @@ impl Stage {
     }
 }
 
-/// The second stage of a body: what is absent is not asked for again in every iteration.
+/// The second stage of a body; absent effects are not checked again in every iteration.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Solve {
     iteration: [Option<Stage>; ITERATION],
@@ -155,7 +156,7 @@ pub(crate) struct Solve {
 }
 
 impl Solve {
-    /// Of a body that carries these effects, with stitches or without, by a method.
+    /// For a body with these effects, with or without stitches, and a method.
     pub fn of(effects: &Effects, stitched: bool, method: Method) -> Self {
         let acts = |stage: &Stage| stage.acts(effects, stitched, method);
         let mut present = Stage::ITERATION.into_iter().filter(acts);
@@ -165,20 +166,20 @@ impl Solve {
         }
     }
 
-    /// What is done in an iteration before contacts, in its order.
+    /// Stages of an iteration before contacts, in order.
     pub fn constraints(self) -> impl Iterator<Item = Stage> + Clone {
         self.iteration.into_iter().flatten()
     }
 
-    /// What is done in a pass over contacts, in its order.
+    /// Stages of a contact pass, in order.
     pub fn contacts(self) -> impl Iterator<Item = Stage> + Clone {
         self.contact.into_iter().flatten()
     }
 
-    /// What is done in a substep, in its order, with the number of the iteration.
+    /// Stages of a substep, in order, with the number of the iteration.
     pub fn stages(self, step: Substep) -> impl Iterator<Item = (Stage, u32)> + Clone {
         let Self { iteration, contact } = self;
-        (0..step.sweeps()).flat_map(move |number| {
+        (0..step.total_iterations()).flat_map(move |number| {
             let passes = (0..step.contacts_after(number)).flat_map(move |_| contact);
             let stages = iteration.into_iter().chain(passes).flatten();
             stages.map(move |stage| (stage, number))
@@ -187,14 +188,13 @@ impl Solve {
 }
 
 impl Stage {
-    /// Whether it does anything to a body that carries these effects, with stitches or without, by a
-    /// method.
+    /// Whether it affects a body with these effects, with or without stitches, under a method.
     #[must_use]
     pub fn acts(self, effects: &Effects, stitched: bool, method: Method) -> bool {
         match self {
             Self::Presolve | Self::Postsolve => true,
             Self::Force(kind) => effects.has_force(kind),
-            Self::Elastic(kind) => effects.sweeps(kind, method),
+            Self::Elastic(kind) => effects.iterates(kind, method),
             Self::Direct => effects.is_direct(method),
             Self::Body(kind) => effects.carries(kind, stitched),
             Self::Contact => effects.contact.is_some(),

@@ -1,17 +1,18 @@
 //! The first and the last of the three stages; the constraints between them are in
-//! [`constraint`](crate::effects) and [`contact`](crate::contact).
+//! [`effects`](crate::effects) and [`contact`](crate::contact).
 //!
 //! Symplectic Euler on [displacements](crate::particles): with x = p + u and the start of the substep
 //! at p + c, the method's `v += hg; p = x; x += hv`, constraints that move x, and `v = (x − p)/h` are
 //!
 //! - first stage: u += h²g, where u = c + hv was left by the substep before;
-//! - last stage: p′ = fl(p + u), c′ = (p + u) − p′, which is exact, and u′ = c′ + (u − c), as
+//! - last stage: p′ = fl(p + u), c′ = (p + u) − p′, which is exact, and u′ = c′ + (u − c), because
 //!   u − c = hv.
 //!
-//! What u is rounded by would be lost to the velocity, always to the same side where gravity adds the
-//! same in each substep: it goes into c, so that u − c is exact, and the position bears it instead.
+//! The rounding error of u would be lost to the velocity, always in the same direction where
+//! gravity adds the same amount in each substep. It is added to c instead, so that u − c is exact
+//! and the error goes into the position.
 //!
-//! Pinned particles (inverse mass 0) are not moved by a bit.
+//! Pinned particles (inverse mass 0) are bitwise unaffected.
 //! Sources: Müller and others, *Position Based Dynamics* (2007), algorithm 1; Macklin and others,
 //! *Small Steps in Physics Simulation* (2019), algorithm 1; Knuth, *The Art of Computer Programming*
 //! 2, theorem 4.2.2C (the rounding of a sum is a number itself, and found by two subtractions: Dekker 1971).
@@ -28,11 +29,11 @@ pub fn presolve(part: Part, h: f32, gravity: Vec3, instructions: Instructions) {
     instructions.run(Pass::<false, true> { part, h, gravity });
 }
 
-/// Puts positions forward and keeps velocities, after a substep of `h` seconds.
+/// Advances positions and keeps velocities, after a substep of `h` seconds.
 ///
 /// # Errors
-/// The place of the first particle whose displacement or velocity is not finite; nothing has moved
-/// then.
+/// Index of the first particle whose displacement or velocity is not finite; in that case nothing
+/// has moved.
 pub fn postsolve(part: Part, h: f32, instructions: Instructions) -> Result<(), usize> {
     check(&part, h)?;
     let gravity = Vec3::ZERO;
@@ -50,7 +51,7 @@ pub fn turn(part: Part, h: f32, gravity: Vec3, instructions: Instructions) -> Re
     Ok(())
 }
 
-/// Before the first stage: a velocity keeps a share of what it will be after gravity [m/s²] has acted
+/// Before the first stage: a velocity keeps a fraction of its value after gravity [m/s²] has acted
 /// over a substep of `h` seconds.
 pub fn fade(part: Part, h: f32, gravity: Vec3, kept: f32) {
     let lost = (gravity * (h * h * (1.0 - kept))).extend(0.0);
@@ -59,8 +60,8 @@ pub fn fade(part: Part, h: f32, gravity: Vec3, kept: f32) {
     }
 }
 
-/// Moves every particle by the mean of the ways that are added up in xyz of `sums` and counted in w,
-/// its own place counting as `own_weight` of them; leaves zeros there.
+/// Moves every particle by the mean of the corrections that are summed in xyz of `sums` and counted
+/// in w, with its own position as `own_weight` of them; resets the sums to zero.
 pub fn average(part: Part, sums: &mut [Vec4], own_weight: f32) {
     let particles = part.positions.iter().zip(part.displacements);
     for ((x, u), sum) in particles.zip(sums) {
@@ -137,8 +138,8 @@ fn one<const END: bool, const BEGIN: bool>(p: &mut Vec4, u: &mut Vec4, c: &mut V
     }
 }
 
-/// a + b rounded, and what was lost: together they are exact where ‖a‖ ≥ ‖b‖, and within half of the
-/// last digit of b elsewhere. The inverse mass in w of `a` stays, as w of `b` is 0.
+/// a + b rounded, and the rounding error: their sum is exact where ‖a‖ ≥ ‖b‖, and within half an
+/// ulp of b elsewhere. The inverse mass in w of `a` does not change, because w of `b` is 0.
 #[inline(always)]
 fn exact_sum<T>(a: T, b: T) -> (T, T)
 where

@@ -1,13 +1,13 @@
-//! What is stepped, and with what.
+//! Input of a step: a body and its context.
 
 use super::{stage::Stage, substep::Settings};
 use crate::{
-    EffectStates, Effects, Factors, Particles, Stitches, Threads, Topology,
+    DirectWorkspace, EffectStates, Effects, Particles, Stitches, Threads, Topology,
     contact::collider::Swept, lanes::Instructions,
 };
 use std::{fmt, sync::Arc};
 
-/// A body turned non-finite.
+/// Error: a body diverged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NotFinite {
     /// The first particle found.
@@ -16,42 +16,42 @@ pub struct NotFinite {
     pub substep: u32,
 }
 
-/// What is stepped, wherever its parts are kept.
+/// A body to step, independent of the storage of its parts.
 #[derive(Debug)]
 pub struct Stepper<'a> {
-    /// The immutable part, unless the body flows.
+    /// The immutable part, except for plastic flow.
     pub topology: &'a mut Arc<Topology>,
     /// The state.
     pub particles: &'a mut Particles,
-    /// The effects that it carries.
+    /// Effects of the body.
     pub effects: &'a Effects,
-    /// What they keep.
+    /// States of the effects.
     pub states: &'a mut EffectStates,
-    /// Its stitches; which are broken changes.
+    /// Its stitches; their broken flags change.
     pub stitches: &'a mut Stitches,
-    /// What it is solved with directly, if it is.
-    pub factors: &'a mut Factors,
+    /// Data of the direct solver, if it is used.
+    pub direct: &'a mut DirectWorkspace,
 }
 
-/// What all bodies are stepped with.
+/// Context that all bodies share.
 #[derive(Debug, Clone, Copy)]
 pub struct StepContext<'a> {
     /// Gravity, rate, substeps, iterations.
     pub settings: &'a Settings,
     /// Start of the tick [s].
     pub time: f64,
-    /// What the colliders do in the tick.
+    /// Motion of the colliders in the tick.
     pub swept: &'a Swept,
-    /// Threads to work on pieces with.
+    /// Threads for work on pieces.
     pub threads: &'a Threads,
     /// Instructions to use.
     pub instructions: Instructions,
-    /// Times the stages; none by default, as it is not free.
+    /// Timer of the stages; none by default, because of its cost.
     pub watch: Option<&'a dyn Watch>,
 }
 
-/// Sees each piece of work on its way, to time it: the solver has no clock.
+/// Observes each piece of work, for timing: the solver has no clock.
 pub trait Watch: fmt::Debug + Sync {
-    /// Does `work`, which is a part of `stage`, on the thread that it is called on.
+    /// Performs `work`, a part of `stage`, on the calling thread.
     fn see(&self, stage: Stage, work: &mut dyn FnMut());
 }

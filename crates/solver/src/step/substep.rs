@@ -1,4 +1,4 @@
-//! What a substep is given: its length, its place in the tick, gravity.
+//! Settings of a world, and parameters of a substep.
 
 use crate::{
     CollisionIterations, InvalidValue, Iterations, KeepSpin, Method, Order, Rate,
@@ -9,32 +9,34 @@ use crate::{
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// What all bodies of a world share.
+/// Settings that all bodies of a world share.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, try_from = "Unchecked")]
 pub struct Settings {
     /// Gravity [m/s²], finite; default (0, −9.81, 0).
     pub gravity: Vec3,
-    /// Ticks a second; default 60.
+    /// Ticks per second; default 60.
     pub rate: Rate,
-    /// Substeps a tick; default 10.
+    /// Substeps per tick; default 10.
     pub substeps: Substeps,
-    /// Sweeps over all constraints a substep; default 1.
+    /// Iterations over all constraints per substep; default 1.
     pub iterations: Iterations,
-    /// Passes over ground and colliders a substep, spread evenly over its sweeps, the last one after
-    /// the last sweep; default 0, one after each sweep. More of them than sweeps come several after
-    /// one sweep.
+    /// Passes over ground and colliders per substep, spread evenly over its iterations, with the
+    /// last one after the last iteration; default 0, one after each iteration. If there are more
+    /// than iterations, several follow one iteration.
     pub collision_iterations: CollisionIterations,
-    /// Passes after the sweeps of a substep in which every particle goes to the mean of where the
-    /// constraints of an effect would have it (Jacobi), so that what cannot be satisfied is spread
-    /// evenly; default 0. They leave multipliers alone. Contacts come once more after them.
+    /// Passes after the iterations of a substep in which every particle moves to the mean of the
+    /// positions that the constraints of an effect require (Jacobi), so that residual errors are
+    /// distributed evenly; default 0. They do not change multipliers. One more contact pass follows
+    /// them.
     pub smoothing_iterations: SmoothingIterations,
-    /// How a sweep solves the constraints of elastic effects; default XPBD.
+    /// Method for solving the constraints of elastic effects; default XPBD.
     pub method: Method,
-    /// Order of the steps in time: 1, the default, is implicit Euler, 2 is [BDF2](crate::history).
+    /// Order of the time integration: 1, the default, is implicit Euler, 2 is
+    /// [BDF2](crate::history).
     pub order: Order,
-    /// Whether free bodies [keep their angular momentum](crate::spin): 0, the default, or 1. Steps of
-    /// second order lose so little of it that they look at this not.
+    /// Whether free bodies [conserve their angular momentum](crate::spin): 0, the default, or 1.
+    /// Ignored by second-order steps, whose loss is small.
     pub keep_spin: KeepSpin,
 }
 
@@ -147,8 +149,8 @@ impl Settings {
         1.0 / (self.rate.get() * f64::from(self.substeps.get()))
     }
 
-    /// Whether there is something to be done where each substep of a body begins: not for steps of first
-    /// order that keep no angular momentum.
+    /// Whether each substep of a body requires initial work: not for first-order steps without
+    /// conservation of angular momentum.
     #[must_use]
     pub fn begins_each_substep(&self) -> bool {
         self.order.get() > 1 || self.keep_spin.get() == 1
@@ -178,44 +180,44 @@ pub struct Substep {
     pub h: f32,
     /// Gravity [m/s²].
     pub gravity: Vec3,
-    /// Which of the tick's substeps, from 0.
+    /// Number of the substep in the tick, from 0.
     pub index: u32,
-    /// How many the tick has.
+    /// Number of substeps in the tick.
     pub count: u32,
-    /// Sweeps over all constraints.
+    /// Iterations over all constraints.
     pub iterations: u32,
     /// Passes over all contacts.
     pub collision_iterations: CollisionIterations,
-    /// Averaged passes after them.
+    /// Averaged passes after the iterations.
     pub smoothing_iterations: u32,
-    /// How constraints are solved.
+    /// Method for solving constraints.
     pub method: Method,
 }
 
 impl Substep {
-    /// Whether it ends the tick. Multipliers are written then, for those who measure.
+    /// Whether it ends the tick. Multipliers are written then, for measurements.
     #[must_use]
     pub fn is_last(&self) -> bool {
         self.index + 1 == self.count
     }
 
-    /// Sweeps with the averaged passes after them.
+    /// Iterations including the averaged passes after them.
     #[must_use]
-    pub fn sweeps(&self) -> u32 {
+    pub fn total_iterations(&self) -> u32 {
         self.iterations + self.smoothing_iterations
     }
 
-    /// How many passes over all contacts come after a sweep.
+    /// Number of passes over all contacts after an iteration.
     #[must_use]
     pub fn contacts_after(&self, iteration: u32) -> u32 {
         if iteration < self.iterations {
             self.collision_iterations.after(iteration, self.iterations)
         } else {
-            u32::from(iteration + 1 == self.sweeps())
+            u32::from(iteration + 1 == self.total_iterations())
         }
     }
 
-    /// How many passes over all contacts it has.
+    /// Total number of passes over all contacts.
     pub(crate) fn contact_passes(&self) -> u32 {
         let after_iterations = match self.collision_iterations.get() {
             0 => self.iterations,
@@ -224,7 +226,7 @@ impl Substep {
         after_iterations + u32::from(self.smoothing_iterations > 0)
     }
 
-    /// How a sweep is averaged, if it is.
+    /// Averaging in an iteration, if any.
     pub(crate) fn averaging(&self, iteration: u32) -> Option<Averaging> {
         let smooths = iteration >= self.iterations;
         let of_method = self.method.averaging();

@@ -12,8 +12,8 @@
 //!   contacts: bounce
 //! ```
 //!
-//! A body that touches nothing goes through the same operations as one that is stepped by itself, and comes out with the
-//! same bits.
+//! A body without contact goes through the same operations as one that is stepped by itself, with
+//! the same bits.
 
 use super::{
     advance::{NotFinite, Stage, StepContext, Stepper},
@@ -23,34 +23,34 @@ use super::{
 use crate::{
     Contacts, Effects, ForceKind, Threads, Topology, WorkEstimate,
     contact::pairs::{Between, Tangible},
-    ledger::{Book, Ledger},
+    ledger::{EnergyTracker, Ledger},
 };
 use glam::DVec3;
 use std::ops::Range;
 
-/// A body among others.
+/// A body in a group.
 #[derive(Debug)]
 pub struct Companion<'a> {
     /// The body.
     pub body: Stepper<'a>,
-    /// Whether it is stepped; one that sleeps only stands in the way.
+    /// Whether it is stepped; a sleeping one is only an obstacle.
     pub is_stepped: bool,
-    /// Its energy ledger of the substeps, empty unless it is kept, or the failure.
+    /// Energy ledger of the substeps, empty unless it is tracked, or the failure.
     pub result: Result<Ledger, NotFinite>,
-    book: Option<Box<Book>>,
-    /// Whether another surface is near in the substep under way.
+    tracker: Option<Box<EnergyTracker>>,
+    /// Whether another surface is near in the current substep.
     is_near: bool,
 }
 
 impl<'a> Companion<'a> {
-    /// Of a body to be stepped, or not.
+    /// For a body that is stepped or not.
     #[must_use]
     pub fn new(body: Stepper<'a>, is_stepped: bool) -> Self {
         Self {
             body,
             is_stepped,
             result: Ok(Ledger::default()),
-            book: None,
+            tracker: None,
             is_near: false,
         }
     }
@@ -59,13 +59,13 @@ impl<'a> Companion<'a> {
         self.is_stepped && self.result.is_ok()
     }
 
-    /// Does a part of a substep, unless it is not stepped or has failed.
+    /// Performs a part of a substep, unless it is not stepped or has failed.
     fn work(
         &mut self,
-        work: impl FnOnce(&mut Stepper, Option<&mut Book>) -> Result<(), NotFinite>,
+        work: impl FnOnce(&mut Stepper, Option<&mut EnergyTracker>) -> Result<(), NotFinite>,
     ) {
         if self.is_active()
-            && let Err(error) = work(&mut self.body, self.book.as_deref_mut())
+            && let Err(error) = work(&mut self.body, self.tracker.as_deref_mut())
         {
             self.result = Err(error);
         }
@@ -133,8 +133,8 @@ impl Tangible for Companion<'_> {
     }
 }
 
-/// Whether bodies have to be stepped together, by their effects and by whether they are stepped at all: two that touch
-/// others, or one that touches itself.
+/// Whether bodies have to be stepped together, given their effects and whether they are stepped at
+/// all: two with contact between bodies, or one with self-contact.
 #[must_use]
 pub fn are_needed<'a>(bodies: impl Iterator<Item = (&'a Effects, bool)>) -> bool {
     let (mut others, mut is_any_stepped) = (0, false);
@@ -147,8 +147,8 @@ pub fn are_needed<'a>(bodies: impl Iterator<Item = (&'a Effects, bool)>) -> bool
     is_any_stepped && (others > 1 || touches_itself)
 }
 
-/// Does some substeps of a tick. A body that fails is left as it is, and the others go on without it. With an account
-/// of the energy if it is `booked`.
+/// Performs some substeps of a tick. A failed body keeps its state, and the others continue without
+/// it. Tracks energy if `booked`.
 pub fn advance(
     bodies: &mut [Companion],
     contacts: &mut Contacts,
@@ -158,13 +158,13 @@ pub fn advance(
 ) {
     if booked {
         each(bodies, context, |it, context| {
-            it.book = Some(Box::new(Book::of(&mut it.body, context)));
+            it.tracker = Some(Box::new(EnergyTracker::of(&mut it.body, context)));
         });
     }
     for index in substeps {
         let step = context.settings.substep(index);
         predict(bodies, contacts, &step, context);
-        for iteration in 0..step.sweeps() {
+        for iteration in 0..step.total_iterations() {
             each(bodies, context, |it, context| {
                 iterate(it, &step, iteration, context)
             });
@@ -180,7 +180,8 @@ pub fn advance(
     }
 }
 
-/// Begins a substep by itself, as [`advance`] does: finds what is near, and does what comes before forces.
+/// Begins a substep separately, as [`advance`] does: finds near candidates, and performs the steps
+/// before forces.
 pub fn begin(
     bodies: &mut [Companion],
     contacts: &mut Contacts,
@@ -204,10 +205,10 @@ fn predict(
     find(bodies, contacts, step, context);
     each(bodies, context, |it, context| {
         let is_near = it.is_near;
-        it.work(|body, book| {
-            if let Some(book) = book {
-                book.draw(body, step, context);
-                return book.predict(body, step, context, is_near);
+        it.work(|body, tracker| {
+            if let Some(tracker) = tracker {
+                tracker.draw(body, step, context);
+                return tracker.predict(body, step, context, is_near);
             }
             body.draw_where_damaged(step, context);
             body.begin_drawn(step, context, is_near);
@@ -219,7 +220,7 @@ fn predict(
     });
 }
 
-/// What comes after the last iteration.
+/// Steps after the last iteration.
 fn finish(
     bodies: &mut [Companion],
     contacts: &mut Contacts,
@@ -227,19 +228,19 @@ fn finish(
     context: &StepContext,
 ) {
     cut(bodies, contacts, step, context);
-    if bodies.iter().any(|it| it.book.is_some()) {
+    if bodies.iter().any(|it| it.tracker.is_some()) {
         for (body, particle, way) in contacts.rubbed() {
-            if let Some(book) = &mut bodies[body].book {
-                book.credit_friction(particle, way);
+            if let Some(tracker) = &mut bodies[body].tracker {
+                tracker.credit_friction(particle, way);
             }
         }
     }
     each(bodies, context, |it, context| {
         let mut gained = Ledger::default();
-        it.work(|body, book| {
-            if let Some(book) = book {
-                gained += book.finish(body, step, context)?;
-                gained.plastic += book.flow(body, step, context)?;
+        it.work(|body, tracker| {
+            if let Some(tracker) = tracker {
+                gained += tracker.finish(body, step, context)?;
+                gained.plastic += tracker.flow(body, step, context)?;
                 return Ok(());
             }
             body.stages(std::iter::once((Stage::Postsolve, 0)), step, context)?;
@@ -256,11 +257,12 @@ fn finish(
 
 /// The constraints of an iteration.
 fn iterate(it: &mut Companion, step: &Substep, iteration: u32, context: &StepContext) {
-    it.work(|body, book| {
+    it.work(|body, tracker| {
         let solve = Solve::of(body.effects, !body.stitches.is_empty(), step.method);
-        if let Some(book) = book {
+        if let Some(tracker) = tracker {
             let mut stages = solve.constraints();
-            return stages.try_for_each(|stage| book.stage(body, stage, step, iteration, context));
+            return stages
+                .try_for_each(|stage| tracker.stage(body, stage, step, iteration, context));
         }
         body.stages(
             solve.constraints().map(|stage| (stage, iteration)),
@@ -270,13 +272,14 @@ fn iterate(it: &mut Companion, step: &Substep, iteration: u32, context: &StepCon
     });
 }
 
-/// Ground and colliders, after an iteration.
+/// Ground and collider passes after an iteration.
 fn meet_rigid(it: &mut Companion, step: &Substep, iteration: u32, context: &StepContext) {
-    it.work(|body, book| {
+    it.work(|body, tracker| {
         let solve = Solve::of(body.effects, !body.stitches.is_empty(), step.method);
-        if let Some(book) = book {
+        if let Some(tracker) = tracker {
             let mut stages = solve.contacts();
-            return stages.try_for_each(|stage| book.stage(body, stage, step, iteration, context));
+            return stages
+                .try_for_each(|stage| tracker.stage(body, stage, step, iteration, context));
         }
         body.stages(
             solve.contacts().map(|stage| (stage, iteration)),
@@ -286,7 +289,7 @@ fn meet_rigid(it: &mut Companion, step: &Substep, iteration: u32, context: &Step
     });
 }
 
-/// Finds what is near, before anything moves: repair moves particles too.
+/// Finds near candidates, before anything moves: repair moves particles too.
 fn find(bodies: &mut [Companion], contacts: &mut Contacts, step: &Substep, context: &StepContext) {
     watched(context, Stage::Contact, || contacts.begin(bodies, step));
     let looks_back = context.settings.order.get() > 1;
@@ -310,7 +313,7 @@ pub fn solve(
     credit(bodies);
 }
 
-/// Cuts motion that would cross, before the last stage.
+/// Truncates motion that would let surfaces cross, before the last stage.
 pub fn cut(
     bodies: &mut [Companion],
     contacts: &mut Contacts,
@@ -321,15 +324,15 @@ pub fn cut(
     credit(bodies);
 }
 
-/// Ends a substep, after the last stage: what bounces leaves.
+/// Ends a substep, after the last stage: applies restitution.
 pub fn end(bodies: &mut [Companion], contacts: &mut Contacts, step: &Substep) {
     contacts.end(bodies, step);
 }
 
 fn credit(bodies: &mut [Companion]) {
     for it in bodies {
-        if let Some(book) = &mut it.book {
-            book.credit_contact(&it.body);
+        if let Some(tracker) = &mut it.tracker {
+            tracker.credit_contact(&it.body);
         }
     }
 }
@@ -341,7 +344,7 @@ fn watched(context: &StepContext, stage: Stage, mut work: impl FnMut()) {
     }
 }
 
-/// Does a part of a substep with every body that is stepped, on all threads.
+/// Performs a part of a substep for every body that is stepped, on all threads.
 pub fn each(
     bodies: &mut [Companion],
     context: &StepContext,

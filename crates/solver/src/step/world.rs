@@ -1,5 +1,5 @@
-//! A world without Bevy: the whole method in one loop. What the Bevy schedules do equals this to
-//! the bit.
+//! A world without Bevy: the whole method in one loop. The Bevy schedules are bitwise equivalent to
+//! it.
 
 use super::{
     body::{CONTACT, freeze},
@@ -21,23 +21,24 @@ use crate::{
 pub struct World {
     /// Gravity, rate, substeps, iterations.
     pub settings: Settings,
-    /// When bodies fall asleep.
+    /// Sleep settings.
     pub sleep: SleepSettings,
     /// The soft bodies.
     pub bodies: Vec<Body>,
-    /// The rigid ones.
+    /// The rigid colliders.
     pub colliders: Vec<Collider>,
     /// Time since the start [s].
     pub time: f64,
     /// Ticks since the start.
     pub tick: u64,
-    /// Threads to step with; one by default. They change no bit.
+    /// Threads for stepping; one by default. They do not affect results.
     pub threads: Threads,
-    /// Instructions to step with; by default the best that this machine has. They change no bit.
+    /// Instruction set for stepping; by default the best of this machine. It does not affect
+    /// results.
     pub instructions: Instructions,
-    /// Contacts between bodies: room that is kept, no part of the state.
+    /// Contacts between bodies: a cache, not part of the state.
     pub contacts: Contacts,
-    /// What the colliders do in the tick under way: room that is kept, no part of the state.
+    /// Motion of the colliders in the current tick: a cache, not part of the state.
     pub swept: Swept,
 }
 
@@ -81,9 +82,10 @@ impl World {
                 body.fall_asleep();
             }
         };
-        let sweeps = settings.substeps.get() as usize * settings.substep(0).sweeps() as usize;
+        let iterations =
+            settings.substeps.get() as usize * settings.substep(0).total_iterations() as usize;
         let load = |body: &Body| match is_alone(body) {
-            true => body.effects.load(&body.topology, sweeps),
+            true => body.effects.load(&body.topology, iterations),
             false => WorkEstimate::default(),
         };
         threads.for_each(bodies, load, &step);
@@ -97,7 +99,7 @@ impl World {
         self.tick += 1;
     }
 
-    /// How many pairs of an edge and a triangle [cross](crossings).
+    /// Number of edge–triangle [crossings](crossings).
     #[must_use]
     pub fn crossings(&self) -> usize {
         crossings(self.bodies.iter().map(|body| Outline {
@@ -107,8 +109,8 @@ impl World {
         }))
     }
 
-    /// The most substeps a tick that single precision [resolves](crate::resolution) here; `None` if any
-    /// number.
+    /// Maximum number of substeps per tick that single precision [resolves](crate::resolution)
+    /// here; `None` if there is no limit.
     #[must_use]
     pub fn resolved_substeps(&self) -> Option<u32> {
         let gravity = self.settings.gravity.as_dvec3().length();
@@ -122,7 +124,7 @@ impl World {
     }
 }
 
-/// Does all substeps of a tick with the bodies that can touch.
+/// Performs all substeps of a tick for the bodies with contact.
 fn advance_together(bodies: &mut [Body], contacts: &mut Contacts, context: &StepContext) {
     let substeps = 0..context.settings.substeps.get();
     let mut all = companions(bodies);
@@ -137,7 +139,8 @@ fn advance_together(bodies: &mut [Body], contacts: &mut Contacts, context: &Step
     }
 }
 
-/// Ends a tick of the bodies that can touch: those that touch each other fall asleep and wake together.
+/// Ends a tick of the bodies with contact: those that touch each other fall asleep and wake
+/// together.
 fn rest_together(
     bodies: &mut [Body],
     contacts: &Contacts,
@@ -165,7 +168,7 @@ fn rest_together(
     }
 }
 
-/// The bodies that can touch.
+/// The bodies with contact.
 fn companions(bodies: &mut [Body]) -> Vec<Companion<'_>> {
     let touching = bodies.iter_mut().filter(|body| body.effects.can_touch());
     touching
@@ -184,7 +187,7 @@ fn wakes(body: &Body, colliders: &[SweptCollider]) -> bool {
 }
 
 impl Body {
-    /// Whether it is stepped: neither asleep nor in quarantine.
+    /// Whether it is stepped: neither sleeping nor in quarantine.
     #[must_use]
     pub fn is_active(&self) -> bool {
         !self.asleep && self.quarantine.is_none()

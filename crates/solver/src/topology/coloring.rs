@@ -1,20 +1,20 @@
-//! Colouring of constraints: no two of a colour share a particle.
+//! Coloring of constraints: two constraints of one color share no particle.
 //!
-//! Greedy in the order given, so that the same input gives the same colours everywhere.
+//! Greedy in the given order, so that equal input gives equal colors everywhere.
 
-/// Colours at most; a particle in more constraints than this leaves the rest loose.
+/// Maximum number of colors; if a particle has more constraints, the remainder is overflow.
 pub const MAX_COLOURS: usize = 128;
 
-/// Colours sets of constraints, one after the other.
+/// Colors sets of constraints, one after the other.
 #[derive(Debug)]
 pub struct Painter {
-    /// Colours that touch a particle, a bit each.
+    /// Colors at each particle, as bits.
     taken: Vec<u128>,
     degree: Vec<u32>,
 }
 
 impl Painter {
-    /// For constraints on so many particles.
+    /// For constraints on this number of particles.
     #[must_use]
     pub fn new(particles: usize) -> Self {
         Self {
@@ -23,8 +23,8 @@ impl Painter {
         }
     }
 
-    /// Colours the `members` of `constraints`: returns them colour by colour, and appends what no
-    /// colour takes to `loose`.
+    /// Colors the `members` of `constraints`: returns them color by color, and appends uncolored
+    /// ones to `loose`.
     pub fn paint<const N: usize>(
         &mut self,
         constraints: &[[u32; N]],
@@ -39,7 +39,7 @@ impl Painter {
                 busiest = busiest.max(*degree as usize);
             }
         }
-        // A colour is full at a multiple of the lanes, so that few blocks have idle ones.
+        // Colors are filled up to a multiple of the lanes, to minimize unused lanes.
         let colours = (busiest + busiest / 4 + 1).min(MAX_COLOURS);
         let capacity = members.len().div_ceil(colours).next_multiple_of(8);
         let mut colours: Vec<Vec<u32>> = Vec::new();

@@ -6,17 +6,17 @@ use super::{
 };
 use glam::Vec3;
 
-/// Edges as columns in the order of their colours.
+/// Edges as columns in the order of their colors.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Edges {
-    /// The two particles of each, and the order in which they are solved.
+    /// Particles of each edge, and the order in which they are solved.
     pub elements: Elements<2>,
     /// Rest length of each [m].
     pub rest_length: Vec<f32>,
 }
 
 impl Edges {
-    /// The two particles of each.
+    /// The two particles of each edge.
     #[must_use]
     pub fn ends(&self) -> impl ExactSizeIterator<Item = [u32; 2]> + Clone {
         self.elements.corners()

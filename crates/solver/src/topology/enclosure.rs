@@ -1,20 +1,20 @@
-//! What a closed surface encloses, for pressure.
+//! Volume enclosed by a closed surface, for pressure.
 
 use super::{Topology, VertexIndex};
 use glam::DVec3;
 use std::sync::Arc;
 
-/// A surface is flat below this share of the cube of the body's size: what it encloses is then
-/// within the rounding of its coordinates.
+/// A surface is flat if its volume is below this fraction of the cube of the body's size: it is
+/// then within the rounding of its coordinates.
 const FLAT: f64 = 1e-7;
 
-/// The square of the share of gradients at rest below which they are not divided by.
+/// Lower bound of gradients in denominators, as the square of a fraction of their rest values.
 const FLOOR: f64 = 1e-4;
 
-/// The space within the surface of a body at rest.
+/// The volume within the surface of a body at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Enclosure {
-    /// Its volume V₀ [m³], above 0.
+    /// Rest volume V₀ [m³], above 0.
     pub rest_volume: f64,
     /// 1 if the triangles face outwards, −1 if they face inwards.
     pub outward: f64,
@@ -22,19 +22,19 @@ pub struct Enclosure {
     pub gradient_scale: f64,
 }
 
-/// Why a surface encloses nothing.
+/// Reason why a surface encloses no volume.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum NotClosed {
     /// There are no triangles.
     #[error("it has no surface; pressure needs a closed surface")]
     NoSurface,
-    /// There are edges of one triangle.
+    /// Boundary edges, of one triangle only.
     #[error(
         "its surface is open: {edges} boundary edges, one of them from vertex {from} to {to}; close \
          the holes"
     )]
     Open {
-        /// How many.
+        /// Number of such edges.
         edges: usize,
         /// A vertex of the first of them.
         from: VertexIndex,
@@ -47,20 +47,20 @@ pub enum NotClosed {
          from vertex {from} to {to}; split the surface there"
     )]
     Branched {
-        /// How many.
+        /// Number of such edges.
         edges: usize,
         /// A vertex of the first of them.
         from: VertexIndex,
         /// The other one.
         to: VertexIndex,
     },
-    /// Neighbours face different ways.
+    /// Neighboring triangles are oriented inconsistently.
     #[error(
         "its triangles are not oriented consistently at {edges} edges, one of them from vertex \
          {from} to {to}; flip the triangles on one side"
     )]
     Twisted {
-        /// How many edges lie between such neighbours.
+        /// Number of edges between such neighbors.
         edges: usize,
         /// A vertex of the first of them.
         from: VertexIndex,
@@ -73,10 +73,10 @@ pub enum NotClosed {
 }
 
 impl Topology {
-    /// What its surface encloses, looked at when it is first asked for.
+    /// Volume enclosed by its surface, computed on first use.
     ///
     /// # Errors
-    /// [`NotClosed`] if it encloses nothing.
+    /// [`NotClosed`] if it encloses no volume.
     pub fn enclosure(&self) -> Result<&Enclosure, NotClosed> {
         let find = || Arc::new(Enclosure::of(self));
         let found = self.enclosure.0.get_or_init(find);
@@ -102,8 +102,8 @@ impl Enclosure {
         })
     }
 
-    /// The volume [m³] and its gradients [m²] with the particles `at` places in m; negative when
-    /// the surface is inside out.
+    /// Volume [m³] and its gradients [m²] with the particles `at` positions in m; negative when the
+    /// surface is inverted.
     pub fn volume_and_gradients(
         &self,
         topology: &Topology,
@@ -119,8 +119,8 @@ impl Enclosure {
         self.outward * volume
     }
 
-    /// Σw‖∇V‖² [m⁴/kg] of these gradients, but no less than gradients of a hundredth of what they are
-    /// at rest give, so that a body that has collapsed is not thrown; 0 if nothing can move.
+    /// Σw‖∇V‖² [m⁴/kg] of these gradients, with a lower bound from gradients of a hundredth of
+    /// their rest values, so that a collapsed body is not thrown; 0 if no particle can move.
     #[must_use]
     pub fn weight(&self, gradients: &[DVec3], w: impl Fn(usize) -> f64) -> f64 {
         let (mut weight, mut sum) = (0.0, 0.0);
@@ -135,14 +135,14 @@ impl Enclosure {
         }
     }
 
-    /// The volume alone [m³].
+    /// Volume alone [m³].
     #[must_use]
     pub fn volume(&self, topology: &Topology, at: impl Fn(u32) -> DVec3) -> f64 {
         self.outward * volume(&topology.triangles, at)
     }
 }
 
-/// Every edge must have two triangles, which go along it in opposite directions.
+/// Checks that every edge has two triangles that traverse it in opposite directions.
 fn check_closed(topology: &Topology) -> Result<(), NotClosed> {
     if topology.triangles.is_empty() {
         return Err(NotClosed::NoSurface);
@@ -173,7 +173,8 @@ fn check_closed(topology: &Topology) -> Result<(), NotClosed> {
     Ok(())
 }
 
-/// Σ x₀·(x₁ × x₂)/6, from a point of the surface, so that nothing is lost far from the origin.
+/// Σ x₀·(x₁ × x₂)/6, relative to a point of the surface, so that distance from the origin costs no
+/// precision.
 fn volume(triangles: &[[u32; 3]], at: impl Fn(u32) -> DVec3) -> f64 {
     let Some(origin) = triangles.first().map(|corners| at(corners[0])) else {
         return 0.0;
@@ -189,7 +190,7 @@ fn volume(triangles: &[[u32; 3]], at: impl Fn(u32) -> DVec3) -> f64 {
 }
 
 /// The same with gradients: a third of the area vectors of the triangles around each particle,
-/// which is what Σ x₁ × x₂ / 6 comes to where they close around it.
+/// which equals Σ x₁ × x₂ / 6 where they form a closed fan.
 fn volume_and_gradients(
     triangles: &[[u32; 3]],
     at: impl Fn(u32) -> DVec3,

@@ -7,7 +7,7 @@ use super::{
 };
 use glam::{DVec3, Vec3};
 
-/// Triangles as columns in the order of their colours.
+/// Triangles as columns in the order of their colors.
 ///
 /// ```text
 ///    2
@@ -21,18 +21,18 @@ use glam::{DVec3, Vec3};
 /// triangle faces x), the weft across it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Facets {
-    /// The three particles of each, and the order in which they are solved.
+    /// Particles of each triangle, and the order in which they are solved.
     pub elements: Elements<3>,
     /// a·a, b·b and a·b at rest [m²].
     pub metric: [Vec<f32>; 3],
-    /// p, q, r and s [1/m], with which the images of a metre of warp and of weft are p a + r b and
-    /// q a + s b: the columns of the deformation gradient.
+    /// p, q, r and s [1/m]: the images of a unit vector of warp and of weft are p a + r b and
+    /// q a + s b, the columns of the deformation gradient.
     pub inverse: [Vec<f32>; 4],
     /// Area of each at rest [m²].
     pub area: Vec<f32>,
 }
 
-/// A triangle whose plane holds less of the x axis than this faces it.
+/// A triangle faces the x axis if the projection of the axis into its plane is shorter than this.
 const FACING: f64 = 1e-3;
 
 impl Facets {
@@ -52,7 +52,7 @@ impl Facets {
         };
         for corners in facets.elements.corners() {
             let x = corners.map(at);
-            // Rounded as kernels round what they compare with it.
+            // Rounded like the values that kernels compare with it.
             let (a, b) = (x[1] - x[0], x[2] - x[0]);
             for (column, product) in facets.metric.iter_mut().zip([a.dot(a), b.dot(b), a.dot(b)]) {
                 column.push(product);
@@ -66,13 +66,13 @@ impl Facets {
         facets
     }
 
-    /// Bytes of memory.
+    /// Memory use in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.elements.bytes() + 8 * size_of_val(&self.area[..])
     }
 
-    /// The three particles of each.
+    /// The three particles of each triangle.
     #[must_use]
     pub fn corners(&self) -> impl ExactSizeIterator<Item = [u32; 3]> + Clone {
         self.elements.corners()

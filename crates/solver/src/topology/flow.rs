@@ -1,31 +1,31 @@
-//! Topologies of bodies that have flowed: rest values of their own, all else as it was.
+//! Topologies of bodies with plastic flow: own rest values, everything else shared.
 
 use super::{Lazy, Topology};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// The rest values of a body that has flowed, by element.
+/// Rest values of a body after plastic flow, by element.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct RestValues {
     /// Rest lengths of edges [m].
     pub lengths: Vec<f32>,
     /// Signed rest volumes of tetrahedra [m³].
     pub volumes: Vec<f32>,
-    /// Rest angles of hinges [rad]; empty if nobody has asked for hinges.
+    /// Rest angles of hinges [rad]; empty if hinges were not used.
     pub angles: Vec<f32>,
-    /// C₀ of hinges that bend by a quadratic energy [m]; empty likewise.
+    /// C₀ of hinges with the quadratic bending energy [m]; empty if they were not used.
     pub folds: Vec<f32>,
 }
 
 impl Topology {
-    /// What it was before its rest values flowed; `None` if they never have.
+    /// The topology before plastic flow; `None` if there was none.
     #[must_use]
     pub fn original(&self) -> Option<&Arc<Self>> {
         self.original.as_ref()
     }
 
-    /// What it was before its rest values flowed, and itself as the one that they flow in, which no
-    /// other body shares.
+    /// The topology before plastic flow, and a mutable reference to the one whose rest values flow,
+    /// which no other body shares.
     pub(crate) fn own(this: &mut Arc<Self>) -> (Arc<Self>, &mut Self) {
         let original = Arc::clone(this.original().unwrap_or(this));
         let own = Arc::make_mut(this);
@@ -33,7 +33,7 @@ impl Topology {
         (original, own)
     }
 
-    /// Rest angles of hinges, to be changed [rad].
+    /// Mutable rest angles of hinges [rad].
     pub(crate) fn rest_angles_mut(&mut self) -> &mut [f32] {
         let _ = self.hinges();
         let Lazy(hinges) = &mut self.hinges;
@@ -42,14 +42,14 @@ impl Topology {
             .map_or(&mut [][..], |it| &mut it.rest_angle)
     }
 
-    /// C₀ of hinges that bend by a quadratic energy, to be changed [m].
+    /// Mutable C₀ of hinges with the quadratic bending energy [m].
     pub(crate) fn rest_folds_mut(&mut self) -> &mut [f32] {
         let _ = self.cotangents();
         let Lazy(cotangents) = &mut self.cotangents;
         cotangents.get_mut().map_or(&mut [][..], |it| &mut it.rest)
     }
 
-    /// Its rest values if they have flowed.
+    /// Its rest values after plastic flow, if any.
     #[must_use]
     pub fn rest_values(&self) -> Option<RestValues> {
         self.original.as_ref()?;
@@ -63,8 +63,8 @@ impl Topology {
         })
     }
 
-    /// This topology once it has flowed to given rest values; `None` if they are too few or too many,
-    /// or not finite.
+    /// This topology with the given rest values; `None` if their number is wrong or any is not
+    /// finite.
     #[must_use]
     pub fn flowed(self: &Arc<Self>, values: &RestValues) -> Option<Arc<Self>> {
         let mut flowed = Arc::clone(self);

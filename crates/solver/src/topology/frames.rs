@@ -1,4 +1,4 @@
-//! Rest frames of tetrahedra: what turns their edges into a deformation gradient.
+//! Rest frames of tetrahedra, for computing deformation gradients.
 
 use super::tetrahedra::Tetrahedra;
 use glam::{DMat3, DVec3, Vec3};
@@ -6,8 +6,8 @@ use glam::{DMat3, DVec3, Vec3};
 /// Frames as columns in the order of the [tetrahedra](Tetrahedra).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Frames {
-    /// Edges at rest from corner 0 to the corners 1, 2 and 3, each as x, y, z [m]: the columns of D₀,
-    /// rounded as the solver rounds the edges that it compares with them.
+    /// Rest edges from corner 0 to the corners 1, 2 and 3, each as x, y, z [m]: the columns of D₀,
+    /// rounded like the edges that the solver compares with them.
     pub edges: [[Vec<f32>; 3]; 3],
     /// The rows of D₀⁻¹ [1/m]. The deformation gradient is F = D D₀⁻¹ = 1 + (D − D₀) D₀⁻¹.
     pub inverse: [[Vec<f32>; 3]; 3],
@@ -38,7 +38,7 @@ impl Frames {
         frames
     }
 
-    /// Bytes of memory.
+    /// Memory use in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         19 * size_of_val(&self.gradient_scale[..])

@@ -7,7 +7,7 @@ use super::{
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
-/// Hinges as columns in the order of their colours.
+/// Hinges as columns in the order of their colors.
 ///
 /// ```text
 ///        1
@@ -18,22 +18,23 @@ use std::sync::Arc;
 /// ```
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Hinges {
-    /// The four particles of each, and the order in which they are solved.
+    /// Particles of each hinge, and the order in which they are solved.
     pub elements: Elements<4>,
     /// Angle θ₀ between the normals at rest [rad], from −π to π; positive where the surface bulges
     /// to the side of its normals.
     pub rest_angle: Vec<f32>,
     /// (A₀ + A₁)/e² of each, with the areas of the triangles and the length of the edge at rest.
     pub flexibility: Arc<[f32]>,
-    /// The least squares of a normal [m⁴] and of an edge's length [m²] that kernels divide by.
+    /// Lower bounds of the squared length of a normal [m⁴] and of an edge [m²] in the denominators
+    /// of kernels.
     pub floors: [Arc<[f32]>; 2],
 }
 
-/// Below this share of its square at rest, a normal or an edge is too short to divide by.
+/// Below this fraction of its squared rest length, a normal or an edge is too short to divide by.
 pub(crate) const FLOOR: f64 = 1e-4;
 
-/// A triangle is flat below this share of the square of its longest edge: its normal is then within
-/// the rounding of its coordinates.
+/// A triangle is flat if its area is below this fraction of the square of its longest edge: its
+/// normal is then within the rounding of its coordinates.
 const FLAT: f64 = 1e-6;
 
 impl Hinges {
@@ -69,20 +70,20 @@ impl Hinges {
         }
     }
 
-    /// Bytes of memory.
+    /// Memory use in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.elements.bytes() + 4 * size_of_val(&self.rest_angle[..])
     }
 
-    /// The four particles of each.
+    /// The four particles of each hinge.
     #[must_use]
     pub fn corners(&self) -> impl ExactSizeIterator<Item = [u32; 4]> + Clone {
         self.elements.corners()
     }
 }
 
-/// What the quadratic bending energy needs of each hinge, in their order.
+/// Data for the quadratic bending energy of each hinge, in order.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Cotangents {
     /// Weights k₁, k₂, k₃ of its particles; k₀ is minus their sum.
@@ -91,12 +92,12 @@ pub struct Cotangents {
     pub rest: Vec<f32>,
     /// A₀ + A₁ at rest [m²].
     pub area: Arc<[f32]>,
-    /// Length of the edge at rest [m], which is C for a fold of one radian.
+    /// Rest length of the edge [m], which is C for a fold of one radian.
     pub scale: Arc<[f32]>,
 }
 
 impl Cotangents {
-    /// Of hinges of a surface.
+    /// For the hinges of a surface.
     #[must_use]
     pub fn of(hinges: &Hinges, rest: &[Vec3]) -> Self {
         let mut weights = [const { Vec::new() }; 3];
@@ -126,20 +127,20 @@ impl Cotangents {
         }
     }
 
-    /// Bytes of memory.
+    /// Memory use in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         6 * size_of_val(&self.rest[..])
     }
 }
 
-/// A hinge that is bent by less than this at rest [rad] is flat: some rounding of its coordinates.
+/// A hinge with a smaller rest angle [rad] is flat, within the rounding of its coordinates.
 const FLAT_ANGLE: f64 = 1e-5;
 
-/// The corners of all hinges, in the order in which their second triangles come.
+/// Corners of all hinges, in the order of their second triangles.
 fn pairs(triangles: &[[u32; 3]], rest: &[Vec3]) -> Vec<[u32; 4]> {
-    // Every side of a triangle: its ends in ascending order, the triangle's number, its sides as
-    // they go around, and the corner across.
+    // Sides of all triangles: ends in ascending order, number of the triangle, its corners in
+    // order, and the opposite corner.
     let mut sides: Vec<([u32; 2], usize, [u32; 3])> = triangles
         .iter()
         .enumerate()
@@ -175,7 +176,7 @@ pub(super) fn has_area(corners: [Vec3; 3]) -> bool {
     u.cross(v).length() > FLAT * longest
 }
 
-/// Normals of the two triangles of a hinge, as long as twice their areas [m²].
+/// Normals of the two triangles of a hinge, with twice their areas as lengths [m²].
 #[must_use]
 pub fn normals([x0, x1, x2, x3]: [DVec3; 4]) -> [DVec3; 2] {
     let edge = x1 - x0;

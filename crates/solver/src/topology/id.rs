@@ -1,12 +1,12 @@
-//! Which mesh a topology is of.
+//! Identity of a mesh.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Tells a topology from all others that were ever made in this process, for what is kept beside a body and follows from
-/// its elements.
+/// Identifies a topology among all that were ever created in this process, for cached data of a
+/// body that is derived from its elements.
 ///
-/// A copy has the same one, and so has a topology whose rest values have [flowed](crate::Plasticity): its elements are
-/// the same.
+/// Copies have the same identity, as have topologies after plastic [flow](crate::Plasticity): the
+/// elements are the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TopologyId(u64);
 
@@ -17,12 +17,12 @@ impl TopologyId {
     }
 }
 
-/// The identity of a topology; it makes no difference between those that are equal.
+/// Identity of a topology; ignored in comparisons.
 #[derive(Debug, Clone)]
 pub struct Identity(TopologyId);
 
 impl Identity {
-    /// Which topology it is of.
+    /// Identity of the topology.
     #[must_use]
     pub fn id(&self) -> TopologyId {
         self.0

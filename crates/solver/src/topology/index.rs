@@ -1,4 +1,4 @@
-//! Numbers of vertices and of particles, which are not the same.
+//! Index types for vertices and particles.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -14,7 +14,7 @@ macro_rules! index {
         pub struct $name(pub u32);
 
         impl $name {
-            /// Its place in a column.
+            /// Index into a column.
             #[must_use]
             pub const fn index(self) -> usize {
                 self.0 as usize
@@ -27,7 +27,7 @@ macro_rules! index {
             }
         }
 
-        /// The number alone, as files have it.
+        /// The number alone, as in files.
         impl fmt::Debug for $name {
             fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
                 self.0.fmt(formatter)
@@ -43,11 +43,11 @@ macro_rules! index {
 }
 
 index!(
-    /// A vertex of the mesh that a body was made of, as files and users count them, from 0.
+    /// A vertex of the source mesh of a body, in file numbering, from 0.
     VertexIndex
 );
 index!(
-    /// A particle of a body, in the order in which the solver keeps them, from 0. Which vertex it is, the
-    /// [numbering](crate::numbering) knows.
+    /// A particle of a body, in solver numbering, from 0. The [numbering](crate::numbering) maps it
+    /// to its vertex.
     ParticleIndex
 );

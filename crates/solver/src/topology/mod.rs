@@ -1,11 +1,10 @@
 //! The immutable part of a body: rest shape, constraints with their rest values, and surface.
 //!
-//! Shared by all copies of a body through an `Arc`; a body whose rest values [flow](crate::Plasticity)
-//! has one of its own. Particles keep the order of the input;
-//! constraints are put in the order of their colours, which is both what the solver can run in
-//! parallel and an order that is stable (an order sorted by vertex makes Gauss–Seidel on rigid
-//! cloth explode). Rest values are rounded as the solver rounds the values that it compares with
-//! them, so that a body in its rest shape does not move by a bit.
+//! Shared by all copies of a body through an `Arc`; a body whose rest values
+//! [flow](crate::Plasticity) has its own. Particles keep the order of the input. Constraints are
+//! sorted by color, an order that allows parallel execution and is stable (on rigid cloth,
+//! Gauss–Seidel in an order sorted by vertex diverges). Rest values are rounded like the values
+//! that the solver compares with them, so that a body in its rest shape does not move at all.
 
 pub mod coloring;
 pub mod edges;
@@ -48,7 +47,7 @@ use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::sync::{Arc, OnceLock};
 
-/// What a body's mass is spread over.
+/// Kind of elements that carry the mass of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dimension {
     /// Tetrahedra: density in kg/m³.
@@ -59,17 +58,17 @@ pub enum Dimension {
     Line,
 }
 
-/// Elements of the input that do not act, and why.
+/// Elements of the input that were left out, by reason.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LeftOut {
     /// Tetrahedra without volume.
     pub flat_tetrahedra: usize,
-    /// Edges given twice.
+    /// Repeated edges.
     pub repeated_edges: usize,
-    /// Edges of a solid to a vertex of no tetrahedron that acts. It has no mass, and would hold the
-    /// body as a pin does.
+    /// Edges of a solid to a vertex without a valid tetrahedron. Such a vertex has no mass, and
+    /// would fix the body like a pin.
     pub massless_edges: usize,
-    /// Vertices that no element uses; they have no mass and never move.
+    /// Vertices without elements; they have no mass and never move.
     pub unused_vertices: usize,
 }
 
@@ -78,10 +77,10 @@ pub struct LeftOut {
 pub struct Topology {
     /// Rest positions [m].
     pub rest: Arc<[Vec3]>,
-    /// Which vertices of the input the particles are. Pins, added masses and all that users see
-    /// go by vertices; everything else here, by particles.
+    /// Mapping of particles to the vertices of the input. Pins, added masses and everything that
+    /// users see refer to vertices; everything else here refers to particles.
     pub numbering: Arc<Numbering>,
-    /// How the particles are cut into bands.
+    /// Partitions of the particles.
     pub partitions: Arc<Partitions>,
     /// Edges, for stretch.
     pub edges: Edges,
@@ -89,33 +88,32 @@ pub struct Topology {
     pub tetrahedra: Tetrahedra,
     /// The coarse surface: outward triangles; none for a rope.
     pub triangles: Arc<[[u32; 3]]>,
-    /// What the body's mass is spread over.
+    /// Kind of elements that carry the mass of the body.
     pub dimension: Dimension,
     /// Longest side of the bounding box at rest [m].
     pub size: f32,
-    /// What was left out of the input.
+    /// Omissions from the input.
     pub left_out: LeftOut,
-    /// Hinges of the surface, for bending; not there until somebody asks for them.
+    /// Hinges of the surface, for bending; computed on first use.
     hinges: Lazy<Hinges>,
-    /// What the quadratic bending energy needs of them.
+    /// Data for the quadratic bending energy of the hinges; computed on first use.
     cotangents: Lazy<Cotangents>,
-    /// Triangles of the surface, for membranes; likewise.
+    /// Triangles of the surface, for membranes; computed on first use.
     facets: Lazy<Arc<Facets>>,
-    /// Rest frames of the tetrahedra; not there until somebody asks for them.
+    /// Rest frames of the tetrahedra; computed on first use.
     frames: Lazy<Arc<Frames>>,
-    /// Struts from surface to surface; not there until somebody asks for them.
+    /// Struts from surface to surface; computed on first use.
     struts: Lazy<Arc<Edges>>,
     /// The surface that can touch, computed on first use.
     surface: Lazy<Arc<Surface>>,
-    /// What the surface encloses, for pressure; or why it is none.
+    /// Volume enclosed by the surface, for pressure, or the reason why there is none.
     enclosure: Lazy<Arc<Result<Enclosure, NotClosed>>>,
-    /// What it was before its rest values flowed.
+    /// The topology before plastic flow.
     original: Option<Arc<Topology>>,
     identity: Identity,
 }
 
-/// A part that follows from the others, made when somebody first asks for it; it makes no
-/// difference between topologies.
+/// A derived part, computed on first use; ignored in comparisons of topologies.
 #[derive(Debug, Clone)]
 struct Lazy<T>(OnceLock<T>);
 
@@ -131,13 +129,14 @@ impl<T> PartialEq for Lazy<T> {
     }
 }
 
-/// Why a rest shape cannot be a body.
+/// Reason why a rest shape cannot become a body.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TopologyError {
-    /// There is nothing to simulate.
+    /// The shape has no vertices.
     #[error("the shape has no vertices; expected at least one")]
     Empty,
-    /// More than fits a 32-bit index.
+    /// The number of vertices exceeds a 32-bit index.
     #[error("the shape has {0} vertices, but at most {max} are supported", max = u32::MAX)]
     TooMany(usize),
     /// A coordinate is NaN or infinite.
@@ -148,44 +147,44 @@ pub enum TopologyError {
         /// Its position.
         position: Vec3,
     },
-    /// An element names a vertex that does not exist.
+    /// An element refers to a vertex that does not exist.
     #[error("{element} {index} refers to vertex {vertex}; expected 0 to {last}", last = vertices - 1)]
     NoSuchVertex {
         /// Kind of element.
         element: &'static str,
         /// Index of the element.
         index: usize,
-        /// The index that it names.
+        /// The invalid index.
         vertex: u32,
-        /// How many vertices there are.
+        /// Number of vertices.
         vertices: usize,
     },
-    /// A numbering of another shape.
+    /// The numbering belongs to a different shape.
     #[error("the numbering has {particles} particles, but the shape has {vertices} vertices")]
     Numbering {
-        /// How many it numbers.
+        /// Number of particles in the numbering.
         particles: usize,
-        /// How many there are.
+        /// Number of vertices of the shape.
         vertices: usize,
     },
-    /// An element names a vertex twice.
+    /// An element refers to a vertex twice.
     #[error("{element} {index} refers to vertex {vertex} more than once")]
     RepeatedVertex {
         /// Kind of element.
         element: &'static str,
         /// Index of the element.
         index: usize,
-        /// The vertex that it repeats.
+        /// The repeated vertex.
         vertex: u32,
     },
 }
 
-/// A tetrahedron is flat below this share of the cube of its longest edge: its volume is then
-/// within the rounding of its coordinates.
+/// A tetrahedron is flat if its volume is below this fraction of the cube of its longest edge: it
+/// is then within the rounding of its coordinates.
 const FLAT: f64 = 1e-7;
 
 impl Topology {
-    /// Checks a rest shape and precomputes what the solver needs of it.
+    /// Validates a rest shape and precomputes the data for the solver.
     ///
     /// # Errors
     /// [`TopologyError`] for an empty shape, a coordinate that is not finite, or an element with
@@ -200,12 +199,12 @@ impl Topology {
         })
     }
 
-    /// The same with a numbering of the particles that is given. Of [`Self::rest_shape`] and the
-    /// numbering of a topology it makes an equal one, but for what was left out the first time.
+    /// The same with a given numbering of the particles. With [`Self::rest_shape`] and the
+    /// numbering of a topology it creates an equal one, except for the record of omissions.
     ///
     /// # Errors
-    /// As [`Self::new`], and [`TopologyError::Numbering`] if the numbering is of another number of
-    /// vertices.
+    /// As [`Self::new`], and [`TopologyError::Numbering`] if the numbering has a different number
+    /// of vertices.
     pub fn numbered(
         shape: RestShape,
         numbering: impl Into<Arc<Numbering>>,
@@ -299,7 +298,7 @@ impl Topology {
         })
     }
 
-    /// Bytes of the parts that have been asked for so far.
+    /// Memory use of the lazily computed parts in bytes.
     pub(crate) fn lazy_bytes(&self) -> usize {
         self.hinges.0.get().map_or(0, Hinges::bytes)
             + self.cotangents.0.get().map_or(0, Cotangents::bytes)
@@ -308,11 +307,11 @@ impl Topology {
             + self.struts.0.get().map_or(0, |it| it.bytes())
     }
 
-    /// What the topology is made of, without what was left out: vertices in their own order, and
-    /// elements in the order in which they are solved.
+    /// Input of the topology without omissions: vertices in their original order, and elements in
+    /// solver order.
     ///
-    /// That order is the one that an element is given a colour in again: those of one lowest
-    /// particle have different colours, and each finds the lower ones taken as it did before.
+    /// Coloring these again assigns each element the same color: elements with the same lowest
+    /// particle have different colors, and each finds the lower ones taken as before.
     #[must_use]
     pub fn rest_shape(&self) -> RestShape {
         let vertex = |particle: u32| self.numbering.vertex(ParticleIndex(particle)).0;
@@ -335,11 +334,11 @@ impl Topology {
         }
     }
 
-    /// Each particle's share of the body [m³, m² or m by `dimension`].
+    /// Part of the body's measure that belongs to each particle [m³, m² or m by `dimension`].
     ///
-    /// Measures are added up, so that a particle's mass is the sum of its shares of the masses of
-    /// its elements. (Adding up inverse masses instead makes a particle lighter the more elements
-    /// it has.)
+    /// Measures are added, so that a particle's mass is the sum of its parts of the masses of its
+    /// elements. (Adding inverse masses instead would make a particle lighter the more elements it
+    /// has.)
     #[must_use]
     pub fn measure(&self) -> Vec<f32> {
         let at = |i: u32| self.rest[i as usize].as_dvec3();
@@ -371,19 +370,19 @@ impl Topology {
         measure.iter().map(|&m| m as f32).collect()
     }
 
-    /// The vertex of the rest shape that a particle is.
+    /// Vertex of the rest shape of a particle.
     #[must_use]
     pub fn vertex(&self, particle: usize) -> VertexIndex {
         self.numbering.vertex(ParticleIndex(particle as u32))
     }
 
-    /// The place of the particle that a vertex of the rest shape is.
+    /// Index of the particle of a vertex of the rest shape.
     #[must_use]
     pub fn particle(&self, vertex: VertexIndex) -> usize {
         self.numbering.particle(vertex).index()
     }
 
-    /// Which mesh it is of.
+    /// Identity of the mesh.
     #[must_use]
     pub fn id(&self) -> TopologyId {
         self.identity.id()
@@ -393,14 +392,14 @@ impl Topology {
         self.identity.clone()
     }
 
-    /// How many particles a body of this topology has.
+    /// Number of particles of a body with this topology.
     #[must_use]
     pub fn particles(&self) -> usize {
         self.rest.len()
     }
 }
 
-/// Gives the vertices of a shape the numbers of their particles.
+/// Renumbers the elements of a shape from vertices to particles.
 fn renumber(
     numbering: &Numbering,
     rest: &mut Vec<Vec3>,
@@ -422,7 +421,7 @@ fn renumber(
     }
 }
 
-/// From the lowest to the highest particle of each element.
+/// Lowest and highest particle of each element.
 fn reaches<const N: usize>(elements: &[[u32; N]]) -> impl Iterator<Item = (u32, u32)> {
     elements
         .iter()
@@ -435,7 +434,7 @@ pub fn volume([a, b, c, d]: [DVec3; 4]) -> f64 {
     (b - a).cross(c - a).dot(d - a) / 6.0
 }
 
-/// Lowest and highest coordinate of each axis; zeros for no points.
+/// Minimum and maximum coordinate along each axis; zeros without points.
 #[must_use]
 pub fn bounds(mut points: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
     let Some(first) = points.next() else {

@@ -1,26 +1,26 @@
-//! Numbers the particles of a body so that those of a constraint have numbers close to each other.
+//! Numbers the particles of a body so that those of a constraint have close numbers.
 //!
-//! The narrower the reach of constraints, the narrower the [bands](crate::bands) can be: more of
-//! them for threads, and more of a band in the cache. The order is that of Cuthill and McKee
-//! (*Reducing the bandwidth of sparse symmetric matrices*, 1969): layer by layer from an end of
-//! the body, found as by George and Liu (1979). Where the input has a better order already, as
-//! rows of a grid do, that is kept.
+//! The smaller the index range of constraints, the narrower the [partitions](crate::partitions) can be:
+//! there are more of them for threads, and a larger part fits in the cache. The order is that of
+//! Cuthill and McKee (*Reducing the bandwidth of sparse symmetric matrices*, 1969): layer by layer
+//! from an end of the body, found as by George and Liu (1979). If the order of the input is better,
+//! such as rows of a grid, it is kept.
 
 use super::index::{ParticleIndex, VertexIndex};
 use std::ops::Range;
 
-/// Which particle of the solver is which vertex of the input.
+/// Mapping between particles of the solver and vertices of the input.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Numbering {
-    /// For each particle its vertex; empty if all numbers are the same.
+    /// Vertex of each particle; empty for the identity.
     vertices: Vec<u32>,
-    /// For each vertex its particle; empty if all numbers are the same.
+    /// Particle of each vertex; empty for the identity.
     particles: Vec<u32>,
 }
 
 impl Numbering {
-    /// The better of two orders for constraints between `count` vertices: as given, or layer by
-    /// layer.
+    /// The better of two orders for constraints between `count` vertices: the given one, or layer
+    /// by layer.
     #[must_use]
     pub fn new(count: usize, edges: &[[u32; 2]], tetrahedra: &[[u32; 4]]) -> Self {
         let graph = Graph::new(count, edges, tetrahedra);
@@ -35,8 +35,8 @@ impl Numbering {
         }
     }
 
-    /// The one that gives the particles these vertices; none for all numbers the same. `None` if
-    /// they are not all the vertices from 0, each once.
+    /// Numbering in which the particles have these vertices; an empty list is the identity. `None`
+    /// unless they are a permutation of the vertices from 0.
     #[must_use]
     pub fn from_vertices(vertices: Vec<u32>) -> Option<Self> {
         let mut seen = vec![false; vertices.len()];
@@ -49,13 +49,13 @@ impl Numbering {
         Some(Self::of(vertices))
     }
 
-    /// For each particle its vertex; empty if all numbers are the same.
+    /// Vertex of each particle; empty for the identity.
     #[must_use]
     pub fn vertices(&self) -> &[u32] {
         &self.vertices
     }
 
-    /// How many particles there are; `None` for any number of them, if all numbers are the same.
+    /// Number of particles; `None`, for any number of them, if it is the identity.
     #[must_use]
     pub(crate) fn len(&self) -> Option<usize> {
         (!self.vertices.is_empty()).then_some(self.vertices.len())
@@ -72,29 +72,28 @@ impl Numbering {
         }
     }
 
-    /// The vertex of the input that a particle is.
+    /// Vertex of the input of a particle.
     #[must_use]
     pub fn vertex(&self, particle: ParticleIndex) -> VertexIndex {
         let vertex = self.vertices.get(particle.index());
         VertexIndex(vertex.map_or(particle.0, |&vertex| vertex))
     }
 
-    /// The particle that a vertex of the input is; a vertex that does not exist is no particle
-    /// either.
+    /// Particle of a vertex of the input; a vertex that does not exist maps to no valid particle.
     #[must_use]
     pub fn particle(&self, vertex: VertexIndex) -> ParticleIndex {
         let particle = self.particles.get(vertex.index());
         ParticleIndex(particle.map_or(vertex.0, |&particle| particle))
     }
 
-    /// Bytes of memory.
+    /// Memory use in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         (self.vertices.len() + self.particles.len()) * size_of::<u32>()
     }
 }
 
-/// How far apart the outermost particles of each element are, all together.
+/// Sum over all elements of the index range of their particles.
 fn total_reach<const N: usize>(elements: &[[u32; N]], numbering: &Numbering) -> u64 {
     elements
         .iter()
@@ -106,9 +105,9 @@ fn total_reach<const N: usize>(elements: &[[u32; N]], numbering: &Numbering) -> 
         .sum()
 }
 
-/// Which vertices share an element.
+/// Adjacency of the vertices by elements.
 struct Graph {
-    /// Where each vertex's neighbours begin, and where the last one's end.
+    /// Start of the neighbors of each vertex, and the end of those of the last.
     starts: Vec<u32>,
     neighbours: Vec<u32>,
 }
@@ -120,7 +119,7 @@ impl Graph {
                 put(a, b);
                 put(b, a);
             }
-            // Edges of tetrahedra are edges of the body as a rule.
+            // Edges of tetrahedra are normally edges of the body.
             if edges.is_empty() {
                 for corners in tetrahedra {
                     for (i, &a) in corners.iter().enumerate() {
@@ -155,7 +154,7 @@ impl Graph {
         self.neighbours(vertex).len()
     }
 
-    /// All vertices, piece by piece, each layer by layer from one of its ends.
+    /// All vertices, component by component, each layer by layer from one of its ends.
     fn layers(&self) -> Vec<u32> {
         let count = self.starts.len() - 1;
         let mut order = Vec::with_capacity(count);
@@ -180,16 +179,16 @@ impl Graph {
     }
 }
 
-/// Walks through the graph in layers.
+/// Breadth-first traversal of the graph.
 struct Walk<'a> {
     graph: &'a Graph,
-    /// The last walk that came by each vertex.
+    /// Number of the last traversal that reached each vertex.
     seen: Vec<u32>,
     mark: u32,
 }
 
 impl Walk<'_> {
-    /// A vertex at an end of the piece that `start` is in: farthest from another such.
+    /// A pseudo-peripheral vertex of the component of `start`.
     fn end_of(&mut self, start: u32) -> u32 {
         const TRIES: usize = 4;
         let (mut end, mut depth) = (start, 0);
@@ -209,8 +208,8 @@ impl Walk<'_> {
         end
     }
 
-    /// Appends the vertices of a piece, layer by layer from `start`, those with few neighbours
-    /// first. Returns the number of layers and where the last one begins.
+    /// Appends the vertices of a component, layer by layer from `start`, those with few neighbors
+    /// first. Returns the number of layers and the start of the last one.
     fn walk(&mut self, start: u32, order: &mut Vec<u32>) -> (usize, usize) {
         self.mark += 1;
         self.seen[start as usize] = self.mark;

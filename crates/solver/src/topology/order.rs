@@ -1,10 +1,10 @@
-//! The order in which the constraints of one kind are solved.
+//! Order in which the constraints of one kind are solved.
 //!
 //! Constraints are stored in this order: first the batches of one half, then those of the other,
-//! then what is loose. Batches of a half share no particle, so that threads can take them in any
-//! order; a batch is solved colour by colour; and constraints of a colour share no particle, so
-//! that lanes can take them together. Loose constraints, which reach too far for two bands, are
-//! coloured too, but are solved on one thread.
+//! then the overflow. Batches of a half share no particle, so that threads can take them in any
+//! order; a batch is solved color by color; and constraints of a color share no particle, so that
+//! lanes can take them together. Overflow constraints, which span more than two partitions, are
+//! colored as well, but solved on one thread.
 
 use crate::{
     coloring::{MAX_COLOURS, Painter},
@@ -16,9 +16,9 @@ use std::{
     sync::Arc,
 };
 
-/// Which particles the constraints of one kind are on, in the order in which they are solved.
+/// Particles of the constraints of one kind, in the order in which they are solved.
 ///
-/// Never changes, so that what [`Batch::particles`] says holds.
+/// Immutable, which guarantees the ranges of [`Batch::particles`].
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Elements<const N: usize>(Arc<Order<N>>);
 
@@ -30,41 +30,41 @@ impl<const N: usize> Deref for Elements<N> {
     }
 }
 
-/// The content of [`Elements`], which copies share.
+/// Content of [`Elements`], shared by copies.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Order<const N: usize> {
     corners: Vec<[Corner; N]>,
     /// Ranges of constraints that share no particle.
     groups: Vec<Range<u32>>,
     batches: Vec<Batch>,
-    /// Whether the odd bands come first.
+    /// Whether the odd partitions come first.
     odd_first: bool,
     /// Batches of the first half.
     first_half: usize,
 }
 
-/// A particle as kernels address it: by twice its number.
+/// A particle index in kernels, stored as twice its number.
 ///
-/// A machine's address can hold an index times eight at most, and a particle is sixteen bytes: with
-/// plain numbers, each of the 64 addresses of a block of tetrahedra took a shift more, and a sweep
-/// 5 % longer.
+/// Machine addressing can scale an index by at most eight, and a particle has sixteen bytes: with
+/// plain numbers, each of the 64 addresses of a block of tetrahedra needed an additional shift, and
+/// an iteration took 5 % longer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(transparent)]
 pub struct Corner(u32);
 
 impl Corner {
-    /// Of a particle below 2³¹.
+    /// For a particle below 2³¹.
     const fn of(particle: u32) -> Self {
         Self(2 * particle)
     }
 
-    /// The number of the particle.
+    /// Number of the particle.
     #[must_use]
     pub const fn particle(self) -> u32 {
         self.0 / 2
     }
 
-    /// How far it is from particle 0, in bytes.
+    /// Offset from particle 0 in bytes.
     #[inline(always)]
     #[must_use]
     pub const fn offset(self) -> usize {
@@ -72,7 +72,7 @@ impl Corner {
     }
 }
 
-/// The constraints of one band, or the loose ones.
+/// The constraints of one partition, or the overflow.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Batch {
     partition: Option<usize>,
@@ -81,29 +81,30 @@ pub struct Batch {
     groups: Range<usize>,
 }
 
-/// How constraints are to be ordered.
+/// How constraints are ordered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Painting {
-    /// Whether the odd bands come first.
+    /// Whether the odd partitions come first.
     pub odd_first: bool,
-    /// Whether colors are handed out at random in stretches of 64 particles, not from particle to
+    /// Whether colors are assigned at random in runs of 64 particles, instead of from particle to
     /// particle: for the edges of sheets.
     ///
-    /// One sweep a substep is a step x₊ = G(2x − x₋) with the product G of all projections. Where G has a
-    /// complex eigenvalue g near 1, with |Im g| > (1 − Re g)^1.5, a root of z² − 2gz + g = 0 has |z| > 1,
-    /// and what nothing damps grows. Colors handed out from particle to particle stand in slanted domains
-    /// on a grid, which give such eigenvalues: a free flat cloth of 64² particles, rigid, with both
-    /// diagonals, e-folded twice a second at 600 substeps a second. Handed out at random, none of the
-    /// sheets that were tried had any. Solids have none either way, and two colors by turns are the best
-    /// that a rope can have.
+    /// With one iteration per substep, a step is x₊ = G(2x − x₋) with the product G of all
+    /// projections. Where G has a complex eigenvalue g near 1, with |Im g| > (1 − Re g)^1.5, a root
+    /// of z² − 2gz + g = 0 has
+    /// z| > 1, and undamped modes grow. Colors assigned from particle to particle form slanted domains on a
+    /// grid, which have such eigenvalues: a free flat cloth of 64² particles, rigid, with both
+    /// diagonals, grew by a factor of e twice per second at 600 substeps per second. With random
+    /// assignment, none of the tested sheets had any. Solids have none either way, and two
+    /// alternating colors are optimal for a rope.
     pub scattered: bool,
 }
 
-/// Particles of a stretch in which colors are [scattered](Painting::scattered).
+/// Particles in a run in which colors are [scattered](Painting::scattered).
 const STRETCH: u32 = 64;
 
 impl<const N: usize> Elements<N> {
-    /// Orders constraints on particles that are cut into bands. Returns them with their old numbers.
+    /// Orders constraints on partitioned particles. Returns them with their old numbers.
     #[must_use]
     pub fn new(
         constraints: &[[u32; N]],
@@ -144,7 +145,7 @@ impl<const N: usize> Elements<N> {
                 }
                 let mut colours = painter.paint(constraints, members, &mut loose);
                 if scattered {
-                    // Which of a color comes first changes no bit, but neighbors are in the cache.
+                    // The order within a color changes no bit, but keeps neighbors in the cache.
                     colours
                         .iter_mut()
                         .for_each(|colour| colour.sort_by_key(first));
@@ -164,10 +165,10 @@ impl<const N: usize> Elements<N> {
         (Self(Arc::new(all)), stored)
     }
 
-    /// The same without the `removed` ones (their numbers, ascending) and with those `added`.
-    /// Whatever stays keeps its colour and its order; a new constraint gets the first colour of
-    /// its band that has none of its particles. Returns for each constraint its old number, which
-    /// for those added counts on from the old ones.
+    /// The same without the `removed` constraints (their numbers, ascending) and with those
+    /// `added`. Remaining constraints keep their color and order; a new constraint gets the first
+    /// color of its partition without its particles. Returns the old number of each constraint;
+    /// numbers of added ones continue after the old ones.
     #[must_use]
     pub fn edited(
         &self,
@@ -240,7 +241,7 @@ impl<const N: usize> Elements<N> {
 }
 
 impl<const N: usize> Order<N> {
-    /// Stores the constraints of a band, colour by colour.
+    /// Stores the constraints of a partition, color by color.
     fn close_batch(
         &mut self,
         partition: Option<usize>,
@@ -261,8 +262,8 @@ impl<const N: usize> Order<N> {
         });
     }
 
-    /// Stores loose constraints, colour by colour as well: one thread solves them, in lanes. What no
-    /// colour takes is in a group of its own.
+    /// Stores overflow constraints, also color by color: one thread solves them, in lanes.
+    /// Uncolored ones form groups of one.
     fn close_loose(
         &mut self,
         constraints: &[[u32; N]],
@@ -278,7 +279,7 @@ impl<const N: usize> Order<N> {
         }
     }
 
-    /// Finds the range of the particles of each batch.
+    /// Computes the particle range of each batch.
     fn find_reach(&mut self) {
         for batch in &mut self.batches {
             let flat = self.corners[batch.constraints.clone()].as_flattened();
@@ -297,13 +298,13 @@ impl<const N: usize> Order<N> {
             .map(|corners| corners.map(Corner::particle))
     }
 
-    /// All batches in their order.
+    /// All batches in order.
     #[must_use]
     pub fn batches(&self) -> &[Batch] {
         &self.batches
     }
 
-    /// Bytes of memory.
+    /// Memory use in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         size_of_val(&self.corners[..])
@@ -311,13 +312,13 @@ impl<const N: usize> Order<N> {
             + size_of_val(&self.batches[..])
     }
 
-    /// Whether the odd bands come first.
+    /// Whether the odd partitions come first.
     #[must_use]
     pub fn odd_first(&self) -> bool {
         self.odd_first
     }
 
-    /// Number of the batch of a band.
+    /// Number of the batch of a partition.
     #[must_use]
     pub fn batch_of(&self, partition: usize) -> usize {
         if (partition % 2 == 1) == self.odd_first {
@@ -327,14 +328,14 @@ impl<const N: usize> Order<N> {
         }
     }
 
-    /// Number of the batch of loose constraints, if there are any.
+    /// Number of the batch of overflow constraints, if any.
     #[must_use]
     pub fn loose(&self) -> Option<usize> {
         let last = self.batches.last()?;
         last.partition.is_none().then(|| self.batches.len() - 1)
     }
 
-    /// All constraints of the odd bands, or of the even ones.
+    /// All constraints of the odd partitions, or of the even ones.
     #[must_use]
     pub fn half(&self, odd: bool) -> Range<usize> {
         let bound = self.batches.len() - usize::from(self.loose().is_some());
@@ -358,7 +359,8 @@ impl<const N: usize> Order<N> {
     }
 }
 
-/// FNV-1a with the finalizer of MurmurHash3, so that neighbors have hashes far apart; and what was hashed.
+/// FNV-1a with the finalizer of MurmurHash3, so that neighbors have very different hashes; and its
+/// input.
 fn hash<const N: usize>(corners: &[u32; N]) -> (u64, [u32; N]) {
     let mut hash = corners
         .iter()
@@ -371,13 +373,13 @@ fn hash<const N: usize>(corners: &[u32; N]) -> (u64, [u32; N]) {
 }
 
 impl Batch {
-    /// Number of the band; `None` for loose constraints.
+    /// Number of the partition; `None` for overflow constraints.
     #[must_use]
     pub fn partition(&self) -> Option<usize> {
         self.partition
     }
 
-    /// The range of its particles.
+    /// Range of its particles.
     #[must_use]
     pub fn particles(&self) -> Range<usize> {
         self.particles.clone()

@@ -1,41 +1,41 @@
-//! Bands: runs of particles so wide that a constraint reaches from one at most into the next.
+//! Partitions: runs of particles that are wide enough for a constraint to span at most two of them.
 //!
-//! Every second band can then be worked on at the same time: a constraint belongs to the band of
-//! its first particle, and touches nothing before that band or beyond the next.
+//! Every second partition can then be processed at the same time: a constraint belongs to the
+//! partition of its first particle, and uses no particle before it or beyond the next one.
 
 use std::ops::Range;
 
-/// A body with fewer particles is one band. Miri is too slow for larger ones.
+/// A body with fewer particles is a single partition. Miri is too slow for larger ones.
 pub const MIN_CUT: usize = if cfg!(miri) { 64 } else { 2048 };
 
-/// Pieces at most, for either half of the bands.
+/// Maximum number of pieces in either half of the partitions.
 const MAX_PIECES: usize = 256;
 
-/// Particles of a band, if nothing else decides.
+/// Default number of particles in a partition.
 const USUAL: usize = if cfg!(miri) { 16 } else { 256 };
 
-/// How the particles of a body are cut.
+/// Partitioning of the particles of a body.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Partitions {
-    /// First particle of each band, and the number of particles.
+    /// First particle of each partition, and the number of particles.
     starts: Vec<u32>,
-    /// Pieces to work on the even bands, and on the odd ones.
+    /// Pieces for the even partitions, and for the odd ones.
     pieces: [Vec<Piece>; 2],
     whole: Piece,
 }
 
-/// Particles that one thread has at a time: a band with the next one.
+/// Particles that one thread has at a time: a partition with the next one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Piece {
     /// The particles.
     pub particles: Range<usize>,
-    /// The band whose constraints are solved on them, if one is.
+    /// The partition whose constraints are solved on them, if any.
     pub partition: Option<usize>,
 }
 
 impl Partitions {
-    /// Cuts `particles` whose constraints reach from one to another: pairs of the lowest and the
-    /// highest particle of each.
+    /// Partitions `particles`. `reaches` are pairs of the lowest and the highest particle of each
+    /// constraint.
     #[must_use]
     pub fn cut(particles: usize, reaches: impl Iterator<Item = (u32, u32)>) -> Self {
         if particles < MIN_CUT {
@@ -46,7 +46,7 @@ impl Partitions {
             let far = &mut farthest[low as usize];
             *far = high.max(*far);
         }
-        // Eight bands keep four threads busy in either half.
+        // Eight partitions keep four threads busy in either half.
         let count = (particles / USUAL / 8 * 8).clamp(8, 2 * (MAX_PIECES - 1));
         let width = particles.div_ceil(count);
         let mut starts = vec![0, width.min(particles) as u32];
@@ -76,7 +76,7 @@ impl Partitions {
             partition: None,
         };
         match odd.first_mut() {
-            // What is before the first odd band goes with it.
+            // Particles before the first odd partition belong to it.
             Some(first) => first.particles.start = 0,
             None => odd.push(whole.clone()),
         }
@@ -93,25 +93,25 @@ impl Partitions {
         std::slice::from_ref(&self.whole)
     }
 
-    /// All particles in pieces that share none: for the even bands, or for the odd ones.
+    /// All particles in disjoint pieces: for the even partitions, or for the odd ones.
     #[must_use]
     pub fn pieces(&self, odd: bool) -> &[Piece] {
         &self.pieces[usize::from(odd)]
     }
 
-    /// How many.
+    /// Number of partitions.
     #[must_use]
     pub fn count(&self) -> usize {
         self.starts.len() - 1
     }
 
-    /// How many particles.
+    /// Number of particles.
     #[must_use]
     pub fn particles(&self) -> usize {
         self.starts.last().copied().unwrap_or(0) as usize
     }
 
-    /// The band of a constraint; `None` if it reaches beyond the next one.
+    /// Partition of a constraint; `None` if it extends beyond the next one.
     #[must_use]
     pub fn partition_of<const N: usize>(&self, corners: &[u32; N]) -> Option<usize> {
         let low = corners.iter().min()?;

@@ -4,7 +4,7 @@ use super::{Cotangents, Facets, Frames, Hinges, Surface, Topology};
 use std::sync::Arc;
 
 impl Topology {
-    /// The triangles of its surface as membranes, made when they are first asked for.
+    /// The triangles of its surface as membranes, computed on first use.
     #[must_use]
     pub fn facets(&self) -> &Facets {
         self.facets
@@ -12,14 +12,14 @@ impl Topology {
             .get_or_init(|| Arc::new(Facets::of(&self.triangles, &self.rest, &self.partitions)))
     }
 
-    /// The rest frames of its tetrahedra, found when they are first asked for.
+    /// The rest frames of its tetrahedra, computed on first use.
     #[must_use]
     pub fn frames(&self) -> &Frames {
         let make = || Arc::new(Frames::of(&self.tetrahedra, &self.rest));
         self.frames.0.get_or_init(make)
     }
 
-    /// What the quadratic bending energy needs of its hinges, found when first asked for.
+    /// Data for the quadratic bending energy of its hinges, computed on first use.
     #[must_use]
     pub fn cotangents(&self) -> &Cotangents {
         self.cotangents.0.get_or_init(|| match self.original() {
@@ -28,7 +28,7 @@ impl Topology {
         })
     }
 
-    /// The hinges of its surface, found when they are first asked for.
+    /// The hinges of its surface, computed on first use.
     #[must_use]
     pub fn hinges(&self) -> &Hinges {
         self.hinges
@@ -36,7 +36,7 @@ impl Topology {
             .get_or_init(|| Hinges::of(&self.triangles, &self.rest, &self.partitions))
     }
 
-    /// What of it can touch, found when it is first asked for.
+    /// Its contact surface, computed on first use.
     #[must_use]
     pub fn surface(&self) -> &Arc<Surface> {
         self.surface.0.get_or_init(|| match self.original() {

@@ -1,28 +1,28 @@
-//! Regions: overlapping parts of a body whose shapes are matched.
+//! Regions: overlapping parts of a body for shape matching.
 //!
-//! A region is what lies within half of its size from its centre, the way going along edges of
-//! elements, and all elements that reach out of that. The first particle is a centre, and so is each
-//! next one that is farther than that from all centres before it. So every element lies within a
-//! region as a whole, and nothing is torn from what is beside it. Ways go along the body, so that two
-//! fingers that are close to each other are not one region.
+//! A region consists of all particles within half of its size from its center, measured along edges
+//! of elements, and all elements that extend beyond that. The first particle is a center, and so is
+//! each following one that is farther than that from all earlier centers. Every element is
+//! therefore completely inside a region, and no element connects separate regions. As distances are
+//! measured along the body, two fingers that are close to each other do not form one region.
 
 use super::Topology;
 use std::{cmp::Reverse, collections::BinaryHeap};
 
-/// Regions of a body, and in how many of them each particle is.
+/// Regions of a body, and the number of regions of each particle.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Regions {
-    /// Where each begins among the members, and where the last ends.
+    /// Start of each region among the members, and the end of the last.
     starts: Vec<usize>,
-    /// Particles of all regions, those of each in ascending order.
+    /// Particles of all regions, ascending within a region.
     members: Vec<u32>,
-    /// One over the number of regions that a particle is in; 0 without any.
+    /// One over the number of regions of each particle; 0 without any.
     shares: Vec<f64>,
 }
 
 impl Regions {
-    /// Regions of the given size [m]; ∞ is one of all particles. Vertices that no element uses are
-    /// in none.
+    /// Regions of the given size [m]; ∞ is one of all particles. Vertices without elements are in
+    /// none.
     #[must_use]
     pub fn of(topology: &Topology, size: f32) -> Self {
         let mut regions = Self {
@@ -73,19 +73,19 @@ impl Regions {
             .map(|ends| &self.members[ends[0]..ends[1]])
     }
 
-    /// How many there are.
+    /// Number of regions.
     #[must_use]
     pub fn count(&self) -> usize {
         self.starts.len().saturating_sub(1)
     }
 
-    /// One over the number of regions that each particle is in; 0 without any.
+    /// One over the number of regions of each particle; 0 without any.
     #[must_use]
     pub fn shares(&self) -> &[f64] {
         &self.shares
     }
 
-    /// Bytes of memory.
+    /// Memory use in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         size_of_val(&self.starts[..])
@@ -94,17 +94,17 @@ impl Regions {
     }
 }
 
-/// Finds what is near.
+/// Neighborhood search.
 struct Search {
-    /// Where the neighbours of each particle begin, and where the last ones end.
+    /// Start of the neighbors of each particle, and the end of those of the last.
     starts: Vec<usize>,
-    /// Neighbours and how far they are at rest [m].
+    /// Neighbors and their rest distances [m].
     neighbours: Vec<(u32, f64)>,
-    /// How far to go [m].
+    /// Search radius [m].
     reach: f64,
-    /// Ways from the centre [m], ∞ where none is known.
+    /// Distances from the center [m], ∞ where unknown.
     ways: Vec<f64>,
-    /// Which particles some centre has reached.
+    /// Particles that were reached from any center.
     reached: Vec<bool>,
 }
 
@@ -146,12 +146,12 @@ impl Search {
         }
     }
 
-    /// What is within reach of a centre (Dijkstra), and the neighbours of that.
+    /// Particles within reach of a center (Dijkstra), and their neighbors.
     fn around(&mut self, centre: u32) -> Vec<u32> {
         let mut members = vec![centre];
         let mut open = BinaryHeap::from([Reverse((0.0_f64.to_bits(), centre))]);
         self.ways[centre as usize] = 0.0;
-        // The bits of numbers that are not negative are in the order of the numbers.
+        // The bits of nonnegative numbers are in the order of the numbers.
         while let Some(Reverse((bits, particle))) = open.pop() {
             let way = f64::from_bits(bits);
             if way > self.ways[particle as usize] {

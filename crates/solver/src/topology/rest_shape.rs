@@ -1,4 +1,4 @@
-//! What a body is made of before it becomes a [`Topology`](crate::Topology).
+//! Input of a [`Topology`](crate::Topology).
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};

@@ -1,30 +1,29 @@
-//! Struts: springs through a body, from each point of its surface to the point across.
+//! Struts: springs through a body, from each point of its surface to the opposite point.
 //!
-//! From each vertex of the surface a ray goes inwards along the normal, tilted a little at random so
-//! that struts do not line up on a regular mesh, to where it leaves the body again, and the strut goes
-//! to the nearest corner of the triangle there. The tilt of a vertex follows from its number in the
-//! mesh, by one fixed seed: the same mesh has the same struts, always and everywhere.
+//! From each vertex of the surface a ray goes inwards along the normal, tilted slightly at random
+//! to avoid alignment of struts on a regular mesh. Where it leaves the body, the strut ends at the
+//! nearest corner of that triangle. The tilt follows from the number of the vertex in the mesh with
+//! a fixed seed: the same mesh has the same struts on every machine.
 
 use super::{Edges, Topology};
 use crate::deform::Random;
 use glam::DVec3;
 use std::{ops::Range, sync::Arc};
 
-/// How far a ray is tilted at most, along each axis, against a normal of length 1.
+/// Maximum tilt of a ray along each axis, relative to a normal of length 1.
 const TILT: f64 = 0.1;
 
-/// What the tilts are drawn from.
+/// Seed of the tilts.
 const SEED: u32 = 1;
 
-/// A ray begins this share of the body's size away from its vertex.
+/// Offset of the start of a ray from its vertex, as a fraction of the body's size.
 const CLEAR: f64 = 1e-6;
 
-/// Triangles of a leaf of the tree at most.
+/// Maximum number of triangles in a leaf of the tree.
 const LEAF: usize = 8;
 
 impl Topology {
-    /// Its struts, found when they are first asked for; none where the surface is open in front of a
-    /// ray.
+    /// Its struts, computed on first use; none where the surface is open along a ray.
     #[must_use]
     pub fn struts(&self) -> &Edges {
         let find = || {
@@ -35,7 +34,7 @@ impl Topology {
     }
 }
 
-/// The ends of all struts, each once, and none where there is an edge already.
+/// Ends of all struts, without repetition and without existing edges.
 fn struts(topology: &Topology) -> Vec<[u32; 2]> {
     let tree = Tree::of(topology);
     let outward = topology
@@ -78,11 +77,11 @@ fn struts(topology: &Topology) -> Vec<[u32; 2]> {
     found
 }
 
-/// Triangles of a surface in boxes within boxes, so that a ray meets few of them.
+/// Bounding volume hierarchy of the triangles of a surface, for ray queries.
 struct Tree {
-    /// Places of the corners of each triangle, in the order of the topology [m].
+    /// Corner positions of each triangle, in the order of the topology [m].
     corners: Vec<[DVec3; 3]>,
-    /// Numbers of triangles; each node has a run of them.
+    /// Numbers of triangles; each node has a contiguous range of them.
     order: Vec<usize>,
     nodes: Vec<Node>,
 }
@@ -109,7 +108,7 @@ impl Tree {
         tree
     }
 
-    /// Makes the node of a run of triangles and those below it; returns its number.
+    /// Creates the node for a range of triangles and the nodes below it; returns its number.
     fn divide(&mut self, triangles: Range<usize>) -> usize {
         let run = &mut self.order[triangles.clone()];
         let points = run.iter().flat_map(|&triangle| self.corners[triangle]);
@@ -149,7 +148,7 @@ impl Tree {
         number
     }
 
-    /// The vertex nearest to where a ray from vertex `own` leaves the body.
+    /// Vertex nearest to the point where a ray from vertex `own` leaves the body.
     fn leaves(
         &self,
         topology: &Topology,
@@ -202,13 +201,13 @@ impl Node {
         );
         let enter = a.min(b).max_element().max(0.0);
         let leave = a.max(b).min_element();
-        // A ray within the plane of a side has no numbers there, and does not miss.
+        // A ray in the plane of a side gives NaN there, and does not miss.
         let misses = enter > leave || enter >= nearest;
         !misses
     }
 }
 
-/// How far along a ray a triangle is met, in lengths of `direction` (Möller and Trumbore 1997).
+/// Distance along a ray to a triangle, in lengths of `direction` (Möller and Trumbore 1997).
 fn meets([a, b, c]: [DVec3; 3], from: DVec3, direction: DVec3) -> Option<f64> {
     let (u, v, to) = (b - a, c - a, from - a);
     let across = direction.cross(v);

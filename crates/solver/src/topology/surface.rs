@@ -1,17 +1,17 @@
-//! What of a body can touch: its surface.
+//! Contact surface of a body.
 
 use super::{Topology, bounds};
 use glam::Vec3;
 
-/// The vertices, edges and triangles of the surface of a body; of a rope, its particles and edges. Edges and
-/// triangles name places in `vertices`.
+/// The vertices, edges and triangles of the surface of a body; of a rope, its particles and edges.
+/// Edges and triangles are indices into `vertices`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surface {
     /// Particles, in ascending order.
     pub vertices: Vec<u32>,
-    /// Where they are at rest [m].
+    /// Their rest positions [m].
     pub rest: Vec<Vec3>,
-    /// Without repetition.
+    /// Unique edges.
     pub edges: Vec<[u32; 2]>,
     /// As [`Topology::triangles`].
     pub triangles: Vec<[u32; 3]>,
@@ -19,29 +19,30 @@ pub struct Surface {
     pub mean_edge: f32,
     /// Length of the longest edge at rest [m]; 0 without edges.
     pub longest_edge: f32,
-    /// All of it in compact pieces.
+    /// The surface divided into compact pieces.
     pub patches: Vec<Patch>,
 }
 
 /// A compact piece of a surface.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Patch {
-    /// Places in [`Surface::vertices`]: its own, then those of other patches that its elements have.
+    /// Indices into [`Surface::vertices`]: its own ones, then those of other patches that its
+    /// elements use.
     pub vertices: Vec<u32>,
-    /// How many are its own; each vertex belongs to one patch.
+    /// Number of its own vertices; each vertex belongs to one patch.
     pub own: usize,
-    /// Its edges, by places in `vertices`; each edge belongs to one patch.
+    /// Its edges, as indices into `vertices`; each edge belongs to one patch.
     pub edges: Vec<[u32; 2]>,
-    /// Its triangles, by places in `vertices`; each triangle belongs to one patch.
+    /// Its triangles, as indices into `vertices`; each triangle belongs to one patch.
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// Maximum number of own vertices of a patch. Small patches follow local motion more closely; large ones are fewer to
-/// compare.
+/// Maximum number of own vertices of a patch. Small patches follow local motion more closely; large
+/// ones require fewer comparisons.
 const PATCH: usize = 64;
 
 impl Surface {
-    /// Of a body with triangles those; of others all edges, and of a body without edges its particles.
+    /// For a body with triangles, these; otherwise all edges; without edges, the particles.
     pub(crate) fn of(topology: &Topology) -> Self {
         let mut triangles = topology.triangles.to_vec();
         let mut edges: Vec<[u32; 2]> = if triangles.is_empty() {
@@ -90,7 +91,7 @@ impl Surface {
         }
     }
 
-    /// Bytes of memory.
+    /// Memory use in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         size_of_val(&self.vertices[..])
@@ -108,7 +109,7 @@ impl Patch {
             + size_of_val(&self.triangles[..])
     }
 
-    /// Place of a vertex of the surface in this patch, where `places` are those of the vertices that it has.
+    /// Index of a surface vertex in this patch; `places` are the indices of its vertices so far.
     fn place(&mut self, vertex: u32, places: &mut [u32]) -> u32 {
         let place = &mut places[vertex as usize];
         if *place == u32::MAX {
@@ -119,8 +120,8 @@ impl Patch {
     }
 }
 
-/// Cuts a surface into patches: halves along the longest side of the box around the vertices at rest, until they are
-/// small enough. An element belongs to the patch of its first vertex.
+/// Divides a surface into patches: bisects along the longest side of the box around the rest
+/// positions until they are small enough. An element belongs to the patch of its first vertex.
 fn patches(rest: &[Vec3], edges: &[[u32; 2]], triangles: &[[u32; 3]]) -> Vec<Patch> {
     let mut all: Vec<u32> = (0..rest.len() as u32).collect();
     let mut patches = Vec::new();

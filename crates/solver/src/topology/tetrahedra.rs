@@ -8,10 +8,10 @@ use crate::kernel::geometry::volume_and_gradients;
 use glam::Vec3;
 use std::sync::Arc;
 
-/// Tetrahedra as columns in the order of their colours.
+/// Tetrahedra as columns in the order of their colors.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Tetrahedra {
-    /// The four particles of each, and the order in which they are solved.
+    /// Particles of each tetrahedron, and the order in which they are solved.
     pub elements: Elements<4>,
     /// Signed rest volume of each [m³].
     pub rest_volume: Vec<f32>,
@@ -20,7 +20,7 @@ pub struct Tetrahedra {
 }
 
 impl Tetrahedra {
-    /// The four particles of each.
+    /// The four particles of each tetrahedron.
     #[must_use]
     pub fn corners(&self) -> impl ExactSizeIterator<Item = [u32; 4]> + Clone {
         self.elements.corners()

@@ -1,4 +1,4 @@
-//! What arrivals are made of, and where they are put.
+//! Material and position of imported bodies.
 
 use std::sync::Arc;
 
@@ -10,11 +10,11 @@ use crate::solver::{
     topology::{Dimension, bounds},
 };
 
-/// Young's modulus of the soft stuff that arrivals are made of [Pa]: a firm jelly. An edge of
-/// length L carries about L² of it, so its compliance is 1/(E·L).
+/// Young's modulus of the material of imported bodies [Pa]: a firm jelly. An edge of length L
+/// carries about L² of it, so its compliance is 1/(E·L).
 const YOUNG: f32 = 4e4;
 
-/// A body of soft stuff, whatever its size.
+/// A body of the default soft material, for any mesh size.
 pub(super) fn body(name: &str, topology: Arc<Topology>) -> Body {
     let density = match topology.dimension {
         Dimension::Solid => 1000.0,
@@ -46,7 +46,7 @@ pub(super) fn body(name: &str, topology: Arc<Topology>) -> Body {
     body
 }
 
-/// The effects of a body among others: their ground, and their colliders.
+/// The effects of a new body in the scene: its ground, and its colliders.
 pub(super) fn surroundings(world: &mut World, own: Effects) -> Effects {
     let sticky = world.query::<&StickyGround>().iter(world).next().copied();
     let ground = world.query::<&Ground>().iter(world).next().copied();
@@ -59,7 +59,7 @@ pub(super) fn surroundings(world: &mut World, own: Effects) -> Effects {
     }
 }
 
-/// How far to move a body so that it hangs over the others, or over the ground.
+/// Translation that places a body above the others, or above the ground.
 pub(super) fn free_place(world: &mut World, body: &Body) -> Vec3 {
     let place = |x: &Vec4| x.truncate();
     let mut others = world.query::<&Particles>();

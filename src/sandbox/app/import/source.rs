@@ -1,4 +1,4 @@
-//! Where bodies come from that arrive in a running scene, and how their meshes are made.
+//! Sources of bodies that are added to a running scene, and building their meshes.
 
 use std::path::PathBuf;
 
@@ -9,28 +9,28 @@ use crate::{
     sandbox::{panel::Addition, ui::message::capitalised},
 };
 
-/// Longest side of a mesh that says no size of its own that fits the stage [m].
+/// Longest side of a mesh without a plausible size of its own [m].
 const SIZE: f32 = 0.6;
-/// Longest sides that are taken as metres [m].
+/// Plausible longest sides of a mesh file, which are taken as meters [m].
 const SENSIBLE: std::ops::RangeInclusive<f64> = 0.05..=5.0;
 
-/// Cells along the longest side of a surface that is filled: few enough that a body of them is
-/// stepped in real time.
+/// Cells along the longest side of a surface that is filled: few enough to step the body in real
+/// time.
 const CELLS: u32 = 16;
 
-/// Where a body comes from.
+/// Source of a body.
 #[derive(Debug, Clone)]
 pub(super) enum Source {
-    /// Made.
+    /// Generated.
     Primitive(Primitive),
-    /// Comes with the program.
+    /// Built-in mesh.
     Asset(&'static str),
-    /// Read.
+    /// Mesh file.
     File(PathBuf),
 }
 
 impl Source {
-    /// The source of an entry of the panel's menu.
+    /// Source for an entry of the panel's menu.
     pub(super) fn named(name: &str) -> Option<Self> {
         let primitive = primitives()
             .into_iter()
@@ -42,7 +42,7 @@ impl Source {
         })
     }
 
-    /// Reads or makes the mesh, and makes a body's of it. May take seconds.
+    /// Reads or generates the mesh, and prepares it for simulation. May take seconds.
     pub(super) fn soft_mesh(&self) -> Result<SoftMesh, MeshError> {
         let (mesh, size) = match self {
             Self::Primitive(primitive) => return primitive.build(),
@@ -60,10 +60,10 @@ impl Source {
         };
         let (spare, cloth) = (mesh.clone(), mesh.clone());
         let mut soft = build(mesh, &options(Some(CELLS), Treatment::Fill))
-            // Finer parts than such cells may need the mesh's own resolution.
+            // Parts finer than these cells may need the mesh's own resolution.
             .or_else(|_| build(spare, &options(None, Treatment::Fill)))
             .or_else(|error| {
-                // An open surface cannot be filled, but it can be a cloth.
+                // An open surface cannot be filled; it becomes a cloth.
                 let mut cloth =
                     build(cloth, &options(None, Treatment::Shell)).map_err(|_| error)?;
                 cloth
@@ -82,7 +82,7 @@ impl Source {
     }
 }
 
-/// Longest side of a mesh in its own unit.
+/// Longest side of a mesh, in the unit of its file.
 fn extent(mesh: &FileMesh) -> f64 {
     let vertices = match mesh {
         FileMesh::Surface(surface) => &surface.vertices,
@@ -94,7 +94,7 @@ fn extent(mesh: &FileMesh) -> f64 {
         .map_or(0.0, |(low, high)| (high - low).max_element())
 }
 
-/// The entries of the panel's menu.
+/// Entries of the panel's menu.
 pub fn additions() -> Vec<Addition> {
     let primitives = primitives();
     let count = primitives.len();
@@ -111,7 +111,7 @@ pub fn additions() -> Vec<Addition> {
         .collect()
 }
 
-/// The title of an entry: `bunny_coarse` is “Bunny (coarse)”.
+/// Title of an entry: `bunny_coarse` becomes “Bunny (coarse)”.
 fn title(name: &str) -> String {
     match name.split_once('_') {
         Some((name, variant)) => format!("{} ({variant})", capitalised(name)),

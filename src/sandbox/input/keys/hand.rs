@@ -1,7 +1,7 @@
-//! Carries out the commands that keys give.
+//! Carries out the commands of the keys.
 //!
-//! What the panel can do too goes the panel's way, as a [`Request`]; the rest is a switch of the
-//! view or a command to it.
+//! Commands that the panel also offers are sent as a [`Request`]; the others change or command the
+//! view.
 
 use crate::sandbox::state::{
     request::{Request, Requested},
@@ -15,7 +15,7 @@ use crate::{
     simulation::{Pins, SimulationClock, SimulationSettings},
 };
 
-/// What the commands touch.
+/// The state that commands read and change.
 #[derive(SystemParam)]
 pub(super) struct Hand<'w, 's> {
     view: ResMut<'w, ViewSettings>,
@@ -52,6 +52,7 @@ impl Hand<'_, '_> {
             Command::Screenshot => {
                 self.commands.write(ViewCommand::Screenshot);
             }
+            Command::Contacts => self.view.contacts = !self.view.contacts,
             Command::Wireframe => self.view.wireframe = !self.view.wireframe,
             Command::Tetrahedra => self.view.tetrahedra = !self.view.tetrahedra,
             Command::Answers => self.view.answers = !self.view.answers,

@@ -10,7 +10,7 @@ use crate::{
 };
 use bevy_egui::egui::{
     Align, Area, Button, Context, DragValue, Frame, Id, Label, Layout, Margin, Order, ProgressBar,
-    RichText, Sense, Stroke, Ui, pos2, vec2,
+    RichText, Stroke, Ui, vec2,
 };
 
 /// Width of the card [logical px].
@@ -145,15 +145,11 @@ fn legend(ui: &mut Ui) {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 3.0;
         for (marker, text) in Marker::ALL {
-            let (rect, _) = ui.allocate_exact_size(vec2(14.0, 14.0), Sense::hover());
-            marker.paint(ui.painter(), rect.center());
+            ui.label(RichText::new(marker.glyph()).small().color(marker.color()));
             ui.label(RichText::new(text).small().color(theme::WEAK));
             ui.add_space(6.0);
         }
-        let (rect, _) = ui.allocate_exact_size(vec2(18.0, 14.0), Sense::hover());
-        let at = pos2(rect.center().x, rect.center().y);
-        ui.painter()
-            .circle_stroke(at, 6.0, Stroke::new(1.8, theme::STRONG));
+        ui.label(RichText::new("○").color(theme::STRONG));
         ui.label(RichText::new("current").small().color(theme::WEAK));
     });
 }

@@ -1,17 +1,17 @@
 //! The diagram: milliseconds per tick across, error in per cent upwards, both logarithmic.
 
 use crate::{
-    sandbox::ui::{format, theme},
+    sandbox::ui::{format, plot, theme},
     study::{ProbePoint, Setting, pareto},
 };
 use bevy_egui::egui::{
-    Align2, Color32, FontSelection, Painter, Pos2, Rect, Response, Sense, Shape, Stroke, TextStyle,
-    Ui, pos2, vec2,
+    Align2, Color32, FontSelection, Response, Sense, Stroke, TextStyle, Ui, Vec2b,
+};
+use egui_plot::{
+    Axis, AxisHints, GridMark, Line, MarkerShape, PlotPoint, Points, Span, VPlacement,
 };
 
-/// Heights and widths around the field of the diagram [logical px].
-const LEFT: f32 = 46.0;
-const BELOW: f32 = 32.0;
+/// Height of the diagram [logical px].
 const HEIGHT: f32 = 190.0;
 /// How near the pointer has to be to a dot [logical px].
 const REACH: f32 = 9.0;
@@ -51,8 +51,8 @@ impl Dot {
     }
 }
 
-/// How dots of so many iterations are drawn: form and colour, of Okabe and Ito's that the
-/// colour-blind can tell.
+/// How dots of a number of iterations are drawn: shape and color, of Okabe and Ito's palette for
+/// the color-blind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Marker {
     /// One iteration.
@@ -66,7 +66,7 @@ pub enum Marker {
 }
 
 impl Marker {
-    /// All, with what the legend calls them.
+    /// All, with the numbers of iterations in the legend.
     pub const ALL: [(Self, &'static str); 4] = [
         (Self::Circle, "1"),
         (Self::Square, "2"),
@@ -74,7 +74,7 @@ impl Marker {
         (Self::Triangle, "8, 16 iterations"),
     ];
 
-    /// For so many iterations a substep.
+    /// For a number of iterations per substep.
     #[must_use]
     pub const fn of(iterations: u32) -> Self {
         match iterations {
@@ -85,7 +85,9 @@ impl Marker {
         }
     }
 
-    const fn colour(self) -> Color32 {
+    /// Fill of the marker.
+    #[must_use]
+    pub const fn color(self) -> Color32 {
         match self {
             Self::Circle => Color32::from_rgb(86, 180, 233),
             Self::Square => Color32::from_rgb(230, 159, 0),
@@ -94,165 +96,146 @@ impl Marker {
         }
     }
 
-    /// Draws it around a point.
-    pub fn paint(self, painter: &Painter, at: Pos2) {
-        let colour = self.colour();
-        let polygon = |points: &[(f32, f32)]| {
-            let points = points.iter().map(|&(x, y)| at + vec2(x, y)).collect();
-            Shape::convex_polygon(points, colour, Stroke::NONE)
-        };
-        painter.add(match self {
-            Self::Circle => Shape::circle_filled(at, 4.0, colour),
-            Self::Square => polygon(&[(-3.6, -3.6), (3.6, -3.6), (3.6, 3.6), (-3.6, 3.6)]),
-            Self::Diamond => polygon(&[(0.0, -5.2), (5.2, 0.0), (0.0, 5.2), (-5.2, 0.0)]),
-            Self::Triangle => polygon(&[(0.0, -5.0), (4.8, 3.6), (-4.8, 3.6)]),
-        });
-    }
-}
-
-/// A logarithmic axis.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Axis {
-    /// Powers of ten at its ends.
-    decades: (i32, i32),
-    /// Where they are [logical px].
-    ends: (f32, f32),
-}
-
-impl Axis {
-    /// Around all values, at least a decade.
-    fn around(values: impl Iterator<Item = f64>, ends: (f32, f32)) -> Self {
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for power in values.map(f64::log10) {
-            low = low.min(power);
-            high = high.max(power);
-        }
-        if low > high {
-            (low, high) = (-2.0, 0.0);
-        }
-        let (first, mut last) = (low.floor() as i32, high.ceil() as i32);
-        last = last.max(first + 1);
-        Self {
-            decades: (first, last),
-            ends,
+    /// The marker as a character of a legend.
+    #[must_use]
+    pub const fn glyph(self) -> &'static str {
+        match self {
+            Self::Circle => "●",
+            Self::Square => "■",
+            Self::Diamond => "◆",
+            Self::Triangle => "▲",
         }
     }
 
-    fn at(&self, value: f64) -> f32 {
-        let (first, last) = (f64::from(self.decades.0), f64::from(self.decades.1));
-        let share = ((value.log10() - first) / (last - first)).clamp(0.0, 1.0) as f32;
-        self.ends.0 + share * (self.ends.1 - self.ends.0)
-    }
-
-    fn ticks(&self) -> impl Iterator<Item = f64> {
-        (self.decades.0..=self.decades.1).map(|power| 10_f64.powi(power))
+    const fn shape(self) -> MarkerShape {
+        match self {
+            Self::Circle => MarkerShape::Circle,
+            Self::Square => MarkerShape::Square,
+            Self::Diamond => MarkerShape::Diamond,
+            Self::Triangle => MarkerShape::Up,
+        }
     }
 }
 
-/// Draws the diagram over the whole width; returns what it takes of the pointer, and the place of
-/// the dot that the pointer is at.
+/// The powers of ten around all values, at least one decade.
+fn decades(values: impl Iterator<Item = f64>) -> (i32, i32) {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for power in values.map(f64::log10) {
+        low = low.min(power);
+        high = high.max(power);
+    }
+    if low > high {
+        (low, high) = (-2.0, 0.0);
+    }
+    let (first, last) = (low.floor() as i32, high.ceil() as i32);
+    (first, last.max(first + 1))
+}
+
+/// A grid line per power of ten.
+fn marks((first, last): (i32, i32)) -> Vec<GridMark> {
+    let marks = (first..=last).map(|power| GridMark {
+        value: f64::from(power),
+        step_size: 1.0,
+    });
+    marks.collect()
+}
+
+/// Draws the diagram over the whole width; returns its response, and the index of the dot under
+/// the pointer.
 pub fn draw(
     ui: &mut Ui,
     dots: &[Dot],
-    here: (u32, u32),
+    current: (u32, u32),
     uncertainty: f64,
 ) -> (Response, Option<usize>) {
-    let size = vec2(ui.available_width(), HEIGHT);
-    let (rect, response) = ui.allocate_exact_size(size, Sense::click());
-    let field = Rect::from_min_max(
-        pos2(rect.left() + LEFT, rect.top() + 8.0),
-        pos2(rect.right() - 10.0, rect.bottom() - BELOW),
-    );
-    let painter = ui.painter().with_clip_rect(rect);
     let sound = || dots.iter().filter(|dot| dot.sound());
-    let across = Axis::around(
-        sound().map(|dot| dot.milliseconds.1),
-        (field.left(), field.right()),
-    );
-    let upwards = Axis::around(
-        sound().map(|dot| dot.error * 100.0),
-        (field.bottom(), field.top()),
-    );
-    let font = FontSelection::Style(TextStyle::Small).resolve(ui.style());
-    painter.rect_filled(field, 2.0, theme::SUNKEN);
-    let line = Stroke::new(1.0, theme::LINE);
-    for tick in across.ticks() {
-        let x = across.at(tick);
-        painter.vline(x, field.y_range(), line);
-        let at = pos2(x, field.bottom() + 3.0);
-        painter.text(
-            at,
-            Align2::CENTER_TOP,
-            format(tick, 3),
-            font.clone(),
-            theme::WEAK,
-        );
-    }
-    for tick in upwards.ticks() {
-        let y = upwards.at(tick);
-        painter.hline(field.x_range(), y, line);
-        let at = pos2(field.left() - 5.0, y);
-        let text = format!("{} %", format(tick, 3));
-        painter.text(at, Align2::RIGHT_CENTER, text, font.clone(), theme::WEAK);
-    }
-    let below = pos2(field.center().x, rect.bottom());
-    let title = "time per tick [ms], one thread";
-    painter.text(
-        below,
-        Align2::CENTER_BOTTOM,
-        title,
-        font.clone(),
-        theme::TEXT,
-    );
-    if uncertainty > 0.0 && !dots.is_empty() {
-        let top = upwards.at(uncertainty * 100.0);
-        let unsure = Rect::from_x_y_ranges(field.x_range(), top..=field.bottom());
-        painter.rect_filled(unsure, 0.0, theme::WEAK.gamma_multiply(0.16));
-        if unsure.height() > 14.0 {
-            let at = unsure.right_bottom() - vec2(4.0, 2.0);
-            let text = "below the reference's own uncertainty";
-            painter.text(at, Align2::RIGHT_BOTTOM, text, font, theme::WEAK);
-        }
-    }
+    let across = decades(sound().map(|dot| dot.milliseconds.1));
+    let upwards = decades(sound().map(|dot| dot.error * 100.0));
+    // What diverged stands at the top.
     let place = |dot: &Dot| {
         let y = if dot.sound() {
-            upwards.at(dot.error * 100.0)
+            (dot.error * 100.0).log10()
         } else {
-            field.top()
+            f64::from(upwards.1)
         };
-        pos2(across.at(dot.milliseconds.1), y)
+        [dot.milliseconds.1.log10(), y]
     };
-    let costs: Vec<_> = dots
-        .iter()
-        .map(|dot| (dot.milliseconds.1, dot.error))
-        .collect();
-    let front = pareto::front(&costs)
-        .into_iter()
-        .filter(|&at| dots[at].sound());
-    let front = front.map(|at| place(&dots[at])).collect();
-    painter.add(Shape::line(front, Stroke::new(1.2, theme::TICK)));
-    for dot in dots {
-        let at = place(dot);
-        if dot.sound() {
-            Marker::of(dot.setting.1).paint(&painter, at);
-        } else {
-            let stroke = Stroke::new(1.6, theme::ALARM);
-            painter.line_segment([at + vec2(-4.0, -4.0), at + vec2(4.0, 4.0)], stroke);
-            painter.line_segment([at + vec2(-4.0, 4.0), at + vec2(4.0, -4.0)], stroke);
+    let font = FontSelection::Style(TextStyle::Small).resolve(ui.style());
+    let power = |mark: GridMark| format(10_f64.powf(mark.value), 3);
+    let hints = |axis: AxisHints<'static>| {
+        axis.tick_label_color(theme::WEAK)
+            .tick_label_font(font.clone())
+    };
+    let plot = plot::fixed("accuracy vs. cost", HEIGHT)
+        .label_formatter(|_| None)
+        .sense(Sense::click())
+        .grid_color(theme::LINE)
+        .x_grid_spacer(|_| marks(across))
+        .y_grid_spacer(|_| marks(upwards))
+        .custom_x_axes(vec![
+            hints(AxisHints::new_x())
+                .label("time per tick [ms], one thread")
+                .placement(VPlacement::Bottom)
+                .formatter(move |mark, _| power(mark)),
+        ])
+        .custom_y_axes(vec![
+            hints(AxisHints::new_y()).formatter(move |mark, _| format!("{} %", power(mark))),
+        ]);
+    let shown = plot.show(ui, |plot| {
+        plot.set_auto_bounds(Vec2b::FALSE);
+        // Half a marker more, for dots on the frame.
+        let around = |(first, last): (i32, i32)| f64::from(first) - 0.05..=f64::from(last) + 0.05;
+        plot.set_plot_bounds_x(around(across));
+        plot.set_plot_bounds_y(around(upwards));
+        if uncertainty > 0.0 && !dots.is_empty() {
+            let below = f64::from(upwards.0) - 1.0..=(uncertainty * 100.0).log10();
+            let span = Span::new("below the reference's own uncertainty", below)
+                .axis(Axis::Y)
+                .fill(theme::WEAK.gamma_multiply(0.16))
+                .label_align(Align2::RIGHT_TOP);
+            plot.add(span);
         }
-    }
-    if let Some(dot) = dots.iter().find(|dot| dot.setting == here) {
-        painter.circle_stroke(place(dot), 8.0, Stroke::new(1.8, theme::STRONG));
-    }
-    let near = response.hover_pos().and_then(|pointer| {
-        let distance = |at: &usize| place(&dots[*at]).distance(pointer);
+        let costs: Vec<_> = dots
+            .iter()
+            .map(|dot| (dot.milliseconds.1, dot.error))
+            .collect();
+        let front = pareto::front(&costs).into_iter();
+        let front = front.filter(|&at| dots[at].sound());
+        let front: Vec<_> = front.map(|at| place(&dots[at])).collect();
+        plot.line(Line::new("front", front).stroke(Stroke::new(1.2, theme::TICK)));
+        for (marker, name) in Marker::ALL {
+            let of = sound().filter(|dot| Marker::of(dot.setting.1) == marker);
+            let points = Points::new(name, of.map(place).collect::<Vec<_>>());
+            plot.points(
+                points
+                    .shape(marker.shape())
+                    .radius(4.5)
+                    .color(marker.color()),
+            );
+        }
+        let diverged = dots.iter().filter(|dot| !dot.sound());
+        let diverged = Points::new("diverged", diverged.map(place).collect::<Vec<_>>());
+        let cross = diverged.shape(MarkerShape::Cross).radius(4.5);
+        plot.points(cross.color(theme::ALARM));
+        let ring = |name: &'static str, dot: &Dot, color| {
+            let ring = Points::new(name, vec![place(dot)]).filled(false);
+            ring.radius(8.0).color(color)
+        };
+        if let Some(dot) = dots.iter().find(|dot| dot.setting == current) {
+            plot.points(ring("current", dot, theme::STRONG));
+        }
+        let pointer = plot.response().hover_pos()?;
+        let distance = |at: &usize| {
+            let [x, y] = place(&dots[*at]);
+            plot.screen_from_plot(PlotPoint::new(x, y))
+                .distance(pointer)
+        };
         let nearest = (0..dots.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        nearest.filter(|at| distance(at) <= REACH)
+        let near = nearest.filter(|at| distance(at) <= REACH)?;
+        plot.points(ring("pointer", &dots[near], theme::ACCENT));
+        Some(near)
     });
-    if let Some(near) = near {
-        painter.circle_stroke(place(&dots[near]), 8.0, Stroke::new(1.0, theme::ACCENT));
-    }
-    (response, near)
+    (shown.response, shown.inner)
 }
 
 #[cfg(test)]
@@ -261,16 +244,13 @@ mod tests {
 
     #[test]
     fn an_axis_has_its_values_between_its_ends() {
-        let axis = Axis::around([0.03, 4.0].into_iter(), (10.0, 110.0));
-        assert_eq!(axis.decades, (-2, 1));
-        assert_eq!(axis.ticks().count(), 4);
-        assert_eq!((axis.at(0.01), axis.at(10.0)), (10.0, 110.0));
-        assert!((axis.at(1.0) - (10.0 + 200.0 / 3.0)).abs() < 1e-4);
+        assert_eq!(decades([0.03, 4.0].into_iter()), (-2, 1));
+        assert_eq!(marks((-2, 1)).len(), 4);
     }
 
     #[test]
-    fn an_axis_without_values_is_still_one() {
-        let axis = Axis::around(std::iter::empty(), (0.0, 1.0));
-        assert_eq!(axis.decades, (-2, 0));
+    fn an_axis_has_at_least_a_decade() {
+        assert_eq!(decades([10.0].into_iter()), (1, 2));
+        assert_eq!(decades(std::iter::empty()), (-2, 0));
     }
 }

@@ -11,7 +11,7 @@ use std::{io, ops::ControlFlow};
 pub const SECONDS: f64 = 0.5;
 
 /// Iterations per tick of the costliest setting of a survey.
-const MAX_SWEEPS: u32 = 128;
+const MAX_ITERATIONS: u32 = 128;
 
 /// What the thread is to do.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -93,7 +93,7 @@ fn survey(world: &World) -> Vec<Setting> {
     );
     let powers = |most: u32| (0..=most.ilog2()).map(|power| 1 << power);
     let grid = powers(16).flat_map(|iterations| {
-        powers(MAX_SWEEPS / iterations).map(move |substeps| Setting::xpbd(substeps, iterations))
+        powers(MAX_ITERATIONS / iterations).map(move |substeps| Setting::xpbd(substeps, iterations))
     });
     let mut settings: Vec<_> = grid.filter(|setting| *setting != here).collect();
     // From the cheapest on, so that the diagram fills soon; and what is on screen before all.

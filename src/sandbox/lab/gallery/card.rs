@@ -1,4 +1,4 @@
-//! The card over the picture, drawn from plain data.
+//! The card of the gallery, drawn from plain data.
 
 use super::{GalleryCommand, On, Verdict};
 use crate::{
@@ -12,55 +12,57 @@ use bevy_egui::egui::{
 
 /// Width of the card [logical px].
 const WIDTH: f32 = 400.0;
-/// Height of the list [logical px], where the window has room for it.
+/// Height of the list [logical px], if the window is high enough.
 const LIST: f32 = 290.0;
-/// Where it begins, below the head-up line [logical px].
+/// Distance from the top of the window, below the head-up line [logical px].
 const TOP: f32 = 84.0;
-/// Room left for a notice at the foot of the window [logical px].
+/// Height left for a notice at the bottom of the window [logical px].
 const NOTICE: f32 = 60.0;
-/// Height of a window that has room for pictures [logical px].
+/// Minimum height of a window for pictures [logical px].
 const PICTURES: f32 = 600.0;
-/// Width of a button of a line [logical px].
+/// Width of a button in a row [logical px].
 const BUTTON: f32 = 44.0;
 
-/// Everything that the card shows.
+/// The data of the card.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Card {
-    /// What the body on screen is called, if there is one.
+    /// Name of the body on screen, if there is one.
     pub this: Option<String>,
     /// The cases.
     pub lines: Vec<Line>,
-    /// The verdict that is shown whole.
+    /// The verdict that is shown in detail.
     pub shown: Option<(usize, On, Verdict)>,
-    /// Why a case could not be run.
+    /// Reason why a case could not be run.
     pub trouble: Option<String>,
 }
 
-/// A case in the list.
+/// A case of the list.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
-    /// What it is called.
+    /// Title.
     pub title: &'static str,
-    /// What is done, and what must come of it.
+    /// What is done, and what must hold afterwards.
     pub about: &'static str,
-    /// Whether it can be done to the body on screen.
+    /// Whether the case can be run on the body on screen.
     pub any_body: bool,
-    /// Whether it passed on the body on screen and on its own, and whether that was expected to fail.
+    /// For the body on screen and for the case's own bodies: whether it passed, and whether a
+    /// failure was expected.
     pub verdicts: [Option<(bool, bool)>; 2],
-    /// How much is done of what runs.
+    /// Completed fraction of the running case.
     pub running: Option<f32>,
 }
 
-/// What one drawing of the card gives back.
+/// Result of drawing the card.
 #[derive(Debug, Default)]
 pub struct Answer {
-    /// What was asked for, in order.
+    /// Commands of the user, in order.
     pub commands: Vec<GalleryCommand>,
-    /// Where the widgets are.
+    /// Rectangles of the widgets.
     pub places: WidgetRects,
 }
 
-/// Draws the card at the left edge, below the head-up line, in what the panel's `covered` width leaves.
+/// Draws the card at the left edge, below the head-up line, in the area that the panel's `covered`
+/// width leaves free.
 pub fn show(context: &Context, card: &Card, covered: f32) -> Answer {
     let screen = context.content_rect();
     let width = WIDTH.min(screen.width() - covered - 20.0);
@@ -179,7 +181,8 @@ fn case(ui: &mut Ui, card: &Card, (number, line): (usize, &Line), answer: &mut A
     });
 }
 
-/// Green for a pass, amber for a known failure, red for an unexpected one; the words say it too.
+/// Green for a pass, amber for an expected failure, red for an unexpected one; the text also says
+/// so.
 fn verdict_colour(passed: bool, expected: bool) -> Color32 {
     match (passed, expected) {
         (true, _) => theme::ACCENT,
@@ -291,7 +294,7 @@ fn figure_words(figure: &Figure) -> String {
     }
 }
 
-/// The pictures side by side, each with its time and its size.
+/// The pictures side by side, each with its time and scale.
 fn strip(ui: &mut Ui, film: &[Frame]) {
     if film.is_empty() {
         return;

@@ -1,10 +1,9 @@
-//! The gallery of hard cases: one click a case, on its own family of bodies or on the body on
-//! screen, with its figures when it has run.
+//! The gallery of hard cases: runs a case with one click, on its own family of bodies or on the
+//! body on screen, and shows its figures.
 //!
-//! A case is run by [`torture`](crate::torture), on a thread of its own, as `pliant torture` runs
-//! it. On the body on screen it is run with a copy, alone, without gravity and without ground; where
-//! the case begins with a deformation, the body on screen is put into the same state, so that one
-//! sees it recover.
+//! A case is run by [`torture`](crate::torture) on a separate thread, as `pliant torture` runs it.
+//! On the body on screen, the case runs on a copy, alone, without gravity and ground. If the case
+//! begins with a deformation, the body on screen is deformed in the same way to show its recovery.
 
 mod card;
 mod run;
@@ -32,26 +31,26 @@ use bevy::prelude::*;
 use bevy_egui::{EguiContext, EguiPrimaryContextPass, PrimaryEguiContext};
 use std::collections::BTreeMap;
 
-/// What is asked of the gallery.
+/// Commands of the gallery.
 #[derive(Message, Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GalleryCommand {
-    /// Open the card, or close it.
+    /// Open or close the card.
     Toggle,
-    /// Run a case, by its number in the table.
+    /// Run a case, by its index in the table.
     Run(usize, On),
     /// Run every case on its own bodies, one after the other.
     RunAll,
-    /// Stop what runs; what is there stays.
+    /// Stop the running case; existing results are kept.
     Stop,
-    /// Show the figures and the pictures of a case, by its number in the table.
+    /// Show the figures and pictures of a case, by its index in the table.
     Look(usize),
-    /// Look for settings with which a case passes, by its number in the table.
+    /// Find settings with which a case passes, by its index in the table.
     Advise(usize, On),
-    /// Record a case as it was run last on a body on screen, in a file of its own.
+    /// Record the last run of a case on a body on screen, in a new file.
     Save(usize),
 }
 
-/// What a case is run on.
+/// The subject of a case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum On {
     /// The body on screen.
@@ -60,20 +59,20 @@ pub enum On {
     Own,
 }
 
-/// What is known of the hard cases.
+/// State of the gallery.
 #[derive(Resource, Debug, Default)]
 pub struct Gallery {
     open: bool,
-    /// What runs, and how much of it is done, from 0 to 1.
+    /// The running case, and its completed fraction from 0 to 1.
     running: Option<(usize, On, Worker<News>, f32)>,
-    /// What is to run after that.
+    /// Cases that are run next.
     waiting: Vec<usize>,
     verdicts: BTreeMap<(usize, On), Verdict>,
-    /// The bodies that cases were run on last, as they were before.
+    /// The bodies on which cases were last run, in their state before the run.
     subjects: BTreeMap<usize, (Body, Settings)>,
-    /// Which of them is shown whole.
+    /// The verdict that is shown in detail.
     looked_at: Option<(usize, On)>,
-    /// Why something could not be run.
+    /// Reason why a case could not be run.
     trouble: Option<String>,
 }
 
@@ -85,7 +84,7 @@ impl Gallery {
     }
 }
 
-/// Where the card's widgets are; for the journal.
+/// Rectangles of the card's widgets, for the journal.
 #[derive(Resource, Debug, Default, Deref)]
 pub struct GalleryRects(pub WidgetRects);
 
@@ -155,7 +154,7 @@ fn carry_out(world: &mut World) {
     }
 }
 
-/// Begins to run a case on a thread.
+/// Starts to run a case on a thread.
 fn start(world: &mut World, number: usize, on: On) {
     let Some(case) = CASES.get(number) else {
         return;
@@ -193,7 +192,7 @@ fn start(world: &mut World, number: usize, on: On) {
     }
 }
 
-/// Begins to look for settings with which a case passes that failed.
+/// Starts to find settings with which a failed case passes.
 fn advise(world: &mut World, number: usize, on: On) {
     let mut gallery = world.resource_mut::<Gallery>();
     let (Some(case), Some(verdict)) = (CASES.get(number), gallery.verdicts.get(&(number, on)))
@@ -212,7 +211,7 @@ fn advise(world: &mut World, number: usize, on: On) {
     }
 }
 
-/// The body that is shown in the panel, or else the first.
+/// The body that is selected in the panel, or else the first one.
 fn subject(world: &mut World) -> Option<Entity> {
     match world.resource::<Selection>().0 {
         Scope::Body(key) => Entity::try_from_bits(key).filter(|body| {
@@ -223,7 +222,7 @@ fn subject(world: &mut World) -> Option<Entity> {
     }
 }
 
-/// Takes in what the thread has found, and goes on with what waits.
+/// Receives messages of the thread, and starts the next waiting case.
 fn listen(world: &mut World) {
     let mut gallery = world.resource_mut::<Gallery>();
     let Some((case, on, worker, share)) = &mut gallery.running else {
@@ -259,7 +258,7 @@ fn listen(world: &mut World) {
     }
 }
 
-/// Notes where the widgets are, if they are elsewhere than before.
+/// Stores the widget rectangles if they have changed.
 fn note(world: &mut World, places: WidgetRects) {
     let mut known = world.resource_mut::<GalleryRects>();
     if known.0 != places {

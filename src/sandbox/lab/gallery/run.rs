@@ -1,4 +1,4 @@
-//! Runs a case while the window goes on.
+//! Runs a case on a separate thread while the window stays responsive.
 
 use super::Verdict;
 use crate::{
@@ -20,30 +20,30 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
-/// What a case is run on.
+/// The subject of a case.
 #[derive(Debug)]
 pub enum Subject {
     /// A copy of the body on screen, with the settings of its scene.
     This(Box<Body>, Settings),
-    /// The case's own family, as a quick run has it.
+    /// The case's own family, with the members of a quick run.
     Own,
 }
 
-/// What the thread has to tell.
+/// Messages of the thread.
 #[derive(Debug)]
 pub enum News {
-    /// The share of the members that are done, from 0 to 1.
+    /// Completed fraction of the members, from 0 to 1.
     Share(f32),
-    /// It is over: what came of it, or why it could not be run.
+    /// The run has ended, with its verdict or the reason why it could not be run.
     Ended(Result<Verdict, String>),
-    /// The settings with which it passes, in words, or why the search failed.
+    /// Settings with which the case passes, as text, or the reason why the search failed.
     Advised(Result<String, String>),
 }
 
 /// Runs a case on a body and records it, so that `pliant replay` runs it again anywhere.
 ///
 /// # Errors
-/// Why it cannot be built or written, in words.
+/// Why the case cannot be built or the file cannot be written.
 pub fn save(
     case: &'static Case,
     body: Body,
@@ -71,10 +71,10 @@ pub fn save(
     done.map(|_| ()).map_err(|error| error.to_string())
 }
 
-/// Begins to run a case, on a thread of its own.
+/// Starts to run a case on a separate thread.
 ///
 /// # Errors
-/// When the system refuses to start a thread.
+/// If the thread cannot be started.
 pub fn run_case(case: &'static Case, subject: Subject) -> io::Result<Worker<News>> {
     Worker::start("hard case", move |reporter| {
         let outcome = match subject {
@@ -87,11 +87,11 @@ pub fn run_case(case: &'static Case, subject: Subject) -> io::Result<Worker<News
     })
 }
 
-/// Begins to look for settings with which a case passes: on a body, or on the named member of the case's own
-/// family.
+/// Starts to find settings with which a case passes, on a body or on the named member of the case's
+/// own family.
 ///
 /// # Errors
-/// When the system refuses to start a thread.
+/// If the thread cannot be started.
 pub fn start_advice(
     case: &'static Case,
     subject: Subject,
@@ -132,7 +132,8 @@ fn find_settings(
     }
 }
 
-/// Runs the quick members of a case, one after the other, and the worst once more to be seen.
+/// Runs the quick members of a case one after the other, then the worst again to capture its
+/// pictures.
 fn own(case: &'static Case, reporter: &Reporter<News>) -> Result<Verdict, TortureError> {
     let jobs = jobs(&Options {
         cases: vec![case.name.to_owned()],

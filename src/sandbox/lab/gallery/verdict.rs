@@ -1,33 +1,33 @@
-//! What came of a case.
+//! The result of a case.
 
 use crate::torture::{
     Figure, Outcome, Row,
     filmstrip::{Frame, frames},
 };
 
-/// What came of a case, on the body on screen or on the worst of its own.
+/// The result of a case, on the body on screen or on the worst member of its family.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
     /// The body whose figures these are.
     pub member: String,
-    /// How many were run.
+    /// Number of members that were run.
     pub members: usize,
-    /// How many of them did not pass, though nothing is said of them.
+    /// Number of unexpected failures.
     pub failed: usize,
-    /// How many did not pass, as expected.
+    /// Number of expected failures.
     pub expected_failed: usize,
-    /// Why it is not expected to pass, if it is not.
+    /// Reason why the member is expected to fail, if it is.
     pub expected: Option<&'static str>,
-    /// Settings with which it passes, in words, once they are looked for.
+    /// Settings with which it passes, as text, once they have been searched for.
     pub advice: Option<String>,
     /// All figures, the worst first.
     pub figures: Vec<Figure>,
-    /// The start, the worst moment and the end.
+    /// Pictures of the start, the worst moment and the end.
     pub film: Vec<Frame>,
 }
 
 impl Verdict {
-    /// Of the body on screen.
+    /// The verdict for the body on screen.
     #[must_use]
     pub fn of_this(outcome: &Outcome) -> Self {
         Self {
@@ -36,8 +36,8 @@ impl Verdict {
         }
     }
 
-    /// Of a family: the worst member that is expected to pass, or else the worst of the others.
-    /// `film` is that member, run again to be seen.
+    /// The verdict for a family: of the worst member that is expected to pass, or else the worst of
+    /// the others. `film` is the outcome of that member, run again with pictures.
     #[must_use]
     pub fn of_family(rows: &[Row], film: &Outcome, expected: Option<&'static str>) -> Self {
         let count = |of: &dyn Fn(&Row) -> usize| rows.iter().map(of).sum();
@@ -69,7 +69,7 @@ impl Verdict {
         }
     }
 
-    /// Whether every figure of it holds.
+    /// Whether all figures are within their limits.
     #[must_use]
     pub fn passed(&self) -> bool {
         self.figures.iter().all(Figure::holds)

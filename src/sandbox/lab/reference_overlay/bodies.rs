@@ -1,4 +1,4 @@
-//! The reference overlays themselves: a reference in f64 for each body, which goes through the same ticks.
+//! The f64 references of the bodies, stepped through the same ticks.
 
 use super::distance::{Distance, Sum};
 use crate::{
@@ -10,50 +10,50 @@ use bevy::{
     math::{Vec3, Vec4},
 };
 
-/// A tick of the bodies: what was in force in it, and where it took them.
+/// The inputs of a tick, and the state of the bodies after it.
 #[derive(Debug, Clone)]
 pub struct Moment {
-    /// Ticks since the scene began, with this one.
+    /// Ticks since the start of the scene, including this one.
     pub tick: u64,
     /// Gravity, rate, substeps, iterations.
     pub settings: Settings,
     /// The colliders.
     pub colliders: Vec<Collider>,
-    /// Real time that there is for a tick [s].
+    /// Real time available per tick [s].
     pub room: f64,
-    /// The bodies that have a reference overlay.
+    /// The bodies that have a reference.
     pub bodies: Vec<Seen>,
 }
 
-/// A body after a tick.
+/// State of a body after a tick.
 #[derive(Debug, Clone)]
 pub struct Seen {
     /// The body.
     pub body: Entity,
-    /// The effects that acted on it, with the hand.
+    /// The effects that acted on it, including the grab.
     pub effects: Effects,
-    /// Where its particles are now [m]; w is the inverse mass [1/kg].
+    /// Positions of its particles [m]; w is the inverse mass [1/kg].
     pub positions: Vec<Vec4>,
-    /// It is at rest, and was not stepped.
+    /// Whether it is asleep and was not stepped.
     pub asleep: bool,
 }
 
-/// Where reference overlays are after a tick.
+/// Distances between bodies and references after a tick.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Comparison {
-    /// Ticks since the scene began.
+    /// Ticks since the start of the scene.
     pub tick: u64,
-    /// The reference overlays' substeps a tick.
+    /// Substeps per tick of the references.
     pub substeps: u32,
-    /// For each body with a reference overlay, how far each particle's reference overlay is from it [m].
+    /// For each body with a reference, the offset of the reference from each particle [m].
     pub gaps: Vec<(Entity, Vec<Vec3>)>,
-    /// How far bodies and reference overlays are from each other.
+    /// Distances between bodies and references.
     pub distance: Distance,
-    /// References that were given up since they began, because they were no longer finite.
+    /// References that were removed because they diverged.
     pub lost: usize,
 }
 
-/// ReferenceBodies of some bodies.
+/// The f64 references of some bodies.
 #[derive(Debug)]
 pub struct ReferenceBodies {
     references: Vec<ReferenceBody>,
@@ -64,9 +64,9 @@ pub struct ReferenceBodies {
 #[derive(Debug)]
 struct ReferenceBody {
     body: Entity,
-    /// The body's size [m].
+    /// Size of the body [m].
     size: f64,
-    /// A world of its own: bodies do not touch, and this one may sleep while others do not.
+    /// A separate world for each body: bodies do not touch, and each can sleep on its own.
     world: reference::World,
     rest: RestTimer,
     still: bool,
@@ -85,9 +85,9 @@ impl ReferenceBody {
 }
 
 impl ReferenceBodies {
-    /// Begins where the bodies of a world are, moved to where nothing is violated that is rigid for
-    /// the references' substeps: what a solver that does too little leaves violated, theirs would turn
-    /// into speed.
+    /// Starts from the state of the bodies, projected so that constraints that are rigid at the
+    /// references' step size are satisfied. Otherwise the references would turn constraint errors
+    /// of an unconverged solver into velocity.
     #[must_use]
     pub fn begin(world: &World, entities: &[Entity], settings: Settings) -> Self {
         let reference = |(body, &entity): (&crate::solver::Body, &Entity)| {
@@ -115,8 +115,9 @@ impl ReferenceBodies {
         }
     }
 
-    /// Does a tick after the bodies did it, with `settings` of the references' own. Those of bodies that
-    /// are gone are gone too. Returns whether any was stepped.
+    /// Steps the references through a tick that the bodies have done, with the references' own
+    /// `settings`. Drops the references of bodies that were removed. Returns whether any reference
+    /// was stepped.
     pub fn follow(&mut self, moment: &Moment, settings: Settings) -> bool {
         let mut stepped = false;
         let seen = |body| moment.bodies.iter().find(|seen| seen.body == body);
@@ -154,7 +155,7 @@ impl ReferenceBodies {
         stepped
     }
 
-    /// How far they are from their bodies, which are at `bodies`.
+    /// Compares the references with their bodies, which are at `bodies`.
     #[must_use]
     pub fn compare(&self, tick: u64, substeps: u32, bodies: &[Seen]) -> Comparison {
         let mut sum = Sum::default();

@@ -1,24 +1,25 @@
-//! How far bodies are from their reference overlays, and how far they were over the last seconds.
+//! Distances between bodies and their references, over the last seconds.
 
 use std::collections::VecDeque;
 
-/// Ticks that are kept: five seconds at the usual rate.
+/// Number of ticks that are kept: five seconds at the default rate.
 pub const TICKS: usize = 300;
 
-/// Distance of the particles of all bodies that have a reference overlay to those of their reference overlays, at one tick.
+/// Distance between the particles of bodies and of their f64 references, over all bodies that have
+/// one, at one tick.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Distance {
     /// Root mean square over the particles [m].
     pub rms: f64,
-    /// The largest [m].
+    /// Maximum [m].
     pub largest: f64,
-    /// Root mean square, each particle's distance over the size of its body.
+    /// Root mean square of the distance relative to the size of the body.
     pub rms_share: f64,
-    /// The largest, over the size of its body.
+    /// Maximum of the distance relative to the size of the body.
     pub largest_share: f64,
 }
 
-/// Adds up a [`Distance`] particle by particle.
+/// Accumulates a [`Distance`] particle by particle.
 #[derive(Debug, Default)]
 pub struct Sum {
     all: Distance,
@@ -26,7 +27,7 @@ pub struct Sum {
 }
 
 impl Sum {
-    /// Adds a particle that is so far from its reference overlay [m], of a body of such a size [m].
+    /// Adds the distance of a particle [m] for a body of the given size [m].
     pub fn add(&mut self, distance: f64, size: f64) {
         let share = distance / size.max(f64::MIN_POSITIVE);
         self.all.rms += distance * distance;
@@ -36,7 +37,7 @@ impl Sum {
         self.count += 1;
     }
 
-    /// What they come to.
+    /// The accumulated distance.
     #[must_use]
     pub fn distance(&self) -> Distance {
         let mean = |sum: f64| (sum / self.count.max(1) as f64).sqrt();
@@ -48,12 +49,12 @@ impl Sum {
     }
 }
 
-/// Distances of the last ticks, the oldest first.
+/// Distances of the last ticks, oldest first.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Trail(VecDeque<Distance>);
 
 impl Trail {
-    /// Takes in a tick, and forgets the oldest.
+    /// Appends a tick, and drops the oldest one.
     pub fn push(&mut self, distance: Distance) {
         if self.0.len() == TICKS {
             self.0.pop_front();
@@ -61,18 +62,18 @@ impl Trail {
         self.0.push_back(distance);
     }
 
-    /// The ticks, the oldest first.
+    /// The ticks, oldest first.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &Distance> {
         self.0.iter()
     }
 
-    /// The newest.
+    /// The latest tick.
     #[must_use]
     pub fn now(&self) -> Option<&Distance> {
         self.0.back()
     }
 
-    /// The largest distance of all [m]; 0 if there is none.
+    /// Maximum over all ticks [m]; 0 if there is none.
     #[must_use]
     pub fn most(&self) -> f64 {
         self.0.iter().map(|tick| tick.largest).fold(0.0, f64::max)

@@ -1,4 +1,4 @@
-//! Reference overlays that follow the simulation on a thread of their own.
+//! The thread that steps the f64 references along with the simulation.
 
 use super::{
     bodies::{Comparison, Moment, ReferenceBodies, Seen},
@@ -18,7 +18,7 @@ use std::{
     time::Instant,
 };
 
-/// References that live on a thread of their own.
+/// Handle of the thread of the references.
 #[derive(Debug)]
 pub struct Follower {
     moments: Sender<Arc<Moment>>,
@@ -26,12 +26,12 @@ pub struct Follower {
 }
 
 impl Follower {
-    /// Begins reference overlays of the bodies of a world, those that `entities` name in their order, of as many
-    /// as keep pace where `room` seconds are there for each tick. The first comparison is of where
-    /// they begin.
+    /// Starts references of the bodies of a world, which belong to `entities` in the same order: as
+    /// many as can keep up with `room` seconds per tick. The first comparison is of the initial
+    /// state.
     ///
     /// # Errors
-    /// When the system refuses to start a thread.
+    /// If the thread cannot be started.
     pub fn start(world: World, entities: Vec<Entity>, room: f64) -> io::Result<Self> {
         let (moments, orders) = mpsc::channel();
         let worker = Worker::start("reference overlay", move |reporter| {
@@ -40,18 +40,18 @@ impl Follower {
         Ok(Self { moments, worker })
     }
 
-    /// Lets the reference overlays do a tick. Returns whether anybody listens.
+    /// Sends a tick to the references. Returns whether the thread is running.
     pub fn send(&self, moment: Arc<Moment>) -> bool {
         self.moments.send(moment).is_ok()
     }
 
-    /// What has been compared since the last time.
+    /// Comparisons since the last call.
     pub fn comparisons(&self) -> Vec<Comparison> {
         self.worker.news()
     }
 }
 
-/// The life of the thread: until nobody sends or listens any more.
+/// Main loop of the thread. Ends when the other side of either channel is dropped.
 fn live(
     mut world: World,
     entities: &[Entity],

@@ -1,8 +1,8 @@
-//! References as they are drawn: translucent, over their bodies.
+//! Drawing of the references as translucent surfaces over their bodies.
 //!
-//! The picture shows bodies between their last two ticks, and reference overlays may be a tick behind. So a
-//! reference overlay is drawn as far from its body, particle by particle, as it was at the last ticks that both
-//! have done: what is seen to be apart was apart, at one and the same time.
+//! Bodies are drawn between their last two ticks, and references may be one tick behind. A
+//! reference is therefore drawn with the particle offsets from its body at the last ticks that both
+//! have completed: a visible distance existed at one and the same time.
 
 use super::ReferenceOverlay;
 use crate::{
@@ -21,10 +21,10 @@ use bevy::{
 };
 use std::sync::Arc;
 
-/// Colour of all reference overlays, as 8-bit sRGB: no body of the palette has it.
+/// Color of all reference overlays, as 8-bit sRGB; not part of the palette of bodies.
 pub const COLOUR: [u8; 3] = [250, 252, 255];
 
-/// Draws reference overlays.
+/// Draws the reference overlays.
 pub struct ReferenceFormPlugin;
 
 impl Plugin for ReferenceFormPlugin {
@@ -40,7 +40,7 @@ impl Plugin for ReferenceFormPlugin {
     }
 }
 
-/// The reference overlay of the body that is the entity's parent, as it is drawn.
+/// The drawn reference of the body that is the parent of the entity.
 #[derive(Component, Debug)]
 struct Form {
     drawn: Drawn,
@@ -48,7 +48,7 @@ struct Form {
     tick: u64,
 }
 
-/// Makes forms for the reference overlays that have none, and drops those of reference overlays that are gone.
+/// Creates surfaces for new references, and removes those of references that are gone.
 fn show(
     mut commands: Commands,
     reference_overlay: Option<Res<ReferenceOverlay>>,
@@ -87,7 +87,7 @@ fn show(
                 drawn: Drawn::new(outline),
                 tick: u64::MAX,
             },
-            // Also over a body that the solver view hides.
+            // Visible even if the solver view hides the body.
             Visibility::Visible,
             (NotShadowCaster, NotShadowReceiver),
             (Aabb::default(), NoAutoAabb),
@@ -95,7 +95,7 @@ fn show(
     }
 }
 
-/// Brings the forms to where the reference overlays are.
+/// Updates the surfaces to the positions of the references.
 fn follow(
     reference_overlay: Option<Res<ReferenceOverlay>>,
     clock: Res<SimulationClock>,

@@ -1,14 +1,14 @@
-//! The reference overlay: beside each running body its reference in double precision with smaller substeps, under
-//! the same hand, colliders and settings, and how far the two are from each other.
+//! The reference overlay: steps an f64 reference with smaller substeps for each body, with the same
+//! grab, colliders and settings, and measures the distance between the two.
 //!
-//! References live on a thread of their own ([`Follower`]). After each tick it is told what was in force
-//! in that tick and where the bodies are; it takes the reference overlays through the same tick, and tells how
-//! far from the bodies they come out. So bodies and reference overlays are only ever compared at the same tick.
-//! Where the thread does not keep pace the clock is [held](SimulationClock::held) until it has
-//! caught up: time goes slower, and no frame waits.
+//! The references are stepped on a separate thread ([`Follower`]). After each tick it receives the
+//! inputs of that tick and the positions of the bodies, steps the references through the same tick,
+//! and sends back their distances. Bodies and references are thus only compared at the same tick.
+//! If the thread does not keep up, the clock is [held](SimulationClock::held) until it has caught
+//! up: the simulation slows down, but no frame waits.
 //!
-//! While there is no reference overlay there is no [`ReferenceOverlay`], no thread, and no system in the schedule of a
-//! tick.
+//! While the overlay is off there is no [`ReferenceOverlay`], no thread, and no system in the
+//! schedule of a tick.
 
 pub mod bodies;
 pub mod distance;
@@ -29,47 +29,47 @@ use distance::Trail;
 use std::sync::Arc;
 use ticks::{begin, observe};
 
-/// What is asked of the reference overlay.
+/// Commands of the reference overlay.
 #[derive(Message, Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ReferenceCommand {
-    /// Let there be one, or none.
+    /// Switch it on or off.
     Toggle,
-    /// Begin again from where the bodies are now.
+    /// Restart from the current state of the bodies.
     Again,
 }
 
-/// The reference overlays that there are.
+/// State of the reference overlay while it is on.
 #[derive(Resource, Debug, Default)]
 pub struct ReferenceOverlay {
     follower: Option<Follower>,
-    /// All bodies when the reference overlays began, so that it is noticed when some come or go.
+    /// All bodies when the references were started, to detect added and removed bodies.
     bodies: Vec<Entity>,
-    /// The bodies that could have had a reference overlay.
+    /// Number of bodies that could have had a reference.
     asked: usize,
-    /// The body that was shown alone when the reference overlays began, if one was.
+    /// The selection when the references were started.
     chosen: Scope,
-    /// The tick at which they began.
+    /// The tick at which the references were started.
     began: u64,
-    /// What was sent last.
+    /// The last tick that was sent.
     sent: Option<Arc<Moment>>,
-    /// The comparison before the last, and the last.
+    /// The previous and the latest comparison.
     compared: [Option<Comparison>; 2],
-    /// How many reference overlays began.
+    /// Number of references at the start.
     count: usize,
-    /// Root mean square distance at which they began [m].
+    /// Root mean square distance at the start [m].
     outset: f64,
     trail: Trail,
-    /// Share of the last frames in which ticks were held.
+    /// Smoothed fraction of frames in which ticks were held.
     held: f32,
-    /// Why there is none although one is wanted.
+    /// Reason why there is no reference although the overlay is on.
     trouble: Option<String>,
 }
 
-/// How quickly it is noticed that frames are held, and forgotten: a share of each frame.
+/// Weight of a frame in the smoothed fraction of held frames.
 const NOTICED: f32 = 0.05;
 
 impl ReferenceOverlay {
-    /// The last comparison.
+    /// The latest comparison.
     #[must_use]
     pub fn compared(&self) -> Option<&Comparison> {
         self.compared[1].as_ref()
@@ -81,32 +81,32 @@ impl ReferenceOverlay {
         &self.trail
     }
 
-    /// How many bodies had a reference overlay when they began, and how many could have had one.
+    /// Number of references at the start, and number of bodies that could have had one.
     #[must_use]
     pub const fn bodies(&self) -> (usize, usize) {
         (self.count, self.asked)
     }
 
-    /// Root mean square distance from the bodies at which they began [m].
+    /// Root mean square distance to the bodies at the start [m].
     #[must_use]
     pub const fn outset(&self) -> f64 {
         self.outset
     }
 
-    /// Why there is none, if something went wrong.
+    /// Reason why there is no reference, if an error occurred.
     #[must_use]
     pub fn trouble(&self) -> Option<&str> {
         self.trouble.as_deref()
     }
 
-    /// Whether bodies wait for their reference overlays, so that time goes slower.
+    /// Whether the simulation is slowed down to wait for the references.
     #[must_use]
     pub fn holds(&self) -> bool {
         self.held > 0.2
     }
 
-    /// How far each particle's reference overlay is from it [m], a `share` of the way from the last tick but
-    /// one to the last; nothing if the body has no reference overlay.
+    /// Offset of the reference from each particle [m], interpolated by the fraction `share` from
+    /// the previous comparison to the latest; `None` if the body has no reference.
     pub fn gaps(&self, body: Entity, share: f32) -> Option<impl Iterator<Item = Vec3>> {
         let [before, now] = self.compared.each_ref().map(|comparison| {
             let mut gaps = comparison.as_ref()?.gaps.iter();
@@ -117,7 +117,7 @@ impl ReferenceOverlay {
         Some(before.iter().zip(now).map(move |(a, b)| a.lerp(*b, share)))
     }
 
-    /// Ticks that the bodies have done and the reference overlays have not.
+    /// Number of ticks that the references are behind.
     fn behind(&self) -> u64 {
         let sent = self.sent.as_ref().map_or(self.began, |moment| moment.tick);
         let done = self
@@ -126,7 +126,7 @@ impl ReferenceOverlay {
         sent.saturating_sub(done)
     }
 
-    /// Forgets what there is, so that it begins anew.
+    /// Clears the state, so that the references are started again.
     fn again(&mut self) {
         *self = Self {
             held: self.held,
@@ -139,7 +139,7 @@ impl ReferenceOverlay {
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct ReferenceSystems;
 
-/// Lets there be reference overlays; [`form`] draws them.
+/// Adds the reference overlay; [`form`] draws it.
 pub struct ReferenceOverlayPlugin;
 
 impl Plugin for ReferenceOverlayPlugin {
@@ -182,7 +182,7 @@ fn carry_out(world: &mut World) {
                 world.remove_resource::<ReferenceOverlay>();
                 world.resource_mut::<SimulationClock>().held = false;
                 world.schedule_scope(StepSchedule, |world, schedule| {
-                    // The set is there: its system came with the reference overlay.
+                    // The set exists: its system was added with the reference overlay.
                     let _removed = schedule.remove_systems_in_set(
                         ReferenceSystems,
                         world,
@@ -194,7 +194,7 @@ fn carry_out(world: &mut World) {
     }
 }
 
-/// Once a frame: hears of the reference overlays, begins them where they are to begin, and holds the clock
+/// Once per frame: receives comparisons, starts the references if necessary, and holds the clock
 /// while they are behind.
 fn attend(world: &mut World) {
     let bodies = bodies_in_order(world);
@@ -223,7 +223,7 @@ fn attend(world: &mut World) {
             reference_overlay.again();
         }
         let mut clock = world.resource_mut::<SimulationClock>();
-        // One tick may be under way: the reference overlays' thread works while the bodies' does.
+        // One tick may be pending: the references are stepped in parallel with the bodies.
         clock.held = reference_overlay.behind() > 1;
         let now = if clock.held { 1.0 } else { 0.0 };
         reference_overlay.held += (now - reference_overlay.held) * NOTICED;

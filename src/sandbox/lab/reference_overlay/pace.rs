@@ -1,40 +1,40 @@
-//! How many substeps a reference overlay can have, and how many bodies a reference overlay, so that it keeps pace.
+//! Chooses the substeps of the references, and the number of bodies with a reference, to keep up
+//! with the simulation.
 
 use crate::solver::{Settings, Substeps, World, reference};
 use std::time::Instant;
 
-/// Least of the factors by which a reference overlay's substeps outnumber its body's: with it, a method of
-/// first order leaves a quarter of the body's error in the reference overlay. With less, the two would be alike
-/// for being wrong alike.
+/// Minimum ratio of the reference's substeps to the body's. At this ratio, a first-order method
+/// leaves a quarter of the body's error in the reference. At smaller ratios, the two would agree
+/// because they share their error.
 pub const LEAST: u32 = 4;
 
-/// The most of them.
+/// Maximum ratio.
 pub const MOST: u32 = 64;
 
-/// Share of the time of a tick that a reference overlay is planned to take. The rest is for what else the
-/// machine does meanwhile.
+/// Fraction of the time of a tick that references may take. The rest is left for other work.
 const SHARE: f64 = 0.6;
 
-/// Share of a new measurement in the smoothed one.
+/// Weight of a new measurement in the smoothed one.
 const FRESH: f64 = 0.1;
 
-/// What a sweep of all reference overlays costs, and by how much their substeps outnumber the bodies'.
+/// Cost of one iteration of all references, and the ratio of their substeps to the bodies'.
 #[derive(Debug, Clone, Copy)]
 pub struct Pace {
-    /// Time of one substep of one iteration [s].
-    sweep: f64,
-    /// Substeps and iterations of the bodies, for which `times` was chosen.
+    /// Time of one iteration of one substep [s].
+    seconds: f64,
+    /// Substeps and iterations of the bodies for which `times` was chosen.
     of: (u32, u32),
     times: u32,
 }
 
 impl Pace {
-    /// For reference overlays that take `tick` seconds with the bodies' own settings, where `room` seconds are
-    /// there for each tick.
+    /// For references that take `tick` seconds per tick with the bodies' own settings, if `room`
+    /// seconds are available per tick.
     #[must_use]
     pub fn new(tick: f64, settings: &Settings, room: f64) -> Self {
         let mut pace = Self {
-            sweep: tick / sweeps(settings),
+            seconds: tick / iterations_per_tick(settings),
             of: (0, 0),
             times: LEAST,
         };
@@ -42,49 +42,49 @@ impl Pace {
         pace
     }
 
-    /// By how much the reference overlays' substeps outnumber the bodies'.
+    /// Ratio of the references' substeps to the bodies'.
     #[must_use]
     pub const fn times(&self) -> u32 {
         self.times
     }
 
-    /// Chooses anew if the bodies' substeps or iterations are others than before.
+    /// Chooses a new ratio if the bodies' substeps or iterations have changed.
     pub fn follow(&mut self, settings: &Settings, room: f64) {
         let of = (settings.substeps.get(), settings.iterations.get());
         if of != self.of {
             self.of = of;
-            self.times = times(self.sweep * sweeps(settings), room);
+            self.times = times(self.seconds * iterations_per_tick(settings), room);
         }
     }
 
-    /// Takes in a tick of all reference overlays that took `spent` seconds; with half the substeps from now on
-    /// if that is more than there is room for.
+    /// Records a tick of all references that took `spent` seconds. Halves the ratio if the expected
+    /// time exceeds what is available.
     pub fn observe(&mut self, spent: f64, settings: &Settings, room: f64) {
-        let now = spent / (sweeps(settings) * f64::from(self.times));
-        self.sweep += (now - self.sweep) * FRESH;
-        let expected = self.sweep * sweeps(settings) * f64::from(self.times);
+        let now = spent / (iterations_per_tick(settings) * f64::from(self.times));
+        self.seconds += (now - self.seconds) * FRESH;
+        let expected = self.seconds * iterations_per_tick(settings) * f64::from(self.times);
         if expected > room && self.times > LEAST {
             self.times /= 2;
         }
     }
 
-    /// The reference overlays' settings: as the bodies', but for the substeps.
+    /// Settings of the references: those of the bodies, except for the substeps.
     #[must_use]
     pub fn settings(&self, bodies: &Settings) -> Settings {
         let wanted = bodies.substeps.get().saturating_mul(self.times);
         Settings {
-            // There is a most; it is more than any body is worth.
+            // Limited to the maximum number of substeps.
             substeps: Substeps::new(wanted.min(Substeps::MAX)).unwrap_or(bodies.substeps),
             ..*bodies
         }
     }
 }
 
-fn sweeps(settings: &Settings) -> f64 {
+fn iterations_per_tick(settings: &Settings) -> f64 {
     f64::from(settings.substeps.get()) * f64::from(settings.iterations.get())
 }
 
-/// The greatest power of two by which substeps that take `tick` seconds can be multiplied.
+/// The largest power of two by which the substeps of a tick of `tick` seconds can be multiplied.
 fn times(tick: f64, room: f64) -> u32 {
     let mut times = MOST;
     while times > LEAST && tick * f64::from(times) > room * SHARE {
@@ -93,9 +93,9 @@ fn times(tick: f64, room: f64) -> u32 {
     times
 }
 
-/// How many of the bodies, from the first on, can have a reference overlay where `room` seconds are there for
-/// each tick, and what a tick of these takes with the bodies' own settings [s]. The first always
-/// has one.
+/// Number of bodies, from the first on, that can have a reference if `room` seconds are available
+/// per tick, and the time that a tick of their references takes with the bodies' own settings [s].
+/// The first body always has one.
 #[must_use]
 pub fn fitting(world: &World, room: f64) -> (usize, f64) {
     let (mut count, mut sum) = (0, 0.0);
@@ -108,7 +108,7 @@ pub fn fitting(world: &World, room: f64) -> (usize, f64) {
             ..World::default()
         };
         let mut reference = reference::World::of(&alone);
-        // The second finds everything in the caches, as those that follow will.
+        // The second run measures with warm caches, like later ticks.
         let tick = (0..2)
             .map(|_| {
                 let started = Instant::now();
@@ -136,7 +136,7 @@ mod tests {
 
     #[test]
     fn as_many_substeps_are_taken_as_there_is_room_for() {
-        // 0.6 of 16 ms are room for 9.6 times 1 ms, so for 8 times the substeps.
+        // 0.6 of 16 ms allows 9.6 times 1 ms, so 8 times the substeps.
         assert_eq!(Pace::new(1e-3, &settings(), 16e-3).times(), 8);
         assert_eq!(Pace::new(1e-6, &settings(), 16e-3).times(), MOST);
         assert_eq!(Pace::new(1.0, &settings(), 16e-3).times(), LEAST);

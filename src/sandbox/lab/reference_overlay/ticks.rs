@@ -1,4 +1,4 @@
-//! References from tick to tick: where they begin, and what their thread is told of each.
+//! Starting the references, and sending each tick to their thread.
 
 use super::{
     Follower, ReferenceOverlay,
@@ -16,14 +16,14 @@ use crate::{
 use bevy::{ecs::message::MessageCursor, prelude::*};
 use std::sync::Arc;
 
-/// Real time that there is for a tick [s].
+/// Real time available per tick [s].
 fn room(world: &World) -> f64 {
     let speed = world.resource::<SimulationClock>().speed;
     world.resource::<SimulationSettings>().tick_seconds() / speed.max(1.0)
 }
 
-/// Sends copies of the bodies to a thread: of the one that the panel shows, or of all, from the
-/// nearest to the eye on.
+/// Sends copies of the bodies to a new thread: of the selected body, or of all bodies sorted by
+/// distance from the camera.
 pub(super) fn begin(world: &mut World, reference_overlay: &mut ReferenceOverlay) {
     reference_overlay.bodies = bodies_in_order(world);
     reference_overlay.chosen = world.resource::<Selection>().0;
@@ -61,16 +61,17 @@ pub(super) fn begin(world: &mut World, reference_overlay: &mut ReferenceOverlay)
     }
 }
 
-/// Distance of a body's middle to a point [m].
+/// Distance of a body's mean position from a point [m].
 fn distance(body: &solver::Body, from: Vec3) -> f32 {
     let places = &body.particles.positions;
     let sum: Vec3 = places.iter().map(|x| x.truncate()).sum();
     (sum / places.len().max(1) as f32).distance(from)
 }
 
-/// At the end of a tick: sends what was in force in it and where it took the bodies.
+/// At the end of a tick: sends its inputs and the resulting state of the bodies.
 ///
-/// When a body was moved between two ticks, deformed for example, references cannot follow, and all restart.
+/// If a body was moved between two ticks, for example deformed, references cannot follow and all
+/// are restarted.
 pub(super) fn observe(world: &mut World, mut read: Local<MessageCursor<Applied>>) {
     if world.resource::<SimulationClock>().mid_tick() {
         return;
@@ -101,13 +102,13 @@ pub(super) fn observe(world: &mut World, mut read: Local<MessageCursor<Applied>>
     });
 }
 
-/// Whether a body began this tick elsewhere than it ended the last.
+/// Whether a body started this tick at a position other than the end of the last tick.
 fn moved(world: &World, reference_overlay: &ReferenceOverlay) -> bool {
     let Some(last) = &reference_overlay.sent else {
         return false;
     };
     last.bodies.iter().any(|seen| {
-        // One in quarantine is not stepped.
+        // Bodies in quarantine are not stepped.
         let body = world.get_entity(seen.body).ok();
         let body = body.filter(|body| !body.contains::<Quarantined>());
         let start = body.and_then(|body| body.get::<TickStart>());
@@ -126,7 +127,7 @@ fn moment(world: &mut World, reference_overlay: &ReferenceOverlay) -> Moment {
         .map(|comparison| &comparison.gaps);
     let followed: Vec<Entity> = match gaps {
         Some(gaps) => gaps.iter().map(|(body, _)| *body).collect(),
-        // Which of them have a reference overlay is not known yet.
+        // It is not yet known which of them have a reference.
         None => reference_overlay.bodies.clone(),
     };
     let seen = |body: Entity| {

@@ -15,10 +15,10 @@ use crate::{
     solver::{lanes::WIDTH, partitions::MIN_CUT},
 };
 
-/// Greatest width of the legend [logical px].
+/// Maximum width of the legend [logical px].
 const WIDEST: f32 = 330.0;
 
-/// What a view shows, in words.
+/// Description of a view.
 #[must_use]
 pub fn sentence(view: SolverView, summary: &Summary) -> String {
     let mut text = match view {
@@ -59,7 +59,7 @@ fn partitions(summary: &Summary) -> String {
     text
 }
 
-/// What holds for the edges, the tetrahedra and the struts, as far as there are any.
+/// Text for the edges, the tetrahedra and the struts, if there are any.
 fn kinds(summary: &Summary, say: impl Fn(Filling) -> String) -> String {
     let all = [
         ("edges", summary.edges),
@@ -81,7 +81,7 @@ fn several(number: usize, one: &str, more: &str) -> String {
 pub fn draw(context: &egui::Context, view: SolverView, summary: &Summary, covered: f32) {
     let screen = context.content_rect();
     let width = (screen.width() - covered - 44.0).clamp(120.0, WIDEST);
-    // Never in the way of the hand: the pointer goes through it.
+    // Does not capture the pointer.
     Area::new(Id::new("solver legend"))
         .order(Order::Background)
         .interactable(false)
@@ -107,7 +107,7 @@ pub fn draw(context: &egui::Context, view: SolverView, summary: &Summary, covere
         });
 }
 
-/// The colour of each lane under its number.
+/// The color of each lane under its number.
 fn lanes(ui: &mut egui::Ui) {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 3.0;

@@ -1,34 +1,35 @@
-//! Where each constraint stands in the order in which they are solved, and the tint that tells so.
+//! Position of each constraint in the solution order, and its tint.
 //!
-//! Pure functions of a topology: nothing here draws.
+//! Pure functions of a topology, without drawing.
 
 use crate::sandbox::state::view::SolverView;
-use bevy::{color::Oklcha, prelude::*};
+use bevy::prelude::*;
 
 use crate::{
+    render::gizmos,
     sandbox::render::material::{PALETTE, linear},
     solver::{Topology, lanes::WIDTH, order::Elements},
 };
 
-/// Where a constraint stands.
+/// Position of a constraint in the solution order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Place {
-    /// Its band and its colour there; `None` for a loose one, which is solved alone.
+    /// Partition and color; `None` for an overflow constraint, which is solved alone.
     pub turn: Option<Turn>,
-    /// Its place in its block, from 0 to 7.
+    /// Lane in its block, from 0 to 7.
     pub lane: usize,
 }
 
-/// When a constraint is solved: in which band, with which colour of it.
+/// Partition and color in which a constraint is solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Turn {
-    /// Number of the band.
+    /// Index of the partition.
     pub partition: usize,
-    /// Number of the colour among those of the band.
+    /// Index of the color within the partition.
     pub colour: usize,
 }
 
-/// Where each constraint stands, in the order in which they are stored.
+/// Positions of all constraints, in storage order.
 #[must_use]
 pub fn places<const N: usize>(elements: &Elements<N>) -> Vec<Place> {
     let alone = Place {
@@ -53,8 +54,9 @@ pub fn places<const N: usize>(elements: &Elements<N>) -> Vec<Place> {
 }
 
 impl Place {
-    /// The tint of the place in a view, linear sRGB. Bands are counted on from `first_partition`, so
-    /// that two bodies of a band each differ. What is loose has no band and no colour: it is white.
+    /// Tint of the position in a view, linear sRGB. Partitions are numbered from `first_partition`,
+    /// so that two bodies of one partition each differ. Overflow constraints have no partition and
+    /// no color; they are white.
     #[must_use]
     pub fn tint(self, view: SolverView, first_partition: usize) -> Vec3 {
         match (view, self.turn) {
@@ -66,58 +68,53 @@ impl Place {
     }
 }
 
-/// A circle divided by the golden ratio: no few multiples of it come near each other [°].
-const GOLDEN_ANGLE: f32 = 137.507_77;
-
-/// The n-th of a row of colours in which neighbours differ in hue and in lightness, linear sRGB.
+/// A distinct color, linear sRGB.
 fn distinct(n: usize) -> Vec3 {
-    let hue = (n as f32 * GOLDEN_ANGLE).rem_euclid(360.0);
-    let lightness = [0.72, 0.54, 0.86, 0.63][n % 4];
-    let colour = LinearRgba::from(Oklcha::lch(lightness, 0.17, hue));
-    colour.to_vec3().clamp(Vec3::ZERO, Vec3::ONE)
+    let color = gizmos::distinct(n).to_linear();
+    color.to_vec3().clamp(Vec3::ZERO, Vec3::ONE)
 }
 
-/// Which constraints of a body are solved and drawn.
+/// Kinds of constraints of a body that are solved and drawn.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Kinds {
-    /// Edges, where stretch is on.
+    /// Edges, if stretch is on.
     pub edges: bool,
-    /// Tetrahedra, where volume is on.
+    /// Tetrahedra, if volume is on.
     pub tetrahedra: bool,
     /// Struts.
     pub struts: bool,
 }
 
-/// How many pieces the constraints of bodies are solved in.
+/// Number of partitions and constraints of some bodies.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Summary {
-    /// Bodies.
+    /// Number of bodies.
     pub bodies: usize,
-    /// Bands of all bodies.
+    /// Number of partitions of all bodies.
     pub partitions: usize,
-    /// Constraints that have no band.
+    /// Number of overflow constraints.
     pub loose: usize,
-    /// The edges, where stretch is on.
+    /// Edges, if stretch is on.
     pub edges: Filling,
-    /// The tetrahedra, where volume is on.
+    /// Tetrahedra, if volume is on.
     pub tetrahedra: Filling,
-    /// The struts, where they are on.
+    /// Struts, if they are on.
     pub struts: Filling,
 }
 
-/// How full the blocks are that constraints of one kind are solved in.
+/// Lane utilization of the blocks of one kind of constraint.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Filling {
-    /// Constraints.
+    /// Number of constraints.
     pub constraints: usize,
-    /// Lanes of all blocks, those that stay idle too.
+    /// Number of lanes of all blocks, including idle ones.
     pub lanes: usize,
-    /// Colours of the band that has most.
+    /// Largest number of colors in a partition.
     pub colours: usize,
 }
 
 impl Summary {
-    /// Of one body.
+    /// Summary of one body.
     #[must_use]
     pub fn of(topology: &Topology, kinds: Kinds) -> Self {
         let mut all = Self {
@@ -156,7 +153,7 @@ impl Summary {
         filling
     }
 
-    /// Both together.
+    /// Combines two summaries.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self {
@@ -171,7 +168,7 @@ impl Summary {
 }
 
 impl Filling {
-    /// Share of the lanes that have something to do, 0 to 1; `None` without constraints.
+    /// Fraction of the lanes that are used, 0 to 1; `None` without constraints.
     #[must_use]
     pub fn share(self) -> Option<f64> {
         (self.lanes > 0).then(|| self.constraints as f64 / self.lanes as f64)

@@ -1,4 +1,4 @@
-//! Balls around motion, axis-aligned boxes, and all pairs of boxes that overlap.
+//! Bounding balls of motion, axis-aligned boxes, and queries for overlapping boxes.
 
 use super::closest::Kind;
 use glam::{DVec3, UVec3, Vec3A};
@@ -12,13 +12,13 @@ pub struct Ball {
 }
 
 impl Ball {
-    /// Nothing but the origin.
+    /// The ball of radius 0 at the origin.
     pub const ORIGIN: Self = Self {
         center: Vec3A::ZERO,
         radius: 0.0,
     };
 
-    /// Around a straight way, and so much more [m].
+    /// Bounds a straight motion, enlarged by `more` [m].
     pub fn around(from: DVec3, way: DVec3, more: f32) -> Self {
         Self {
             center: (from + way * 0.5).as_vec3a(),
@@ -26,17 +26,17 @@ impl Ball {
         }
     }
 
-    /// How far points of another are from the center at most [m].
+    /// Maximum distance of points of another ball from the center [m].
     pub fn farthest(self, other: Self) -> f32 {
         (self.center - other.center).length() + other.radius
     }
 
-    /// Whether all of another is inside.
+    /// Whether it contains all of another ball.
     pub fn contains(self, other: Self) -> bool {
         self.farthest(other) <= self.radius
     }
 
-    /// All sums of a point of this ball and one of another.
+    /// Minkowski sum with another ball.
     pub fn plus(self, other: Self) -> Self {
         Self {
             center: self.center + other.center,
@@ -44,7 +44,7 @@ impl Ball {
         }
     }
 
-    /// All differences of a point of this ball and one of another.
+    /// Minkowski difference with another ball.
     pub fn minus(self, other: Self) -> Self {
         Self {
             center: self.center - other.center,
@@ -52,7 +52,7 @@ impl Ball {
         }
     }
 
-    /// The box around it.
+    /// Bounding box.
     pub fn bounds(self) -> Bounds {
         Bounds {
             low: self.center - self.radius,
@@ -61,8 +61,8 @@ impl Ball {
     }
 }
 
-/// Whether boxes around two primitives with corners at these places, those of the second displaced, are closer than
-/// `reach` [m].
+/// Whether the bounding boxes of two primitives with these corners, those of the second displaced,
+/// are closer than `reach` [m].
 pub fn boxes_meet(kind: Kind, corners: [Vec3A; 4], displaced: Vec3A, reach: f32) -> bool {
     let around = |corners: &[Vec3A]| {
         let all = corners.iter().map(|&at| Bounds::around(at, at));
@@ -75,7 +75,7 @@ pub fn boxes_meet(kind: Kind, corners: [Vec3A; 4], displaced: Vec3A, reach: f32)
         .meets(&around(second).displaced(&by))
 }
 
-/// Distance of two primitives with corners at these places, those of the second displaced [m].
+/// Distance of two primitives with these corners, those of the second displaced [m].
 pub fn distance(kind: Kind, corners: [Vec3A; 4], displaced: Vec3A) -> f64 {
     let mut corners = corners.map(|at| at.as_dvec3());
     for corner in &mut corners[kind.split()..] {
@@ -92,13 +92,13 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// Holds nothing.
+    /// The empty box.
     pub const EMPTY: Self = Self {
         low: Vec3A::INFINITY,
         high: Vec3A::NEG_INFINITY,
     };
 
-    /// Around two points.
+    /// Bounds two points.
     pub fn around(a: Vec3A, b: Vec3A) -> Self {
         Self {
             low: a.min(b),
@@ -106,7 +106,7 @@ impl Bounds {
         }
     }
 
-    /// Grown by `by` on all sides [m].
+    /// Expanded by `by` on all sides [m].
     pub fn grown(self, by: f32) -> Self {
         Self {
             low: self.low - by,
@@ -114,7 +114,7 @@ impl Bounds {
         }
     }
 
-    /// Around two boxes.
+    /// Union of two boxes.
     pub fn with(self, other: Self) -> Self {
         Self {
             low: self.low.min(other.low),
@@ -122,12 +122,12 @@ impl Bounds {
         }
     }
 
-    /// Whether two boxes share a point.
+    /// Whether two boxes overlap.
     pub fn meets(&self, other: &Self) -> bool {
         (self.low.cmple(other.high) & self.high.cmpge(other.low)).all()
     }
 
-    /// Where a point of this box can be that is displaced by a vector of another.
+    /// Bounds a point of this box displaced by a vector of another.
     pub fn displaced(self, by: &Self) -> Self {
         Self {
             low: self.low + by.low,
@@ -144,8 +144,8 @@ impl Bounds {
     }
 }
 
-/// A few boxes as columns, to compare another with all of them: for some hundred that is faster than a [`Grid`], as
-/// eight are compared at once.
+/// Boxes as columns, for comparing another box with all of them, eight at once. Faster than a
+/// [`Grid`] for up to some hundred boxes.
 #[derive(Debug, Default)]
 pub struct Columns {
     /// Lower bounds along x, y and z, and upper ones, of eight boxes.
@@ -153,11 +153,11 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// Takes boxes in.
+    /// Stores the boxes.
     pub fn fill(&mut self, boxes: &[Bounds]) {
         self.eights.clear();
         self.eights.extend(boxes.chunks(8).map(|some| {
-            // What is not there overlaps nothing.
+            // Padding that overlaps nothing.
             let mut columns = [[f32::INFINITY; 8]; 6];
             for (place, each) in some.iter().enumerate() {
                 for axis in 0..3 {
@@ -173,8 +173,8 @@ impl Columns {
     pub fn near(&self, query: &Bounds, mut visit: impl FnMut(u32)) {
         let (low, high) = (query.low.to_array(), query.high.to_array());
         for (eight, [lx, ly, lz, hx, hy, hz]) in (0..).zip(&self.eights) {
-            // Largest of the distances along the axes, below or at 0 where boxes overlap: minima and maxima are what
-            // compilers put into lanes.
+            // Largest of the separations along the axes, at most 0 where boxes overlap: compilers
+            // vectorize minima and maxima.
             let mut apart = [0.0_f32; 8];
             for i in 0..8 {
                 let x = (lx[i] - high[0]).max(low[0] - hx[i]);
@@ -192,13 +192,13 @@ impl Columns {
     }
 }
 
-/// Cells of a grid per box at most.
+/// Maximum number of grid cells per box.
 const CELLS: u32 = 16;
 
-/// Boxes by the cells of a grid in which their centers are.
+/// Boxes in the grid cells that contain their centers.
 #[derive(Debug, Default)]
 pub struct Grid {
-    /// Where the boxes of each cell begin, and where those of the last one end.
+    /// Start of the range of each cell, and the end of the last.
     starts: Vec<u32>,
     items: Vec<u32>,
     cells: Vec<u32>,
@@ -256,20 +256,20 @@ impl Grid {
         }
         self.items.clear();
         self.items.resize(boxes.len(), 0);
-        // From the last to the first, so that those of a cell stay in their order and starts end up right.
+        // In reverse, so that the boxes of a cell stay in order and `starts` ends up correct.
         for (item, &cell) in self.cells.iter().enumerate().rev() {
             let end = &mut self.starts[cell as usize + 1];
             *end -= 1;
             self.items[*end as usize] = item as u32;
         }
-        // Each entry has become the start of the cell before it: put them one down.
+        // Each entry has become the start of the cell before it: shift by one.
         self.starts.rotate_left(1);
         if let Some(last) = self.starts.last_mut() {
             *last = boxes.len() as u32;
         }
     }
 
-    /// Visits the boxes that may overlap another, row of cells by row of cells.
+    /// Visits the boxes that may overlap another, by rows of cells.
     pub fn near(&self, query: &Bounds, mut visit: impl FnMut(u32)) {
         let low = self.cell(query.low - self.reach);
         let high = self.cell(query.high + self.reach);
@@ -290,7 +290,7 @@ impl Grid {
     }
 
     fn cell(&self, point: Vec3A) -> UVec3 {
-        // Casts stop at 0: what is outside belongs to the border.
+        // Casts saturate at 0: points outside belong to the border cells.
         let at = (point - self.low) * self.per_length;
         UVec3::new(at.x as u32, at.y as u32, at.z as u32).min(self.count - 1)
     }
@@ -318,7 +318,7 @@ mod tests {
                 (0..count)
                     .map(|i| {
                         let at = Vec3A::new(noise(), noise(), noise() * 0.1);
-                        // One in ten is large, to be an outlier.
+                        // One in ten is large, as an outlier.
                         let size = if i % 10 == 9 { size * 8.0 } else { size };
                         Bounds::around(at, at + Vec3A::new(noise(), noise(), noise()) * size)
                     })

@@ -4,7 +4,7 @@
 
 use glam::DVec3;
 
-/// Two primitives whose corners are together four.
+/// Two primitives with four corners in total.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// Corner 0 is a vertex, the others a triangle.
@@ -14,7 +14,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// How many corners belong to the first primitive.
+    /// Number of corners of the first primitive.
     pub const fn split(self) -> usize {
         match self {
             Self::VertexTriangle => 1,
@@ -86,7 +86,7 @@ fn on_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
     [1.0 - v - w, v, w]
 }
 
-/// Where on two edges the points are that are closest to each other, from 0 at their first ends to 1.
+/// Parameters of the closest points of two edges, from 0 at their first ends to 1.
 fn on_edges([p1, q1]: [DVec3; 2], [p2, q2]: [DVec3; 2]) -> [f64; 2] {
     let (d1, d2, r) = (q1 - p1, q2 - p2, p1 - p2);
     let (a, e, f) = (d1.dot(d1), d2.dot(d2), d2.dot(r));
@@ -130,8 +130,8 @@ mod tests {
         (*seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
-    /// No point of a fine grid on the two primitives is closer than the closest ones, and the grid's best is at
-    /// most as much farther as its spacing allows: 3/64 of the longest edge, below 4 m.
+    /// No point of a fine grid on the two primitives is closer than the closest points, and the
+    /// best grid point is farther by at most the spacing: 3/64 of the longest edge, below 4 m.
     #[test]
     fn nothing_is_closer_than_the_closest_points() {
         let mut seed = 1;

@@ -4,7 +4,7 @@ use super::{
     bounds::{Ball, boxes_meet},
     detect::{Batch, Candidate, PiecePair, Scratch},
     params::{PairParams, Params},
-    row::{Active, Row},
+    row::{Active, ContactForce, Row},
     tangible::Tangible,
     truncate::Truncation,
 };
@@ -15,113 +15,118 @@ use crate::{
 use glam::{DVec3, Vec3A};
 use std::{ops::Range, sync::Arc};
 
-/// How far a ball reaches along the predicted motion, as a multiple of it.
+/// Reach of a ball along the predicted motion, as a multiple of the motion.
 pub(super) const HORIZON: f64 = 1.5;
 
-/// How far a particle may leave the way that was expected, as a fraction of the mean edge, and at least the thickness.
-/// More is fewer detections of more candidates.
+/// Tolerated deviation of a particle from its expected path, as a fraction of the mean edge, and at
+/// least the thickness. Larger values mean fewer detections with more candidates.
 const SKIN: f32 = 0.1;
 
-/// Which contacts.
+/// Kind of contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Between {
-    /// Of bodies with others.
+    /// Between different bodies.
     Bodies,
-    /// Of bodies with themselves.
+    /// Of a body with itself.
     Itself,
 }
 
-/// What contacts did in the last substep, and how often candidates were found.
+/// Contact statistics of the last substep, and the number of detections.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub struct ContactCounts {
     /// Pairs of primitives that may come near each other.
     pub candidates: usize,
-    /// Those that were near enough for a constraint.
+    /// Candidates near enough for a constraint.
     pub near: usize,
-    /// Those that pushed.
+    /// Constraints with a force.
     pub acting: usize,
-    /// Particles whose motion was cut.
+    /// Particles with truncated motion.
     pub truncated: usize,
-    /// Pairs that could not be kept apart, as nothing of them may be moved.
+    /// Pairs that could not be separated, because none of their particles may be moved.
     pub failed: usize,
-    /// How often candidates were found since bodies that can touch were last without each other.
+    /// Number of detections since contact was last inactive.
     pub detections: u64,
 }
 
 /// Contacts of all bodies of a world that carry [`Contact`] or [`SelfContact`].
 ///
-/// No part of the state: a world that goes on without what is kept here goes on with the same bits.
+/// A cache, not part of the state: without it a world continues with the same bits.
 #[derive(Debug, Default)]
 pub struct Contacts {
     pub(super) members: Vec<Member>,
     pub(super) pieces: Vec<Piece>,
-    /// Of each surface vertex: where the substep begins, and where it is predicted to end [m].
+    /// Per surface vertex: position at the start of the substep, and predicted position at its end
+    /// [m].
     pub(super) starts: Vec<DVec3>,
     pub(super) ends: Vec<DVec3>,
     pub(super) inverse_masses: Vec<f64>,
-    /// Of each corner of a piece: which surface vertex it is, the center of the ball around its motion in the substep in
-    /// the frame of the piece, and that for which candidates were found.
+    /// Per corner of a piece: its surface vertex, the center of the ball around its motion in the
+    /// substep in the frame of the piece, and the center for which candidates were found.
     pub(super) vertices: Vec<u32>,
     pub(super) centers: Vec<Vec3A>,
     pub(super) claimed: Vec<Vec3A>,
-    /// Pieces that may come near each other, and how far they may move relative to each other.
+    /// Pieces that may come near each other, and the bound on their relative motion.
     pub(super) pairs: Vec<PiecePair>,
     pub(super) batches: Vec<Batch>,
     pub(super) candidates: Vec<Candidate>,
-    /// Room for the near candidates of a batch.
+    /// Buffer for the near candidates of a batch.
     pub(super) near: Vec<Candidate>,
     /// Rows between bodies, then those of bodies with themselves.
     pub(super) rows: [Vec<Row>; 2],
     pub(super) active: Vec<Active>,
-    /// Place of each vertex among the active ones.
+    /// Index of each vertex among the active ones.
     pub(super) places: Vec<u32>,
-    /// Bodies that touched where the last substep began.
+    /// Pairs of bodies in contact at the start of the last substep.
     pub(super) touching: Vec<[u32; 2]>,
     pub(super) truncation: Truncation,
     pub(super) scratch: Scratch,
     pub(super) counts: ContactCounts,
+    /// Length of the last substep [s].
+    pub(super) h: f64,
     pub(super) is_valid: bool,
 }
 
-/// A particle that is not active.
+/// Index of a particle that is not active.
 const NOWHERE: u32 = u32::MAX;
 
-/// A body that can touch.
+/// A body with contact.
 #[derive(Debug)]
 pub(super) struct Member {
     pub(super) body: usize,
     pub(super) surface: Arc<Surface>,
-    /// Place of its first surface vertex.
+    /// Index of its first surface vertex.
     pub(super) first: usize,
     pub(super) params: [Option<Params>; 2],
     pub(super) is_stepped: bool,
 }
 
-/// A piece of the surface of a member, with a frame of its own that moves with it.
+/// A piece of the surface of a member, with its own moving frame.
 #[derive(Debug)]
 pub(super) struct Piece {
     pub(super) member: usize,
-    /// Which patch of the surface.
+    /// Index of the patch of the surface.
     pub(super) patch: usize,
-    /// Place of its first corner.
+    /// Index of its first corner.
     pub(super) first: usize,
     pub(super) is_stepped: bool,
     pub(super) half_thickness: f32,
-    /// Whether its claims no longer hold its motion.
+    /// Whether its motion has left its claims.
     pub(super) is_lost: bool,
-    /// Origin of its frame [m], and how far that has come since [m].
+    /// Origin of its frame [m], and its displacement since detection [m].
     pub(super) origin: DVec3,
     pub(super) drift: DVec3,
     /// Mean motion in the substep [m].
     pub(super) motion: DVec3,
-    /// Displacements of its frame for which pairs of pieces were found.
+    /// Displacements of its frame for which the pairs of pieces are valid.
     pub(super) claim: Ball,
-    /// Grows its balls by more than rounding [m].
+    /// Margin of its balls against rounding [m].
     pub(super) slack: f32,
-    /// Radius of the balls around the motion of its corners [m], and of those for which candidates were found.
+    /// Radius of the balls around the motion of its corners [m], and of those for which candidates
+    /// are valid.
     pub(super) radius: f32,
     pub(super) claimed_radius: f32,
-    /// How far a ball reaches beyond the center of the one that was claimed, at most [m].
+    /// Maximum reach of a ball beyond the center of the claimed one [m].
     pub(super) travel: f32,
 }
 
@@ -130,7 +135,7 @@ impl Member {
         self.first..self.first + self.surface.vertices.len()
     }
 
-    /// Half the thickness [m] against other bodies or itself; of both the larger one.
+    /// Half the thickness [m] against other bodies or itself; the larger one if both apply.
     pub(super) fn half_thickness(&self) -> f32 {
         let halves =
             [Between::Bodies, Between::Itself].map(|between| self.half_thickness_for(between));
@@ -156,13 +161,13 @@ impl Piece {
         self.first..self.first + self.patch(members).vertices.len()
     }
 
-    /// How far a corner may leave the way that it was expected to take [m].
+    /// Tolerated deviation of a corner from its expected path [m].
     pub(super) fn skin(&self, members: &[Member]) -> f32 {
         let mean_edge = members[self.member].surface.mean_edge;
         (SKIN * mean_edge).max(2.0 * self.half_thickness)
     }
 
-    /// Origin of the frame now [m].
+    /// Current origin of the frame [m].
     pub(super) fn frame(&self) -> DVec3 {
         self.origin + self.drift
     }
@@ -181,19 +186,25 @@ impl PartialEq for Contacts {
 }
 
 impl Contacts {
-    /// What they did in the last substep.
+    /// Statistics of the last substep.
     #[must_use]
     pub fn counts(&self) -> ContactCounts {
         self.counts
     }
 
-    /// Bodies that touched where the last substep began, by their places; each pair once.
+    /// Pairs of bodies in contact at the start of the last substep, by index, without repetition.
     #[must_use]
     pub fn touching(&self) -> &[[u32; 2]] {
         &self.touching
     }
 
-    /// Bytes of memory.
+    /// Forces of the active contacts in the last substep.
+    pub fn forces(&self) -> impl Iterator<Item = ContactForce> {
+        let rows = self.rows.iter().flatten().filter(|row| row.acts());
+        rows.map(|row| row.force(self.h, &self.active))
+    }
+
+    /// Memory use in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         size_of_val(&self.starts[..])
@@ -212,22 +223,23 @@ impl Contacts {
             + size_of_val(&self.places[..])
     }
 
-    /// Takes all bodies out: in this tick nothing touches.
+    /// Removes all bodies: no contact in this tick.
     pub fn clear(&mut self) {
         if !self.members.is_empty() {
             *self = Self::default();
         }
     }
 
-    /// Begins a substep: finds what is near.
+    /// Begins a substep: finds near candidates.
     pub(crate) fn begin(&mut self, bodies: &[impl Tangible], step: &Substep) {
+        self.h = step.h.into();
         self.join(bodies);
         self.predict(bodies, step);
         if !(self.is_valid && self.enclose_motion(HORIZON)) {
             self.detect(step.count);
             self.enclose_motion(HORIZON);
         }
-        self.make_rows(step.h.into());
+        self.make_rows(self.h);
     }
 
     /// One pass over the contacts of one kind, after an iteration.
@@ -245,7 +257,7 @@ impl Contacts {
         self.give_back(bodies);
     }
 
-    /// Moves the bodies' particles to where the active ones are.
+    /// Copies the positions of the active particles back to the bodies.
     fn give_back(&self, bodies: &mut [impl Tangible]) {
         for it in &self.active {
             let body = &mut bodies[it.body as usize];
@@ -257,7 +269,7 @@ impl Contacts {
         }
     }
 
-    /// Cuts motion that would let surfaces cross, before the last stage of a substep.
+    /// Truncates motion that would let surfaces cross, before the last stage of a substep.
     pub(crate) fn truncate(&mut self, bodies: &mut [impl Tangible], step: &Substep) {
         for member in &self.members {
             let body = &bodies[member.body];
@@ -275,7 +287,7 @@ impl Contacts {
         self.cut(bodies);
     }
 
-    /// Ends a substep, after the last stage: what bounces leaves. Notes who touches whom.
+    /// Ends a substep, after the last stage: applies restitution and records which bodies touch.
     pub(crate) fn end(&mut self, bodies: &mut [impl Tangible], step: &Substep) {
         self.note_touching();
         let rows = || self.rows.iter().flatten();
@@ -301,12 +313,12 @@ impl Contacts {
         }
     }
 
-    /// Whether something may come near a body, by its place.
+    /// Whether another surface may come near a body, given by its index.
     pub(crate) fn is_near(&self, body: usize) -> bool {
         self.active.iter().any(|it| it.body as usize == body)
     }
 
-    /// Ways by which friction has moved particles in the substep [m]: body, particle, way.
+    /// Displacements by friction in the substep [m]: body, particle, displacement.
     pub(crate) fn rubbed(&self) -> impl Iterator<Item = (usize, usize, DVec3)> {
         self.active
             .iter()
@@ -326,7 +338,7 @@ impl Contacts {
         self.touching.dedup();
     }
 
-    /// Takes in the bodies that can touch, if they are not those of the last time.
+    /// Registers the bodies with contact, if they have changed.
     fn join(&mut self, bodies: &[impl Tangible]) {
         let all = || {
             bodies
@@ -418,7 +430,7 @@ impl Contacts {
         }
     }
 
-    /// Notes where particles are, and where their velocities and gravity will take them.
+    /// Records positions, and predicts motion from velocities and gravity.
     fn predict(&mut self, bodies: &[impl Tangible], step: &Substep) {
         let h = f64::from(step.h);
         let fall = step.gravity.as_dvec3() * (h * h);
@@ -440,14 +452,14 @@ impl Contacts {
             }
         }
         for piece in self.pieces.iter_mut().filter(|piece| piece.is_stepped) {
-            // Its motion in the substep before, as that ended.
+            // Its motion in the previous substep.
             piece.drift += piece.motion;
         }
         self.find_mean_motion();
     }
 
-    /// Puts balls around motion times `horizon`; false if one of them is not within that for which candidates were
-    /// found.
+    /// Bounds motion times `horizon` by balls; false if one of them is outside of the ball for
+    /// which candidates were found.
     fn enclose_motion(&mut self, horizon: f64) -> bool {
         let Self {
             members,
@@ -489,14 +501,16 @@ impl Contacts {
         holds
     }
 
-    /// How far the frame of the second piece of a batch is from that of the first, in the course of the motion.
+    /// Offset of the frame of the second piece of a batch from the first, over the course of the
+    /// motion.
     fn offset(&self, batch: &Batch, horizon: f64) -> Ball {
         let [a, b] = batch.pieces.map(|piece| &self.pieces[piece as usize]);
         let way = (b.motion - a.motion) * horizon;
         Ball::around(b.frame() - a.frame(), way, 0.0)
     }
 
-    /// The candidates of a batch whose primitives can come closer than a distance [m] along the motion times `horizon`.
+    /// Candidates of a batch whose primitives can come closer than a distance [m] along the motion
+    /// times `horizon`.
     pub(super) fn near_in<'a>(
         &'a self,
         batch: &'a Batch,
@@ -506,15 +520,15 @@ impl Contacts {
         let [a, b] = batch.pieces.map(|piece| &self.pieces[piece as usize]);
         let slack = a.slack + b.slack;
         let offset = self.offset(batch, horizon);
-        // A little more than rounding takes.
+        // Slightly more than the rounding error.
         let travel = 1.00001 * (a.travel + b.travel + batch.offset.farthest(offset) + slack);
         let reach = a.radius + b.radius + offset.radius;
         self.candidates[batch.range.clone()]
             .iter()
             .filter(move |candidate| {
                 let by = by(candidate);
-                // How far anything has moved tells most of them; boxes tell more. Only the last test decides, which
-                // knows nothing of when candidates were found.
+                // The distance moved rejects most candidates, and boxes reject more. Only the last
+                // test decides; it does not depend on when candidates were found.
                 candidate.room + candidate.distance - by <= travel
                     && boxes_meet(
                         batch.kind,
@@ -534,7 +548,7 @@ impl Contacts {
             })
     }
 
-    /// Makes rows of the candidates that are near, in a substep of `h` seconds.
+    /// Creates rows for near candidates, in a substep of `h` seconds.
     fn make_rows(&mut self, h: f64) {
         for it in self.active.drain(..) {
             self.places[it.vertex as usize] = NOWHERE;

@@ -1,21 +1,21 @@
-//! Counts where surfaces cross, as proof that they do not.
+//! Counts crossings of surfaces, as a check that there are none.
 
 use super::bounds::{Bounds, Grid};
 use crate::{Effects, Particles, Topology};
 use glam::{DVec3, Vec3A};
 use robust::{Coord3D, orient3d};
 
-/// Boxes are grown by this fraction of the largest coordinate: some ε of `f32`.
+/// Margin of the boxes, as a fraction of the largest coordinate: a few ε of `f32`.
 const SLACK: f64 = 1e-6;
 
-/// A body, to see whether its surface crosses others or itself.
+/// A body whose surface is checked for crossings.
 #[derive(Debug, Clone, Copy)]
 pub struct Outline<'a> {
-    /// What it carries.
+    /// Effects of the body.
     pub effects: &'a Effects,
-    /// Its elements.
+    /// Topology of the body.
     pub topology: &'a Topology,
-    /// Its particles.
+    /// Particles of the body.
     pub particles: &'a Particles,
 }
 
@@ -26,9 +26,9 @@ struct Shape<'a> {
     whole: Bounds,
 }
 
-/// How many pairs of an edge and a triangle cross, of bodies that carry [`Contact`](super::Contact) and of those with
-/// [`SelfContact`](super::SelfContact) in themselves. Exact on the given positions (Shewchuk 1997); a pair that only
-/// touches does not count, nor does one that shares a vertex.
+/// Number of crossing edge–triangle pairs, between bodies that carry [`Contact`](super::Contact)
+/// and within those that carry [`SelfContact`](super::SelfContact). Exact for the given positions
+/// (Shewchuk 1997). Pairs that only touch or that share a vertex do not count.
 #[must_use]
 pub fn crossings<'a>(bodies: impl Iterator<Item = Outline<'a>>) -> usize {
     let shapes: Vec<Shape> = bodies
@@ -59,7 +59,7 @@ pub fn crossings<'a>(bodies: impl Iterator<Item = Outline<'a>>) -> usize {
     count
 }
 
-/// Edges of `a` through triangles of `b`.
+/// Counts edges of `a` through triangles of `b`.
 fn between(a: &Shape, b: &Shape, grid: &mut Grid) -> usize {
     let is_itself = std::ptr::eq(a, b);
     let edges = &a.body.topology.surface().edges;
@@ -84,7 +84,7 @@ fn between(a: &Shape, b: &Shape, grid: &mut Grid) -> usize {
     count
 }
 
-/// Whether a segment goes through a triangle.
+/// Whether a segment passes through a triangle.
 fn crosses([p, q]: [DVec3; 2], [a, b, c]: [DVec3; 3]) -> bool {
     let side = |a: DVec3, b: DVec3, c: DVec3, d: DVec3| {
         let [a, b, c, d] = [a, b, c, d].map(|DVec3 { x, y, z }| Coord3D { x, y, z });

@@ -9,64 +9,65 @@ use crate::topology::surface::Patch;
 use glam::{DVec3, Vec3A};
 use std::ops::Range;
 
-/// Candidates of one kind between two pieces of surfaces, or of one with itself.
+/// Candidates of one kind between two pieces of surfaces, or within one piece.
 #[derive(Debug, Clone)]
 pub(super) struct Batch {
-    /// Those that the first and the second primitive of each belong to.
+    /// Pieces of the first and the second primitive of each candidate.
     pub pieces: [u32; 2],
     pub between: Between,
     pub kind: Kind,
-    /// Which candidates.
+    /// Range of its candidates.
     pub range: Range<usize>,
-    /// Offset of the second piece's frame from that of the first for which they were found.
+    /// Offset of the second frame from the first for which the candidates are valid.
     pub offset: Ball,
-    /// Surfaces never come closer than this [m].
+    /// Minimum distance of the surfaces [m].
     pub min_gap: f64,
 }
 
 impl Batch {
-    /// Its pieces, the one that comes first first.
+    /// Its pieces in ascending order.
     fn sorted(&self) -> [u32; 2] {
         let [a, b] = self.pieces;
         [a.min(b), a.max(b)]
     }
 }
 
-/// Two pieces that may come near each other; or one, with itself.
+/// Two pieces that may come near each other, or one piece with itself.
 #[derive(Debug, Clone)]
 pub(super) struct PiecePair {
     pub pieces: [u32; 2],
     between: Between,
-    /// How far the second frame was from the first when candidates were found [m].
+    /// Offset of the second frame from the first when candidates were found [m].
     pub offset: DVec3,
-    /// Displacements of the second frame from there, relative to the first, for which they were found.
+    /// Displacements of the second frame relative to the first, from there, for which candidates
+    /// are valid.
     pub claim: Ball,
-    /// Whether the claim no longer holds.
+    /// Whether the motion has left the claim.
     pub is_lost: bool,
 }
 
 /// Two primitives that may come near each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Candidate {
-    /// Places among the corners of pieces, the first primitive's first.
+    /// Indices of the corners in the pieces, those of the first primitive first.
     pub corners: [u32; 4],
-    /// Distance to be kept [m].
+    /// Distance to maintain [m].
     pub distance: f32,
-    /// How much farther its primitives were from each other where they were found, by the centers of the claims [m].
+    /// Distance of the primitives beyond that at detection, by the centers of the claims [m].
     pub room: f32,
 }
 
-/// Room for detection, used again.
+/// Buffers for detection, reused.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
     columns: Columns,
     first: Primitives,
     second: Primitives,
-    /// The box of each piece in its frame, and that which it goes through.
+    /// Bounding box of each piece in its frame, and of its motion.
     wholes: Vec<Bounds>,
     swept: Vec<Bounds>,
     order: Vec<(f32, u32)>,
-    /// What was found before.
+    /// Batches and candidates of the previous detection.
     before: (Vec<Batch>, Vec<Candidate>),
 }
 
@@ -74,11 +75,11 @@ pub(super) struct Scratch {
 #[derive(Debug, Default)]
 struct Primitives {
     boxes: Vec<Bounds>,
-    /// Places among the vertices, edges or triangles of its patch.
+    /// Indices of the vertices, edges or triangles of its patch.
     numbers: Vec<u32>,
 }
 
-/// What a primitive is.
+/// Kind of primitive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Part {
     Vertices,
@@ -86,25 +87,27 @@ enum Part {
     Triangles,
 }
 
-/// For how many substeps of the motion under way candidates are found, if it goes on alike.
+/// Number of substeps of the current motion for which candidates are found, assuming constant
+/// velocity.
 const AHEAD: f64 = 1.0;
 
-/// The same of pieces relative to each other.
+/// The same for pieces relative to each other.
 const FRAMES_AHEAD: f64 = 2.0;
 
-/// A gap is never cut to less than this fraction of the thickness, and to less than this fraction of the longest edge;
-/// thinner ones would be within the rounding of positions.
+/// Lower bound of a truncated gap, as a fraction of the thickness and as a fraction of the longest
+/// edge; thinner gaps would be within the rounding of positions.
 const MIN_GAP: [f64; 2] = [0.01, 5e-4];
 
-/// A surface keeps at most this fraction of the distance that its primitives have at rest.
+/// Maximum contact distance as a fraction of the rest distance of the primitives.
 const OF_REST: f64 = 0.9;
 
-/// Growth of balls beyond rounding, as a fraction of the size of a body: some ε of `f32`.
+/// Margin of the balls against rounding, as a fraction of the size of a body: a few ε of `f32`.
 const SLACK: f32 = 1e-6;
 
 impl Contacts {
-    /// Finds candidates for the motion under way where claims do not hold it. New claims hold while the motion changes
-    /// little; frames are expected to go on for a tick, of this number of substeps. Other candidates are kept.
+    /// Finds candidates for the current motion where it has left the claims. New claims stay valid
+    /// while the motion changes little; frames are extrapolated over a tick of this number of
+    /// substeps. Other candidates are kept.
     pub(super) fn detect(&mut self, substeps: u32) {
         self.is_valid = true;
         self.counts.detections += 1;
@@ -133,8 +136,8 @@ impl Contacts {
         self.counts.candidates = self.candidates.len();
     }
 
-    /// Keeps the batches of a pair of pieces from before, where `next` is the first that has not been looked at. Both are
-    /// in the order of the pairs.
+    /// Keeps the previous batches of a pair of pieces; `next` is the first one not yet visited.
+    /// Both are in the order of the pairs.
     fn keep(&mut self, pieces: [u32; 2], next: &mut usize) {
         let (batches, candidates) = &self.scratch.before;
         while let Some(batch) = batches.get(*next).filter(|batch| batch.sorted() <= pieces) {
@@ -150,7 +153,7 @@ impl Contacts {
         }
     }
 
-    /// Puts frames and claims of the pieces that are lost anew; the box of each in its frame.
+    /// Renews frames and claims of pieces that have left them, and the box of each in its frame.
     fn claim(&mut self, substeps: u32) {
         let Self {
             members,
@@ -196,7 +199,7 @@ impl Contacts {
         }
     }
 
-    /// Which contacts two pieces can have, if any.
+    /// Kinds of contact that two pieces can have, if any.
     fn between(&self, a: &Piece, b: &Piece) -> Option<Between> {
         let [of_a, of_b] = [a, b].map(|piece| &self.members[piece.member]);
         let between = if a.member == b.member {
@@ -210,7 +213,8 @@ impl Contacts {
         (can && (a.is_stepped || b.is_stepped)).then_some(between)
     }
 
-    /// Finds the pairs of pieces whose boxes overlap on their way. Pairs of pieces that are not lost stay.
+    /// Finds pairs of pieces whose boxes overlap during their motion. Pairs of pieces that are not
+    /// lost are kept.
     fn find_pairs(&mut self) {
         let mut scratch = std::mem::take(&mut self.scratch);
         let Scratch {
@@ -260,7 +264,7 @@ impl Contacts {
         }
     }
 
-    /// Claims for two pieces what motion they have relative to each other.
+    /// Claims the relative motion of two pieces.
     fn pair(&self, pieces: [u32; 2], between: Between) -> PiecePair {
         let [a, b] = pieces.map(|piece| &self.pieces[piece as usize]);
         let skin = |piece: &Piece| match piece.is_stepped {
@@ -283,7 +287,7 @@ impl Contacts {
         }
     }
 
-    /// Finds the candidates of one kind between parts of two pieces, or of one with itself.
+    /// Finds candidates of one kind between primitives of two pieces, or within one piece.
     fn batch(&mut self, pair: &PiecePair, kind: Kind, parts: [Part; 2]) {
         let PiecePair {
             pieces,
@@ -399,7 +403,7 @@ impl Contacts {
 }
 
 impl PiecePair {
-    /// The same with the second piece first.
+    /// The same with the pieces swapped.
     fn turned(&self) -> Self {
         let Self {
             pieces: [a, b],
@@ -419,7 +423,7 @@ impl PiecePair {
 }
 
 impl Kind {
-    /// Corners of two primitives of pieces by their numbers.
+    /// Corners of two primitives of pieces, by index.
     fn corners(
         self,
         (a, of_a, first): (&Piece, &Patch, u32),
@@ -442,7 +446,7 @@ impl Kind {
 }
 
 impl Primitives {
-    /// Those of a patch with these centers of its corners that overlap a box.
+    /// Collects the primitives of a patch, with these centers of its corners, that overlap a box.
     fn collect(&mut self, patch: &Patch, part: Part, centers: &[Vec3A], near: &Bounds) {
         self.numbers.clear();
         self.boxes.clear();

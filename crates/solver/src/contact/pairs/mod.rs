@@ -1,18 +1,21 @@
 //! Contact between bodies, and of a body with itself.
 //!
-//! Surfaces touch where a vertex comes near a triangle, or an edge near another. Three things keep them apart:
+//! Surfaces touch where a vertex comes near a triangle, or an edge near another edge. Three
+//! mechanisms keep them apart:
 //!
-//! - **Candidates**: pairs of primitives that may come near each other are found (`detect.rs`) by balls around the motion of
-//!   their corners, and kept for as long as these hold the motion. A particle that leaves its ball makes them be found
-//!   anew, so that none is missed. When that happens changes no bit: what follows depends on the state alone.
-//! - **Constraints**: candidates that are near in a substep become rows (`row.rs`), which are projected after each iteration,
-//!   in a fixed order, with friction that adds up over the substep.
-//! - **Truncation**: before velocities are taken, motion that would let surfaces cross is cut (`truncate.rs`), whatever
-//!   constraints made of it. Surfaces that were apart stay apart, however fast they are.
+//! - **Candidates**: pairs of primitives that may come near each other are found (`detect.rs`) by
+//!   bounding balls around the motion of their corners, and kept while the motion stays inside the
+//!   balls. A particle that leaves its ball triggers a new detection, so that no pair is missed.
+//!   The time of detection does not affect results: they depend on the state alone.
+//! - **Constraints**: candidates that are near in a substep become rows (`row.rs`). These are
+//!   projected after each iteration, in a fixed order, with friction accumulated over the substep.
+//! - **Truncation**: before velocities are computed, motion that would let surfaces cross is cut
+//!   (`truncate.rs`), whatever the constraints have done. Surfaces that were apart stay apart at
+//!   any speed.
 //!
-//! Positions are relative to frames that move with pieces of the surfaces, so that what flies or swings needs no new
-//! candidates. All
-//! geometry is in `f64`; balls are in `f32` and grown by more than its rounding.
+//! Positions are relative to frames that move with pieces of the surfaces, so that rigid motion
+//! requires no new detection. Geometry is computed in `f64`; balls are in `f32`, with a margin
+//! larger than its rounding error.
 //!
 //! The fast solver and the reference share this module.
 
@@ -29,6 +32,7 @@ mod truncate;
 pub use contacts::{ContactCounts, Contacts};
 pub use crossings::{Outline, crossings};
 pub use params::{Contact, SelfContact};
+pub use row::ContactForce;
 
 pub(crate) use contacts::Between;
 pub(crate) use tangible::Tangible;

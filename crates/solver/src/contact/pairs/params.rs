@@ -17,23 +17,24 @@ macro_rules! contact {
             type_path = "pliant::effect"
         )]
         pub struct $name {
-            /// Thickness of the surface [m]: two surfaces keep half the sum of theirs apart. 0, the default, is a tenth
-            /// of the mean length of an edge at rest.
+            /// Thickness of the surface [m]: two surfaces keep a distance of the mean of their
+            /// thicknesses. 0, the default, selects a tenth of the mean rest length of the edges.
             pub thickness: ContactThickness,
-            /// Coefficient of static friction µ; of two bodies the geometric mean. Default 0.5.
+            /// Coefficient of static friction µ; two bodies use the geometric mean. Default 0.5.
             pub friction: Friction,
             /// Kinetic friction as a fraction of static friction, from 0 to 1; default 1.
             pub kinetic_fraction: Fraction,
-            /// Coefficient of restitution e, of two bodies the larger one; default 0.
+            /// Coefficient of restitution e; two bodies use the maximum. Default 0.
             pub restitution: Restitution,
-            /// Compliance α of a contact [m/N], of two bodies the sum; default 0, rigid.
+            /// Compliance α of a contact [m/N]; two bodies use the sum. Default 0, rigid.
             pub compliance: Compliance,
-            /// Speed at which what overlaps comes apart [m/s], of two bodies the lower one; default 0.5.
+            /// Speed at which overlapping surfaces separate [m/s]; two bodies use the minimum.
+            /// Default 0.5.
             pub recovery_speed: RecoverySpeed,
         }
 
         impl $name {
-            /// The parameters, whichever of the two it is.
+            /// Parameters of either effect.
             pub(crate) fn params(&self) -> Params {
                 let Self {
                     thickness,
@@ -57,16 +58,16 @@ macro_rules! contact {
 }
 
 contact!(
-    /// The body touches other bodies that carry this effect.
+    /// Contact with other bodies that carry this effect.
     Contact
 );
 
 contact!(
-    /// The body touches itself.
+    /// Contact of the body with itself.
     SelfContact
 );
 
-/// What both effects have.
+/// Parameters that both effects share.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Params {
     thickness: f32,
@@ -77,14 +78,14 @@ pub(crate) struct Params {
     recovery_speed: f64,
 }
 
-/// Thickness of a surface of which none is given, as a fraction of its mean edge.
+/// Default thickness of a surface, as a fraction of its mean edge.
 const THICKNESS: f32 = 0.1;
 
-/// Thickness of a body without edges of which none is given [m].
+/// Default thickness of a body without edges [m].
 const THICKNESS_OF_POINTS: f32 = 1e-3;
 
 impl Params {
-    /// Whether something bounces.
+    /// Whether restitution is above 0.
     pub fn bounces(&self) -> bool {
         self.restitution > 0.0
     }
@@ -109,12 +110,12 @@ pub(super) struct PairParams {
     /// Coefficients of static and of kinetic friction.
     pub friction: [f64; 2],
     pub restitution: f64,
-    /// How far overlapping surfaces come apart in the substep [m].
+    /// Maximum separation of overlapping surfaces in the substep [m].
     pub recovery: f64,
 }
 
 impl PairParams {
-    /// Of two bodies, in a substep of `h` seconds.
+    /// Combined parameters of two bodies, in a substep of `h` seconds.
     pub fn between(a: &Params, b: &Params, h: f64) -> Self {
         let friction = (a.friction * b.friction).sqrt();
         let slides = (a.kinetic_fraction * b.kinetic_fraction).sqrt();
@@ -126,7 +127,7 @@ impl PairParams {
         }
     }
 
-    /// Of a body with itself, in a substep of `h` seconds.
+    /// Parameters of a body with itself, in a substep of `h` seconds.
     pub fn within(a: &Params, h: f64) -> Self {
         let compliance = a.compliance / (h * h);
         Self {

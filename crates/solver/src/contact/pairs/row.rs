@@ -1,48 +1,66 @@
-//! The constraint of two primitives that are near each other, with friction and bounce.
+//! Contact constraint of two near primitives, with friction and restitution.
 //!
 //! With the weights b of the closest points at the start of the substep, their distance there and the unit vector n from
 //! the second primitive to the first,
 //!
 //! - normal: C = n·Σbᵢxᵢ − d ≥ 0 [m], W = Σbᵢ²wᵢ, Δλₙ = max(−(C + α̃λₙ)/(W + α̃), −λₙ);
-//! - friction: the slip of the substep s = (I − nnᵀ) Σbᵢ(xᵢ − xᵢⁿ) is taken back as far as ‖λₜ‖ ≤ µλₙ allows.
+//! - friction: the tangential displacement in the substep s = (I − nnᵀ) Σbᵢ(xᵢ − xᵢⁿ) is reduced as
+//!   far as ‖λₜ‖ ≤ µλₙ allows.
 //!
-//! Both multipliers add up over all iterations of a substep, so that friction does not depend on their number. λₙ/h² is
-//! the force [N].
+//! Both multipliers are accumulated over all iterations of a substep, so that friction does not
+//! depend on their number. λₙ/h² is the force [N].
 //!
-//! Primitives that are closer than their thickness where the substep begins come apart by at most their recovery speed.
+//! Primitives closer than their thickness at the start of the substep separate at most at their
+//! recovery speed.
 //!
-//! Source: Müller, Macklin and others, *Detailed Rigid Body Simulation with Extended Position Based Dynamics* (2020),
-//! for the normal part and bounce.
+//! Source: Müller, Macklin and others, *Detailed Rigid Body Simulation with Extended Position Based
+//! Dynamics* (2020), for the normal constraint and restitution.
 
 use super::{closest::weighted, params::PairParams};
 use glam::DVec3;
 
+/// Force of an active contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct ContactForce {
+    /// Indices of the bodies; equal for self-contact.
+    pub bodies: [u32; 2],
+    /// The middle of the gap [m].
+    pub point: DVec3,
+    /// Direction of the force on the first body, a unit vector.
+    pub normal: DVec3,
+    /// Normal force, not negative [N].
+    pub normal_force: f64,
+    /// Friction force on the first body, perpendicular to the normal [N].
+    pub friction: DVec3,
+}
+
 /// A particle of a row.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Active {
-    /// Its place among the surface vertices.
+    /// Its index among the surface vertices.
     pub vertex: u32,
     pub body: u32,
     pub particle: u32,
     pub inverse_mass: f64,
-    /// Where the substep began [m].
+    /// Position at the start of the substep [m].
     pub start: DVec3,
-    /// Where it is [m].
+    /// Current position [m].
     pub now: DVec3,
-    /// How far its velocity takes it in a substep [m].
+    /// Displacement by its velocity in a substep [m].
     pub motion: DVec3,
-    /// How far friction has moved it in the substep [m].
+    /// Displacement by friction in the substep [m].
     pub rubbed: DVec3,
 }
 
-/// A contact near enough to act in the substep under way.
+/// A contact that is near enough to act in the current substep.
 #[derive(Debug, Clone)]
 pub(super) struct Row {
-    /// Places among the active particles.
+    /// Indices of the active particles.
     pub corners: [u32; 4],
     weights: [f64; 4],
     normal: DVec3,
-    /// Distance to be kept [m].
+    /// Distance to maintain [m].
     distance: f64,
     /// α/h² [1/kg].
     compliance: f64,
@@ -56,18 +74,20 @@ pub(super) struct Row {
     friction_multiplier: DVec3,
     /// Distance at the start of the substep [m].
     gap: f64,
-    /// How far the two come apart by their velocities at the start of the substep [m]; negative is closer.
+    /// Change of the distance in a substep by the velocities at its start [m]; negative when
+    /// approaching.
     approach: f64,
 }
 
-/// Thinner gaps have no direction [m]: those of primitives that cross.
+/// Gaps below this have no direction [m]: the primitives cross.
 const NO_GAP: f64 = 1e-12;
 
-/// A contact is touching below this multiple of its thickness.
+/// Contacts closer than this multiple of their thickness count as touching.
 const TOUCHING: f64 = 1.05;
 
 impl Row {
-    /// For corners at these starts; none without a direction, or if nothing can move.
+    /// Creates a row for corners at these start positions; `None` without a direction, or if no
+    /// particle can move.
     pub fn new(
         corners: [u32; 4],
         weights: [f64; 4],
@@ -101,24 +121,39 @@ impl Row {
         })
     }
 
-    /// Whether the two touched where the substep began.
+    /// Whether the two touched at the start of the substep.
     pub fn touches(&self) -> bool {
         self.gap <= TOUCHING * self.distance
     }
 
-    /// Whether it pushes.
+    /// Whether it exerts a force.
     pub fn acts(&self) -> bool {
         self.normal_multiplier > 0.0
     }
 
-    /// Projects it.
+    /// Its force in the substep of `h` seconds.
+    pub fn force(&self, h: f64, active: &[Active]) -> ContactForce {
+        let of = self.corners.map(|corner| &active[corner as usize]);
+        let x = of.map(|it| it.now);
+        // The corners of the first primitive have positive weights, which add up to 1.
+        let first = weighted(self.weights.map(|weight| weight.max(0.0)), x);
+        ContactForce {
+            bodies: [of[0].body, of[3].body],
+            point: first - weighted(self.weights, x) * 0.5,
+            normal: self.normal,
+            normal_force: self.normal_multiplier / (h * h),
+            friction: self.friction_multiplier / (h * h),
+        }
+    }
+
+    /// Projects the constraint.
     pub fn solve(&mut self, active: &mut [Active]) {
         let Self {
             weights, normal, ..
         } = *self;
         let x = self.corners.map(|corner| active[corner as usize].now);
         let error = normal.dot(weighted(weights, x)) - self.distance;
-        // A body that diverges does not take along what it touches.
+        // A diverged body must not affect the bodies that it touches.
         if !error.is_finite() {
             return;
         }
@@ -152,8 +187,9 @@ impl Row {
         self.push(change, active, |it| &mut it.rubbed);
     }
 
-    /// Change of velocity of its corners by a bounce, as a way in a substep [m], after the last stage; `motion` gives
-    /// the way of an active particle. Slower approaches than `slowest` [m] do not bounce.
+    /// Applies restitution after the last stage, as a change of velocity of the corners, expressed
+    /// as a displacement per substep [m]. `motion` gives the displacement of an active particle.
+    /// Approaches slower than `slowest` [m] do not bounce.
     pub fn bounce(&self, slowest: f64, active: &mut [Active]) {
         if !self.acts() || self.restitution == 0.0 || self.approach >= -slowest {
             return;

@@ -1,36 +1,36 @@
-//! What contacts need of a body.
+//! Interface between contacts and bodies.
 
 use crate::{Effects, Topology};
 use glam::DVec3;
 
 /// A body as contacts see it.
 pub(crate) trait Tangible {
-    /// Its elements.
+    /// Topology of the body.
     fn topology(&self) -> &Topology;
-    /// What it carries.
+    /// Effects of the body.
     fn effects(&self) -> &Effects;
-    /// Whether it can be touched: not once it is no longer finite.
+    /// Whether it takes part in contacts: false once it is not finite.
     fn takes_part(&self) -> bool;
-    /// Whether it is stepped. A body that sleeps is in the way, and does not move.
+    /// Whether it is stepped. A sleeping body is an obstacle that does not move.
     fn is_stepped(&self) -> bool;
     /// Inverse mass of a particle [1/kg].
     fn inverse_mass(&self, i: usize) -> f64;
-    /// Where it is before a substep [m].
+    /// Position before a substep [m].
     fn start(&self, i: usize) -> DVec3;
-    /// Where it is in the course of a substep [m].
+    /// Current position within a substep [m].
     fn now(&self, i: usize) -> DVec3;
-    /// How far its velocity takes it in a substep [m].
+    /// Displacement by its velocity in a substep [m].
     fn motion(&self, i: usize) -> DVec3;
-    /// Moves it in the course of a substep [m].
+    /// Moves a particle within a substep [m].
     fn shift(&mut self, i: usize, by: DVec3);
-    /// Whether something of it is under repair, which moves particles before a substep.
+    /// Whether part of the body is under repair, which moves particles before a substep.
     fn is_repaired(&self) -> bool;
-    /// Where the substep under way began for it, after repair [m].
+    /// Position at the start of the current substep, after repair [m].
     fn began(&self, i: usize) -> DVec3;
-    /// Moves that [m].
+    /// Moves the start position [m].
     fn shift_start(&mut self, i: usize, by: DVec3);
-    /// Changes its velocity after a substep, by a way in a substep [m].
+    /// Changes the velocity after a substep, expressed as a displacement per substep [m].
     fn accelerate(&mut self, i: usize, by: DVec3);
-    /// A contact has acted.
+    /// Records that a contact has acted.
     fn touch(&mut self);
 }

@@ -1,41 +1,43 @@
-//! Cuts motion that would let surfaces cross.
+//! Truncates motion that would let surfaces cross.
 //!
-//! Every particle goes from its start xⁿ along Δ = x − xⁿ − V, V being the mean motion of the bodies that are concerned, to
-//! xⁿ + V + tΔ with 0 ≤ t ≤ 1. Heights H along n, the direction of the shortest distance of two primitives at the
-//! start, are at least that distance on the first, and at most 0 on the second. Two primitives that stay on their sides
-//! of a plane between them cannot cross.
+//! Every particle moves from its start xⁿ along Δ = x − xⁿ − V, with V the mean motion of the
+//! bodies involved, to xⁿ + V + tΔ with 0 ≤ t ≤ 1. Heights H along n, the direction of the shortest
+//! distance of two primitives at the start, are at least that distance on the first, and at most 0
+//! on the second. Two primitives that stay on their sides of a plane between them cannot cross.
 //!
-//! - A pair that stays apart by the minimum gap all the way is left alone; as motion is straight, its ends tell.
-//! - Of any other pair each particle that comes too close to the plane is cut. The plane divides the gap in proportion
-//!   to the approaches of the two sides.
-//! - This is repeated with the t of the last pass until no other pair comes too close: cutting one particle can bring
-//!   it in the way of another. As t is a minimum over pairs, the result does not depend on their order.
+//! - A pair that keeps the minimum gap throughout is not changed; as motion is straight, its end
+//!   points decide.
+//! - In any other pair, each particle that comes too close to the plane is cut. The plane divides
+//!   the gap in proportion to the approaches of the two sides.
+//! - This is repeated with the t of the last pass until no other pair comes too close: cutting one
+//!   particle can move it into the path of another. As t is a minimum over pairs, the result does
+//!   not depend on their order.
 //!
-//! What is cut loses momentum, as an inelastic collision with no reaction; constraints are there so that it does not
-//! come to this.
+//! Truncated motion loses momentum, as in an inelastic collision without reaction. The constraints
+//! are there to make this rare.
 
 use super::{closest::weighted, contacts::Contacts, detect::Batch, tangible::Tangible};
 use glam::DVec3;
 
-/// The plane is nowhere nearer to either side than this fraction of the gap.
+/// Minimum distance of the plane from either side, as a fraction of the gap.
 const MARGIN: f64 = 0.05;
 
-/// A particle is cut to this fraction of its way to the plane.
+/// A particle is cut to this fraction of its distance to the plane.
 const WAY: f64 = 0.9;
 
-/// A gap may shrink to this fraction, above the minimum gap, without being looked at.
+/// A gap, above the minimum gap, may shrink to this fraction without further checks.
 const SHRINK: f64 = 0.1;
 
-/// Room for truncation, used again.
+/// Buffers for truncation, reused.
 #[derive(Debug, Default)]
 pub(super) struct Truncation {
     pairs: Vec<Pair>,
-    /// Parts of their ways that particles go, and those of the last pass.
+    /// Fraction of its motion that each particle performs, and that of the last pass.
     t: Vec<f64>,
     before: Vec<f64>,
-    /// Roots of the members that near pairs join.
+    /// Roots of the groups of members that near pairs connect.
     roots: Vec<u32>,
-    /// Motion that each group of members has in common [m].
+    /// Common motion of each group of members [m].
     common: Vec<(DVec3, f64)>,
 }
 
@@ -53,7 +55,7 @@ struct Pair {
 }
 
 impl Contacts {
-    /// Cuts motion where surfaces would cross.
+    /// Truncates motion where surfaces would cross.
     pub(super) fn cut(&mut self, bodies: &mut [impl Tangible]) {
         self.counts.truncated = 0;
         self.counts.failed = 0;
@@ -89,7 +91,7 @@ impl Contacts {
         self.truncation = room;
     }
 
-    /// Finds the pairs that come closer than their minimum gaps.
+    /// Finds pairs that come closer than their minimum gap.
     fn find_near(&self, room: &mut Truncation) {
         let pairs = &mut room.pairs;
         pairs.clear();
@@ -106,7 +108,7 @@ impl Contacts {
         }
     }
 
-    /// Finds what motion the bodies have in common that near pairs join.
+    /// Computes the common motion of the bodies that near pairs connect.
     fn find_common(&self, room: &mut Truncation) {
         let Truncation {
             pairs,
@@ -139,7 +141,7 @@ impl Contacts {
         }
     }
 
-    /// Puts particles where they are to go.
+    /// Moves particles to their truncated positions.
     fn apply(&mut self, room: &mut Truncation, bodies: &mut [impl Tangible]) {
         for (member, &root) in self.members.iter().zip(&room.roots) {
             let (common, _) = room.common[root as usize];
@@ -151,7 +153,8 @@ impl Contacts {
                     let cut = common + (way - common) * t;
                     let (body, particle) = (&mut bodies[member.body], particle as usize);
                     if body.is_repaired() {
-                        // What repair has moved it is no velocity, nor is what is cut of that.
+                        // Displacement by repair is not velocity, and neither is the truncated part
+                        // of it.
                         let drawn = body.began(particle) - self.starts[v];
                         body.shift_start(particle, drawn * (t - 1.0));
                     }
@@ -167,7 +170,7 @@ impl Contacts {
     }
 }
 
-/// The first member of the group that a member is in.
+/// First member of the group of a member.
 fn root(roots: &[u32], mut member: u32) -> u32 {
     while roots[member as usize] != member {
         member = roots[member as usize];
@@ -176,7 +179,7 @@ fn root(roots: &[u32], mut member: u32) -> u32 {
 }
 
 impl Pair {
-    /// None for primitives that cross: they have no sides.
+    /// `None` for primitives that cross: they have no sides.
     fn new(batch: &Batch, members: [u32; 2], corners: [u32; 4], starts: &[DVec3]) -> Option<Self> {
         let x = corners.map(|v| starts[v as usize]);
         let weights = batch.kind.weights(x);
@@ -187,7 +190,7 @@ impl Pair {
         }
         let normal = apart / gap;
         let split = batch.kind.split();
-        // The closest point of the second primitive, relative to one of its corners.
+        // Closest point of the second primitive, relative to one of its corners.
         let point = (split..4).fold(DVec3::ZERO, |sum, i| sum - (x[i] - x[3]) * weights[i]);
         Some(Self {
             corners,
@@ -201,7 +204,8 @@ impl Pair {
         })
     }
 
-    /// Whether its sides stay apart at the ends of these ways along the normal [m], of which parts t are gone.
+    /// Whether its sides stay apart at the end of these displacements along the normal [m], scaled
+    /// by t.
     fn stays_apart(&self, ways: [f64; 4], t: &[f64]) -> bool {
         let mut ends = [0.0; 4];
         for (i, end) in ends.iter_mut().enumerate() {
@@ -213,8 +217,8 @@ impl Pair {
         low - high >= self.gap.min(SHRINK * self.gap + self.min_gap)
     }
 
-    /// Cuts the ways of its corners at a plane; those that are `fixed` go all of theirs. False if there is no such
-    /// plane.
+    /// Cuts the displacements of its corners at a plane; those that are `fixed` are performed in
+    /// full. False if there is no such plane.
     fn cut(&self, ways: [f64; 4], fixed: [bool; 4], t: &mut [f64]) -> bool {
         let Self {
             gap,
@@ -224,7 +228,7 @@ impl Pair {
             ..
         } = *self;
         let half = 0.5 * min_gap;
-        // How far each corner comes towards the other side.
+        // Approach of each corner towards the other side.
         let mut comes = ways;
         comes[..split].iter_mut().for_each(|way| *way = -*way);
         let most = |of: &[f64]| of.iter().copied().fold(0.0, f64::max);

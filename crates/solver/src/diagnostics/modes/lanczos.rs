@@ -1,13 +1,13 @@
 //! The largest eigenvalue and the smallest that is not zero, by the method of Lanczos (1950; Golub
 //! and Van Loan, *Matrix Computations*, section 10.1).
 //!
-//! The matrix is A = RᵀR with the rows r of the constraints, or RRᵀ, which has the same
-//! eigenvalues but for zeros: whichever is smaller, as it has fewer zeros. The space is spanned by
-//! the matrix' powers of a vector in its range, so that it has no part in the null space but for
-//! rounding, and the smallest value found in it is the smallest above zero. It is found as fast as
-//! by conjugate gradients, in steps that go with the ratio of the largest to the smallest
-//! frequency. Vectors of small bodies are kept and made orthogonal again; those of large ones are
-//! not, which lets values come twice and leaves the smallest as it is.
+//! The matrix is A = RᵀR with the constraint rows r, or RRᵀ, which has the same eigenvalues except
+//! for zeros: the smaller of the two, because it has fewer zeros. The Krylov space starts from a
+//! vector in the range of the matrix. Its component in the null space is therefore at rounding
+//! level, and the smallest value in it is the smallest above zero. Convergence is that of conjugate
+//! gradients: the number of steps is proportional to the ratio of the largest to the smallest
+//! frequency. Vectors of small bodies are stored and reorthogonalized; those of large ones are not,
+//! which duplicates some eigenvalues but does not change the smallest.
 
 use super::{
     rows::Rows,
@@ -15,38 +15,38 @@ use super::{
     tridiagonal::Tridiagonal,
 };
 
-/// Least and greatest of the eigenvalues above zero [1/s²].
+/// Smallest and largest eigenvalue above zero [1/s²].
 #[derive(Debug, Clone, Copy)]
 pub struct Extremes {
-    /// The least, if it was found within the work allowed.
+    /// The smallest, if it was found within the work limit.
     pub smallest: Option<f64>,
-    /// The greatest.
+    /// The largest.
     pub largest: f64,
 }
 
-/// Constraints and particles that may be visited, each in some 5 ns: about 50 ms.
+/// Maximum number of visited constraints and particles, at about 5 ns each: about 50 ms.
 const VISITS: usize = 10_000_000;
 
-/// Steps that are done however large the body is: the greatest value is known then.
+/// Minimum number of steps, however large the body: enough for the largest value.
 const FEWEST_STEPS: usize = 24;
 
-/// Vectors are kept up to this many particles.
+/// Vectors are stored up to this number of particles.
 const KEPT: usize = 64;
 
-/// A value is found when what is left of its equation, over itself, is below this; it is then that
-/// near to an eigenvalue, and as a rule nearer by the square.
+/// A value is accepted when its relative residual is below this; its error is then at most that,
+/// and usually the square of it.
 const LEFT: f64 = 0.1;
 
-/// Relative change between two looks below which a value is found [of ω²].
+/// Relative change between two checks below which a value is accepted [of ω²].
 const SETTLED: f64 = 3e-3;
 
-/// How exactly values of the small matrix are computed.
+/// Relative precision of the eigenvalues of the small matrix.
 const PRECISION: f64 = 1e-5;
 
-/// Eigenvalues below this share of the largest are zeros that rounding let in.
+/// Eigenvalues below this fraction of the largest are zeros perturbed by rounding.
 const ZERO: f64 = 1e-13;
 
-/// The extremes of A; `None` if it is zero, or not finite.
+/// Extreme eigenvalues of A; `None` if it is zero or not finite.
 pub fn extremes(rows: &Rows) -> Option<Extremes> {
     if rows.len() < 3 * rows.movable {
         let mut sum = rows.strained();
@@ -90,7 +90,7 @@ fn run<E: Entry>(
     (found.largest.is_finite() && found.largest > 0.0).then_some(found)
 }
 
-/// What was seen of the eigenvalues at the last look.
+/// Estimates at the last check.
 #[derive(Debug, Default)]
 struct Look {
     smallest: f64,
@@ -104,7 +104,7 @@ impl Look {
         let zeros = matrix.below(ZERO * self.largest);
         let smallest = matrix.eigenvalue(zeros, PRECISION);
         let settled = (self.smallest - smallest).abs() <= SETTLED * smallest;
-        // Just below the value, so that it is not divided by zero.
+        // Slightly below the value, to avoid a division by zero.
         let left = || matrix.left(smallest * (1.0 - 10.0 * PRECISION));
         self.done = exhausted || (settled && left() <= LEFT * smallest);
         self.smallest = smallest;

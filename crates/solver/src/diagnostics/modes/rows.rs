@@ -1,5 +1,5 @@
-//! The constraints of a body, linear about its rest shape, with masses and compliances divided
-//! out: A = Σ r rᵀ with r = M^(−½) ∇C / √α has the squares of the frequencies as eigenvalues.
+//! The constraints of a body, linearized about its rest shape and scaled by masses and compliances:
+//! A = Σ r rᵀ with r = M^(−½) ∇C / √α has the squared frequencies as eigenvalues.
 
 use super::RIGID;
 use crate::{
@@ -16,23 +16,23 @@ struct Row<const N: usize> {
     parts: [DVec3; N],
 }
 
-/// All constraints of a body that can move anything.
+/// All constraints of a body with movable particles.
 #[derive(Debug)]
 pub struct Rows {
     pairs: Vec<Row<2>>,
-    /// Of three or four particles; of three, the last counts for nothing.
+    /// With three or four particles; with three, the last one is unused.
     fours: Vec<Row<4>>,
     particles: usize,
-    /// How many particles can move.
+    /// Number of movable particles.
     pub movable: usize,
-    /// Whether some are rigid.
+    /// Whether any is rigid.
     pub rigid: bool,
-    /// Whether some are elastic.
+    /// Whether any is elastic.
     pub elastic: bool,
 }
 
 impl Rows {
-    /// Of the effects that a body carries.
+    /// Of the effects of a body.
     pub fn new(topology: &Topology, particles: &Particles, effects: &Effects) -> Self {
         let mut collect = Collect {
             topology,
@@ -55,18 +55,18 @@ impl Rows {
         }
     }
 
-    /// How many there are.
+    /// Number of constraints.
     pub fn len(&self) -> usize {
         self.pairs.len() + self.fours.len()
     }
 
-    /// Particles of the body.
+    /// Number of particles of the body.
     pub fn particles(&self) -> usize {
         self.particles
     }
 
-    /// A motion made of modes that strain constraints, and of no others: a sum of all r with
-    /// random weights, always the same.
+    /// A motion in the range of the constraints: a sum of all r with pseudo-random weights, always
+    /// the same.
     pub fn strained(&self) -> Vec<DVec3> {
         let mut random = Random::new(1);
         let weights: Vec<f64> = (0..self.len())
@@ -95,7 +95,7 @@ impl Rows {
         }
     }
 
-    /// The sum of all r, each times its weight, into `sum`.
+    /// Sum of all r, weighted, into `sum`.
     pub fn gather(&self, weights: &[f64], sum: &mut [DVec3]) {
         sum.fill(DVec3::ZERO);
         let (pairs, fours) = weights.split_at(self.pairs.len());
@@ -119,7 +119,7 @@ impl Rows {
     }
 }
 
-/// Gathers the rows that move something, with their compliances.
+/// Collects the rows with movable particles and their compliances.
 struct Collect<'a> {
     topology: &'a Topology,
     particles: &'a Particles,
@@ -150,7 +150,7 @@ impl Visit for Collect<'_> {
     }
 }
 
-/// Keeps a row with its compliance if it moves anything, with room for `K` particles.
+/// Stores a row with its compliance if it has a movable particle; `K` is its capacity of particles.
 fn add<const K: usize, const N: usize>(
     rows: &mut Vec<(Row<K>, f64)>,
     corners: &[u32; N],

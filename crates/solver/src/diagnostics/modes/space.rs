@@ -1,15 +1,15 @@
-//! The space that the method of Lanczos spans, one vector a step.
+//! Krylov space of the Lanczos method, one vector per step.
 
 use super::tridiagonal::Tridiagonal;
 use glam::DVec3;
 use std::ops::{Add, Mul, SubAssign};
 
-/// What is left of a vector, over the largest eigenvalue, when the space is exhausted.
+/// Remainder of a vector, relative to the largest eigenvalue, at which the space is exhausted.
 const EXHAUSTED: f64 = 1e-10;
 
-/// An entry of a vector: a number for each constraint, or three for each particle.
+/// An entry of a vector: one number per constraint, or three per particle.
 pub trait Entry: Copy + Default + Add<Output = Self> + Mul<f64, Output = Self> + SubAssign {
-    /// What it adds to the product of two vectors.
+    /// Contribution to the dot product of two vectors.
     fn times(self, other: Self) -> f64;
 }
 
@@ -27,24 +27,24 @@ impl Entry for DVec3 {
     }
 }
 
-/// The space that was spanned so far.
+/// The space spanned so far.
 pub struct Space<E> {
-    /// The matrix as it is in this space.
+    /// Projection of the matrix onto this space.
     pub matrix: Tridiagonal,
-    /// The vector before the last; zero at first.
+    /// The previous vector; zero at first.
     before: Vec<E>,
     last: Vec<E>,
     product: Vec<E>,
-    /// All vectors, if they are kept.
+    /// All vectors, if they are stored.
     all: Vec<Vec<E>>,
     keeps: bool,
-    /// The largest eigenvalue is about this.
+    /// Estimate of the largest eigenvalue.
     size: f64,
 }
 
 impl<E: Entry> Space<E> {
-    /// Of a first vector; `None` if it has no length. `keeps` says whether all vectors are to be
-    /// made orthogonal to all others.
+    /// Starts from a vector; `None` if it has length zero. `keeps` enables full
+    /// reorthogonalization.
     pub fn new(mut start: Vec<E>, keeps: bool) -> Option<Self> {
         let length = dot(&start, &start).sqrt();
         if !(length > 0.0 && length.is_finite()) {
@@ -63,8 +63,8 @@ impl<E: Entry> Space<E> {
         })
     }
 
-    /// One step; whether there is nothing left. `multiply` puts the matrix times its first
-    /// argument into its second.
+    /// Adds one vector; returns whether the space is exhausted. `multiply` writes the matrix times
+    /// its first argument to its second.
     pub fn grow(&mut self, multiply: &mut impl FnMut(&[E], &mut [E])) -> bool {
         multiply(&self.last, &mut self.product);
         let a = dot(&self.product, &self.last);
@@ -74,7 +74,7 @@ impl<E: Entry> Space<E> {
         }
         if self.keeps {
             self.all.push(self.last.clone());
-            // Once takes most of what rounding put in, twice takes all.
+            // One pass removes most of the rounding error, two passes remove all of it.
             for vector in self.all.iter().chain(&self.all) {
                 let part = dot(&self.product, vector);
                 for (p, &x) in self.product.iter_mut().zip(vector) {
@@ -96,7 +96,7 @@ impl<E: Entry> Space<E> {
     }
 }
 
-/// The product of two vectors, summed in the order of their entries.
+/// Dot product of two vectors, summed in the order of their entries.
 fn dot<E: Entry>(x: &[E], y: &[E]) -> f64 {
     x.iter().zip(y).map(|(x, y)| x.times(*y)).sum()
 }

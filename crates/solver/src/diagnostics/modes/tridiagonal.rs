@@ -1,16 +1,16 @@
-//! Eigenvalues of a symmetric tridiagonal matrix, by counting and halving.
+//! Eigenvalues of a symmetric tridiagonal matrix, by Sturm counts and bisection.
 
 /// A symmetric tridiagonal matrix.
 #[derive(Debug, Clone, Default)]
 pub struct Tridiagonal {
     /// The diagonal.
     pub diagonal: Vec<f64>,
-    /// Beside it, one less.
+    /// Off-diagonal, one entry fewer.
     pub beside: Vec<f64>,
 }
 
 impl Tridiagonal {
-    /// How many eigenvalues lie below `x`: the negative pivots of T − x (Sturm).
+    /// Number of eigenvalues below `x`: the negative pivots of T − x (Sturm).
     pub fn below(&self, x: f64) -> usize {
         let mut pivot = 1.0;
         let mut count = 0;
@@ -25,7 +25,7 @@ impl Tridiagonal {
         count
     }
 
-    /// Eigenvalue number `index` from below, from 0, within `tolerance` of itself.
+    /// Eigenvalue number `index` in ascending order, from 0, to a relative `tolerance`.
     pub fn eigenvalue(&self, index: usize, tolerance: f64) -> f64 {
         let (mut low, mut high) = (0.0, self.bound());
         while high - low > tolerance * high {
@@ -42,11 +42,11 @@ impl Tridiagonal {
         high
     }
 
-    /// What the vector of the smallest eigenvalue, which `x` is just below, leaves of its equation
-    /// in the whole space: its last entry times what is beside the last row. By inverse iteration.
+    /// Residual, in the whole space, of the eigenvector of the smallest eigenvalue, with `x`
+    /// slightly below it: its last entry times the last off-diagonal entry. By inverse iteration.
     pub fn left(&self, x: f64) -> f64 {
         let count = self.diagonal.len();
-        // With positive entries beside the diagonal, the signs of that vector alternate.
+        // With positive off-diagonal entries, the signs of that vector alternate.
         let mut vector: Vec<f64> = (0..count)
             .map(|i| if i % 2 == 0 { 1.0 } else { -1.0 })
             .collect();
@@ -78,7 +78,7 @@ impl Tridiagonal {
             .map_or(0.0, |beside| (beside * last).abs())
     }
 
-    /// No eigenvalue is above this (Gershgorin).
+    /// Upper bound of the eigenvalues (Gershgorin).
     pub fn bound(&self) -> f64 {
         let beside = |i: Option<usize>| i.and_then(|i| self.beside.get(i)).copied().unwrap_or(0.0);
         self.diagonal

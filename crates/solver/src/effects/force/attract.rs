@@ -1,4 +1,4 @@
-//! A point that pulls.
+//! Point force.
 
 use super::law::{Force, ForceKind, Moment, Mote};
 #[cfg(feature = "bevy")]
@@ -7,8 +7,8 @@ use crate::{Finite, Length, Topology};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-/// A point pulls, as gravity does: a = −s d/(d² + r²)^(3/2), d being the way from the point (Plummer,
-/// 1911; the radius r keeps it finite at the point itself).
+/// Attraction to a point, as by gravity: a = −s d/(d² + r²)^(3/2), with d the vector from the point
+/// (Plummer, 1911; the softening radius r keeps it finite at the point itself).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -18,16 +18,16 @@ use serde::{Deserialize, Serialize};
     type_path = "pliant::effect"
 )]
 pub struct Attract {
-    /// Where the point is along x [m]; default 0.
+    /// Position of the point along x [m]; default 0.
     pub x: Finite,
-    /// Where it is along y [m]; default 1.
+    /// Position along y [m]; default 1.
     pub y: Finite,
-    /// Where it is along z [m]; default 0.
+    /// Position along z [m]; default 0.
     pub z: Finite,
-    /// Strength s [m³/s²]: the acceleration at a metre, far beyond the radius; negative pushes away.
-    /// Default 10.
+    /// Strength s [m³/s²]: the acceleration at one meter, far outside the radius; negative values
+    /// repel. Default 10.
     pub strength: Finite,
-    /// Radius r [m]; default 0.3.
+    /// Softening radius r [m]; default 0.3.
     pub radius: Length,
 }
 

@@ -1,4 +1,4 @@
-//! Still air or water that brakes.
+//! Drag of a medium at rest.
 
 use super::law::{Force, ForceKind, Moment, Mote};
 #[cfg(feature = "bevy")]
@@ -7,9 +7,10 @@ use crate::{Coefficient, Topology};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-/// A medium at rest brakes every particle: dv/dt = −(c + k‖v‖) v.
+/// Drag of a medium at rest on every particle: dv/dt = −(c + k‖v‖) v.
 ///
-/// Solved for the end of the substep, v/(1 + (c + k‖v‖)h), so that nothing is ever turned back.
+/// Implicit in the velocity at the end of the substep, v/(1 + (c + k‖v‖)h), so that drag never
+/// reverses motion.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -19,9 +20,9 @@ use serde::{Deserialize, Serialize};
     type_path = "pliant::effect"
 )]
 pub struct Drag {
-    /// Linear drag c [1/s], as of something small in something thick; default 1.
+    /// Linear (viscous) drag coefficient c [1/s]; default 1.
     pub linear: Coefficient,
-    /// Quadratic drag k [1/m], ρC_D A/(2m) of something large in something thin; default 0.
+    /// Quadratic drag coefficient k [1/m], ρC_D A/(2m) at high Reynolds numbers; default 0.
     pub quadratic: Coefficient,
 }
 

@@ -1,20 +1,20 @@
-//! What a force is.
+//! Interface of external forces.
 
 use crate::topology::Topology;
 use glam::DVec3;
 
-/// A particle as a force sees it.
+/// A particle on which a force acts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mote {
     /// Position [m].
     pub x: DVec3,
     /// Velocity [m/s].
     pub v: DVec3,
-    /// Inverse mass [1/kg]; 0 for what does not move.
+    /// Inverse mass [1/kg]; 0 for fixed particles.
     pub w: f64,
 }
 
-/// When a force acts.
+/// Time of a force evaluation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moment {
     /// Start of the substep [s].
@@ -23,14 +23,13 @@ pub struct Moment {
     pub h: f64,
 }
 
-/// A force from outside.
+/// An external force.
 pub trait Force: Copy {
-    /// Which one it is.
+    /// Kind of the force.
     const KIND: ForceKind;
 
-    /// Tells `push` by how much it changes the velocities of which particles [m/s], those of the
-    /// body being `at(i)`, which shows what it has been told already. Particles that do not move may
-    /// be told too.
+    /// Calls `push` with the velocity changes of particles [m/s]. `at(i)` is the state of a
+    /// particle of the body, including earlier calls. Fixed particles may be included.
     fn act(
         &self,
         topology: &Topology,
@@ -40,13 +39,13 @@ pub trait Force: Copy {
     );
 }
 
-/// Something to be done with each force on a body, whatever its type.
+/// A visitor of the forces on a body, generic over their types.
 pub trait VisitForces {
-    /// Does it.
+    /// Visits one force.
     fn visit<F: Force>(&mut self, force: &F);
 }
 
-/// Makes the kinds of forces.
+/// Generates the kinds of forces.
 macro_rules! kinds {
     (
         { forces { $($force:ident $field:ident $does:literal;)* } $($others:tt)* }
@@ -61,7 +60,7 @@ macro_rules! kinds {
         impl ForceKind {
             /// All of them.
             pub const ALL: [Self; [$(Self::$force),*].len()] = [$(Self::$force),*];
-            /// How many there are.
+            /// Number of kinds.
             pub const COUNT: usize = Self::ALL.len();
 
             /// Its name in files and commands.

@@ -1,10 +1,10 @@
-//! Forces from outside, on bodies that ask for them. They act before the first stage, each changing
-//! velocities by what it gives in a substep: v += h a(x, v, t).
+//! External forces of a body. They act before the first stage, each changing velocities by its
+//! acceleration over a substep: v += h a(x, v, t).
 //!
-//! Each has one formula, in `f64`, which the fast solver and the reference share; tests hold it against
-//! closed forms. A body is done on one thread. Most forces are cheap beside constraints; gusts are not:
-//! their noise is asked for each triangle in each substep, and takes three quarters of a tick of the
-//! scene `flag`.
+//! Each has one formula, in `f64`, shared by the fast solver and the reference; tests compare it
+//! with closed forms. A body is processed on one thread. Most forces are cheap compared with
+//! constraints. Gusts are not: their noise is evaluated per triangle and substep, and takes three
+//! quarters of a tick of the scene `flag`.
 
 mod attract;
 mod drag;
@@ -26,7 +26,7 @@ use crate::{Effects, Topology, particles::Part};
 use glam::Vec4;
 use std::cell::Cell;
 
-/// Lets a force act on all particles of a body.
+/// Applies a force to all particles of a body.
 fn on_particles(force: &impl Force, topology: &Topology, moment: Moment, part: Part) {
     let Part {
         positions,
@@ -50,14 +50,14 @@ fn on_particles(force: &impl Force, topology: &Topology, moment: Moment, part: P
             let (u, c) = (&displacements[i as usize], &carry[i as usize]);
             let now = wide(u.get()) + change * moment.h;
             u.set(now.as_vec3().extend(0.0));
-            // What u is rounded by is not lost to the velocity, as in the first stage.
+            // The rounding error of u is not lost to the velocity, as in the first stage.
             let lost = now - wide(u.get());
             c.set((wide(c.get()) - lost).as_vec3().extend(0.0));
         }
     });
 }
 
-/// Makes what forces need one line each for.
+/// Generates the code for forces.
 macro_rules! forces {
     (
         { forces { $($force:ident $field:ident $does:literal;)* } $($others:tt)* }
@@ -72,14 +72,14 @@ macro_rules! forces {
                 }
             }
 
-            /// Shows all forces to a visitor, in their order.
+            /// Visits all forces in order.
             pub fn visit_forces(&self, visitor: &mut impl VisitForces) {
                 $(if let Some(force) = &self.$field {
                     visitor.visit(force);
                 })*
             }
 
-            /// Lets one of the forces act.
+            /// Applies one of the forces.
             pub(crate) fn push(&self, kind: ForceKind, topology: &Topology, moment: Moment, part: Part) {
                 match kind {
                     $(ForceKind::$force => if let Some(force) = &self.$field {

@@ -1,9 +1,9 @@
-//! Numbers that vary smoothly over space, the same on every machine.
+//! Smooth noise over space, identical on every machine.
 
 use glam::DVec3;
 
-/// A vector of components from −1 to 1 that varies over lengths of 1: value noise on a lattice, its
-/// cells blended by 3t² − 2t³.
+/// A vector with components from −1 to 1 that varies over lengths of 1: value noise on a lattice,
+/// with interpolation by 3t² − 2t³.
 pub fn vector(place: DVec3) -> DVec3 {
     let cell = place.floor();
     let t = place - cell;
@@ -20,8 +20,8 @@ pub fn vector(place: DVec3) -> DVec3 {
     along_y(0).lerp(along_y(1), t.z)
 }
 
-/// The vector of a lattice point, from its coordinates by a mixer of bits (Steele, Lea and Flood,
-/// *Fast Splittable Pseudorandom Number Generators*, 2014).
+/// Vector of a lattice point, by a bit mixer on its coordinates (Steele, Lea and Flood, *Fast
+/// Splittable Pseudorandom Number Generators*, 2014).
 fn at(x: i64, y: i64, z: i64) -> DVec3 {
     let mut seed = 0;
     for number in [x, y, z] {

@@ -1,4 +1,4 @@
-//! The same acceleration everywhere.
+//! Constant force.
 
 use super::law::{Force, ForceKind, Moment, Mote};
 #[cfg(feature = "bevy")]
@@ -7,7 +7,7 @@ use crate::{Finite, Topology};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-/// The same acceleration for all particles, on top of the world's gravity.
+/// Uniform acceleration of all particles, in addition to the gravity of the world.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(

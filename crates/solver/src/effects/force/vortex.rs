@@ -1,4 +1,4 @@
-//! Air that turns about an upright axis.
+//! Vortex about a vertical axis.
 
 use super::law::{Force, ForceKind, Moment, Mote};
 #[cfg(feature = "bevy")]
@@ -7,8 +7,9 @@ use crate::{Coefficient, Finite, Length, Topology};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-/// Air turns about an upright axis as a whole within a radius, and ever slower outside (Rankine's
-/// vortex), and takes particles along: dv/dt = c (u − v) for the velocity across the axis.
+/// Air that rotates about a vertical axis, rigidly within a radius and more slowly outside (Rankine
+/// vortex), and drags particles along: dv/dt = c (u − v) for the velocity perpendicular to the
+/// axis.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -18,11 +19,11 @@ use serde::{Deserialize, Serialize};
     type_path = "pliant::effect"
 )]
 pub struct Vortex {
-    /// Where the axis is along x [m]; default 0.
+    /// Position of the axis along x [m]; default 0.
     pub x: Finite,
-    /// Where the axis is along z [m]; default 0.
+    /// Position of the axis along z [m]; default 0.
     pub z: Finite,
-    /// How fast the air turns within the radius [rad/s], against the clock as seen from above;
+    /// Angular speed of the air within the radius [rad/s], counter-clockwise as seen from above;
     /// default 5.
     pub turning: Finite,
     /// Radius [m]; default 0.5.
@@ -44,7 +45,7 @@ impl Default for Vortex {
 }
 
 impl Vortex {
-    /// Velocity of the air at a place [m/s].
+    /// Velocity of the air at a position [m/s].
     #[must_use]
     pub fn air(&self, place: DVec3) -> DVec3 {
         let arm = place - Finite::vector([self.x, Finite::ZERO, self.z]);
@@ -66,7 +67,7 @@ impl Force for Vortex {
         mut push: impl FnMut(u32, DVec3),
     ) {
         let way = f64::from(self.coupling.get()) * moment.h;
-        // The end of the substep decides, so that no coupling is too strong for a substep.
+        // Implicit, so that it is stable for any coupling.
         let share = way / (1.0 + way);
         for i in 0..topology.particles() as u32 {
             let mote = at(i);

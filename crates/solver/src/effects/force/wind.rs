@@ -10,14 +10,14 @@ use crate::{Coefficient, Finite, Length, Topology};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-/// Wind blows on the surface of the body: cloth, and the outside of a solid. A rope has none.
+/// Wind on the surface of the body: cloth, and the boundary of a solid. Ropes are not affected.
 ///
-/// A triangle of area A and normal n, turned to the lee, gets from air that passes it at u
+/// The force on a triangle of area A and leeward normal n, in air with the relative velocity u, is
 ///
 /// F = ½ρA (u·n) ((C_D − C_L) u + C_L ‖u‖ n),
 ///
-/// as the plates of Ling, Damodaran and Gay (*Aerodynamic Force Models for Animating Cloth Motion in
-/// Air Flow*, 1996) do: C_D across the flow, and lift for what stands aslant.
+/// as for the plates of Ling, Damodaran and Gay (*Aerodynamic Force Models for Animating Cloth
+/// Motion in Air Flow*, 1996): C_D across the flow, and lift for oblique plates.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(
@@ -33,12 +33,12 @@ pub struct Wind {
     pub y: Finite,
     /// Mean wind along z [m/s]; default 0.
     pub z: Finite,
-    /// Largest gust along each axis [m/s]; default 0. Gusts are frozen in the air, and pass by with
-    /// the mean wind (Taylor's hypothesis).
+    /// Largest gust along each axis [m/s]; default 0. Gusts are frozen in the air and move with the
+    /// mean wind (Taylor's hypothesis).
     pub turbulence: Coefficient,
-    /// Size of gusts [m]; default 0.5.
+    /// Gust size [m]; default 0.5.
     pub scale: Length,
-    /// Density ρ of the air [kg/m³]; default 1.2.
+    /// Air density ρ [kg/m³]; default 1.2.
     pub density: Coefficient,
     /// Drag coefficient C_D of a plate across the flow; default 1.2.
     pub drag: Coefficient,
@@ -62,7 +62,7 @@ impl Default for Wind {
 }
 
 impl Wind {
-    /// Velocity of the air at a place and a time [m/s].
+    /// Velocity of the air at a position and a time [m/s].
     #[must_use]
     pub fn air(&self, place: DVec3, time: f64) -> DVec3 {
         let mean = Finite::vector([self.x, self.y, self.z]);
@@ -103,7 +103,7 @@ impl Force for Wind {
             let force = pressed * ((drag - lift) * u + (lift * speed) * normal);
             let stiffness = pressed * drag.max(lift);
             for (i, mote) in corners.into_iter().zip([a, b, c]) {
-                // Solved for the end of the substep, so that no wind is too strong for light cloth.
+                // Implicit, so that it is stable for any wind and light cloth.
                 let share = moment.h * mote.w / 3.0;
                 push(i, force * (share / (1.0 + stiffness * share)));
             }

@@ -1,4 +1,4 @@
-//! What of a body counts as damaged.
+//! Damage criteria for repair.
 
 use super::{LITTLE, MANY, Motes, rest};
 use crate::{
@@ -18,13 +18,14 @@ pub const CRUSHED: f64 = 0.1;
 /// Strain that a single projection would take from an edge of a tangled hinge.
 pub const TANGLED: f64 = 0.1;
 
-/// Mean strain above which a sheet is not tangled, but carries a load that its sweeps do not hold.
+/// Mean strain above which a sheet counts as loaded beyond the accuracy of its iterations, not as
+/// tangled.
 pub const LOADED: f64 = 0.05;
 
 /// Cosine of the angle between the normals of a hinge that is folded over: 120°.
 const FOLDED: f64 = -0.5;
 
-/// What of a body is repaired, and how fast.
+/// Repairable elements of a body, and the time constant.
 #[derive(Debug, Clone, Copy)]
 pub struct Repairable<'a> {
     pub topology: &'a Topology,
@@ -36,12 +37,12 @@ pub struct Repairable<'a> {
 #[derive(Debug, Clone, Copy)]
 enum Elements {
     Tetrahedra,
-    /// The edges of a sheet, in substeps of this length [s].
+    /// Edges of a sheet, in substeps of this length [s].
     Edges(Stretch, f64),
 }
 
 impl<'a> Repairable<'a> {
-    /// `None` if the body is not to be repaired.
+    /// `None` if the body is not repaired.
     pub fn of(effects: &Effects, topology: &'a Topology, settings: &Settings) -> Option<Self> {
         if effects.neo_hookean.is_some() || effects.plasticity.is_some() {
             return None;
@@ -61,7 +62,7 @@ impl<'a> Repairable<'a> {
         })
     }
 
-    /// Visits the particles of each element, and its volume [m³] or length [m] at rest.
+    /// Visits the particles of each element, and its rest volume [m³] or rest length [m].
     pub fn each(&self, mut visit: impl FnMut(&[u32], f64)) {
         match self.elements {
             Elements::Tetrahedra => {
@@ -80,8 +81,8 @@ impl<'a> Repairable<'a> {
         }
     }
 
-    /// Time between two looks at a body in order [s]. A solid is looked at in every tick: an element left inside out for
-    /// longer turns its neighbors.
+    /// Time between two checks of an undamaged body [s]. Solids are checked in every tick: an
+    /// element that stays inverted for longer inverts its neighbors.
     pub const fn interval(&self) -> f64 {
         match self.elements {
             Elements::Tetrahedra => 0.0,
@@ -89,7 +90,7 @@ impl<'a> Repairable<'a> {
         }
     }
 
-    /// Whether anything has collapsed or may be tangled, in one pass over the body.
+    /// Whether any element has collapsed or may be tangled, in one pass over the body.
     pub fn may_be_damaged(&self, particles: &Particles, instructions: Instructions) -> bool {
         match self.elements {
             Elements::Tetrahedra => {
@@ -103,7 +104,7 @@ impl<'a> Repairable<'a> {
         }
     }
 
-    /// Fraction of the body that must have collapsed for a repair to begin.
+    /// Minimum collapsed fraction of the body for a repair to begin.
     pub const fn least(&self) -> f64 {
         match self.elements {
             Elements::Tetrahedra => LITTLE,
@@ -129,8 +130,9 @@ impl<'a> Repairable<'a> {
         if lost > 0.0 { lost / whole } else { 0.0 }
     }
 
-    /// Visits the particles of each tangled hinge, and the greatest strain that a projection would take from one of
-    /// its edges. Returns the fraction of all hinges, by length, for which `visit` returned true.
+    /// Visits the particles of each tangled hinge, and the largest strain that a projection would
+    /// remove from one of its edges. Returns the fraction of all hinges, by length, for which
+    /// `visit` returned true.
     pub fn tangles(&self, motes: &impl Motes, mut visit: impl FnMut(&[u32], f64) -> bool) -> f64 {
         let Elements::Edges(stretch, h) = self.elements else {
             return 0.0;

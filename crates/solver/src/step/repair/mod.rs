@@ -7,14 +7,15 @@
 //! What counts as damaged:
 //!
 //! - of a body with [`Volume`](crate::Volume): a tetrahedron below [`COLLAPSED`] of its rest volume;
-//! - of a sheet (triangles, no tetrahedra) with [`Stretch`](crate::Stretch): an edge shorter than [`CRUSHED`]
-//!   of its rest length; and after [`LASTING`] repair times in which it has not changed, a tangled hinge: two
-//!   triangles folded over by more than 120°, one of whose edges a single projection would still change by more
-//!   than [`TANGLED`] of its length. Stiff edges that push against each other in a tangle neither come to rest
-//!   nor come apart. A fold without strain is no damage, nor is strain without a fold: where too few sweeps
-//!   carry a load, edges are long, and should be seen to be. For the same reason no hinge counts while the
-//!   edges are longer than at rest by [`LOADED`] on the average. Sheets are repaired with XPBD only, not with
-//!   methods that are there to be compared with others' programs.
+//! - of a sheet (triangles, no tetrahedra) with [`Stretch`](crate::Stretch): an edge shorter than
+//!   [`CRUSHED`] of its rest length; and after [`LASTING`] repair times without change, a tangled
+//!   hinge: two triangles folded over by more than 120°, one of whose edges a single projection
+//!   would still change by more than [`TANGLED`] of its length. Stiff edges that push against each
+//!   other in a tangle neither come to rest nor separate. A fold without strain is no damage, nor
+//!   is strain without a fold: where too few iterations carry a load, edges are stretched, and
+//!   should remain so. For the same reason no hinge counts while the mean strain of the edges
+//!   exceeds [`LOADED`]. Sheets are repaired with XPBD only, not with the methods that exist for
+//!   comparison with other programs.
 //!
 //! Elements that share particles form a region. In each substep of length h, with the repair time T and the
 //! time t that the body has been under repair:
@@ -65,11 +66,12 @@ pub const LASTING: f64 = 3.0;
 /// Fraction of the rest volume of a solid that must have collapsed for a repair to begin.
 pub const LITTLE: f64 = 0.02;
 
-/// Fraction of the edges of a sheet, by length, that must have collapsed for a repair to begin. Too few sweeps
-/// can crush some for a moment where a sheet swings under its weight.
+/// Fraction of the edges of a sheet, by length, that must have collapsed for a repair to begin.
+/// With too few iterations, some edges are briefly crushed where a sheet swings under its weight.
 pub const MANY: f64 = 0.1;
 
-/// Change of the strain of a tangled hinge from look to look below which it does not come apart by itself.
+/// Change of the strain of a tangled hinge between checks below which it does not separate by
+/// itself.
 pub const STEADY: f64 = 0.05;
 
 /// Fraction of the hinges of a sheet, by length, that must be tangled for a repair to begin.
@@ -89,7 +91,7 @@ pub(crate) trait Motes {
     fn position(&self, i: usize) -> DVec3;
     /// Velocity [m/s].
     fn velocity(&self, i: usize) -> DVec3;
-    /// Moves it [m]; its velocity stays.
+    /// Moves it [m]; its velocity does not change.
     fn shift(&mut self, i: usize, by: DVec3);
     /// Adds to its velocity [m/s].
     fn accelerate(&mut self, i: usize, change: DVec3);
@@ -118,10 +120,9 @@ impl Motes for Particles {
 }
 
 impl Repair {
-    /// Finds what is to be repaired in a tick of `seconds`: what is damaged, and what is still under
-    /// repair.
+    /// Finds damaged elements, and those still under repair, in a tick of `seconds`.
     ///
-    /// A body in order is looked at once per interval, if it `may_be_damaged`.
+    /// An undamaged body is checked once per interval, if it `may_be_damaged`.
     pub(crate) fn look<M: Motes>(
         &mut self,
         body: &Repairable,
@@ -192,7 +193,7 @@ impl Repair {
         self.under = Some(repair);
     }
 
-    /// Draws all regions towards their shapes at rest, in a substep of `h` seconds.
+    /// Moves all regions towards their rest shapes, in a substep of `h` seconds.
     pub(crate) fn draw(&mut self, topology: &Topology, h: f64, motes: &mut impl Motes) {
         let Some(repair) = &mut self.under else {
             return;
@@ -217,7 +218,7 @@ impl Repair {
         repair.regions.touched = false;
     }
 
-    /// Leaves all regions nothing of their velocities but what a rigid body has.
+    /// Replaces the velocities of all regions by rigid motion.
     pub(crate) fn stiffen(&self, motes: &mut impl Motes) {
         let Some(repair) = &self.under else { return };
         let Regions {
@@ -232,7 +233,7 @@ impl Repair {
             let change = whole.velocity - before;
             let size = change.length_squared();
             if *touched && size > 0.0 {
-                // As far as it brakes.
+                // Only as far as it slows down.
                 let share = (-before.dot(change) / size).clamp(0.0, 1.0);
                 whole.velocity = before + change * share;
             }
@@ -242,8 +243,8 @@ impl Repair {
 }
 
 impl UnderRepair {
-    /// Takes note of the strain of tangled hinges at each particle, 0 where there is none, `seconds` after the look
-    /// before.
+    /// Records the strain of tangled hinges at each particle, 0 where there is none, `seconds`
+    /// after the previous check.
     fn count_tangles(&mut self, strains: &[f32], seconds: f64) {
         if strains.iter().all(|&strain| strain == 0.0) {
             self.tangled.clear();
@@ -264,13 +265,13 @@ impl UnderRepair {
         })
     }
 
-    /// Nothing is under repair in a tick of `seconds`.
+    /// Advances the recovery time of a tick of `seconds` without repair.
     fn recuperate(&mut self, seconds: f64) {
         self.spent = (self.spent - 0.1 * seconds).max(0.0);
     }
 
-    /// Particles under repair that elements join: regions by their first particle, each in ascending
-    /// order.
+    /// Finds the regions: particles under repair that share elements, each region in ascending
+    /// order, regions by their first particle.
     fn find_regions(&mut self, body: &Repairable) {
         let Self { drawn, regions, .. } = self;
         let Regions {
@@ -288,7 +289,7 @@ impl UnderRepair {
         body.each(|corners, _| {
             if corners.iter().all(|&i| drawn[i as usize]) {
                 for &i in &corners[1..] {
-                    // The root is the least of its region.
+                    // The root is the smallest particle of its region.
                     let (a, b) = (root(parent, corners[0]), root(parent, i));
                     parent[a.max(b) as usize] = a.min(b);
                 }
@@ -327,18 +328,18 @@ fn rest(topology: &Topology, i: u32) -> DVec3 {
     topology.rest[i as usize].as_dvec3()
 }
 
-/// A region as a whole.
+/// Rigid motion of a region.
 struct Whole {
-    /// Mass that a pin is taken to have [kg].
+    /// Mass assigned to a pin [kg].
     pin: f64,
     pinned: bool,
-    /// All masses [kg].
+    /// Total mass [kg].
     mass: f64,
-    /// Velocity of it [m/s].
+    /// Velocity of the center of mass [m/s].
     velocity: DVec3,
-    /// How the region moves beside that.
+    /// Motion relative to it.
     motion: Motion,
-    /// Energy of that if it were rigid [J].
+    /// Rotational energy of the motion if the region were rigid [J].
     turning: f64,
 }
 
@@ -367,7 +368,7 @@ impl Whole {
         whole
     }
 
-    /// How far it is from its shape at rest, over its size, root mean square.
+    /// RMS distance from its rest shape, relative to its RMS size.
     fn off(&self, region: &[u32], topology: &Topology, motes: &impl Motes) -> f64 {
         let (rotation, rest_center) = self.fit(region, topology, motes);
         let (mut off, mut size) = (0.0, 0.0);
@@ -381,7 +382,7 @@ impl Whole {
         (off / size).sqrt()
     }
 
-    /// How a region moves beside the velocity of its center of mass.
+    /// Motion of a region relative to its center of mass.
     fn motion_of(&self, region: &[u32], motes: &impl Motes) -> Motion {
         let at = |place: usize| {
             let i = region[place];
@@ -391,8 +392,8 @@ impl Whole {
         Motion::of(at, region.len())
     }
 
-    /// Gives a region, wherever its particles are now, the velocities of a rigid body with the momenta
-    /// that it had; none where it is pinned.
+    /// Gives a region, at its current positions, the velocities of a rigid body with the momenta
+    /// that it had before; zero where it is pinned.
     fn stiffen(&self, region: &[u32], motes: &mut impl Motes) {
         let now = self.motion_of(region, motes);
         let mut turn = now.turn_to(now.angular + self.motion.angular);
@@ -419,7 +420,7 @@ impl Whole {
         }
     }
 
-    /// The rotation that fits the shape at rest best, and the center of mass of that [m].
+    /// Best-fit rotation of the rest shape, and the center of mass of that [m].
     fn fit(&self, region: &[u32], topology: &Topology, motes: &impl Motes) -> (DMat3, DVec3) {
         let terms = region
             .iter()
@@ -433,7 +434,7 @@ impl Whole {
 }
 
 impl Stepper<'_> {
-    /// Begins a tick: looks for what is to be repaired.
+    /// Begins a tick: checks for damage.
     pub(crate) fn look_for_damage(&mut self, context: &StepContext) {
         let settings = context.settings;
         let Some(body) = Repairable::of(self.effects, self.topology, settings) else {
@@ -448,7 +449,7 @@ impl Stepper<'_> {
         self.particles.repair = repair;
     }
 
-    /// Begins a substep: draws what is under repair towards its shape at rest.
+    /// Begins a substep: moves particles under repair towards their rest shape.
     pub(crate) fn draw(&mut self, context: &StepContext) {
         let particles = &mut *self.particles;
         if !particles.repair.is_empty() {
@@ -459,7 +460,7 @@ impl Stepper<'_> {
         }
     }
 
-    /// Ends it: what is under repair moves as if it were rigid.
+    /// Ends a substep: makes the motion of particles under repair rigid.
     pub(crate) fn stiffen(&mut self) {
         let particles = &mut *self.particles;
         if !particles.repair.is_empty() {

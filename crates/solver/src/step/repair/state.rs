@@ -1,4 +1,4 @@
-//! What of a body is under repair.
+//! Repair state of a body.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -8,37 +8,38 @@ use std::iter;
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub struct Repair {
     pub(super) under: Option<Box<UnderRepair>>,
-    /// Time to the next look at a body in order [s].
+    /// Time to the next check of an undamaged body [s].
     pub(super) wait: f64,
 }
 
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct UnderRepair {
-    /// Which particles are drawn back; empty where none is.
+    /// Which particles are under repair; empty where none is.
     pub(super) drawn: Vec<bool>,
     /// T [s].
     pub(super) time: f64,
-    /// For how long the body has been under repair [s], less a tenth of the time in order since.
+    /// Duration of repair [s], minus a tenth of the time without repair since then.
     pub(super) spent: f64,
-    /// For how long each particle has been in a tangled hinge [s], and the strain there; empty where none is.
+    /// For each particle, the time in a tangled hinge [s], and the strain there; empty where there
+    /// is none.
     pub(super) tangled: Vec<[f32; 2]>,
-    /// Found when a tick begins.
+    /// Computed at the beginning of a tick.
     #[serde(skip)]
     pub(super) regions: Regions,
 }
 
-/// Particles region by region, and room to find them in.
+/// Particles by region, and buffers.
 #[derive(Debug, Default)]
 pub(super) struct Regions {
     pub(super) members: Vec<u32>,
-    /// Where each region ends.
+    /// End of the range of each region.
     pub(super) ends: Vec<usize>,
     pub(super) damaged: Vec<bool>,
-    /// Greatest strain of a tangled hinge at each particle.
+    /// Largest strain of a tangled hinge at each particle.
     pub(super) strains: Vec<f32>,
     pub(super) parent: Vec<u32>,
-    /// Velocity [m/s], angular momentum [kg·m²/s] and energy of turning [J] of each where the substep
-    /// begins.
+    /// Velocity [m/s], angular momentum [kg·m²/s] and rotational energy [J] of each at the
+    /// beginning of the substep.
     pub(super) motions: Vec<(DVec3, DVec3, f64)>,
     /// Whether the body touches something in the substep.
     pub(super) touched: bool,
@@ -51,7 +52,7 @@ impl Clone for Repair {
         copy
     }
 
-    /// Reuses allocations. Regions are not copied: they are found when a tick begins.
+    /// Reuses allocations. Regions are not copied: they are computed at the beginning of a tick.
     fn clone_from(&mut self, from: &Self) {
         self.wait = from.wait;
         let Some(from) = &from.under else {
@@ -65,7 +66,7 @@ impl Clone for Repair {
     }
 }
 
-/// Regions follow from what is drawn, and room is no part of the state.
+/// Regions are derived data, and buffers are not part of the state.
 impl PartialEq for Repair {
     fn eq(&self, other: &Self) -> bool {
         let state = |it: &Self| {
@@ -93,7 +94,7 @@ impl Regions {
 }
 
 impl Repair {
-    /// How many particles it is of; none for a body in order.
+    /// Number of particles of the body; 0 without repair.
     #[must_use]
     pub fn len(&self) -> usize {
         self.under.as_ref().map_or(0, |repair| repair.drawn.len())
@@ -105,7 +106,7 @@ impl Repair {
         self.len() == 0
     }
 
-    /// Bytes of memory.
+    /// Memory use in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.under.as_ref().map_or(0, |repair| {
@@ -121,14 +122,14 @@ impl Repair {
         })
     }
 
-    /// Time since the look before [s] if a body is to be looked at in a tick of `seconds`: once per `interval` [s], and in
-    /// every tick while something is under repair.
+    /// Time since the last check [s] if a check is due in a tick of `seconds`: once per `interval`
+    /// [s], and in every tick during repair.
     pub(super) fn is_due(&mut self, interval: f64, seconds: f64) -> Option<f64> {
         if !self.is_empty() {
             self.wait = 0.0;
             return Some(seconds);
         }
-        // Half a tick is more than sums of ticks are rounded by.
+        // Half a tick exceeds the rounding error of a sum of ticks.
         let is_due = self.wait < 0.5 * seconds;
         if is_due {
             self.wait = interval;
@@ -137,7 +138,8 @@ impl Repair {
         is_due.then_some(interval.max(seconds))
     }
 
-    /// Nothing is under repair in a tick of `seconds`; nor is anything tangled, if it `is_whole`.
+    /// Advances the recovery time of a tick of `seconds` without repair; clears tangled hinges if
+    /// it `is_whole`.
     pub(super) fn recuperate(&mut self, seconds: f64, is_whole: bool) {
         if let Some(repair) = &mut self.under {
             if is_whole {
@@ -147,7 +149,7 @@ impl Repair {
         }
     }
 
-    /// The body touches something in the substep under way.
+    /// Records that the body touches something in the current substep.
     pub(crate) fn touch(&mut self) {
         if let Some(repair) = &mut self.under {
             repair.regions.touched = true;

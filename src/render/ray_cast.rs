@@ -1,0 +1,168 @@
+//! Ray casts against the drawn surfaces of soft bodies, and a picking backend for Bevy's pointer events.
+
+use super::{
+    Drawn,
+    hit::{self, Hit},
+};
+use crate::{
+    scene::BodySkin,
+    simulation::{Action, SoftBody},
+    solver::{ParticleIndex, SurfacePoint, numbering::Numbering},
+};
+use bevy::{
+    ecs::system::SystemParam,
+    picking::{
+        PickingSystems,
+        backend::{HitData, PointerHits, ray::RayMap},
+    },
+    prelude::*,
+};
+
+/// Where a ray meets a soft body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct SoftBodyHit {
+    /// The body.
+    pub body: Entity,
+    /// Distance along the ray [m].
+    pub distance: f32,
+    /// The place of the hit [m].
+    pub position: Vec3,
+    /// The point of the body there.
+    pub point: SurfacePoint,
+}
+
+impl SoftBodyHit {
+    /// The action that grabs the body at this point.
+    #[must_use]
+    pub fn grab(&self) -> Action {
+        Action::Grab {
+            body: self.body,
+            point: self.point,
+            target: self.position,
+        }
+    }
+}
+
+/// Casts rays against all soft bodies that [`SoftBodyMeshPlugin`](super::SoftBodyMeshPlugin) draws.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use pliant::{prelude::*, render::SoftBodyRayCast};
+///
+/// fn grab(soft_bodies: SoftBodyRayCast, mut actions: ResMut<Actions>) {
+///     let ray = Ray3d::new(Vec3::Z * 5.0, Dir3::NEG_Z);
+///     if let Some(hit) = soft_bodies.cast(ray, 0.0) {
+///         actions.push(hit.grab());
+///     }
+/// }
+/// ```
+#[derive(SystemParam)]
+pub struct SoftBodyRayCast<'w, 's> {
+    bodies: Query<
+        'w,
+        's,
+        (
+            Entity,
+            &'static Drawn,
+            &'static SoftBody,
+            Option<&'static BodySkin>,
+        ),
+    >,
+}
+
+impl SoftBodyRayCast<'_, '_> {
+    /// The nearest hit of a ray. Ropes are hit within their drawn radius plus `reach` times the distance [m/m]: the
+    /// size of a pixel at 1 m makes thin ropes easy to grab.
+    #[must_use]
+    pub fn cast(&self, ray: Ray3d, reach: f32) -> Option<SoftBodyHit> {
+        let all = self.bodies.iter();
+        let (entity, hit) = hit::nearest(ray, reach, all.map(|(body, drawn, ..)| (body, drawn)))?;
+        let (_, _, body, skin) = self.bodies.get(entity).ok()?;
+        Some(SoftBodyHit {
+            body: entity,
+            distance: hit.distance,
+            position: ray.get_point(hit.distance),
+            point: surface_point(&hit, skin, &body.numbering)?,
+        })
+    }
+}
+
+/// The particles behind a hit: its corners, or the particles that carry the corners of a skin.
+fn surface_point(
+    hit: &Hit,
+    skin: Option<&BodySkin>,
+    numbering: &Numbering,
+) -> Option<SurfacePoint> {
+    let corners = hit.corners.into_iter().zip(hit.weights);
+    let Some(skin) = skin else {
+        let corners = corners.map(|(corner, weight)| (ParticleIndex(corner), weight));
+        return SurfacePoint::new(&corners.collect::<Vec<_>>());
+    };
+    let terms: Vec<_> = corners
+        .filter_map(|(corner, weight)| Some((skin.0.anchors.get(corner as usize)?, weight)))
+        .flat_map(|(anchor, weight)| {
+            let particles = anchor.vertices.map(|vertex| numbering.particle(vertex));
+            let weights = anchor.weights.map(|it| it * weight);
+            particles.into_iter().zip(weights)
+        })
+        .collect();
+    SurfacePoint::new(&terms)
+}
+
+/// Sends the hits of all pointers on soft bodies to Bevy's picking, so that observers of
+/// [`Pointer`] events work on them. [`Pickable::IGNORE`] takes a body out. It needs
+/// [`SoftBodyMeshPlugin`](super::SoftBodyMeshPlugin), and in its place Bevy's own `MeshPickingPlugin` would find the same
+/// bodies, but not their ropes' reach or points.
+#[derive(Debug, Default)]
+pub struct SoftBodyPickingPlugin;
+
+impl Plugin for SoftBodyPickingPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(PreUpdate, report.in_set(PickingSystems::Backend));
+    }
+}
+
+fn report(
+    rays: Res<RayMap>,
+    cameras: Query<&Camera>,
+    bodies: Query<(Entity, &Drawn, Option<&Pickable>)>,
+    mut hits: MessageWriter<PointerHits>,
+) {
+    for (id, ray) in rays.iter() {
+        let Ok(camera) = cameras.get(id.camera) else {
+            continue;
+        };
+        let pickable = bodies
+            .iter()
+            .filter(|(.., pickable)| pickable.is_none_or(|it| it.is_hoverable))
+            .map(|(body, drawn, _)| (body, drawn));
+        if let Some((body, hit)) = hit::nearest(*ray, 0.0, pickable) {
+            let position = ray.get_point(hit.distance);
+            let data = HitData::new(id.camera, hit.distance, Some(position), None);
+            let order = camera.order as f32;
+            hits.write(PointerHits::new(id.pointer, vec![(body, data)], order));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hit_without_a_skin_has_the_corners_with_their_weights() {
+        let hit = Hit {
+            distance: 1.0,
+            corners: [4, 2, 9],
+            weights: [0.5, 0.25, 0.25],
+        };
+        let point = surface_point(&hit, None, &Numbering::default()).expect("weights sum to 1");
+        assert_eq!(
+            point.terms().collect::<Vec<_>>(),
+            [(4, 0.5), (2, 0.25), (9, 0.25)]
+                .map(|(corner, weight)| (ParticleIndex(corner), weight))
+        );
+        assert_eq!(point.nearest(), ParticleIndex(4));
+    }
+}
