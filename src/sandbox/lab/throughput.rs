@@ -6,10 +6,9 @@
 
 use bevy::prelude::*;
 
-use crate::{
-    effect::{Stretch, Volume},
-    simulation::{Active, Profile, SimulationClock, SimulationSettings, SoftBody, SoftBodySystems},
-    solver::Effects,
+use crate::simulation::{
+    Active, Profile, SimulationClock, SimulationSettings, SoftBody, SoftBodySystems,
+    carried::Carried,
 };
 
 /// Weight of a new tick in the smoothed figure: a tick from one second ago has a tenth of the
@@ -69,7 +68,7 @@ fn follow(
     settings: Res<SimulationSettings>,
     profile: Res<Profile>,
     time: Res<Time<Real>>,
-    bodies: Query<(&SoftBody, Option<&Stretch>, Option<&Volume>), Active>,
+    bodies: Query<(&SoftBody, Carried), Active>,
     mut last: Local<u64>,
     mut age: Local<f32>,
 ) {
@@ -81,14 +80,7 @@ fn follow(
     if clock.tick() > before {
         let constraints: usize = bodies
             .iter()
-            .map(|(body, stretch, volume)| {
-                let effects = Effects {
-                    stretch: stretch.copied(),
-                    volume: volume.copied(),
-                    ..default()
-                };
-                effects.constraints(body)
-            })
+            .map(|(body, carried)| carried.effects().constraints(body))
             .sum();
         let iterations = f64::from(settings.substeps.get()) * f64::from(settings.iterations.get());
         throughput.tick(

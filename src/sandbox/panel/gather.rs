@@ -25,9 +25,9 @@ use crate::{
     scene::{Answer, CurrentScene, Material},
     simulation::{
         Asleep, BodyDensity, Pins, Profile, Quarantined, SimulationClock, SimulationSettings,
-        SoftBody, SolverThreads, Statistics, action, plain::bodies_in_order, system_names,
+        SoftBody, SolverThreads, Statistics, action, carried, plain::bodies_in_order, system_names,
     },
-    solver::{EffectStates, Effects, available},
+    solver::{EffectStates, available},
 };
 
 /// Weight of a new measurement in the smoothed one.
@@ -129,12 +129,7 @@ fn materials(world: &World, bodies: &[Entity]) -> Vec<&'static Material> {
 fn material(world: &World, bodies: &[Entity]) -> Option<&'static Material> {
     let made_of = |body: &Entity| {
         let body = world.entity(*body);
-        let effects = Effects {
-            neo_hookean: body.get().copied(),
-            membrane: body.get().copied(),
-            bend: body.get().copied(),
-            ..Effects::default()
-        };
+        let effects = carried::effects(body);
         let density = body.get::<BodyDensity>()?.0;
         Material::all()
             .iter()

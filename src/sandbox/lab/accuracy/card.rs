@@ -10,7 +10,7 @@ use crate::{
 };
 use bevy_egui::egui::{
     Align, Area, Button, Context, DragValue, Frame, Id, Label, Layout, Margin, Order, ProgressBar,
-    RichText, Stroke, Ui, vec2,
+    RichText, Sense, Stroke, Ui, vec2,
 };
 
 /// Width of the card [logical px].
@@ -145,7 +145,8 @@ fn legend(ui: &mut Ui) {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 3.0;
         for (marker, text) in Marker::ALL {
-            ui.label(RichText::new(marker.glyph()).small().color(marker.color()));
+            let (rect, _) = ui.allocate_exact_size(vec2(14.0, 14.0), Sense::hover());
+            marker.paint(ui.painter(), rect.center());
             ui.label(RichText::new(text).small().color(theme::WEAK));
             ui.add_space(6.0);
         }

@@ -5,7 +5,8 @@ use crate::{
     study::{ProbePoint, Setting, pareto},
 };
 use bevy_egui::egui::{
-    Align2, Color32, FontSelection, Response, Sense, Stroke, TextStyle, Ui, Vec2b,
+    Align2, Color32, FontSelection, Painter, Pos2, Response, Sense, Shape, Stroke, TextStyle, Ui,
+    Vec2b, vec2,
 };
 use egui_plot::{
     Axis, AxisHints, GridMark, Line, MarkerShape, PlotPoint, Points, Span, VPlacement,
@@ -96,15 +97,18 @@ impl Marker {
         }
     }
 
-    /// The marker as a character of a legend.
-    #[must_use]
-    pub const fn glyph(self) -> &'static str {
-        match self {
-            Self::Circle => "●",
-            Self::Square => "■",
-            Self::Diamond => "◆",
-            Self::Triangle => "▲",
-        }
+    /// Draws it around a point, for a legend.
+    pub fn paint(self, painter: &Painter, at: Pos2) {
+        let polygon = |points: &[(f32, f32)]| {
+            let points = points.iter().map(|&(x, y)| at + vec2(x, y)).collect();
+            Shape::convex_polygon(points, self.color(), Stroke::NONE)
+        };
+        painter.add(match self {
+            Self::Circle => Shape::circle_filled(at, 4.0, self.color()),
+            Self::Square => polygon(&[(-3.6, -3.6), (3.6, -3.6), (3.6, 3.6), (-3.6, 3.6)]),
+            Self::Diamond => polygon(&[(0.0, -5.2), (5.2, 0.0), (0.0, 5.2), (-5.2, 0.0)]),
+            Self::Triangle => polygon(&[(0.0, -5.0), (4.8, 3.6), (-4.8, 3.6)]),
+        });
     }
 
     const fn shape(self) -> MarkerShape {
