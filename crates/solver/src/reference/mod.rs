@@ -18,7 +18,7 @@ mod elastic;
 mod motion;
 
 use crate::{
-    Contacts, Effects, ElasticKind, Repair, Settings, Stitches, Substep, Topology,
+    Contacts, Effects, ElasticKind, Repair, Settings, Stitches, Substep, Threads, Topology,
     contact::{Collider, pairs::Between},
     effects::{
         body_effect::{BodyPhase, ReferenceParticles, ReferencePass},
@@ -192,7 +192,7 @@ impl World {
         }
         let touch = are_needed(bodies.iter().map(|body| (&body.effects, true)));
         if touch {
-            contacts.begin(bodies, step);
+            contacts.begin(bodies, step, &Threads::default());
         }
         let pass = |h: f64, iteration: u32| ReferencePass {
             colliders: &colliders,
@@ -248,7 +248,7 @@ impl World {
             }
         }
         if touch {
-            contacts.truncate(bodies, step);
+            contacts.truncate(bodies, step, &Threads::default());
         }
         for body in &mut *bodies {
             let h = body.h;

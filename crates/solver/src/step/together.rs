@@ -291,7 +291,9 @@ fn meet_rigid(it: &mut Companion, step: &Substep, iteration: u32, context: &Step
 
 /// Finds near candidates, before anything moves: repair moves particles too.
 fn find(bodies: &mut [Companion], contacts: &mut Contacts, step: &Substep, context: &StepContext) {
-    watched(context, Stage::Contact, || contacts.begin(bodies, step));
+    watched(context, Stage::Contact, || {
+        contacts.begin(bodies, step, context.threads)
+    });
     let looks_back = context.settings.order.get() > 1;
     for (place, it) in bodies.iter_mut().enumerate() {
         it.is_near = looks_back && contacts.is_near(place);
@@ -320,7 +322,9 @@ pub fn cut(
     step: &Substep,
     context: &StepContext,
 ) {
-    watched(context, Stage::Contact, || contacts.truncate(bodies, step));
+    watched(context, Stage::Contact, || {
+        contacts.truncate(bodies, step, context.threads)
+    });
     credit(bodies);
 }
 

@@ -1,6 +1,8 @@
 //! Bounding balls of motion, axis-aligned boxes, and queries for overlapping boxes.
 
 use super::closest::Kind;
+use crate::lanes::{Instructions, Lanes, Work};
+use fearless_simd::{f32x8, prelude::*};
 use glam::{DVec3, UVec3, Vec3A};
 use std::ops::Range;
 
@@ -169,24 +171,41 @@ impl Columns {
         }));
     }
 
-    /// Visits the boxes that overlap another, in their order.
-    pub fn near(&self, query: &Bounds, mut visit: impl FnMut(u32)) {
-        let (low, high) = (query.low.to_array(), query.high.to_array());
-        for (eight, [lx, ly, lz, hx, hy, hz]) in (0..).zip(&self.eights) {
-            // Largest of the separations along the axes, at most 0 where boxes overlap: compilers
-            // vectorize minima and maxima.
-            let mut apart = [0.0_f32; 8];
-            for i in 0..8 {
-                let x = (lx[i] - high[0]).max(low[0] - hx[i]);
-                let y = (ly[i] - high[1]).max(low[1] - hy[i]);
-                let z = (lz[i] - high[2]).max(low[2] - hz[i]);
-                apart[i] = x.max(y).max(z);
-            }
-            if apart.iter().all(|&apart| apart > 0.0) {
-                continue;
-            }
-            for (place, _) in (0..).zip(apart).filter(|(_, apart)| *apart <= 0.0) {
-                visit(eight * 8 + place);
+    /// Adds to `hits` the pairs of a query, by its number, and a box that it overlaps, both in
+    /// their order.
+    pub fn near(&self, queries: &[Bounds], instructions: Instructions, hits: &mut Vec<[u32; 2]>) {
+        instructions.run(Overlaps {
+            eights: &self.eights,
+            queries,
+            hits,
+        });
+    }
+}
+
+/// Compares boxes with all others, eight at once.
+struct Overlaps<'a> {
+    eights: &'a [[[f32; 8]; 6]],
+    queries: &'a [Bounds],
+    hits: &'a mut Vec<[u32; 2]>,
+}
+
+impl Work for Overlaps<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, simd: L) {
+        for (number, query) in (0..).zip(self.queries) {
+            let low = query.low.to_array().map(|x| f32x8::splat(simd, x));
+            let high = query.high.to_array().map(|x| f32x8::splat(simd, x));
+            for (eight, columns) in (0..).zip(self.eights) {
+                let column = |place: usize| f32x8::from_slice(simd, &columns[place]);
+                let along = |axis: usize| {
+                    column(axis).simd_le(high[axis]) & column(axis + 3).simd_ge(low[axis])
+                };
+                let mut overlaps = (along(0) & along(1) & along(2)).to_bitmask();
+                while overlaps != 0 {
+                    self.hits
+                        .push([number, eight * 8 + overlaps.trailing_zeros()]);
+                    overlaps &= overlaps - 1;
+                }
             }
         }
     }

@@ -9,7 +9,7 @@ use super::{
     truncate::Truncation,
 };
 use crate::{
-    Effects, Substep,
+    Effects, Substep, Threads,
     topology::surface::{Patch, Surface},
 };
 use glam::{DVec3, Vec3A};
@@ -231,12 +231,12 @@ impl Contacts {
     }
 
     /// Begins a substep: finds near candidates.
-    pub(crate) fn begin(&mut self, bodies: &[impl Tangible], step: &Substep) {
+    pub(crate) fn begin(&mut self, bodies: &[impl Tangible], step: &Substep, threads: &Threads) {
         self.h = step.h.into();
         self.join(bodies);
         self.predict(bodies, step);
         if !(self.is_valid && self.enclose_motion(HORIZON)) {
-            self.detect(step.count);
+            self.detect(step.count, threads);
             self.enclose_motion(HORIZON);
         }
         self.make_rows(self.h);
@@ -270,7 +270,12 @@ impl Contacts {
     }
 
     /// Truncates motion that would let surfaces cross, before the last stage of a substep.
-    pub(crate) fn truncate(&mut self, bodies: &mut [impl Tangible], step: &Substep) {
+    pub(crate) fn truncate(
+        &mut self,
+        bodies: &mut [impl Tangible],
+        step: &Substep,
+        threads: &Threads,
+    ) {
         for member in &self.members {
             let body = &bodies[member.body];
             for (&particle, v) in member.surface.vertices.iter().zip(member.vertices()) {
@@ -281,7 +286,7 @@ impl Contacts {
         }
         self.find_mean_motion();
         if !self.enclose_motion(1.0) {
-            self.detect(step.count);
+            self.detect(step.count, threads);
             self.enclose_motion(1.0);
         }
         self.cut(bodies);

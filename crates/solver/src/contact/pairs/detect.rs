@@ -5,7 +5,7 @@ use super::{
     closest::Kind,
     contacts::{Between, Contacts, HORIZON, Piece},
 };
-use crate::topology::surface::Patch;
+use crate::{Threads, WorkEstimate, lanes::Instructions, topology::surface::Patch};
 use glam::{DVec3, Vec3A};
 use std::ops::Range;
 
@@ -60,15 +60,35 @@ pub(super) struct Candidate {
 /// Buffers for detection, reused.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
-    columns: Columns,
-    first: Primitives,
-    second: Primitives,
+    finders: Vec<Finder>,
+    /// Indices of the pairs of pieces whose candidates are to be found.
+    lost: Vec<u32>,
     /// Bounding box of each piece in its frame, and of its motion.
     wholes: Vec<Bounds>,
     swept: Vec<Bounds>,
     order: Vec<(f32, u32)>,
     /// Batches and candidates of the previous detection.
-    before: (Vec<Batch>, Vec<Candidate>),
+    before: Found,
+}
+
+/// Batches with their candidates.
+#[derive(Debug, Default)]
+struct Found {
+    batches: Vec<Batch>,
+    candidates: Vec<Candidate>,
+}
+
+/// Finds the candidates of some pairs of pieces, on one thread.
+#[derive(Debug, Default)]
+struct Finder {
+    instructions: Instructions,
+    columns: Columns,
+    hits: Vec<[u32; 2]>,
+    first: Primitives,
+    second: Primitives,
+    /// Its part of the lost pairs.
+    lost: Range<usize>,
+    found: Found,
 }
 
 /// Primitives of a piece with their boxes.
@@ -77,6 +97,8 @@ struct Primitives {
     boxes: Vec<Bounds>,
     /// Indices of the vertices, edges or triangles of its patch.
     numbers: Vec<u32>,
+    /// Surface vertices of each; of fewer than three, the last is repeated.
+    vertices: Vec<[u32; 3]>,
 }
 
 /// Kind of primitive.
@@ -104,47 +126,84 @@ const OF_REST: f64 = 0.9;
 /// Margin of the balls against rounding, as a fraction of the size of a body: a few ε of `f32`.
 const SLACK: f32 = 1e-6;
 
+/// Constraint projections that take about as long as finding the candidates of a pair of pieces.
+const PROJECTIONS: usize = 1000;
+
 impl Contacts {
     /// Finds candidates for the current motion where it has left the claims. New claims stay valid
     /// while the motion changes little; frames are extrapolated over a tick of this number of
     /// substeps. Other candidates are kept.
-    pub(super) fn detect(&mut self, substeps: u32) {
+    pub(super) fn detect(&mut self, substeps: u32, threads: &Threads) {
         self.is_valid = true;
         self.counts.detections += 1;
         self.claim(substeps);
         self.find_pairs();
-        let (batches, candidates) = &mut self.scratch.before;
-        std::mem::swap(batches, &mut self.batches);
-        std::mem::swap(candidates, &mut self.candidates);
+        let mut pairs = std::mem::take(&mut self.pairs);
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let Scratch {
+            finders,
+            lost,
+            wholes,
+            before,
+            ..
+        } = &mut scratch;
+        lost.clear();
+        let numbered = pairs.iter().zip(0..);
+        lost.extend(numbered.filter_map(|(pair, number)| pair.is_lost.then_some(number)));
+        // More parts than threads, as pairs take different times.
+        let parts = match threads.count() {
+            1 => 1,
+            count => 4 * count,
+        };
+        let each = lost.len().div_ceil(parts).max(1);
+        finders.resize_with(parts, Finder::default);
+        for (finder, part) in finders.iter_mut().zip(0..) {
+            finder.lost = (part * each).min(lost.len())..((part + 1) * each).min(lost.len());
+        }
+        let load = |finder: &Finder| WorkEstimate {
+            projections: finder.lost.len() * PROJECTIONS,
+            pieces: 1,
+        };
+        threads.for_each(finders, load, &|finder: &mut Finder, _: &Threads| {
+            finder.found.batches.clear();
+            finder.found.candidates.clear();
+            for number in finder.lost.clone() {
+                finder.find(self, wholes, &pairs[lost[number] as usize]);
+            }
+        });
+        std::mem::swap(&mut before.batches, &mut self.batches);
+        std::mem::swap(&mut before.candidates, &mut self.candidates);
         self.batches.clear();
         self.candidates.clear();
-        let mut pairs = std::mem::take(&mut self.pairs);
         let mut next = 0;
+        let mut place = 0;
+        let mut number = 0;
         for pair in &mut pairs {
             if std::mem::take(&mut pair.is_lost) {
-                let vertices = [Part::Vertices, Part::Triangles];
-                self.batch(pair, Kind::VertexTriangle, vertices);
-                if pair.pieces[0] != pair.pieces[1] {
-                    self.batch(&pair.turned(), Kind::VertexTriangle, vertices);
+                if number % each == 0 {
+                    place = 0;
                 }
-                self.batch(pair, Kind::EdgeEdge, [Part::Edges; 2]);
+                self.keep(&finders[number / each].found, pair.pieces, &mut place);
+                number += 1;
             } else {
-                self.keep(pair.pieces, &mut next);
+                self.keep(before, pair.pieces, &mut next);
             }
         }
         self.pairs = pairs;
+        self.scratch = scratch;
         self.counts.candidates = self.candidates.len();
     }
 
-    /// Keeps the previous batches of a pair of pieces; `next` is the first one not yet visited.
-    /// Both are in the order of the pairs.
-    fn keep(&mut self, pieces: [u32; 2], next: &mut usize) {
-        let (batches, candidates) = &self.scratch.before;
+    /// Adds the batches of a pair of pieces; `next` is the first one not yet visited. Both are in
+    /// the order of the pairs.
+    fn keep(&mut self, found: &Found, pieces: [u32; 2], next: &mut usize) {
+        let batches = &found.batches;
         while let Some(batch) = batches.get(*next).filter(|batch| batch.sorted() <= pieces) {
             *next += 1;
             if batch.sorted() == pieces {
                 let start = self.candidates.len();
-                self.candidates.extend(&candidates[batch.range.clone()]);
+                self.candidates
+                    .extend(&found.candidates[batch.range.clone()]);
                 self.batches.push(Batch {
                     range: start..self.candidates.len(),
                     ..batch.clone()
@@ -286,9 +345,29 @@ impl Contacts {
             is_lost: true,
         }
     }
+}
 
-    /// Finds candidates of one kind between primitives of two pieces, or within one piece.
-    fn batch(&mut self, pair: &PiecePair, kind: Kind, parts: [Part; 2]) {
+impl Finder {
+    /// Finds the candidates of a pair of pieces, or within one piece.
+    fn find(&mut self, contacts: &Contacts, wholes: &[Bounds], pair: &PiecePair) {
+        let vertices = [Part::Vertices, Part::Triangles];
+        self.batch(contacts, wholes, pair, Kind::VertexTriangle, vertices);
+        if pair.pieces[0] != pair.pieces[1] {
+            let turned = pair.turned();
+            self.batch(contacts, wholes, &turned, Kind::VertexTriangle, vertices);
+        }
+        self.batch(contacts, wholes, pair, Kind::EdgeEdge, [Part::Edges; 2]);
+    }
+
+    /// Finds candidates of one kind.
+    fn batch(
+        &mut self,
+        contacts: &Contacts,
+        wholes: &[Bounds],
+        pair: &PiecePair,
+        kind: Kind,
+        parts: [Part; 2],
+    ) {
         let PiecePair {
             pieces,
             between,
@@ -296,14 +375,23 @@ impl Contacts {
             claim,
             ..
         } = *pair;
-        let Self {
+        let Contacts {
             members,
             pieces: all,
             vertices,
             claimed,
-            candidates,
-            batches,
-            scratch,
+            ..
+        } = contacts;
+        let Self {
+            instructions,
+            columns,
+            hits,
+            first: ones,
+            second: others,
+            found: Found {
+                batches,
+                candidates,
+            },
             ..
         } = self;
         let [a, b] = pieces.map(|piece| &all[piece as usize]);
@@ -319,13 +407,6 @@ impl Contacts {
             apart.plus(claim)
         };
         let reach = thickness + a.claimed_radius + b.claimed_radius + offset.radius;
-        let Scratch {
-            first: ones,
-            second: others,
-            wholes,
-            columns,
-            ..
-        } = scratch;
         let [whole_a, whole_b] = pieces.map(|piece| wholes[piece as usize]);
         let shift = Bounds::around(offset.center, offset.center);
         let back = Bounds::around(-offset.center, -offset.center);
@@ -348,39 +429,43 @@ impl Contacts {
         }
         columns.fill(&ones.boxes);
         let start = candidates.len();
-        for (around, &number) in others.boxes.iter().zip(&others.numbers) {
-            let around = around.displaced(&shift).grown(reach);
-            columns.near(&around, |item| {
-                let other = ones.numbers[item as usize];
-                if is_itself && kind == Kind::EdgeEdge && other >= number {
-                    return;
-                }
-                let first =
-                    kind.corners((a, a.patch(members), other), (b, b.patch(members), number));
-                let of = first.map(|corner| vertices[corner as usize]);
-                let (one, rest) = of.split_at(kind.split());
-                if between == Between::Itself && one.iter().any(|vertex| rest.contains(vertex)) {
-                    return;
-                }
-                let centers = first.map(|corner| claimed[corner as usize]);
-                let apart = distance(kind, centers, offset.center);
-                if apart > reach.into() {
-                    return;
-                }
-                let kept = if between == Between::Itself {
-                    let rest = |v: u32| of_a.surface.rest[v as usize - of_a.first].as_dvec3();
-                    thickness.min((OF_REST * kind.distance(of.map(rest))) as f32)
-                } else {
-                    thickness
-                };
-                if kept > 0.0 {
-                    candidates.push(Candidate {
-                        corners: first,
-                        distance: kept,
-                        room: apart as f32 - kept,
-                    });
-                }
-            });
+        others
+            .boxes
+            .iter_mut()
+            .for_each(|it| *it = it.displaced(&shift).grown(reach));
+        hits.clear();
+        columns.near(&others.boxes, *instructions, hits);
+        for &[query, item] in &*hits {
+            let (query, item) = (query as usize, item as usize);
+            // Most primitives of a surface that are near each other share a vertex.
+            let rest = &others.vertices[query];
+            if between == Between::Itself && ones.vertices[item].iter().any(|v| rest.contains(v)) {
+                continue;
+            }
+            let (number, other) = (others.numbers[query], ones.numbers[item]);
+            if is_itself && kind == Kind::EdgeEdge && other >= number {
+                continue;
+            }
+            let first = kind.corners((a, a.patch(members), other), (b, b.patch(members), number));
+            let centers = first.map(|corner| claimed[corner as usize]);
+            let apart = distance(kind, centers, offset.center);
+            if apart > reach.into() {
+                continue;
+            }
+            let kept = if between == Between::Itself {
+                let rest = |v: u32| of_a.surface.rest[v as usize - of_a.first].as_dvec3();
+                let of = first.map(|corner| rest(vertices[corner as usize]));
+                thickness.min((OF_REST * kind.distance(of)) as f32)
+            } else {
+                thickness
+            };
+            if kept > 0.0 {
+                candidates.push(Candidate {
+                    corners: first,
+                    distance: kept,
+                    room: apart as f32 - kept,
+                });
+            }
         }
         let found = &mut candidates[start..];
         if found.is_empty() {
@@ -449,12 +534,16 @@ impl Primitives {
     /// Collects the primitives of a patch, with these centers of its corners, that overlap a box.
     fn collect(&mut self, patch: &Patch, part: Part, centers: &[Vec3A], near: &Bounds) {
         self.numbers.clear();
+        self.vertices.clear();
         self.boxes.clear();
         let mut take = |number: usize, corners: &[u32]| {
             let all = corners.iter().map(|&corner| centers[corner as usize]);
             let bounds = all.fold(Bounds::EMPTY, |all, at| all.with(Bounds::around(at, at)));
             if bounds.meets(near) {
                 self.numbers.push(number as u32);
+                let vertex =
+                    |place: usize| patch.vertices[corners[place.min(corners.len() - 1)] as usize];
+                self.vertices.push([vertex(0), vertex(1), vertex(2)]);
                 self.boxes.push(bounds);
             }
         };
