@@ -188,11 +188,8 @@ mod tests {
         let text = "| a | b |\n| --- | --- |\n| 1\\|2 | 3 |\n\n";
         let table = Block::table("", &["a", "b"], rows.clone());
         assert_eq!(markdown(&[table]), text);
-        let captioned = Block::table("Both", &["a", "b"], rows);
-        assert_eq!(
-            markdown(&[captioned.clone()]),
-            format!("**Both**\n\n{text}")
-        );
-        assert!(html("", &[captioned]).contains("<caption>Both</caption>"));
+        let captioned = [Block::table("Both", &["a", "b"], rows)];
+        assert_eq!(markdown(&captioned), format!("**Both**\n\n{text}"));
+        assert!(html("", &captioned).contains("<caption>Both</caption>"));
     }
 }

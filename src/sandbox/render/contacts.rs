@@ -18,7 +18,6 @@ impl Plugin for ContactsPlugin {
                     pins: false,
                     constraints: false,
                     contacts: false,
-                    ..default()
                 },
                 GizmoConfig {
                     // In front of the bodies between which they act.

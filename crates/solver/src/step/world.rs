@@ -99,7 +99,7 @@ impl World {
         self.tick += 1;
     }
 
-    /// Number of edge–triangle [crossings](crossings).
+    /// Number of edge–triangle [crossings].
     #[must_use]
     pub fn crossings(&self) -> usize {
         crossings(self.bodies.iter().map(|body| Outline {

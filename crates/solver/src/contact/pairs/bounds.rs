@@ -357,11 +357,18 @@ mod tests {
                 let expected = some.iter().zip(0..).filter(|(it, _)| it.meets(other));
                 let expected: Vec<u32> = expected.map(|(_, item)| item).collect();
                 assert_eq!(found, expected);
-                columns.fill(&some);
-                found.clear();
-                columns.near(other, |item| found.push(item));
-                assert_eq!(found, expected);
                 pairs += expected.len();
+            }
+            columns.fill(&some);
+            for instructions in Instructions::all() {
+                let mut hits = Vec::new();
+                columns.near(&others, instructions, &mut hits);
+                let queries = others.iter().zip(0..);
+                let expected = queries.flat_map(|(other, query)| {
+                    let overlapping = some.iter().zip(0..).filter(|(it, _)| it.meets(other));
+                    overlapping.map(move |(_, item)| [query, item])
+                });
+                assert_eq!(hits, expected.collect::<Vec<[u32; 2]>>());
             }
             assert!(pairs > 0 || count < 2 || size == 0.0, "no pair of {count}");
         }
