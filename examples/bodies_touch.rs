@@ -33,7 +33,7 @@ fn main() {
     for quarter in 1..=8 {
         (0..15).for_each(|_| tick(app.world_mut()));
         let particles = app.world().get::<Particles>(ball).expect("a body");
-        let height = measure::centre_of_mass(particles).y;
+        let height = measure::center_of_mass(particles).y;
         let contacts = app.world().resource::<BodyContacts>();
         let force: f32 = contacts.forces().map(|contact| contact.normal_force).sum();
         let time = 0.25 * f64::from(quarter);

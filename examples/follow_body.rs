@@ -53,7 +53,7 @@ fn setup(
 fn follow(bodies: Query<&Particles>, mut followers: Query<(&mut Transform, &Follows)>) {
     for (mut transform, &Follows(body)) in &mut followers {
         if let Ok(particles) = bodies.get(body) {
-            transform.translation = measure::centre_of_mass(particles).as_vec3() + Vec3::Y;
+            transform.translation = measure::center_of_mass(particles).as_vec3() + Vec3::Y;
         }
     }
 }

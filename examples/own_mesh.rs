@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     println!(
         "after 2 s its center of mass is at {:.3} m",
-        measure::centre_of_mass(&world.bodies[0].particles).y
+        measure::center_of_mass(&world.bodies[0].particles).y
     );
     Ok(())
 }

@@ -19,7 +19,7 @@ mod steps;
 pub use cases::{Case, Elastic, Shape};
 pub use loading::Loading;
 pub use measure::Spread;
-pub use report::{Report, Row, Stepped};
+pub use report::{BenchRow, Report, Stepped};
 pub use roofline::Roofline;
 
 use crate::{
@@ -130,7 +130,7 @@ pub fn run(options: &Options, mut progress: impl FnMut(f64)) -> Result<Report, B
     let rows = steps
         .iter()
         .zip(stepped)
-        .map(|(steps, figures)| Row::new(steps, &figures, &roofline))
+        .map(|(steps, figures)| BenchRow::new(steps, &figures, &roofline))
         .collect();
     Ok(Report {
         options: options.clone(),

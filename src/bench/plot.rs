@@ -1,9 +1,9 @@
 //! A report as SVG: projections per second over the size of the body, with their roofs.
 
-use super::{Elastic, Report, Row, Shape, Stepped};
+use super::{BenchRow, Elastic, Report, Shape, Stepped};
 use crate::output::{
     OutputError,
-    plot::{COLOURS, label_series},
+    plot::{COLORS, label_series},
 };
 use plotters::{coord::Shift, prelude::*};
 use std::path::Path;
@@ -29,9 +29,10 @@ fn draw(path: &Path, report: &Report) -> Result<(), Failure> {
         report.instructions
     );
     let root = root.titled(&title, ("sans-serif", 22))?;
-    let alone = |row: &Row, elastic| row.case.elastic == elastic && row.case.bodies == 1;
-    let small = |row: &Row| row.case.elastic == Elastic::Both && row.case.shape == Shape::Box(5);
-    let panels: [(&str, &dyn Fn(&Row) -> bool); 4] = [
+    let alone = |row: &BenchRow, elastic| row.case.elastic == elastic && row.case.bodies == 1;
+    let small =
+        |row: &BenchRow| row.case.elastic == Elastic::Both && row.case.shape == Shape::Box(5);
+    let panels: [(&str, &dyn Fn(&BenchRow) -> bool); 4] = [
         ("stretch, a cloth", &|row| alone(row, Elastic::Stretch)),
         ("volume, a box", &|row| alone(row, Elastic::Volume)),
         ("stretch and volume, a box", &|row| {
@@ -40,7 +41,7 @@ fn draw(path: &Path, report: &Report) -> Result<(), Failure> {
         ("stretch and volume, 1 to 100 small boxes", &small),
     ];
     for (area, (caption, belongs)) in root.split_evenly((2, 2)).iter().zip(panels) {
-        let rows: Vec<&Row> = report.rows.iter().filter(|row| belongs(row)).collect();
+        let rows: Vec<&BenchRow> = report.rows.iter().filter(|row| belongs(row)).collect();
         if !rows.is_empty() {
             panel(area, caption, &rows, &report.threads)?;
         }
@@ -50,7 +51,7 @@ fn draw(path: &Path, report: &Report) -> Result<(), Failure> {
 }
 
 /// Measured medians as lines with spread bars; roofs as dashed lines of the same color.
-fn panel(area: &Area, caption: &str, rows: &[&Row], threads: &[usize]) -> Result<(), Failure> {
+fn panel(area: &Area, caption: &str, rows: &[&BenchRow], threads: &[usize]) -> Result<(), Failure> {
     let sizes = rows.iter().map(|row| row.particles as f64);
     let smallest = sizes.clone().fold(f64::INFINITY, f64::min);
     let largest = sizes.fold(0.0, f64::max);
@@ -81,9 +82,9 @@ fn panel(area: &Area, caption: &str, rows: &[&Row], threads: &[usize]) -> Result
         .label_style(("sans-serif", 13))
         .axis_desc_style(("sans-serif", 14))
         .draw()?;
-    for (column, (&threads, colour)) in threads.iter().zip(COLOURS).enumerate() {
+    for (column, (&threads, color)) in threads.iter().zip(COLORS).enumerate() {
         let over = |figure: fn(&Stepped) -> f64| -> Vec<(f64, f64)> {
-            let point = |row: &&Row| (row.particles as f64, figure(&row.stepped[column]));
+            let point = |row: &&BenchRow| (row.particles as f64, figure(&row.stepped[column]));
             rows.iter().map(point).collect()
         };
         let measured = over(|stepped| stepped.millions().median);
@@ -94,29 +95,29 @@ fn panel(area: &Area, caption: &str, rows: &[&Row], threads: &[usize]) -> Result
         chart.draw_series(
             low.into_iter()
                 .zip(high)
-                .map(|(low, high)| PathElement::new([low, high], colour.stroke_width(2))),
+                .map(|(low, high)| PathElement::new([low, high], color.stroke_width(2))),
         )?;
         chart.draw_series(
             measured
                 .iter()
-                .map(|&point| Circle::new(point, 4, colour.filled())),
+                .map(|&point| Circle::new(point, 4, color.filled())),
         )?;
         chart
-            .draw_series(LineSeries::new(measured, colour.stroke_width(2)))?
+            .draw_series(LineSeries::new(measured, color.stroke_width(2)))?
             .label(named(threads))
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
+            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], color.stroke_width(2)));
         chart
             .draw_series(DashedLineSeries::new(
                 over(Stepped::roof),
                 8,
                 6,
-                colour.stroke_width(1),
+                color.stroke_width(1),
             ))?
             .label(format!("roofline, {}", named(threads)))
             .legend(move |(x, y)| {
                 EmptyElement::at((x, y))
-                    + PathElement::new([(0, 0), (7, 0)], colour.stroke_width(1))
-                    + PathElement::new([(11, 0), (18, 0)], colour.stroke_width(1))
+                    + PathElement::new([(0, 0), (7, 0)], color.stroke_width(1))
+                    + PathElement::new([(11, 0), (18, 0)], color.stroke_width(1))
             });
     }
     label_series(&mut chart)?;

@@ -3,7 +3,7 @@
 use super::{
     Case, Elastic, Loading, Options, Roofline, Shape, Spread,
     cases::{EDGE_COMPLIANCE, SUBSTEPS},
-    roofline::{Bound, Work},
+    roofline::{Bound, Traffic},
     steps::Steps,
 };
 use serde_json::{Value, json};
@@ -24,14 +24,14 @@ pub struct Report {
     /// Hardware limits.
     pub roofline: Roofline,
     /// The cases.
-    pub rows: Vec<Row>,
+    pub rows: Vec<BenchRow>,
     /// Time to prepare a body of a million tetrahedra, if requested.
     pub loading: Option<Loading>,
 }
 
 /// The figures of a case.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Row {
+pub struct BenchRow {
     /// The benchmark case.
     pub case: Case,
     /// Particles of all bodies.
@@ -41,7 +41,7 @@ pub struct Row {
     /// Working set of a substep of one body [byte].
     pub working_set: usize,
     /// Work of a projection.
-    pub work: Work,
+    pub work: Traffic,
     /// Time of a projection if its particles were loaded one after the other, at the latency of the
     /// working set, and nothing else took time [ns]. This is not a bound: a good solver is far
     /// below it.
@@ -83,10 +83,10 @@ impl Stepped {
     }
 }
 
-impl Row {
+impl BenchRow {
     pub(super) fn new(steps: &Steps, figures: &[Spread], roofline: &Roofline) -> Self {
         let (case, working_set) = (steps.case, steps.working_set());
-        let work = Work::new(steps.constraints(), working_set);
+        let work = Traffic::new(steps.constraints(), working_set);
         let stepped = roofline.limits.iter().zip(figures);
         Self {
             case,
@@ -119,11 +119,11 @@ impl Report {
     /// particles, if both were measured.
     #[must_use]
     pub fn growth(&self) -> Option<f64> {
-        let cloth = |row: &Row| match row.case.shape {
+        let cloth = |row: &BenchRow| match row.case.shape {
             Shape::Cloth(side) if row.case.elastic == Elastic::Stretch => Some(side),
             _ => None,
         };
-        let time = |row: &Row| Some(row.stepped.first()?.nanoseconds.median);
+        let time = |row: &BenchRow| Some(row.stepped.first()?.nanoseconds.median);
         let small = self.rows.iter().find(|row| cloth(row) == Some(SMALL))?;
         let large = self.rows.iter().max_by_key(|row| cloth(row))?;
         (cloth(large)? > SMALL).then_some(time(large)? / time(small)?)
@@ -159,7 +159,7 @@ fn spread(spread: &Spread) -> Value {
     json!({ "low": spread.low, "median": spread.median, "high": spread.high })
 }
 
-fn row(row: &Row) -> Value {
+fn row(row: &BenchRow) -> Value {
     let stepped = |stepped: &Stepped| {
         json!({
             "threads": stepped.threads,
@@ -262,7 +262,7 @@ share    the larger bound over ns: 100 % is the roofline
 ";
 
 impl Report {
-    fn row(&self, out: &mut Formatter, row: &Row) -> fmt::Result {
+    fn row(&self, out: &mut Formatter, row: &BenchRow) -> fmt::Result {
         for (place, stepped) in row.stepped.iter().enumerate() {
             if place == 0 {
                 let (name, size) = (row.case.name(), row.working_set.div_ceil(1024));

@@ -88,7 +88,7 @@ pub struct Bound {
 
 /// Work of a projection, on average over a body's constraints.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Work {
+pub struct Traffic {
     /// Bytes of the working set over constraints.
     pub bytes: f64,
     /// Additions, subtractions and multiplications.
@@ -101,7 +101,7 @@ pub struct Work {
     pub loads: f64,
 }
 
-impl Work {
+impl Traffic {
     /// For a body with these numbers of edges and tetrahedra and a working set of this many bytes.
     /// Arithmetic is counted from the kernels, without damping and without the branches for
     /// degenerate elements.
@@ -131,7 +131,7 @@ impl Bound {
 impl Limits {
     /// Bounds for `work` on bodies with a combined working set of `size` bytes.
     #[must_use]
-    pub fn bound(&self, work: &Work, size: usize) -> Bound {
+    pub fn bound(&self, work: &Traffic, size: usize) -> Bound {
         let apart = work.roots * self.root.low + work.quotients * self.quotient.low;
         Bound {
             memory: work.bytes / between(&self.bandwidth, size, |spread| spread.high),

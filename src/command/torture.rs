@@ -3,7 +3,7 @@
 use super::{FAILED, run::progress_bar, say, say_line};
 use clap::Args;
 use pliant::torture::{
-    Advice, CASES, Job, Options, Outcome, Row, advice, jobs, report,
+    Advice, CASES, Job, Options, Outcome, SuiteRow, advice, jobs, report,
     run::Crews,
     suite,
     table::{self, number},
@@ -134,7 +134,7 @@ fn list(jobs: &[Job]) -> anyhow::Result<ExitCode> {
 }
 
 /// Finds the settings with which each failing member passes.
-fn advise(rows: &[Row]) -> anyhow::Result<Vec<(&str, &Outcome, Option<Advice>)>> {
+fn advise(rows: &[SuiteRow]) -> anyhow::Result<Vec<(&str, &Outcome, Option<Advice>)>> {
     let crews = Crews::start()?;
     let mut all = Vec::new();
     for row in rows {
@@ -164,7 +164,7 @@ fn advice_json(advice: &[(&str, &Outcome, Option<Advice>)]) -> Value {
 }
 
 /// Number of members, failures and expected failures, and the slowest frames.
-fn in_words(rows: &[Row]) -> String {
+fn in_words(rows: &[SuiteRow]) -> String {
     let mut text = format!("\n{}\n", table::summary(rows));
     let unexpected = rows.iter().filter(|row| row.expected.is_none());
     for line in unexpected.flat_map(table::failures) {

@@ -13,7 +13,7 @@ use std::path::Path;
 const SIZE: (u32, u32) = (960, 900);
 
 /// Colors that differ in lightness as well as in hue (after Okabe and Ito 2008).
-pub(crate) const COLOURS: [RGBColor; 4] = [
+pub(crate) const COLORS: [RGBColor; 4] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -87,14 +87,14 @@ fn chart(
         .label_style(("sans-serif", 13))
         .axis_desc_style(("sans-serif", 14))
         .draw()?;
-    for ((name, points), colour) in curves.iter().zip(COLOURS) {
+    for ((name, points), color) in curves.iter().zip(COLORS) {
         chart
             .draw_series(LineSeries::new(
                 points.iter().copied(),
-                colour.stroke_width(2),
+                color.stroke_width(2),
             ))?
             .label(*name)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
+            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], color.stroke_width(2)));
     }
     label_series(&mut chart)?;
     Ok(())

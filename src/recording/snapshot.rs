@@ -12,7 +12,7 @@ use super::{
 use crate::{
     scene::{Acceptance, BuiltScene, CameraSpec, CurrentScene, Look, Scene},
     simulation::{
-        BodySkin, NewBody, Places, SimulationClock,
+        BodySkin, NewBody, SimulationClock, SpawnOrders,
         plain::{self, bodies_in_order},
     },
     solver::{self, measure::fnv1a},
@@ -99,9 +99,9 @@ impl Snapshot {
             bodies: vec![new.body.clone()],
             ..solver::World::default()
         };
-        let places = Places {
+        let places = SpawnOrders {
             bodies: vec![Default::default()],
-            ..Places::default()
+            ..SpawnOrders::default()
         };
         Self {
             about: About::default(),

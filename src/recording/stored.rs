@@ -10,7 +10,7 @@ use crate::{
     mesh::Skin,
     scene::{BuiltScene, CameraSpec, Look},
     simulation::{
-        Places, SpawnOrder,
+        SpawnOrder, SpawnOrders,
         plain::{CARRIED, bodies_in_order},
     },
     solver::{
@@ -60,7 +60,7 @@ pub struct Stored {
     skins: Vec<Skin>,
     bodies: Vec<StoredBody>,
     colliders: Vec<StoredCollider>,
-    places: Places,
+    places: SpawnOrders,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -82,8 +82,8 @@ impl Stored {
     pub fn of(snapshot: &Snapshot) -> Self {
         let Snapshot { about, built } = snapshot;
         let world = &built.world;
-        let mut topologies = Shared::default();
-        let mut skins = Shared::default();
+        let mut topologies = Interned::default();
+        let mut skins = Interned::default();
         let bodies = world
             .bodies
             .iter()
@@ -141,7 +141,7 @@ impl Stored {
         let (mut body_skins, mut looks) = (Vec::new(), Vec::new());
         for stored in self.bodies {
             looks.push(Look {
-                colour: stored.colour,
+                color: stored.color,
             });
             let skin = stored.skin;
             let body = stored.body(&topologies)?;
@@ -176,15 +176,15 @@ impl Stored {
 }
 
 /// Shared values, each stored once.
-struct Shared<T>(Vec<Arc<T>>);
+struct Interned<T>(Vec<Arc<T>>);
 
-impl<T> Default for Shared<T> {
+impl<T> Default for Interned<T> {
     fn default() -> Self {
         Self(Vec::new())
     }
 }
 
-impl<T> Shared<T> {
+impl<T> Interned<T> {
     /// The index of a value.
     fn place(&mut self, thing: &Arc<T>) -> u32 {
         // Searched from the end, as copies of a body follow each other.
@@ -258,7 +258,7 @@ fn check_places(
     what: &str,
     given: &[SpawnOrder],
     count: usize,
-    places: &Places,
+    places: &SpawnOrders,
 ) -> Result<(), SnapshotError> {
     if given.len() != count {
         let found = given.len();

@@ -135,7 +135,7 @@ impl Drawn {
 
     /// Center of the bounding box [m].
     #[must_use]
-    pub fn centre(&self) -> Vec3 {
+    pub fn center(&self) -> Vec3 {
         self.low.midpoint(self.high)
     }
 

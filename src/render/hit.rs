@@ -26,7 +26,7 @@ pub fn nearest<'a, Body>(
 ) -> Option<(Body, Hit)> {
     bodies
         .filter_map(|(body, drawn)| {
-            let slack = reach * ray.origin.distance(drawn.centre()) + drawn.outline.radius;
+            let slack = reach * ray.origin.distance(drawn.center()) + drawn.outline.radius;
             if !meets_box(ray, drawn.low - slack, drawn.high + slack) {
                 return None;
             }

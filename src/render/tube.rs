@@ -106,20 +106,20 @@ impl Tube {
             let (start, end) = (frames[0], frames[line.len() - 1]);
             let (head, tail) = (line[0], line[line.len() - 1]);
             // The ends are rounded by one narrower ring and a tip.
-            let mut ring = |centre: Vec3, (along, side): (Vec3, Vec3), size: f32, lean: f32| {
+            let mut ring = |center: Vec3, (along, side): (Vec3, Vec3), size: f32, lean: f32| {
                 let other = along.cross(side);
                 for k in 0..SIDES {
                     let angle = k as f32 / SIDES as f32 * std::f32::consts::TAU;
                     let out = side * angle.cos() + other * angle.sin();
                     put(
-                        centre + out * self.radius * size,
+                        center + out * self.radius * size,
                         (out + along * lean).normalize(),
                     );
                 }
             };
             ring(head - start.0 * self.radius * 0.7, start, 0.7, -1.0);
-            for (&centre, &frame) in line.iter().zip(&frames) {
-                ring(centre, frame, 1.0, 0.0);
+            for (&center, &frame) in line.iter().zip(&frames) {
+                ring(center, frame, 1.0, 0.0);
             }
             ring(tail + end.0 * self.radius * 0.7, end, 0.7, 1.0);
             put(head - start.0 * self.radius, -start.0);

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     mesh::{self, FileMesh, Skin, SoftMesh},
-    simulation::Places,
+    simulation::SpawnOrders,
     solver::{
         Body, Collider, Effects, ParticleIndex, Pose, Stitch, StitchEnd, StitchError, Stitches,
         SurfacePoint, Topology, VertexIndex, World,
@@ -31,7 +31,7 @@ pub struct BuiltScene {
     pub looks: Vec<Look>,
     /// Spawn orders of bodies and colliders of a restored state; `None` for a new scene, which
     /// numbers them in order.
-    pub places: Option<Places>,
+    pub places: Option<SpawnOrders>,
     /// Initial camera; `None` frames all bodies.
     pub camera: Option<CameraSpec>,
     /// Repairs and omissions in meshes, in one sentence each.
@@ -110,7 +110,7 @@ impl Scene {
         mesh: BodyMesh,
         built: &mut BuiltScene,
     ) -> Result<(), SceneError> {
-        let look = Look::new(spec.colour.as_deref()).map_err(|message| wrong(spec, message))?;
+        let look = Look::new(spec.color.as_deref()).map_err(|message| wrong(spec, message))?;
         let BodyMesh {
             topology,
             skin,
@@ -382,7 +382,7 @@ fn turn_by(body: &mut Body, spin: Vec3) {
     if spin == Vec3::ZERO {
         return;
     }
-    let middle = measure::centre_of_mass(&body.particles).as_vec3();
+    let middle = measure::center_of_mass(&body.particles).as_vec3();
     let particles = &mut body.particles;
     for i in 0..particles.len() {
         let x = particles.positions[i];

@@ -93,8 +93,8 @@ pub struct BodySpec {
     #[serde(default)]
     pub copies: Option<Copies>,
     /// Color, as #rrggbb; defaults to the next one of the palette.
-    #[serde(default)]
-    pub colour: Option<String>,
+    #[serde(default, alias = "colour")]
+    pub color: Option<String>,
 }
 
 /// A mesh file.

@@ -9,7 +9,7 @@ use std::{path::PathBuf, sync::Arc};
 #[derive(Component, Debug, Clone, Copy, PartialEq, Default)]
 pub struct Look {
     /// Color as sRGB from 0 to 255; defaults to the next one of the palette.
-    pub colour: Option<[u8; 3]>,
+    pub color: Option<[u8; 3]>,
 }
 
 /// The scene that is open.
@@ -28,18 +28,18 @@ impl Look {
     ///
     /// # Errors
     /// What was expected, in a sentence.
-    pub(super) fn new(colour: Option<&str>) -> Result<Self, String> {
-        let Some(text) = colour else {
+    pub(super) fn new(color: Option<&str>) -> Result<Self, String> {
+        let Some(text) = color else {
             return Ok(Self::default());
         };
         let number = text
             .strip_prefix('#')
             .filter(|digits| digits.len() == 6)
             .and_then(|digits| u32::from_str_radix(digits, 16).ok())
-            .ok_or_else(|| format!("colour is “{text}”, but must be like #e07040"))?;
+            .ok_or_else(|| format!("color is “{text}”, but must be like #e07040"))?;
         let [_, red, green, blue] = number.to_be_bytes();
         Ok(Self {
-            colour: Some([red, green, blue]),
+            color: Some([red, green, blue]),
         })
     }
 }

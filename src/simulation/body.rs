@@ -74,7 +74,7 @@ impl SpawnOrder {
 /// Spawn orders of all bodies and colliders, so that a restored state and everything spawned later
 /// get the same ordinals as in the original run.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Places {
+pub struct SpawnOrders {
     /// Those of the bodies, in order.
     pub bodies: Vec<SpawnOrder>,
     /// Those of the colliders, in order.

@@ -24,7 +24,7 @@ pub(crate) mod step;
 pub use action::{Action, ActionError, Actions, Applied, NewBody};
 pub use body::{
     Active, AddedMass, Asleep, BodyDensity, BodyDirectWorkspace, BodyQuarantined, BodySkin,
-    JustRestored, Pins, Places, Quarantined, RestTimer, SceneEntity, SoftBody, SpawnOrder,
+    JustRestored, Pins, Quarantined, RestTimer, SceneEntity, SoftBody, SpawnOrder, SpawnOrders,
     TickStart,
 };
 pub use builder::SoftBodyBuilder;

@@ -6,8 +6,8 @@
 pub use super::carried::{CARRIED, effects};
 
 use super::{
-    AddedMass, Asleep, BodyDensity, JustRestored, Pins, Places, Quarantined, RestTimer,
-    SimulationClock, SimulationSettings, SoftBody, SolverThreads, SpawnOrder, TickStart,
+    AddedMass, Asleep, BodyDensity, JustRestored, Pins, Quarantined, RestTimer, SimulationClock,
+    SimulationSettings, SoftBody, SolverThreads, SpawnOrder, SpawnOrders, TickStart,
     body::NextPlace, carried::insert_effects, step::Sleep,
 };
 use crate::solver::{self, Body, Collider, Particles, Stitches};
@@ -110,10 +110,10 @@ pub fn spawn(world: &mut World, plain: &solver::World) -> (Vec<Entity>, Vec<Enti
 
 /// Spawn orders of all bodies and colliders.
 #[must_use]
-pub fn places(world: &mut World) -> Places {
+pub fn places(world: &mut World) -> SpawnOrders {
     let (bodies, colliders) = (bodies_in_order(world), colliders_in_order(world));
     let place = |entity: Entity| world.get::<SpawnOrder>(entity).copied();
-    Places {
+    SpawnOrders {
         bodies: bodies.into_iter().filter_map(place).collect(),
         colliders: colliders.into_iter().filter_map(place).collect(),
         last: SpawnOrder(world.resource::<NextPlace>().0),
@@ -125,7 +125,7 @@ pub fn places(world: &mut World) -> Places {
 pub fn restore(
     world: &mut World,
     plain: &solver::World,
-    places: &Places,
+    places: &SpawnOrders,
 ) -> (Vec<Entity>, Vec<Entity>) {
     let (bodies, colliders) = spawn(world, plain);
     for ((&entity, body), &place) in bodies.iter().zip(&plain.bodies).zip(&places.bodies) {

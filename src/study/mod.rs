@@ -151,11 +151,11 @@ impl Plan {
     }
 }
 
-/// Makes a study, or the requested part of it. `told` receives the completed fraction, from 0 to 1.
+/// Makes a study, or the requested part of it. `progress` receives the completed fraction, from 0 to 1.
 ///
 /// # Errors
 /// [`StudyError`]; the results so far are in the points file.
-pub fn run(options: &Options, told: impl FnMut(f64) + Send) -> Result<Study, StudyError> {
+pub fn run(options: &Options, progress: impl FnMut(f64) + Send) -> Result<Study, StudyError> {
     let plan = Plan::new(&options.problems, &options.budget)?;
     let cases = match &options.only {
         Some(id) => vec![plan.case(id)?.clone()],
@@ -167,7 +167,7 @@ pub fn run(options: &Options, told: impl FnMut(f64) + Send) -> Result<Study, Stu
         let journal = Journal::create(&options.folder, &plan.header, &plan.texts)?;
         (journal, Vec::new())
     };
-    let found = sweep::run(&cases, &options.budget, &known, &mut journal, told)?;
+    let found = sweep::run(&cases, &options.budget, &known, &mut journal, progress)?;
     let records = [known, found].concat();
     Study::new(plan.header, &plan.problems, &options.budget, &records)
 }

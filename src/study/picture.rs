@@ -5,7 +5,7 @@ use super::{
     results::{CaseResult, Point, ProblemResult},
     setting::Method,
 };
-use crate::output::plot::{COLOURS, label_series};
+use crate::output::plot::{COLORS, label_series};
 use plotters::{coord::Shift, prelude::*};
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
@@ -102,7 +102,7 @@ fn panel(area: &Area, case: &CaseResult) -> Result<(), Failure> {
         .draw()?;
     if let Some(mesh) = mesh {
         let ends = [(fast / 1.6, mesh), (slow * 2.5, mesh)];
-        let style = COLOURS[2].stroke_width(2);
+        let style = COLORS[2].stroke_width(2);
         chart
             .draw_series(DashedLineSeries::new(ends, 8, 6, style))?
             .label("mesh error")
@@ -112,7 +112,7 @@ fn panel(area: &Area, case: &CaseResult) -> Result<(), Failure> {
     let line = front
         .iter()
         .filter_map(|point| Some((point.ms?.median, height(point.error?))));
-    let style = COLOURS[3].stroke_width(1);
+    let style = COLORS[3].stroke_width(1);
     chart
         .draw_series(LineSeries::new(line.clone(), style))?
         .label("Pareto front")
@@ -144,7 +144,7 @@ fn panel(area: &Area, case: &CaseResult) -> Result<(), Failure> {
         });
         if !near {
             let words = format!("{}×{}", point.setting.substeps, point.setting.iterations);
-            let style = ("sans-serif", 12).into_font().color(&COLOURS[3]);
+            let style = ("sans-serif", 12).into_font().color(&COLORS[3]);
             let label = EmptyElement::at(place) + Text::new(words, (6, -14), style);
             chart.draw_series([label])?;
             last = Some(place);
@@ -160,15 +160,15 @@ fn mark<'a, C: Clone + 'static>(
     method: Method,
     settled: bool,
 ) -> DynElement<'static, SVGBackend<'a>, C> {
-    let colour = match method {
-        Method::Xpbd => COLOURS[0],
-        Method::Pbd => COLOURS[1],
-        Method::Direct => COLOURS[2],
+    let color = match method {
+        Method::Xpbd => COLORS[0],
+        Method::Pbd => COLORS[1],
+        Method::Direct => COLORS[2],
     };
     let style = if settled {
-        colour.filled()
+        color.filled()
     } else {
-        colour.stroke_width(1)
+        color.stroke_width(1)
     };
     match method {
         Method::Xpbd => Circle::new(at, 4, style).into_dyn(),

@@ -7,7 +7,7 @@
 
 use crate::solver::{
     Body, Rate, Substeps, World,
-    effects::shape_matching::Place,
+    effects::shape_matching::MatchedParticle,
     elastic::{Elastic, Visit},
     measure::{self, SquareSum},
 };
@@ -106,7 +106,7 @@ fn dual_of(body: &Body, alone: &[DVec3]) -> (f64, f64) {
     }
     let matching = body.states.others.shape_matching.clone();
     if let (Some(_), Some(mut matching)) = (body.effects.shape_matching, matching) {
-        let moves = matching.pull(&body.topology, Place::among(&body.particles));
+        let moves = matching.pull(&body.topology, MatchedParticle::among(&body.particles));
         for ((force, by), x) in forces.iter_mut().zip(moves).zip(positions) {
             if x.w > 0.0 {
                 *force += *by / f64::from(x.w);

@@ -39,7 +39,7 @@ type Done = BTreeSet<(String, Option<Setting>, bool)>;
 /// Approximate fraction of a study's time spent on references and runs; the rest is timing.
 const ANSWERS: f64 = 0.75;
 
-/// Computes the missing records of these cases. `told` receives the completed fraction, from 0 to
+/// Computes the missing records of these cases. `progress` receives the completed fraction, from 0 to
 /// 1.
 ///
 /// # Errors
@@ -49,10 +49,12 @@ pub fn run(
     budget: &Budget,
     known: &[Record],
     journal: &mut Journal,
-    mut told: impl FnMut(f64) + Send,
+    mut progress: impl FnMut(f64) + Send,
 ) -> Result<Vec<Record>, StudyError> {
     let done: Done = known.iter().filter_map(key).collect();
-    let mut found = answers(cases, budget, &done, journal, |share| told(share * ANSWERS))?;
+    let mut found = answers(cases, budget, &done, journal, |share| {
+        progress(share * ANSWERS)
+    })?;
     let crews = crews()?;
     for (place, case) in cases.iter().enumerate() {
         let missing: Vec<Setting> = budget
@@ -63,7 +65,7 @@ pub fn run(
             .collect();
         let times = timing::time(case, &missing, &crews, budget, |share| {
             let share = (place as f64 + share) / cases.len() as f64;
-            told(ANSWERS + (1.0 - ANSWERS) * share);
+            progress(ANSWERS + (1.0 - ANSWERS) * share);
         })?;
         for time in times {
             let record = Record::Time(time);
@@ -100,7 +102,7 @@ fn answers(
     budget: &Budget,
     done: &Done,
     journal: &mut Journal,
-    told: impl FnMut(f64) + Send,
+    progress: impl FnMut(f64) + Send,
 ) -> Result<Vec<Record>, StudyError> {
     let mut tasks: Vec<(u64, Task)> = Vec::new();
     for case in cases {
@@ -122,15 +124,15 @@ fn answers(
     }
     tasks.sort_by_key(|(work, _)| std::cmp::Reverse(*work));
     let all: u64 = tasks.iter().map(|(work, _)| work).sum();
-    let found = Mutex::new((Vec::new(), 0, journal, told));
+    let found = Mutex::new((Vec::new(), 0, journal, progress));
     let keep = |&(work, task): &(u64, Task)| {
         let record = perform(task, budget)?;
         let mut found = found.lock().unwrap_or_else(PoisonError::into_inner);
-        let (records, spent, journal, told) = &mut *found;
+        let (records, spent, journal, progress) = &mut *found;
         journal.append(&record)?;
         records.push(record);
         *spent += work;
-        told(*spent as f64 / all.max(1) as f64);
+        progress(*spent as f64 / all.max(1) as f64);
         Ok::<(), StudyError>(())
     };
     // `par_bridge` dispatches the tasks one by one in this order.

@@ -14,7 +14,7 @@ use std::time::Instant;
 /// Ticks are timed in batches of at least this many projections.
 const BATCH: u64 = 4096;
 
-/// Times every setting of a case with each number of threads that may make a difference. `told`
+/// Times every setting of a case with each number of threads that may make a difference. `progress`
 /// receives the completed fraction.
 ///
 /// # Errors
@@ -24,7 +24,7 @@ pub fn time(
     settings: &[Setting],
     crews: &[Threads],
     budget: &Budget,
-    mut told: impl FnMut(f64),
+    mut progress: impl FnMut(f64),
 ) -> Result<Vec<TimeRecord>, StudyError> {
     let mut subjects: Vec<(Setting, World)> = Vec::new();
     for &setting in settings {
@@ -44,7 +44,7 @@ pub fn time(
                 samples[place].push(ms);
             }
         }
-        told((round + 1) as f64 / (budget.rounds + 1) as f64);
+        progress((round + 1) as f64 / (budget.rounds + 1) as f64);
     }
     let machine = machine();
     let records = subjects.into_iter().zip(samples);

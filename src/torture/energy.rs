@@ -7,7 +7,7 @@
 
 use crate::solver::{
     Body, ShapeMatching, ShapeMatchingState, World,
-    effects::shape_matching::Place,
+    effects::shape_matching::MatchedParticle,
     elastic::{Elastic, Visit},
     measure::{self, gravitational_energy, kinetic_energy},
 };
@@ -117,7 +117,7 @@ fn closing_shapes(body: &Body, h: f64) -> f64 {
         return 0.0;
     };
     let matching = ShapeMatchingState::of(&body.topology, &effect);
-    let at = Place::among(&body.particles);
+    let at = MatchedParticle::among(&body.particles);
     let squares = matching
         .strains(&body.topology, at)
         .map(|strain| strain * strain);

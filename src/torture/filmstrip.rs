@@ -2,7 +2,7 @@
 
 use super::{Outcome, Watch};
 use crate::{
-    output::plot::{COLOURS, label_series},
+    output::plot::{COLORS, label_series},
     solver::{Body, topology::bounds},
 };
 use glam::{Vec2, Vec3, Vec4};
@@ -67,7 +67,7 @@ pub fn strip(outcome: &Outcome) -> Option<String> {
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" font-family=\"sans-serif\" font-size=\"13\">\n",
     );
-    let RGBColor(r, g, b) = COLOURS[0];
+    let RGBColor(r, g, b) = COLORS[0];
     for (place, frame) in frames(outcome)?.iter().enumerate() {
         let left = PICTURE * place as f32 + MARGIN;
         let side = PICTURE - 2.0 * MARGIN;
@@ -156,12 +156,12 @@ pub fn energies(watch: &Watch) -> Result<String, Failure> {
             .label_style(("sans-serif", 13))
             .axis_desc_style(("sans-serif", 14))
             .draw()?;
-        for ((name, points), colour) in curves.into_iter().zip(COLOURS) {
+        for ((name, points), color) in curves.into_iter().zip(COLORS) {
             chart
-                .draw_series(LineSeries::new(points, colour.stroke_width(2)))?
+                .draw_series(LineSeries::new(points, color.stroke_width(2)))?
                 .label(name)
                 .legend(move |(x, y)| {
-                    PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2))
+                    PathElement::new([(x, y), (x + 18, y)], color.stroke_width(2))
                 });
         }
         label_series(&mut chart)?;

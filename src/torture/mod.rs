@@ -40,7 +40,7 @@ pub use figure::Figure;
 pub use member::Member;
 pub use run::{Outcome, Run};
 pub use shape::{Kind, Shape};
-pub use suite::{Job, Options, Row, jobs};
+pub use suite::{Job, Options, SuiteRow, jobs};
 pub use watch::{Moment, Watch};
 
 use crate::solver::{Deformation, World};

@@ -2,7 +2,7 @@
 //! each row a filmstrip and the energies of its worst member.
 
 use super::{
-    Row, TortureError, filmstrip,
+    SuiteRow, TortureError, filmstrip,
     run::{Crews, run_member},
     table,
 };
@@ -16,7 +16,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// [`TortureError::Output`] with the file and the system's message.
-pub fn write(folder: &Path, rows: &[Row]) -> Result<(), TortureError> {
+pub fn write(folder: &Path, rows: &[SuiteRow]) -> Result<(), TortureError> {
     std::fs::create_dir_all(folder).map_err(|error| OutputError::new(folder, error))?;
     let save = |name: &str, text: &str| -> Result<(), OutputError> {
         let path = folder.join(name);
@@ -77,7 +77,7 @@ pub fn write(folder: &Path, rows: &[Row]) -> Result<(), TortureError> {
     Ok(save("torture.json", &text)?)
 }
 
-fn heading(row: &Row) -> String {
+fn heading(row: &SuiteRow) -> String {
     let count = row.outcomes.len();
     format!(
         "{}: {count} members, {}",

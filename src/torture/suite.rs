@@ -38,7 +38,7 @@ pub struct Job {
 /// Members of one case and one kind of body that are expected to pass, or to fail for the same
 /// reason.
 #[derive(Debug, Clone)]
-pub struct Row {
+pub struct SuiteRow {
     /// The case.
     pub case: &'static Case,
     /// How the bodies are held together.
@@ -49,7 +49,7 @@ pub struct Row {
     pub outcomes: Vec<Outcome>,
 }
 
-impl Row {
+impl SuiteRow {
     /// Whether every member passed.
     #[must_use]
     pub fn passed(&self) -> bool {
@@ -131,7 +131,7 @@ pub fn run(
     jobs: &[Job],
     threads: usize,
     progress: &(dyn Fn(usize) + Sync),
-) -> Result<Vec<Row>, TortureError> {
+) -> Result<Vec<SuiteRow>, TortureError> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads.clamp(1, jobs.len().max(1)))
         .build()
@@ -153,7 +153,7 @@ pub fn run(
     };
     let all = || jobs.par_iter().with_max_len(1).map(outcome).collect();
     let outcomes: Result<Vec<Outcome>, TortureError> = pool.install(all);
-    let mut rows: Vec<Row> = Vec::new();
+    let mut rows: Vec<SuiteRow> = Vec::new();
     for (job, outcome) in jobs.iter().zip(outcomes?) {
         add(&mut rows, job, outcome);
     }
@@ -161,7 +161,7 @@ pub fn run(
     Ok(rows)
 }
 
-fn add(rows: &mut Vec<Row>, job: &Job, outcome: Outcome) {
+fn add(rows: &mut Vec<SuiteRow>, job: &Job, outcome: Outcome) {
     let kind = job.member.shape.kind();
     let expected = job.case.expected_failure(&job.member);
     let known = rows
@@ -169,7 +169,7 @@ fn add(rows: &mut Vec<Row>, job: &Job, outcome: Outcome) {
         .find(|row| row.case.name == job.case.name && row.kind == kind && row.expected == expected);
     match known {
         Some(row) => row.outcomes.push(outcome),
-        None => rows.push(Row {
+        None => rows.push(SuiteRow {
             case: job.case,
             kind,
             expected,
@@ -180,7 +180,7 @@ fn add(rows: &mut Vec<Row>, job: &Job, outcome: Outcome) {
 
 /// Sort key: case in the order of the table, then kind, then expected passes before expected
 /// failures.
-fn place(row: &Row) -> (usize, Kind, usize) {
+fn place(row: &SuiteRow) -> (usize, Kind, usize) {
     let case = CASES.iter().position(|case| case.name == row.case.name);
     let expected = row.expected.and_then(|it| {
         let mut all = EXPECTED_FAILURES.iter();

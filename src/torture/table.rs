@@ -1,6 +1,6 @@
 //! The table of outcomes: one row per case, kind of body and reason for failure.
 
-use super::{Figure, Outcome, Row};
+use super::{Figure, Outcome, SuiteRow};
 use serde_json::{Value, json};
 
 /// The column headings.
@@ -17,7 +17,7 @@ pub const HEAD: [&str; 8] = [
 
 /// The cells of a row as text.
 #[must_use]
-pub fn cells(row: &Row) -> [String; 8] {
+pub fn cells(row: &SuiteRow) -> [String; 8] {
     let worst = row.worst();
     let figure = worst.and_then(|outcome| outcome.worst());
     let name = worst.map_or(String::new(), |outcome| {
@@ -38,7 +38,7 @@ pub fn cells(row: &Row) -> [String; 8] {
 
 /// `passes`, or the number of failures and whether they were expected.
 #[must_use]
-pub fn verdict(row: &Row) -> String {
+pub fn verdict(row: &SuiteRow) -> String {
     match (row.failed(), row.expected) {
         (0, None) => "passes".to_owned(),
         (0, Some(_)) => "unexpected pass".to_owned(),
@@ -67,7 +67,7 @@ pub fn number(x: f64) -> String {
 
 /// The rows aligned for a terminal.
 #[must_use]
-pub fn text(rows: &[Row]) -> String {
+pub fn text(rows: &[SuiteRow]) -> String {
     let head = HEAD.map(str::to_owned);
     let all: Vec<[String; 8]> = std::iter::once(head)
         .chain(rows.iter().map(cells))
@@ -88,8 +88,8 @@ pub fn text(rows: &[Row]) -> String {
 
 /// The rows as a JSON array of objects. An infinite limit is null.
 #[must_use]
-pub fn json(rows: &[Row]) -> Value {
-    let object = |row: &Row| {
+pub fn json(rows: &[SuiteRow]) -> Value {
+    let object = |row: &SuiteRow| {
         let worst = row.worst();
         let figure = worst.and_then(|outcome| outcome.worst());
         json!({
@@ -112,8 +112,8 @@ pub fn json(rows: &[Row]) -> Value {
 
 /// Summary: number of members, cases and failures.
 #[must_use]
-pub fn summary(rows: &[Row]) -> String {
-    let members = |which: &dyn Fn(&Row) -> usize| rows.iter().map(which).sum::<usize>();
+pub fn summary(rows: &[SuiteRow]) -> String {
+    let members = |which: &dyn Fn(&SuiteRow) -> usize| rows.iter().map(which).sum::<usize>();
     let failed = members(&|row| {
         if row.expected.is_none() {
             row.failed()
@@ -144,7 +144,7 @@ pub fn summary(rows: &[Row]) -> String {
 
 /// The members that are expected to fail, one per line, with outcome and reason.
 #[must_use]
-pub fn expected_failures(rows: &[Row]) -> Vec<String> {
+pub fn expected_failures(rows: &[SuiteRow]) -> Vec<String> {
     let rows = rows.iter().filter_map(|row| Some((row, row.expected?)));
     let lines = rows.flat_map(|(row, expected)| {
         row.outcomes.iter().filter_map(move |outcome| {
@@ -180,7 +180,7 @@ fn worst(outcome: &Outcome) -> Option<String> {
 
 /// The members of a row that fail, one per line, each with the command that runs it again.
 #[must_use]
-pub fn failures(row: &Row) -> Vec<String> {
+pub fn failures(row: &SuiteRow) -> Vec<String> {
     let failed = row.outcomes.iter().filter(|outcome| !outcome.passed());
     let lines = failed.filter_map(|outcome| {
         Some(format!(
@@ -195,7 +195,7 @@ pub fn failures(row: &Row) -> Vec<String> {
 
 /// The member with the slowest frames. It depends on the machine, so no limit applies.
 #[must_use]
-pub fn slowest(rows: &[Row]) -> Option<String> {
+pub fn slowest(rows: &[SuiteRow]) -> Option<String> {
     let all = rows
         .iter()
         .flat_map(|row| row.outcomes.iter().map(move |outcome| (row, outcome)));

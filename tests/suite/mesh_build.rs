@@ -25,18 +25,18 @@ fn corner() -> TetMesh {
 #[test]
 fn tiny_huge_and_far_surfaces_are_filled_alike() {
     let unit = filled(cube(), 5);
-    for (scale, centre) in [
+    for (scale, center) in [
         (1e-6, DVec3::ZERO),
         (1e6, DVec3::ZERO),
         (1.0, DVec3::new(1e4, -2e4, 3e4)),
         (1e-3, DVec3::splat(10.0)),
     ] {
-        let body = filled(placed(cube(), scale, centre), 5);
+        let body = filled(placed(cube(), scale, center), 5);
         assert_eq!(body.shape.tetrahedra, unit.shape.tetrahedra);
         for (p, q) in body.shape.vertices.iter().zip(&unit.shape.vertices) {
             // Far from the origin, f64 has an error of 1e-12 of a size; f32 rounds to 6e-8 of it.
             let difference = (p.as_dvec3() / scale).distance(q.as_dvec3());
-            assert!(difference < 1e-6, "{scale} {centre}: {difference}");
+            assert!(difference < 1e-6, "{scale} {center}: {difference}");
         }
     }
 }

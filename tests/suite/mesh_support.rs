@@ -33,9 +33,9 @@ pub fn cube() -> SurfaceMesh {
 }
 
 /// The surface, moved and scaled.
-pub fn placed(mut surface: SurfaceMesh, scale: f64, centre: DVec3) -> SurfaceMesh {
+pub fn placed(mut surface: SurfaceMesh, scale: f64, center: DVec3) -> SurfaceMesh {
     for p in &mut surface.vertices {
-        *p = *p * scale + centre;
+        *p = *p * scale + center;
     }
     surface
 }

@@ -159,7 +159,7 @@ impl Soft {
             deform(&mut body.particles, deformation);
             body.tick_start.clone_from(&body.particles);
         }
-        let middle = measure::centre_of_mass(&body.particles).as_vec3();
+        let middle = measure::center_of_mass(&body.particles).as_vec3();
         let particles = &mut body.particles;
         for i in 0..particles.len() {
             let x = particles.positions[i];

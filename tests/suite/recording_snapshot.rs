@@ -253,7 +253,7 @@ fn a_topology_made_of_its_own_rest_shape_is_the_same() {
         acceptance: (seconds: 1))"#;
     let large: Scene = large.parse().expect("a scene");
     let scenes = SCENES.iter().map(|scene| built(scene.name));
-    let (mut renumbered, mut loose, mut partitions) = (0, 0, 0);
+    let (mut renumbered, mut overflow, mut partitions) = (0, 0, 0);
     for built in scenes.chain([large.build().expect("it builds")]) {
         for body in &built.world.bodies {
             let topology = &*body.topology;
@@ -262,13 +262,13 @@ fn a_topology_made_of_its_own_rest_shape_is_the_same() {
             again.left_out = topology.left_out;
             assert!(again == *topology, "{}", body.name);
             renumbered += usize::from(!topology.numbering.vertices().is_empty());
-            loose += usize::from(topology.tetrahedra.elements.loose().is_some());
+            overflow += usize::from(topology.tetrahedra.elements.overflow().is_some());
             partitions = partitions.max(topology.partitions.count());
         }
     }
     assert!(
         renumbered > 0 && partitions > 1,
-        "{renumbered} {partitions} {loose}"
+        "{renumbered} {partitions} {overflow}"
     );
 }
 
@@ -287,7 +287,7 @@ fn a_topology_with_loose_constraints_is_made_again_in_the_same_order() {
         shape.edges.push([first + (i * 77) % 200, 0]);
     }
     let topology = Topology::new(shape).expect("sound");
-    assert!(topology.edges.elements.loose().is_some());
+    assert!(topology.edges.elements.overflow().is_some());
     let again = Topology::numbered(topology.rest_shape(), topology.numbering.clone());
     assert!(again.expect("sound") == topology);
 }

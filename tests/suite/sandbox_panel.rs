@@ -14,7 +14,7 @@ use pliant::{
             energy::EnergyTrack,
             history::History,
             model::{
-                Addition, BodyEntry, BodyState, ClockModel, DeliveredModel, EffectModel,
+                Addition, BodyEntry, BodyState, ClockModel, EffectModel, EffectiveModel,
                 EnergyModel, GrabModel, PanelModel, Parameter, ReferenceModel, SceneEntry,
                 StageModel,
             },
@@ -71,8 +71,8 @@ fn stretch() -> EffectModel {
         elements: 1240,
         share: Some(0.4),
         note: None,
-        delivered: Some(DeliveredModel {
-            got: 4e-5,
+        effective: Some(EffectiveModel {
+            effective: 4e-5,
             unit: "m/N",
             factor: Some(4.0),
             limited: true,
@@ -102,7 +102,7 @@ fn absent() -> EffectModel {
         elements: 0,
         share: None,
         note: None,
-        delivered: None,
+        effective: None,
         overpressure: None,
         contacts: None,
         parameters: Vec::new(),
@@ -586,7 +586,7 @@ fn nothing_in_the_panel_overlaps_and_nothing_sticks_out() {
         for (index, (name, rect)) in places.iter().enumerate() {
             assert!(panel.contains_rect(*rect), "{name} {rect:?} in {panel:?}");
             for (other, other_rect) in &places[index + 1..] {
-                // Neighbours may touch; half a pixel is rounding.
+                // Neighbors may touch; half a pixel is rounding.
                 let common = rect.shrink(0.5).intersect(*other_rect);
                 assert!(!common.is_positive(), "{name} and {other} at {size:?}");
             }

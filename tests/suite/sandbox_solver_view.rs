@@ -8,11 +8,11 @@ use pliant::{
     sandbox::{
         render::solver_view::{
             legend::sentence,
-            place::{Kinds, Place, Summary, Turn, places},
+            place::{Kinds, Slot, Summary, Turn, places},
         },
         state::view::SolverView,
     },
-    solver::{RestShape, Topology, coloring::MAX_COLOURS, lanes::WIDTH, order::Elements},
+    solver::{RestShape, Topology, coloring::MAX_COLORS, lanes::WIDTH, order::Elements},
 };
 use std::collections::BTreeMap;
 
@@ -47,7 +47,7 @@ fn block() -> Topology {
 
 /// One particle in the center of more edges than there are colors.
 fn star() -> Topology {
-    let rays = MAX_COLOURS as u32 + 10;
+    let rays = MAX_COLORS as u32 + 10;
     let at = |i: u32| Vec3::new((i % 12) as f32, (i / 12) as f32, 0.0);
     Topology::new(RestShape {
         vertices: (0..=rays).map(at).collect(),
@@ -64,25 +64,25 @@ fn check<const N: usize>(topology: &Topology, elements: &Elements<N>) {
     let mut blocks: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
     let mut touched = BTreeMap::new();
     for (index, (place, corners)) in places.iter().zip(elements.corners()).enumerate() {
-        let Some(Turn { partition, colour }) = place.turn else {
+        let Some(Turn { partition, color }) = place.turn else {
             continue;
         };
         assert_eq!(topology.partitions.partition_of(&corners), Some(partition));
         blocks
-            .entry((partition, colour))
+            .entry((partition, color))
             .or_default()
             .push(place.lane);
         for corner in corners {
-            let other = touched.insert((partition, colour, corner), index);
+            let other = touched.insert((partition, color, corner), index);
             assert_eq!(other, None, "constraint {index} shares particle {corner}");
         }
     }
-    for ((partition, colour), lanes) in blocks {
+    for ((partition, color), lanes) in blocks {
         for (index, lane) in lanes.into_iter().enumerate() {
             assert_eq!(
                 lane,
                 index % WIDTH,
-                "in colour {colour} of partition {partition}"
+                "in color {color} of partition {partition}"
             );
         }
     }
@@ -98,13 +98,13 @@ fn a_place_says_what_is_solved_together() {
 }
 
 #[test]
-fn what_no_colour_takes_has_no_turn_and_is_white() {
+fn what_no_color_takes_has_no_turn_and_is_white() {
     let star = star();
     let places = places(&star.edges.elements);
-    let loose: Vec<&Place> = places.iter().filter(|place| place.turn.is_none()).collect();
-    assert_eq!(loose.len(), 10);
-    for place in loose {
-        for view in [SolverView::Partitions, SolverView::Colours] {
+    let overflow: Vec<&Slot> = places.iter().filter(|place| place.turn.is_none()).collect();
+    assert_eq!(overflow.len(), 10);
+    for place in overflow {
+        for view in [SolverView::Partitions, SolverView::Colors] {
             assert_eq!(place.tint(view, 3), Vec3::ONE);
         }
     }
@@ -112,17 +112,17 @@ fn what_no_colour_takes_has_no_turn_and_is_white() {
 
 /// Distance of two colors in Oklab; 0.02 is just noticeable.
 fn difference(a: Vec3, b: Vec3) -> f32 {
-    let oklab = |colour: Vec3| {
-        let colour = Oklaba::from(LinearRgba::rgb(colour.x, colour.y, colour.z));
-        Vec3::new(colour.lightness, colour.a, colour.b)
+    let oklab = |color: Vec3| {
+        let color = Oklaba::from(LinearRgba::rgb(color.x, color.y, color.z));
+        Vec3::new(color.lightness, color.a, color.b)
     };
     oklab(a).distance(oklab(b))
 }
 
 #[test]
-fn neighbours_are_told_apart() {
-    let place = |partition, colour, lane| Place {
-        turn: Some(Turn { partition, colour }),
+fn neighbors_are_told_apart() {
+    let place = |partition, color, lane| Slot {
+        turn: Some(Turn { partition, color }),
         lane,
     };
     for n in 0..200 {
@@ -134,10 +134,10 @@ fn neighbours_are_told_apart() {
                 difference(partitions[0], partitions[1]) > 0.1,
                 "bands {n}, {other}"
             );
-            let colours = [n, other].map(|colour| place(0, colour, 0).tint(SolverView::Colours, 0));
+            let colors = [n, other].map(|color| place(0, color, 0).tint(SolverView::Colors, 0));
             assert!(
-                difference(colours[0], colours[1]) > 0.1,
-                "colours {n}, {other}"
+                difference(colors[0], colors[1]) > 0.1,
+                "colors {n}, {other}"
             );
         }
     }
@@ -154,19 +154,19 @@ fn neighbours_are_told_apart() {
 
 #[test]
 fn each_view_shows_its_own_and_partitions_are_counted_on_from_body_to_body() {
-    let place = |partition, colour, lane| Place {
-        turn: Some(Turn { partition, colour }),
+    let place = |partition, color, lane| Slot {
+        turn: Some(Turn { partition, color }),
         lane,
     };
-    let same = |view, a: Place, b: Place| assert_eq!(a.tint(view, 0), b.tint(view, 0));
+    let same = |view, a: Slot, b: Slot| assert_eq!(a.tint(view, 0), b.tint(view, 0));
     same(SolverView::Partitions, place(2, 0, 0), place(2, 5, 7));
-    same(SolverView::Colours, place(0, 4, 0), place(9, 4, 7));
+    same(SolverView::Colors, place(0, 4, 0), place(9, 4, 7));
     same(SolverView::Lanes, place(0, 0, 6), place(9, 4, 6));
     let second = place(0, 0, 0).tint(SolverView::Partitions, 2);
     assert_eq!(second, place(2, 0, 0).tint(SolverView::Partitions, 0));
     assert_eq!(
-        place(0, 3, 0).tint(SolverView::Colours, 2),
-        place(0, 3, 0).tint(SolverView::Colours, 0)
+        place(0, 3, 0).tint(SolverView::Colors, 2),
+        place(0, 3, 0).tint(SolverView::Colors, 0)
     );
 }
 
@@ -174,9 +174,9 @@ fn each_view_shows_its_own_and_partitions_are_counted_on_from_body_to_body() {
 fn the_summary_counts_what_is_solved() {
     let tetrahedron = Topology::new(support::tetrahedron()).expect("sound");
     let all = Summary::of(&tetrahedron, BOTH);
-    assert_eq!((all.bodies, all.partitions, all.loose), (1, 1, 0));
+    assert_eq!((all.bodies, all.partitions, all.overflow), (1, 1, 0));
     // Six edges, each of which shares no particle with one other: three colors of two.
-    assert_eq!((all.edges.constraints, all.edges.colours), (6, 3));
+    assert_eq!((all.edges.constraints, all.edges.colors), (6, 3));
     assert_eq!(all.edges.share(), Some(6.0 / 24.0));
     assert_eq!(all.tetrahedra.share(), Some(1.0 / 8.0));
     let edges = Summary::of(&tetrahedron, EDGES);
@@ -196,13 +196,13 @@ fn the_sentence_says_how_many_and_how_full() {
         for word in words {
             assert!(text.contains(word), "“{word}” is missing: {text}");
         }
-        assert!(!text.contains("white"), "nothing is loose: {text}");
+        assert!(!text.contains("white"), "nothing overflows: {text}");
     };
     says(SolverView::Partitions, &["1 partition in 1 body"]);
-    says(SolverView::Colours, &["edges 3, tetrahedra 1."]);
+    says(SolverView::Colors, &["edges 3, tetrahedra 1."]);
     says(SolverView::Lanes, &["edges 25 %, tetrahedra 12 %."]);
     let star = Summary::of(&star(), EDGES);
-    let text = sentence(SolverView::Colours, &star);
+    let text = sentence(SolverView::Colors, &star);
     assert!(
         text.contains("10 constraints are in no partition"),
         "{text}"

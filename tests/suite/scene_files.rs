@@ -14,7 +14,7 @@ const SOUND: &str = r##"Scene(
         primitive: Box(size: (0.4, 0.4, 0.4), cells: (2, 2, 2)),
         density: 1000,
         effects: (stretch: (compliance: 1e-4), volume: (), ground: ()),
-        colour: "#e07040",
+        color: "#e07040",
     )],
     colliders: [(shape: Sphere(radius: 0.2))],
     acceptance: (seconds: 1.0, checks: [NoInverted]),
@@ -42,6 +42,16 @@ fn says(complaint: &str, parts: &[&str]) {
 fn the_sound_scene_of_these_tests_is_sound() {
     let scene: Scene = SOUND.parse().expect("it is sound");
     scene.build().expect("it can be built");
+}
+
+#[test]
+fn names_of_earlier_versions_are_read() {
+    let pinned = SOUND.replace("density: 1000,", "density: 1000, pins: [Vertex(0)],");
+    let old = pinned
+        .replace("Vertex(", "Particle(")
+        .replace("color:", "colour:");
+    let [now, old] = [&pinned, &old].map(|text| text.parse::<Scene>().expect("it is sound"));
+    assert_eq!(now, old);
 }
 
 #[test]
@@ -194,7 +204,7 @@ fn what_is_wrong_with_a_body_names_the_body_and_what_would_be_right() {
     );
     says(
         &complaint("#e07040", "red"),
-        &["“b”", "colour is “red”", "#e07040"],
+        &["“b”", "color is “red”", "#e07040"],
     );
     says(
         &complaint("density: 1000", "position: (0.0, NaN, 0.0)"),

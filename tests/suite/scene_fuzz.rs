@@ -28,7 +28,7 @@ const EVERYTHING: &str = r##"Scene(
          effects: (stretch: (compliance: 1e-4, damping: 0.01), volume: (compliance: 0),
                    ground: (height: 0, friction: 0.5, restitution: 0.3), collide: (friction: 0.5)),
          pins: [Top(0.1), Left(0), Within(low: (-9, -9, -9), high: (9, 9, 9)), Particle(3)],
-         added_mass: [(0, 0.5), (7, 1e-3)], colour: "#e07040"),
+         added_mass: [(0, 0.5), (7, 1e-3)], color: "#e07040"),
         (name: "ball", primitive: Sphere(radius: 0.2, cells: 4), start: [Squash(0), Mirror],
          effects: (stretch: (), volume: (bulk_modulus: 1e5), sticky_ground: (height: 0.05))),
         (name: "ring", primitive: Torus(major: 0.3, minor: 0.1, cells: 2), start: [Shuffle(7)],

@@ -109,7 +109,7 @@ fn no_vertex_of_a_soft_cube_comes_into_a_box_or_a_capsule() {
 }
 
 #[test]
-fn a_particle_at_the_very_centre_gets_out_and_stays_finite() {
+fn a_particle_at_the_very_center_gets_out_and_stays_finite() {
     for shape in [SPHERE, bar(), CAPSULE] {
         let mut world = world(
             settings(0.0, 60.0, 1, 1),

@@ -210,7 +210,7 @@ fn slid(tangent: f64, friction: f32, iterations: u32) -> (f64, f64) {
     world.sleep.enabled = false;
     let gravity = DVec3::new(g * tangent * cos, -g * cos, 0.0).as_vec3();
     world.settings.set_gravity(gravity).expect("sound");
-    let middle = |world: &World| measure::centre_of_mass(&world.bodies[1].particles).x;
+    let middle = |world: &World| measure::center_of_mass(&world.bodies[1].particles).x;
     let before = middle(&world);
     for _ in 0..60 {
         world.tick();

@@ -464,8 +464,8 @@ fn what_is_too_large_is_swept_and_says_so() {
     assert_eq!(asked.bodies[0].direct.status(), direct::Status::TooLarge);
     assert!(direct::Status::TooLarge.explanation().is_some());
     let plain = swept(effects);
-    let centre = |world: &World| -> DVec3 { measure::centre_of_mass(&world.bodies[0].particles) };
-    assert!(centre(&asked).distance(centre(&plain)) < 1e-6);
+    let center = |world: &World| -> DVec3 { measure::center_of_mass(&world.bodies[0].particles) };
+    assert!(center(&asked).distance(center(&plain)) < 1e-6);
 }
 
 #[test]

@@ -166,7 +166,7 @@ fn ball(friction: f32, resistance: f32) -> World {
 
 /// Gives a ball the velocities of rolling at a speed [m/s].
 fn spin(ball: &mut Body, speed: f64) {
-    let center = measure::centre_of_mass(&ball.particles);
+    let center = measure::center_of_mass(&ball.particles);
     for i in 0..ball.particles.len() {
         let arm = ball.particles.position(i) - center.with_y(0.0);
         let velocity = DVec3::new(0.0, 0.0, -speed / center.y).cross(arm);
@@ -195,7 +195,7 @@ fn energy(world: &World) -> f64 {
 /// I/mR² of its mass points.
 fn inertia(world: &World) -> f64 {
     let particles = &world.bodies[0].particles;
-    let center = measure::centre_of_mass(particles);
+    let center = measure::center_of_mass(particles);
     let of = |i: usize| {
         let arm = (particles.position(i) - center).with_z(0.0);
         arm.length_squared() / f64::from(particles.positions[i].w)
@@ -207,7 +207,7 @@ fn inertia(world: &World) -> f64 {
 #[test]
 fn a_ball_that_rolls_slows_down_by_rolling_resistance_and_stops() {
     let [mut free, mut resisted] = [0.0, 0.2].map(|resistance| ball(1.0, resistance));
-    let start = measure::centre_of_mass(&resisted.bodies[0].particles).x;
+    let start = measure::center_of_mass(&resisted.bodies[0].particles).x;
     let before = energy(&resisted);
     for world in [&mut free, &mut resisted] {
         support::run(world, 0.2);
@@ -215,7 +215,7 @@ fn a_ball_that_rolls_slows_down_by_rolling_resistance_and_stops() {
     // Its force is µᵣmg. The impacts of faces and damping take energy as well, and less of it from
     // the slower ball.
     let lost = [&free, &resisted].map(|world| before - energy(world));
-    let way = measure::centre_of_mass(&resisted.bodies[0].particles).x - start;
+    let way = measure::center_of_mass(&resisted.bodies[0].particles).x - start;
     let expected = 0.2 * mass(&free) * G * way;
     assert!(lost[0] > 0.0 && lost[0] < 0.15 * lost[1], "{lost:?} J");
     assert!(

@@ -92,7 +92,7 @@ fn a_spinning_pair_slows_within_an_hour_as_the_method_says() {
     let spin = |world: &World| {
         let [a, b] = [0, 1].map(|i| world.bodies[0].particles.position(i));
         let inertia = 2.0 * (a.distance(b) / 2.0).powi(2);
-        let middle = measure::centre_of_mass(&world.bodies[0].particles);
+        let middle = measure::center_of_mass(&world.bodies[0].particles);
         let momentum = measure::momentum(&world.bodies[0].particles);
         let whole = measure::angular_momentum(&world.bodies[0].particles);
         (whole - middle.cross(momentum)).length() / inertia

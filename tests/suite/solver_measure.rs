@@ -78,7 +78,7 @@ fn energies_and_momenta_of_two_masses_are_those_of_the_textbook() {
     assert!(measure::momentum(state).distance(DVec3::new(4.0, 0.0, 6.0)) < 1e-5);
     // The second is at (0, −2, 0) and carries 6 kg·m/s along z.
     assert!(measure::angular_momentum(state).distance(DVec3::new(-12.0, 0.0, 0.0)) < 1e-5);
-    assert!(measure::centre_of_mass(state).distance(DVec3::new(0.0, -1.5, 0.0)) < 1e-6);
+    assert!(measure::center_of_mass(state).distance(DVec3::new(0.0, -1.5, 0.0)) < 1e-6);
     assert_relative(
         measure::rms_speed(state),
         10.0_f64.sqrt(),

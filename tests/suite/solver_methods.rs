@@ -362,10 +362,10 @@ impl Port {
             }
         }
         for i in (0..441).filter(|i| !pinned(*i)) {
-            if let Some(centre) = ball {
-                let d = self.x[i] - centre;
+            if let Some(center) = ball {
+                let d = self.x[i] - center;
                 if d.length() < 2.7 {
-                    let x = centre + 2.7 * d.normalize();
+                    let x = center + 2.7 * d.normalize();
                     self.v[i] += (x - self.x[i]) / T;
                     self.x[i] = x;
                 }
@@ -487,30 +487,30 @@ fn strain_against_iterations_in_the_lab_is_as_documented() {
 }
 
 #[test]
-fn no_particle_of_the_lab_enters_its_ball_and_one_at_the_centre_comes_out() {
+fn no_particle_of_the_lab_enters_its_ball_and_one_at_the_center_comes_out() {
     use pliant::solver::{Collide, Collider, ColliderShape, CollisionIterations, Friction, Pose};
     let mut cloth = cloth(|_| ());
     cloth.effects.collide = Some(Collide {
         friction: Friction::NONE,
         ..Collide::default()
     });
-    let centre = Vec3::new(0.0, -4.0, 0.0);
+    let center = Vec3::new(0.0, -4.0, 0.0);
     let middle = cloth.topology.particle(VertexIndex(220));
     let mut world = lab(32, cloth);
     world.settings.collision_iterations = CollisionIterations::new(1).expect("in range");
     let ball = Collider::new(
         ColliderShape::Sphere { radius: 2.7 },
-        Pose::at(centre.as_dvec3()),
+        Pose::at(center.as_dvec3()),
     );
     world.colliders.push(ball.expect("sound"));
     let particles = &mut world.bodies[0].particles;
-    particles.set_position(middle, centre.as_dvec3());
+    particles.set_position(middle, center.as_dvec3());
     for _ in 0..150 {
         world.tick();
         let body = &world.bodies[0];
         assert!(body.quarantine.is_none());
         for x in &body.particles.positions {
-            let distance = x.truncate().distance(centre);
+            let distance = x.truncate().distance(center);
             assert!(distance > 2.7 - 1e-5, "{distance}");
         }
     }

@@ -7,7 +7,7 @@ use pliant::{
     mesh::Primitive,
     solver::{
         Deformation, Effects, RestShape, Topology, World,
-        coloring::MAX_COLOURS,
+        coloring::MAX_COLORS,
         deform, measure,
         order::{Elements, Painting},
         partitions::{MIN_CUT, Partitions},
@@ -58,13 +58,13 @@ fn check<const N: usize>(
     for batch in elements.batches() {
         assert_eq!(batch.constraints().start, next, "no gap between batches");
         for (first, group) in elements.groups(batch) {
-            assert_eq!(first, next, "no gap between colours");
+            assert_eq!(first, next, "no gap between colors");
             next += group.len();
             round += 1;
             for corner in group.as_flattened() {
                 let corner = corner.particle() as usize;
                 let last = std::mem::replace(&mut touched[corner], round);
-                assert_ne!(last, round, "a colour touches particle {corner} twice");
+                assert_ne!(last, round, "a color touches particle {corner} twice");
                 assert!(batch.particles().contains(&corner));
             }
         }
@@ -113,7 +113,7 @@ fn constraints<const N: usize>(
 
 proptest! {
     #[test]
-    fn no_two_edges_of_a_colour_share_a_particle_and_each_is_solved_once(
+    fn no_two_edges_of_a_color_share_a_particle_and_each_is_solved_once(
         edges in constraints::<2>(40, 300),
         odd_first: bool,
     ) {
@@ -124,7 +124,7 @@ proptest! {
     }
 
     #[test]
-    fn no_two_tetrahedra_of_a_colour_share_a_particle_and_each_is_solved_once(
+    fn no_two_tetrahedra_of_a_color_share_a_particle_and_each_is_solved_once(
         tetrahedra in constraints::<4>(60, 300),
         odd_first: bool,
     ) {
@@ -169,19 +169,19 @@ proptest! {
 }
 
 #[test]
-fn a_star_of_ten_thousand_edges_is_coloured_and_the_rest_is_loose() {
+fn a_star_of_ten_thousand_edges_is_colored_and_the_rest_is_loose() {
     let edges: Vec<[u32; 2]> = (1..=10_000).map(|tip| [0, tip]).collect();
     let (partitions, elements, _) = order(&edges, 10_001, false);
     check(&edges, &partitions, &elements);
-    let loose = &elements.batches()[elements.loose().expect("more edges than colours")];
-    assert_eq!(loose.constraints().len(), 10_000 - MAX_COLOURS);
+    let overflow = &elements.batches()[elements.overflow().expect("more edges than colors")];
+    assert_eq!(overflow.constraints().len(), 10_000 - MAX_COLORS);
 }
 
 #[test]
 fn nothing_to_order_gives_no_constraints() {
     let (partitions, elements, stored) = order::<2>(&[], 0, false);
     check(&[], &partitions, &elements);
-    assert!(stored.is_empty() && elements.loose().is_none());
+    assert!(stored.is_empty() && elements.overflow().is_none());
 }
 
 /// Meshes of every kind, from one tetrahedron to some hundred thousand.

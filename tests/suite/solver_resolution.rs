@@ -57,13 +57,13 @@ fn free_fall_is_that_of_symplectic_euler_at_any_number_of_substeps() {
     for substeps in [1, 4, 16, 40, 64, 100, 256, 400, 1000] {
         let mut falling = body("falling", chain(1, 0.1), 1.0);
         falling.translate(Vec3::Y * 10.0);
-        let start = measure::centre_of_mass(&falling.particles).y;
+        let start = measure::center_of_mass(&falling.particles).y;
         let mut world = world(settings(9.81, 60.0, substeps, 1), falling);
         run(&mut world, 1.0);
         let h = 1.0 / (60.0 * f64::from(substeps));
         let n = 60.0 * f64::from(substeps);
         let expected = 9.81 * h * h * n * (n + 1.0) / 2.0;
-        let fallen = start - measure::centre_of_mass(&world.bodies[0].particles).y;
+        let fallen = start - measure::center_of_mass(&world.bodies[0].particles).y;
         println!("{substeps} substeps: {:.1e} m off", fallen - expected);
         assert!((fallen - expected).abs() < 2e-4, "{substeps}: {fallen}");
     }

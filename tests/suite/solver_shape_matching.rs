@@ -17,7 +17,7 @@ use pliant::{
         Order, RegionSize, RestShape, ShapeMatching, ShapeMatchingState, SmoothingIterations,
         Threads, VertexIndex, World, deform,
         deform::Random,
-        effects::shape_matching::{Pass, Place},
+        effects::shape_matching::{MatchedParticle, Pass},
         measure, reference,
         topology::Regions,
     },
@@ -71,7 +71,7 @@ fn crumpled(mut body: Body, random: &mut Random, half: f32) -> Body {
 }
 
 fn strains(body: &Body, effect: &ShapeMatching) -> Vec<f64> {
-    let at = Place::among(&body.particles);
+    let at = MatchedParticle::among(&body.particles);
     let matching = ShapeMatchingState::of(&body.topology, effect);
     matching.strains(&body.topology, at).collect()
 }
@@ -129,9 +129,9 @@ fn an_iteration_goes_down_the_gradient_and_neither_pushes_nor_turns() {
             ..matching(10.0, size)
         };
         let positions = &body.particles.positions;
-        let at = Place::among(&body.particles);
+        let at = MatchedParticle::among(&body.particles);
         let mut found = ShapeMatchingState::of(&body.topology, &rigid);
-        let half = |at: &dyn Fn(u32) -> Place| -> f64 {
+        let half = |at: &dyn Fn(u32) -> MatchedParticle| -> f64 {
             let strains = ShapeMatchingState::of(&body.topology, &rigid);
             let squares = strains.strains(&body.topology, at).map(|d| 0.5 * d * d);
             squares.sum()
@@ -166,7 +166,7 @@ fn an_iteration_goes_down_the_gradient_and_neither_pushes_nor_turns() {
         let mut soften = ShapeMatchingState::of(&body.topology, &soft);
         for iteration in 0..5 {
             let here = x.clone();
-            let place = |i: u32| Place {
+            let place = |i: u32| MatchedParticle {
                 x: here[i as usize],
                 p: here[i as usize] * 0.99,
                 w: at(i).w,
@@ -428,7 +428,7 @@ fn unused_vertices_hold_nothing() {
     let fall = with(body("one", shape, 1000.0), of(matching(RIGID, WHOLE)));
     let mut world = world(settings(G, 60.0, 4, 1), fall);
     run(&mut world, 0.5);
-    let middle = measure::centre_of_mass(&world.bodies[0].particles);
+    let middle = measure::center_of_mass(&world.bodies[0].particles);
     // −gh²n(n+1)/2 from a quarter of a meter.
     let h: f64 = 1.0 / 240.0;
     let expected = 0.25 - G * h * h * 120.0 * 121.0 / 2.0;
@@ -497,7 +497,7 @@ fn energy_is_what_the_ledger_says() {
         x.x *= 1.1;
     }
     let energy = |body: &Body| {
-        let at = Place::among(&body.particles);
+        let at = MatchedParticle::among(&body.particles);
         ShapeMatchingState::of(&body.topology, &effect).energy(&body.topology, &effect, at)
             + measure::kinetic_energy(&body.particles)
     };

@@ -102,7 +102,7 @@ fn every_corner_has_a_gradient_of_its_own() {
 }
 
 #[test]
-fn the_compliance_of_a_volume_is_that_of_cubic_metres_not_of_six_times_as_many() {
+fn the_compliance_of_a_volume_is_that_of_cubic_meters_not_of_six_times_as_many() {
     // With α̃ = Σw‖∇V‖², half of the error remains. C = 6(V − V₀) with gradients of 6V gives 36
     // Σw‖∇V‖² with the same α̃, and leaves 1/37.
     let (mut body, weight) = swollen(24.0);

@@ -85,7 +85,7 @@ fn what_flies_keeps_it_and_gains_no_energy() {
     let about = |world: &World| {
         let particles = &world.bodies[0].particles;
         let momentum = measure::momentum(particles);
-        let center = measure::centre_of_mass(particles);
+        let center = measure::center_of_mass(particles);
         measure::angular_momentum(particles) - center.cross(momentum)
     };
     let energy = |world: &World| {

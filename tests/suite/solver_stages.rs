@@ -36,7 +36,7 @@ fn free_fall_follows_the_closed_form_to_the_bit_where_every_number_is_a_sum_of_f
 }
 
 #[test]
-fn free_fall_follows_the_closed_form_to_a_micrometre() {
+fn free_fall_follows_the_closed_form_to_a_micrometer() {
     // Each of n = 10 substeps rounds a position below 0.25 m by at most 2⁻²⁷ m, and the velocity
     // derived from it carries the error on: at most n(n+1)/2 · 2⁻²⁷ m = 4e-7 m in total.
     let mut world = world(settings(G, 60.0, 10, 1), particle());
@@ -221,14 +221,14 @@ fn the_momentum_of_a_free_body_of_the_reference_is_constant_to_eleven_digits() {
 }
 
 #[test]
-fn the_centre_of_mass_of_a_tumbling_body_follows_the_parabola() {
+fn the_center_of_mass_of_a_tumbling_body_follows_the_parabola() {
     let (mut world, rounding) = tumbling(G);
     let state = &world.bodies[0].particles;
-    let start = measure::centre_of_mass(state);
+    let start = measure::center_of_mass(state);
     let mass = 1000.0 / 6.0;
     let v = measure::momentum(state) / mass;
     support::run(&mut world, 0.5);
-    let end = measure::centre_of_mass(&world.bodies[0].particles);
+    let end = measure::center_of_mass(&world.bodies[0].particles);
     let expected = start + v * 0.5 + DVec3::Y * fallen(0.0, G, 1.0 / 600.0, 300);
     // The random walk of the momentum, summed again: h √(n³/3) times that of a substep.
     let tolerance = 3.0 * rounding / mass / 600.0 * (300.0_f64.powi(3) / 3.0).sqrt();

@@ -163,7 +163,7 @@ fn an_element_flat_or_in_a_line_opens_and_throws_nothing_far_away() {
 }
 
 #[test]
-fn elements_of_ten_micrometres_and_of_ten_kilometres_behave_alike() {
+fn elements_of_ten_micrometers_and_of_ten_kilometers_behave_alike() {
     let shares = [1e-5, 1.0, 1e4_f32].map(|scale| {
         let mut shape = tetrahedron();
         for vertex in &mut shape.vertices {

@@ -6,8 +6,8 @@ use pliant::{
     output::document::{self, Block},
     solver::{Deformation, VertexIndex, World, deform},
     torture::{
-        CASES, Case, EXPECTED_FAILURES, Figure, Kind, Member, Options, Outside, Row, Run, Shape,
-        Watch, jobs, run, suite, table,
+        CASES, Case, EXPECTED_FAILURES, Figure, Kind, Member, Options, Outside, Run, Shape,
+        SuiteRow, Watch, jobs, run, suite, table,
     },
 };
 use std::{fs, path::Path};
@@ -24,7 +24,7 @@ fn quick() -> Options {
     }
 }
 
-fn rows(options: &Options, threads: usize) -> Vec<Row> {
+fn rows(options: &Options, threads: usize) -> Vec<SuiteRow> {
     let jobs = jobs(options).expect("cases that there are");
     suite::run(&jobs, threads, &|_| ()).expect("members that can be built")
 }
@@ -37,7 +37,7 @@ fn of(case: &str) -> Options {
 }
 
 /// The part of docs/robustness.md that is generated: the table, and the expected failures.
-fn exhibit(rows: &[Row]) -> String {
+fn exhibit(rows: &[SuiteRow]) -> String {
     let cells = rows.iter().map(|row| table::cells(row).to_vec());
     document::markdown(&[
         Block::Text(table::summary(rows)),

@@ -120,14 +120,14 @@ impl Window {
         let grabs = |event: &Value| event["action"]["do"] == "grab";
         let before = self.count(grabs);
         for _ in 0..10 {
-            let (place, centre) = self.body();
+            let (place, center) = self.body();
             self.point([place[0] - 2.0, place[1]]);
             self.point(place);
             std::thread::sleep(Duration::from_millis(400));
             xdotool(&["mousedown", "1"]);
             for _ in 0..20 {
                 if self.count(grabs) > before {
-                    return (place, centre);
+                    return (place, center);
                 }
                 std::thread::sleep(Duration::from_millis(100));
             }
@@ -171,7 +171,7 @@ impl Window {
     fn body(&mut self) -> ([f64; 2], [f64; 3]) {
         self.wait("body in sight", |event| {
             (event["event"] == "body").then_some(())?;
-            Some((numbers(&event["screen"])?, numbers(&event["centre"])?))
+            Some((numbers(&event["screen"])?, numbers(&event["center"])?))
         })
     }
 

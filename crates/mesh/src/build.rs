@@ -211,10 +211,10 @@ impl Placement {
             }
         }
         let longest = (high - low).max_element();
-        let centre = low + (high - low) * 0.5;
+        let center = low + (high - low) * 0.5;
         let size = options.size.map_or(longest, f64::from);
         // Below this, the offset from the origin uses up the precision of the coordinates.
-        if longest <= centre.abs().max_element() * 1e-12 {
+        if longest <= center.abs().max_element() * 1e-12 {
             return Err(MeshError::unusable(
                 "the mesh has no extent: all its vertices coincide",
                 "use distinct vertices, or move the mesh nearer to the origin",
@@ -228,7 +228,7 @@ impl Placement {
             ));
         }
         for p in vertices {
-            *p = (*p - centre) / longest;
+            *p = (*p - center) / longest;
         }
         Ok(Self { scale: size })
     }

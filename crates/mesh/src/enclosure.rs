@@ -22,8 +22,8 @@ struct Node {
     low: DVec3,
     high: DVec3,
     /// Area-weighted centroid of the triangles.
-    centre: DVec3,
-    /// Largest distance of a triangle corner from `centre`.
+    center: DVec3,
+    /// Largest distance of a triangle corner from `center`.
     radius: f64,
     /// Sum of area times normal.
     area: DVec3,
@@ -88,7 +88,7 @@ impl Enclosure {
 
     fn solid_angle(&self, index: usize, point: DVec3) -> f64 {
         let node = &self.nodes[index];
-        let to = node.centre - point;
+        let to = node.center - point;
         let distance_squared = to.length_squared();
         if distance_squared > FAR * FAR * node.radius * node.radius {
             return node.area.dot(to) / (distance_squared * distance_squared.sqrt());
@@ -150,16 +150,16 @@ impl Node {
             size += own.length();
             moment += (a + b + c) * (own.length() / 3.0);
         }
-        let centre = if size > 0.0 {
+        let center = if size > 0.0 {
             moment / size
         } else {
             (low + high) * 0.5
         };
-        let radius = corners().fold(0.0, |radius: f64, p| radius.max(p.distance(centre)));
+        let radius = corners().fold(0.0, |radius: f64, p| radius.max(p.distance(center)));
         Self {
             low,
             high,
-            centre,
+            center,
             radius,
             area,
             content: Content::Leaf { start, end },

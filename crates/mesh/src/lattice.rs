@@ -53,7 +53,7 @@ impl Lattice {
         at.x + (self.cubes.x + 1) * (at.y + (self.cubes.y + 1) * at.z)
     }
 
-    fn centre(&self, at: UVec3) -> u32 {
+    fn center(&self, at: UVec3) -> u32 {
         self.corner_count() + at.x + self.cubes.x * (at.y + self.cubes.y * at.z)
     }
 
@@ -69,20 +69,20 @@ impl Lattice {
 
     /// The same, row by row.
     pub fn rows<'a>(&self, points: &'a [DVec3]) -> impl ParallelIterator<Item = &'a [DVec3]> {
-        let (corners, centres) = points.split_at(self.corner_count() as usize);
+        let (corners, centers) = points.split_at(self.corner_count() as usize);
         let corners = corners.par_chunks(self.cubes.x as usize + 1);
-        corners.chain(centres.par_chunks(self.cubes.x as usize))
+        corners.chain(centers.par_chunks(self.cubes.x as usize))
     }
 
     /// Lattice point nearest to a position, which must be within the lattice.
     pub fn nearest(&self, place: DVec3) -> u32 {
         let place = (place - self.origin) / self.spacing;
         let corner = place.round();
-        let centre = place.floor() + 0.5;
-        if place.distance_squared(corner) <= place.distance_squared(centre) {
+        let center = place.floor() + 0.5;
+        if place.distance_squared(corner) <= place.distance_squared(center) {
             self.corner(corner.as_uvec3().min(self.cubes))
         } else {
-            self.centre(centre.as_uvec3().min(self.cubes - 1))
+            self.center(center.as_uvec3().min(self.cubes - 1))
         }
     }
 
@@ -111,7 +111,7 @@ impl Lattice {
                 if next.cmpge(self.cubes).any() {
                     continue;
                 }
-                let (a, b) = (self.centre(cube), self.centre(next));
+                let (a, b) = (self.center(cube), self.center(next));
                 let ring = [next, next + u, next + u + v, next + v].map(|at| self.corner(at));
                 for k in 0..4 {
                     visit([a, b, ring[k], ring[(k + 1) % 4]]);

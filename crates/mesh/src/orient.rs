@@ -83,11 +83,11 @@ pub(super) fn face_outwards(
 /// each triangle, the number of components, and which triangles were flipped.
 fn agree(triangles: &mut [[u32; 3]]) -> (Vec<usize>, usize, Vec<bool>) {
     let sides = sides(triangles);
-    let mut neighbours: Vec<Vec<(usize, bool)>> = vec![Vec::new(); triangles.len()];
+    let mut neighbors: Vec<Vec<(usize, bool)>> = vec![Vec::new(); triangles.len()];
     for same in sides.chunk_by(|a, b| a.0 == b.0) {
         if let [(_, forth, a), (_, back, b)] = *same {
-            neighbours[a].push((b, forth == back));
-            neighbours[b].push((a, forth == back));
+            neighbors[a].push((b, forth == back));
+            neighbors[b].push((a, forth == back));
         }
     }
     let mut piece = vec![usize::MAX; triangles.len()];
@@ -101,11 +101,11 @@ fn agree(triangles: &mut [[u32; 3]]) -> (Vec<usize>, usize, Vec<bool>) {
         piece[seed] = pieces;
         queue.push_back(seed);
         while let Some(triangle) = queue.pop_front() {
-            for &(neighbour, opposed) in &neighbours[triangle] {
-                if piece[neighbour] == usize::MAX {
-                    piece[neighbour] = pieces;
-                    turned[neighbour] = turned[triangle] != opposed;
-                    queue.push_back(neighbour);
+            for &(neighbor, opposed) in &neighbors[triangle] {
+                if piece[neighbor] == usize::MAX {
+                    piece[neighbor] = pieces;
+                    turned[neighbor] = turned[triangle] != opposed;
+                    queue.push_back(neighbor);
                 }
             }
         }
@@ -154,9 +154,9 @@ impl Piece {
             area += own;
             moment += (a + b + c) * (own / 3.0);
         }
-        let centre = moment / area;
+        let center = moment / area;
         let cones = self.triangles.iter().map(|t| {
-            let [a, b, c] = t.map(|corner| corner - centre);
+            let [a, b, c] = t.map(|corner| corner - center);
             a.dot(b.cross(c)) / 6.0
         });
         cones.sum::<f64>() < -1e-3 * area * area.sqrt()

@@ -32,7 +32,7 @@ mod reflection;
 pub mod step;
 pub mod topology;
 
-pub use diagnostics::{delivered, ledger, measure, memory, modes, resolution};
+pub use diagnostics::{effective, ledger, measure, memory, modes, resolution};
 pub use effects::{elastic, force};
 pub use kernel::lanes;
 pub use step::{advance, body, history, method, repair, rest, rolling, spin, stages};
@@ -47,8 +47,8 @@ pub use contact::{
     Contacts, Ground, Path, Pose, SelfContact, StickyGround,
 };
 pub use deform::{Deformation, deform};
-pub use delivered::Delivered;
 pub use direct::{Direct, DirectWorkspace};
+pub use effective::EffectiveCompliance;
 pub use effects::{Effects, all::*};
 pub use effects::{body_kinds::BodyEffectKind, elastic::ElasticKind, states::EffectStates};
 pub use force::{Attract, Drag, ForceKind, Uniform, Vortex, Wind};

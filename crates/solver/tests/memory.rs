@@ -10,7 +10,7 @@ use pliant_solver::{
     StickyGround, Stitch, StitchEnd, Stitches, StrainLimit, Stretch, Struts, Substeps,
     SurfacePoint, Tethers, Threads, Topology, VertexIndex, Volume, Weave, Wind, World,
     kernel::{
-        Block, Blocks, Columns, Lanes, Projection, Vectors, difference, f32x8, iterate, scaled,
+        Block, Blocks, Columns, Lanes, Projected, Vectors, difference, f32x8, iterate, scaled,
     },
     order::Elements,
 };
@@ -243,9 +243,9 @@ fn kernels_of_an_app() {
             [a, b]: &[Columns<L>; 2],
             _: Option<&[Vectors<L>; 2]>,
             lambda: Option<[f32x8<L>; 1]>,
-        ) -> Projection<L, 2, 1> {
+        ) -> Projected<L, 2, 1> {
             let d = difference(b, a);
-            Projection {
+            Projected {
                 moves: [scaled(&d, a[3]), scaled(&d, -b[3])],
                 change: lambda.unwrap_or([d[0]]),
             }

@@ -25,7 +25,7 @@ pub struct StoredBody {
     /// Index of its skin, if it has one.
     pub skin: Option<u32>,
     /// Its color as sRGB, if one was set.
-    pub colour: Option<[u8; 3]>,
+    pub color: Option<[u8; 3]>,
     density: Density,
     added_mass: Vec<(VertexIndex, Mass)>,
     pins: Vec<VertexIndex>,
@@ -65,7 +65,7 @@ impl StoredBody {
             name: name.clone(),
             mesh,
             skin,
-            colour: look.colour,
+            color: look.color,
             density: *density,
             added_mass: added_mass.clone(),
             pins: pins.clone(),

@@ -6,7 +6,7 @@
 //! | `ready` | the first scene is drawn | `width`, `height` [logical px], `scale` |
 //! | `scene` | a scene was opened, or failed to open | `name`, `error` |
 //! | `widget` | a widget appeared, moved or disappeared | `name`, `rect` [x, y, width, height] [px] or null |
-//! | `body` | ten times per second | `name`, `screen` [x, y] [px] or null, `centre` [m] |
+//! | `body` | ten times per second | `name`, `screen` [x, y] [px] or null, `center` [m] |
 //! | `action` | an action was carried out | `tick`, `action` |
 //! | `tick` | ten times per second | the figures of the head-up line |
 //! | `notice` | a message was shown | `text` |
@@ -271,16 +271,16 @@ fn write_figures(
     let (camera, eye) = *camera;
     for (name, particles) in &bodies {
         let sum: Vec3 = particles.positions.iter().map(|x| x.truncate()).sum();
-        let centre = sum / particles.positions.len().max(1) as f32;
+        let center = sum / particles.positions.len().max(1) as f32;
         let screen = camera
-            .world_to_viewport(eye, centre)
+            .world_to_viewport(eye, center)
             .ok()
             .map(|place| (place * window.scale_factor()).to_array());
         journal.line(&json!({
             "event": "body",
             "name": name.as_str(),
             "screen": screen,
-            "centre": centre.to_array(),
+            "center": center.to_array(),
         }));
     }
     journal.line(&json!({

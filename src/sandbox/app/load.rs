@@ -99,8 +99,8 @@ fn obey(world: &mut World, mut read: Local<bevy::ecs::message::MessageCursor<Vie
         let current = world.get_resource::<CurrentScene>();
         let name = coming.or(current.map(|scene| scene.name.as_str()));
         let target = match order {
-            ViewCommand::NextScene => neighbour(name.unwrap_or_default(), 1).to_owned(),
-            ViewCommand::PreviousScene => neighbour(name.unwrap_or_default(), -1).to_owned(),
+            ViewCommand::NextScene => neighbor(name.unwrap_or_default(), 1).to_owned(),
+            ViewCommand::PreviousScene => neighbor(name.unwrap_or_default(), -1).to_owned(),
             ViewCommand::LoadScene(name) => name,
             ViewCommand::Restart => {
                 restart(world);
@@ -183,7 +183,7 @@ fn restart(world: &mut World) {
 }
 
 /// The built-in scene at an offset from the named one, with wrap-around.
-fn neighbour(name: &str, step: isize) -> &'static str {
+fn neighbor(name: &str, step: isize) -> &'static str {
     let here = SCENES.iter().position(|scene| scene.name == name);
     let count = SCENES.len() as isize;
     // After a scene that is not built in comes the first one, before it the last one.
@@ -246,10 +246,10 @@ mod tests {
     #[test]
     fn next_and_previous_go_round_the_registry() {
         let (first, last) = (SCENES[0].name, SCENES[SCENES.len() - 1].name);
-        assert_eq!(neighbour(last, 1), first);
-        assert_eq!(neighbour(first, -1), last);
-        assert_eq!(neighbour(first, 1), SCENES[1].name);
-        assert_eq!(neighbour("my own", 1), first);
-        assert_eq!(neighbour("my own", -1), last);
+        assert_eq!(neighbor(last, 1), first);
+        assert_eq!(neighbor(first, -1), last);
+        assert_eq!(neighbor(first, 1), SCENES[1].name);
+        assert_eq!(neighbor("my own", 1), first);
+        assert_eq!(neighbor("my own", -1), last);
     }
 }

@@ -3,7 +3,7 @@
 //! Keys are ignored while text is being typed in the panel, and while Ctrl, Alt or the system key
 //! is held. Letters follow the user's keyboard layout, not physical key positions.
 
-mod hand;
+mod commands;
 
 use crate::sandbox::state::request::{RequestSystems, Requested};
 use bevy::{
@@ -16,7 +16,7 @@ use bevy::{
 use bevy_egui::input::EguiWantsInput;
 
 use crate::sandbox::state::view::{LastGrab, ViewCommand, ViewSettings};
-use hand::Hand;
+use commands::Commander;
 
 /// The command of a key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -296,7 +296,7 @@ fn obey(
     mut pressed: MessageReader<KeyboardInput>,
     held: Res<ButtonInput<KeyCode>>,
     egui: Res<EguiWantsInput>,
-    mut hand: Hand,
+    mut commander: Commander,
 ) {
     use KeyCode::{AltLeft, ControlLeft, ControlRight, SuperLeft, SuperRight};
     let typing = egui.wants_keyboard_input();
@@ -308,7 +308,7 @@ fn obey(
         if let Some(binding) = binding(&input.logical_key)
             && (!input.repeat || binding.repeats)
         {
-            hand.carry_out(binding.command);
+            commander.carry_out(binding.command);
         }
     }
 }

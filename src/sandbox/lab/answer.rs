@@ -82,8 +82,8 @@ fn paint(
                 .iter()
                 .filter_map(|&point| screen.at(point))
                 .collect();
-            for (colour, width) in [(HALO, 4.5), (LINE, 2.0)] {
-                let stroke = Stroke::new(width, colour);
+            for (color, width) in [(HALO, 4.5), (LINE, 2.0)] {
+                let stroke = Stroke::new(width, color);
                 painter.extend(Shape::dashed_line(&line, stroke, DASH.0, DASH.1));
             }
         }

@@ -141,8 +141,8 @@ impl Panel {
                 "Draw the constraints by partition, the piece of a body that one worker steps",
             ),
             (
-                SolverView::Colours,
-                "solver.colours",
+                SolverView::Colors,
+                "solver.colors",
                 "Colors",
                 "Draw the constraints by graph color: constraints of one color share no particle \
                  and can be solved at the same time",

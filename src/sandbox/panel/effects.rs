@@ -10,7 +10,7 @@ use bevy_egui::egui::{
 };
 
 use super::{
-    Panel, delivered, history,
+    Panel, effective, history,
     model::{EffectModel, PanelModel},
     parameter::{self, Edit},
     section::{self, section},
@@ -28,7 +28,7 @@ const FIGURE: f32 = 34.0;
 /// Draws the section.
 pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     section(ui, panel, "Effects", |ui, panel| {
-        let (own, hand): (Vec<_>, Vec<_>) =
+        let (own, grabs): (Vec<_>, Vec<_>) =
             model.effects.iter().partition(|effect| effect.switchable);
         let (running, absent): (Vec<_>, Vec<_>) =
             own.into_iter().partition(|effect| effect.carriers > 0);
@@ -37,14 +37,14 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         }
         // Effects that are active only while dragging keep their row, so that nothing moves when a
         // body is grabbed.
-        for effect in &hand {
+        for effect in &grabs {
             heading(ui, panel, model, effect);
         }
         for stage in &model.stages {
             ui.horizontal(|ui| {
                 ui.add_space(26.0 + theme::GAP);
                 ui.label(RichText::new(&stage.title).color(theme::WEAK));
-                share(ui, stage.share, history::colour(stage.name));
+                share(ui, stage.share, history::color(stage.name));
             });
         }
         history::show(ui, panel, &model.history);
@@ -98,8 +98,8 @@ fn running_effect(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &E
         if let Some(note) = effect.note {
             section::note(ui, note);
         }
-        if let Some(delivered) = &effect.delivered {
-            delivered::show(ui, panel, effect.name, delivered);
+        if let Some(effective) = &effect.effective {
+            effective::show(ui, panel, effect.name, effective);
         }
         if let Some(range) = effect.overpressure {
             let text = RichText::new(overpressure(range))
@@ -160,15 +160,15 @@ fn heading(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &EffectMo
                 on: !on,
             });
         }
-        let colour = if runs { theme::STRONG } else { theme::WEAK };
-        let title = Label::new(RichText::new(effect.title).color(colour)).sense(Sense::click());
+        let color = if runs { theme::STRONG } else { theme::WEAK };
+        let title = Label::new(RichText::new(effect.title).color(color)).sense(Sense::click());
         let title = ui.add(title).on_hover_text(effect.summary);
         let detail = detail(model, effect);
         if !detail.is_empty() {
             ui.label(RichText::new(detail).small().weak());
         }
         if let Some(value) = effect.share.filter(|_| runs) {
-            share(ui, value, history::colour(effect.name));
+            share(ui, value, history::color(effect.name));
         }
         title.clicked()
     })
@@ -199,7 +199,7 @@ fn detail(model: &PanelModel, effect: &EffectModel) -> String {
 }
 
 /// A bar and a number at the right end of a row.
-fn share(ui: &mut Ui, share: f32, colour: Color32) {
+fn share(ui: &mut Ui, share: f32, color: Color32) {
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
         let size = vec2(BAR + FIGURE, theme::ROW);
         let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
@@ -209,7 +209,7 @@ fn share(ui: &mut Ui, share: f32, colour: Color32) {
         let filled = Rect::from_min_size(bar.min, vec2(BAR * share, 4.0));
         let painter = ui.painter();
         painter.rect_filled(bar, 2.0, theme::RAISED);
-        painter.rect_filled(filled, 2.0, colour.gamma_multiply(0.8));
+        painter.rect_filled(filled, 2.0, color.gamma_multiply(0.8));
         let font = theme::figures().resolve(ui.style());
         let place = rect.right_center();
         painter.text(

@@ -216,7 +216,7 @@ fn ledger(ui: &mut Ui, panel: &mut Panel, energy: &EnergyModel) {
     line(ui, None, "Stored", ["now [J]", "change [J]"], theme::WEAK);
     for (title, now, change) in &energy.held {
         let figures = [format(*now, 3), signed(*change)];
-        line(ui, Some(colour(title)), title, figures, theme::TEXT);
+        line(ui, Some(color(title)), title, figures, theme::TEXT);
     }
     let change = ["".to_owned(), signed(energy.change)];
     line(ui, None, "Total", change, theme::STRONG);
@@ -245,7 +245,7 @@ fn ledger(ui: &mut Ui, panel: &mut Panel, energy: &EnergyModel) {
     section::note(ui, &format!("Balance closes to {gap} of the largest term."));
 }
 
-/// A row: a patch of colour, a title, two figures in columns.
+/// A row: a patch of color, a title, two figures in columns.
 fn line(
     ui: &mut Ui,
     patch: Option<Color32>,
@@ -283,11 +283,11 @@ fn signed(energy: f64) -> String {
     }
 }
 
-fn colour(title: &str) -> Color32 {
+fn color(title: &str) -> Color32 {
     match title {
-        KINETIC => history::colour("presolve"),
-        POTENTIAL => history::colour("ground"),
-        _ => history::colour(&title.to_lowercase()),
+        KINETIC => history::color("presolve"),
+        POTENTIAL => history::color("ground"),
+        _ => history::color(&title.to_lowercase()),
     }
 }
 
@@ -329,7 +329,7 @@ fn track(ui: &mut Ui, panel: &mut Panel, energy: &EnergyModel) {
                 Some([tick as f64 - last, f64::from(*value)])
             });
             let line = Line::new(*title, points.collect::<Vec<_>>());
-            plot.line(line.stroke(Stroke::new(1.5, colour(title))));
+            plot.line(line.stroke(Stroke::new(1.5, color(title))));
         }
     });
     panel.note("energy.plot", &shown.response, ui);

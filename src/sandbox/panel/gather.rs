@@ -5,7 +5,7 @@ use crate::sandbox::state::selection::Selection;
 use bevy::prelude::*;
 
 use super::{
-    PanelState, delivered, energy, history,
+    PanelState, effective, energy, history,
     model::{
         BodyEntry, BodyState, ClockModel, EffectModel, GrabModel, PanelModel, Parameter, StageModel,
     },
@@ -45,7 +45,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         .filter(|body| scope.contains(*body))
         .collect();
     if ticked {
-        delivered::gather(world, &shown);
+        effective::gather(world, &shown);
         energy::gather(world);
     }
     let state = world.resource::<PanelState>();
@@ -56,7 +56,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         .map(|info| EffectModel {
             elements: statistics.constraints.get(info.name).copied().unwrap_or(0),
             share: state.shares.get(info.name).copied(),
-            delivered: delivered::model(world, info.name, &shown),
+            effective: effective::model(world, info.name, &shown),
             overpressure: overpressure(world, info.name, &shown),
             contacts: contacts(statistics, info.name),
             ..effect(world, info, &bodies, &shown)
@@ -206,7 +206,7 @@ fn effect(world: &World, info: &EffectInfo, bodies: &[Entity], shown: &[Entity])
         note: carriers
             .iter()
             .find_map(|body| (info.note)(&world.entity(*body), settings)),
-        delivered: None,
+        effective: None,
         overpressure: None,
         contacts: None,
         switchable: info.insert_default.is_some(),

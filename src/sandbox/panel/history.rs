@@ -50,7 +50,7 @@ impl History {
 
 /// Color of a part, by its name; from the color-blind safe palette of Okabe and Ito.
 #[must_use]
-pub fn colour(part: &str) -> Color32 {
+pub fn color(part: &str) -> Color32 {
     match part {
         "stretch" => Color32::from_rgb(86, 180, 233),
         "volume" => Color32::from_rgb(230, 159, 0),
@@ -110,7 +110,7 @@ pub(super) fn show(ui: &mut Ui, panel: &mut Panel, history: &History) {
         for (part, time) in column.iter().enumerate().filter(|(_, time)| **time > 0.0) {
             let top = bottom - time / most * (HEIGHT - 12.0);
             let bar = Rect::from_min_max(pos2(x, top), pos2(x + width, bottom));
-            painter.rect_filled(bar, 0.0, colour(name(part)));
+            painter.rect_filled(bar, 0.0, color(name(part)));
             bottom = top;
         }
     }

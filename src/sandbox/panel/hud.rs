@@ -266,12 +266,12 @@ fn cell(ui: &mut egui::Ui, figure: &Figure) {
     ui.allocate_ui_with_layout(vec2(CELL, 28.0), layout, |ui| {
         ui.set_min_width(CELL);
         ui.spacing_mut().item_spacing.y = 0.0;
-        let colour = if figure.alarm {
+        let color = if figure.alarm {
             theme::ALARM
         } else {
             theme::STRONG
         };
-        let value = RichText::new(&figure.value).monospace().color(colour);
+        let value = RichText::new(&figure.value).monospace().color(color);
         ui.add(Label::new(value).extend());
         let name = RichText::new(figure.name).small().color(theme::WEAK);
         ui.add(Label::new(name).extend());

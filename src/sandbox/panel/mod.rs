@@ -6,8 +6,8 @@
 //! second uses egui.
 
 mod bodies;
-mod delivered;
 mod draw;
+mod effective;
 mod effects;
 pub mod energy;
 pub(in crate::sandbox) mod gather;
@@ -53,7 +53,7 @@ pub struct PanelState {
     /// Fractions of the time by effect and stage, smoothed over about a second.
     shares: BTreeMap<&'static str, f32>,
     /// Effective compliance of the last ticks, by effect.
-    works: delivered::Works,
+    works: effective::Works,
     /// Time of the last ticks by part.
     history: history::History,
     /// Energy of the bodies after the last ticks.

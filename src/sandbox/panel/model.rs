@@ -169,7 +169,7 @@ pub struct EffectModel {
     /// Advice on the effect for the selected bodies, in one sentence.
     pub note: Option<&'static str>,
     /// Effective compliance, if it can be determined.
-    pub delivered: Option<DeliveredModel>,
+    pub effective: Option<EffectiveModel>,
     /// Minimum and maximum overpressure of the selected bodies [Pa].
     pub overpressure: Option<(f64, f64)>,
     /// Contacts of all bodies: number of active contacts, and of surface crossings.
@@ -178,9 +178,9 @@ pub struct EffectModel {
 
 /// Effective compliance, relative to the requested compliance.
 #[derive(Debug, Clone, PartialEq)]
-pub struct DeliveredModel {
+pub struct EffectiveModel {
     /// Effective compliance in `unit`.
-    pub got: f64,
+    pub effective: f64,
     /// Unit of the effect's compliance.
     pub unit: &'static str,
     /// Ratio of effective to requested compliance; `None` if the requested compliance is 0.

@@ -94,7 +94,7 @@ fn choose(ui: &mut Ui, panel: &mut Panel, name: &str, parameter: &Parameter) -> 
 
 fn title(ui: &mut Ui, parameter: &Parameter) {
     let (rect, response) = ui.allocate_exact_size(Vec2::new(TITLE, theme::ROW), Sense::hover());
-    let colour = if response.hovered() {
+    let color = if response.hovered() {
         theme::STRONG
     } else {
         theme::TEXT
@@ -105,7 +105,7 @@ fn title(ui: &mut Ui, parameter: &Parameter) {
         Align2::LEFT_CENTER,
         parameter.title,
         font,
-        colour,
+        color,
     );
     hint(ui, &response, |ui| help(ui, parameter));
 }

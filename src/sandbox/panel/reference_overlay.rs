@@ -54,8 +54,8 @@ pub(super) fn show(ui: &mut Ui, panel: &mut Panel, reference_overlay: Option<&Re
         return;
     };
     section(ui, panel, "Reference", |ui, panel| {
-        let warn = |ui: &mut Ui, text: &str, colour| {
-            ui.add(Label::new(RichText::new(text).small().color(colour)).wrap());
+        let warn = |ui: &mut Ui, text: &str, color| {
+            ui.add(Label::new(RichText::new(text).small().color(color)).wrap());
         };
         match (&reference_overlay.trouble, reference_overlay.trail.now()) {
             (Some(trouble), _) => warn(ui, trouble, theme::ALARM),
@@ -90,13 +90,13 @@ pub(super) fn show(ui: &mut Ui, panel: &mut Panel, reference_overlay: Option<&Re
 }
 
 /// A distance in millimeters and in per cent.
-fn measure(metres: f64, share: f64) -> String {
-    let (millimetres, percent) = (format(metres * 1e3, 3), format(share * 100.0, 2));
-    format!("{millimetres} mm  ·  {percent} %")
+fn measure(meters: f64, share: f64) -> String {
+    let (millimeters, percent) = (format(meters * 1e3, 3), format(share * 100.0, 2));
+    format!("{millimeters} mm  ·  {percent} %")
 }
 
 fn figures(ui: &mut Ui, now: &Distance) {
-    for (colour, name, value) in [
+    for (color, name, value) in [
         (RMS, "RMS", measure(now.rms, now.rms_share)),
         (LARGEST, "Max.", measure(now.largest, now.largest_share)),
     ] {
@@ -104,7 +104,7 @@ fn figures(ui: &mut Ui, now: &Distance) {
             let (rect, _) = ui.allocate_exact_size(vec2(64.0, theme::ROW), Sense::hover());
             let line = [rect.left_center(), rect.left_center() + vec2(10.0, 0.0)];
             let painter = ui.painter();
-            painter.line_segment(line, Stroke::new(2.0, colour));
+            painter.line_segment(line, Stroke::new(2.0, color));
             let font = FontSelection::Default.resolve(ui.style());
             let at = line[1] + vec2(6.0, 0.0);
             painter.text(at, Align2::LEFT_CENTER, name, font, theme::WEAK);
@@ -154,12 +154,12 @@ fn plot(ui: &mut Ui, panel: &mut Panel, trail: &Trail) {
     let left = rect.right() - step * (trail.iter().len().max(1) - 1) as f32;
     let curves: [(Color32, fn(&Distance) -> f64); 2] =
         [(LARGEST, |tick| tick.largest), (RMS, |tick| tick.rms)];
-    for (colour, of) in curves {
+    for (color, of) in curves {
         let points = trail.iter().enumerate().map(|(place, tick)| {
             let height = (of(tick) / most) as f32 * (HEIGHT - 16.0);
             pos2(left + step * place as f32, rect.bottom() - 1.0 - height)
         });
-        painter.add(Shape::line(points.collect(), Stroke::new(1.5, colour)));
+        painter.add(Shape::line(points.collect(), Stroke::new(1.5, color)));
     }
     let font = FontSelection::Style(TextStyle::Small).resolve(ui.style());
     let text = format!("peak {} mm", format(most * 1e3, 2));

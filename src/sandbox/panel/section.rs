@@ -27,7 +27,7 @@ pub fn section(
     if response.clicked() {
         state.toggle(ui);
     }
-    let colour = if response.hovered() {
+    let color = if response.hovered() {
         theme::STRONG
     } else {
         theme::WEAK
@@ -39,7 +39,7 @@ pub fn section(
         Align2::LEFT_CENTER,
         title.to_uppercase(),
         font.clone(),
-        colour,
+        color,
     );
     let chevron = if state.is_open() { "⏷" } else { "⏵" };
     painter.text(
@@ -47,7 +47,7 @@ pub fn section(
         Align2::RIGHT_CENTER,
         chevron,
         font,
-        colour,
+        color,
     );
     painter.hline(
         text.right() + 8.0..=rect.right() - 16.0,

@@ -43,12 +43,12 @@ fn dress(
 ) {
     let first = dressed.iter().count();
     for (n, (entity, body, look)) in new.iter().enumerate() {
-        let named = look.and_then(|look| look.colour);
-        let colour = named.map_or_else(|| palette(first + n), linear);
+        let named = look.and_then(|look| look.color);
+        let color = named.map_or_else(|| palette(first + n), linear);
         let finish = match body.0.dimension {
-            Dimension::Solid => Finish::jelly(colour),
-            Dimension::Sheet => Finish::cloth(colour),
-            Dimension::Line => Finish::cord(colour),
+            Dimension::Solid => Finish::jelly(color),
+            Dimension::Sheet => Finish::cloth(color),
+            Dimension::Line => Finish::cord(color),
         };
         let finish = Finish {
             floor: floor.0.unwrap_or(f32::MIN),

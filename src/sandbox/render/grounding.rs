@@ -36,7 +36,7 @@ impl Grounding {
                 let ball = ball(drawn.low, drawn.high)?;
                 let finish = materials.get(&material.0)?.finish;
                 let distance = ball.truncate().distance_squared(focus);
-                Some((distance, ball, finish.colour.extend(finish.translucency)))
+                Some((distance, ball, finish.color.extend(finish.translucency)))
             })
             .collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0));

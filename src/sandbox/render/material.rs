@@ -45,7 +45,7 @@ pub fn linear([red, green, blue]: [u8; 3]) -> Vec3 {
 #[derive(Debug, Clone, Copy, PartialEq, ShaderType)]
 pub struct Finish {
     /// Color, linear sRGB.
-    pub colour: Vec3,
+    pub color: Vec3,
     /// Perceptual roughness of the coat, 0 (mirror) to 1.
     pub roughness: f32,
     /// Light transport inside, 0 (plaster) to 1 (jelly).
@@ -63,20 +63,20 @@ pub struct Finish {
 impl Finish {
     /// Jelly of a color, linear sRGB.
     #[must_use]
-    pub fn jelly(colour: Vec3) -> Self {
-        Self::new(colour, 0.20, 1.0, 1.0)
+    pub fn jelly(color: Vec3) -> Self {
+        Self::new(color, 0.20, 1.0, 1.0)
     }
 
     /// Woven cloth of a color, linear sRGB.
     #[must_use]
-    pub fn cloth(colour: Vec3) -> Self {
-        Self::new(colour, 0.75, 0.5, 0.25)
+    pub fn cloth(color: Vec3) -> Self {
+        Self::new(color, 0.75, 0.5, 0.25)
     }
 
     /// A rope or chain of a color, linear sRGB.
     #[must_use]
-    pub fn cord(colour: Vec3) -> Self {
-        Self::new(colour, 0.4, 0.3, 0.7)
+    pub fn cord(color: Vec3) -> Self {
+        Self::new(color, 0.4, 0.3, 0.7)
     }
 
     /// A collider: pale, hard and matt, so that it stays in the background.
@@ -85,16 +85,16 @@ impl Finish {
         Self::new(linear([196, 202, 206]), 0.45, 0.0, 0.5)
     }
 
-    fn new(colour: Vec3, roughness: f32, translucency: f32, gloss: f32) -> Self {
+    fn new(color: Vec3, roughness: f32, translucency: f32, gloss: f32) -> Self {
         Self {
-            colour,
+            color,
             roughness,
             translucency,
             gloss,
             highlight: 0.0,
             floor: 0.0,
             // Transmitted light loses most of the components that the color lacks.
-            deep: colour.powf(1.0 + 0.35 * translucency),
+            deep: color.powf(1.0 + 0.35 * translucency),
         }
     }
 }
@@ -129,7 +129,7 @@ impl Material for SkinMaterial {
 pub struct WireMaterial {
     /// Color, linear sRGB with opacity.
     #[uniform(0)]
-    pub colour: LinearRgba,
+    pub color: LinearRgba,
 }
 
 impl Material for WireMaterial {
@@ -158,7 +158,7 @@ impl Material for WireMaterial {
 #[derive(Debug, Clone, Copy, PartialEq, ShaderType)]
 pub struct Veil {
     /// Color, linear sRGB.
-    pub colour: Vec3,
+    pub color: Vec3,
     /// Depth inside the body up to which it is visible [m].
     pub reach: f32,
     /// 1 if the surface encloses a volume; its back side is not drawn then.

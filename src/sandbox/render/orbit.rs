@@ -67,11 +67,11 @@ impl Orbit {
     /// stays under the pointer.
     #[must_use]
     pub fn panned(self, by: Vec2, height: f32) -> Self {
-        let metres = 2.0 * self.distance * (FIELD_OF_VIEW / 2.0).tan() / height.max(1.0);
+        let meters = 2.0 * self.distance * (FIELD_OF_VIEW / 2.0).tan() / height.max(1.0);
         let rotation = self.rotation();
         let shift = rotation * Vec3::X * -by.x + rotation * Vec3::Y * by.y;
         Self {
-            focus: self.focus + shift * metres,
+            focus: self.focus + shift * meters,
             ..self
         }
     }

@@ -82,7 +82,7 @@ impl Marks {
 
     fn mesh(&self, topology: &Topology) -> Mesh {
         let (mut tints, mut indices) = (Vec::new(), Vec::new());
-        let tint = |place: place::Place, side: f32| {
+        let tint = |place: place::Slot, side: f32| {
             let tint = place.tint(self.view, self.first_partition);
             tint.extend(side).to_array()
         };
@@ -125,9 +125,9 @@ impl Marks {
         if self.kinds.tetrahedra {
             for corners in topology.tetrahedra.corners() {
                 let corners = corners.map(at);
-                let centre = corners.iter().sum::<Vec3>() / 4.0;
+                let center = corners.iter().sum::<Vec3>() / 4.0;
                 for corner in corners {
-                    put(centre.lerp(corner, SHRUNK).to_array(), [0.0; 3]);
+                    put(center.lerp(corner, SHRUNK).to_array(), [0.0; 3]);
                 }
             }
         }

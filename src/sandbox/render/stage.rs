@@ -222,10 +222,10 @@ fn follow(
     };
     visibility.set_if_neq(shown);
     let level = height.0.unwrap_or_default();
-    let centre = orbit.focus.with_y(level);
-    let grounding = Grounding::of(centre, &bodies, &skins);
+    let center = orbit.focus.with_y(level);
+    let grounding = Grounding::of(center, &bodies, &skins);
     let view = FloorView {
-        focus: centre,
+        focus: center,
         scale: orbit.distance,
         grounding,
     };
@@ -239,7 +239,7 @@ fn follow(
         material.view = view;
     }
     **transform =
-        Transform::from_translation(centre).with_scale(Vec3::splat(FLOOR_REACH * orbit.distance));
+        Transform::from_translation(center).with_scale(Vec3::splat(FLOOR_REACH * orbit.distance));
     light.bounds = vec![SHADOW_REACH * orbit.distance];
     light.minimum_distance = 0.0;
 }

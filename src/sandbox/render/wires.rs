@@ -48,7 +48,7 @@ impl Wires {
         }
     }
 
-    fn colour(self) -> LinearRgba {
+    fn color(self) -> LinearRgba {
         match self {
             Self::Triangles => LinearRgba::new(0.02, 0.03, 0.05, 0.55),
             Self::Tetrahedra => LinearRgba::new(0.02, 0.12, 0.30, 0.8),
@@ -112,7 +112,7 @@ fn show(
                 ChildOf(entity),
                 Mesh3d(meshes.add(mesh)),
                 MeshMaterial3d(materials.add(WireMaterial {
-                    colour: kind.colour(),
+                    color: kind.color(),
                 })),
                 (NotShadowCaster, NotShadowReceiver),
                 (Aabb::default(), NoAutoAabb),
@@ -166,7 +166,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn neighbouring_tetrahedra_share_their_edges() {
+    fn neighboring_tetrahedra_share_their_edges() {
         assert_eq!(edges([[0, 1, 2, 3]].into_iter()).len(), 6);
         // Two tetrahedra with a common face share three edges: 6 + 6 - 3.
         assert_eq!(edges([[0, 1, 2, 3], [0, 2, 1, 4]].into_iter()).len(), 9);

@@ -64,22 +64,22 @@ pub enum SolverView {
     /// Partition: the piece of the body that is assigned to one thread.
     Partitions,
     /// Color: constraints of one color share no particle and are solved at the same time.
-    Colours,
+    Colors,
     /// Lane: the position in a block of eight that is solved by SIMD instructions.
     Lanes,
 }
 
 impl SolverView {
     /// All views, in the order of the key.
-    pub const ALL: [Self; 4] = [Self::Off, Self::Partitions, Self::Colours, Self::Lanes];
+    pub const ALL: [Self; 4] = [Self::Off, Self::Partitions, Self::Colors, Self::Lanes];
 
     /// The next view in the order of the key.
     #[must_use]
     pub const fn next(self) -> Self {
         match self {
             Self::Off => Self::Partitions,
-            Self::Partitions => Self::Colours,
-            Self::Colours => Self::Lanes,
+            Self::Partitions => Self::Colors,
+            Self::Colors => Self::Lanes,
             Self::Lanes => Self::Off,
         }
     }

@@ -37,7 +37,7 @@ impl Gravity {
         }
     }
 
-    const fn colour(self) -> Color32 {
+    const fn color(self) -> Color32 {
         match self {
             Self::Info => theme::ACCENT,
             Self::Warning => theme::CHANGED,
@@ -194,7 +194,7 @@ fn card(ui: &mut egui::Ui, notice: &Notice, width: f32) -> bool {
     let mut stripe = rect.shrink(1.0);
     stripe.set_width(4.0);
     ui.painter()
-        .rect_filled(stripe, 3.0, notice.gravity.colour());
+        .rect_filled(stripe, 3.0, notice.gravity.color());
     frame.response.interact(Sense::click()).clicked()
 }
 

@@ -110,10 +110,10 @@ fn paint(ui: &Ui, rect: Rect, response: &Response, track: &Track, value: f64, ma
     }
     let lit = response.hovered() || response.dragged() || response.has_focus();
     let radius = if lit { RADIUS } else { RADIUS - 1.0 };
-    let colour = if lit { theme::STRONG } else { accent };
-    let centre = pos2(x, rail.center().y);
-    painter.circle(centre, radius, colour, Stroke::new(2.0, theme::GROUND));
+    let color = if lit { theme::STRONG } else { accent };
+    let center = pos2(x, rail.center().y);
+    painter.circle(center, radius, color, Stroke::new(2.0, theme::GROUND));
     if response.has_focus() {
-        painter.circle_stroke(centre, radius + 1.0, Stroke::new(1.0, theme::ACCENT));
+        painter.circle_stroke(center, radius + 1.0, Stroke::new(1.0, theme::ACCENT));
     }
 }

@@ -159,7 +159,7 @@ mod tests {
     use super::*;
 
     /// Relative luminance as WCAG 2 defines it, 0 (black) to 1 (white).
-    fn luminance(colour: Color32) -> f32 {
+    fn luminance(color: Color32) -> f32 {
         let linear = |byte: u8| {
             let c = f32::from(byte) / 255.0;
             if c <= 0.04045 {
@@ -168,7 +168,7 @@ mod tests {
                 ((c + 0.055) / 1.055).powf(2.4)
             }
         };
-        0.2126 * linear(colour.r()) + 0.7152 * linear(colour.g()) + 0.0722 * linear(colour.b())
+        0.2126 * linear(color.r()) + 0.7152 * linear(color.g()) + 0.0722 * linear(color.b())
     }
 
     fn contrast(a: Color32, b: Color32) -> f32 {

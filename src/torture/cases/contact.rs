@@ -157,7 +157,7 @@ const MEDIUM: f32 = 10.0;
 
 /// Grab target, in lengths: back and forth at 50 lengths per second; or a jump of ten lengths and
 /// back, six times per second.
-fn hand(member: &Member, time: f64) -> Vec3 {
+fn pull_target(member: &Member, time: f64) -> Vec3 {
     let time = time as f32;
     if member.variant == "teleported" {
         let away = (time * 12.0) as u32 % 2;
@@ -202,7 +202,7 @@ pub const DRAGGED: Case = Case {
         }
         let target = |body: &Body| {
             let first = body.topology.rest[0];
-            first + hand(member, time + tick) * member.scale
+            first + pull_target(member, time + tick) * member.scale
         };
         let goal = target(body);
         if body.effects.grab.is_none() && time == 0.0 {

@@ -23,8 +23,8 @@ pub fn fall(run: &Run, rate: impl Fn(u64) -> f64) -> Figure {
             n += 1.0;
         }
     }
-    let centre = |body: &Body| measure::centre_of_mass(&body.particles);
-    let fallen = (centre(end) - centre(start)).y;
+    let center = |body: &Body| measure::center_of_mass(&body.particles);
+    let fallen = (center(end) - center(start)).y;
     let rounding = ROUNDING * n * y.abs();
     let off = (fallen - y).abs();
     Figure::new(

@@ -34,9 +34,9 @@ pub(super) fn keep_thin_parts(
     let is_needed = |point: u32| needed.binary_search(&point).is_ok();
     let (deep, near) = (DEEP * lattice.spacing, NEAR * lattice.spacing);
     lattice.for_each_edge(|a, b| {
-        for (point, neighbour) in [(a, b), (b, a)] {
+        for (point, neighbor) in [(a, b), (b, a)] {
             if is_needed(point) {
-                let distance = &mut distances[neighbour as usize];
+                let distance = &mut distances[neighbor as usize];
                 *distance = distance.max(-near);
             }
         }
@@ -60,31 +60,31 @@ fn missing_points(
     let is_candidate = |point: u32| candidates.binary_search(&point).is_ok();
 
     let mut pieces = Pieces::new(distances.len());
-    let mut neighbours: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    let mut neighbors: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
     lattice.for_each_edge(|a, b| {
         if inside[a as usize] && inside[b as usize] {
             pieces.join(a, b);
         }
         for (a, b) in [(a, b), (b, a)] {
             if is_candidate(a) && (inside[b as usize] || is_candidate(b)) {
-                neighbours.entry(a).or_default().push(b);
+                neighbors.entry(a).or_default().push(b);
             }
         }
     });
-    let neighbours = |point: u32| neighbours.get(&point).into_iter().flatten().copied();
+    let neighbors = |point: u32| neighbors.get(&point).into_iter().flatten().copied();
 
     // Far from all inside points: always needed.
     let far: Vec<u32> = candidates
         .iter()
         .copied()
-        .filter(|point| !neighbours(*point).any(|other| inside[other as usize]))
+        .filter(|point| !neighbors(*point).any(|other| inside[other as usize]))
         .collect();
     let mut needed = far;
     for &point in &needed {
         inside[point as usize] = true;
     }
     for &point in &needed {
-        for other in neighbours(point).filter(|other| inside[*other as usize]) {
+        for other in neighbors(point).filter(|other| inside[*other as usize]) {
             pieces.join(point, other);
         }
     }
@@ -96,12 +96,12 @@ fn missing_points(
     let mut add = |point: u32, inside: &mut [bool], pieces: &mut Pieces| {
         inside[point as usize] = true;
         needed.push(point);
-        for other in neighbours(point).filter(|other| inside[*other as usize]) {
+        for other in neighbors(point).filter(|other| inside[*other as usize]) {
             pieces.join(point, other);
         }
     };
     for &point in &by_depth {
-        let mut touched = neighbours(point)
+        let mut touched = neighbors(point)
             .filter(|other| inside[*other as usize])
             .map(|other| pieces.first_of(other));
         let first = touched.next();
@@ -110,12 +110,12 @@ fn missing_points(
         }
     }
     for &point in &by_depth {
-        for other in neighbours(point) {
+        for other in neighbors(point) {
             let touched = |point: u32, pieces: &mut Pieces| {
                 if inside[point as usize] {
                     return Some(pieces.first_of(point));
                 }
-                let piece = neighbours(point).find(|other| inside[*other as usize]);
+                let piece = neighbors(point).find(|other| inside[*other as usize]);
                 piece.map(|other| pieces.first_of(other))
             };
             if touched(point, &mut pieces) != touched(other, &mut pieces) {

@@ -57,7 +57,7 @@ fn moments(particles: &Particles, term: impl Fn(f64, DVec3, DVec3) -> DVec3) -> 
 
 /// Center of mass of the particles that can move [m]; the origin if none can.
 #[must_use]
-pub fn centre_of_mass(particles: &Particles) -> DVec3 {
+pub fn center_of_mass(particles: &Particles) -> DVec3 {
     let total: f64 = particles.positions.iter().map(mass).sum();
     if total > 0.0 {
         moments(particles, |m, x, _| x * m) / total

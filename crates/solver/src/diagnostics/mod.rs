@@ -1,7 +1,7 @@
 //! Measurements of bodies: energies and the energy ledger, residuals, modes, effective compliance,
 //! memory.
 
-pub mod delivered;
+pub mod effective;
 pub mod ledger;
 pub mod measure;
 pub mod memory;

@@ -5,7 +5,7 @@
 //! same bits.
 
 use super::plan::Plan;
-use crate::lanes::{Instructions, Lanes, Work};
+use crate::lanes::{Instructions, Lanes, SimdWork};
 use glam::DVec3;
 
 /// Three columns of a block, each padded to four entries.
@@ -116,7 +116,7 @@ pub(crate) fn add_unit(block: &mut Block, s: f64) {
 /// A factorization, compiled per instruction set.
 struct Factor<'a>(&'a mut Matrix, &'a Plan);
 
-impl Work for Factor<'_> {
+impl SimdWork for Factor<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, _: L) {
         let Self(matrix, plan) = self;

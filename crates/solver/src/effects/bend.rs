@@ -11,9 +11,7 @@
 //! that of Bridson, Marino and Fedkiw (2003). The difference to the rest angle is wrapped to the
 //! shorter way around: it does not jump when a fold passes ±π, only when it is π away from rest.
 
-use crate::kernel::block::{
-    Block, Blocks, LaneRow, Projection, cross, difference, dot, solve_rows,
-};
+use crate::kernel::block::{Block, Blocks, LaneRow, Projected, cross, difference, dot, solve_rows};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
@@ -171,7 +169,7 @@ impl Blocks<4, 1> for Kernel<'_> {
         x: &[Columns<L>; 4],
         moved: Option<&[Vectors<L>; 4]>,
         lambda: Option<[f32x8<L>; 1]>,
-    ) -> Projection<L, 4, 1> {
+    ) -> Projected<L, 4, 1> {
         let Coefficients { alpha, gamma } = self.coefficients;
         let zero = f32x8::splat(simd, 0.0);
         let [least_normal, least_edge] =

@@ -9,7 +9,7 @@
 //! sharp fold, where C is 2e sin(θ/2), and does not distinguish the two sides of a fold: a surface
 //! that is not flat at rest may snap through.
 
-use crate::kernel::block::{Block, Blocks, LaneRow, Projection, difference, dot, solve_rows};
+use crate::kernel::block::{Block, Blocks, LaneRow, Projected, difference, dot, solve_rows};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
@@ -124,7 +124,7 @@ impl Blocks<4, 1> for Kernel<'_> {
         x: &[Columns<L>; 4],
         moved: Option<&[Vectors<L>; 4]>,
         lambda: Option<[f32x8<L>; 1]>,
-    ) -> Projection<L, 4, 1> {
+    ) -> Projected<L, 4, 1> {
         let zero = f32x8::splat(simd, 0.0);
         let [k1, k2, k3] =
             [0, 1, 2].map(|k: usize| block.column(simd, &self.cotangents.weights[k]));

@@ -14,7 +14,7 @@
 //! FᵀF is compared with its rest value as the kernel computes it, so that a body in its rest shape
 //! does not move at all.
 
-use crate::kernel::block::{Block, Blocks, LaneRow, Projection, difference, dot, solve_rows};
+use crate::kernel::block::{Block, Blocks, LaneRow, Projected, difference, dot, solve_rows};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
@@ -248,7 +248,7 @@ impl<const ISOTROPIC: bool> Blocks<3, 3> for Kernel<'_, ISOTROPIC> {
         x: &[Columns<L>; 3],
         moved: Option<&[Vectors<L>; 3]>,
         lambda: Option<[f32x8<L>; 3]>,
-    ) -> Projection<L, 3, 3> {
+    ) -> Projected<L, 3, 3> {
         let zero = f32x8::splat(simd, 0.0);
         let p = block.column(simd, &self.facets.inverse[0]);
         let q = block.column(simd, &self.facets.inverse[1]);

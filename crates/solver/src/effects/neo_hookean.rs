@@ -29,9 +29,7 @@
 //! drives the element. Otherwise the elements of a scrambled body would recover their volumes
 //! before their shapes, wound around an edge twice, and remain so.
 
-use crate::kernel::block::{
-    Block, Blocks, LaneRow, Projection, cross, difference, dot, solve_rows,
-};
+use crate::kernel::block::{Block, Blocks, LaneRow, Projected, cross, difference, dot, solve_rows};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
@@ -259,7 +257,7 @@ impl Blocks<4, 2> for Kernel<'_> {
         x: &[Columns<L>; 4],
         moved: Option<&[Vectors<L>; 4]>,
         lambda: Option<[f32x8<L>; 2]>,
-    ) -> Projection<L, 4, 2> {
+    ) -> Projected<L, 4, 2> {
         let zero = f32x8::splat(simd, 0.0);
         let one = f32x8::splat(simd, 1.0);
         let mut inverse = [[zero; 3]; 3];

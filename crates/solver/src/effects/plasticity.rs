@@ -24,7 +24,7 @@ use super::{Multipliers, bend::wrapped};
 use crate::reflection::*;
 use crate::{
     Creep, Effects, Particles, PlasticLimit, Topology, Yield,
-    kernel::block::{Block, Blocks, Projection, cross, difference, dot, solve_all},
+    kernel::block::{Block, Blocks, Projected, cross, difference, dot, solve_all},
     lanes::{Columns, Lanes, Vectors, arc_tangent},
     order::Elements,
     particles::Part,
@@ -333,15 +333,15 @@ impl Blocks<2, 1> for Lengths<'_> {
         [a, b]: &[Columns<L>; 2],
         _: Option<&[Vectors<L>; 2]>,
         rest: Option<[f32x8<L>; 1]>,
-    ) -> Projection<L, 2, 1> {
+    ) -> Projected<L, 2, 1> {
         let Some([rest]) = rest else {
-            return Projection::still(simd, [f32x8::splat(simd, -0.0)]);
+            return Projected::still(simd, [f32x8::splat(simd, -0.0)]);
         };
         let d = difference(b, a);
         let size = block.column(simd, &self.edges.rest_length);
         let values = [dot(&d, &d).sqrt(), rest, size];
         let change = self.law.change(simd, values, self.law.bounds(size));
-        Projection::still(simd, [change])
+        Projected::still(simd, [change])
     }
 }
 
@@ -368,9 +368,9 @@ impl Blocks<4, 1> for Volumes<'_> {
         x: &[Columns<L>; 4],
         _: Option<&[Vectors<L>; 4]>,
         rest: Option<[f32x8<L>; 1]>,
-    ) -> Projection<L, 4, 1> {
+    ) -> Projected<L, 4, 1> {
         let Some([rest]) = rest else {
-            return Projection::still(simd, [f32x8::splat(simd, -0.0)]);
+            return Projected::still(simd, [f32x8::splat(simd, -0.0)]);
         };
         let (a, b, c) = (
             difference(&x[1], &x[0]),
@@ -381,7 +381,7 @@ impl Blocks<4, 1> for Volumes<'_> {
         let start = block.column(simd, &self.tetrahedra.rest_volume);
         let values = [now, rest, start.abs()];
         let change = self.law.change(simd, values, self.law.bounds(start));
-        Projection::still(simd, [change])
+        Projected::still(simd, [change])
     }
 }
 
@@ -408,9 +408,9 @@ impl Blocks<4, 1> for Angles<'_> {
         x: &[Columns<L>; 4],
         _: Option<&[Vectors<L>; 4]>,
         rest: Option<[f32x8<L>; 1]>,
-    ) -> Projection<L, 4, 1> {
+    ) -> Projected<L, 4, 1> {
         let Some([rest]) = rest else {
-            return Projection::still(simd, [f32x8::splat(simd, -0.0)]);
+            return Projected::still(simd, [f32x8::splat(simd, -0.0)]);
         };
         let floor = block.column(simd, &self.hinges.floors[1]);
         let edge = difference(&x[1], &x[0]);
@@ -428,7 +428,7 @@ impl Blocks<4, 1> for Angles<'_> {
         let reach = size * self.law.limit;
         let bounds = [(start - reach).max(-PI), (start + reach).min(PI)];
         let change = self.law.change(simd, [rest + error, rest, size], bounds);
-        Projection::still(simd, [change])
+        Projected::still(simd, [change])
     }
 }
 
@@ -456,9 +456,9 @@ impl Blocks<4, 1> for Folds<'_> {
         x: &[Columns<L>; 4],
         _: Option<&[Vectors<L>; 4]>,
         rest: Option<[f32x8<L>; 1]>,
-    ) -> Projection<L, 4, 1> {
+    ) -> Projected<L, 4, 1> {
         let Some([rest]) = rest else {
-            return Projection::still(simd, [f32x8::splat(simd, -0.0)]);
+            return Projected::still(simd, [f32x8::splat(simd, -0.0)]);
         };
         let mut square = f32x8::splat(simd, 0.0);
         let weights = &self.cotangents.weights;
@@ -481,6 +481,6 @@ impl Blocks<4, 1> for Folds<'_> {
         let reach = size * self.law.limit;
         let bounds = [(start - reach).max(0.0), start + reach];
         let change = self.law.change(simd, [square.sqrt(), rest, size], bounds);
-        Projection::still(simd, [change])
+        Projected::still(simd, [change])
     }
 }

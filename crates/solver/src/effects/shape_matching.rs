@@ -85,7 +85,7 @@ pub(crate) const HEAVY: f64 = 1e6;
 
 /// Particle state for shape matching.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub struct MatchedParticle {
     /// Current position [m].
     pub x: DVec3,
     /// Position at the start of the substep [m].
@@ -120,7 +120,7 @@ pub struct Pass {
     pub share: f64,
 }
 
-impl Place {
+impl MatchedParticle {
     /// Particles of the fast solver between substeps.
     pub fn among(particles: &Particles) -> impl Fn(u32) -> Self {
         |i| {
@@ -194,7 +194,7 @@ impl ShapeMatchingState {
     pub fn strains(
         &self,
         topology: &Topology,
-        at: impl Fn(u32) -> Place,
+        at: impl Fn(u32) -> MatchedParticle,
     ) -> impl Iterator<Item = f64> {
         let regions = self.regions.each();
         regions.map(move |members| Fit::of(members, &self.regions, topology, &at).strain(&at))
@@ -206,7 +206,7 @@ impl ShapeMatchingState {
         &self,
         topology: &Topology,
         effect: &ShapeMatching,
-        at: impl Fn(u32) -> Place,
+        at: impl Fn(u32) -> MatchedParticle,
     ) -> f64 {
         let compliance = effect.compliance();
         if compliance > 0.0 {
@@ -225,7 +225,7 @@ impl ShapeMatchingState {
         topology: &Topology,
         effect: &ShapeMatching,
         h: f64,
-        at: impl Fn(u32) -> Place,
+        at: impl Fn(u32) -> MatchedParticle,
     ) -> SquareSum {
         let alpha = effect.compliance() / (h * h);
         let mut all = SquareSum::default();
@@ -247,7 +247,7 @@ impl ShapeMatchingState {
         topology: &Topology,
         effect: &ShapeMatching,
         Pass { h, first, share }: Pass,
-        at: impl Fn(u32) -> Place,
+        at: impl Fn(u32) -> MatchedParticle,
     ) -> &[DVec3] {
         let alpha = effect.compliance() / (h * h);
         let gamma = f64::from(effect.damping.get()) / h;
@@ -263,7 +263,7 @@ impl ShapeMatchingState {
     }
 
     /// Displacement of each particle by the current multipliers [m].
-    pub fn pull(&mut self, topology: &Topology, at: impl Fn(u32) -> Place) -> &[DVec3] {
+    pub fn pull(&mut self, topology: &Topology, at: impl Fn(u32) -> MatchedParticle) -> &[DVec3] {
         self.push(topology, at, |_, _, lambda| *lambda)
     }
 
@@ -271,7 +271,7 @@ impl ShapeMatchingState {
     fn push(
         &mut self,
         topology: &Topology,
-        at: impl Fn(u32) -> Place,
+        at: impl Fn(u32) -> MatchedParticle,
         change: impl Fn(f64, f64, &mut f64) -> f64,
     ) -> &[DVec3] {
         let Self {
@@ -337,7 +337,7 @@ impl BodyEffect for ShapeMatching {
             first: pass.iteration.0 == 0,
             share: pass.share.into(),
         };
-        let moves = state.iterate(pass.topology, self, own, |i| Place {
+        let moves = state.iterate(pass.topology, self, own, |i| MatchedParticle {
             x: part.predicted(i as usize),
             p: part.start(i as usize),
             w: part.positions[i as usize].w.into(),
@@ -371,14 +371,19 @@ impl BodyEffect for ShapeMatching {
             first: pass.is_anew,
             share: pass.share,
         };
-        let moves = state.iterate(body.topology, self, own, Place::of_reference(&body));
+        let moves = state.iterate(
+            body.topology,
+            self,
+            own,
+            MatchedParticle::of_reference(&body),
+        );
         for (x, by) in body.x.iter_mut().zip(moves) {
             *x += *by;
         }
     }
 
     fn pull_reference(&self, state: &mut ShapeMatchingState, body: ReferenceParticles) {
-        let moves = state.pull(body.topology, Place::of_reference(&body));
+        let moves = state.pull(body.topology, MatchedParticle::of_reference(&body));
         for (x, by) in body.x.iter_mut().zip(moves) {
             *x += *by;
         }
@@ -404,7 +409,7 @@ impl BodyEffect for ShapeMatching {
         store: &mut dyn FnMut(Store),
     ) {
         let known = self.known(state, topology);
-        for error in known.strains(topology, |i| Place::still(at(i))) {
+        for error in known.strains(topology, |i| MatchedParticle::still(at(i))) {
             store(Store::Spring {
                 error,
                 compliance: self.compliance(),
@@ -421,7 +426,7 @@ impl BodyEffect for ShapeMatching {
         h: f64,
     ) -> SquareSum {
         let known = self.known(state, topology);
-        known.residual(topology, self, h, Place::among(particles))
+        known.residual(topology, self, h, MatchedParticle::among(particles))
     }
 
     fn bytes(state: &Option<Box<ShapeMatchingState>>) -> usize {
@@ -448,7 +453,7 @@ impl<'a> Fit<'a> {
         members: &'a [u32],
         regions: &'a Regions,
         topology: &'a Topology,
-        at: &impl Fn(u32) -> Place,
+        at: &impl Fn(u32) -> MatchedParticle,
     ) -> Self {
         let mut fit = Self {
             members,
@@ -497,7 +502,7 @@ impl<'a> Fit<'a> {
     }
 
     /// Movable particles, with their parts of the mass [kg].
-    fn free(&self, at: &impl Fn(u32) -> Place) -> impl Iterator<Item = (u32, f64)> {
+    fn free(&self, at: &impl Fn(u32) -> MatchedParticle) -> impl Iterator<Item = (u32, f64)> {
         let members = self.members.iter();
         members.filter_map(|&i| Some((i, self.mass(i, at(i).w)?)))
     }
@@ -508,7 +513,7 @@ impl<'a> Fit<'a> {
     }
 
     /// D [m √kg].
-    fn strain(&self, at: &impl Fn(u32) -> Place) -> f64 {
+    fn strain(&self, at: &impl Fn(u32) -> MatchedParticle) -> f64 {
         let squares = self
             .free(at)
             .map(|(i, mass)| mass * self.off(i, at(i).x).length_squared());
@@ -516,7 +521,7 @@ impl<'a> Fit<'a> {
     }
 
     /// Root of Σ m‖q − q̄‖² [m √kg], which is D of a region that has shrunk to a point.
-    fn size(&self, at: &impl Fn(u32) -> Place) -> f64 {
+    fn size(&self, at: &impl Fn(u32) -> MatchedParticle) -> f64 {
         let squares = self
             .free(at)
             .map(|(i, mass)| mass * self.rest(i).distance_squared(self.rest_middle));

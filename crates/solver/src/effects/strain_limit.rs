@@ -4,7 +4,7 @@
 //! its length. λ/h² is the tension of the edge in N (negative). One iteration leaves the same
 //! residual as for rigid edges: more substeps or iterations enforce the limit better.
 
-use crate::kernel::block::{Block, Blocks, Projection, difference, dot, scaled};
+use crate::kernel::block::{Block, Blocks, Projected, difference, dot, scaled};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
@@ -102,7 +102,7 @@ impl Blocks<2, 1> for Kernel<'_> {
         [a, b]: &[Columns<L>; 2],
         _: Option<&[Vectors<L>; 2]>,
         _: Option<[f32x8<L>; 1]>,
-    ) -> Projection<L, 2, 1> {
+    ) -> Projected<L, 2, 1> {
         let zero = f32x8::splat(simd, 0.0);
         let d = difference(b, a);
         let length = dot(&d, &d).sqrt();
@@ -112,12 +112,12 @@ impl Blocks<2, 1> for Kernel<'_> {
         // Adding 0 would turn −0 into +0: inactive constraints must change nothing.
         let stays = f32x8::splat(simd, -0.0);
         if !acts.any_true() {
-            return Projection::still(simd, [zero]);
+            return Projected::still(simd, [zero]);
         }
         let change = -(error / weight);
         let scale = change / length;
         let moves = [scaled(&d, -(a[3] * scale)), scaled(&d, b[3] * scale)];
-        Projection {
+        Projected {
             moves: moves.map(|way| way.map(|way| acts.select(way, stays))),
             change: [acts.select(change, zero)],
         }

@@ -3,7 +3,7 @@
 //! λ/h² is the force along the edge in N (negative under tension). Compliance is in m/N: an edge
 //! under a force F settles at C = αF.
 
-use crate::kernel::block::{Ask, Block, Blocks, Projection, any, difference, dot, scaled};
+use crate::kernel::block::{Ask, Block, Blocks, Projected, any, difference, dot, scaled};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
@@ -195,7 +195,7 @@ impl Blocks<2, 1> for Kernel<'_> {
         [a, b]: &[Columns<L>; 2],
         moved: Option<&[Vectors<L>; 2]>,
         lambda: Option<[f32x8<L>; 1]>,
-    ) -> Projection<L, 2, 1> {
+    ) -> Projected<L, 2, 1> {
         let Coefficients {
             alpha,
             alpha_per_length,
@@ -225,7 +225,7 @@ impl Blocks<2, 1> for Kernel<'_> {
             error -= dot(&d, apart) / length * gamma;
         }
         let scale = error / denominator;
-        Projection {
+        Projected {
             moves: [scaled(&d, -(a[3] * scale)), scaled(&d, b[3] * scale)],
             change: [scale * length],
         }

@@ -86,7 +86,7 @@ impl TetherTargets {
     /// Finds the nearest pin of each particle along edges, and the distance to it (Dijkstra).
     fn find(&mut self, topology: &Topology) {
         let count = topology.particles();
-        let neighbours = Neighbours::of(topology);
+        let neighbors = Neighbors::of(topology);
         let mut ways = vec![f64::INFINITY; count];
         self.nearest = (0..count as u32).collect();
         let mut open = BinaryHeap::new();
@@ -100,12 +100,12 @@ impl TetherTargets {
             if way > ways[particle as usize] {
                 continue;
             }
-            for &(neighbour, length) in neighbours.of_particle(particle) {
+            for &(neighbor, length) in neighbors.of_particle(particle) {
                 let through = way + length;
-                if through < ways[neighbour as usize] {
-                    ways[neighbour as usize] = through;
-                    self.nearest[neighbour as usize] = self.nearest[particle as usize];
-                    open.push(Reverse((through.to_bits(), neighbour)));
+                if through < ways[neighbor as usize] {
+                    ways[neighbor as usize] = through;
+                    self.nearest[neighbor as usize] = self.nearest[particle as usize];
+                    open.push(Reverse((through.to_bits(), neighbor)));
                 }
             }
         }
@@ -234,12 +234,12 @@ fn held(d: DVec3, length: f64) -> DVec3 {
 }
 
 /// The particles that edges target to, and how long these are [m].
-struct Neighbours {
+struct Neighbors {
     starts: Vec<usize>,
     all: Vec<(u32, f64)>,
 }
 
-impl Neighbours {
+impl Neighbors {
     fn of(topology: &Topology) -> Self {
         let edges = || topology.edges.ends().zip(&topology.edges.rest_length);
         let mut starts = vec![0; topology.particles() + 1];

@@ -5,7 +5,7 @@
 //! mirrored element has V = −V₀ and is driven through the flat state back to V₀, which its absolute
 //! value would not do.
 
-use crate::kernel::block::{Ask, Block, Blocks, Projection, any, cross, difference, dot, scaled};
+use crate::kernel::block::{Ask, Block, Blocks, Projected, any, cross, difference, dot, scaled};
 pub use crate::kernel::geometry::volume_and_gradients;
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
@@ -212,7 +212,7 @@ impl Blocks<4, 1> for Kernel<'_> {
         x: &[Columns<L>; 4],
         moved: Option<&[Vectors<L>; 4]>,
         lambda: Option<[f32x8<L>; 1]>,
-    ) -> Projection<L, 4, 1> {
+    ) -> Projected<L, 4, 1> {
         const SIXTH: f32 = 1.0 / 6.0;
         let Coefficients {
             alpha,
@@ -259,7 +259,7 @@ impl Blocks<4, 1> for Kernel<'_> {
         let step = change * SIXTH;
         let first = sum(&gradients);
         let [g1, g2, g3] = &gradients;
-        Projection {
+        Projected {
             moves: [
                 scaled(&first, -(x[0][3] * step)),
                 scaled(g1, x[1][3] * step),

@@ -14,7 +14,8 @@
 use crate::effects::multipliers::Multipliers;
 use crate::{
     lanes::{
-        Columns, Gathered, Instructions, Lanes, Origins, Vectors, WIDTH, Work, gather, scatter_add,
+        Columns, Gathered, Instructions, Lanes, Origins, SimdWork, Vectors, WIDTH, gather,
+        scatter_add,
     },
     method::Masses,
     order::{Batch, Corner, Elements},
@@ -50,19 +51,19 @@ pub trait Blocks<const N: usize, const M: usize>: Sync {
         x: &[Columns<L>; N],
         moved: Option<&[Vectors<L>; N]>,
         lambda: Option<[f32x8<L>; M]>,
-    ) -> Projection<L, N, M>;
+    ) -> Projected<L, N, M>;
 }
 
 /// Result of the projection of a block.
 #[derive(Debug, Clone, Copy)]
-pub struct Projection<L: Lanes, const N: usize, const M: usize> {
+pub struct Projected<L: Lanes, const N: usize, const M: usize> {
     /// Displacement of each corner [m]; −0 leaves it bitwise unchanged.
     pub moves: [Vectors<L>; N],
     /// Change of the multipliers.
     pub change: [f32x8<L>; M],
 }
 
-impl<L: Lanes, const N: usize, const M: usize> Projection<L, N, M> {
+impl<L: Lanes, const N: usize, const M: usize> Projected<L, N, M> {
     /// Leaves every corner bitwise unchanged.
     #[inline(always)]
     pub(crate) fn still(simd: L, change: [f32x8<L>; M]) -> Self {
@@ -259,7 +260,7 @@ struct Questioned<'a, const N: usize, A> {
     found: &'a mut bool,
 }
 
-impl<const N: usize, A: Ask<N>> Work for Questioned<'_, N, A> {
+impl<const N: usize, A: Ask<N>> SimdWork for Questioned<'_, N, A> {
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
         for batch in self.elements.batches() {
@@ -314,7 +315,7 @@ struct Kept<'a, 'm, B, const N: usize, const M: usize, const DAMPED: bool>(
 /// A pass of either kind.
 struct Any<'a, 'm, B, const N: usize, const M: usize>(Pass<'a, B, N>, Option<&'m mut [f32]>);
 
-impl<const N: usize, const M: usize, B: Blocks<N, M>> Work for Any<'_, '_, B, N, M> {
+impl<const N: usize, const M: usize, B: Blocks<N, M>> SimdWork for Any<'_, '_, B, N, M> {
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
         let Self(pass, mut multipliers) = self;
@@ -344,7 +345,7 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>> Work for Any<'_, '_, B, N,
     }
 }
 
-impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> Work
+impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> SimdWork
     for Lean<'_, B, N, M, DAMPED>
 {
     #[inline(always)]
@@ -358,7 +359,7 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> Work
     }
 }
 
-impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> Work
+impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> SimdWork
     for Kept<'_, '_, B, N, M, DAMPED>
 {
     #[inline(always)]
@@ -456,7 +457,7 @@ impl<B, const N: usize> Pass<'_, B, N> {
         let gathered = unsafe { gather::<L, N, DAMPED>(simd, self.origins, block.corners) };
         let Gathered { shape, motion } = gathered;
         let moved = DAMPED.then_some(&motion);
-        let Projection { moves, change } = self.blocks.project(simd, block, &shape, moved, lambda);
+        let Projected { moves, change } = self.blocks.project(simd, block, &shape, moved, lambda);
         // SAFETY: as above; and displacements can be written there.
         unsafe { scatter_add(simd, displacements, block.corners, moves, 0.0, block.lanes) };
         change
@@ -487,7 +488,7 @@ impl<B, const N: usize> Pass<'_, B, N> {
             weigh(simd, &mut shape, masses);
         }
         let moved = damped.then_some(&motion);
-        let Projection { mut moves, change } =
+        let Projected { mut moves, change } =
             self.blocks
                 .project(simd, block, &shape, moved, Some(lambda));
         let (target, count) = match self.target {
@@ -588,7 +589,7 @@ pub(crate) fn solve_rows<L: Lanes, const N: usize, const M: usize>(
     moved: Option<&[Vectors<L>; N]>,
     lambda: Option<[f32x8<L>; M]>,
     gamma: f32,
-) -> Projection<L, N, M> {
+) -> Projected<L, N, M> {
     let zero = f32x8::splat(simd, 0.0);
     let one = f32x8::splat(simd, 1.0);
     let mut matrix = [[zero; M]; M];
@@ -660,7 +661,7 @@ pub(crate) fn solve_rows<L: Lanes, const N: usize, const M: usize>(
             }
         }
     }
-    Projection { moves, change }
+    Projected { moves, change }
 }
 
 /// An equation depends on those before it if less than this fraction of it remains after

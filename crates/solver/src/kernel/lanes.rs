@@ -313,7 +313,7 @@ pub fn arc_tangent<L: Lanes>(simd: L, y: f32x8<L>, x: f32x8<L>) -> f32x8<L> {
 }
 
 /// Work that is generic over the instruction set.
-pub trait Work {
+pub trait SimdWork {
     /// Performs it; must be marked `#[inline(always)]`, so that it is compiled for `L`.
     fn run<L: Lanes>(self, simd: L);
 }
@@ -360,7 +360,7 @@ impl Instructions {
     }
 
     /// Performs work with this instruction set.
-    pub(crate) fn run(self, work: impl Work) {
+    pub(crate) fn run(self, work: impl SimdWork) {
         macro_rules! with {
             ($simd:ident) => {
                 $simd.vectorize(

@@ -9,6 +9,16 @@ pub(crate) mod geometry;
 pub mod lanes;
 pub(crate) mod sum;
 
-pub use block::{Block, Blocks, Projection, cross, difference, dot, iterate, scaled};
+pub use block::{Block, Blocks, Projected, cross, difference, dot, iterate, scaled};
 pub use fearless_simd::{f32x8, prelude as simd};
 pub use lanes::{Columns, Lanes, Vectors};
+
+/// Everything for a kernel of an app: `use pliant::solver::kernel::prelude::*`.
+pub mod prelude {
+    pub use super::{
+        Block, Blocks, Columns, Lanes, Projected, Vectors, cross, difference, dot, f32x8, iterate,
+        scaled,
+    };
+    pub use crate::topology::{Edges, order::Elements};
+    pub use fearless_simd::prelude::*;
+}

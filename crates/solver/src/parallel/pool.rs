@@ -28,17 +28,17 @@ const PATIENCE: u32 = 256;
 
 /// Work shared by the caller: called with 0 on its own thread, and with 1, 2 and so on by workers
 /// as they join. Each call must be able to complete all of the work alone.
-pub type Work<'a> = dyn Fn(usize) + Sync + 'a;
+pub type Job<'a> = dyn Fn(usize) + Sync + 'a;
 
 /// Worker threads in addition to the calling thread.
 #[derive(Debug)]
 pub struct Pool {
     threads: ThreadPool,
-    shared: Arc<Shared>,
+    shared: Arc<PoolState>,
 }
 
 #[derive(Debug, Default)]
-struct Shared {
+struct PoolState {
     state: Mutex<State>,
     /// Notified when the last worker leaves.
     left: Condvar,
@@ -63,7 +63,7 @@ type Panic = Box<dyn Any + Send>;
 
 /// Work that workers may call: its caller does not return before they have left.
 #[derive(Debug, Clone, Copy)]
-struct Lent(*const Work<'static>);
+struct Lent(*const Job<'static>);
 
 // SAFETY: the work is `Sync`, so any thread may call it.
 unsafe impl Send for Lent {}
@@ -94,7 +94,7 @@ impl Pool {
     ///
     /// # Panics
     /// If `work` panics on any of the threads.
-    pub fn share(&self, work: &Work) {
+    pub fn share(&self, work: &Job) {
         let Some(number) = self.shared.lend(work) else {
             return work(0);
         };
@@ -111,22 +111,22 @@ impl Pool {
     }
 }
 
-impl Shared {
+impl PoolState {
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Opens a piece of work; returns its number, or `None` while there is another.
-    fn lend(&self, work: &Work) -> Option<u64> {
+    fn lend(&self, work: &Job) -> Option<u64> {
         let mut state = self.lock();
         if state.is_taken {
             return None;
         }
-        let work: *const Work = work;
+        let work: *const Job = work;
         // SAFETY: only the lifetime changes. Workers call it only between being counted as inside, under the lock while
         // the work is open, and being counted out. The caller does not leave `share`, by return or by panic, before
         // `recall` has closed the work and seen that none is inside.
-        let work = unsafe { std::mem::transmute::<*const Work<'_>, *const Work<'static>>(work) };
+        let work = unsafe { std::mem::transmute::<*const Job<'_>, *const Job<'static>>(work) };
         state.work = Some(Lent(work));
         state.is_taken = true;
         state.number += 1;

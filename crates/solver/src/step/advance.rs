@@ -12,7 +12,7 @@ pub use super::{
     stepper::{NotFinite, StepContext, Stepper, Watch},
 };
 
-use super::kernels::{Kernels, Work, halves_of};
+use super::kernels::{ElasticPass, Kernels, halves_of};
 pub(crate) use super::stage::Solve;
 use crate::{
     BodyEffectKind, Effects, ElasticKind, ForceKind, Substep, Topology,
@@ -67,12 +67,12 @@ impl Stage {
             }
             Self::Presolve => one(Task::Begin, Side::Any),
             Self::Elastic(kind) => {
-                let [first, second, loose] =
+                let [first, second, overflow] =
                     halves_of(kind, topology, Task::Elastic { kind, pass });
                 let average = step
                     .averaging(iteration)
                     .map(|_| (Task::Average { kind, iteration }, Side::Any));
-                [first, second, loose, average]
+                [first, second, overflow, average]
             }
             Self::Body(kind) => {
                 let task = Task::Body {
@@ -542,7 +542,7 @@ impl<'a> TaskContext<'a> {
                     },
                     None => Put::of_share(self.any.method.share()),
                 };
-                let work = Work {
+                let work = ElasticPass {
                     piece,
                     whole: phase.is_whole(),
                     part,

@@ -58,7 +58,7 @@ macro_rules! of_elastic_effects {
             /// # Safety
             /// No other thread works on the piece, or on one that shares a particle with it.
             #[allow(unsafe_code, reason = "multipliers are handed out by hand")]
-            pub unsafe fn solve(&self, kind: ElasticKind, work: Work) {
+            pub unsafe fn solve(&self, kind: ElasticKind, work: ElasticPass) {
                 match kind {
                     // SAFETY: the caller's promise.
                     $(ElasticKind::$effect => if let Some(kernel) = &self.$field {
@@ -79,12 +79,12 @@ fn halves<const N: usize>(elements: &Elements<N>, task: Task) -> [Option<(Task, 
         let side = if odd { Side::Odd } else { Side::Even };
         (!elements.half(odd).is_empty()).then_some((task, side))
     };
-    let loose = elements.loose().map(|_| (task, Side::Whole));
-    [half(odd), half(!odd), loose]
+    let overflow = elements.overflow().map(|_| (task, Side::Whole));
+    [half(odd), half(!odd), overflow]
 }
 
 /// Work on the constraints of a piece of a body.
-pub(crate) struct Work<'a> {
+pub(crate) struct ElasticPass<'a> {
     /// The piece.
     pub piece: &'a Piece,
     /// Whether it is the whole body, including overflow constraints.
@@ -101,7 +101,7 @@ pub(crate) struct Work<'a> {
     pub instructions: Instructions,
 }
 
-impl Work<'_> {
+impl ElasticPass<'_> {
     /// # Safety
     /// As for [`Kernels::solve`].
     #[allow(unsafe_code, reason = "multipliers are handed out by hand")]
@@ -112,7 +112,7 @@ impl Work<'_> {
     ) {
         let elements = kernel.elements();
         let batch = if self.whole {
-            elements.loose()
+            elements.overflow()
         } else {
             self.piece
                 .partition

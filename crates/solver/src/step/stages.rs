@@ -18,7 +18,7 @@
 //! 2, theorem 4.2.2C (the rounding of a sum is a number itself, and found by two subtractions: Dekker 1971).
 
 use crate::{
-    lanes::{Instructions, Lanes, Work},
+    lanes::{Instructions, Lanes, SimdWork},
     particles::{Part, first_not_finite},
 };
 use fearless_simd::{f32x4, f32x8, prelude::*};
@@ -83,7 +83,7 @@ struct Pass<'a, const END: bool, const BEGIN: bool> {
     gravity: Vec3,
 }
 
-impl<const END: bool, const BEGIN: bool> Work for Pass<'_, END, BEGIN> {
+impl<const END: bool, const BEGIN: bool> SimdWork for Pass<'_, END, BEGIN> {
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
         let push = (self.gravity * (self.h * self.h)).extend(0.0);

@@ -3,7 +3,7 @@
 //! Greedy in the given order, so that equal input gives equal colors everywhere.
 
 /// Maximum number of colors; if a particle has more constraints, the remainder is overflow.
-pub const MAX_COLOURS: usize = 128;
+pub const MAX_COLORS: usize = 128;
 
 /// Colors sets of constraints, one after the other.
 #[derive(Debug)]
@@ -24,12 +24,12 @@ impl Painter {
     }
 
     /// Colors the `members` of `constraints`: returns them color by color, and appends uncolored
-    /// ones to `loose`.
+    /// ones to `overflow`.
     pub fn paint<const N: usize>(
         &mut self,
         constraints: &[[u32; N]],
         members: &[u32],
-        loose: &mut Vec<u32>,
+        overflow: &mut Vec<u32>,
     ) -> Vec<Vec<u32>> {
         let mut busiest = 0;
         for &member in members {
@@ -40,9 +40,9 @@ impl Painter {
             }
         }
         // Colors are filled up to a multiple of the lanes, to minimize unused lanes.
-        let colours = (busiest + busiest / 4 + 1).min(MAX_COLOURS);
-        let capacity = members.len().div_ceil(colours).next_multiple_of(8);
-        let mut colours: Vec<Vec<u32>> = Vec::new();
+        let colors = (busiest + busiest / 4 + 1).min(MAX_COLORS);
+        let capacity = members.len().div_ceil(colors).next_multiple_of(8);
+        let mut colors: Vec<Vec<u32>> = Vec::new();
         let mut full = 0_u128;
         for &member in members {
             let corners = &constraints[member as usize];
@@ -50,18 +50,18 @@ impl Painter {
                 .iter()
                 .fold(full, |used, &corner| used | self.taken[corner as usize]);
             let free = used.trailing_ones() as usize;
-            if free == MAX_COLOURS {
-                loose.push(member);
+            if free == MAX_COLORS {
+                overflow.push(member);
                 continue;
             }
             for &corner in corners {
                 self.taken[corner as usize] |= 1 << free;
             }
-            if free == colours.len() {
-                colours.push(Vec::with_capacity(capacity));
+            if free == colors.len() {
+                colors.push(Vec::with_capacity(capacity));
             }
-            colours[free].push(member);
-            if colours[free].len() == capacity {
+            colors[free].push(member);
+            if colors[free].len() == capacity {
                 full |= 1 << free;
             }
         }
@@ -71,6 +71,6 @@ impl Painter {
                 self.degree[corner as usize] = 0;
             }
         }
-        colours
+        colors
     }
 }

@@ -109,7 +109,7 @@ fn total_reach<const N: usize>(elements: &[[u32; N]], numbering: &Numbering) -> 
 struct Graph {
     /// Start of the neighbors of each vertex, and the end of those of the last.
     starts: Vec<u32>,
-    neighbours: Vec<u32>,
+    neighbors: Vec<u32>,
 }
 
 impl Graph {
@@ -136,22 +136,22 @@ impl Graph {
             starts[i + 1] += starts[i];
         }
         let mut next = starts.clone();
-        let mut neighbours = vec![0; starts[count] as usize];
+        let mut neighbors = vec![0; starts[count] as usize];
         each(&mut |a, b| {
             let slot = &mut next[a as usize];
-            neighbours[*slot as usize] = b;
+            neighbors[*slot as usize] = b;
             *slot += 1;
         });
-        Self { starts, neighbours }
+        Self { starts, neighbors }
     }
 
-    fn neighbours(&self, vertex: u32) -> &[u32] {
+    fn neighbors(&self, vertex: u32) -> &[u32] {
         let Range { start, end } = self.starts[vertex as usize]..self.starts[vertex as usize + 1];
-        &self.neighbours[start as usize..end as usize]
+        &self.neighbors[start as usize..end as usize]
     }
 
     fn degree(&self, vertex: u32) -> usize {
-        self.neighbours(vertex).len()
+        self.neighbors(vertex).len()
     }
 
     /// All vertices, component by component, each layer by layer from one of its ends.
@@ -223,11 +223,11 @@ impl Walk<'_> {
                 (layers, layer, end) = (layers + 1, end, order.len());
             }
             let found = order.len();
-            for &neighbour in self.graph.neighbours(order[next]) {
-                let seen = &mut self.seen[neighbour as usize];
+            for &neighbor in self.graph.neighbors(order[next]) {
+                let seen = &mut self.seen[neighbor as usize];
                 if *seen != self.mark {
                     *seen = self.mark;
-                    order.push(neighbour);
+                    order.push(neighbor);
                 }
             }
             order[found..].sort_unstable_by_key(|&vertex| (self.graph.degree(vertex), vertex));

@@ -7,7 +7,7 @@
 //! colored as well, but solved on one thread.
 
 use crate::{
-    coloring::{MAX_COLOURS, Painter},
+    coloring::{MAX_COLORS, Painter},
     partitions::Partitions,
 };
 use glam::Vec4;
@@ -121,11 +121,11 @@ impl<const N: usize> Elements<N> {
             (stretch, hash(&constraints[*i as usize]))
         };
         let mut members = vec![Vec::new(); partitions.count()];
-        let mut loose = Vec::new();
+        let mut overflow = Vec::new();
         for (index, corners) in constraints.iter().enumerate() {
             match partitions.partition_of(corners) {
                 Some(partition) => members[partition].push(index as u32),
-                None => loose.push(index as u32),
+                None => overflow.push(index as u32),
             }
         }
         let mut all = Order {
@@ -143,20 +143,18 @@ impl<const N: usize> Elements<N> {
                 } else {
                     members.sort_by_key(first);
                 }
-                let mut colours = painter.paint(constraints, members, &mut loose);
+                let mut colors = painter.paint(constraints, members, &mut overflow);
                 if scattered {
                     // The order within a color changes no bit, but keeps neighbors in the cache.
-                    colours
-                        .iter_mut()
-                        .for_each(|colour| colour.sort_by_key(first));
+                    colors.iter_mut().for_each(|color| color.sort_by_key(first));
                 }
-                all.close_batch(Some(partition), colours, &mut stored);
+                all.close_batch(Some(partition), colors, &mut stored);
             }
             if half == 0 {
                 all.first_half = all.batches.len();
             }
         }
-        all.close_loose(constraints, &loose, &mut painter, &mut stored);
+        all.close_overflow(constraints, &overflow, &mut painter, &mut stored);
         all.corners = stored
             .iter()
             .map(|&i| constraints[i as usize].map(Corner::of))
@@ -177,11 +175,11 @@ impl<const N: usize> Elements<N> {
         partitions: &Partitions,
     ) -> (Self, Vec<u32>) {
         let mut arrivals: Vec<Vec<u32>> = vec![Vec::new(); partitions.count()];
-        let mut loose = Vec::new();
+        let mut overflow = Vec::new();
         for (index, corners) in (self.corners.len() as u32..).zip(added) {
             match partitions.partition_of(corners) {
                 Some(partition) => arrivals[partition].push(index),
-                None => loose.push(index),
+                None => overflow.push(index),
             }
         }
         let corners_of = |index: u32| match self.corners.get(index as usize) {
@@ -206,28 +204,28 @@ impl<const N: usize> Elements<N> {
             .filter(|batch| batch.partition.is_some())
         {
             let groups = &self.groups[batch.groups.clone()];
-            let mut colours: Vec<Vec<u32>> = groups.iter().map(stays).collect();
+            let mut colors: Vec<Vec<u32>> = groups.iter().map(stays).collect();
             let newcomers = batch.partition.map(|partition| &arrivals[partition]);
             for &index in newcomers.into_iter().flatten() {
                 let corners = corners_of(index);
-                let free = colours.iter().position(|colour| {
-                    let mut touched = colour.iter().flat_map(|&other| corners_of(other));
+                let free = colors.iter().position(|color| {
+                    let mut touched = color.iter().flat_map(|&other| corners_of(other));
                     !touched.any(|corner| corners.contains(&corner))
                 });
                 match free {
-                    Some(free) => colours[free].push(index),
-                    None if colours.len() < MAX_COLOURS => colours.push(vec![index]),
-                    None => loose.push(index),
+                    Some(free) => colors[free].push(index),
+                    None if colors.len() < MAX_COLORS => colors.push(vec![index]),
+                    None => overflow.push(index),
                 }
             }
-            all.close_batch(batch.partition, colours, &mut stored);
+            all.close_batch(batch.partition, colors, &mut stored);
         }
-        let groups = match self.loose() {
+        let groups = match self.overflow() {
             Some(index) => &self.groups[self.batches[index].groups.clone()],
             None => &[],
         };
         let mut groups: Vec<Vec<u32>> = groups.iter().map(stays).collect();
-        groups.extend(loose.into_iter().map(|index| vec![index]));
+        groups.extend(overflow.into_iter().map(|index| vec![index]));
         if !groups.is_empty() {
             all.close_batch(None, groups, &mut stored);
         }
@@ -245,14 +243,14 @@ impl<const N: usize> Order<N> {
     fn close_batch(
         &mut self,
         partition: Option<usize>,
-        colours: Vec<Vec<u32>>,
+        colors: Vec<Vec<u32>>,
         stored: &mut Vec<u32>,
     ) {
         let (first, first_group) = (stored.len(), self.groups.len());
-        for colour in colours.into_iter().filter(|colour| !colour.is_empty()) {
+        for color in colors.into_iter().filter(|color| !color.is_empty()) {
             let first = stored.len() as u32;
-            self.groups.push(first..first + colour.len() as u32);
-            stored.extend(colour);
+            self.groups.push(first..first + color.len() as u32);
+            stored.extend(color);
         }
         self.batches.push(Batch {
             partition,
@@ -264,16 +262,16 @@ impl<const N: usize> Order<N> {
 
     /// Stores overflow constraints, also color by color: one thread solves them, in lanes.
     /// Uncolored ones form groups of one.
-    fn close_loose(
+    fn close_overflow(
         &mut self,
         constraints: &[[u32; N]],
-        loose: &[u32],
+        overflow: &[u32],
         painter: &mut Painter,
         stored: &mut Vec<u32>,
     ) {
-        if !loose.is_empty() {
+        if !overflow.is_empty() {
             let mut alone = Vec::new();
-            let mut groups = painter.paint(constraints, loose, &mut alone);
+            let mut groups = painter.paint(constraints, overflow, &mut alone);
             groups.extend(alone.into_iter().map(|index| vec![index]));
             self.close_batch(None, groups, stored);
         }
@@ -330,7 +328,7 @@ impl<const N: usize> Order<N> {
 
     /// Number of the batch of overflow constraints, if any.
     #[must_use]
-    pub fn loose(&self) -> Option<usize> {
+    pub fn overflow(&self) -> Option<usize> {
         let last = self.batches.last()?;
         last.partition.is_none().then(|| self.batches.len() - 1)
     }
@@ -338,7 +336,7 @@ impl<const N: usize> Order<N> {
     /// All constraints of the odd partitions, or of the even ones.
     #[must_use]
     pub fn half(&self, odd: bool) -> Range<usize> {
-        let bound = self.batches.len() - usize::from(self.loose().is_some());
+        let bound = self.batches.len() - usize::from(self.overflow().is_some());
         let batches = if odd == self.odd_first {
             &self.batches[..self.first_half]
         } else {

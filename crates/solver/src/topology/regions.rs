@@ -35,9 +35,9 @@ impl Regions {
             regions.add(particles().collect());
         } else {
             let mut search = Search::of(topology, f64::from(size) / 2.0);
-            for centre in particles() {
-                if !search.reached[centre as usize] {
-                    let mut members = search.around(centre);
+            for center in particles() {
+                if !search.reached[center as usize] {
+                    let mut members = search.around(center);
                     members.retain(|&i| acts[i as usize]);
                     regions.add(members);
                 }
@@ -99,7 +99,7 @@ struct Search {
     /// Start of the neighbors of each particle, and the end of those of the last.
     starts: Vec<usize>,
     /// Neighbors and their rest distances [m].
-    neighbours: Vec<(u32, f64)>,
+    neighbors: Vec<(u32, f64)>,
     /// Search radius [m].
     reach: f64,
     /// Distances from the center [m], ∞ where unknown.
@@ -136,7 +136,7 @@ impl Search {
         let at = |i: u32| topology.rest[i as usize].as_dvec3();
         Self {
             starts,
-            neighbours: pairs
+            neighbors: pairs
                 .into_iter()
                 .map(|(a, b)| (b, at(a).distance(at(b))))
                 .collect(),
@@ -147,10 +147,10 @@ impl Search {
     }
 
     /// Particles within reach of a center (Dijkstra), and their neighbors.
-    fn around(&mut self, centre: u32) -> Vec<u32> {
-        let mut members = vec![centre];
-        let mut open = BinaryHeap::from([Reverse((0.0_f64.to_bits(), centre))]);
-        self.ways[centre as usize] = 0.0;
+    fn around(&mut self, center: u32) -> Vec<u32> {
+        let mut members = vec![center];
+        let mut open = BinaryHeap::from([Reverse((0.0_f64.to_bits(), center))]);
+        self.ways[center as usize] = 0.0;
         // The bits of nonnegative numbers are in the order of the numbers.
         while let Some(Reverse((bits, particle))) = open.pop() {
             let way = f64::from_bits(bits);
@@ -159,12 +159,12 @@ impl Search {
             }
             self.reached[particle as usize] = true;
             let own = self.starts[particle as usize]..self.starts[particle as usize + 1];
-            for &(neighbour, length) in &self.neighbours[own] {
-                members.push(neighbour);
+            for &(neighbor, length) in &self.neighbors[own] {
+                members.push(neighbor);
                 let through = way + length;
-                if through <= self.reach && through < self.ways[neighbour as usize] {
-                    self.ways[neighbour as usize] = through;
-                    open.push(Reverse((through.to_bits(), neighbour)));
+                if through <= self.reach && through < self.ways[neighbor as usize] {
+                    self.ways[neighbor as usize] = through;
+                    open.push(Reverse((through.to_bits(), neighbor)));
                 }
             }
         }

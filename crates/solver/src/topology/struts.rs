@@ -126,13 +126,13 @@ impl Tree {
             } else {
                 2
             };
-            let centre = |triangle: usize| -> f64 {
+            let center = |triangle: usize| -> f64 {
                 self.corners[triangle]
                     .iter()
                     .map(|corner| corner[axis])
                     .sum()
             };
-            run.sort_by(|&a, &b| centre(a).total_cmp(&centre(b)).then(a.cmp(&b)));
+            run.sort_by(|&a, &b| center(a).total_cmp(&center(b)).then(a.cmp(&b)));
         }
         self.nodes.push(Node {
             low,

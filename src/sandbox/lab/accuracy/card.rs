@@ -102,8 +102,8 @@ fn contents(ui: &mut Ui, card: &Card, answer: &mut Answer) {
     ui.add_space(4.0);
     goals(ui, card, answer);
     if let Some((text, bad)) = &card.said {
-        let colour = if *bad { theme::ALARM } else { theme::STRONG };
-        ui.add(Label::new(RichText::new(text).small().color(colour)).wrap());
+        let color = if *bad { theme::ALARM } else { theme::STRONG };
+        ui.add(Label::new(RichText::new(text).small().color(color)).wrap());
     }
 }
 

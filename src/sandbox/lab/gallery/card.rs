@@ -133,12 +133,12 @@ fn case(ui: &mut Ui, card: &Card, (number, line): (usize, &Line), answer: &mut A
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = theme::GAP;
         let looked_at = card.shown.as_ref().is_some_and(|shown| shown.0 == number);
-        let colour = if looked_at {
+        let color = if looked_at {
             theme::STRONG
         } else {
             theme::TEXT
         };
-        let title = RichText::new(line.title).small().color(colour);
+        let title = RichText::new(line.title).small().color(color);
         let title = ui.add(Label::new(title).sense(Sense::click()));
         let place = format!("gallery.{number}");
         answer.places.note(place, &title, ui.clip_rect());
@@ -163,7 +163,7 @@ fn case(ui: &mut Ui, card: &Card, (number, line): (usize, &Line), answer: &mut A
                 }
                 let mut button = Button::new(RichText::new(text).small());
                 if let Some((passed, expected)) = verdict {
-                    button = button.stroke(Stroke::new(1.5, verdict_colour(passed, expected)));
+                    button = button.stroke(Stroke::new(1.5, verdict_color(passed, expected)));
                 }
                 let button = button.min_size(vec2(BUTTON, 18.0));
                 let button = ui.add_enabled(enabled, button);
@@ -183,7 +183,7 @@ fn case(ui: &mut Ui, card: &Card, (number, line): (usize, &Line), answer: &mut A
 
 /// Green for a pass, amber for an expected failure, red for an unexpected one; the text also says
 /// so.
-fn verdict_colour(passed: bool, expected: bool) -> Color32 {
+fn verdict_color(passed: bool, expected: bool) -> Color32 {
     match (passed, expected) {
         (true, _) => theme::ACCENT,
         (false, true) => theme::CHANGED,
@@ -201,16 +201,16 @@ fn foot(ui: &mut Ui, card: &Card, pictures: bool, answer: &mut Answer) {
     };
     ui.separator();
     let title = card.lines.get(*number).map_or("", |line| line.title);
-    let colour = verdict_colour(verdict.passed(), verdict.expected.is_some());
+    let color = verdict_color(verdict.passed(), verdict.expected.is_some());
     let text = RichText::new(format!("{title}: {}", words(*on, verdict)));
-    ui.add(Label::new(text.color(colour)).wrap());
+    ui.add(Label::new(text.color(color)).wrap());
     for figure in verdict.figures.iter().take(4) {
-        let colour = if figure.holds() {
+        let color = if figure.holds() {
             theme::TEXT
         } else {
             theme::ALARM
         };
-        let text = RichText::new(figure_words(figure)).small().color(colour);
+        let text = RichText::new(figure_words(figure)).small().color(color);
         ui.add(Label::new(text).wrap());
     }
     if let Some(reason) = verdict.expected {

@@ -147,7 +147,7 @@ fn own(case: &'static Case, reporter: &Reporter<News>) -> Result<Verdict, Tortur
         reporter.tell(News::Share(done as f32 / jobs.len().max(1) as f32));
     };
     let rows = suite::run(&jobs, 1, &progress)?;
-    let load = |row: &&suite::Row| {
+    let load = |row: &&suite::SuiteRow| {
         let worst = row.worst().and_then(|outcome| outcome.worst());
         worst.map_or(0.0, crate::torture::Figure::load)
     };

@@ -1,7 +1,7 @@
 //! The result of a case.
 
 use crate::torture::{
-    Figure, Outcome, Row,
+    Figure, Outcome, SuiteRow,
     filmstrip::{Frame, frames},
 };
 
@@ -39,8 +39,8 @@ impl Verdict {
     /// The verdict for a family: of the worst member that is expected to pass, or else the worst of
     /// the others. `film` is the outcome of that member, run again with pictures.
     #[must_use]
-    pub fn of_family(rows: &[Row], film: &Outcome, expected: Option<&'static str>) -> Self {
-        let count = |of: &dyn Fn(&Row) -> usize| rows.iter().map(of).sum();
+    pub fn of_family(rows: &[SuiteRow], film: &Outcome, expected: Option<&'static str>) -> Self {
+        let count = |of: &dyn Fn(&SuiteRow) -> usize| rows.iter().map(of).sum();
         let failed = |expected: bool| {
             count(&|row| match row.expected.is_some() == expected {
                 true => row.failed(),

@@ -22,7 +22,7 @@ use bevy::{
 use std::sync::Arc;
 
 /// Color of all reference overlays, as 8-bit sRGB; not part of the palette of bodies.
-pub const COLOUR: [u8; 3] = [250, 252, 255];
+pub const COLOR: [u8; 3] = [250, 252, 255];
 
 /// Draws the reference overlays.
 pub struct ReferenceFormPlugin;
@@ -75,7 +75,7 @@ fn show(
         }
         let outline = Arc::clone(&drawn.outline);
         let veil = Veil {
-            colour: linear(COLOUR),
+            color: linear(COLOR),
             reach: topology.size / 2.0,
             closed: outline.closed.into(),
         };

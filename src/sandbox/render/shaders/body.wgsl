@@ -11,7 +11,7 @@
 
 struct Finish {
     // Linear sRGB, of the surface and of light that went through.
-    colour: vec3<f32>,
+    color: vec3<f32>,
     // Perceptual roughness of the coat, 0 is a mirror.
     roughness: f32,
     // How far light travels inside: 0 is plaster, 1 is jelly.
@@ -48,17 +48,17 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> @locatio
     let wrap = 0.6 * soft;
     let cosine = dot(normal, key);
     let wrapped = saturate((cosine + wrap) / ((1.0 + wrap) * (1.0 + wrap)));
-    // Inside a jelly a shadow's edge is lit by its neighbourhood, and takes its colour.
+    // Inside a jelly a shadow's edge is lit by its neighborhood, and takes its color.
     let shade = mix(shadow, 1.0, 0.3 * soft);
     let deep = finish.deep;
-    let terminator = mix(deep, finish.colour, smoothstep(-0.2, 0.7, cosine));
+    let terminator = mix(deep, finish.color, smoothstep(-0.2, 0.7, cosine));
 
     // Light gets scarce where a surface looks down upon a near floor.
     let height = max(in.world_position.y - finish.floor, 0.0);
     let open = 1.0 - 0.62 * saturate(0.35 - 0.65 * normal.y) * exp(-3.2 * height);
 
-    var colour = terminator * KEY * wrapped * shade;
-    colour += finish.colour * ambient(normal) * open;
+    var color = terminator * KEY * wrapped * shade;
+    color += finish.color * ambient(normal) * open;
 
     // Light through the body: what leaves on the far side, what shines towards the eye, and
     // what makes thin outlines glow.
@@ -66,7 +66,7 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> @locatio
     let towards_eye = saturate(dot(to_eye, -normalize(key + 0.35 * normal)));
     let through = 0.6 * towards_eye * towards_eye * towards_eye * shade;
     let outline = 0.16 * (1.0 - facing);
-    colour += deep * KEY * soft * (far_side + through + outline + 0.08);
+    color += deep * KEY * soft * (far_side + through + outline + 0.08);
 
     let aslant = 1.0 - facing;
     let aslant_squared = aslant * aslant;
@@ -74,9 +74,9 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> @locatio
         + 0.96 * aslant_squared * aslant_squared * aslant * (1.0 - 0.6 * finish.roughness);
     let mirrored = reflect(-to_eye, normal);
     let glint = reflection(mirrored, finish.roughness) * mix(0.45, 1.0, shadow) * mix(0.5, 1.0, open);
-    colour = mix(colour, glint, fresnel * finish.gloss);
+    color = mix(color, glint, fresnel * finish.gloss);
 
     let rim = aslant_squared * sqrt(aslant);
-    colour += finish.highlight * (0.06 * finish.colour + rim * (0.35 * finish.colour + 0.35));
-    return expose(colour, in.position.xy);
+    color += finish.highlight * (0.06 * finish.color + rim * (0.35 * finish.color + 0.35));
+    return expose(color, in.position.xy);
 }

@@ -1,4 +1,4 @@
-// The studio floor: lit, in shadow where bodies stand, ruled every metre and every
+// The studio floor: lit, in shadow where bodies stand, ruled every meter and every
 // tenth of one, and fading into the backdrop so that it has no edge.
 
 #import bevy_pbr::forward_io::VertexOutput
@@ -9,13 +9,13 @@
 const DEEPEST: f32 = 0.82;
 
 struct Floor {
-    // Centre of the view on the floor [m] and the size of what is looked at [m].
+    // Center of the view on the floor [m] and the size of what is looked at [m].
     focus: vec3<f32>,
     scale: f32,
     grounding: Grounding,
 }
 
-// Bodies as balls: centre and radius, and the colour of the light that comes through them.
+// Bodies as balls: center and radius, and the color of the light that comes through them.
 struct Grounding {
     balls: array<vec4<f32>, 24>,
     tints: array<vec4<f32>, 24>,
@@ -48,7 +48,7 @@ fn grounded(at: vec3<f32>, key: vec3<f32>) -> vec4<f32> {
         let cosine = saturate(to_ball.y * inverseSqrt(squared));
         let covered = cosine * saturate(ball.w * ball.w / squared);
         let tint = stage.grounding.tints[i];
-        // How deep the key light's ray passes through the ball, 0 at its rim and 1 at its centre.
+        // How deep the key light's ray passes through the ball, 0 at its rim and 1 at its center.
         let beside = to_ball - key * dot(to_ball, key);
         let deep = saturate(1.0 - dot(beside, beside) / (ball.w * ball.w));
         sum += vec4<f32>(tint.rgb * tint.w * deep, covered);
@@ -74,9 +74,9 @@ fn fragment(in: VertexOutput) -> @location(0) vec4<f32> {
     // The key light is a lamp over the table, not the sun.
     let pool = 1.0 - 0.20 * smoothstep(0.2, 3.0, away);
 
-    let metres = ruling(at, footprint, 0.012);
+    let meters = ruling(at, footprint, 0.012);
     let tenths = ruling(at * 10.0, footprint * 10.0, 0.028);
-    let ruled = max(0.42 * metres, 0.20 * tenths) * (1.0 - smoothstep(0.8, 6.0, away));
+    let ruled = max(0.42 * meters, 0.20 * tenths) * (1.0 - smoothstep(0.8, 6.0, away));
     let ink = mix(vec3<f32>(1.0), vec3<f32>(0.42, 0.50, 0.58), ruled);
 
     let lit = FLOOR * light * ink * pool;

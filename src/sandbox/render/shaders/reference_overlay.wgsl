@@ -6,7 +6,7 @@
 
 struct Veil {
     // Linear sRGB.
-    colour: vec3<f32>,
+    color: vec3<f32>,
     // How far inside its body it is still seen [m].
     reach: f32,
     // 1 if the surface encloses a volume: its far side is left out then.
@@ -54,5 +54,5 @@ fn fragment(in: Drawn, @builtin(front_facing) is_front: bool) -> @location(0) ve
     let to_eye = normalize(view.world_position - in.world);
     let aslant = 1.0 - abs(dot(normalize(in.normal), to_eye));
     let opacity = mix(CLEAR, DENSE, aslant * aslant * aslant);
-    return vec4<f32>(expose(veil.colour, in.clip.xy).rgb, opacity);
+    return vec4<f32>(expose(veil.color, in.clip.xy).rgb, opacity);
 }

@@ -42,7 +42,7 @@ fn key_visibility(position: vec4<f32>, normal: vec3<f32>) -> f32 {
     return select(1.0, lit, at.w > 0.0);
 }
 
-// What the backdrop shows in a direction: a cove that rises from the floor's colour.
+// What the backdrop shows in a direction: a cove that rises from the floor's color.
 fn backdrop(direction: vec3<f32>) -> vec3<f32> {
     let rise = smoothstep(-0.02, 0.50, direction.y);
     return mix(HORIZON, ZENITH, rise);
@@ -56,13 +56,13 @@ fn ambient(normal: vec3<f32>) -> vec3<f32> {
 // A rectangular light at infinity, seen in a mirror of some roughness.
 fn soft_box(
     direction: vec3<f32>,
-    centre: vec3<f32>,
+    center: vec3<f32>,
     right: vec3<f32>,
     half_size: vec2<f32>,
     blur: f32,
 ) -> f32 {
-    let forward = dot(direction, centre);
-    let up = cross(centre, right);
+    let forward = dot(direction, center);
+    let up = cross(center, right);
     let at = abs(vec2<f32>(dot(direction, right), dot(direction, up))) / max(forward, 1e-3);
     let edge = 1.0 - smoothstep(half_size - blur, half_size + blur, at);
     // A blurred box keeps its light: what it gains in width it loses in height.
@@ -90,15 +90,15 @@ fn reflection(direction: vec3<f32>, roughness: f32) -> vec3<f32> {
     return room + 7.0 * KEY * main + 2.6 * vec3<f32>(0.86, 0.95, 1.0) * strip;
 }
 
-// Linear light to what the screen wants: colours stay what they are, highlights roll off.
-fn expose(colour: vec3<f32>, frag_coord: vec2<f32>) -> vec4<f32> {
+// Linear light to what the screen wants: colors stay what they are, highlights roll off.
+fn expose(color: vec3<f32>, frag_coord: vec2<f32>) -> vec4<f32> {
 #ifdef TONEMAP_IN_SHADER
-    let mapped = tonemapping_pbr_neutral(max(colour, vec3<f32>(0.0)));
+    let mapped = tonemapping_pbr_neutral(max(color, vec3<f32>(0.0)));
     // Noise of half a step of the screen, against bands in the gradients. The screen's steps lie
     // along a curve of about the power 2.2, and near its slope a square root will do.
     let slope = 2.2 * sqrt(mapped);
     return vec4<f32>(mapped + screen_space_dither(frag_coord) * slope, 1.0);
 #else
-    return vec4<f32>(colour, 1.0);
+    return vec4<f32>(color, 1.0);
 #endif
 }

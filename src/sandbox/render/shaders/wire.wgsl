@@ -3,7 +3,7 @@
 #import bevy_pbr::mesh_view_bindings::view
 #import pliant::studio::expose
 
-@group(#{MATERIAL_BIND_GROUP}) @binding(0) var<uniform> colour: vec4<f32>;
+@group(#{MATERIAL_BIND_GROUP}) @binding(0) var<uniform> color: vec4<f32>;
 
 @vertex
 fn vertex(@location(0) position: vec3<f32>) -> @builtin(position) vec4<f32> {
@@ -15,5 +15,5 @@ fn vertex(@location(0) position: vec3<f32>) -> @builtin(position) vec4<f32> {
 
 @fragment
 fn fragment(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
-    return vec4<f32>(expose(colour.rgb, position.xy).rgb, colour.a);
+    return vec4<f32>(expose(color.rgb, position.xy).rgb, color.a);
 }

@@ -24,10 +24,10 @@ pub fn sentence(view: SolverView, summary: &Summary) -> String {
     let mut text = match view {
         SolverView::Off => String::new(),
         SolverView::Partitions => partitions(summary),
-        SolverView::Colours => format!(
+        SolverView::Colors => format!(
             "Colors per partition, at most: {}. Constraints of one color share no particle and \
              can be solved at the same time.",
-            kinds(summary, |filling| filling.colours.to_string()),
+            kinds(summary, |filling| filling.colors.to_string()),
         ),
         SolverView::Lanes => format!(
             "Blocks of {WIDTH} constraints are solved together, one SIMD lane each. Lanes in use: {}.",
@@ -37,10 +37,10 @@ pub fn sentence(view: SolverView, summary: &Summary) -> String {
             }),
         ),
     };
-    if summary.loose > 0 && view != SolverView::Off {
+    if summary.overflow > 0 && view != SolverView::Off {
         text.push_str(&format!(
             " {} in no partition (white), and solved one at a time.",
-            several(summary.loose, "constraint is", "constraints are"),
+            several(summary.overflow, "constraint is", "constraints are"),
         ));
     }
     text

@@ -13,7 +13,7 @@ use crate::{
 
 /// Position of a constraint in the solution order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Place {
+pub struct Slot {
     /// Partition and color; `None` for an overflow constraint, which is solved alone.
     pub turn: Option<Turn>,
     /// Lane in its block, from 0 to 7.
@@ -26,24 +26,22 @@ pub struct Turn {
     /// Index of the partition.
     pub partition: usize,
     /// Index of the color within the partition.
-    pub colour: usize,
+    pub color: usize,
 }
 
 /// Positions of all constraints, in storage order.
 #[must_use]
-pub fn places<const N: usize>(elements: &Elements<N>) -> Vec<Place> {
-    let alone = Place {
+pub fn places<const N: usize>(elements: &Elements<N>) -> Vec<Slot> {
+    let alone = Slot {
         turn: None,
         lane: 0,
     };
     let mut places = vec![alone; elements.corners().len()];
     for batch in elements.batches() {
-        for (colour, (first, group)) in elements.groups(batch).enumerate() {
-            let turn = batch
-                .partition()
-                .map(|partition| Turn { partition, colour });
+        for (color, (first, group)) in elements.groups(batch).enumerate() {
+            let turn = batch.partition().map(|partition| Turn { partition, color });
             for (index, place) in places[first..][..group.len()].iter_mut().enumerate() {
-                *place = Place {
+                *place = Slot {
                     turn,
                     lane: index % WIDTH,
                 };
@@ -53,7 +51,7 @@ pub fn places<const N: usize>(elements: &Elements<N>) -> Vec<Place> {
     places
 }
 
-impl Place {
+impl Slot {
     /// Tint of the position in a view, linear sRGB. Partitions are numbered from `first_partition`,
     /// so that two bodies of one partition each differ. Overflow constraints have no partition and
     /// no color; they are white.
@@ -62,7 +60,7 @@ impl Place {
         match (view, self.turn) {
             (SolverView::Lanes, _) => linear(PALETTE[self.lane]),
             (SolverView::Partitions, Some(turn)) => distinct(first_partition + turn.partition),
-            (SolverView::Colours, Some(turn)) => distinct(turn.colour),
+            (SolverView::Colors, Some(turn)) => distinct(turn.color),
             (SolverView::Off, _) | (_, None) => Vec3::ONE,
         }
     }
@@ -93,7 +91,7 @@ pub struct Summary {
     /// Number of partitions of all bodies.
     pub partitions: usize,
     /// Number of overflow constraints.
-    pub loose: usize,
+    pub overflow: usize,
     /// Edges, if stretch is on.
     pub edges: Filling,
     /// Tetrahedra, if volume is on.
@@ -110,7 +108,7 @@ pub struct Filling {
     /// Number of lanes of all blocks, including idle ones.
     pub lanes: usize,
     /// Largest number of colors in a partition.
-    pub colours: usize,
+    pub colors: usize,
 }
 
 impl Summary {
@@ -138,16 +136,16 @@ impl Summary {
         let mut filling = Filling::default();
         for batch in elements.batches() {
             let groups = elements.groups(batch);
-            let mut colours = 0;
+            let mut colors = 0;
             for (_, group) in groups {
-                colours += 1;
+                colors += 1;
                 filling.constraints += group.len();
                 filling.lanes += group.len().next_multiple_of(WIDTH);
             }
             if batch.partition().is_some() {
-                filling.colours = filling.colours.max(colours);
+                filling.colors = filling.colors.max(colors);
             } else {
-                self.loose += batch.constraints().len();
+                self.overflow += batch.constraints().len();
             }
         }
         filling
@@ -159,7 +157,7 @@ impl Summary {
         Self {
             bodies: self.bodies + other.bodies,
             partitions: self.partitions + other.partitions,
-            loose: self.loose + other.loose,
+            overflow: self.overflow + other.overflow,
             edges: self.edges.and(other.edges),
             tetrahedra: self.tetrahedra.and(other.tetrahedra),
             struts: self.struts.and(other.struts),
@@ -178,7 +176,7 @@ impl Filling {
         Self {
             constraints: self.constraints + other.constraints,
             lanes: self.lanes + other.lanes,
-            colours: self.colours.max(other.colours),
+            colors: self.colors.max(other.colors),
         }
     }
 }

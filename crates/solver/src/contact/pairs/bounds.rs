@@ -1,7 +1,7 @@
 //! Bounding balls of motion, axis-aligned boxes, and queries for overlapping boxes.
 
 use super::closest::Kind;
-use crate::lanes::{Instructions, Lanes, Work};
+use crate::lanes::{Instructions, Lanes, SimdWork};
 use fearless_simd::{f32x8, prelude::*};
 use glam::{DVec3, UVec3, Vec3A};
 use std::ops::Range;
@@ -189,7 +189,7 @@ struct Overlaps<'a> {
     hits: &'a mut Vec<[u32; 2]>,
 }
 
-impl Work for Overlaps<'_> {
+impl SimdWork for Overlaps<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, simd: L) {
         for (number, query) in (0..).zip(self.queries) {

@@ -4,7 +4,7 @@ use super::{
     bounds::{Ball, boxes_meet},
     detect::{Batch, Candidate, PiecePair, Scratch},
     params::{PairParams, Params},
-    row::{Active, ContactForce, Row},
+    row::{Active, ContactForce, ContactRow},
     tangible::Tangible,
     truncate::Truncation,
 };
@@ -73,7 +73,7 @@ pub struct Contacts {
     /// Buffer for the near candidates of a batch.
     pub(super) near: Vec<Candidate>,
     /// Rows between bodies, then those of bodies with themselves.
-    pub(super) rows: [Vec<Row>; 2],
+    pub(super) rows: [Vec<ContactRow>; 2],
     pub(super) active: Vec<Active>,
     /// Index of each vertex among the active ones.
     pub(super) places: Vec<u32>,
@@ -604,7 +604,7 @@ impl Contacts {
                     *place
                 });
                 let distance = f64::from(candidate.distance);
-                let row = Row::new(corners, weights, distance, &pair, &self.active);
+                let row = ContactRow::new(corners, weights, distance, &pair, &self.active);
                 self.rows[batch.between as usize].extend(row);
             }
         }

@@ -55,7 +55,7 @@ pub(super) struct Active {
 
 /// A contact that is near enough to act in the current substep.
 #[derive(Debug, Clone)]
-pub(super) struct Row {
+pub(super) struct ContactRow {
     /// Indices of the active particles.
     pub corners: [u32; 4],
     weights: [f64; 4],
@@ -85,7 +85,7 @@ const NO_GAP: f64 = 1e-12;
 /// Contacts closer than this multiple of their thickness count as touching.
 const TOUCHING: f64 = 1.05;
 
-impl Row {
+impl ContactRow {
     /// Creates a row for corners at these start positions; `None` without a direction, or if no
     /// particle can move.
     pub fn new(

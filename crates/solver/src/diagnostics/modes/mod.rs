@@ -3,7 +3,7 @@
 //! A substep of XPBD is implicit Euler: when it is fully converged, a mode of angular frequency ω
 //! has the energy E_n = E₀ (1 + ω²h²)^(−n) after n substeps of h seconds. This numerical damping
 //! adds to the damping τ set by the user, and applies to a converged solve: too few iterations make
-//! a body softer (see [`delivered`](crate::delivered)), so that its stiff modes are slower, and
+//! a body softer (see [`effective`](crate::effective)), so that its stiff modes are slower, and
 //! damped less.
 //!
 //! **Modes.** Those of M q̈ = −Kq with K = Σ ∇C ∇Cᵀ/α, linearized about the rest shape, without

@@ -11,7 +11,7 @@ use glam::DVec3;
 
 /// One constraint: its particles, and r at each of them [1/s].
 #[derive(Debug, Clone, Copy)]
-struct Row<const N: usize> {
+struct ModeRow<const N: usize> {
     particles: [u32; N],
     parts: [DVec3; N],
 }
@@ -19,9 +19,9 @@ struct Row<const N: usize> {
 /// All constraints of a body with movable particles.
 #[derive(Debug)]
 pub struct Rows {
-    pairs: Vec<Row<2>>,
+    pairs: Vec<ModeRow<2>>,
     /// With three or four particles; with three, the last one is unused.
-    fours: Vec<Row<4>>,
+    fours: Vec<ModeRow<4>>,
     particles: usize,
     /// Number of movable particles.
     pub movable: usize,
@@ -123,8 +123,8 @@ impl Rows {
 struct Collect<'a> {
     topology: &'a Topology,
     particles: &'a Particles,
-    pairs: Vec<(Row<2>, f64)>,
-    fours: Vec<(Row<4>, f64)>,
+    pairs: Vec<(ModeRow<2>, f64)>,
+    fours: Vec<(ModeRow<4>, f64)>,
 }
 
 impl Visit for Collect<'_> {
@@ -152,12 +152,12 @@ impl Visit for Collect<'_> {
 
 /// Stores a row with its compliance if it has a movable particle; `K` is its capacity of particles.
 fn add<const K: usize, const N: usize>(
-    rows: &mut Vec<(Row<K>, f64)>,
+    rows: &mut Vec<(ModeRow<K>, f64)>,
     corners: &[u32; N],
     row: &elastic::Row<N>,
     weight: impl Fn(u32) -> f64,
 ) {
-    let mut kept = Row {
+    let mut kept = ModeRow {
         particles: [corners[0]; K],
         parts: [DVec3::ZERO; K],
     };
@@ -170,7 +170,7 @@ fn add<const K: usize, const N: usize>(
     }
 }
 
-impl<const N: usize> Row<N> {
+impl<const N: usize> ModeRow<N> {
     /// r·r.
     fn square(&self) -> f64 {
         self.parts.iter().map(|part| part.length_squared()).sum()
@@ -191,7 +191,7 @@ impl<const N: usize> Row<N> {
 }
 
 /// The largest r·r of elastic rows [1/s²]; 0 without any.
-fn stiffest<const N: usize>(rows: &[(Row<N>, f64)]) -> f64 {
+fn stiffest<const N: usize>(rows: &[(ModeRow<N>, f64)]) -> f64 {
     rows.iter()
         .filter(|(_, alpha)| *alpha > 0.0)
         .map(|(row, alpha)| row.square() / alpha)
@@ -199,7 +199,7 @@ fn stiffest<const N: usize>(rows: &[(Row<N>, f64)]) -> f64 {
 }
 
 /// Divides by √α; rigid rows get an r·r of [`RIGID`] times the stiffest.
-fn divided<const N: usize>(rows: Vec<(Row<N>, f64)>, stiffest: f64) -> Vec<Row<N>> {
+fn divided<const N: usize>(rows: Vec<(ModeRow<N>, f64)>, stiffest: f64) -> Vec<ModeRow<N>> {
     rows.into_iter()
         .map(|(mut row, alpha)| {
             let factor = if alpha > 0.0 {

@@ -53,11 +53,11 @@ impl Force for Attract {
         at: impl Fn(u32) -> Mote,
         mut push: impl FnMut(u32, DVec3),
     ) {
-        let centre = Finite::vector([self.x, self.y, self.z]);
+        let center = Finite::vector([self.x, self.y, self.z]);
         let strength = f64::from(self.strength.get()) * moment.h;
         let radius = f64::from(self.radius.get());
         for i in 0..topology.particles() as u32 {
-            let d = at(i).x - centre;
+            let d = at(i).x - center;
             let square = d.length_squared() + radius * radius;
             push(i, d * (-strength / (square * square.sqrt())));
         }

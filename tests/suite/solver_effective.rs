@@ -5,8 +5,8 @@ use crate::support::{
     volume, with, world,
 };
 use pliant::solver::{
-    Delivered, EffectStates, Effects, ElasticKind, Stretch, World,
-    delivered::{CLOSE, Work},
+    EffectStates, EffectiveCompliance, Effects, ElasticKind, Stretch, World,
+    effective::{CLOSE, ConstraintWork},
 };
 
 const LINKS: usize = 32;
@@ -42,9 +42,9 @@ fn hanging(compliance: f32, tau: f32, substeps: u32, iterations: u32) -> World {
     world
 }
 
-fn stretch_work(world: &World) -> Work {
+fn stretch_work(world: &World) -> ConstraintWork {
     let body = &world.bodies[0];
-    Work::of(
+    ConstraintWork::of(
         &body.effects.stretch.expect("given"),
         &body.topology,
         &body.particles,
@@ -53,9 +53,9 @@ fn stretch_work(world: &World) -> Work {
     )
 }
 
-fn volume_work(world: &World) -> Work {
+fn volume_work(world: &World) -> ConstraintWork {
     let body = &world.bodies[0];
-    Work::of(
+    ConstraintWork::of(
         &body.effects.volume.expect("given"),
         &body.topology,
         &body.particles,
@@ -64,8 +64,8 @@ fn volume_work(world: &World) -> Work {
     )
 }
 
-fn delivered(world: &World) -> Delivered {
-    stretch_work(world).delivered().expect("it is loaded")
+fn effective(world: &World) -> EffectiveCompliance {
+    stretch_work(world).compliance().expect("it is loaded")
 }
 
 /// Sum of the weights times their descent from the rest shape, twice the work [J].
@@ -95,7 +95,7 @@ fn may_rest(world: &World) -> f64 {
 
 /// Closed form of the result of one iteration per substep. A projected link matches its own
 /// tension; neighbors that are projected later extend it by h²(1 + τ/h) w times their tensions.
-fn expected(world: &World, compliance: f64, tau: f64) -> Delivered {
+fn expected(world: &World, compliance: f64, tau: f64) -> EffectiveCompliance {
     let h = world.settings.substep_seconds();
     let edges = &world.bodies[0].topology.edges;
     let turns: Vec<u32> = edges.ends().map(|[upper, _]| upper).collect();
@@ -104,32 +104,32 @@ fn expected(world: &World, compliance: f64, tau: f64) -> Delivered {
     for k in 0..LINKS as u32 {
         let own = tension(k as usize);
         all += own * own;
-        for neighbour in [k.wrapping_sub(1), k + 1] {
-            if turn(neighbour) > turn(k) {
-                longer += own * tension(neighbour as usize);
+        for neighbor in [k.wrapping_sub(1), k + 1] {
+            if turn(neighbor) > turn(k) {
+                longer += own * tension(neighbor as usize);
             }
         }
     }
-    Delivered {
-        asked: compliance,
-        got: compliance + (h * h + tau * h) * longer / all,
+    EffectiveCompliance {
+        requested: compliance,
+        effective: compliance + (h * h + tau * h) * longer / all,
     }
 }
 
 #[test]
 fn a_chain_is_found_as_much_too_soft_as_it_hangs_too_low() {
-    let asked: f64 = (0..LINKS).map(|k| tension(k) * tension(k)).sum::<f64>() * 2e-6;
+    let requested: f64 = (0..LINKS).map(|k| tension(k) * tension(k)).sum::<f64>() * 2e-6;
     for substeps in [1, 2, 5, 10, 20, 40] {
         let world = hanging(COMPLIANCE, 0.0, substeps, 1);
-        let delivered = delivered(&world);
-        let factor = delivered.factor().expect("elastic");
+        let effective = effective(&world);
+        let factor = effective.factor().expect("elastic");
         // In addition, it has settled to 1e-4.
         let tolerance = 1e-4 + may_rest(&world);
         let what = format!("factor at {substeps} substeps");
-        assert_relative(factor, lowered(&world) / asked, tolerance, &what);
+        assert_relative(factor, lowered(&world) / requested, tolerance, &what);
         let expected = expected(&world, 2e-6, 0.0);
-        assert_relative(delivered.asked, expected.asked, 1e-6, "asked");
-        assert_relative(delivered.got, expected.got, tolerance, &what);
+        assert_relative(effective.requested, expected.requested, 1e-6, "requested");
+        assert_relative(effective.effective, expected.effective, tolerance, &what);
     }
 }
 
@@ -158,8 +158,13 @@ fn damping_makes_one_iteration_softer_by_its_share_of_the_substep() {
         let world = hanging(COMPLIANCE, 0.02, substeps, 1);
         let expected = expected(&world, 2e-6, f64::from(0.02_f32));
         let tolerance = 1e-4 + may_rest(&world);
-        assert_relative(delivered(&world).got, expected.got, tolerance, "got");
-        let advised = delivered(&world).substeps(&world.settings, damping(0.02));
+        assert_relative(
+            effective(&world).effective,
+            expected.effective,
+            tolerance,
+            "effective",
+        );
+        let advised = effective(&world).substeps(&world.settings, damping(0.02));
         assert_eq!(advised, None, "more than a thousand substeps");
     }
 }
@@ -168,13 +173,13 @@ fn damping_makes_one_iteration_softer_by_its_share_of_the_substep() {
 fn as_many_substeps_as_are_said_to_do_are_the_fewest_that_do() {
     let factor = |substeps| {
         let world = hanging(COMPLIANCE, 0.0, substeps, 1);
-        delivered(&world).factor().expect("elastic")
+        effective(&world).factor().expect("elastic")
     };
     for substeps in [2, 10, 20] {
         let world = hanging(COMPLIANCE, 0.0, substeps, 1);
-        let delivered = delivered(&world);
-        assert!(delivered.is_limited());
-        let advised = delivered.substeps(&world.settings, damping(0.0));
+        let effective = effective(&world);
+        assert!(effective.is_limited());
+        let advised = effective.substeps(&world.settings, damping(0.0));
         let advised = advised.expect("below a thousand");
         assert!(factor(advised) <= CLOSE, "{advised} are too few");
         assert!(factor(advised - 1) > CLOSE, "{advised} are too many");
@@ -185,24 +190,24 @@ fn as_many_substeps_as_are_said_to_do_are_the_fewest_that_do() {
 fn with_several_iterations_a_substep_they_do_as_well() {
     for iterations in [2, 4, 10] {
         let world = hanging(COMPLIANCE, 0.0, 5, iterations);
-        let advised = delivered(&world).substeps(&world.settings, damping(0.0));
+        let advised = effective(&world).substeps(&world.settings, damping(0.0));
         let world = hanging(COMPLIANCE, 0.0, advised.expect("few"), iterations);
-        let delivered = delivered(&world);
-        assert!(delivered.factor().expect("elastic") <= CLOSE);
-        assert!(!delivered.is_limited());
+        let effective = effective(&world);
+        assert!(effective.factor().expect("elastic") <= CLOSE);
+        assert!(!effective.is_limited());
     }
 }
 
 #[test]
 fn a_rigid_chain_has_the_compliance_of_the_solver_alone() {
     let world = hanging(0.0, 0.0, 10, 1);
-    let delivered = delivered(&world);
+    let effective = effective(&world);
     let expected = expected(&world, 0.0, 0.0);
-    assert_eq!(delivered.asked, 0.0);
-    assert_relative(delivered.got, expected.got, 1e-3, "got");
-    assert_eq!(delivered.factor(), None);
-    assert_eq!(delivered.substeps(&world.settings, damping(0.0)), None);
-    assert!(delivered.is_limited());
+    assert_eq!(effective.requested, 0.0);
+    assert_relative(effective.effective, expected.effective, 1e-3, "effective");
+    assert_eq!(effective.factor(), None);
+    assert_eq!(effective.substeps(&world.settings, damping(0.0)), None);
+    assert!(effective.is_limited());
     assert_eq!(stretch_work(&world).factors(), None);
 }
 
@@ -227,7 +232,7 @@ fn block(substeps: u32, iterations: u32) -> World {
 #[test]
 fn a_block_hangs_too_low_by_a_factor_between_the_two_that_are_found() {
     let exact = block(10, 100);
-    let converged = delivered(&exact).factor().expect("elastic");
+    let converged = effective(&exact).factor().expect("elastic");
     assert_relative(converged, 1.0, 1e-4, "converged");
     let mut gap = f64::INFINITY;
     for substeps in [2, 5, 10, 20, 40] {
@@ -237,7 +242,7 @@ fn a_block_hangs_too_low_by_a_factor_between_the_two_that_are_found() {
         // Forces times strains are the load times its displacement, up to the square of the
         // strains.
         let tolerance = lowered(&world) / (0.2 * 0.2 * 0.2 * 1000.0 * G * 0.2);
-        assert_relative(work.got, lowered(&world), 4.0 * tolerance, "work");
+        assert_relative(work.effective, lowered(&world), 4.0 * tolerance, "work");
         let (least, most) = work.factors().expect("elastic");
         let truth = lowered(&world) / lowered(&exact);
         assert!(
@@ -263,13 +268,13 @@ fn a_lone_edge_is_never_limited() {
     let mut world = world(settings(G, RATE, 1, 1), body);
     settle(&mut world, 5.0);
     assert_relative(
-        delivered(&world).factor().expect("elastic"),
+        effective(&world).factor().expect("elastic"),
         1.0,
         1e-4,
         "factor",
     );
     assert_eq!(
-        delivered(&world).substeps(&world.settings, damping(0.0)),
+        effective(&world).substeps(&world.settings, damping(0.0)),
         Some(1)
     );
 }
@@ -288,32 +293,37 @@ fn without_load_or_without_multipliers_nothing_is_said() {
             world.tick();
         }
         assert_eq!(
-            stretch_work(&world).delivered(),
+            stretch_work(&world).compliance(),
             None,
             "in free fall at {gravity}"
         );
         assert_eq!(
-            volume_work(&world).delivered(),
+            volume_work(&world).compliance(),
             None,
             "in free fall at {gravity}"
         );
     }
     let mut world = hanging(COMPLIANCE, 0.0, 10, 1);
     world.bodies[0].states = EffectStates::default();
-    assert_eq!(stretch_work(&world), Work::default());
-    assert_eq!(Work::default().delivered(), None);
+    assert_eq!(stretch_work(&world), ConstraintWork::default());
+    assert_eq!(ConstraintWork::default().compliance(), None);
 }
 
 #[test]
 fn sums_of_ticks_are_means_weighted_by_load() {
     let mut world = hanging(COMPLIANCE, 0.0, 10, 1);
-    let still = delivered(&world).got;
+    let still = effective(&world).effective;
     // A displacement that makes it vibrate: each tick gives a different value, their sum the same.
     world.bodies[0].particles.positions[LINKS].y -= 1e-3;
-    let mut sum = Work::default();
+    let mut sum = ConstraintWork::default();
     for _ in 0..600 {
         world.tick();
         sum.add(stretch_work(&world));
     }
-    assert_relative(sum.delivered().expect("loaded").got, still, 0.05, "mean");
+    assert_relative(
+        sum.compliance().expect("loaded").effective,
+        still,
+        0.05,
+        "mean",
+    );
 }

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use super::{
     Panel, PanelState,
-    model::DeliveredModel,
+    model::EffectiveModel,
     section::{self, RowButton},
 };
 use crate::{
@@ -15,7 +15,7 @@ use crate::{
     simulation::{Active, SimulationSettings, SoftBody, plain::effects},
     solver::{
         EffectStates, ElasticKind, Particles,
-        delivered::Work,
+        effective::ConstraintWork,
         elastic::{Elastic, Visit},
     },
 };
@@ -24,7 +24,7 @@ use crate::{
 const KEPT: f64 = 0.95;
 
 /// Exponentially weighted sums over ticks for the selected bodies, by effect.
-pub(super) type Works = BTreeMap<&'static str, Work>;
+pub(super) type Works = BTreeMap<&'static str, ConstraintWork>;
 
 /// Adds up the works of all elastic effects of a body.
 struct Gather<'a> {
@@ -38,7 +38,7 @@ struct Gather<'a> {
 impl Visit for Gather<'_> {
     fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
         let lambdas = self.states.multipliers(E::KIND);
-        let work = Work::of(effect, self.body, self.particles, lambdas, self.h);
+        let work = ConstraintWork::of(effect, self.body, self.particles, lambdas, self.h);
         self.fresh.entry(E::KIND.name()).or_default().add(work);
     }
 }
@@ -69,40 +69,40 @@ pub(super) fn gather(world: &mut World, shown: &[Entity]) {
 }
 
 /// The effective compliance of an effect on the selected bodies.
-pub(super) fn model(world: &World, effect: &str, shown: &[Entity]) -> Option<DeliveredModel> {
-    let delivered = world
+pub(super) fn model(world: &World, effect: &str, shown: &[Entity]) -> Option<EffectiveModel> {
+    let effective = world
         .resource::<PanelState>()
         .works
         .get(effect)?
-        .delivered()?;
+        .compliance()?;
     let kind = ElasticKind::ALL
         .into_iter()
         .find(|kind| kind.name() == effect)?;
     let damping = |body: &Entity| effects(world.entity(*body)).damping(kind);
     let damping = shown.iter().find_map(damping)?;
-    Some(DeliveredModel {
-        got: delivered.got,
+    Some(EffectiveModel {
+        effective: effective.effective,
         unit: kind.unit(),
-        factor: delivered.factor(),
-        limited: delivered.is_limited(),
-        substeps: delivered.substeps(world.resource::<SimulationSettings>(), damping),
+        factor: effective.factor(),
+        limited: effective.is_limited(),
+        substeps: effective.substeps(world.resource::<SimulationSettings>(), damping),
     })
 }
 
 /// Draws the effective compliance below the parameters of the effect.
-pub(super) fn show(ui: &mut Ui, panel: &mut Panel, effect: &str, delivered: &DeliveredModel) {
-    let colour = if delivered.limited && delivered.factor.is_some() {
+pub(super) fn show(ui: &mut Ui, panel: &mut Panel, effect: &str, effective: &EffectiveModel) {
+    let color = if effective.limited && effective.factor.is_some() {
         theme::CHANGED
     } else {
         theme::WEAK
     };
-    let text = RichText::new(words(delivered)).small().color(colour);
+    let text = RichText::new(words(effective)).small().color(color);
     let response = ui.add(Label::new(text).wrap()).on_hover_text(
         "Computed from multipliers and residual strains of the bodies shown, averaged over about a \
          second. While a body swings or is hit, it describes those waves and not the static load.",
     );
-    panel.note(format!("{effect}.delivered"), &response, ui);
-    if let Some(substeps) = delivered.substeps.filter(|_| delivered.limited) {
+    panel.note(format!("{effect}.effective"), &response, ui);
+    if let Some(substeps) = effective.substeps.filter(|_| effective.limited) {
         let text = match substeps {
             1 => "Use 1 substep".to_owned(),
             _ => format!("Use {substeps} substeps"),
@@ -118,21 +118,21 @@ pub(super) fn show(ui: &mut Ui, panel: &mut Panel, effect: &str, delivered: &Del
     }
 }
 
-fn words(delivered: &DeliveredModel) -> String {
-    let got = format!("{} {}", format(delivered.got, 2), delivered.unit);
-    match (delivered.factor, delivered.substeps) {
-        (None, _) => format!("Effective compliance {got} (requested: rigid)."),
-        (Some(_), _) if !delivered.limited => {
-            format!("Effective compliance {got}, as requested.")
+fn words(effective: &EffectiveModel) -> String {
+    let value = format!("{} {}", format(effective.effective, 2), effective.unit);
+    match (effective.factor, effective.substeps) {
+        (None, _) => format!("Effective compliance {value} (requested: rigid)."),
+        (Some(_), _) if !effective.limited => {
+            format!("Effective compliance {value}, as requested.")
         }
         (Some(factor), Some(_)) => {
             format!(
-                "Effective compliance {got}: {}× the requested value.",
+                "Effective compliance {value}: {}× the requested value.",
                 format(factor, 2)
             )
         }
         (Some(factor), None) => format!(
-            "Effective compliance {got}: {}× the requested value. More substeps will not help; try \
+            "Effective compliance {value}: {}× the requested value. More substeps will not help; try \
              more iterations.",
             format(factor, 2)
         ),
@@ -145,8 +145,8 @@ mod tests {
 
     #[test]
     fn what_the_solver_limits_is_said_with_what_would_help() {
-        let softer = DeliveredModel {
-            got: 4e-4,
+        let softer = EffectiveModel {
+            effective: 4e-4,
             unit: "m/N",
             factor: Some(4.0),
             limited: true,
@@ -156,7 +156,7 @@ mod tests {
             words(&softer),
             "Effective compliance 4e-4 m/N: 4× the requested value."
         );
-        let rigid = DeliveredModel {
+        let rigid = EffectiveModel {
             factor: None,
             substeps: None,
             ..softer.clone()
@@ -165,7 +165,7 @@ mod tests {
             words(&rigid),
             "Effective compliance 4e-4 m/N (requested: rigid)."
         );
-        let exact = DeliveredModel {
+        let exact = EffectiveModel {
             factor: Some(1.02),
             limited: false,
             ..softer

@@ -17,7 +17,7 @@ use crate::{
 
 /// The state that commands read and change.
 #[derive(SystemParam)]
-pub(super) struct Hand<'w, 's> {
+pub(super) struct Commander<'w, 's> {
     view: ResMut<'w, ViewSettings>,
     clock: Res<'w, SimulationClock>,
     settings: Res<'w, SimulationSettings>,
@@ -28,7 +28,7 @@ pub(super) struct Hand<'w, 's> {
     commands: MessageWriter<'w, ViewCommand>,
 }
 
-impl Hand<'_, '_> {
+impl Commander<'_, '_> {
     pub(super) fn carry_out(&mut self, command: Command) {
         match command {
             Command::Pause => self.ask(Request::Pause(!self.clock.paused)),

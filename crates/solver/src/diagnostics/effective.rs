@@ -22,12 +22,12 @@
 //! **The measure** is the slope of strain over force, with F = −λ/h² [N, or Pa for a volume] and
 //! e = C + τ ∇C·v:
 //!
-//! got = Σ eF / ΣF², asked = ΣαF² / ΣF², both in m/N, or m⁵/N for a volume.
+//! effective = Σ eF / ΣF², requested = ΣαF² / ΣF², both in m/N, or m⁵/N for a volume.
 //!
-//! got/asked is the least-squares fit of e = factor · αF, weighted by 1/α. It is also a ratio of
+//! effective/requested is the least-squares fit of e = factor · αF, weighted by 1/α. It is also a ratio of
 //! works: at rest, ΣCF over all effects is the load times its actual displacement (principle of
 //! virtual work), and ΣαF² is the value that the material would give for the same forces. Where
-//! statics alone determines the forces, as in a chain, got/asked is exactly the excess compliance
+//! statics alone determines the forces, as in a chain, effective/requested is exactly the excess compliance
 //! of the body under its load. Elsewhere the forces differ slightly from those of the converged
 //! body, and over all effects together the ratio is at most that factor: of all forces in balance
 //! with a load, the true ones minimize ΣαF².
@@ -37,7 +37,7 @@
 //! are on the whole strained against their own force by other constraints. In a body that
 //! oscillates or is hit it applies to the forces of that one substep, which may differ much from
 //! those at rest: what is stiff against waves may be soft against weight. Read it when the body is
-//! calm, or accumulate [`Work`] over many ticks.
+//! calm, or accumulate [`ConstraintWork`] over many ticks.
 
 use crate::{Damping, Particles, Settings, Topology, elastic::Elastic};
 
@@ -56,30 +56,30 @@ const HALF_ULP: f64 = 0.5 * f32::EPSILON as f64;
 /// Sums over the elements of an effect. Sums of several ticks or bodies may be added: the result is
 /// their mean, weighted by load.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Work {
+pub struct ConstraintWork {
     /// ΣF² [N², or Pa²].
     pub force_squared: f64,
     /// ΣαF², twice the energy that the material would store under these forces [J].
-    pub asked: f64,
+    pub requested: f64,
     /// ΣeF, twice the energy that was put into it [J].
-    pub got: f64,
+    pub effective: f64,
     /// Σe²/α, twice the energy that the material would store at these strains [J]; ∞ with rigid
     /// elements.
     pub strained: f64,
-    /// Contribution of position rounding to `got` [J].
+    /// Contribution of position rounding to `effective` [J].
     pub rounding: f64,
 }
 
 /// Requested and effective compliance of an effect, both weighted by the load on each element.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Delivered {
+pub struct EffectiveCompliance {
     /// Requested compliance, in the [unit](crate::ElasticKind::unit) of the effect; 0 is rigid.
-    pub asked: f64,
+    pub requested: f64,
     /// Effective compliance, in the same unit.
-    pub got: f64,
+    pub effective: f64,
 }
 
-impl Work {
+impl ConstraintWork {
     /// Sums of an effect after a substep of `h` seconds with these multipliers; empty if they were
     /// not kept.
     #[must_use]
@@ -103,8 +103,8 @@ impl Work {
             }
             let strain = row.error + tau * speed;
             all.force_squared += force * force;
-            all.asked += row.compliance * force * force;
-            all.got += strain * force;
+            all.requested += row.compliance * force * force;
+            all.effective += strain * force;
             all.strained += strain * strain / row.compliance;
             all.rounding += rounding * force.abs();
         }
@@ -114,8 +114,8 @@ impl Work {
     /// Scales all sums by `kept`, from 0 to 1, to give older values less weight.
     pub fn fade(&mut self, kept: f64) {
         self.force_squared *= kept;
-        self.asked *= kept;
-        self.got *= kept;
+        self.requested *= kept;
+        self.effective *= kept;
         self.strained *= kept;
         self.rounding *= kept;
     }
@@ -124,8 +124,8 @@ impl Work {
     /// effects the factors are valid, the compliances are not.
     pub fn add(&mut self, other: Self) {
         self.force_squared += other.force_squared;
-        self.asked += other.asked;
-        self.got += other.got;
+        self.requested += other.requested;
+        self.effective += other.effective;
         self.strained += other.strained;
         self.rounding += other.rounding;
     }
@@ -137,29 +137,30 @@ impl Work {
     /// energy.
     #[must_use]
     pub fn factors(&self) -> Option<(f64, f64)> {
-        let least = self.delivered()?.factor()?;
-        let most = self.strained / self.got;
+        let least = self.compliance()?.factor()?;
+        let most = self.strained / self.effective;
         most.is_finite().then_some((least, most))
     }
 
     /// The compliances; `None` when the sums carry no information, see the [module](self).
     #[must_use]
-    pub fn delivered(&self) -> Option<Delivered> {
-        let told = self.got > ROUNDINGS * self.rounding && self.force_squared > 0.0;
-        let delivered = Delivered {
-            asked: self.asked / self.force_squared,
-            got: self.got / self.force_squared,
+    pub fn compliance(&self) -> Option<EffectiveCompliance> {
+        let is_known = self.effective > ROUNDINGS * self.rounding && self.force_squared > 0.0;
+        let compliance = EffectiveCompliance {
+            requested: self.requested / self.force_squared,
+            effective: self.effective / self.force_squared,
         };
-        (told && delivered.asked.is_finite() && delivered.got.is_finite()).then_some(delivered)
+        (is_known && compliance.requested.is_finite() && compliance.effective.is_finite())
+            .then_some(compliance)
     }
 }
 
-impl Delivered {
+impl EffectiveCompliance {
     /// Effective over requested compliance; below 1 the effect is stiffer than requested. `None`
     /// when the request is rigid: any compliance is infinitely more.
     #[must_use]
     pub fn factor(&self) -> Option<f64> {
-        (self.asked > 0.0).then(|| self.got / self.asked)
+        (self.requested > 0.0).then(|| self.effective / self.requested)
     }
 
     /// Whether the solver rather than the material limits the stiffness.
