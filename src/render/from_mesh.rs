@@ -13,7 +13,7 @@ use bevy::{
 use std::sync::Arc;
 
 impl SoftBody {
-    /// A soft body from a triangle mesh [m], where the mesh is. A closed surface is filled with tetrahedra, and the mesh
+    /// A soft body from a triangle mesh [m], at the position of the mesh. A closed surface is filled with tetrahedra, and the mesh
     /// becomes their [skin](SoftBodyBuilder::skin); an open one becomes a cloth. Vertices at the same place are joined.
     ///
     /// ```
@@ -35,7 +35,7 @@ impl SoftBody {
     /// ```
     ///
     /// # Errors
-    /// [`MeshError::Unusable`] for a mesh that is no list of triangles with positions, or that [`build`] refuses, and
+    /// [`MeshError::Unusable`] for a mesh that is not a triangle list with positions, or that [`build`] rejects, and
     /// [`MeshError::TooLarge`] for too many tetrahedra.
     pub fn from_mesh(mesh: &Mesh) -> Result<SoftBodyBuilder, MeshError> {
         let surface = surface(mesh)?;
@@ -75,7 +75,7 @@ fn surface(mesh: &Mesh) -> Result<SurfaceMesh, MeshError> {
     };
     if mesh.primitive_topology() != PrimitiveTopology::TriangleList {
         return Err(unusable(
-            "the mesh is no triangle list",
+            "the mesh is not a triangle list",
             "convert it to PrimitiveTopology::TriangleList",
         ));
     }

@@ -110,10 +110,8 @@ fn surface_point(
     SurfacePoint::new(&terms)
 }
 
-/// Sends the hits of all pointers on soft bodies to Bevy's picking, so that observers of
-/// [`Pointer`] events work on them. [`Pickable::IGNORE`] takes a body out. It needs
-/// [`SoftBodyMeshPlugin`](super::SoftBodyMeshPlugin), and in its place Bevy's own `MeshPickingPlugin` would find the same
-/// bodies, but not their ropes' reach or points.
+/// A picking backend: observers of [`Pointer`] events work on soft bodies that
+/// [`SoftBodyMeshPlugin`](super::SoftBodyMeshPlugin) draws. [`Pickable::IGNORE`] excludes a body.
 #[derive(Debug, Default)]
 pub struct SoftBodyPickingPlugin;
 
@@ -164,5 +162,49 @@ mod tests {
                 .map(|(corner, weight)| (ParticleIndex(corner), weight))
         );
         assert_eq!(point.nearest(), ParticleIndex(4));
+    }
+
+    /// A cube of 1 m around the origin is hit from 3 m above at 2.5 m, unless it is not pickable.
+    #[test]
+    fn rays_of_pointers_are_reported_to_picking() {
+        use crate::{SoftBodyPlugins, render::SoftBodyMeshPlugin};
+        use bevy::{
+            ecs::system::RunSystemOnce,
+            picking::{backend::ray::RayId, pointer::PointerId},
+        };
+
+        let mut app = App::new();
+        app.add_plugins((MinimalPlugins, AssetPlugin::default()))
+            .init_asset::<Mesh>()
+            .add_plugins((SoftBodyPlugins::default(), SoftBodyMeshPlugin))
+            .init_resource::<RayMap>()
+            .add_message::<PointerHits>();
+        let cube = SoftBody::cuboid(Vec3::ONE, UVec3::ONE).build();
+        let body = app.world_mut().spawn(cube).id();
+        let camera = app.world_mut().spawn(Camera::default()).id();
+        app.update();
+        let ray = Ray3d::new(Vec3::Y * 3.0, Dir3::NEG_Y);
+        let id = RayId::new(camera, PointerId::Mouse);
+        app.world_mut().resource_mut::<RayMap>().map.insert(id, ray);
+        let reported = |app: &mut App| -> Vec<(Entity, f32)> {
+            let world = app.world_mut();
+            world.run_system_once(report).expect("it can run");
+            let hits = world
+                .resource_mut::<Messages<PointerHits>>()
+                .drain()
+                .collect::<Vec<_>>();
+            hits.into_iter()
+                .flat_map(|hits| hits.picks)
+                .map(|(entity, data)| (entity, data.depth))
+                .collect()
+        };
+        let [(hit, depth)] = reported(&mut app)[..] else {
+            panic!("one body");
+        };
+        assert_eq!(hit, body);
+        // The body fell for at most one tick: g/60² = 2.7 mm.
+        assert!((depth - 2.5).abs() < 3e-3, "{depth}");
+        app.world_mut().entity_mut(body).insert(Pickable::IGNORE);
+        assert_eq!(reported(&mut app), []);
     }
 }

@@ -101,6 +101,38 @@ fn a_body_lies_on_another_at_the_thickness_of_their_contact() {
     assert!((gap - thickness).abs() < 0.3 * thickness, "gap {gap} m");
 }
 
+/// At rest, contacts carry the weight: Σ(λₙn + λₜ)/h² = mg on the upper of two cubes. A velocity that
+/// changes by less than 1e-3 m/s in the second of the mean changes it by 1e-4 mg; forces are those of
+/// the last substep of each tick, whose deviations from the mean average out to below a hundredth.
+#[test]
+fn contact_forces_carry_the_weight() {
+    let mut world = two_cubes();
+    world.sleep.enabled = false;
+    (0..300).for_each(|_| world.tick());
+    let ticks = 60;
+    let mut mean = DVec3::ZERO;
+    for _ in 0..ticks {
+        world.tick();
+        for contact in world.contacts.forces() {
+            let on_first = contact.normal * contact.normal_force + contact.friction;
+            assert!(contact.normal_force > 0.0);
+            assert_ne!(contact.bodies[0], contact.bodies[1]);
+            let sign = if contact.bodies[0] == 1 { 1.0 } else { -1.0 };
+            mean += on_first * sign / f64::from(ticks);
+            // Between the two cubes.
+            assert!((0.2..0.4).contains(&contact.point.y), "{:?}", contact.point);
+        }
+    }
+    let mass = world.bodies[1].particles.positions.iter();
+    let mass: f64 = mass.map(|x| 1.0 / f64::from(x.w)).sum();
+    let weight = mass * 9.81;
+    assert!(
+        (mean.y - weight).abs() < 0.01 * weight,
+        "{mean} N, but {weight} N"
+    );
+    assert!(mean.x.hypot(mean.z) < 0.01 * weight, "{mean} N");
+}
+
 #[test]
 fn nothing_crosses_at_300_m_per_s_in_a_single_substep() {
     for layers in [1, 3] {

@@ -6,7 +6,7 @@ use crate::{
 };
 use bevy::prelude::*;
 
-/// Draws contact forces while the view asks for them.
+/// Draws contact forces while that view option is on.
 pub struct ContactsPlugin;
 
 impl Plugin for ContactsPlugin {
