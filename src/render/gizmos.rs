@@ -76,7 +76,7 @@ fn bodies(
             Some(drawn) => drawn.particles[particle].truncate(),
             None => particles.position(particle).as_vec3(),
         };
-        let mean = mean_edge(body);
+        let mean = body.surface().mean_edge;
         let shows = gizmos.config_ext.clone();
         if shows.particles {
             for particle in 0..particles.len() {
@@ -127,16 +127,10 @@ fn contacts(
             continue;
         };
         let force = contact.normal * contact.normal_force + contact.friction;
-        let along = force.normalize_or_zero() * mean_edge(body);
+        let along = force.normalize_or_zero() * body.surface().mean_edge;
         let color = force_color(force.length());
         gizmos.line(contact.point, contact.point + along, color);
     }
-}
-
-/// Mean rest length of the edges of a body [m].
-fn mean_edge(body: &SoftBody) -> f32 {
-    let lengths = &body.edges.rest_length;
-    lengths.iter().sum::<f32>() / lengths.len().max(1) as f32
 }
 
 /// The color of a force [N]: blue at 1 mN and below, over green and yellow, to red at 1 kN and above, logarithmic.

@@ -170,11 +170,11 @@ impl Bodies<'_, '_> {
         );
     }
 
-    /// Runs some substeps of a tick, and tracks the energy if `booked`.
+    /// Runs some substeps of a tick, and tracks the energy if `tracked`.
     pub fn advance(
         &mut self,
         substeps: &Range<u32>,
-        (read, booked): (bool, bool),
+        (read, tracked): (bool, bool),
     ) -> impl Iterator<Item = Outcome> {
         let context = self.current.context(&self.threads);
         let iterations = substeps.len() * context.settings.substep(0).total_iterations() as usize;
@@ -183,7 +183,7 @@ impl Bodies<'_, '_> {
             |_, _| true,
             |stepper, context| {
                 stepper.prepare(read);
-                if booked {
+                if tracked {
                     ledger::advance(stepper, substeps.clone(), context)
                 } else {
                     stepper.advance(substeps.clone(), context)?;
@@ -192,7 +192,7 @@ impl Bodies<'_, '_> {
             },
             Some(&|companions, contacts, context| {
                 together::each(companions, context, |it, _| it.body.prepare(read));
-                together::advance(companions, contacts, substeps.clone(), booked, context);
+                together::advance(companions, contacts, substeps.clone(), tracked, context);
             }),
         );
         self.outcomes.drain(..)

@@ -252,16 +252,16 @@ fn advance_all(
     outcomes: &mut Vec<Outcome>,
     substeps: Range<u32>,
 ) {
-    let booked = world.resource::<EnergyLedger>().on;
+    let tracked = world.resource::<EnergyLedger>().on;
     let read = are_multipliers_read(world);
     let started = Instant::now();
-    outcomes.extend(all(bodies, world).advance(&substeps, (read, booked)));
+    outcomes.extend(all(bodies, world).advance(&substeps, (read, tracked)));
     world.resource_mut::<Profile>().solve(started.elapsed());
     let h = world.resource::<UnderWay>().settings.substep_seconds();
     let passed = Duration::from_secs_f64(h * f64::from(substeps.len() as u32));
     world.resource_mut::<Time<SubstepTime>>().advance_by(passed);
     for Outcome { entity, result } in outcomes.drain(..) {
-        if booked {
+        if tracked {
             world
                 .resource_mut::<EnergyLedger>()
                 .add(result.as_ref().ok().copied());

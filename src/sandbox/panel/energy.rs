@@ -309,9 +309,12 @@ fn track(ui: &mut Ui, panel: &mut Panel, energy: &EnergyModel) {
                 position,
                 ..
             } => Some(format!(
-                "{plot_name}: {}\n{} ticks ago",
+                "{plot_name}: {}\n{}",
                 joules(position.y),
-                -position.x
+                match -position.x {
+                    1.0 => "1 tick ago".to_owned(),
+                    ticks => format!("{ticks} ticks ago"),
+                }
             )),
             HoverPosition::Elsewhere { .. } => None,
         });

@@ -96,7 +96,7 @@ struct Workspace {
     /// Displacements at the end of the last iteration [m].
     left: Vec<Vec4>,
     /// λ of Gauss–Seidel iterations.
-    swept: [Vec<f32>; ElasticKind::COUNT],
+    iterated: [Vec<f32>; ElasticKind::COUNT],
     status: Status,
 }
 
@@ -266,7 +266,7 @@ impl Workspace {
             + size_of_val(&self.w[..])
             + size_of_val(&self.left[..])
             + self
-                .swept
+                .iterated
                 .iter()
                 .map(|all| size_of_val(&all[..]))
                 .sum::<usize>()
@@ -335,9 +335,9 @@ impl Workspace {
                 *u = (*x - p.truncate().as_dvec3()).as_vec3().extend(0.0);
             }
         }
-        for (told, column) in given.lambdas.iter_mut().zip(&self.columns) {
-            for (told, lambda) in told.iter_mut().zip(&column.lambdas) {
-                *told = *lambda as f32;
+        for (out, column) in given.lambdas.iter_mut().zip(&self.columns) {
+            for (out, lambda) in out.iter_mut().zip(&column.lambdas) {
+                *out = *lambda as f32;
             }
         }
         true
@@ -487,24 +487,24 @@ impl Workspace {
             if !given.effects.has(kind) || !kind.is_solved_directly() {
                 continue;
             }
-            let swept = &mut self.swept[kind as usize];
-            swept.resize(kind.multipliers(given.topology), 0.0);
+            let iterated = &mut self.iterated[kind as usize];
+            iterated.resize(kind.multipliers(given.topology), 0.0);
             let solved = &mut self.columns[kind as usize].lambdas;
-            for (swept, solved) in swept.iter_mut().zip(&*solved) {
-                *swept = *solved as f32;
+            for (iterated, solved) in iterated.iter_mut().zip(&*solved) {
+                *iterated = *solved as f32;
             }
             iterate_kind(
                 (given.effects, kind),
                 given.topology,
                 given.h,
                 given.part.reborrow(),
-                Multipliers::of_iteration(swept, (iteration, iterations, true)),
+                Multipliers::of_iteration(iterated, (iteration, iterations, true)),
             );
-            for (solved, swept) in solved.iter_mut().zip(&*swept) {
-                *solved = f64::from(*swept);
+            for (solved, iterated) in solved.iter_mut().zip(&*iterated) {
+                *solved = f64::from(*iterated);
             }
-            for (told, swept) in given.lambdas[kind as usize].iter_mut().zip(&*swept) {
-                *told = *swept;
+            for (out, iterated) in given.lambdas[kind as usize].iter_mut().zip(&*iterated) {
+                *out = *iterated;
             }
         }
         predicted(&mut self.x, &given.part);

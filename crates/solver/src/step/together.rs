@@ -148,15 +148,15 @@ pub fn are_needed<'a>(bodies: impl Iterator<Item = (&'a Effects, bool)>) -> bool
 }
 
 /// Performs some substeps of a tick. A failed body keeps its state, and the others continue without
-/// it. Tracks energy if `booked`.
+/// it. Tracks energy if `tracked`.
 pub fn advance(
     bodies: &mut [Companion],
     contacts: &mut Contacts,
     substeps: Range<u32>,
-    booked: bool,
+    tracked: bool,
     context: &StepContext,
 ) {
-    if booked {
+    if tracked {
         each(bodies, context, |it, context| {
             it.tracker = Some(Box::new(EnergyTracker::of(&mut it.body, context)));
         });
