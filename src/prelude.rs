@@ -12,8 +12,8 @@ pub use crate::{
         SoftBodyBuilder,
     },
     solver::{
-        Body, Collider, ColliderShape, Compliance, Damping, Density, Friction, Iterations,
-        Particles, Path, Pose, Rate, RestShape, Restitution, Settings, Stiffness, Substeps,
-        Topology,
+        Body, Collider, ColliderMesh, ColliderShape, Compliance, Damping, Density, Friction,
+        Iterations, Particles, Path, Pose, Rate, RestShape, Restitution, Settings, Stiffness,
+        Substeps, Topology,
     },
 };

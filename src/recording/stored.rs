@@ -242,7 +242,7 @@ impl StoredCollider {
     fn of(collider: &Collider) -> Self {
         let Collider { shape, start, path } = collider;
         Self {
-            shape: *shape,
+            shape: shape.clone(),
             start: *start,
             path: path.clone(),
         }

@@ -123,7 +123,8 @@ fn contacts(
         return;
     };
     for contact in contacts.forces() {
-        let Ok(body) = bodies.get(contact.bodies[0]) else {
+        let mut touching = contact.bodies.into_iter().flatten();
+        let Some(body) = touching.find_map(|body| bodies.get(body).ok()) else {
             continue;
         };
         let force = contact.normal * contact.normal_force + contact.friction;

@@ -1,18 +1,19 @@
 //! Builds a plain world from a scene, with the skins of its bodies.
 
 use super::{
-    Answer, BodySpec, CameraSpec, ColliderSpec, Look, Material, Pins, PointSpec, Scene, SceneError,
-    StitchSpec, StitchTo,
+    Answer, BodySpec, CameraSpec, ColliderError, ColliderSpec, Look, Material, Pins, PointSpec,
+    Scene, SceneError, ShapeSpec, StitchSpec, StitchTo,
 };
 use crate::{
-    mesh::{self, FileMesh, Skin, SoftMesh},
+    mesh::{self, BuildOptions, FileMesh, Skin, SoftMesh, Treatment},
     simulation::SpawnOrders,
     solver::{
-        Body, Collider, Effects, ParticleIndex, Pose, Stitch, StitchEnd, StitchError, Stitches,
-        SurfacePoint, Topology, VertexIndex, World,
+        Body, Collider, ColliderMesh, ColliderShape, Effects, ParticleIndex, Pose, RestShape,
+        Stitch, StitchEnd, StitchError, Stitches, SurfacePoint, Topology, VertexIndex, World,
         contact::pose::rotation_degrees,
         deform, direct, measure,
         numbering::Numbering,
+        quantity::finite,
         topology::{Dimension, bounds},
     },
 };
@@ -66,10 +67,15 @@ impl Scene {
             notes: Vec::new(),
         };
         for (place, spec) in self.colliders.iter().enumerate() {
-            let collider = collider(spec).map_err(|error| SceneError::Collider {
+            let (collider, notes) = self.collider(spec).map_err(|error| SceneError::Collider {
                 index: place + 1,
                 error,
             })?;
+            let notes = notes.into_iter();
+            let number = place + 1;
+            built
+                .notes
+                .extend(notes.map(|note| format!("collider {number}: {note}")));
             built.world.colliders.push(collider);
         }
         // A few at a time, so that a limit is detected before many more are built.
@@ -177,6 +183,37 @@ impl Scene {
                     .to_owned(),
             )),
         }
+    }
+
+    /// Builds a collider, with notes about its mesh.
+    fn collider(&self, spec: &ColliderSpec) -> Result<(Collider, Vec<String>), ColliderError> {
+        for v in [spec.position, spec.rotation] {
+            for component in v.to_array() {
+                finite("position or rotation", component)?;
+            }
+        }
+        let start = Pose {
+            rotation: rotation_degrees(spec.rotation),
+            translation: spec.position.as_dvec3(),
+        };
+        let (shape, notes) = match &spec.shape {
+            &ShapeSpec::Sphere { radius } => (ColliderShape::Sphere { radius }, Vec::new()),
+            &ShapeSpec::Box { size } => (ColliderShape::Box { size }, Vec::new()),
+            &ShapeSpec::Capsule { radius, length } => {
+                (ColliderShape::Capsule { radius, length }, Vec::new())
+            }
+            ShapeSpec::Mesh { file, size } => {
+                let options = BuildOptions {
+                    size: *size,
+                    treatment: Treatment::Shell,
+                    ..BuildOptions::default()
+                };
+                mesh_shape(mesh::build(self.file_mesh(file)?, &options)?)?
+            }
+            ShapeSpec::Surface(primitive) => mesh_shape(primitive.build()?)?,
+        };
+        let collider = Collider::moving(shape, start, spec.path.clone())?;
+        Ok((collider, notes))
     }
 
     fn file_mesh(&self, file: &str) -> Result<FileMesh, mesh::MeshError> {
@@ -509,15 +546,13 @@ fn stitches(spec: &BodySpec, body: &Body, colliders: &[Collider]) -> Result<Stit
     })
 }
 
-fn collider(spec: &ColliderSpec) -> Result<Collider, crate::solver::InvalidValue> {
-    for v in [spec.position, spec.rotation] {
-        for component in v.to_array() {
-            crate::solver::quantity::finite("position or rotation", component)?;
-        }
-    }
-    let start = Pose {
-        rotation: rotation_degrees(spec.rotation),
-        translation: spec.position.as_dvec3(),
-    };
-    Collider::moving(spec.shape, start, spec.path.clone())
+/// Shape of a collider with the triangles of a mesh.
+fn mesh_shape(mesh: SoftMesh) -> Result<(ColliderShape, Vec<String>), ColliderError> {
+    let RestShape {
+        vertices,
+        triangles,
+        ..
+    } = mesh.shape;
+    let shape = ColliderMesh::new(&vertices, &triangles)?;
+    Ok((ColliderShape::Mesh(shape), mesh.notes))
 }

@@ -2,7 +2,7 @@
 
 use crate::{
     mesh::MeshError,
-    solver::{InvalidValue, TopologyError},
+    solver::{ColliderMeshError, InvalidValue, TopologyError},
 };
 use std::path::PathBuf;
 
@@ -61,8 +61,8 @@ pub enum SceneError {
     Collider {
         /// Its index in the list, from 1.
         index: usize,
-        /// The error of the parameter.
-        error: InvalidValue,
+        /// The error.
+        error: ColliderError,
     },
     /// A parameter of a body is invalid.
     #[error("body “{body}”: {message}")]
@@ -83,4 +83,19 @@ pub enum SceneError {
     /// The acceptance criteria cannot be evaluated.
     #[error("acceptance: {0}")]
     Acceptance(String),
+}
+
+/// Error of a collider.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ColliderError {
+    /// A parameter is invalid.
+    #[error(transparent)]
+    Parameter(#[from] InvalidValue),
+    /// Its mesh cannot be loaded or generated.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// Its mesh is not a surface.
+    #[error("{0}: use a body of triangles or tetrahedra")]
+    Surface(#[from] ColliderMeshError),
 }

@@ -5,8 +5,7 @@ use super::{Acceptance, Answer, SceneError, registry, spawn::CurrentScene};
 use crate::{
     mesh::{BuildOptions, Primitive, Treatment},
     solver::{
-        self, ColliderShape, Compliance, Deformation, Density, Effects, Force, Mass, Path,
-        Settings, VertexIndex,
+        self, Compliance, Deformation, Density, Effects, Force, Mass, Path, Settings, VertexIndex,
     },
 };
 use glam::{UVec3, Vec3};
@@ -231,7 +230,7 @@ pub struct Copies {
 #[serde(deny_unknown_fields)]
 pub struct ColliderSpec {
     /// Its shape.
-    pub shape: ColliderShape,
+    pub shape: ShapeSpec,
     /// Position [m].
     #[serde(default)]
     pub position: Vec3,
@@ -241,6 +240,39 @@ pub struct ColliderSpec {
     /// Motion.
     #[serde(default)]
     pub path: Path,
+}
+
+/// Shape of a collider.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum ShapeSpec {
+    /// A ball.
+    Sphere {
+        /// Radius [m].
+        radius: f32,
+    },
+    /// A box.
+    Box {
+        /// Full side lengths [m].
+        size: Vec3,
+    },
+    /// A cylinder along y with hemispherical caps.
+    Capsule {
+        /// Radius [m].
+        radius: f32,
+        /// Length of the cylinder without the caps [m].
+        length: f32,
+    },
+    /// The triangles of a mesh file, centered on their bounding box.
+    Mesh {
+        /// Name of a built-in mesh, or path of a file relative to the scene file.
+        file: String,
+        /// Length of the longest side [m]; defaults to the file's numbers in meters.
+        #[serde(default)]
+        size: Option<f32>,
+    },
+    /// The surface of a generated mesh.
+    Surface(Primitive),
 }
 
 /// Camera position.

@@ -38,10 +38,10 @@ pub use crate::simulation::{BodySkin, SceneEntity};
 pub use acceptance::{Acceptance, Check};
 pub use answer::Answer;
 pub use build::BuiltScene;
-pub use error::SceneError;
+pub use error::{ColliderError, SceneError};
 pub use file::{
     BodySpec, CameraSpec, ColliderSpec, Copies, MeshSpec, Pins, PointSpec, Scene, SceneEffects,
-    StitchSpec, StitchTo, parse,
+    ShapeSpec, StitchSpec, StitchTo, parse,
 };
 pub use material::Material;
 pub use spawn::{CurrentScene, Look, despawn, spawn};

@@ -29,6 +29,8 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "shapes",
     "many_bodies",
     "pile",
+    "bowl",
+    "stairs",
     "tablecloth",
     "compliance_ladder",
     "edges_and_volume",

@@ -30,11 +30,6 @@ macro_rules! carried {
         }
 
         impl CarriedItem<'_, '_> {
-            /// Whether the body has contacts with others or itself.
-            pub fn can_touch(&self) -> bool {
-                self.contact.is_some() || self.self_contact.is_some()
-            }
-
             /// Copies of the effects.
             pub fn effects(&self) -> Effects {
                 Effects {

@@ -9,7 +9,7 @@ use crate::solver::{
     SelfContact, Stitches, Substep, Threads, WorkEstimate,
     advance::{NotFinite, Stage, StepContext, Stepper, Watch},
     ledger,
-    step::together::{self, Companion, are_needed},
+    step::together::{self, COLLIDE, Companion, are_needed},
 };
 use bevy::{ecs::system::SystemParam, prelude::*};
 use std::{mem::take, ops::Range, time::Instant};
@@ -92,15 +92,15 @@ pub struct BodyContacts {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct BodyContact {
-    /// The bodies; equal for a contact of a body with itself.
-    pub bodies: [Entity; 2],
+    /// The bodies, equal for a contact of a body with itself; `None` for a collider.
+    pub bodies: [Option<Entity>; 2],
     /// The middle of the gap [m].
     pub point: Vec3,
-    /// Direction of the force on the first body, a unit vector.
+    /// Direction of the force on the first one, a unit vector.
     pub normal: Vec3,
     /// Normal force, not negative [N].
     pub normal_force: f32,
-    /// Friction force on the first body, perpendicular to the normal [N].
+    /// Friction force on the first one, perpendicular to the normal [N].
     pub friction: Vec3,
 }
 
@@ -114,7 +114,7 @@ impl BodyContacts {
     /// The contacts that pushed in the last substep, with their forces.
     pub fn forces(&self) -> impl Iterator<Item = BodyContact> {
         self.contacts.forces().map(|it| BodyContact {
-            bodies: it.bodies.map(|place| self.bodies[place as usize]),
+            bodies: it.bodies.map(|place| Some(self.bodies[place? as usize])),
             point: it.point.as_vec3(),
             normal: it.normal.as_vec3(),
             normal_force: it.normal_force as f32,
@@ -147,9 +147,10 @@ type Together<'a> = &'a dyn Fn(&mut [Companion], &mut Contacts, &StepContext);
 impl Bodies<'_, '_> {
     /// Whether each substep needs a start step: for a body under repair, or for bodies that touch.
     pub fn begin_each_substep(&self) -> bool {
+        let has_meshes = self.current.has_meshes();
         let mut bodies = self.bodies.iter();
         bodies.any(|(.., particles, _, _, _, carried)| {
-            !particles.repair.is_empty() || carried.can_touch()
+            !particles.repair.is_empty() || carried.effects().touches_surfaces(has_meshes)
         })
     }
 
@@ -202,10 +203,13 @@ impl Bodies<'_, '_> {
     /// checks for non-finite values.
     pub fn stage(&mut self, stage: Stage) -> impl Iterator<Item = Outcome> {
         let (step, iteration) = (self.current.step, self.current.iteration);
-        let is_contact = matches!(stage, Stage::Contact | Stage::SelfContact);
+        let has_meshes = self.current.has_meshes();
+        let is_contact =
+            matches!(stage, Stage::Contact | Stage::SelfContact) || stage == COLLIDE && has_meshes;
         let has_it = |effects: &Effects, stitched| {
             // Contacts involve all bodies that can touch, whichever of the two effects they carry.
-            stage.acts(effects, stitched, step.method) || is_contact && effects.can_touch()
+            stage.acts(effects, stitched, step.method)
+                || is_contact && effects.touches_surfaces(has_meshes)
         };
         let each = |stepper: &mut Stepper, context: &StepContext| {
             stepper.stage(stage, &step, iteration, context)?;
@@ -216,6 +220,13 @@ impl Bodies<'_, '_> {
         };
         let solve: Together = &|companions, contacts, context| {
             together::solve(companions, contacts, stage, context);
+            if stage == COLLIDE {
+                together::each(companions, context, |it, context| {
+                    if it.body.effects.collide.is_some() {
+                        it.result = each(&mut it.body, context);
+                    }
+                });
+            }
         };
         let finish: Together = &|companions, contacts, context| {
             together::cut(companions, contacts, &step, context);
@@ -225,7 +236,7 @@ impl Bodies<'_, '_> {
             together::end(companions, contacts, &step);
         };
         let together = match stage {
-            Stage::Contact | Stage::SelfContact => Some(solve),
+            _ if is_contact => Some(solve),
             Stage::Postsolve => Some(finish),
             _ => None,
         };
@@ -281,13 +292,17 @@ impl Bodies<'_, '_> {
         };
         let started = Instant::now();
         let is_asked = together.is_some();
-        let together =
-            together.filter(|_| are_needed(jobs.iter().map(|job| (&job.effects, job.is_active))));
+        let has_meshes = self.current.has_meshes();
+        let together = together.filter(|_| {
+            let all = jobs.iter().map(|job| (&job.effects, job.is_active));
+            are_needed(all, has_meshes)
+        });
         let alone = match together {
             None => jobs.len(),
             Some(_) => {
-                jobs.sort_unstable_by_key(|job| (job.effects.can_touch(), job.order));
-                jobs.partition_point(|job| !job.effects.can_touch())
+                let touches = |job: &Job| job.effects.touches_surfaces(has_meshes);
+                jobs.sort_unstable_by_key(|job| (touches(job), job.order));
+                jobs.partition_point(|job| !touches(job))
             }
         };
         let (alone, touching) = jobs.split_at_mut(alone);

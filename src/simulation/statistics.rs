@@ -150,7 +150,11 @@ pub fn measure(world: &mut World) -> Statistics {
         .iter()
         .map(|&body| plain::effects(world.entity(body)));
     let carried: Vec<Effects> = carried.collect();
-    if carried.iter().any(Effects::can_touch) {
+    let colliders = plain::colliders(world);
+    let time = world.resource::<SimulationClock>().time();
+    let meshes: Vec<_> = colliders.iter().filter_map(|it| it.mesh_at(time)).collect();
+    let touches = |it: &Effects| it.touches_surfaces(!meshes.is_empty());
+    if carried.iter().any(touches) {
         all.contacts = Some(world.resource::<BodyContacts>().counts().acting);
         let outlines = bodies.iter().zip(&carried).filter_map(|(&body, effects)| {
             Some(Outline {
@@ -159,7 +163,7 @@ pub fn measure(world: &mut World) -> Statistics {
                 particles: world.get::<Particles>(body)?,
             })
         });
-        all.crossings = Some(crossings(outlines));
+        all.crossings = Some(crossings(outlines, &meshes));
     }
     all.momentum = momentum.to_array();
     all.angular_momentum = angular.to_array();

@@ -52,6 +52,11 @@ impl CurrentSubstep {
         self.swept.of(self.step.index)
     }
 
+    /// Whether a collider is a mesh.
+    pub(super) fn has_meshes(&self) -> bool {
+        self.swept.has_meshes()
+    }
+
     /// Context for stepping bodies with the solver.
     #[must_use]
     pub fn context<'a>(&'a self, threads: &'a SolverThreads) -> StepContext<'a> {

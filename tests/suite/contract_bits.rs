@@ -49,7 +49,7 @@ fn everything() -> World {
         period: 1.3,
     };
     world.colliders = vec![
-        Collider::new(ball, Pose::at(DVec3::new(-0.6, 0.9, 0.05))).expect("sound"),
+        Collider::new(ball.clone(), Pose::at(DVec3::new(-0.6, 0.9, 0.05))).expect("sound"),
         Collider::moving(ball, Pose::at(DVec3::new(-2.0, 0.2, 1.4)), shake).expect("sound"),
     ];
     world

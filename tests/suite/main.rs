@@ -76,6 +76,7 @@ mod solver_ground;
 mod solver_hour;
 mod solver_measure;
 mod solver_membrane;
+mod solver_mesh_collider;
 mod solver_methods;
 mod solver_modes;
 mod solver_neo_hookean;

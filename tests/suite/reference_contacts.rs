@@ -74,7 +74,8 @@ fn colliders_equal_the_reference() {
                 translation: DVec3::new(0.1, -0.2, 0.05),
             };
             let mut world = world(settings(60.0), body);
-            world.colliders = vec![Collider::moving(shape, pose, path.clone()).expect("sound")];
+            world.colliders =
+                vec![Collider::moving(shape.clone(), pose, path.clone()).expect("sound")];
             let state = step(world);
             for i in 0..state.len() {
                 // To the collider's frame and back: about 36 operations on lengths below 2 m; the

@@ -97,7 +97,7 @@ fn no_vertex_of_a_soft_cube_comes_into_a_box_or_a_capsule() {
         let mut cube = colliding(with(body("cube", cube(0.8, 4), 1000.0), elastic()));
         cube.translate(Vec3::new(0.1, 1.7, 0.05));
         let mut world = world(settings(G, 60.0, 10, 2), cube);
-        world.colliders = vec![still(shape, Vec3::ZERO)];
+        world.colliders = vec![still(shape.clone(), Vec3::ZERO)];
         let mut touched = false;
         for _ in 0..120 {
             world.tick();
@@ -115,7 +115,7 @@ fn a_particle_at_the_very_center_gets_out_and_stays_finite() {
             settings(0.0, 60.0, 1, 1),
             particle_at(Vec3::ONE, Vec3::ZERO),
         );
-        world.colliders = vec![still(shape, Vec3::ONE)];
+        world.colliders = vec![still(shape.clone(), Vec3::ONE)];
         world.tick();
         assert!(position(&world, 0).is_finite());
         assert!(
@@ -137,7 +137,7 @@ fn a_fast_particle_does_not_go_through_a_thin_wall() {
         let aim = Vec3::new(300.0, 0.0, 0.0) + random_vector(&mut random, 100.0);
         let body = particle_at(Vec3::new(-3.0 * random.next() - 0.1, 0.0, 0.0), aim);
         let mut world = world(settings(G, 60.0, 1, 1), body);
-        world.colliders = vec![still(wall, Vec3::ZERO)];
+        world.colliders = vec![still(wall.clone(), Vec3::ZERO)];
         for _ in 0..10 {
             world.tick();
             assert!(
@@ -173,7 +173,7 @@ fn a_fast_sphere_or_capsule_takes_what_it_meets_with_it_or_aside() {
     for shape in [SPHERE, CAPSULE] {
         let mut world = world(settings(0.0, 60.0, 1, 1), cloud(500, 1.0, 5));
         let velocity = Vec3::new(300.0, 0.0, 0.0);
-        world.colliders = vec![moving(shape, Vec3::new(-12.0, 0.0, 0.0), velocity)];
+        world.colliders = vec![moving(shape.clone(), Vec3::new(-12.0, 0.0, 0.0), velocity)];
         let before: Vec<_> = world.bodies[0].particles.positions.clone();
         for _ in 0..3 {
             world.tick();

@@ -117,7 +117,11 @@ fn contact_forces_carry_the_weight() {
             let on_first = contact.normal * contact.normal_force + contact.friction;
             assert!(contact.normal_force > 0.0);
             assert_ne!(contact.bodies[0], contact.bodies[1]);
-            let sign = if contact.bodies[0] == 1 { 1.0 } else { -1.0 };
+            let sign = if contact.bodies[0] == Some(1) {
+                1.0
+            } else {
+                -1.0
+            };
             mean += on_first * sign / f64::from(ticks);
             // Between the two cubes.
             assert!((0.2..0.4).contains(&contact.point.y), "{:?}", contact.point);

@@ -31,6 +31,7 @@ macro_rules! asset {
 
 /// All built-in meshes, sorted by name.
 pub const ASSETS: &[Asset] = &[
+    asset!("bowl", "bowl.obj", "a bowl"),
     asset!("bunny", "bunny.obj", "the Stanford bunny"),
     asset!(
         "bunny_coarse",
@@ -38,6 +39,7 @@ pub const ASSETS: &[Asset] = &[
         "the Stanford bunny in 1970 tetrahedra"
     ),
     asset!("dragon", "dragon.obj", "the Stanford dragon"),
+    asset!("stairs", "stairs.obj", "a staircase"),
     asset!("teapot", "teapot.obj", "the Utah teapot"),
 ];
 

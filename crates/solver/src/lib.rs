@@ -43,8 +43,8 @@ use step::{executor, phases, shared_body, substep};
 
 pub use body::{Body, Quarantine};
 pub use contact::{
-    Collide, Collider, ColliderShape, Contact, ContactCounts, ContactForce, ContactMultiplier,
-    Contacts, Ground, Path, Pose, SelfContact, StickyGround,
+    Collide, Collider, ColliderMesh, ColliderMeshError, ColliderShape, Contact, ContactCounts,
+    ContactForce, ContactMultiplier, Contacts, Ground, Path, Pose, SelfContact, StickyGround,
 };
 pub use deform::{Deformation, deform};
 pub use direct::{Direct, DirectWorkspace};

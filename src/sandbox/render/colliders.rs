@@ -3,9 +3,9 @@
 use crate::sandbox::render::material::{Finish, SkinMaterial};
 use crate::{
     simulation::{SimulationClock, SimulationSettings},
-    solver::{Collider, ColliderShape, Pose},
+    solver::{Collider, ColliderMesh, ColliderShape, Pose},
 };
-use bevy::prelude::*;
+use bevy::{asset::RenderAssetUsages, mesh::PrimitiveTopology, prelude::*};
 
 /// Draws the colliders.
 pub struct CollidersPlugin;
@@ -42,16 +42,30 @@ fn dress(
 const DRAWN: f32 = 0.985;
 
 fn mesh(shape: &ColliderShape) -> Mesh {
-    let full = match *shape {
-        ColliderShape::Sphere { radius } => Sphere::new(radius).mesh().uv(64, 32),
-        ColliderShape::Box { size } => Cuboid::from_size(size).mesh().build(),
-        ColliderShape::Capsule { radius, length } => Capsule3d::new(radius, length)
+    let full = match shape {
+        ColliderShape::Sphere { radius } => Sphere::new(*radius).mesh().uv(64, 32),
+        ColliderShape::Box { size } => Cuboid::from_size(*size).mesh().build(),
+        ColliderShape::Capsule { radius, length } => Capsule3d::new(*radius, *length)
             .mesh()
             .longitudes(48)
             .latitudes(24)
             .build(),
+        // Bodies stay off by their thickness.
+        ColliderShape::Mesh(mesh) => return triangles(mesh),
     };
     full.scaled_by(Vec3::splat(DRAWN))
+}
+
+/// Flat triangles, so that edges of steps are sharp.
+fn triangles(mesh: &ColliderMesh) -> Mesh {
+    let corners = mesh.triangles().iter().flatten();
+    let positions: Vec<Vec3> = corners.map(|&v| mesh.vertices()[v as usize]).collect();
+    Mesh::new(
+        PrimitiveTopology::TriangleList,
+        RenderAssetUsages::RENDER_WORLD,
+    )
+    .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
+    .with_computed_flat_normals()
 }
 
 fn place(

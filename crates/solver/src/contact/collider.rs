@@ -1,6 +1,6 @@
 //! Rigid colliders, static or moving on a given path.
 
-use super::{ColliderShape, Path, Pose};
+use super::{ColliderMesh, ColliderShape, Path, Pose};
 use crate::{InvalidValue, Settings};
 use glam::{DVec3, Vec3};
 
@@ -42,11 +42,17 @@ impl Collider {
         self.path.pose(&self.start, time)
     }
 
+    /// Its mesh, if it is one, with its pose at a time [s].
+    #[must_use]
+    pub fn mesh_at(&self, time: f64) -> Option<(&ColliderMesh, Pose)> {
+        Some((self.shape.mesh()?, self.pose_at(time)))
+    }
+
     /// Motion between two times [s].
     #[must_use]
     pub fn sweep(&self, from: f64, to: f64) -> SweptCollider {
         SweptCollider {
-            shape: self.shape,
+            shape: self.shape.clone(),
             from: self.pose_at(from),
             to: self.pose_at(to),
         }
@@ -54,7 +60,7 @@ impl Collider {
 }
 
 /// A collider over one substep.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SweptCollider {
     /// Shape, in the local frame.
     pub shape: ColliderShape,
@@ -108,6 +114,12 @@ impl Swept {
         }
         let end = time + settings.tick_seconds();
         self.sweeps.extend(colliders.map(|c| c.sweep(time, end)));
+    }
+
+    /// Whether a collider is a mesh.
+    #[must_use]
+    pub fn has_meshes(&self) -> bool {
+        self.sweeps.iter().any(|it| it.shape.mesh().is_some())
     }
 
     /// Motion over the whole tick.

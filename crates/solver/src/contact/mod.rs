@@ -14,6 +14,7 @@
 
 pub mod collide;
 pub mod collider;
+mod collider_mesh;
 pub mod ground;
 pub mod multiplier;
 pub mod pairs;
@@ -25,6 +26,7 @@ pub mod shape;
 
 pub use collide::Collide;
 pub use collider::Collider;
+pub use collider_mesh::{ColliderMesh, ColliderMeshError};
 pub use ground::{Ground, StickyGround};
 pub use multiplier::ContactMultiplier;
 pub use pairs::{Contact, ContactCounts, ContactForce, Contacts, SelfContact};

@@ -1,7 +1,7 @@
 //! Ground and colliders of the [reference](crate::reference), which share only their parameters
 //! with those of the fast solver.
 
-use super::{ColliderShape, Pose};
+use super::{ColliderShape, collider::SweptCollider};
 use crate::effects::body_effect::{ReferenceParticles, ReferencePass};
 use glam::DVec3;
 
@@ -61,7 +61,7 @@ pub(super) fn ground(
 /// A pass over collider number `number`; friction µ and restitution e.
 pub(super) fn collide(
     body: &mut ReferenceParticles,
-    (number, &(shape, from, to)): (usize, &(ColliderShape, Pose, Pose)),
+    (number, SweptCollider { shape, from, to }): (usize, &SweptCollider),
     surface: (f64, f64),
     all: &mut [Pushed],
     pass: &ReferencePass,
@@ -121,25 +121,26 @@ fn respond(
 }
 
 /// Normal of a shape towards a point outside of it, and its depth, which is not positive.
-fn gradient(shape: ColliderShape, x: DVec3) -> (DVec3, f64) {
+fn gradient(shape: &ColliderShape, x: DVec3) -> (DVec3, f64) {
     let distance = distance(shape, x);
     if distance <= 0.0 {
         return (nearest_exit(shape, x).0, 0.0);
     }
-    let outward = match shape {
+    let outward = match *shape {
         ColliderShape::Box { size } => {
             let half = size.as_dvec3() / 2.0;
             x - x.clamp(-half, half)
         }
         ColliderShape::Sphere { .. } => x,
         ColliderShape::Capsule { length, .. } => x - on_axis(x, length),
+        ColliderShape::Mesh(_) => DVec3::Y,
     };
     (outward.normalize(), -distance)
 }
 
 /// Normal and depth for a point that moved from `from` to `to`, in the collider's frame; see
 /// [`ColliderShape::exit`] for the choice of the surface.
-pub fn exit(shape: ColliderShape, from: DVec3, to: DVec3) -> Option<(DVec3, f64)> {
+pub fn exit(shape: &ColliderShape, from: DVec3, to: DVec3) -> Option<(DVec3, f64)> {
     let step = to - from;
     let nearest = (distance(shape, to) < 0.0).then(|| nearest_exit(shape, to));
     if nearest.is_some_and(|(normal, _)| normal.dot(step) <= 0.0) {
@@ -161,8 +162,8 @@ pub fn exit(shape: ColliderShape, from: DVec3, to: DVec3) -> Option<(DVec3, f64)
     entered.or(nearest)
 }
 
-fn distance(shape: ColliderShape, x: DVec3) -> f64 {
-    match shape {
+fn distance(shape: &ColliderShape, x: DVec3) -> f64 {
+    match *shape {
         ColliderShape::Box { size } => {
             let q = x.abs() - size.as_dvec3() / 2.0;
             q.max(DVec3::ZERO).length() + q.max_element().min(0.0)
@@ -171,11 +172,12 @@ fn distance(shape: ColliderShape, x: DVec3) -> f64 {
         ColliderShape::Capsule { radius, length } => {
             (x - on_axis(x, length)).length() - f64::from(radius)
         }
+        ColliderShape::Mesh(_) => f64::INFINITY,
     }
 }
 
-fn nearest_exit(shape: ColliderShape, x: DVec3) -> (DVec3, f64) {
-    match shape {
+fn nearest_exit(shape: &ColliderShape, x: DVec3) -> (DVec3, f64) {
+    match *shape {
         ColliderShape::Box { size } => {
             let gaps = size.as_dvec3() / 2.0 - x.abs();
             let axis = if gaps.y <= gaps.x && gaps.y <= gaps.z {
@@ -192,6 +194,7 @@ fn nearest_exit(shape: ColliderShape, x: DVec3) -> (DVec3, f64) {
         ColliderShape::Capsule { radius, length } => {
             round_exit(x - on_axis(x, length), f64::from(radius), DVec3::X)
         }
+        ColliderShape::Mesh(_) => (DVec3::Y, f64::NEG_INFINITY),
     }
 }
 
@@ -206,8 +209,8 @@ fn on_axis(x: DVec3, length: f32) -> DVec3 {
     DVec3::new(0.0, x.y.clamp(-half, half), 0.0)
 }
 
-fn enter(shape: ColliderShape, from: DVec3, step: DVec3) -> Option<f64> {
-    match shape {
+fn enter(shape: &ColliderShape, from: DVec3, step: DVec3) -> Option<f64> {
+    match *shape {
         ColliderShape::Sphere { radius } => enter_sphere(from, step, f64::from(radius)),
         ColliderShape::Box { size } => enter_box(from, step, size.as_dvec3() / 2.0),
         ColliderShape::Capsule { radius, length } => {
@@ -223,6 +226,7 @@ fn enter(shape: ColliderShape, from: DVec3, step: DVec3) -> Option<f64> {
                         .reduce(f64::min)
                 })
         }
+        ColliderShape::Mesh(_) => None,
     }
 }
 

@@ -1,11 +1,12 @@
 //! Collider shapes in their local frame, and where a moving point leaves them.
 
+use super::ColliderMesh;
 use crate::quantity::{InvalidValue, Length};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// A convex shape about the origin.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+/// A convex shape about the origin, or a mesh of triangles.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum ColliderShape {
     /// A ball.
@@ -25,6 +26,10 @@ pub enum ColliderShape {
         /// Length of the cylinder without the caps [m].
         length: f32,
     },
+    /// Triangles, closed or open. Bodies touch it from both sides, with their vertices, edges and
+    /// triangles, and do not cross it (see [`pairs`](super::pairs)). The other functions of this
+    /// type are those of a point without extent, which does not touch it.
+    Mesh(ColliderMesh),
 }
 
 /// Exit point of a shape.
@@ -36,6 +41,12 @@ pub struct Exit {
     pub depth: f64,
 }
 
+/// Exit of a shape that a point never enters.
+const NO_EXIT: Exit = Exit {
+    normal: DVec3::Y,
+    depth: f64::NEG_INFINITY,
+};
+
 impl ColliderShape {
     /// Rejects sizes that are not finite and positive.
     ///
@@ -46,6 +57,8 @@ impl ColliderShape {
             Self::Sphere { radius } => vec![radius],
             Self::Box { size } => size.to_array().to_vec(),
             Self::Capsule { radius, length } => vec![radius, length],
+            // Checked when it was made.
+            Self::Mesh(_) => Vec::new(),
         };
         lengths
             .into_iter()
@@ -59,10 +72,20 @@ impl ColliderShape {
             Self::Sphere { radius } => radius,
             Self::Box { size } => size.length() / 2.0,
             Self::Capsule { radius, length } => radius + length / 2.0,
+            Self::Mesh(ref mesh) => mesh.reach(),
         }
     }
 
-    /// Signed distance of a point to the surface [m], negative inside.
+    /// The mesh, if it is one.
+    #[must_use]
+    pub fn mesh(&self) -> Option<&ColliderMesh> {
+        match self {
+            Self::Mesh(mesh) => Some(mesh),
+            _ => None,
+        }
+    }
+
+    /// Signed distance of a point to the surface [m], negative inside; ∞ for a mesh.
     #[must_use]
     pub fn distance(&self, x: DVec3) -> f64 {
         match *self {
@@ -74,6 +97,7 @@ impl ColliderShape {
             Self::Capsule { radius, length } => {
                 (x - on_axis(x, length.into())).length() - f64::from(radius)
             }
+            Self::Mesh(_) => f64::INFINITY,
         }
     }
 
@@ -116,6 +140,7 @@ impl ColliderShape {
                 let half = size.as_dvec3() / 2.0;
                 (x.clamp(-half, half), 0.0)
             }
+            Self::Mesh(_) => return NO_EXIT,
         };
         let apart = x - from;
         let distance = apart.length();
@@ -146,6 +171,7 @@ impl ColliderShape {
                     depth: gaps.dot(axis),
                 }
             }
+            Self::Mesh(_) => NO_EXIT,
         }
     }
 
@@ -157,6 +183,7 @@ impl ColliderShape {
             Self::Capsule { radius, length } => {
                 enter_capsule(from, step, radius.into(), length.into())
             }
+            Self::Mesh(_) => None,
         }?;
         (t <= 1.0).then(|| from + step * t)
     }

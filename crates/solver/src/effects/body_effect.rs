@@ -8,7 +8,7 @@
 //! follow from the implementation.
 
 use crate::{
-    ColliderShape, Pose, Topology,
+    Topology,
     contact::collider::SweptCollider,
     kernel::sum::SquareSum,
     particles::{Part, Particles},
@@ -190,7 +190,7 @@ pub struct ReferenceParticles<'a> {
 #[derive(Debug, Clone, Copy)]
 pub struct ReferencePass<'a> {
     /// Motion of the colliders in the substep.
-    pub colliders: &'a [(ColliderShape, Pose, Pose)],
+    pub colliders: &'a [SweptCollider],
     /// Gravity [m/s²].
     pub gravity: DVec3,
     /// Length of the substep [s] for implicit Euler.

@@ -161,10 +161,17 @@ impl Effects {
             .filter(|ground| ground.rolling_resistance.get() > 0.0)
     }
 
-    /// Whether the body has contact with others or itself.
+    /// Whether the body has contact with other bodies or itself.
     #[must_use]
     pub fn can_touch(&self) -> bool {
         self.contact.is_some() || self.self_contact.is_some()
+    }
+
+    /// Whether the surface of the body touches other surfaces, in a world with or without colliders
+    /// that are meshes.
+    #[must_use]
+    pub fn touches_surfaces(&self, has_meshes: bool) -> bool {
+        self.can_touch() || has_meshes && self.collide.is_some()
     }
 
     /// Number of constraints of a body with these effects; pressure counts as one, and so do all

@@ -239,7 +239,7 @@ impl BodyEffect for Stitching {
                 StitchEnd::Point(other) => ends.push((other, -1.0)),
                 StitchEnd::Collider { number, place } => match pass.colliders.get(*number as usize)
                 {
-                    Some((.., end)) => fixed = end.apply(place.as_dvec3()),
+                    Some(collider) => fixed = collider.to.apply(place.as_dvec3()),
                     None => continue,
                 },
             }

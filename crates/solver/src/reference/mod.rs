@@ -183,16 +183,14 @@ impl World {
         let gravity = settings.gravity.as_dvec3();
         let start = *time + whole * f64::from(step.index);
         let end = start + whole;
-        let colliders: Vec<_> = colliders
-            .iter()
-            .map(|it| (it.shape, it.pose_at(start), it.pose_at(end)))
-            .collect();
+        let colliders: Vec<_> = colliders.iter().map(|it| it.sweep(start, end)).collect();
+        let has_meshes = colliders.iter().any(|it| it.shape.mesh().is_some());
         for body in &mut *bodies {
             body.h = whole;
         }
-        let touch = are_needed(bodies.iter().map(|body| (&body.effects, true)));
+        let touch = are_needed(bodies.iter().map(|body| (&body.effects, true)), has_meshes);
         if touch {
-            contacts.begin(bodies, step, &Threads::default());
+            contacts.begin(bodies, &colliders, step, &Threads::default());
         }
         let pass = |h: f64, iteration: u32| ReferencePass {
             colliders: &colliders,
@@ -240,6 +238,7 @@ impl World {
                 if touch {
                     contacts.solve(bodies, Between::Bodies);
                     contacts.solve(bodies, Between::Itself);
+                    contacts.solve(bodies, Between::Colliders);
                 }
                 for body in &mut *bodies {
                     let pass = pass(body.h, iteration);

@@ -2,7 +2,7 @@
 
 use super::{Body, Past};
 use crate::{
-    Effects, Settings, Topology, contact::ColliderShape, contact::Pose, contact::exit,
+    Effects, Settings, Topology, contact::collider::SweptCollider, contact::exit,
     contact::pairs::Tangible, force::Force, force::Moment, force::Mote, force::VisitForces,
     history::SHARE, repair::Motes, repair::Repairable, rolling::Pressed, spin::Motion,
     spin::is_free,
@@ -123,7 +123,7 @@ impl Body {
         h: f64,
         gravity: DVec3,
         is_near: bool,
-        swept: &[(ColliderShape, Pose, Pose)],
+        swept: &[SweptCollider],
     ) -> f64 {
         let heights = [
             self.effects.ground.map(|ground| ground.height),
@@ -138,9 +138,9 @@ impl Body {
             let (from, to) = (self.x[i], self.x[i] + (self.v[i] + gravity * h) * h);
             height.is_some_and(|height| from.y.min(to.y) <= height)
                 || self.effects.collide.is_some()
-                    && swept.iter().any(|&(shape, start, end)| {
-                        exit(shape, start.undo(from), end.undo(to)).is_some()
-                    })
+                    && swept
+                        .iter()
+                        .any(|it| exit(&it.shape, it.from.undo(from), it.to.undo(to)).is_some())
         });
         let past = std::mem::take(&mut self.past);
         let unwritten = (0..self.x.len()).filter(|&i| self.w[i] > 0.0).all(|i| {

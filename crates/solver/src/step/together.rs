@@ -23,6 +23,7 @@ use super::{
 use crate::{
     Contacts, Effects, ForceKind, Threads, Topology, WorkEstimate,
     contact::pairs::{Between, Tangible},
+    effects::body_kinds::BodyEffectKind,
     ledger::{EnergyTracker, Ledger},
 };
 use glam::DVec3;
@@ -134,17 +135,19 @@ impl Tangible for Companion<'_> {
 }
 
 /// Whether bodies have to be stepped together, given their effects and whether they are stepped at
-/// all: two with contact between bodies, or one with self-contact.
+/// all: two with contact between bodies, one with self-contact, or one that collides in a world
+/// where a collider is a mesh.
 #[must_use]
-pub fn are_needed<'a>(bodies: impl Iterator<Item = (&'a Effects, bool)>) -> bool {
+pub fn are_needed<'a>(bodies: impl Iterator<Item = (&'a Effects, bool)>, has_meshes: bool) -> bool {
     let (mut others, mut is_any_stepped) = (0, false);
-    let mut touches_itself = false;
+    let (mut touches_itself, mut touches_meshes) = (false, false);
     for (effects, is_stepped) in bodies {
         others += usize::from(effects.contact.is_some());
         is_any_stepped |= is_stepped && effects.can_touch();
         touches_itself |= is_stepped && effects.self_contact.is_some();
+        touches_meshes |= is_stepped && has_meshes && effects.collide.is_some();
     }
-    is_any_stepped && (others > 1 || touches_itself)
+    is_any_stepped && (others > 1 || touches_itself) || touches_meshes
 }
 
 /// Performs some substeps of a tick. A failed body keeps its state, and the others continue without
@@ -171,6 +174,7 @@ pub fn advance(
             for _ in 0..step.contacts_after(iteration) {
                 solve(bodies, contacts, Stage::Contact, context);
                 solve(bodies, contacts, Stage::SelfContact, context);
+                solve(bodies, contacts, COLLIDE, context);
                 each(bodies, context, |it, context| {
                     meet_rigid(it, &step, iteration, context);
                 });
@@ -292,7 +296,7 @@ fn meet_rigid(it: &mut Companion, step: &Substep, iteration: u32, context: &Step
 /// Finds near candidates, before anything moves: repair moves particles too.
 fn find(bodies: &mut [Companion], contacts: &mut Contacts, step: &Substep, context: &StepContext) {
     watched(context, Stage::Contact, || {
-        contacts.begin(bodies, step, context.threads)
+        contacts.begin(bodies, context.swept.of(step.index), step, context.threads)
     });
     let looks_back = context.settings.order.get() > 1;
     for (place, it) in bodies.iter_mut().enumerate() {
@@ -300,7 +304,11 @@ fn find(bodies: &mut [Companion], contacts: &mut Contacts, step: &Substep, conte
     }
 }
 
-/// A pass over contacts of one kind: [`Stage::Contact`] or [`Stage::SelfContact`].
+/// Stage of contacts with colliders.
+pub const COLLIDE: Stage = Stage::Body(BodyEffectKind::Collide);
+
+/// A pass over contacts of one kind: [`Stage::Contact`], [`Stage::SelfContact`], or [`COLLIDE`] for
+/// colliders that are meshes.
 pub fn solve(
     bodies: &mut [Companion],
     contacts: &mut Contacts,
@@ -309,6 +317,7 @@ pub fn solve(
 ) {
     let between = match stage {
         Stage::SelfContact => Between::Itself,
+        COLLIDE => Between::Colliders,
         _ => Between::Bodies,
     };
     watched(context, stage, || contacts.solve(bodies, between));

@@ -71,8 +71,12 @@ impl World {
                 body.wake();
             }
         }
-        let together = are_needed(bodies.iter().map(|body| (&body.effects, body.is_active())));
-        let is_alone = |body: &Body| body.is_active() && !(together && body.effects.can_touch());
+        let has_meshes = swept.has_meshes();
+        let all = bodies.iter().map(|body| (&body.effects, body.is_active()));
+        let together = are_needed(all, has_meshes);
+        let is_alone = |body: &Body| {
+            body.is_active() && !(together && body.effects.touches_surfaces(has_meshes))
+        };
         let step = |body: &mut Body, threads: &Threads| {
             body.begin_tick();
             if is_alone(body) {
@@ -102,11 +106,13 @@ impl World {
     /// Number of edge–triangle [crossings].
     #[must_use]
     pub fn crossings(&self) -> usize {
-        crossings(self.bodies.iter().map(|body| Outline {
+        let outlines = self.bodies.iter().map(|body| Outline {
             effects: &body.effects,
             topology: &body.topology,
             particles: &body.particles,
-        }))
+        });
+        let meshes = self.colliders.iter().filter_map(|it| it.mesh_at(self.time));
+        crossings(outlines, &meshes.collect::<Vec<_>>())
     }
 
     /// Maximum number of substeps per tick that single precision [resolves](crate::resolution)
@@ -127,10 +133,13 @@ impl World {
 /// Performs all substeps of a tick for the bodies with contact.
 fn advance_together(bodies: &mut [Body], contacts: &mut Contacts, context: &StepContext) {
     let substeps = 0..context.settings.substeps.get();
-    let mut all = companions(bodies);
+    let has_meshes = context.swept.has_meshes();
+    let mut all = companions(bodies, has_meshes);
     together::advance(&mut all, contacts, substeps, false, context);
     let results: Vec<_> = all.into_iter().map(|it| it.result).collect();
-    let touching = bodies.iter_mut().filter(|body| body.effects.can_touch());
+    let touching = bodies
+        .iter_mut()
+        .filter(|body| body.effects.touches_surfaces(has_meshes));
     for (body, result) in touching.zip(results) {
         if let Err(error) = result {
             body.quarantine = Some(body.find_cause(error, CONTACT, context));
@@ -148,7 +157,8 @@ fn rest_together(
     sleep: &SleepSettings,
 ) {
     let seconds = context.settings.tick_seconds();
-    let can_touch = |body: &&mut Body| body.effects.can_touch();
+    let has_meshes = context.swept.has_meshes();
+    let can_touch = |body: &&mut Body| body.effects.touches_surfaces(has_meshes);
     let mut group: Vec<Wakefulness> = bodies
         .iter_mut()
         .filter(can_touch)
@@ -169,8 +179,10 @@ fn rest_together(
 }
 
 /// The bodies with contact.
-fn companions(bodies: &mut [Body]) -> Vec<Companion<'_>> {
-    let touching = bodies.iter_mut().filter(|body| body.effects.can_touch());
+fn companions(bodies: &mut [Body], has_meshes: bool) -> Vec<Companion<'_>> {
+    let touching = bodies
+        .iter_mut()
+        .filter(|body| body.effects.touches_surfaces(has_meshes));
     touching
         .map(|body| {
             let is_active = body.is_active();

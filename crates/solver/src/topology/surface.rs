@@ -44,13 +44,21 @@ const PATCH: usize = 64;
 impl Surface {
     /// For a body with triangles, these; otherwise all edges; without edges, the particles.
     pub(crate) fn of(topology: &Topology) -> Self {
-        let mut triangles = topology.triangles.to_vec();
-        let mut edges: Vec<[u32; 2]> = if triangles.is_empty() {
-            topology.edges.ends().collect()
-        } else {
+        let edges = topology.edges.ends().collect();
+        Self::new(&topology.rest, edges, topology.triangles.to_vec())
+    }
+
+    /// For triangles between points [m].
+    pub(crate) fn of_triangles(points: &[Vec3], triangles: &[[u32; 3]]) -> Self {
+        Self::new(points, Vec::new(), triangles.to_vec())
+    }
+
+    fn new(points: &[Vec3], mut edges: Vec<[u32; 2]>, mut triangles: Vec<[u32; 3]>) -> Self {
+        if !triangles.is_empty() {
             let sides = |[a, b, c]: &[u32; 3]| [[*a, *b], [*b, *c], [*c, *a]];
-            triangles.iter().flat_map(sides).collect()
-        };
+            edges.clear();
+            edges.extend(triangles.iter().flat_map(sides));
+        }
         for [a, b] in &mut edges {
             (*a, *b) = (*a.min(b), *a.max(b));
         }
@@ -58,16 +66,15 @@ impl Surface {
         edges.dedup();
         let mut vertices: Vec<u32> = edges.iter().flatten().copied().collect();
         if edges.is_empty() {
-            vertices.extend(0..topology.particles() as u32);
+            vertices.extend(0..points.len() as u32);
         }
         vertices.sort_unstable();
         vertices.dedup();
-        let length =
-            |[a, b]: &[u32; 2]| (topology.rest[*a as usize] - topology.rest[*b as usize]).length();
+        let length = |[a, b]: &[u32; 2]| (points[*a as usize] - points[*b as usize]).length();
         let sum: f64 = edges.iter().map(|edge| f64::from(length(edge))).sum();
         let mean_edge = (sum / edges.len().max(1) as f64) as f32;
         let longest_edge = edges.iter().map(length).fold(0.0, f32::max);
-        let mut place = vec![0; topology.particles()];
+        let mut place = vec![0; points.len()];
         for (at, &particle) in vertices.iter().enumerate() {
             place[particle as usize] = at as u32;
         }
@@ -75,10 +82,7 @@ impl Surface {
         for corner in places.chain(triangles.iter_mut().flatten()) {
             *corner = place[*corner as usize];
         }
-        let rest: Vec<Vec3> = vertices
-            .iter()
-            .map(|&i| topology.rest[i as usize])
-            .collect();
+        let rest: Vec<Vec3> = vertices.iter().map(|&i| points[i as usize]).collect();
         let patches = patches(&rest, &edges, &triangles);
         Self {
             rest,

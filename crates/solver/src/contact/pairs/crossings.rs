@@ -1,8 +1,8 @@
 //! Counts crossings of surfaces, as a check that there are none.
 
 use super::bounds::{Bounds, Grid};
-use crate::{Effects, Particles, Topology};
-use glam::{DVec3, Vec3A};
+use crate::{ColliderMesh, Effects, Particles, Pose, Topology, topology::surface::Surface};
+use glam::{DVec3, Vec3, Vec3A};
 use robust::{Coord3D, orient3d};
 
 /// Margin of the boxes, as a fraction of the largest coordinate: a few ε of `f32`.
@@ -19,39 +19,71 @@ pub struct Outline<'a> {
     pub particles: &'a Particles,
 }
 
-/// A body with the positions of its surface vertices.
+/// A surface with the positions of its vertices.
 struct Shape<'a> {
-    body: Outline<'a>,
+    surface: &'a Surface,
+    /// Effects of a body; `None` for a collider.
+    effects: Option<&'a Effects>,
     x: Vec<DVec3>,
     whole: Bounds,
 }
 
-/// Number of crossing edge–triangle pairs, between bodies that carry [`Contact`](super::Contact)
-/// and within those that carry [`SelfContact`](super::SelfContact). Exact for the given positions
+impl<'a> Shape<'a> {
+    fn new(surface: &'a Surface, effects: Option<&'a Effects>, x: Vec<DVec3>) -> Self {
+        let whole = x
+            .iter()
+            .fold(Bounds::EMPTY, |all, &x| all.with(around(&[x])));
+        Self {
+            surface,
+            effects,
+            x,
+            whole,
+        }
+    }
+
+    /// Whether two surfaces have contact with each other.
+    fn touches(&self, other: &Self) -> bool {
+        match (self.effects, other.effects) {
+            (Some(a), Some(b)) => a.contact.is_some() && b.contact.is_some(),
+            (Some(body), None) | (None, Some(body)) => body.collide.is_some(),
+            (None, None) => false,
+        }
+    }
+}
+
+/// Number of crossing edge–triangle pairs, between bodies that carry [`Contact`](super::Contact),
+/// within those that carry [`SelfContact`](super::SelfContact), and between those that carry
+/// [`Collide`](crate::Collide) and the meshes of colliders, in their poses. Exact for the given positions
 /// (Shewchuk 1997). Pairs that only touch or that share a vertex do not count.
 #[must_use]
-pub fn crossings<'a>(bodies: impl Iterator<Item = Outline<'a>>) -> usize {
-    let shapes: Vec<Shape> = bodies
-        .filter(|body| body.effects.can_touch())
-        .map(|body| {
-            let vertices = &body.topology.surface().vertices;
-            let at = |&i: &u32| body.particles.position(i as usize);
-            let x: Vec<DVec3> = vertices.iter().map(at).collect();
-            let whole = x
-                .iter()
-                .fold(Bounds::EMPTY, |all, &x| all.with(around(&[x])));
-            Shape { body, x, whole }
-        })
-        .collect();
+pub fn crossings<'a>(
+    bodies: impl Iterator<Item = Outline<'a>>,
+    colliders: &[(&'a ColliderMesh, Pose)],
+) -> usize {
+    let touching = bodies.filter(|body| body.effects.touches_surfaces(!colliders.is_empty()));
+    let bodies = touching.map(|body| {
+        let surface = body.topology.surface();
+        let at = |&i: &u32| body.particles.position(i as usize);
+        let x = surface.vertices.iter().map(at).collect();
+        Shape::new(surface, Some(body.effects), x)
+    });
+    let colliders = colliders.iter().map(|(mesh, pose)| {
+        let at = |rest: &Vec3| pose.apply(rest.as_dvec3());
+        Shape::new(
+            mesh.surface(),
+            None,
+            mesh.vertices().iter().map(at).collect(),
+        )
+    });
+    let shapes: Vec<Shape> = bodies.chain(colliders).collect();
     let mut count = 0;
     let mut grid = Grid::default();
     for (place, a) in shapes.iter().enumerate() {
-        if a.body.effects.self_contact.is_some() {
+        if a.effects.is_some_and(|it| it.self_contact.is_some()) {
             count += between(a, a, &mut grid);
         }
         for b in &shapes[place + 1..] {
-            let touch = [a, b].iter().all(|it| it.body.effects.contact.is_some());
-            if touch && a.whole.meets(&b.whole) {
+            if a.touches(b) && a.whole.meets(&b.whole) {
                 count += between(a, b, &mut grid) + between(b, a, &mut grid);
             }
         }
@@ -62,8 +94,8 @@ pub fn crossings<'a>(bodies: impl Iterator<Item = Outline<'a>>) -> usize {
 /// Counts edges of `a` through triangles of `b`.
 fn between(a: &Shape, b: &Shape, grid: &mut Grid) -> usize {
     let is_itself = std::ptr::eq(a, b);
-    let edges = &a.body.topology.surface().edges;
-    let triangles = &b.body.topology.surface().triangles;
+    let edges = &a.surface.edges;
+    let triangles = &b.surface.triangles;
     let ends = |edge: [u32; 2]| edge.map(|v| a.x[v as usize]);
     let boxes: Vec<Bounds> = edges.iter().map(|&edge| around(&ends(edge))).collect();
     let length = |bounds: &Bounds| f64::from((bounds.high - bounds.low).max_element());

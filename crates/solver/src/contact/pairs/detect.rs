@@ -3,7 +3,7 @@
 use super::{
     bounds::{Ball, Bounds, Columns, distance},
     closest::Kind,
-    contacts::{Between, Contacts, HORIZON, Piece},
+    contacts::{Between, Contacts, HORIZON, Member, Owner, Piece},
 };
 use crate::{Threads, WorkEstimate, lanes::Instructions, topology::surface::Patch};
 use glam::{DVec3, Vec3A};
@@ -258,18 +258,22 @@ impl Contacts {
         }
     }
 
-    /// Kinds of contact that two pieces can have, if any.
+    /// Kind of contact that two pieces can have, if any.
     fn between(&self, a: &Piece, b: &Piece) -> Option<Between> {
         let [of_a, of_b] = [a, b].map(|piece| &self.members[piece.member]);
+        let is_collider = |member: &Member| matches!(member.owner, Owner::Collider(_));
         let between = if a.member == b.member {
             Between::Itself
+        } else if is_collider(of_a) || is_collider(of_b) {
+            Between::Colliders
         } else {
             Between::Bodies
         };
         let can = [of_a, of_b]
             .iter()
             .all(|member| member.params[between as usize].is_some());
-        (can && (a.is_stepped || b.is_stepped)).then_some(between)
+        let are_both_colliders = is_collider(of_a) && is_collider(of_b);
+        (can && !are_both_colliders && (a.is_stepped || b.is_stepped)).then_some(between)
     }
 
     /// Finds pairs of pieces whose boxes overlap during their motion. Pairs of pieces that are not

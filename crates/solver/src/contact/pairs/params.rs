@@ -2,7 +2,9 @@
 
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
-use crate::{Compliance, ContactThickness, Fraction, Friction, RecoverySpeed, Restitution};
+use crate::{
+    Collide, Compliance, ContactThickness, Fraction, Friction, RecoverySpeed, Restitution,
+};
 use serde::{Deserialize, Serialize};
 
 macro_rules! contact {
@@ -85,6 +87,23 @@ const THICKNESS: f32 = 0.1;
 const THICKNESS_OF_POINTS: f32 = 1e-3;
 
 impl Params {
+    /// Of a collider, which leaves them to the body.
+    pub fn of_collider() -> Self {
+        Contact::default().params()
+    }
+
+    /// Of a body against colliders that are meshes: friction and restitution as against any
+    /// collider, the thickness as against other bodies if it has contact with them.
+    pub fn with_colliders(collide: &Collide, contact: Option<&Self>) -> Self {
+        Self {
+            friction: collide.friction.into(),
+            kinetic_fraction: 1.0,
+            restitution: collide.restitution.into(),
+            compliance: 0.0,
+            ..contact.copied().unwrap_or_else(Self::of_collider)
+        }
+    }
+
     /// Whether restitution is above 0.
     pub fn bounces(&self) -> bool {
         self.restitution > 0.0

@@ -23,8 +23,8 @@ use glam::DVec3;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct ContactForce {
-    /// Indices of the bodies; equal for self-contact.
-    pub bodies: [u32; 2],
+    /// Indices of the bodies, equal for self-contact; `None` for a collider.
+    pub bodies: [Option<u32>; 2],
     /// The middle of the gap [m].
     pub point: DVec3,
     /// Direction of the force on the first body, a unit vector.
@@ -40,6 +40,7 @@ pub struct ContactForce {
 pub(super) struct Active {
     /// Its index among the surface vertices.
     pub vertex: u32,
+    /// Index of its body; `u32::MAX` for a collider.
     pub body: u32,
     pub particle: u32,
     pub inverse_mass: f64,
@@ -138,7 +139,7 @@ impl ContactRow {
         // The corners of the first primitive have positive weights, which add up to 1.
         let first = weighted(self.weights.map(|weight| weight.max(0.0)), x);
         ContactForce {
-            bodies: [of[0].body, of[3].body],
+            bodies: [of[0], of[3]].map(|it| (it.body != u32::MAX).then_some(it.body)),
             point: first - weighted(self.weights, x) * 0.5,
             normal: self.normal,
             normal_force: self.normal_multiplier / (h * h),
