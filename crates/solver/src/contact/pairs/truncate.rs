@@ -1,6 +1,6 @@
 //! Truncates motion that would let surfaces cross.
 //!
-//! Every particle moves from its start xⁿ along Δ = x − xⁿ − V, with V the mean motion of the
+//! Every particle moves from its start xⁿ along Δ = x − xⁿ − V, with V the common motion of the
 //! bodies involved, to xⁿ + V + tΔ with 0 ≤ t ≤ 1. Heights H along n, the direction of the shortest
 //! distance of two primitives at the start, are at least that distance on the first, and at most 0
 //! on the second. Two primitives that stay on their sides of a plane between them cannot cross.
@@ -16,7 +16,12 @@
 //! Truncated motion loses momentum, as in an inelastic collision without reaction. The constraints
 //! are there to make this rare.
 
-use super::{closest::weighted, contacts::Contacts, detect::Batch, tangible::Tangible};
+use super::{
+    closest::weighted,
+    contacts::{Contacts, Owner},
+    detect::Batch,
+    tangible::Tangible,
+};
 use glam::DVec3;
 
 /// Minimum distance of the plane from either side, as a fraction of the gap.
@@ -37,8 +42,43 @@ pub(super) struct Truncation {
     before: Vec<f64>,
     /// Roots of the groups of members that near pairs connect.
     roots: Vec<u32>,
-    /// Common motion of each group of members [m].
-    common: Vec<(DVec3, f64)>,
+    /// Common motion of each group of members.
+    common: Vec<Common>,
+}
+
+/// Common motion of a group of members: that of its particles that cannot be cut, zero if one of
+/// them does not move, or the mean of all if there are none. A motion that none of them performs
+/// would leave no plane that they do not pass.
+#[derive(Debug, Clone, Copy, Default)]
+struct Common {
+    motion: DVec3,
+    sum: DVec3,
+    count: f64,
+    sum_of_fixed: DVec3,
+    fixed: f64,
+    is_held: bool,
+}
+
+impl Common {
+    fn add(&mut self, way: DVec3, is_fixed: bool) {
+        self.sum += way;
+        self.count += 1.0;
+        if is_fixed {
+            self.sum_of_fixed += way;
+            self.fixed += 1.0;
+            self.is_held |= way == DVec3::ZERO;
+        }
+    }
+
+    fn mean(&self) -> DVec3 {
+        if self.is_held {
+            DVec3::ZERO
+        } else if self.fixed > 0.0 {
+            self.sum_of_fixed / self.fixed
+        } else {
+            self.sum / self.count.max(1.0)
+        }
+    }
 }
 
 /// Two primitives that come near each other in a substep.
@@ -68,7 +108,7 @@ impl Contacts {
                 room.before.clone_from(&room.t);
                 let mut found = false;
                 for pair in &mut room.pairs {
-                    let common = room.common[room.roots[pair.members[0] as usize] as usize].0;
+                    let common = room.common[room.roots[pair.members[0] as usize] as usize].motion;
                     let ways = pair.corners.map(|v| {
                         let v = v as usize;
                         pair.normal.dot(self.ends[v] - self.starts[v] - common)
@@ -127,31 +167,34 @@ impl Contacts {
             roots[member] = of;
         }
         common.clear();
-        common.resize(self.members.len(), (DVec3::ZERO, 0.0));
+        common.resize(self.members.len(), Common::default());
         for (member, &root) in self.members.iter().zip(&*roots) {
-            let (sum, count) = &mut common[root as usize];
-            *sum += member
-                .vertices()
-                .map(|v| self.ends[v] - self.starts[v])
-                .sum::<DVec3>();
-            *count += member.surface.vertices.len() as f64;
+            let common = &mut common[root as usize];
+            for v in member.vertices() {
+                let way = self.ends[v] - self.starts[v];
+                common.add(way, self.inverse_masses[v] == 0.0);
+            }
         }
-        for (sum, count) in common {
-            *sum /= count.max(1.0);
+        for common in common {
+            common.motion = common.mean();
         }
     }
 
     /// Moves particles to their truncated positions.
     fn apply(&mut self, room: &mut Truncation, bodies: &mut [impl Tangible]) {
         for (member, &root) in self.members.iter().zip(&room.roots) {
-            let (common, _) = room.common[root as usize];
+            let Owner::Body(body) = member.owner else {
+                room.t[member.vertices()].fill(1.0);
+                continue;
+            };
+            let common = room.common[root as usize].motion;
             let mut touches = false;
             for (&particle, v) in member.surface.vertices.iter().zip(member.vertices()) {
                 let t = std::mem::replace(&mut room.t[v], 1.0);
                 if t < 1.0 && self.inverse_masses[v] > 0.0 {
                     let way = self.ends[v] - self.starts[v];
                     let cut = common + (way - common) * t;
-                    let (body, particle) = (&mut bodies[member.body], particle as usize);
+                    let (body, particle) = (&mut bodies[body], particle as usize);
                     if body.is_repaired() {
                         // Displacement by repair is not velocity, and neither is the truncated part
                         // of it.
@@ -164,7 +207,7 @@ impl Contacts {
                 }
             }
             if touches {
-                bodies[member.body].touch();
+                bodies[body].touch();
             }
         }
     }
