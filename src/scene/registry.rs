@@ -31,6 +31,7 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "pile",
     "bowl",
     "stairs",
+    "crates",
     "tablecloth",
     "compliance_ladder",
     "edges_and_volume",

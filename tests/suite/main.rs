@@ -87,6 +87,7 @@ mod solver_quantity;
 mod solver_recovery;
 mod solver_repair;
 mod solver_resolution;
+mod solver_rigid;
 mod solver_second_order;
 mod solver_shape_matching;
 mod solver_slips;

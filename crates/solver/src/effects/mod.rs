@@ -51,7 +51,7 @@ pub mod all {
 pub use body_effect::BodyPhase;
 pub use multipliers::Multipliers;
 
-use crate::{ElasticKind, Ground, Method, Topology, WorkEstimate};
+use crate::{ElasticKind, Ground, Method, ShapeMatching, Topology, WorkEstimate};
 use serde::{Deserialize, Serialize};
 
 /// The table of effects, in the order in which they act. Calls the given macro with all of them, in
@@ -165,6 +165,16 @@ impl Effects {
     #[must_use]
     pub fn can_touch(&self) -> bool {
         self.contact.is_some() || self.self_contact.is_some()
+    }
+
+    /// Whether the body is rigid where it touches others, the ground and colliders: with contact,
+    /// and with shape matching of its whole shape at the frequency ∞.
+    #[must_use]
+    pub fn is_rigid(&self) -> bool {
+        let is_whole = |it: ShapeMatching| {
+            it.frequency.get() == f32::INFINITY && it.region.get() == f32::INFINITY
+        };
+        self.contact.is_some() && self.shape_matching.is_some_and(is_whole)
     }
 
     /// Whether the surface of the body touches other surfaces, in a world with or without colliders

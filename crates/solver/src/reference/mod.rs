@@ -318,7 +318,8 @@ impl Body {
     /// A pass of all effects without elements in a phase.
     fn solve_effects(&mut self, phase: BodyPhase, pass: &ReferencePass) {
         for &kind in BodyEffectKind::ALL {
-            if kind.phase() == phase {
+            let is_rigid = phase == BodyPhase::Contact && self.effects.is_rigid();
+            if kind.phase() == phase && !is_rigid {
                 self.solve_effect(kind, pass);
             }
         }

@@ -196,6 +196,10 @@ impl Stage {
             Self::Force(kind) => effects.has_force(kind),
             Self::Elastic(kind) => effects.iterates(kind, method),
             Self::Direct => effects.is_direct(method),
+            // Contacts of rigid bodies act on the whole body, in `contact::pairs`.
+            Self::Body(BodyEffectKind::Ground | BodyEffectKind::Collide) if effects.is_rigid() => {
+                false
+            }
             Self::Body(kind) => effects.carries(kind, stitched),
             Self::Contact => effects.contact.is_some(),
             Self::SelfContact => effects.self_contact.is_some(),

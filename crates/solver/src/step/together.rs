@@ -135,19 +135,20 @@ impl Tangible for Companion<'_> {
 }
 
 /// Whether bodies have to be stepped together, given their effects and whether they are stepped at
-/// all: two with contact between bodies, one with self-contact, or one that collides in a world
-/// where a collider is a mesh.
+/// all: two with contact between bodies, one with self-contact, a rigid one, or one that collides in
+/// a world where a collider is a mesh.
 #[must_use]
 pub fn are_needed<'a>(bodies: impl Iterator<Item = (&'a Effects, bool)>, has_meshes: bool) -> bool {
     let (mut others, mut is_any_stepped) = (0, false);
-    let (mut touches_itself, mut touches_meshes) = (false, false);
+    let (mut touches_itself, mut touches_meshes, mut is_any_rigid) = (false, false, false);
     for (effects, is_stepped) in bodies {
         others += usize::from(effects.contact.is_some());
         is_any_stepped |= is_stepped && effects.can_touch();
         touches_itself |= is_stepped && effects.self_contact.is_some();
+        is_any_rigid |= is_stepped && effects.is_rigid();
         touches_meshes |= is_stepped && has_meshes && effects.collide.is_some();
     }
-    is_any_stepped && (others > 1 || touches_itself) || touches_meshes
+    is_any_stepped && (others > 1 || touches_itself) || touches_meshes || is_any_rigid
 }
 
 /// Performs some substeps of a tick. A failed body keeps its state, and the others continue without
@@ -233,7 +234,8 @@ fn finish(
 ) {
     cut(bodies, contacts, step, context);
     if bodies.iter().any(|it| it.tracker.is_some()) {
-        for (body, particle, way) in contacts.rubbed() {
+        let rubbed: Vec<_> = contacts.rubbed(bodies).collect();
+        for (body, particle, way) in rubbed {
             if let Some(tracker) = &mut bodies[body].tracker {
                 tracker.credit_friction(particle, way);
             }

@@ -3,7 +3,9 @@
 use super::{
     bounds::{Ball, boxes_meet},
     detect::{Batch, Candidate, PiecePair, Scratch},
+    manifold::Manifolds,
     params::{PairParams, Params},
+    rigid::Rigid,
     row::{Active, ContactForce, ContactRow},
     tangible::Tangible,
     truncate::Truncation,
@@ -80,6 +82,8 @@ pub struct Contacts {
     /// Rows of each kind of contact.
     pub(super) rows: [Vec<ContactRow>; KINDS],
     pub(super) active: Vec<Active>,
+    pub(super) rigids: Vec<Rigid>,
+    pub(super) manifolds: Manifolds,
     /// Index of each vertex among the active ones.
     pub(super) places: Vec<u32>,
     /// Pairs of bodies in contact at the start of the last substep.
@@ -92,11 +96,14 @@ pub struct Contacts {
     pub(super) is_valid: bool,
 }
 
+/// Passes over the contacts of rigid bodies in both directions, after the first.
+const RIGID_SWEEPS: usize = 8;
+
 /// Number of kinds of contact.
 const KINDS: usize = 3;
 
 /// Index of a particle that is not active, and of the body of a collider.
-const NOWHERE: u32 = u32::MAX;
+pub(super) const NOWHERE: u32 = u32::MAX;
 
 /// Owner of a surface, by its index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -167,10 +174,6 @@ impl Member {
             (Between::Colliders, _) => params.thickness(self.surface.mean_edge),
             _ => 0.5 * params.thickness(self.surface.mean_edge),
         })
-    }
-
-    pub(super) fn bounces(&self) -> bool {
-        self.params.iter().flatten().any(Params::bounces)
     }
 }
 
@@ -267,25 +270,51 @@ impl Contacts {
             self.detect(step.count, threads);
             self.enclose_motion(HORIZON);
         }
+        self.begin_rigid(bodies);
         self.make_rows(self.h);
+        self.make_fixed_rows(bodies, colliders, step);
+        if !self.rigids.is_empty() {
+            for kind in [Between::Bodies, Between::Colliders] {
+                self.manifolds
+                    .reduce(&mut self.rows[kind as usize], &self.active);
+            }
+        }
     }
 
     /// One pass over the contacts of one kind, after an iteration.
     pub(crate) fn solve(&mut self, bodies: &mut [impl Tangible], between: Between) {
-        let rows = &mut self.rows[between as usize];
-        if rows.is_empty() {
+        // Without contacts, the shape of a rigid body is restored once.
+        let restores = between == Between::Bodies && !self.rigids.is_empty();
+        if self.rows[between as usize].is_empty() && !restores {
             return;
         }
+        self.begin_pass(bodies);
         for it in &mut self.active {
             it.now = match bodies.get(it.body as usize) {
                 Some(body) => body.now(it.particle as usize),
                 None => self.ends[it.vertex as usize],
             };
         }
-        for row in rows {
-            row.solve(&mut self.active);
+        let Self {
+            rows,
+            active,
+            rigids,
+            ..
+        } = self;
+        let rows = &mut rows[between as usize];
+        for row in &mut *rows {
+            row.solve(active, rigids);
+        }
+        if !rigids.is_empty() {
+            for _ in 0..RIGID_SWEEPS {
+                let rigid = rows.iter_mut().rev().filter(|row| row.is_rigid());
+                rigid.for_each(|row| row.solve(active, rigids));
+                let rigid = rows.iter_mut().filter(|row| row.is_rigid());
+                rigid.for_each(|row| row.solve(active, rigids));
+            }
         }
         self.give_back(bodies);
+        self.end_pass(bodies);
     }
 
     /// Copies the positions of the active particles back to the bodies.
@@ -334,20 +363,28 @@ impl Contacts {
         let rows = || self.rows.iter().flatten();
         self.counts.near = rows().count();
         self.counts.acting = rows().filter(|row| row.acts()).count();
-        if !self.members.iter().any(Member::bounces) {
+        if !rows().any(ContactRow::may_bounce) {
             return;
         }
         for it in &mut self.active {
             if let Some(body) = bodies.get(it.body as usize) {
                 it.motion = body.motion(it.particle as usize);
+                it.now = body.start(it.particle as usize);
             }
         }
         let h = f64::from(step.h);
+        self.begin_bounce(bodies);
         let slowest = 2.0 * step.gravity.as_dvec3().length() * h * h;
-        for row in self.rows.iter().flatten() {
-            row.bounce(slowest, &mut self.active);
+        for row in self.rows.iter_mut().flatten() {
+            row.bounce(slowest, &mut self.active, &mut self.rigids);
         }
-        for it in &self.active {
+        if !self.rigids.is_empty() {
+            for row in self.rows.iter_mut().flatten().rev() {
+                row.bounce(slowest, &mut self.active, &mut self.rigids);
+            }
+        }
+        let soft = self.active.iter().filter(|it| it.rigid == NOWHERE);
+        for it in soft {
             let Some(body) = bodies.get_mut(it.body as usize) else {
                 continue;
             };
@@ -356,6 +393,7 @@ impl Contacts {
                 body.accelerate(it.particle as usize, by);
             }
         }
+        self.end_bounce(bodies);
     }
 
     /// Whether another surface may come near a body, given by its index.
@@ -364,9 +402,17 @@ impl Contacts {
     }
 
     /// Displacements by friction in the substep [m]: body, particle, displacement.
-    pub(crate) fn rubbed(&self) -> impl Iterator<Item = (usize, usize, DVec3)> {
+    pub(crate) fn rubbed<'a, T: Tangible>(
+        &'a self,
+        bodies: &'a [T],
+    ) -> impl Iterator<Item = (usize, usize, DVec3)> + use<'a, T> {
         let of_bodies = self.active.iter().filter(|it| it.body != NOWHERE);
-        of_bodies.map(|it| (it.body as usize, it.particle as usize, it.rubbed))
+        let particles = of_bodies.map(|it| (it.body as usize, it.particle as usize, it.rubbed));
+        particles.chain(
+            self.rigids
+                .iter()
+                .flat_map(|it| it.rubbed(&bodies[it.body])),
+        )
     }
 
     fn note_touching(&mut self) {
@@ -439,6 +485,16 @@ impl Contacts {
         self.ends.resize(first, DVec3::ZERO);
         self.inverse_masses.clear();
         self.inverse_masses.resize(first, 0.0);
+        let rigid = |(place, member): (usize, &Member)| match member.owner {
+            Owner::Body(body) => bodies[body]
+                .effects()
+                .is_rigid()
+                .then(|| Rigid::new(body, place)),
+            Owner::Collider(_) => None,
+        };
+        self.rigids.clear();
+        self.rigids
+            .extend(self.members.iter().enumerate().filter_map(rigid));
         self.active.clear();
         self.places.clear();
         self.places.resize(first, NOWHERE);
@@ -642,6 +698,7 @@ impl Contacts {
                     PairParams::within(if is_body { &of_a } else { &of_b }, h)
                 }
             };
+            let rigids = [a, b].map(|member| self.rigid_of(member.owner));
             near.clear();
             near.extend(self.near_in(batch, HORIZON, |candidate| candidate.distance));
             for candidate in &near {
@@ -653,7 +710,8 @@ impl Contacts {
                     .weights(vertices.map(|v| self.starts[v as usize]));
                 let corners = std::array::from_fn(|corner| {
                     let v = vertices[corner];
-                    let member = if corner < batch.kind.split() { a } else { b };
+                    let side = usize::from(corner >= batch.kind.split());
+                    let member = [a, b][side];
                     let place = &mut self.places[v as usize];
                     if *place == NOWHERE {
                         *place = self.active.len() as u32;
@@ -665,7 +723,11 @@ impl Contacts {
                                 Owner::Collider(_) => NOWHERE,
                             },
                             particle: member.surface.vertices[vertex - member.first],
-                            inverse_mass: self.inverse_masses[vertex],
+                            rigid: rigids[side],
+                            inverse_mass: match rigids[side] {
+                                NOWHERE => self.inverse_masses[vertex],
+                                _ => 0.0,
+                            },
                             start: self.starts[vertex],
                             now: self.starts[vertex],
                             motion: self.ends[vertex] - self.starts[vertex],
@@ -675,7 +737,14 @@ impl Contacts {
                     *place
                 });
                 let distance = f64::from(candidate.distance);
-                let row = ContactRow::new(corners, weights, distance, &pair, &self.active);
+                let row = ContactRow::new(
+                    corners,
+                    weights,
+                    distance,
+                    &pair,
+                    (batch.kind.split(), &self.rigids),
+                    &self.active,
+                );
                 self.rows[batch.between as usize].extend(row);
             }
         }

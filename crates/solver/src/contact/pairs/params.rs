@@ -104,9 +104,9 @@ impl Params {
         }
     }
 
-    /// Whether restitution is above 0.
-    pub fn bounces(&self) -> bool {
-        self.restitution > 0.0
+    /// Maximum separation of overlapping surfaces in a substep of `h` seconds [m].
+    pub fn recovery(&self, h: f64) -> f64 {
+        self.recovery_speed * h
     }
 
     /// Thickness [m] of a surface with this mean edge [m].

@@ -16,7 +16,7 @@
 //! Source: Müller, Macklin and others, *Detailed Rigid Body Simulation with Extended Position Based
 //! Dynamics* (2020), for the normal constraint and restitution.
 
-use super::{closest::weighted, params::PairParams};
+use super::{closest::weighted, contacts::NOWHERE, params::PairParams, rigid::Rigid};
 use glam::DVec3;
 
 /// Force of an active contact.
@@ -42,7 +42,10 @@ pub(super) struct Active {
     pub vertex: u32,
     /// Index of its body; `u32::MAX` for a collider.
     pub body: u32,
+    /// Index of its body among the rigid ones; `u32::MAX` for others.
+    pub rigid: u32,
     pub particle: u32,
+    /// Inverse mass [1/kg]; 0 in a rigid body, which moves as a whole.
     pub inverse_mass: f64,
     /// Position at the start of the substep [m].
     pub start: DVec3,
@@ -52,6 +55,33 @@ pub(super) struct Active {
     pub motion: DVec3,
     /// Displacement by friction in the substep [m].
     pub rubbed: DVec3,
+}
+
+impl Active {
+    /// A value of the particle, changed as much as the displacement of its rigid body changes it.
+    fn moved(&self, value: DVec3, x: DVec3, rigids: &[Rigid]) -> DVec3 {
+        match rigids.get(self.rigid as usize) {
+            Some(rigid) => value + rigid.way(x),
+            None => value,
+        }
+    }
+}
+
+/// Plane that a particle of a rigid body must not pass in a substep.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Plane {
+    /// Outward unit normal.
+    pub normal: DVec3,
+    /// n·x of its points at the end of the substep [m].
+    pub height: f64,
+    /// Distance of the particle at the start of the substep [m].
+    pub gap: f64,
+    /// Displacement of the plane [m].
+    pub carried: DVec3,
+    pub friction: f64,
+    pub restitution: f64,
+    /// Maximum separation in the substep [m].
+    pub recovery: f64,
 }
 
 /// A contact that is near enough to act in the current substep.
@@ -67,12 +97,23 @@ pub(super) struct ContactRow {
     compliance: f64,
     friction: [f64; 2],
     restitution: f64,
-    /// W [1/kg].
+    /// W along the normal [1/kg].
     inverse_mass: f64,
+    /// W of the particles that do not belong to rigid bodies [1/kg].
+    soft_inverse_mass: f64,
+    /// Index of the rigid body of either primitive, and the arm of its closest point [m].
+    rigids: [u32; 2],
+    arms: [DVec3; 2],
+    /// Displacement of a plane [m].
+    carried: DVec3,
+    /// Whether it is the contact of one particle with a plane.
+    is_fixed: bool,
     /// λₙ [kg·m].
     normal_multiplier: f64,
     /// λₜ [kg·m].
     friction_multiplier: DVec3,
+    /// Multiplier of the change of velocity after the substep [kg·m].
+    velocity_multiplier: f64,
     /// Distance at the start of the substep [m].
     gap: f64,
     /// Change of the distance in a substep by the velocities at its start [m]; negative when
@@ -82,6 +123,9 @@ pub(super) struct ContactRow {
 
 /// Gaps below this have no direction [m]: the primitives cross.
 const NO_GAP: f64 = 1e-12;
+
+/// Signs of the weights of the two primitives.
+const SIGNS: [f64; 2] = [1.0, -1.0];
 
 /// Contacts closer than this multiple of their thickness count as touching.
 const TOUCHING: f64 = 1.05;
@@ -94,19 +138,20 @@ impl ContactRow {
         weights: [f64; 4],
         distance: f64,
         pair: &PairParams,
+        (split, rigids): (usize, &[Rigid]),
         active: &[Active],
     ) -> Option<Self> {
         let of = corners.map(|corner| &active[corner as usize]);
         let apart = weighted(weights, of.map(|it| it.start));
         let gap = apart.length();
-        let inverse_mass: f64 = (0..4)
+        let soft_inverse_mass: f64 = (0..4)
             .map(|i| weights[i] * weights[i] * of[i].inverse_mass)
             .sum();
-        if gap <= NO_GAP || inverse_mass == 0.0 {
+        if gap <= NO_GAP {
             return None;
         }
         let normal = apart / gap;
-        Some(Self {
+        let mut row = Self {
             corners,
             weights,
             normal,
@@ -114,17 +159,124 @@ impl ContactRow {
             compliance: pair.compliance,
             friction: pair.friction,
             restitution: pair.restitution,
-            inverse_mass,
+            inverse_mass: soft_inverse_mass,
+            soft_inverse_mass,
+            rigids: [NOWHERE; 2],
+            arms: [DVec3::ZERO; 2],
+            carried: DVec3::ZERO,
+            is_fixed: false,
             normal_multiplier: 0.0,
             friction_multiplier: DVec3::ZERO,
+            velocity_multiplier: 0.0,
             gap,
             approach: normal.dot(weighted(weights, of.map(|it| it.motion))),
-        })
+        };
+        for (side, range) in [0..split, split..4].into_iter().enumerate() {
+            if let Some(rigid) = rigids.get(of[range.start].rigid as usize) {
+                let point = |sum: DVec3, i: usize| sum + of[i].start * weights[i].abs();
+                row.rigids[side] = of[range.start].rigid;
+                row.arms[side] = rigid.arm(range.fold(DVec3::ZERO, point));
+                row.inverse_mass += rigid.weight(row.arms[side], normal);
+            }
+        }
+        (row.inverse_mass > 0.0).then_some(row)
     }
 
-    /// Whether the two touched at the start of the substep.
+    /// Creates a row for a particle of a rigid body and a plane.
+    pub fn fixed(corner: u32, plane: &Plane, active: &[Active], rigids: &[Rigid]) -> Self {
+        let it = &active[corner as usize];
+        let rigid = &rigids[it.rigid as usize];
+        let arm = rigid.arm(it.start);
+        Self {
+            corners: [corner; 4],
+            weights: [1.0, 0.0, 0.0, 0.0],
+            normal: plane.normal,
+            distance: plane.height + (plane.gap + plane.recovery).min(0.0),
+            compliance: 0.0,
+            friction: [plane.friction; 2],
+            restitution: plane.restitution,
+            inverse_mass: rigid.weight(arm, plane.normal),
+            soft_inverse_mass: 0.0,
+            rigids: [it.rigid, NOWHERE],
+            arms: [arm, DVec3::ZERO],
+            carried: plane.carried,
+            is_fixed: true,
+            normal_multiplier: 0.0,
+            friction_multiplier: DVec3::ZERO,
+            velocity_multiplier: 0.0,
+            gap: plane.gap,
+            approach: plane.normal.dot(it.motion - plane.carried),
+        }
+    }
+
+    /// W along a direction [1/kg].
+    fn weight(&self, direction: DVec3, rigids: &[Rigid]) -> f64 {
+        let mut weight = self.soft_inverse_mass;
+        for (&rigid, &arm) in self.rigids.iter().zip(&self.arms) {
+            if let Some(rigid) = rigids.get(rigid as usize) {
+                weight += rigid.weight(arm, direction);
+            }
+        }
+        weight
+    }
+
+    /// Whether a rigid body is involved.
+    pub fn is_rigid(&self) -> bool {
+        self.rigids != [NOWHERE; 2]
+    }
+
+    /// Whether a particle that does not belong to a rigid body can move.
+    pub fn is_soft(&self) -> bool {
+        self.soft_inverse_mass > 0.0
+    }
+
+    /// Whether it is the contact of one particle with a plane.
+    pub fn is_fixed(&self) -> bool {
+        self.is_fixed
+    }
+
+    /// Rigid bodies of the two sides.
+    pub fn rigids(&self) -> [u32; 2] {
+        self.rigids
+    }
+
+    /// Unit normal.
+    pub fn normal(&self) -> DVec3 {
+        self.normal
+    }
+
+    /// A corner of either side.
+    pub fn ends(&self) -> [u32; 2] {
+        [self.corners[0], self.corners[3]]
+    }
+
+    /// Closest point of the first primitive at the start of the substep [m].
+    pub fn point(&self, active: &[Active]) -> DVec3 {
+        let corners = self.corners.iter().zip(self.weights);
+        corners
+            .map(|(&corner, weight)| active[corner as usize].start * weight.max(0.0))
+            .sum()
+    }
+
+    /// C at the end of the substep without contact [m].
+    pub fn predicted_error(&self) -> f64 {
+        let distance = if self.is_fixed { 0.0 } else { self.distance };
+        self.gap + self.approach - distance
+    }
+
+    /// Distance of two surfaces [m]; of a plane, a reach for comparisons.
+    pub fn thickness(&self) -> f64 {
+        if self.is_fixed { 0.0 } else { self.distance }
+    }
+
+    /// Whether it changes velocities after the substep.
+    pub fn may_bounce(&self) -> bool {
+        self.restitution > 0.0 || self.is_rigid()
+    }
+
+    /// Whether two bodies touched at the start of the substep.
     pub fn touches(&self) -> bool {
-        self.gap <= TOUCHING * self.distance
+        !self.is_fixed && self.gap <= TOUCHING * self.distance
     }
 
     /// Whether it exerts a force.
@@ -138,9 +290,13 @@ impl ContactRow {
         let x = of.map(|it| it.now);
         // The corners of the first primitive have positive weights, which add up to 1.
         let first = weighted(self.weights.map(|weight| weight.max(0.0)), x);
+        let body = |it: &Active| (it.body != NOWHERE).then_some(it.body);
         ContactForce {
-            bodies: [of[0], of[3]].map(|it| (it.body != u32::MAX).then_some(it.body)),
-            point: first - weighted(self.weights, x) * 0.5,
+            bodies: [body(of[0]), body(of[3]).filter(|_| !self.is_fixed)],
+            point: match self.is_fixed {
+                true => first,
+                false => first - weighted(self.weights, x) * 0.5,
+            },
             normal: self.normal,
             normal_force: self.normal_multiplier / (h * h),
             friction: self.friction_multiplier / (h * h),
@@ -148,11 +304,14 @@ impl ContactRow {
     }
 
     /// Projects the constraint.
-    pub fn solve(&mut self, active: &mut [Active]) {
+    pub fn solve(&mut self, active: &mut [Active], rigids: &mut [Rigid]) {
         let Self {
             weights, normal, ..
         } = *self;
-        let x = self.corners.map(|corner| active[corner as usize].now);
+        let x = self.corners.map(|corner| {
+            let it = &active[corner as usize];
+            it.moved(it.now, it.now, rigids)
+        });
         let error = normal.dot(weighted(weights, x)) - self.distance;
         // A diverged body must not affect the bodies that it touches.
         if !error.is_finite() {
@@ -165,14 +324,18 @@ impl ContactRow {
             return;
         }
         self.normal_multiplier += change;
-        self.push(normal * change, active, |it| &mut it.now);
+        self.push(normal * change, active, rigids, |it| &mut it.now);
         let ways = self.corners.map(|corner| {
             let it = &active[corner as usize];
-            it.now - it.start
+            it.moved(it.now, it.now, rigids) - it.start
         });
-        let slip = weighted(weights, ways);
+        let slip = weighted(weights, ways) - self.carried;
         let slip = slip - normal * slip.dot(normal);
-        let held = self.friction_multiplier - slip / self.inverse_mass;
+        let weight = match self.rigids {
+            [NOWHERE, NOWHERE] => self.inverse_mass,
+            _ => self.weight(slip.normalize_or_zero(), rigids),
+        };
+        let held = self.friction_multiplier - slip / weight;
         let [sticks, slides] = self
             .friction
             .map(|friction| friction * self.normal_multiplier);
@@ -184,30 +347,64 @@ impl ContactRow {
         };
         let change = held - self.friction_multiplier;
         self.friction_multiplier = held;
-        self.push(change, active, |it| &mut it.now);
-        self.push(change, active, |it| &mut it.rubbed);
+        self.push(change, active, rigids, |it| &mut it.now);
+        self.push(change, active, &mut [], |it| &mut it.rubbed);
+        for side in 0..2 {
+            if let Some(rigid) = rigids.get_mut(self.rigids[side] as usize) {
+                rigid.rub(change * SIGNS[side], self.arms[side]);
+            }
+        }
     }
 
     /// Applies restitution after the last stage, as a change of velocity of the corners, expressed
     /// as a displacement per substep [m]. `motion` gives the displacement of an active particle.
     /// Approaches slower than `slowest` [m] do not bounce.
-    pub fn bounce(&self, slowest: f64, active: &mut [Active]) {
-        if !self.acts() || self.restitution == 0.0 || self.approach >= -slowest {
+    ///
+    /// Where a rigid body is involved, the contact also takes back the velocity by which the
+    /// iterations have left too much distance, and no more than it has given: single particles of
+    /// soft bodies lose such velocities, rigid bodies would tremble. Source: Müller, Macklin and
+    /// others (2020), equation 34.
+    pub fn bounce(&mut self, slowest: f64, active: &mut [Active], rigids: &mut [Rigid]) {
+        let bounces = self.restitution > 0.0 && self.approach < -slowest;
+        if !self.acts() || !(bounces || self.is_rigid()) {
             return;
         }
-        let motion = self.corners.map(|corner| active[corner as usize].motion);
-        let leaves = self.normal.dot(weighted(self.weights, motion));
-        let change = (-self.restitution * self.approach - leaves).max(0.0);
-        let impulse = self.normal * (change / self.inverse_mass);
-        self.push(impulse, active, |it| &mut it.motion);
+        let motion = self.corners.map(|corner| {
+            let it = &active[corner as usize];
+            it.moved(it.motion, it.now, rigids)
+        });
+        let leaves = self
+            .normal
+            .dot(weighted(self.weights, motion) - self.carried);
+        let impulse = if self.is_rigid() {
+            let aim = if bounces {
+                -self.restitution * self.approach
+            } else {
+                self.approach.max(0.0)
+            };
+            let impulse = (aim - leaves) / self.inverse_mass;
+            let impulse = impulse.max(-self.normal_multiplier - self.velocity_multiplier);
+            self.velocity_multiplier += impulse;
+            impulse
+        } else {
+            (-self.restitution * self.approach - leaves).max(0.0) / self.inverse_mass
+        };
+        let impulse = self.normal * impulse;
+        self.push(impulse, active, rigids, |it| &mut it.motion);
     }
 
     fn push(
         &self,
         impulse: DVec3,
         active: &mut [Active],
+        rigids: &mut [Rigid],
         what: impl Fn(&mut Active) -> &mut DVec3,
     ) {
+        for side in 0..2 {
+            if let Some(rigid) = rigids.get_mut(self.rigids[side] as usize) {
+                rigid.push(impulse * SIGNS[side], self.arms[side]);
+            }
+        }
         for (corner, weight) in self.corners.into_iter().zip(self.weights) {
             let it = &mut active[corner as usize];
             let by = impulse * (weight * it.inverse_mass);

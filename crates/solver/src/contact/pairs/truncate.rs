@@ -125,10 +125,20 @@ impl Contacts {
                 if !found {
                     break;
                 }
+                self.keep_rigid(&mut room.t);
             }
             self.apply(&mut room, bodies);
         }
         self.truncation = room;
+    }
+
+    /// A rigid body performs its motion as a whole: as much of it as any of its particles may.
+    fn keep_rigid(&self, t: &mut [f64]) {
+        for rigid in &self.rigids {
+            let all = &mut t[self.members[rigid.member].vertices()];
+            let least = all.iter().copied().fold(1.0, f64::min);
+            all.fill(least);
+        }
     }
 
     /// Finds pairs that come closer than their minimum gap.
@@ -188,6 +198,15 @@ impl Contacts {
                 continue;
             };
             let common = room.common[root as usize].motion;
+            if bodies[body].effects().is_rigid() {
+                let t = room.t[member.first];
+                room.t[member.vertices()].fill(1.0);
+                if t < 1.0 {
+                    self.counts.truncated += member.surface.vertices.len();
+                    cut_whole(&mut bodies[body], common, t);
+                }
+                continue;
+            }
             let mut touches = false;
             for (&particle, v) in member.surface.vertices.iter().zip(member.vertices()) {
                 let t = std::mem::replace(&mut room.t[v], 1.0);
@@ -211,6 +230,16 @@ impl Contacts {
             }
         }
     }
+}
+
+/// Truncates the motion of all particles of a body.
+fn cut_whole(body: &mut impl Tangible, common: DVec3, t: f64) {
+    for i in 0..body.topology().particles() {
+        let way = body.now(i) - body.start(i);
+        let cut = common + (way - common) * t;
+        body.shift(i, cut - way);
+    }
+    body.touch();
 }
 
 /// First member of the group of a member.

@@ -1,0 +1,333 @@
+//! Rigid bodies in contact: a force at a point moves the whole body.
+//!
+//! The particles of a rigid body keep its shape ([`ShapeMatching`](crate::ShapeMatching) with the
+//! frequency ∞) and store its motion. A contact that moved single particles would act on their
+//! share of the mass. Instead, an impulse p at arm r from the center of mass displaces the body by
+//! p/M and turns it by I⁻¹(r × p), with the mass M and the tensor of inertia I of its particles, so
+//! that the inverse mass along a direction n is 1/M + (r × n)·I⁻¹(r × n).
+//!
+//! A rigid body with pins is not moved by contacts.
+//!
+//! Source: Müller, Macklin and others, *Detailed Rigid Body Simulation with Extended Position Based
+//! Dynamics* (2020), equations 2 to 9.
+
+use super::{
+    contacts::{Contacts, NOWHERE, Owner},
+    row::{Active, ContactRow, Plane},
+    tangible::Tangible,
+};
+use crate::{
+    Substep,
+    contact::{collider::SweptCollider, shape::Exit},
+    fit,
+};
+use glam::{DMat3, DVec3};
+
+/// A rigid body in a substep.
+#[derive(Debug, Clone)]
+pub(super) struct Rigid {
+    pub body: usize,
+    /// Its place among the members.
+    pub member: usize,
+    /// 1/M [1/kg] and I⁻¹ [1/(kg·m²)]; 0 if a particle is pinned.
+    inverse_mass: f64,
+    inverse_inertia: DMat3,
+    /// Center of mass at the start of the substep, or of a pass [m].
+    center: DVec3,
+    /// Displacement [m] and rotation vector [rad] by the contacts of a pass.
+    shift: DVec3,
+    turn: DVec3,
+    /// The same by friction, in the whole substep.
+    rubbed_shift: DVec3,
+    rubbed_turn: DVec3,
+}
+
+/// Reach of a contact with the ground or a collider beyond the predicted motion, as a fraction of
+/// the mean edge: the body may turn towards it within a substep.
+const REACH: f64 = 0.1;
+
+impl Rigid {
+    pub fn new(body: usize, member: usize) -> Self {
+        Self {
+            body,
+            member,
+            inverse_mass: 0.0,
+            inverse_inertia: DMat3::ZERO,
+            center: DVec3::ZERO,
+            shift: DVec3::ZERO,
+            turn: DVec3::ZERO,
+            rubbed_shift: DVec3::ZERO,
+            rubbed_turn: DVec3::ZERO,
+        }
+    }
+
+    /// Begins a substep: mass, center of mass and inertia of the particles where they start.
+    fn begin(&mut self, body: &impl Tangible) {
+        *self = Self::new(self.body, self.member);
+        if (0..body.topology().particles()).any(|i| body.inverse_mass(i) == 0.0) {
+            return;
+        }
+        let mut total = 0.0;
+        for (x, mass) in particles(body, |i| body.start(i)) {
+            total += mass;
+            self.center += x * mass;
+        }
+        self.center /= total;
+        self.inverse_mass = 1.0 / total;
+        let mut inertia = DMat3::ZERO;
+        for (x, mass) in particles(body, |i| body.start(i)) {
+            let r = x - self.center;
+            let outer = DMat3::from_cols(r * r.x, r * r.y, r * r.z);
+            inertia += (DMat3::from_diagonal(DVec3::splat(r.length_squared())) - outer) * mass;
+        }
+        // A rod or a point does not turn about an axis without inertia.
+        let size = inertia.x_axis.x + inertia.y_axis.y + inertia.z_axis.z;
+        let is_sound = inertia.determinant() > 1e-9 * size * size * size;
+        self.inverse_inertia = match is_sound {
+            true => inertia.inverse(),
+            false => DMat3::ZERO,
+        };
+    }
+
+    /// Begins a pass over positions `at` [m].
+    fn begin_pass(&mut self, body: &impl Tangible, at: impl Fn(usize) -> DVec3) {
+        if self.inverse_mass > 0.0 {
+            let sum = particles(body, at).map(|(x, mass)| x * mass);
+            self.center = sum.sum::<DVec3>() * self.inverse_mass;
+        }
+        (self.shift, self.turn) = (DVec3::ZERO, DVec3::ZERO);
+    }
+
+    /// Displacement of the body at a point, which was at `x` when the pass began [m].
+    pub fn way(&self, x: DVec3) -> DVec3 {
+        self.shift + self.turn.cross(x - self.center)
+    }
+
+    /// Inverse mass along a direction at an arm from the center of mass [1/kg].
+    pub fn weight(&self, arm: DVec3, direction: DVec3) -> f64 {
+        let lever = arm.cross(direction);
+        self.inverse_mass + lever.dot(self.inverse_inertia * lever)
+    }
+
+    /// Applies an impulse [kg·m] at an arm from the center of mass.
+    pub fn push(&mut self, impulse: DVec3, arm: DVec3) {
+        self.shift += impulse * self.inverse_mass;
+        self.turn += self.inverse_inertia * arm.cross(impulse);
+    }
+
+    /// Records an impulse by friction.
+    pub fn rub(&mut self, impulse: DVec3, arm: DVec3) {
+        self.rubbed_shift += impulse * self.inverse_mass;
+        self.rubbed_turn += self.inverse_inertia * arm.cross(impulse);
+    }
+
+    /// Arm of a point at the start of the substep.
+    pub fn arm(&self, point: DVec3) -> DVec3 {
+        point - self.center
+    }
+
+    /// Moves the particles as the contacts of the pass have moved the body.
+    fn give_back(&self, body: &mut impl Tangible) {
+        if self.shift == DVec3::ZERO && self.turn == DVec3::ZERO {
+            return;
+        }
+        // The rotation of the quaternion (1, turn/2), normalized: to second order that by `turn`.
+        let half = self.turn * 0.5;
+        let scale = 2.0 / (1.0 + half.length_squared());
+        for i in 0..body.topology().particles() {
+            let r = body.now(i) - self.center;
+            let turned = half.cross(r + half.cross(r)) * scale;
+            body.shift(i, self.shift + turned);
+        }
+        body.touch();
+    }
+
+    /// Displacement by friction in the substep [m], per particle.
+    pub fn rubbed<'a, T: Tangible>(
+        &'a self,
+        body: &'a T,
+    ) -> impl Iterator<Item = (usize, usize, DVec3)> + use<'a, T> {
+        let way = |x: DVec3| self.rubbed_shift + self.rubbed_turn.cross(x - self.center);
+        let each = 0..body.topology().particles();
+        each.map(move |i| (self.body, i, way(body.now(i))))
+    }
+}
+
+/// Positions by `at` and masses of the particles of a body.
+fn particles<'a, T: Tangible>(
+    body: &'a T,
+    at: impl Fn(usize) -> DVec3 + 'a,
+) -> impl Iterator<Item = (DVec3, f64)> + 'a {
+    let each = 0..body.topology().particles();
+    each.map(move |i| (at(i), 1.0 / body.inverse_mass(i)))
+}
+
+impl Contacts {
+    /// Begins a substep of the rigid bodies.
+    pub(super) fn begin_rigid(&mut self, bodies: &[impl Tangible]) {
+        for rigid in &mut self.rigids {
+            rigid.begin(&bodies[rigid.body]);
+        }
+    }
+
+    /// Begins a pass, from where the particles are now. A grab has moved single ones: it moves the
+    /// whole body, as they are pulled to the best fit of its shape.
+    pub(super) fn begin_pass(&mut self, bodies: &mut [impl Tangible]) {
+        for rigid in &mut self.rigids {
+            let body = &mut bodies[rigid.body];
+            if body.effects().grab.is_some() && rigid.inverse_mass > 0.0 {
+                restore_shape(body);
+            }
+            rigid.begin_pass(body, |i| body.now(i));
+        }
+    }
+
+    /// Moves the particles of the rigid bodies after a pass.
+    pub(super) fn end_pass(&self, bodies: &mut [impl Tangible]) {
+        for rigid in &self.rigids {
+            rigid.give_back(&mut bodies[rigid.body]);
+        }
+    }
+
+    /// Begins to change velocities, at the end of a substep.
+    pub(super) fn begin_bounce(&mut self, bodies: &[impl Tangible]) {
+        for rigid in &mut self.rigids {
+            let body = &bodies[rigid.body];
+            rigid.begin_pass(body, |i| body.start(i));
+        }
+    }
+
+    /// Changes the velocities of the particles of the rigid bodies.
+    pub(super) fn end_bounce(&self, bodies: &mut [impl Tangible]) {
+        for rigid in &self.rigids {
+            if rigid.shift != DVec3::ZERO || rigid.turn != DVec3::ZERO {
+                let body = &mut bodies[rigid.body];
+                for i in 0..body.topology().particles() {
+                    body.accelerate(i, rigid.way(body.start(i)));
+                }
+            }
+        }
+    }
+
+    /// Creates rows of rigid bodies with the ground and with spheres, boxes and capsules.
+    pub(super) fn make_fixed_rows(
+        &mut self,
+        bodies: &[impl Tangible],
+        colliders: &[SweptCollider],
+        step: &Substep,
+    ) {
+        let h = f64::from(step.h);
+        for number in 0..self.rigids.len() {
+            let Rigid { body, member, .. } = self.rigids[number];
+            let member = &self.members[member];
+            let effects = bodies[body].effects();
+            let recovery = effects.contact.map_or(0.0, |it| it.params().recovery(h));
+            let reach = REACH * f64::from(member.surface.mean_edge);
+            for (&particle, v) in member.surface.vertices.iter().zip(member.vertices()) {
+                let (start, end) = (self.starts[v], self.ends[v]);
+                if self.rigids[number].inverse_mass == 0.0 {
+                    break;
+                }
+                let near = reach + 1.5 * (end - start).length();
+                let mut add = |plane: Plane| {
+                    let place = &mut self.places[v];
+                    if *place == NOWHERE {
+                        *place = self.active.len() as u32;
+                        self.active.push(Active {
+                            vertex: v as u32,
+                            body: body as u32,
+                            rigid: number as u32,
+                            particle,
+                            inverse_mass: 0.0,
+                            start,
+                            now: start,
+                            motion: end - start,
+                            rubbed: DVec3::ZERO,
+                        });
+                    }
+                    let row = ContactRow::fixed(*place, &plane, &self.active, &self.rigids);
+                    self.rows[0].push(row);
+                };
+                if let Some(ground) = effects.ground {
+                    let gap = start.y - f64::from(ground.height);
+                    if gap < near {
+                        add(Plane {
+                            normal: DVec3::Y,
+                            height: f64::from(ground.height),
+                            gap,
+                            carried: DVec3::ZERO,
+                            friction: ground.friction.into(),
+                            restitution: ground.restitution.into(),
+                            recovery,
+                        });
+                    }
+                }
+                let Some(collide) = effects.collide else {
+                    continue;
+                };
+                for SweptCollider { shape, from, to } in colliders {
+                    let carried = |x: DVec3| to.apply(x) - from.apply(x);
+                    let before = from.undo(start);
+                    let gap = shape.distance(before);
+                    let moved = carried(before).length();
+                    if gap > near + moved {
+                        continue;
+                    }
+                    let after = to.undo(end);
+                    let Exit { normal, depth } = shape
+                        .exit(before, after)
+                        .unwrap_or_else(|| shape.approach(after));
+                    let surface = after + normal * depth;
+                    let normal = to.rotation * normal;
+                    add(Plane {
+                        normal,
+                        height: normal.dot(to.apply(surface)),
+                        gap,
+                        carried: carried(surface),
+                        friction: collide.friction.into(),
+                        restitution: collide.restitution.into(),
+                        recovery,
+                    });
+                }
+            }
+        }
+    }
+
+    /// Index of the rigid body of a member.
+    pub(super) fn rigid_of(&self, owner: Owner) -> u32 {
+        let Owner::Body(body) = owner else {
+            return NOWHERE;
+        };
+        let place = self.rigids.iter().position(|it| it.body == body);
+        place.map_or(NOWHERE, |place| place as u32)
+    }
+}
+
+/// Moves the particles of a body to the best fit of its rest shape.
+fn restore_shape(body: &mut impl Tangible) {
+    let rest = |body: &_, i: usize| Tangible::topology(body).rest[i].as_dvec3();
+    let count = body.topology().particles();
+    let (mut total, mut middle, mut rest_middle) = (0.0, DVec3::ZERO, DVec3::ZERO);
+    for i in 0..count {
+        let mass = 1.0 / body.inverse_mass(i);
+        total += mass;
+        middle += body.now(i) * mass;
+        rest_middle += rest(body, i) * mass;
+    }
+    (middle, rest_middle) = (middle / total, rest_middle / total);
+    let mut spread = [[0.0; 3]; 3];
+    for i in 0..count {
+        let mass = 1.0 / body.inverse_mass(i);
+        let (a, b) = (rest(body, i) - rest_middle, body.now(i) - middle);
+        for (j, row) in spread.iter_mut().enumerate() {
+            for (k, cell) in row.iter_mut().enumerate() {
+                *cell += mass * (a[j] * b[k]);
+            }
+        }
+    }
+    let rotation = fit::rotation_of(spread);
+    for i in 0..count {
+        let goal = rotation * (rest(body, i) - rest_middle) + middle;
+        body.shift(i, goal - body.now(i));
+    }
+}
