@@ -247,6 +247,18 @@ fn colliders_and_acceptances_that_make_no_sense_are_refused() {
         &["collider 1", "-1", "between 1e-9 and 1e9 m"],
     );
     says(
+        &complaint("Sphere(radius: 0.2)", "Mesh(file: \"cup\")"),
+        &["collider 1", "cup", "bowl", "stairs"],
+    );
+    says(
+        &complaint("Sphere(radius: 0.2)", "Mesh(file: \"bowl\", size: -1)"),
+        &["collider 1", "-1"],
+    );
+    says(
+        &complaint("Sphere(radius: 0.2)", "Surface(Rope(length: 1))"),
+        &["collider 1", "no triangles", "use a body of triangles"],
+    );
+    says(
         &complaint("seconds: 1.0", "seconds: 0.0"),
         &["acceptance", "seconds is 0", "above 0"],
     );

@@ -25,6 +25,7 @@ use crate::{
     contact::pairs::{Between, Tangible},
     effects::body_kinds::BodyEffectKind,
     ledger::{EnergyTracker, Ledger},
+    measure,
 };
 use glam::DVec3;
 use std::ops::Range;
@@ -258,7 +259,21 @@ fn finish(
             *ledger += gained;
         }
     });
+    let kinetic = |it: &Companion| match it.tracker {
+        Some(_) => measure::kinetic_energy(it.body.particles),
+        None => 0.0,
+    };
+    let before: Vec<f64> = match bodies.iter().any(|it| it.tracker.is_some()) {
+        true => bodies.iter().map(kinetic).collect(),
+        false => Vec::new(),
+    };
     end(bodies, contacts, step);
+    for (it, before) in bodies.iter_mut().zip(before) {
+        let gained = kinetic(it) - before;
+        if let Ok(ledger) = &mut it.result {
+            ledger.contact += gained;
+        }
+    }
 }
 
 /// The constraints of an iteration.

@@ -6,7 +6,7 @@ use super::{
     manifold::Manifolds,
     params::{PairParams, Params},
     rigid::Rigid,
-    row::{Active, ContactForce, ContactRow},
+    row::{Active, ContactForce, ContactRow, NOWHERE},
     tangible::Tangible,
     truncate::Truncation,
 };
@@ -101,9 +101,6 @@ const RIGID_SWEEPS: usize = 8;
 
 /// Number of kinds of contact.
 const KINDS: usize = 3;
-
-/// Index of a particle that is not active, and of the body of a collider.
-pub(super) const NOWHERE: u32 = u32::MAX;
 
 /// Owner of a surface, by its index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

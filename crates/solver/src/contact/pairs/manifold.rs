@@ -5,10 +5,7 @@
 //! creeping motion. Of rows with nearly the same normal between the same bodies, the four that span
 //! the largest area are as good as all.
 
-use super::{
-    contacts::NOWHERE,
-    row::{Active, ContactRow},
-};
+use super::row::{Active, ContactRow, NOWHERE};
 use glam::DVec3;
 
 /// Rows whose normals have at least this cosine belong together: 8°.

@@ -27,6 +27,7 @@ mod detect;
 mod manifold;
 mod params;
 mod rigid;
+mod rigid_contacts;
 mod row;
 mod tangible;
 mod truncate;

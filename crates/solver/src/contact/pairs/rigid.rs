@@ -11,16 +11,8 @@
 //! Source: Müller, Macklin and others, *Detailed Rigid Body Simulation with Extended Position Based
 //! Dynamics* (2020), equations 2 to 9.
 
-use super::{
-    contacts::{Contacts, NOWHERE, Owner},
-    row::{Active, ContactRow, Plane},
-    tangible::Tangible,
-};
-use crate::{
-    Substep,
-    contact::{collider::SweptCollider, shape::Exit},
-    fit,
-};
+use super::tangible::Tangible;
+use crate::fit;
 use glam::{DMat3, DVec3};
 
 /// A rigid body in a substep.
@@ -42,10 +34,6 @@ pub(super) struct Rigid {
     rubbed_turn: DVec3,
 }
 
-/// Reach of a contact with the ground or a collider beyond the predicted motion, as a fraction of
-/// the mean edge: the body may turn towards it within a substep.
-const REACH: f64 = 0.1;
-
 impl Rigid {
     pub fn new(body: usize, member: usize) -> Self {
         Self {
@@ -62,7 +50,7 @@ impl Rigid {
     }
 
     /// Begins a substep: mass, center of mass and inertia of the particles where they start.
-    fn begin(&mut self, body: &impl Tangible) {
+    pub fn begin(&mut self, body: &impl Tangible) {
         *self = Self::new(self.body, self.member);
         if (0..body.topology().particles()).any(|i| body.inverse_mass(i) == 0.0) {
             return;
@@ -90,12 +78,22 @@ impl Rigid {
     }
 
     /// Begins a pass over positions `at` [m].
-    fn begin_pass(&mut self, body: &impl Tangible, at: impl Fn(usize) -> DVec3) {
+    pub fn begin_pass(&mut self, body: &impl Tangible, at: impl Fn(usize) -> DVec3) {
         if self.inverse_mass > 0.0 {
             let sum = particles(body, at).map(|(x, mass)| x * mass);
             self.center = sum.sum::<DVec3>() * self.inverse_mass;
         }
         (self.shift, self.turn) = (DVec3::ZERO, DVec3::ZERO);
+    }
+
+    /// Whether contacts move it: not if a particle is pinned.
+    pub fn is_movable(&self) -> bool {
+        self.inverse_mass > 0.0
+    }
+
+    /// Whether a pass has moved it.
+    pub fn has_moved(&self) -> bool {
+        self.shift != DVec3::ZERO || self.turn != DVec3::ZERO
     }
 
     /// Displacement of the body at a point, which was at `x` when the pass began [m].
@@ -127,8 +125,8 @@ impl Rigid {
     }
 
     /// Moves the particles as the contacts of the pass have moved the body.
-    fn give_back(&self, body: &mut impl Tangible) {
-        if self.shift == DVec3::ZERO && self.turn == DVec3::ZERO {
+    pub fn give_back(&self, body: &mut impl Tangible) {
+        if !self.has_moved() {
             return;
         }
         // The rotation of the quaternion (1, turn/2), normalized: to second order that by `turn`.
@@ -162,149 +160,8 @@ fn particles<'a, T: Tangible>(
     each.map(move |i| (at(i), 1.0 / body.inverse_mass(i)))
 }
 
-impl Contacts {
-    /// Begins a substep of the rigid bodies.
-    pub(super) fn begin_rigid(&mut self, bodies: &[impl Tangible]) {
-        for rigid in &mut self.rigids {
-            rigid.begin(&bodies[rigid.body]);
-        }
-    }
-
-    /// Begins a pass, from where the particles are now. A grab has moved single ones: it moves the
-    /// whole body, as they are pulled to the best fit of its shape.
-    pub(super) fn begin_pass(&mut self, bodies: &mut [impl Tangible]) {
-        for rigid in &mut self.rigids {
-            let body = &mut bodies[rigid.body];
-            if body.effects().grab.is_some() && rigid.inverse_mass > 0.0 {
-                restore_shape(body);
-            }
-            rigid.begin_pass(body, |i| body.now(i));
-        }
-    }
-
-    /// Moves the particles of the rigid bodies after a pass.
-    pub(super) fn end_pass(&self, bodies: &mut [impl Tangible]) {
-        for rigid in &self.rigids {
-            rigid.give_back(&mut bodies[rigid.body]);
-        }
-    }
-
-    /// Begins to change velocities, at the end of a substep.
-    pub(super) fn begin_bounce(&mut self, bodies: &[impl Tangible]) {
-        for rigid in &mut self.rigids {
-            let body = &bodies[rigid.body];
-            rigid.begin_pass(body, |i| body.start(i));
-        }
-    }
-
-    /// Changes the velocities of the particles of the rigid bodies.
-    pub(super) fn end_bounce(&self, bodies: &mut [impl Tangible]) {
-        for rigid in &self.rigids {
-            if rigid.shift != DVec3::ZERO || rigid.turn != DVec3::ZERO {
-                let body = &mut bodies[rigid.body];
-                for i in 0..body.topology().particles() {
-                    body.accelerate(i, rigid.way(body.start(i)));
-                }
-            }
-        }
-    }
-
-    /// Creates rows of rigid bodies with the ground and with spheres, boxes and capsules.
-    pub(super) fn make_fixed_rows(
-        &mut self,
-        bodies: &[impl Tangible],
-        colliders: &[SweptCollider],
-        step: &Substep,
-    ) {
-        let h = f64::from(step.h);
-        for number in 0..self.rigids.len() {
-            let Rigid { body, member, .. } = self.rigids[number];
-            let member = &self.members[member];
-            let effects = bodies[body].effects();
-            let recovery = effects.contact.map_or(0.0, |it| it.params().recovery(h));
-            let reach = REACH * f64::from(member.surface.mean_edge);
-            for (&particle, v) in member.surface.vertices.iter().zip(member.vertices()) {
-                let (start, end) = (self.starts[v], self.ends[v]);
-                if self.rigids[number].inverse_mass == 0.0 {
-                    break;
-                }
-                let near = reach + 1.5 * (end - start).length();
-                let mut add = |plane: Plane| {
-                    let place = &mut self.places[v];
-                    if *place == NOWHERE {
-                        *place = self.active.len() as u32;
-                        self.active.push(Active {
-                            vertex: v as u32,
-                            body: body as u32,
-                            rigid: number as u32,
-                            particle,
-                            inverse_mass: 0.0,
-                            start,
-                            now: start,
-                            motion: end - start,
-                            rubbed: DVec3::ZERO,
-                        });
-                    }
-                    let row = ContactRow::fixed(*place, &plane, &self.active, &self.rigids);
-                    self.rows[0].push(row);
-                };
-                if let Some(ground) = effects.ground {
-                    let gap = start.y - f64::from(ground.height);
-                    if gap < near {
-                        add(Plane {
-                            normal: DVec3::Y,
-                            height: f64::from(ground.height),
-                            gap,
-                            carried: DVec3::ZERO,
-                            friction: ground.friction.into(),
-                            restitution: ground.restitution.into(),
-                            recovery,
-                        });
-                    }
-                }
-                let Some(collide) = effects.collide else {
-                    continue;
-                };
-                for SweptCollider { shape, from, to } in colliders {
-                    let carried = |x: DVec3| to.apply(x) - from.apply(x);
-                    let before = from.undo(start);
-                    let gap = shape.distance(before);
-                    let moved = carried(before).length();
-                    if gap > near + moved {
-                        continue;
-                    }
-                    let after = to.undo(end);
-                    let Exit { normal, depth } = shape
-                        .exit(before, after)
-                        .unwrap_or_else(|| shape.approach(after));
-                    let surface = after + normal * depth;
-                    let normal = to.rotation * normal;
-                    add(Plane {
-                        normal,
-                        height: normal.dot(to.apply(surface)),
-                        gap,
-                        carried: carried(surface),
-                        friction: collide.friction.into(),
-                        restitution: collide.restitution.into(),
-                        recovery,
-                    });
-                }
-            }
-        }
-    }
-
-    /// Index of the rigid body of a member.
-    pub(super) fn rigid_of(&self, owner: Owner) -> u32 {
-        let Owner::Body(body) = owner else {
-            return NOWHERE;
-        };
-        let place = self.rigids.iter().position(|it| it.body == body);
-        place.map_or(NOWHERE, |place| place as u32)
-    }
-}
-
 /// Moves the particles of a body to the best fit of its rest shape.
-fn restore_shape(body: &mut impl Tangible) {
+pub(super) fn restore_shape(body: &mut impl Tangible) {
     let rest = |body: &_, i: usize| Tangible::topology(body).rest[i].as_dvec3();
     let count = body.topology().particles();
     let (mut total, mut middle, mut rest_middle) = (0.0, DVec3::ZERO, DVec3::ZERO);

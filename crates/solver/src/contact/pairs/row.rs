@@ -16,7 +16,7 @@
 //! Source: Müller, Macklin and others, *Detailed Rigid Body Simulation with Extended Position Based
 //! Dynamics* (2020), for the normal constraint and restitution.
 
-use super::{closest::weighted, contacts::NOWHERE, params::PairParams, rigid::Rigid};
+use super::{closest::weighted, params::PairParams, rigid::Rigid};
 use glam::DVec3;
 
 /// Force of an active contact.
@@ -120,6 +120,10 @@ pub(super) struct ContactRow {
     /// approaching.
     approach: f64,
 }
+
+/// Index of a particle that is not active, of a body that is not rigid, and of the body of a
+/// collider.
+pub(super) const NOWHERE: u32 = u32::MAX;
 
 /// Gaps below this have no direction [m]: the primitives cross.
 const NO_GAP: f64 = 1e-12;
