@@ -128,9 +128,6 @@ pub(super) const NOWHERE: u32 = u32::MAX;
 /// Gaps below this have no direction [m]: the primitives cross.
 const NO_GAP: f64 = 1e-12;
 
-/// Signs of the weights of the two primitives.
-const SIGNS: [f64; 2] = [1.0, -1.0];
-
 /// Contacts closer than this multiple of their thickness count as touching.
 const TOUCHING: f64 = 1.05;
 
@@ -273,6 +270,12 @@ impl ContactRow {
         if self.is_fixed { 0.0 } else { self.distance }
     }
 
+    /// Index of the rigid body, sign of the weights and arm of either side.
+    fn sides(&self) -> [(u32, f64, DVec3); 2] {
+        let ([a, b], [r, s]) = (self.rigids, self.arms);
+        [(a, 1.0, r), (b, -1.0, s)]
+    }
+
     /// Whether it changes velocities after the substep.
     pub fn may_bounce(&self) -> bool {
         self.restitution > 0.0 || self.is_rigid()
@@ -353,9 +356,9 @@ impl ContactRow {
         self.friction_multiplier = held;
         self.push(change, active, rigids, |it| &mut it.now);
         self.push(change, active, &mut [], |it| &mut it.rubbed);
-        for side in 0..2 {
-            if let Some(rigid) = rigids.get_mut(self.rigids[side] as usize) {
-                rigid.rub(change * SIGNS[side], self.arms[side]);
+        for (rigid, sign, arm) in self.sides() {
+            if let Some(rigid) = rigids.get_mut(rigid as usize) {
+                rigid.rub(change * sign, arm);
             }
         }
     }
@@ -404,9 +407,9 @@ impl ContactRow {
         rigids: &mut [Rigid],
         what: impl Fn(&mut Active) -> &mut DVec3,
     ) {
-        for side in 0..2 {
-            if let Some(rigid) = rigids.get_mut(self.rigids[side] as usize) {
-                rigid.push(impulse * SIGNS[side], self.arms[side]);
+        for (rigid, sign, arm) in self.sides() {
+            if let Some(rigid) = rigids.get_mut(rigid as usize) {
+                rigid.push(impulse * sign, arm);
             }
         }
         for (corner, weight) in self.corners.into_iter().zip(self.weights) {
