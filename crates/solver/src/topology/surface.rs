@@ -95,6 +95,11 @@ impl Surface {
         }
     }
 
+    /// Whether every edge has two triangles.
+    pub(crate) fn is_closed(&self) -> bool {
+        3 * self.triangles.len() == 2 * self.edges.len()
+    }
+
     /// Memory use in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {

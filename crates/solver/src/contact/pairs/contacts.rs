@@ -8,6 +8,7 @@ use super::{
     rigid::Rigid,
     row::{Active, ContactForce, ContactRow, NOWHERE},
     tangible::Tangible,
+    tangle::Tangle,
     truncate::Truncation,
 };
 use crate::{
@@ -84,6 +85,10 @@ pub struct Contacts {
     pub(super) active: Vec<Active>,
     pub(super) rigids: Vec<Rigid>,
     pub(super) manifolds: Manifolds,
+    pub(super) tangles: Vec<Tangle>,
+    /// Whether nothing crossed when it was last looked for, and nothing has moved since but as
+    /// stepped.
+    pub(super) is_untangled: bool,
     /// Index of each vertex among the active ones.
     pub(super) places: Vec<u32>,
     /// Pairs of bodies in contact at the start of the last substep.
@@ -98,6 +103,10 @@ pub struct Contacts {
 
 /// Passes over the contacts of rigid bodies in both directions, after the first.
 const RIGID_SWEEPS: usize = 8;
+
+/// A particle that is farther than this fraction of the thickness from where it was stepped to has
+/// been moved otherwise.
+const MOVED: f32 = 0.01;
 
 /// Number of kinds of contact.
 const KINDS: usize = 3;
@@ -160,6 +169,29 @@ impl Member {
         let kinds = [Between::Bodies, Between::Itself, Between::Colliders];
         let halves = kinds.map(|between| self.half_thickness_for(between));
         halves.into_iter().flatten().fold(0.0, f32::max)
+    }
+
+    /// Kind of contact with another member.
+    pub(super) fn kind_with(&self, other: &Self) -> Between {
+        let is_collider = |member: &Self| matches!(member.owner, Owner::Collider(_));
+        if is_collider(self) || is_collider(other) {
+            Between::Colliders
+        } else {
+            Between::Bodies
+        }
+    }
+
+    /// Whether it has contact with another member, or with itself.
+    pub(super) fn touches(&self, other: &Self, is_itself: bool) -> bool {
+        let kind = match is_itself {
+            true => Between::Itself,
+            false => self.kind_with(other),
+        };
+        let has = |member: &Self| member.params[kind as usize].is_some();
+        let are_colliders = [self, other]
+            .iter()
+            .all(|it| matches!(it.owner, Owner::Collider(_)));
+        has(self) && has(other) && !are_colliders && (self.is_stepped || other.is_stepped)
     }
 
     /// Its part of the distance of two surfaces [m]: half its thickness, or all of it from a
@@ -267,6 +299,7 @@ impl Contacts {
             self.detect(step.count, threads);
             self.enclose_motion(HORIZON);
         }
+        self.find_tangles(bodies);
         self.begin_rigid(bodies);
         self.make_rows(self.h);
         self.make_fixed_rows(bodies, colliders, step);
@@ -281,6 +314,10 @@ impl Contacts {
     /// One pass over the contacts of one kind, after an iteration.
     pub(crate) fn solve(&mut self, bodies: &mut [impl Tangible], between: Between) {
         // Without contacts, the shape of a rigid body is restored once.
+        let parts = between == Between::Bodies && !self.tangles.is_empty();
+        if parts {
+            self.part(bodies);
+        }
         let restores = between == Between::Bodies && !self.rigids.is_empty();
         if self.rows[between as usize].is_empty() && !restores {
             return;
@@ -464,6 +501,7 @@ impl Contacts {
             return;
         }
         self.is_valid = false;
+        self.is_untangled = false;
         self.members.clear();
         let mut first = 0;
         for joining in all() {
@@ -565,6 +603,10 @@ impl Contacts {
                 let particle = particle as usize;
                 let start = body.start(particle);
                 let weight = body.inverse_mass(particle);
+                // Where it was stepped to, up to rounding; anything else may have crossed a surface.
+                let stepped = self.starts[v] + body.motion(particle);
+                let off = (start - stepped).length_squared();
+                self.is_untangled &= off <= (MOVED * member.half_thickness()).powi(2).into();
                 self.starts[v] = start;
                 (self.inverse_masses[v], self.ends[v]) = if !member.is_stepped || weight == 0.0 {
                     (0.0, start)
@@ -698,10 +740,16 @@ impl Contacts {
             let rigids = [a, b].map(|member| self.rigid_of(member.owner));
             near.clear();
             near.extend(self.near_in(batch, HORIZON, |candidate| candidate.distance));
+            let members = batch
+                .pieces
+                .map(|piece| self.pieces[piece as usize].member as u32);
             for candidate in &near {
                 let vertices = candidate
                     .corners
                     .map(|corner| self.vertices[corner as usize]);
+                if self.is_tangled(members, vertices) {
+                    continue;
+                }
                 let weights = batch
                     .kind
                     .weights(vertices.map(|v| self.starts[v as usize]));

@@ -93,27 +93,40 @@ pub fn crossings<'a>(
 
 /// Counts edges of `a` through triangles of `b`.
 fn between(a: &Shape, b: &Shape, grid: &mut Grid) -> usize {
-    let is_itself = std::ptr::eq(a, b);
-    let edges = &a.surface.edges;
-    let triangles = &b.surface.triangles;
-    let ends = |edge: [u32; 2]| edge.map(|v| a.x[v as usize]);
+    let mut count = 0;
+    each_crossing((a.surface, &a.x), (b.surface, &b.x), grid, |_, _| {
+        count += 1
+    });
+    count
+}
+
+/// Visits the edges of a surface that pass through triangles of another, or of itself, with their
+/// end points and the corners [m].
+pub(super) fn each_crossing(
+    (a, of_a): (&Surface, &[DVec3]),
+    (b, of_b): (&Surface, &[DVec3]),
+    grid: &mut Grid,
+    mut visit: impl FnMut([DVec3; 2], [DVec3; 3]),
+) {
+    let is_itself = std::ptr::eq(of_a, of_b);
+    let edges = &a.edges;
+    let triangles = &b.triangles;
+    let ends = |edge: [u32; 2]| edge.map(|v| of_a[v as usize]);
     let boxes: Vec<Bounds> = edges.iter().map(|&edge| around(&ends(edge))).collect();
     let length = |bounds: &Bounds| f64::from((bounds.high - bounds.low).max_element());
     let mean = boxes.iter().map(length).sum::<f64>() / boxes.len().max(1) as f64;
     grid.fill(&boxes, mean as f32);
-    let mut count = 0;
     for &triangle in triangles {
-        let corners = triangle.map(|v| b.x[v as usize]);
+        let corners = triangle.map(|v| of_b[v as usize]);
         let bounds = around(&corners);
         grid.near(&bounds, |item| {
             let edge = edges[item as usize];
             let shares = is_itself && edge.iter().any(|end| triangle.contains(end));
             if !shares && boxes[item as usize].meets(&bounds) && crosses(ends(edge), corners) {
-                count += 1;
+                visit(ends(edge), corners);
             }
         });
     }
-    count
 }
 
 /// Whether a segment passes through a triangle.
@@ -130,7 +143,8 @@ fn crosses([p, q]: [DVec3; 2], [a, b, c]: [DVec3; 3]) -> bool {
     turns.iter().all(|turn| *turn > 0.0) || turns.iter().all(|turn| *turn < 0.0)
 }
 
-fn around(points: &[DVec3]) -> Bounds {
+/// Box around points [m], with a margin for rounding.
+pub(super) fn around(points: &[DVec3]) -> Bounds {
     points.iter().fold(Bounds::EMPTY, |all, point| {
         let slack = (point.abs().max_element() * SLACK) as f32;
         let at: Vec3A = point.as_vec3a();

@@ -13,6 +13,9 @@
 //!   (`truncate.rs`), whatever the constraints have done. Surfaces that were apart stay apart at
 //!   any speed.
 //!
+//! Bodies that begin across each other have no sides to stay on: they are parted (`tangle.rs`).
+//! Rigid bodies are moved as wholes (`rigid.rs`), by few contacts (`manifold.rs`).
+//!
 //! Positions are relative to frames that move with pieces of the surfaces, so that rigid motion
 //! requires no new detection. Geometry is computed in `f64`; balls are in `f32`, with a margin
 //! larger than its rounding error.
@@ -30,6 +33,7 @@ mod rigid;
 mod rigid_contacts;
 mod row;
 mod tangible;
+mod tangle;
 mod truncate;
 
 pub use contacts::{ContactCounts, Contacts};

@@ -44,6 +44,8 @@ pub(super) struct Truncation {
     roots: Vec<u32>,
     /// Common motion of each group of members.
     common: Vec<Common>,
+    /// Whether two primitives touch at distance 0, so that they have no sides.
+    touches: bool,
 }
 
 /// Common motion of a group of members: that of its particles that cannot be cut, zero if one of
@@ -101,6 +103,7 @@ impl Contacts {
         self.counts.failed = 0;
         let mut room = std::mem::take(&mut self.truncation);
         self.find_near(&mut room);
+        self.is_untangled &= !room.touches;
         if !room.pairs.is_empty() {
             self.find_common(&mut room);
             room.t.resize(self.starts.len(), 1.0);
@@ -143,8 +146,9 @@ impl Contacts {
 
     /// Finds pairs that come closer than their minimum gap.
     fn find_near(&self, room: &mut Truncation) {
-        let pairs = &mut room.pairs;
+        let Truncation { pairs, touches, .. } = room;
         pairs.clear();
+        *touches = false;
         for batch in &self.batches {
             let by = batch.min_gap as f32;
             let near = self.near_in(batch, 1.0, |_| by);
@@ -153,7 +157,12 @@ impl Contacts {
                 .map(|piece| self.pieces[piece as usize].member as u32);
             pairs.extend(near.filter_map(|it| {
                 let vertices = it.corners.map(|corner| self.vertices[corner as usize]);
-                Pair::new(batch, members, vertices, &self.starts)
+                if self.is_tangled(members, vertices) {
+                    return None;
+                }
+                let pair = Pair::new(batch, members, vertices, &self.starts);
+                *touches |= pair.is_none();
+                pair
             }));
         }
     }

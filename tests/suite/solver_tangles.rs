@@ -1,0 +1,153 @@
+//! Bodies that begin across each other come apart at a bounded speed.
+
+use crate::support::{body, cube, damping, elastic_on_ground, stretch, with};
+use glam::{DVec3, UVec2, Vec2, Vec3};
+use pliant::{
+    mesh::Primitive,
+    solver::{Bend, Body, Contact, Effects, SelfContact, Stretch, Threads, World, measure},
+};
+
+fn jelly(at: Vec3) -> Body {
+    let effects = Effects {
+        stretch: Some(Stretch {
+            damping: damping(0.03),
+            ..stretch(5e-5).expect("some")
+        }),
+        contact: Some(Contact::default()),
+        ..elastic_on_ground()
+    };
+    let mut it = with(body("jelly", cube(0.3, 3), 1000.0), effects);
+    it.translate(at);
+    it
+}
+
+fn sheet(at: Vec3) -> Body {
+    let cloth = Primitive::Cloth {
+        size: Vec2::splat(0.6),
+        cells: UVec2::splat(12),
+        diagonals: Default::default(),
+        shear: false,
+    };
+    let effects = Effects {
+        stretch: stretch(0.0),
+        bend: Some(Bend::default()),
+        contact: Some(Contact::default()),
+        self_contact: Some(SelfContact::default()),
+        ground: elastic_on_ground().ground,
+        ..Effects::default()
+    };
+    let shape = cloth.build().expect("a sound cloth").shape;
+    let mut it = with(body("sheet", shape, 0.3), effects);
+    it.translate(at);
+    it
+}
+
+fn fastest(world: &World) -> f32 {
+    let each = world
+        .bodies
+        .iter()
+        .flat_map(|body| (0..body.particles.len()).map(|i| body.particles.velocity(i).length()));
+    each.fold(0.0, f32::max)
+}
+
+/// Without gravity: they part by the recovery speed, 0.5 m/s of both together, and keep their
+/// momentum. When the last crossing is gone, surfaces within their thickness part once more.
+#[test]
+fn overlapping_bodies_part_at_the_recovery_speed() {
+    let mut world = World::default();
+    world.settings.set_gravity(Vec3::ZERO).expect("sound");
+    world.bodies = vec![jelly(Vec3::Y), jelly(Vec3::new(0.07, 1.15, 0.03))];
+    let mut before = world.crossings();
+    assert!(before > 0, "they overlap");
+    for tick in 0..120 {
+        world.tick();
+        let speed = fastest(&world);
+        assert!(speed < 0.6, "{speed} m/s in tick {tick}");
+        let now = world.crossings();
+        // The rings of crossings shrink, but not with every tick.
+        assert!(now <= before + 8, "{now} crossings after {before}");
+        before = now;
+    }
+    assert_eq!(before, 0);
+    let momenta = world
+        .bodies
+        .iter()
+        .map(|it| measure::momentum(&it.particles));
+    let left = momenta.sum::<DVec3>().length();
+    // Rounding of 27 kg at 0.3 m/s.
+    assert!(left < 1e-4, "{left} kg·m/s");
+}
+
+/// On the ground, under gravity: none is thrown up or out of the heap.
+#[test]
+fn an_overlapping_stack_comes_apart() {
+    let mut world = World::default();
+    world.bodies = [0.15, 0.3, 0.5]
+        .into_iter()
+        .map(|height| jelly(Vec3::new(0.07 * (height * 10.0) % 0.2, height, 0.03)))
+        .collect();
+    assert!(world.crossings() > 0);
+    for _ in 0..300 {
+        world.tick();
+        // The upper one falls half a meter at most, 3.1 m/s.
+        assert!(fastest(&world) < 3.5, "{} m/s", fastest(&world));
+    }
+    assert_eq!(world.crossings(), 0);
+    for body in &world.bodies {
+        let at = measure::center_of_mass(&body.particles);
+        assert!(at.with_y(0.0).length() < 1.0 && at.y > 0.1, "{at}");
+    }
+}
+
+/// A sheet that lies in the middle of a cube, exactly on its vertices, where nothing crosses by the
+/// exact test, and askew.
+#[test]
+fn a_sheet_leaves_a_body() {
+    for tilt in [0.0, 0.01] {
+        let mut cloth = sheet(Vec3::new(0.0, 0.22, 0.0));
+        for i in 0..cloth.particles.len() {
+            let x = cloth.particles.position(i);
+            let tilted = x.with_y(x.y + tilt * (3.0 * x.x + x.z));
+            cloth.particles.set_position(i, tilted);
+        }
+        let mut world = World {
+            bodies: vec![jelly(Vec3::Y * 0.15), cloth],
+            ..World::default()
+        };
+        for _ in 0..300 {
+            world.tick();
+            assert!(fastest(&world) < 5.0, "{} m/s", fastest(&world));
+        }
+        assert_eq!(world.crossings(), 0, "tilt {tilt}");
+    }
+}
+
+/// Tangles depend on the state alone: threads, and a world that goes on from a copy without its
+/// caches, make no difference.
+#[test]
+fn tangles_are_no_state() {
+    let world = World {
+        bodies: vec![
+            jelly(Vec3::Y * 0.15),
+            jelly(Vec3::new(0.05, 0.35, 0.02)),
+            sheet(Vec3::new(0.0, 0.52, 0.0)),
+        ],
+        ..World::default()
+    };
+    let mut threads = world.clone();
+    threads.threads = Threads::new(2).expect("two threads");
+    let mut world = world;
+    for tick in 0..90 {
+        // A clone of contacts is empty.
+        let mut copy = world.clone();
+        world.tick();
+        copy.tick();
+        threads.tick();
+        assert_eq!(copy.state_hash(), world.state_hash(), "copy, tick {tick}");
+        assert_eq!(
+            threads.state_hash(),
+            world.state_hash(),
+            "threads, tick {tick}"
+        );
+    }
+}
