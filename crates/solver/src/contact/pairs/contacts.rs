@@ -606,7 +606,8 @@ impl Contacts {
                 // Where it was stepped to, up to rounding; anything else may have crossed a surface.
                 let stepped = self.starts[v] + body.motion(particle);
                 let off = (start - stepped).length_squared();
-                self.is_untangled &= off <= (MOVED * member.half_thickness()).powi(2).into();
+                let most = f64::from(MOVED * member.half_thickness());
+                self.is_untangled &= off <= most * most;
                 self.starts[v] = start;
                 (self.inverse_masses[v], self.ends[v]) = if !member.is_stepped || weight == 0.0 {
                     (0.0, start)

@@ -13,7 +13,7 @@
 //!   (`truncate.rs`), whatever the constraints have done. Surfaces that were apart stay apart at
 //!   any speed.
 //!
-//! Bodies that begin across each other have no sides to stay on: they are parted (`tangle.rs`).
+//! Bodies that begin across each other have no sides to stay on: they are parted (`untangle.rs`).
 //! Rigid bodies are moved as wholes (`rigid.rs`), by few contacts (`manifold.rs`).
 //!
 //! Positions are relative to frames that move with pieces of the surfaces, so that rigid motion
@@ -35,6 +35,7 @@ mod row;
 mod tangible;
 mod tangle;
 mod truncate;
+mod untangle;
 
 pub use contacts::{ContactCounts, Contacts};
 pub use crossings::{Outline, crossings};
