@@ -219,14 +219,14 @@ impl Bodies<'_, '_> {
             Ok(Ledger::default())
         };
         let solve: Together = &|companions, contacts, context| {
-            together::solve(companions, contacts, stage, context);
             if stage == COLLIDE {
                 together::each(companions, context, |it, context| {
-                    if it.body.effects.collide.is_some() {
+                    if stage.acts(it.body.effects, false, step.method) {
                         it.result = each(&mut it.body, context);
                     }
                 });
             }
+            together::solve(companions, contacts, stage, context);
         };
         let finish: Together = &|companions, contacts, context| {
             together::cut(companions, contacts, &step, context);

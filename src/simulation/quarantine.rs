@@ -17,7 +17,7 @@ pub(super) fn quarantine(world: &mut World, entity: Entity, error: NotFinite) {
     let context = world
         .resource::<CurrentSubstep>()
         .context(world.resource::<SolverThreads>());
-    let other = if body.effects.can_touch() {
+    let other = if body.effects.touches_surfaces(context.swept.has_meshes()) {
         CONTACT
     } else {
         USER

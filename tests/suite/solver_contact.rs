@@ -64,7 +64,7 @@ fn two_cubes() -> World {
 }
 
 /// Runs ticks and counts crossings after each; also returns the largest number of active contacts.
-fn most_crossings(world: &mut World, count: usize) -> (usize, usize) {
+fn max_crossings(world: &mut World, count: usize) -> (usize, usize) {
     (0..count).fold((0, 0), |(crossings, acting), _| {
         world.tick();
         let acts = world.contacts.counts().acting;
@@ -81,7 +81,7 @@ fn a_body_lies_on_another_at_the_thickness_of_their_contact() {
             contact.thickness = ContactThickness::new(thickness).expect("sound");
         }
     }
-    let (crossings, acting) = most_crossings(&mut world, 300);
+    let (crossings, acting) = max_crossings(&mut world, 300);
     assert_eq!(crossings, 0);
     assert!(acting > 0);
     let bottom = |body: &Body| {
@@ -158,7 +158,7 @@ fn nothing_crosses_at_300_m_per_s_in_a_single_substep() {
         ball.translate(Vec3::new(0.03, 2.0, 0.02));
         ball.set_velocity(Vec3::NEG_Y * 300.0);
         world.bodies.push(ball);
-        let (crossings, acting) = most_crossings(&mut world, 60);
+        let (crossings, acting) = max_crossings(&mut world, 60);
         assert_eq!(crossings, 0, "{layers} layers");
         assert!(acting > 0, "it hits");
         assert!(world.bodies.iter().all(|body| body.quarantine.is_none()));
@@ -181,7 +181,7 @@ fn a_cloth_that_falls_on_its_edge_folds_without_crossing() {
             bodies: vec![cloth],
             ..World::default()
         };
-        let (crossings, acting) = most_crossings(&mut world, 150);
+        let (crossings, acting) = max_crossings(&mut world, 150);
         assert_eq!(crossings, 0, "{substeps} substeps");
         assert!(acting > 0, "it folds onto itself");
     }

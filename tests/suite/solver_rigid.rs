@@ -111,6 +111,40 @@ fn a_rigid_body_comes_to_rest_and_sleeps() {
     assert!(bottom.abs() < 2.7e-5, "{bottom} m");
 }
 
+/// A body that sleeps does not move by a bit until it is woken.
+#[test]
+fn a_sleeping_crate_stands_still_until_it_wakes() {
+    let mut it = crate_of(Vec3::splat(0.3), 0.5);
+    it.translate(Vec3::Y * 0.15);
+    let mut hits = ball(0.1, 1000.0);
+    hits.translate(Vec3::new(-3.0, 0.2, 0.0));
+    let mut world = world(vec![it, hits], 10);
+    world.bodies[1].effects.ground = None;
+    world.bodies[0].asleep = true;
+    world.settings.set_gravity(Vec3::ZERO).expect("sound");
+    world.bodies[1].set_velocity(Vec3::X * 2.0);
+    let mut woke = false;
+    for tick in 0..120 {
+        let before = crate::support::state_bits(&world.bodies[0].particles);
+        let slept = world.bodies[0].asleep;
+        world.tick();
+        if slept {
+            let after = crate::support::state_bits(&world.bodies[0].particles);
+            assert!(before == after, "moved in its sleep in tick {tick}");
+        }
+        woke |= !world.bodies[0].asleep;
+    }
+    assert!(woke);
+    // It was an obstacle in the tick of the impact. Awake, it moves.
+    world.sleep.enabled = false;
+    world.bodies[0].wake();
+    world.bodies[1].translate(Vec3::NEG_X);
+    world.bodies[1].set_velocity(Vec3::X * 2.0);
+    (0..90).for_each(|_| world.tick());
+    let at = middle(&world.bodies[0]);
+    assert!(at.x > 0.01, "it was pushed: {at}");
+}
+
 /// Coulomb's law on the ground and on a collider, for a slope with this tangent.
 #[test]
 fn rigid_friction_is_coulombs() {

@@ -238,11 +238,13 @@ impl World {
                 if touch {
                     contacts.solve(bodies, Between::Bodies);
                     contacts.solve(bodies, Between::Itself);
-                    contacts.solve(bodies, Between::Colliders);
                 }
                 for body in &mut *bodies {
                     let pass = pass(body.h, iteration);
                     body.solve_effects(BodyPhase::Contact, &pass);
+                }
+                if touch {
+                    contacts.solve(bodies, Between::Colliders);
                 }
             }
         }

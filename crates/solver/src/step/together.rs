@@ -176,10 +176,10 @@ pub fn advance(
             for _ in 0..step.contacts_after(iteration) {
                 solve(bodies, contacts, Stage::Contact, context);
                 solve(bodies, contacts, Stage::SelfContact, context);
-                solve(bodies, contacts, COLLIDE, context);
                 each(bodies, context, |it, context| {
                     meet_rigid(it, &step, iteration, context);
                 });
+                solve(bodies, contacts, COLLIDE, context);
             }
         }
         finish(bodies, contacts, &step, context);

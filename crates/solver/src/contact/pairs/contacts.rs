@@ -24,7 +24,7 @@ pub(super) const HORIZON: f64 = 1.5;
 
 /// Tolerated deviation of a particle from its expected path, as a fraction of the mean edge, and at
 /// least a quarter of the thickness. Larger values mean fewer detections with more candidates: with
-/// all of the thickness a dense pile had five times as many, and took 1.3 times as long.
+/// all of the thickness a dense pile had 2.5 times as many, and took 1.3 times as long.
 const SKIN: f32 = 0.1;
 
 /// Kind of contact.

@@ -21,7 +21,7 @@ pub(super) struct Rigid {
     pub body: usize,
     /// Its place among the members.
     pub member: usize,
-    /// 1/M [1/kg] and I⁻¹ [1/(kg·m²)]; 0 if a particle is pinned.
+    /// 1/M [1/kg] and I⁻¹ [1/(kg·m²)]; 0 if it sleeps or a particle is pinned.
     inverse_mass: f64,
     inverse_inertia: DMat3,
     /// Center of mass at the start of the substep, or of a pass [m].
@@ -52,7 +52,8 @@ impl Rigid {
     /// Begins a substep: mass, center of mass and inertia of the particles where they start.
     pub fn begin(&mut self, body: &impl Tangible) {
         *self = Self::new(self.body, self.member);
-        if (0..body.topology().particles()).any(|i| body.inverse_mass(i) == 0.0) {
+        let is_pinned = (0..body.topology().particles()).any(|i| body.inverse_mass(i) == 0.0);
+        if is_pinned || !body.is_stepped() {
             return;
         }
         let mut total = 0.0;
@@ -86,7 +87,7 @@ impl Rigid {
         (self.shift, self.turn) = (DVec3::ZERO, DVec3::ZERO);
     }
 
-    /// Whether contacts move it: not if a particle is pinned.
+    /// Whether contacts move it: not if it sleeps or a particle is pinned.
     pub fn is_movable(&self) -> bool {
         self.inverse_mass > 0.0
     }
