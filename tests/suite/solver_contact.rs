@@ -6,16 +6,15 @@ use crate::{
         body, body_of_masses, cube, damping, elastic, elastic_on_ground, pinned, point, settings,
         state_bits, stretch, volume, with,
     },
-    support_app::{app_of, ticks},
+    support_app::{app_of, deterministic, ticks},
 };
-use bevy::prelude::IntoScheduleConfigs;
 use glam::{DVec3, UVec2, Vec2, Vec3};
 use pliant::{
     mesh::Primitive,
-    simulation::{SolvePhase, SolveSchedule, state_hash},
+    simulation::state_hash,
     solver::{
         Bend, Body, Contact, ContactThickness, Effects, Friction, RestShape, Restitution,
-        SelfContact, Threads, World, ledger, measure, reference,
+        SelfContact, World, ledger, measure, reference,
     },
 };
 
@@ -400,40 +399,8 @@ fn contacts_have_the_same_bits_however_bodies_are_stepped() {
     sheet.effects.ground = elastic_on_ground().ground;
     world.bodies.push(sheet);
     world.settings = settings(9.81, 60.0, 5, 2);
-    let mut threaded = world.clone();
-    threaded.threads = Threads::new(3).expect("three threads");
-    let (mut app, ..) = app_of(&world);
-    let (mut scheduled, ..) = app_of(&world);
-    scheduled.add_systems(SolveSchedule, (|| ()).in_set(SolvePhase::User));
-    for tick in 1..=150 {
-        world.tick();
-        threaded.tick();
-        assert_eq!(
-            threaded.state_hash(),
-            world.state_hash(),
-            "threads, tick {tick}"
-        );
-        ticks(&mut app, 1);
-        assert_eq!(
-            state_hash(app.world_mut()),
-            world.state_hash(),
-            "Bevy, tick {tick}"
-        );
-        ticks(&mut scheduled, 1);
-        assert_eq!(
-            state_hash(scheduled.world_mut()),
-            world.state_hash(),
-            "schedules, tick {tick}"
-        );
-    }
-    assert!(world.contacts.counts().acting > 0);
-    // The contact cache of a world is not part of its state: a copy starts without it.
-    let mut copy = world.clone();
-    for _ in 0..30 {
-        world.tick();
-        copy.tick();
-    }
-    assert_eq!(copy.state_hash(), world.state_hash());
+    let (_, acting) = deterministic(world, 150);
+    assert!(acting > 0);
 }
 
 /// A body with contact that touches nothing keeps the bits that it has without the effect.

@@ -1,21 +1,17 @@
 //! Colliders that are meshes of triangles: bodies with `Collide` stay off them at any speed.
 
 use crate::{
-    support::{
-        body, body_of_masses, cube, elastic, pinned, point, settings, state_bits, stretch, with,
-    },
-    support_app::{app_of, ticks},
+    support::{body, body_of_masses, cube, elastic, pinned, point, settings, stretch, with},
+    support_app::deterministic,
 };
 use glam::{DVec3, UVec2, UVec3, Vec2, Vec3};
 use pliant::{
     effect::Bend,
     mesh::{BuildOptions, Primitive, Treatment, asset, build},
-    recording::{About, Snapshot},
-    simulation::{SolveSchedule, state_hash},
     solver::{
         Body, Collide, Collider, ColliderMesh, ColliderMeshError, ColliderShape, Contact,
         ContactThickness, Effects, Frequency, Friction, Ground, Path, Pose, RestShape, Restitution,
-        ShapeMatching, Threads, World, contact::pose::rotation, measure, reference,
+        ShapeMatching, World, contact::pose::rotation, measure, reference,
     },
 };
 
@@ -103,21 +99,26 @@ fn middle(world: &World) -> DVec3 {
     measure::center_of_mass(&world.bodies[0].particles)
 }
 
+/// The thickness is that of `Contact`, and follows the mesh without it.
 #[test]
 fn a_body_rests_on_a_mesh_at_its_thickness() {
-    let mut body = jelly(0.2, 0.5);
-    body.translate(Vec3::Y * 0.2);
-    let thickness = 0.1 * body.topology.surface().mean_edge;
-    let mut world = world(
-        vec![still(mesh(&slab(Vec3::new(4.0, 0.1, 4.0))))],
-        vec![body],
-        10,
-    );
-    assert_eq!(max_crossings(&mut world, 240), 0);
-    let heights = world.bodies[0].particles.positions.iter().map(|x| x.y);
-    let gap = heights.fold(f32::INFINITY, f32::min) - 0.05;
-    // It sinks by 2gh² per substep, 5.5e-5 m.
-    assert!((gap - thickness).abs() < 1e-4, "{gap} m of {thickness} m");
+    let by_default = 0.1 * jelly(0.2, 0.5).topology.surface().mean_edge;
+    let contact = Contact {
+        thickness: ContactThickness::new(0.02).expect("sound"),
+        ..Contact::default()
+    };
+    for (contact, thickness) in [(None, by_default), (Some(contact), 0.02)] {
+        let mut body = jelly(0.2, 0.5);
+        body.effects.contact = contact;
+        body.translate(Vec3::Y * 0.2);
+        let table = still(mesh(&slab(Vec3::new(4.0, 0.1, 4.0))));
+        let mut world = world(vec![table], vec![body], 10);
+        assert_eq!(max_crossings(&mut world, 240), 0);
+        let heights = world.bodies[0].particles.positions.iter().map(|x| x.y);
+        let gap = heights.fold(f32::INFINITY, f32::min) - 0.05;
+        // It sinks by 2gh² per substep, 5.5e-5 m.
+        assert!((gap - thickness).abs() < 1e-4, "{gap} m of {thickness} m");
+    }
 }
 
 /// A body sleeps on a mesh, and a mesh that comes wakes it.
@@ -252,44 +253,11 @@ fn busy() -> World {
     )
 }
 
-/// The number of threads, Bevy, and a snapshot do not change a bit; the systems of the schedule do
-/// not either.
 #[test]
 fn meshes_are_deterministic() {
-    let mut plain = busy();
-    let mut threads = busy();
-    threads.threads = Threads::new(2).expect("two threads");
-    let (mut app, _, _) = app_of(&busy());
-    let (mut apart, _, _) = app_of(&busy());
-    // A system in the schedule of a substep makes all stages run one by one.
-    apart.add_systems(SolveSchedule, || ());
-    let mut restored = busy();
-    for tick in 0..90 {
-        plain.tick();
-        threads.tick();
-        ticks(&mut app, 1);
-        ticks(&mut apart, 1);
-        assert_eq!(plain.crossings(), 0);
-        let hash = plain.state_hash();
-        assert_eq!(threads.state_hash(), hash, "threads, tick {tick}");
-        assert_eq!(state_hash(app.world_mut()), hash, "app, tick {tick}");
-        assert_eq!(
-            state_hash(apart.world_mut()),
-            hash,
-            "schedules, tick {tick}"
-        );
-        if tick == 40 {
-            let taken = Snapshot::take(app.world_mut(), About::default()).expect("between ticks");
-            let read = Snapshot::from_bytes(&taken.to_bytes()).expect("it was just written");
-            restored = read.built.world;
-        } else if tick > 40 {
-            restored.tick();
-            assert_eq!(restored.state_hash(), hash, "snapshot, tick {tick}");
-        }
-    }
-    assert!(plain.contacts.counts().candidates > 0);
-    let moved = plain.bodies.iter().map(|body| state_bits(&body.particles));
-    assert!(moved.count() == 2);
+    let (world, _) = deterministic(busy(), 90);
+    assert_eq!(world.crossings(), 0);
+    assert!(world.contacts.counts().candidates > 0);
 }
 
 /// Bodies that touch a mesh, the ground and a ball in the same substep, soft and rigid: the systems of
@@ -318,18 +286,7 @@ fn all_surfaces_are_met_in_one_order() {
     let slope = Collider::new(mesh(&slab(Vec3::new(0.8, 0.1, 2.0))), slope).expect("sound");
     let ball = Pose::at(DVec3::new(-0.1, 0.0, 0.5));
     let ball = Collider::new(ColliderShape::Sphere { radius: 0.15 }, ball).expect("sound");
-    let mut plain = world(vec![slope, ball], vec![soft, rigid], 5);
-    let (mut apart, _, _) = app_of(&plain);
-    apart.add_systems(SolveSchedule, || ());
-    for tick in 0..60 {
-        plain.tick();
-        ticks(&mut apart, 1);
-        assert_eq!(
-            state_hash(apart.world_mut()),
-            plain.state_hash(),
-            "tick {tick}"
-        );
-    }
+    deterministic(world(vec![slope, ball], vec![soft, rigid], 5), 60);
 }
 
 /// The f64 reference goes the same way for as long as single precision allows: two bodies of
@@ -371,25 +328,4 @@ fn meshes_that_are_no_surface_are_refused() {
         broken.map(|_| ()),
         Err(ColliderMeshError::NotFinite { vertex: 0 })
     );
-}
-
-/// The thickness of contact with other bodies applies to meshes as well.
-#[test]
-fn thickness_follows_contact() {
-    let mut body = jelly(0.2, 0.5);
-    let thickness = ContactThickness::new(0.02).expect("sound");
-    body.effects.contact = Some(Contact {
-        thickness,
-        ..Default::default()
-    });
-    body.translate(Vec3::Y * 0.2);
-    let mut world = world(
-        vec![still(mesh(&slab(Vec3::new(4.0, 0.1, 4.0))))],
-        vec![body],
-        10,
-    );
-    assert_eq!(max_crossings(&mut world, 240), 0);
-    let heights = world.bodies[0].particles.positions.iter().map(|x| x.y);
-    let gap = heights.fold(f32::INFINITY, f32::min) - 0.05;
-    assert!((gap - 0.02).abs() < 1e-4, "{gap} m");
 }

@@ -2,15 +2,14 @@
 
 use crate::{
     support::{body, elastic, point, settings, with},
-    support_app::{app_of, ticks},
+    support_app::deterministic,
 };
 use glam::{DVec3, UVec2, UVec3, Vec2, Vec3};
 use pliant::{
     mesh::Primitive,
-    simulation::state_hash,
     solver::{
         Bend, Body, Collide, Collider, ColliderShape, Contact, ContactThickness, Effects,
-        Frequency, Friction, Ground, Pose, Restitution, SelfContact, ShapeMatching, Threads, World,
+        Frequency, Friction, Ground, Pose, Restitution, SelfContact, ShapeMatching, World,
         contact::pose::rotation, measure, reference,
     },
 };
@@ -359,27 +358,42 @@ fn busy() -> World {
 
 #[test]
 fn rigid_bodies_are_deterministic() {
-    let mut plain = busy();
-    let mut threads = busy();
-    threads.threads = Threads::new(2).expect("two threads");
-    let (mut app, _, _) = app_of(&busy());
-    let (mut apart, _, _) = app_of(&busy());
-    apart.add_systems(pliant::simulation::SolveSchedule, || ());
-    for tick in 0..120 {
-        plain.tick();
-        threads.tick();
-        ticks(&mut app, 1);
-        ticks(&mut apart, 1);
-        let hash = plain.state_hash();
-        assert_eq!(threads.state_hash(), hash, "threads, tick {tick}");
-        assert_eq!(state_hash(app.world_mut()), hash, "app, tick {tick}");
-        assert_eq!(
-            state_hash(apart.world_mut()),
-            hash,
-            "schedules, tick {tick}"
-        );
+    let (world, acting) = deterministic(busy(), 120);
+    assert!(acting > 0);
+    assert!(world.bodies.iter().all(|it| it.quarantine.is_none()));
+}
+
+/// A soft body that is made rigid while it lies on another one acts as rigid from then on, and the
+/// other way around: a copy without caches goes on with the same bits.
+#[test]
+fn a_body_becomes_rigid_while_it_touches() {
+    let mut below = crate_of(Vec3::new(0.4, 0.2, 0.4), 0.5);
+    below.translate(Vec3::Y * 0.1);
+    let mut above = crate_of(Vec3::splat(0.2), 0.5);
+    above.translate(Vec3::Y * 0.32);
+    let mut world = world(vec![below, above], 10);
+    let set = |world: &mut World, hertz: f32| {
+        if let Some(matching) = &mut world.bodies[1].effects.shape_matching {
+            matching.frequency = Frequency::new(hertz).expect("sound");
+        }
+    };
+    set(&mut world, 8.0);
+    world.sleep.enabled = false;
+    for hertz in [f32::INFINITY, 8.0, f32::INFINITY] {
+        (0..30).for_each(|_| world.tick());
+        assert!(world.contacts.counts().acting > 0);
+        set(&mut world, hertz);
+        let mut copy = world.clone();
+        for tick in 0..30 {
+            world.tick();
+            copy.tick();
+            assert_eq!(
+                copy.state_hash(),
+                world.state_hash(),
+                "{hertz} Hz, tick {tick}"
+            );
+        }
     }
-    assert!(plain.bodies.iter().all(|it| it.quarantine.is_none()));
 }
 
 /// The f64 reference goes the same way until shortly after the first impact.

@@ -8,11 +8,12 @@ use bevy::{
 use pliant::{
     SoftBodyPlugins,
     effect::EffectRegistry,
+    recording::{About, Snapshot},
     simulation::{
         Action, ActionError, Actions, ContactSchedule, EffectSystems, SolvePhase, SolveSchedule,
-        SolverSystems, plain, tick,
+        SolverSystems, plain, state_hash, tick,
     },
-    solver::{self, Body},
+    solver::{self, Body, Threads},
 };
 
 /// An app with only the soft-body plugins. Ticks are run manually.
@@ -40,6 +41,41 @@ pub fn app_of(world: &solver::World) -> (App, Vec<Entity>, Vec<Entity>) {
 /// Runs ticks manually.
 pub fn ticks(app: &mut App, count: usize) {
     (0..count).for_each(|_| tick(app.world_mut()));
+}
+
+/// Runs a world for some ticks in every way that must give the same bits: on one thread and on two,
+/// in Bevy in one call and stage by stage, from a copy without caches and from a snapshot taken
+/// after a third of the ticks. Returns it, and the largest number of active contacts.
+pub fn deterministic(mut world: solver::World, count: usize) -> (solver::World, usize) {
+    let mut threaded = world.clone();
+    threaded.threads = Threads::new(2).expect("two threads");
+    let (mut app, ..) = app_of(&world);
+    let (mut staged, ..) = app_of(&world);
+    // A system in the schedule of a substep makes all stages run one by one.
+    staged.add_systems(SolveSchedule, (|| ()).in_set(SolvePhase::User));
+    let mut later = Vec::new();
+    let mut acting = 0;
+    for tick in 1..=count {
+        world.tick();
+        threaded.tick();
+        ticks(&mut app, 1);
+        ticks(&mut staged, 1);
+        later.iter_mut().for_each(solver::World::tick);
+        acting = acting.max(world.contacts.counts().acting);
+        let hash = world.state_hash();
+        assert_eq!(threaded.state_hash(), hash, "threads, tick {tick}");
+        assert_eq!(state_hash(app.world_mut()), hash, "Bevy, tick {tick}");
+        assert_eq!(state_hash(staged.world_mut()), hash, "stages, tick {tick}");
+        for (later, what) in later.iter().zip(["copy", "snapshot"]) {
+            assert_eq!(later.state_hash(), hash, "{what}, tick {tick}");
+        }
+        if tick == count / 3 {
+            let taken = Snapshot::take(app.world_mut(), About::default()).expect("between ticks");
+            let read = Snapshot::from_bytes(&taken.to_bytes()).expect("it was just written");
+            later = vec![world.clone(), read.built.world];
+        }
+    }
+    (world, acting)
 }
 
 /// The systems that a schedule lists, in execution order. Each is identified by the set that

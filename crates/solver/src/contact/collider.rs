@@ -119,7 +119,7 @@ impl Swept {
     /// Whether a collider is a mesh.
     #[must_use]
     pub fn has_meshes(&self) -> bool {
-        self.sweeps.iter().any(|it| it.shape.mesh().is_some())
+        self.whole().iter().any(|it| it.shape.mesh().is_some())
     }
 
     /// Motion over the whole tick.

@@ -30,13 +30,14 @@ use super::body_effect::{BodyEffect, BodyPass, ReferenceParticles, ReferencePass
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
-    Damping, Frequency, Particles, RegionSize, Topology, fit,
+    Damping, Frequency, Particles, RegionSize, Topology,
+    fit::MassFit,
     kernel::sum::SquareSum,
     particles::Part,
     step::scope::WholeBody,
     topology::{Identity, Regions},
 };
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::{borrow::Cow, f64::consts::TAU};
 
@@ -441,11 +442,7 @@ struct Fit<'a> {
     members: &'a [u32],
     regions: &'a Regions,
     topology: &'a Topology,
-    rotation: DMat3,
-    /// x̄ [m].
-    middle: DVec3,
-    /// q̄ [m].
-    rest_middle: DVec3,
+    best: MassFit,
 }
 
 impl<'a> Fit<'a> {
@@ -455,40 +452,20 @@ impl<'a> Fit<'a> {
         topology: &'a Topology,
         at: &impl Fn(u32) -> MatchedParticle,
     ) -> Self {
-        let mut fit = Self {
+        let rest = |i: u32| topology.rest[i as usize].as_dvec3();
+        let mass = |i: u32, w: f64| (w > 0.0).then(|| regions.shares()[i as usize] / w);
+        let light: f64 = members.iter().filter_map(|&i| mass(i, at(i).w)).sum();
+        let pinned = if light > 0.0 { HEAVY * light } else { 1.0 };
+        let particles = members.iter().map(|&i| {
+            let MatchedParticle { x, w, .. } = at(i);
+            (rest(i), x, mass(i, w).unwrap_or(pinned))
+        });
+        Self {
             members,
             regions,
             topology,
-            rotation: DMat3::IDENTITY,
-            middle: DVec3::ZERO,
-            rest_middle: DVec3::ZERO,
-        };
-        let light: f64 = fit.free(at).map(|(_, mass)| mass).sum();
-        let pinned = if light > 0.0 { HEAVY * light } else { 1.0 };
-        let weight = |i: u32| fit.mass(i, at(i).w).unwrap_or(pinned);
-        let (mut total, mut middle, mut rest_middle) = (0.0, DVec3::ZERO, DVec3::ZERO);
-        for &i in members {
-            let mass = weight(i);
-            total += mass;
-            middle += at(i).x * mass;
-            rest_middle += fit.rest(i) * mass;
+            best: MassFit::of(particles),
         }
-        (middle, rest_middle) = (middle / total, rest_middle / total);
-        let mut spread = [[0.0; 3]; 3];
-        for &i in members {
-            let mass = weight(i);
-            let (a, b) = (fit.rest(i) - rest_middle, at(i).x - middle);
-            for (j, row) in spread.iter_mut().enumerate() {
-                for (k, cell) in row.iter_mut().enumerate() {
-                    // In this order it is bitwise symmetric where both are equal.
-                    *cell += mass * (a[j] * b[k]);
-                }
-            }
-        }
-        fit.rotation = fit::rotation_of(spread);
-        fit.middle = middle;
-        fit.rest_middle = rest_middle;
-        fit
     }
 
     fn rest(&self, i: u32) -> DVec3 {
@@ -509,7 +486,7 @@ impl<'a> Fit<'a> {
 
     /// x − g of a particle [m].
     fn off(&self, i: u32, x: DVec3) -> DVec3 {
-        (x - self.middle) - self.rotation * (self.rest(i) - self.rest_middle)
+        self.best.off(self.rest(i), x)
     }
 
     /// D [m √kg].
@@ -524,7 +501,7 @@ impl<'a> Fit<'a> {
     fn size(&self, at: &impl Fn(u32) -> MatchedParticle) -> f64 {
         let squares = self
             .free(at)
-            .map(|(i, mass)| mass * self.rest(i).distance_squared(self.rest_middle));
+            .map(|(i, mass)| mass * self.rest(i).distance_squared(self.best.rest_middle));
         squares.sum::<f64>().sqrt()
     }
 }

@@ -3,6 +3,50 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
+/// Best fit of a rest shape to particles by mass.
+#[derive(Debug, Clone, Copy)]
+pub struct MassFit {
+    /// Rotation R that minimizes Σ m‖x − x̄ − R(q − q̄)‖².
+    pub rotation: DMat3,
+    /// x̄, the center of mass [m].
+    pub middle: DVec3,
+    /// q̄, that of the rest shape [m].
+    pub rest_middle: DVec3,
+}
+
+impl MassFit {
+    /// For rest positions q [m], positions x [m] and masses m [kg].
+    pub fn of(particles: impl Iterator<Item = (DVec3, DVec3, f64)> + Clone) -> Self {
+        let (mut total, mut middle, mut rest_middle) = (0.0, DVec3::ZERO, DVec3::ZERO);
+        for (rest, x, mass) in particles.clone() {
+            total += mass;
+            middle += x * mass;
+            rest_middle += rest * mass;
+        }
+        (middle, rest_middle) = (middle / total, rest_middle / total);
+        let mut spread = [[0.0; 3]; 3];
+        for (rest, x, mass) in particles {
+            let (a, b) = (rest - rest_middle, x - middle);
+            for (j, row) in spread.iter_mut().enumerate() {
+                for (k, cell) in row.iter_mut().enumerate() {
+                    // In this order it is bitwise symmetric where both are equal.
+                    *cell += mass * (a[j] * b[k]);
+                }
+            }
+        }
+        Self {
+            rotation: rotation_of(spread),
+            middle,
+            rest_middle,
+        }
+    }
+
+    /// x − g of a particle, with its goal g = R(q − q̄) + x̄ [m].
+    pub fn off(&self, rest: DVec3, x: DVec3) -> DVec3 {
+        (x - self.middle) - self.rotation * (rest - self.rest_middle)
+    }
+}
+
 /// Rotation R that minimizes Σ‖R a − b‖². Both sets are taken about their means.
 pub fn rotation_between(
     from: impl Iterator<Item = DVec3>,

@@ -124,6 +124,11 @@ impl Bounds {
         }
     }
 
+    /// Whether a point lies in it.
+    pub fn contains(&self, at: Vec3A) -> bool {
+        self.low.cmple(at).all() && at.cmple(self.high).all()
+    }
+
     /// Whether two boxes overlap.
     pub fn meets(&self, other: &Self) -> bool {
         (self.low.cmple(other.high) & self.high.cmpge(other.low)).all()

@@ -102,7 +102,7 @@ pub struct Contacts {
 }
 
 /// Passes over the contacts of rigid bodies in both directions, after the first.
-const RIGID_SWEEPS: usize = 8;
+const RIGID_PASSES: usize = 8;
 
 /// A particle that is farther than this fraction of the thickness from where it was stepped to has
 /// been moved otherwise.
@@ -122,6 +122,8 @@ pub(super) enum Owner {
 #[derive(Debug)]
 pub(super) struct Member {
     pub(super) owner: Owner,
+    /// Index of its body among the rigid ones; [`NOWHERE`] for others.
+    pub(super) rigid: u32,
     pub(super) surface: Arc<Surface>,
     /// Index of its first surface vertex.
     pub(super) first: usize,
@@ -171,27 +173,54 @@ impl Member {
         halves.into_iter().flatten().fold(0.0, f32::max)
     }
 
-    /// Kind of contact with another member.
-    pub(super) fn kind_with(&self, other: &Self) -> Between {
-        let is_collider = |member: &Self| matches!(member.owner, Owner::Collider(_));
-        if is_collider(self) || is_collider(other) {
+    fn is_collider(&self) -> bool {
+        matches!(self.owner, Owner::Collider(_))
+    }
+
+    /// Kind of contact with another member, or with itself, if any.
+    pub(super) fn between(&self, other: &Self) -> Option<Between> {
+        let between = if self.owner == other.owner {
+            Between::Itself
+        } else if self.is_collider() || other.is_collider() {
             Between::Colliders
         } else {
             Between::Bodies
-        }
+        };
+        let can = [self, other]
+            .iter()
+            .all(|member| member.params[between as usize].is_some());
+        let are_both_colliders = self.is_collider() && other.is_collider();
+        (can && !are_both_colliders && (self.is_stepped || other.is_stepped)).then_some(between)
     }
 
-    /// Whether it has contact with another member, or with itself.
-    pub(super) fn touches(&self, other: &Self, is_itself: bool) -> bool {
-        let kind = match is_itself {
-            true => Between::Itself,
-            false => self.kind_with(other),
-        };
-        let has = |member: &Self| member.params[kind as usize].is_some();
-        let are_colliders = [self, other]
-            .iter()
-            .all(|it| matches!(it.owner, Owner::Collider(_)));
-        has(self) && has(other) && !are_colliders && (self.is_stepped || other.is_stepped)
+    /// Parameters of contact with another member, or with itself, in a substep of `h` seconds.
+    pub(super) fn pair_params(&self, other: &Self, between: Between, h: f64) -> Option<PairParams> {
+        let [a, b] = [self, other].map(|member| member.params[between as usize]);
+        let (a, b) = (a?, b?);
+        Some(match between {
+            Between::Bodies => PairParams::between(&a, &b, h),
+            Between::Itself => PairParams::within(&a, h),
+            Between::Colliders => PairParams::within(if self.is_collider() { &b } else { &a }, h),
+        })
+    }
+
+    /// One of its surface vertices, with its positions at the start and at the predicted end of a
+    /// substep [m] and its inverse mass [1/kg].
+    pub(super) fn active(&self, vertex: u32, [start, end]: [DVec3; 2], weight: f64) -> Active {
+        Active {
+            vertex,
+            body: match self.owner {
+                Owner::Body(body) => body as u32,
+                Owner::Collider(_) => NOWHERE,
+            },
+            rigid: self.rigid,
+            particle: self.surface.vertices[vertex as usize - self.first],
+            inverse_mass: if self.rigid == NOWHERE { weight } else { 0.0 },
+            start,
+            now: start,
+            motion: end - start,
+            rubbed: DVec3::ZERO,
+        }
     }
 
     /// Its part of the distance of two surfaces [m]: half its thickness, or all of it from a
@@ -340,7 +369,7 @@ impl Contacts {
             row.solve(active, rigids);
         }
         if !rigids.is_empty() {
-            for _ in 0..RIGID_SWEEPS {
+            for _ in 0..RIGID_PASSES {
                 let rigid = rows.iter_mut().rev().filter(|row| row.is_rigid());
                 rigid.for_each(|row| row.solve(active, rigids));
                 let rigid = rows.iter_mut().filter(|row| row.is_rigid());
@@ -478,6 +507,7 @@ impl Contacts {
                 owner: Owner::Body(place),
                 surface: body.topology().surface(),
                 params: params(body, has_meshes),
+                is_rigid: body.effects().is_rigid(),
                 is_stepped: body.is_stepped(),
             })
         };
@@ -486,6 +516,7 @@ impl Contacts {
                 owner: Owner::Collider(place),
                 surface: mesh.surface(),
                 params: [None, None, Some(Params::of_collider())],
+                is_rigid: false,
                 is_stepped: swept.moves(),
             })
         };
@@ -493,6 +524,7 @@ impl Contacts {
         let known = self.members.len() == all().count()
             && self.members.iter().zip(all()).all(|(member, joining)| {
                 member.owner == joining.owner
+                    && (member.rigid != NOWHERE) == joining.is_rigid
                     && member.is_stepped == joining.is_stepped
                     && member.params == joining.params
                     && Arc::ptr_eq(&member.surface, joining.surface)
@@ -503,10 +535,17 @@ impl Contacts {
         self.is_valid = false;
         self.is_untangled = false;
         self.members.clear();
+        self.rigids.clear();
         let mut first = 0;
         for joining in all() {
+            let mut rigid = NOWHERE;
+            if let (Owner::Body(body), true) = (joining.owner, joining.is_rigid) {
+                rigid = self.rigids.len() as u32;
+                self.rigids.push(Rigid::new(body, self.members.len()));
+            }
             self.members.push(Member {
                 owner: joining.owner,
+                rigid,
                 surface: Arc::clone(joining.surface),
                 first,
                 params: joining.params,
@@ -520,16 +559,6 @@ impl Contacts {
         self.ends.resize(first, DVec3::ZERO);
         self.inverse_masses.clear();
         self.inverse_masses.resize(first, 0.0);
-        let rigid = |(place, member): (usize, &Member)| match member.owner {
-            Owner::Body(body) => bodies[body]
-                .effects()
-                .is_rigid()
-                .then(|| Rigid::new(body, place)),
-            Owner::Collider(_) => None,
-        };
-        self.rigids.clear();
-        self.rigids
-            .extend(self.members.iter().enumerate().filter_map(rigid));
         self.active.clear();
         self.places.clear();
         self.places.resize(first, NOWHERE);
@@ -726,19 +755,9 @@ impl Contacts {
             let [a, b] = batch
                 .pieces
                 .map(|piece| &self.members[self.pieces[piece as usize].member]);
-            let of = |member: &Member| member.params[batch.between as usize];
-            let (Some(of_a), Some(of_b)) = (of(a), of(b)) else {
+            let Some(pair) = a.pair_params(b, batch.between, h) else {
                 continue;
             };
-            let pair = match batch.between {
-                Between::Bodies => PairParams::between(&of_a, &of_b, h),
-                Between::Itself => PairParams::within(&of_a, h),
-                Between::Colliders => {
-                    let is_body = matches!(a.owner, Owner::Body(_));
-                    PairParams::within(if is_body { &of_a } else { &of_b }, h)
-                }
-            };
-            let rigids = [a, b].map(|member| self.rigid_of(member.owner));
             near.clear();
             near.extend(self.near_in(batch, HORIZON, |candidate| candidate.distance));
             let members = batch
@@ -761,24 +780,9 @@ impl Contacts {
                     let place = &mut self.places[v as usize];
                     if *place == NOWHERE {
                         *place = self.active.len() as u32;
-                        let vertex = v as usize;
-                        self.active.push(Active {
-                            vertex: v,
-                            body: match member.owner {
-                                Owner::Body(body) => body as u32,
-                                Owner::Collider(_) => NOWHERE,
-                            },
-                            particle: member.surface.vertices[vertex - member.first],
-                            rigid: rigids[side],
-                            inverse_mass: match rigids[side] {
-                                NOWHERE => self.inverse_masses[vertex],
-                                _ => 0.0,
-                            },
-                            start: self.starts[vertex],
-                            now: self.starts[vertex],
-                            motion: self.ends[vertex] - self.starts[vertex],
-                            rubbed: DVec3::ZERO,
-                        });
+                        let way = [self.starts[v as usize], self.ends[v as usize]];
+                        let weight = self.inverse_masses[v as usize];
+                        self.active.push(member.active(v, way, weight));
                     }
                     *place
                 });
@@ -803,6 +807,7 @@ struct Joining<'a> {
     owner: Owner,
     surface: &'a Arc<Surface>,
     params: [Option<Params>; KINDS],
+    is_rigid: bool,
     is_stepped: bool,
 }
 

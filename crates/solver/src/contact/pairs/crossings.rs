@@ -53,8 +53,8 @@ impl<'a> Shape<'a> {
 
 /// Number of crossing edge–triangle pairs, between bodies that carry [`Contact`](super::Contact),
 /// within those that carry [`SelfContact`](super::SelfContact), and between those that carry
-/// [`Collide`](crate::Collide) and the meshes of colliders, in their poses. Exact for the given positions
-/// (Shewchuk 1997). Pairs that only touch or that share a vertex do not count.
+/// [`Collide`](crate::Collide) and the meshes of colliders, in their poses. Exact for the given
+/// positions (Shewchuk 1997). Pairs that only touch or that share a vertex do not count.
 #[must_use]
 pub fn crossings<'a>(
     bodies: impl Iterator<Item = Outline<'a>>,

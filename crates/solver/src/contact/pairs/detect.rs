@@ -3,7 +3,7 @@
 use super::{
     bounds::{Ball, Bounds, Columns, distance},
     closest::Kind,
-    contacts::{Between, Contacts, HORIZON, Member, Owner, Piece},
+    contacts::{Between, Contacts, HORIZON, Piece},
 };
 use crate::{Threads, WorkEstimate, lanes::Instructions, topology::surface::Patch};
 use glam::{DVec3, Vec3A};
@@ -258,24 +258,6 @@ impl Contacts {
         }
     }
 
-    /// Kind of contact that two pieces can have, if any.
-    fn between(&self, a: &Piece, b: &Piece) -> Option<Between> {
-        let [of_a, of_b] = [a, b].map(|piece| &self.members[piece.member]);
-        let is_collider = |member: &Member| matches!(member.owner, Owner::Collider(_));
-        let between = if a.member == b.member {
-            Between::Itself
-        } else if is_collider(of_a) || is_collider(of_b) {
-            Between::Colliders
-        } else {
-            Between::Bodies
-        };
-        let can = [of_a, of_b]
-            .iter()
-            .all(|member| member.params[between as usize].is_some());
-        let are_both_colliders = is_collider(of_a) && is_collider(of_b);
-        (can && !are_both_colliders && (a.is_stepped || b.is_stepped)).then_some(between)
-    }
-
     /// Finds pairs of pieces whose boxes overlap during their motion. Pairs of pieces that are not
     /// lost are kept.
     fn find_pairs(&mut self) {
@@ -312,8 +294,9 @@ impl Contacts {
                 }
                 if (is_lost(a) || is_lost(b))
                     && around.meets(&swept[b as usize])
-                    && let [of_a, of_b] = [a, b].map(|piece| &self.pieces[piece as usize])
-                    && let Some(between) = self.between(of_a, of_b)
+                    && let [of_a, of_b] =
+                        [a, b].map(|piece| &self.members[self.pieces[piece as usize].member])
+                    && let Some(between) = of_a.between(of_b)
                 {
                     pairs.push(self.pair([a.min(b), a.max(b)], between));
                 }

@@ -18,8 +18,8 @@ const LEVEL: f64 = 0.1;
 /// Rows of two rigid surfaces with nearly the same normal.
 #[derive(Debug, Default)]
 pub(super) struct Manifold {
-    rigids: [u32; 2],
-    body: [u32; 2],
+    /// Indices of the bodies; `u32::MAX` for the ground and colliders.
+    bodies: [u32; 2],
     normal: DVec3,
     /// Indices of the rows, in order.
     rows: Vec<u32>,
@@ -53,17 +53,15 @@ impl Manifolds {
     }
 
     fn put(&mut self, number: u32, row: &ContactRow, active: &[Active]) {
-        let (rigids, normal) = (row.rigids(), row.normal());
-        let body = row.bodies(active);
-        let is_same =
-            |it: &Manifold| it.rigids == rigids && it.body == body && it.normal.dot(normal) > SAME;
+        let (bodies, normal) = (row.bodies(active), row.normal());
+        let is_same = |it: &Manifold| it.bodies == bodies && it.normal.dot(normal) > SAME;
         let found = self.all[..self.count].iter().position(is_same);
         let place = found.unwrap_or_else(|| {
             if self.all.len() == self.count {
                 self.all.push(Manifold::default());
             }
             let new = &mut self.all[self.count];
-            (new.rigids, new.body, new.normal) = (rigids, body, normal);
+            (new.bodies, new.normal) = (bodies, normal);
             new.rows.clear();
             self.count += 1;
             self.count - 1

@@ -12,7 +12,7 @@
 //! Dynamics* (2020), equations 2 to 9.
 
 use super::tangible::Tangible;
-use crate::fit;
+use crate::fit::MassFit;
 use glam::{DMat3, DVec3};
 
 /// A rigid body in a substep.
@@ -164,28 +164,11 @@ fn particles<'a, T: Tangible>(
 /// Moves the particles of a body to the best fit of its rest shape.
 pub(super) fn restore_shape(body: &mut impl Tangible) {
     let rest = |body: &_, i: usize| Tangible::topology(body).rest[i].as_dvec3();
-    let count = body.topology().particles();
-    let (mut total, mut middle, mut rest_middle) = (0.0, DVec3::ZERO, DVec3::ZERO);
-    for i in 0..count {
-        let mass = 1.0 / body.inverse_mass(i);
-        total += mass;
-        middle += body.now(i) * mass;
-        rest_middle += rest(body, i) * mass;
-    }
-    (middle, rest_middle) = (middle / total, rest_middle / total);
-    let mut spread = [[0.0; 3]; 3];
-    for i in 0..count {
-        let mass = 1.0 / body.inverse_mass(i);
-        let (a, b) = (rest(body, i) - rest_middle, body.now(i) - middle);
-        for (j, row) in spread.iter_mut().enumerate() {
-            for (k, cell) in row.iter_mut().enumerate() {
-                *cell += mass * (a[j] * b[k]);
-            }
-        }
-    }
-    let rotation = fit::rotation_of(spread);
-    for i in 0..count {
-        let goal = rotation * (rest(body, i) - rest_middle) + middle;
-        body.shift(i, goal - body.now(i));
+    let each = 0..body.topology().particles();
+    let of = |i| (rest(body, i), body.now(i), 1.0 / body.inverse_mass(i));
+    let best = MassFit::of(each.clone().map(of));
+    for i in each {
+        let off = best.off(rest(body, i), body.now(i));
+        body.shift(i, -off);
     }
 }

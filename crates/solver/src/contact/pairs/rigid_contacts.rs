@@ -1,9 +1,9 @@
 //! Contacts of rigid bodies: their passes, and rows with the ground and with colliders.
 
 use super::{
-    contacts::{Contacts, Owner},
+    contacts::{Between, Contacts},
     rigid::{Rigid, restore_shape},
-    row::{Active, ContactRow, NOWHERE, Plane},
+    row::{ContactRow, NOWHERE, Plane},
     tangible::Tangible,
 };
 use crate::{
@@ -73,34 +73,24 @@ impl Contacts {
         let h = f64::from(step.h);
         for number in 0..self.rigids.len() {
             let Rigid { body, member, .. } = self.rigids[number];
+            if !self.rigids[number].is_movable() {
+                continue;
+            }
             let member = &self.members[member];
             let effects = bodies[body].effects();
             let recovery = effects.contact.map_or(0.0, |it| it.params().recovery(h));
             let reach = REACH * f64::from(member.surface.mean_edge);
-            for (&particle, v) in member.surface.vertices.iter().zip(member.vertices()) {
+            for v in member.vertices() {
                 let (start, end) = (self.starts[v], self.ends[v]);
-                if !self.rigids[number].is_movable() {
-                    break;
-                }
                 let near = reach + 1.5 * (end - start).length();
                 let mut add = |plane: Plane| {
                     let place = &mut self.places[v];
                     if *place == NOWHERE {
                         *place = self.active.len() as u32;
-                        self.active.push(Active {
-                            vertex: v as u32,
-                            body: body as u32,
-                            rigid: number as u32,
-                            particle,
-                            inverse_mass: 0.0,
-                            start,
-                            now: start,
-                            motion: end - start,
-                            rubbed: DVec3::ZERO,
-                        });
+                        self.active.push(member.active(v as u32, [start, end], 0.0));
                     }
                     let row = ContactRow::fixed(*place, &plane, &self.active, &self.rigids);
-                    self.rows[0].push(row);
+                    self.rows[Between::Bodies as usize].push(row);
                 };
                 if let Some(ground) = effects.ground {
                     let gap = start.y - f64::from(ground.height);
@@ -145,14 +135,5 @@ impl Contacts {
                 }
             }
         }
-    }
-
-    /// Index of the rigid body of a member.
-    pub(super) fn rigid_of(&self, owner: Owner) -> u32 {
-        let Owner::Body(body) = owner else {
-            return NOWHERE;
-        };
-        let place = self.rigids.iter().position(|it| it.body == body);
-        place.map_or(NOWHERE, |place| place as u32)
     }
 }

@@ -236,11 +236,6 @@ impl ContactRow {
         self.is_fixed
     }
 
-    /// Rigid bodies of the two sides.
-    pub fn rigids(&self) -> [u32; 2] {
-        self.rigids
-    }
-
     /// Unit normal.
     pub fn normal(&self) -> DVec3 {
         self.normal
@@ -261,11 +256,10 @@ impl ContactRow {
 
     /// C at the end of the substep without contact [m].
     pub fn predicted_error(&self) -> f64 {
-        let distance = if self.is_fixed { 0.0 } else { self.distance };
-        self.gap + self.approach - distance
+        self.gap + self.approach - self.thickness()
     }
 
-    /// Distance of two surfaces [m]; of a plane, a reach for comparisons.
+    /// Distance that two surfaces keep [m]; 0 from a plane.
     pub fn thickness(&self) -> f64 {
         if self.is_fixed { 0.0 } else { self.distance }
     }

@@ -14,12 +14,12 @@
 
 use super::{
     bounds::{Bounds, Grid},
-    contacts::{Contacts, Member, Owner},
+    contacts::{Between, Contacts, Member, Owner},
     crossings::{around, each_crossing},
     tangible::Tangible,
     tangle::Tangle,
 };
-use glam::{DVec3, Vec3A};
+use glam::DVec3;
 
 /// Directions shorter than this fraction of their sum of lengths are undecided.
 const UNDECIDED: f64 = 0.1;
@@ -48,7 +48,7 @@ impl Contacts {
         let mut grid = Grid::default();
         for (a, of_a) in self.members.iter().enumerate() {
             for (b, of_b) in self.members.iter().enumerate().skip(a) {
-                if of_a.touches(of_b, a == b) && wholes[a].meets(&wholes[b]) {
+                if of_a.between(of_b).is_some() && wholes[a].meets(&wholes[b]) {
                     let tangle = self.tangle([a, b], [of_a, of_b], &mut grid);
                     self.tangles.extend(tangle);
                 }
@@ -95,8 +95,8 @@ impl Contacts {
         })
     }
 
-    /// Whether a pair of surface vertices' primitives is left out, as it lies where two members
-    /// cross.
+    /// Whether two primitives with these surface vertices are left out, as they lie where two
+    /// members cross.
     pub(super) fn is_tangled(&self, members: [u32; 2], corners: [u32; 4]) -> bool {
         let [a, b] = members;
         let members = [a.min(b), a.max(b)];
@@ -112,18 +112,18 @@ impl Contacts {
         let mut tangles = std::mem::take(&mut self.tangles);
         for tangle in &mut tangles {
             let [a, b] = tangle.members.map(|member| &self.members[member as usize]);
-            let between = a.kind_with(b);
-            let [of_a, of_b] = [a, b].map(|member| member.params[between as usize]);
-            let (Some(of_a), Some(of_b), false) = (of_a, of_b, std::ptr::eq(a, b)) else {
+            let Some(between) = a.between(b).filter(|&it| it != Between::Itself) else {
                 continue;
             };
-            let recovery = of_a.recovery(self.h).min(of_b.recovery(self.h));
+            let Some(pair) = a.pair_params(b, between, self.h) else {
+                continue;
+            };
             let [first, second] = [a, b].map(|member| self.displacement(member, bodies));
             let weight = first.inverse_mass + second.inverse_mass;
             if weight == 0.0 {
                 continue;
             }
-            let error = tangle.direction.dot(first.mean - second.mean) - recovery;
+            let error = tangle.direction.dot(first.mean - second.mean) - pair.recovery;
             if !error.is_finite() {
                 continue;
             }
@@ -188,11 +188,4 @@ fn shift(body: &mut impl Tangible, by: DVec3) {
         }
     }
     body.touch();
-}
-
-/// Whether a point lies in a box.
-impl Bounds {
-    fn contains(&self, at: Vec3A) -> bool {
-        self.low.cmple(at).all() && at.cmple(self.high).all()
-    }
 }
