@@ -94,6 +94,8 @@ pub struct Contacts {
     /// Pairs of bodies in contact at the start of the last substep.
     pub(super) touching: Vec<[u32; 2]>,
     pub(super) truncation: Truncation,
+    /// Bodies whose velocity changes after the substep, and by how much, per substep [m].
+    pub(super) pushes: Vec<(usize, DVec3)>,
     pub(super) scratch: Scratch,
     pub(super) counts: ContactCounts,
     /// Length of the last substep [s].
@@ -287,6 +289,14 @@ impl Contacts {
         rows.map(|row| row.force(self.h, &self.active))
     }
 
+    /// Smallest distance of two surfaces in contact at the start of the last substep [m]; `None`
+    /// without a pair near enough for a constraint.
+    #[must_use]
+    pub fn smallest_gap(&self) -> Option<f64> {
+        let rows = self.rows.iter().flatten().filter(|row| !row.is_fixed());
+        rows.map(ContactRow::gap).min_by(f64::total_cmp)
+    }
+
     /// Memory use in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
@@ -324,10 +334,7 @@ impl Contacts {
         self.h = step.h.into();
         self.join(bodies, colliders);
         self.predict(bodies, colliders, step);
-        if !(self.is_valid && self.enclose_motion(HORIZON)) {
-            self.detect(step.count, threads);
-            self.enclose_motion(HORIZON);
-        }
+        self.enclose_or_detect(HORIZON, step.count, threads);
         self.find_tangles(bodies);
         self.begin_rigid(bodies);
         self.make_rows(self.h);
@@ -413,15 +420,13 @@ impl Contacts {
             }
         }
         self.find_mean_motion();
-        if !self.enclose_motion(1.0) {
-            self.detect(step.count, threads);
-            self.enclose_motion(1.0);
-        }
-        self.cut(bodies);
+        self.enclose_or_detect(1.0, step.count, threads);
+        self.cut(bodies, step.count, threads);
     }
 
     /// Ends a substep, after the last stage: applies restitution and records which bodies touch.
     pub(crate) fn end(&mut self, bodies: &mut [impl Tangible], step: &Substep) {
+        self.return_momentum(bodies);
         self.note_touching();
         let rows = || self.rows.iter().flatten();
         self.counts.near = rows().count();
@@ -650,6 +655,15 @@ impl Contacts {
             piece.drift += piece.motion;
         }
         self.find_mean_motion();
+    }
+
+    /// Bounds motion times `horizon` by balls, in a tick of this number of substeps; finds candidates
+    /// anew where one of them is outside of the ball for which they were found.
+    pub(super) fn enclose_or_detect(&mut self, horizon: f64, substeps: u32, threads: &Threads) {
+        if !(self.is_valid && self.enclose_motion(horizon)) {
+            self.detect(substeps, threads);
+            self.enclose_motion(horizon);
+        }
     }
 
     /// Bounds motion times `horizon` by balls; false if one of them is outside of the ball for

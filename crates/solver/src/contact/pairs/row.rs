@@ -236,6 +236,11 @@ impl ContactRow {
         self.is_fixed
     }
 
+    /// Distance at the start of the substep [m].
+    pub fn gap(&self) -> f64 {
+        self.gap
+    }
+
     /// Unit normal.
     pub fn normal(&self) -> DVec3 {
         self.normal

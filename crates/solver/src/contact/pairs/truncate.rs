@@ -12,9 +12,12 @@
 //! - This is repeated with the t of the last pass until no other pair comes too close: cutting one
 //!   particle can move it into the path of another. As t is a minimum over pairs, the result does
 //!   not depend on their order.
+//! - Pairs are first those that come near each other if all motion is performed in full. Where
+//!   motion is cut, they are found again for all t from 0 to 1, by the motion relative to V.
 //!
-//! Truncated motion loses momentum, as in an inelastic collision without reaction. The constraints
-//! are there to make this rare.
+//! Truncated motion loses momentum. A group that nothing holds or repairs gets it back after the substep, as a
+//! change of velocity that is the same for all of its particles: with V the velocity of its center
+//! of mass, its energy does not grow. Angular momentum is lost.
 
 use super::{
     closest::weighted,
@@ -22,6 +25,7 @@ use super::{
     detect::Batch,
     tangible::Tangible,
 };
+use crate::Threads;
 use glam::DVec3;
 
 /// Minimum distance of the plane from either side, as a fraction of the gap.
@@ -42,6 +46,8 @@ pub(super) struct Truncation {
     before: Vec<f64>,
     /// Roots of the groups of members that near pairs connect.
     roots: Vec<u32>,
+    /// Whether the frames of each member move along the common motion.
+    follows: Vec<bool>,
     /// Common motion of each group of members.
     common: Vec<Common>,
     /// Whether two primitives touch at distance 0, so that they have no sides.
@@ -49,23 +55,32 @@ pub(super) struct Truncation {
 }
 
 /// Common motion of a group of members: that of its particles that cannot be cut, zero if one of
-/// them does not move, or the mean of all if there are none. A motion that none of them performs
-/// would leave no plane that they do not pass.
+/// them does not move, or the motion of the center of mass if there are none. A motion that none of
+/// them performs would leave no plane that they do not pass.
 #[derive(Debug, Clone, Copy, Default)]
 struct Common {
     motion: DVec3,
-    sum: DVec3,
-    count: f64,
+    /// Σmx [kg·m] and Σm [kg] of the particles that can be cut.
+    momentum: DVec3,
+    mass: f64,
     sum_of_fixed: DVec3,
     fixed: f64,
     is_held: bool,
+    /// Whether two of its surfaces come near each other.
+    has_pairs: bool,
+    /// Momentum that its particles have lost [kg·m].
+    lost: DVec3,
+    /// Whether part of a body is under repair, which has rules of its own for velocities.
+    is_repaired: bool,
 }
 
 impl Common {
-    fn add(&mut self, way: DVec3, is_fixed: bool) {
-        self.sum += way;
-        self.count += 1.0;
-        if is_fixed {
+    /// Adds a particle with its motion [m] and inverse mass [1/kg].
+    fn add(&mut self, way: DVec3, inverse_mass: f64) {
+        if inverse_mass > 0.0 {
+            self.momentum += way / inverse_mass;
+            self.mass += 1.0 / inverse_mass;
+        } else {
             self.sum_of_fixed += way;
             self.fixed += 1.0;
             self.is_held |= way == DVec3::ZERO;
@@ -78,7 +93,7 @@ impl Common {
         } else if self.fixed > 0.0 {
             self.sum_of_fixed / self.fixed
         } else {
-            self.sum / self.count.max(1.0)
+            self.momentum / self.mass
         }
     }
 }
@@ -96,43 +111,114 @@ struct Pair {
     is_cut: bool,
 }
 
+impl Truncation {
+    /// Joins the groups of members that pairs connect. Whether the pairs are not known to be all: a
+    /// group has grown, or its frames do not follow its common motion.
+    fn group(&mut self) -> bool {
+        let Self {
+            pairs,
+            roots,
+            follows,
+            ..
+        } = self;
+        let mut is_new = false;
+        for pair in pairs {
+            let [a, b] = pair.members.map(|member| root(roots, member));
+            roots[a.max(b) as usize] = a.min(b);
+            is_new |= a != b || !follows[pair.members[0] as usize];
+        }
+        for member in 0..roots.len() {
+            roots[member] = root(roots, member as u32);
+        }
+        is_new
+    }
+}
+
 impl Contacts {
-    /// Truncates motion where surfaces would cross.
-    pub(super) fn cut(&mut self, bodies: &mut [impl Tangible]) {
+    /// Truncates motion where surfaces would cross, in a tick of this number of substeps.
+    pub(super) fn cut(&mut self, bodies: &mut [impl Tangible], substeps: u32, threads: &Threads) {
         self.counts.truncated = 0;
-        self.counts.failed = 0;
         let mut room = std::mem::take(&mut self.truncation);
+        room.touches = false;
+        room.roots.clear();
+        room.roots.extend(0..self.members.len() as u32);
+        room.follows.clear();
+        room.follows.resize(self.members.len(), false);
         self.find_near(&mut room);
+        let mut is_complete = false;
+        loop {
+            self.counts.failed = 0;
+            is_complete &= !room.group();
+            self.find_common(&mut room, bodies);
+            let is_any_cut = self.cut_pairs(&mut room);
+            if !is_any_cut || is_complete {
+                break;
+            }
+            // What is cut can come into the way of others that were not near.
+            self.follow(&mut room);
+            self.enclose_or_detect(1.0, substeps, threads);
+            self.find_near(&mut room);
+            is_complete = true;
+        }
         self.is_untangled &= !room.touches;
         if !room.pairs.is_empty() {
-            self.find_common(&mut room);
-            room.t.resize(self.starts.len(), 1.0);
-            loop {
-                room.before.clone_from(&room.t);
-                let mut found = false;
-                for pair in &mut room.pairs {
-                    let common = room.common[room.roots[pair.members[0] as usize] as usize].motion;
-                    let ways = pair.corners.map(|v| {
-                        let v = v as usize;
-                        pair.normal.dot(self.ends[v] - self.starts[v] - common)
-                    });
-                    if pair.is_cut || pair.stays_apart(ways, &room.before) {
-                        continue;
-                    }
-                    pair.is_cut = true;
-                    found = true;
-                    let fixed = pair.corners.map(|v| self.inverse_masses[v as usize] == 0.0);
-                    let is_kept_apart = pair.cut(ways, fixed, &mut room.t);
-                    self.counts.failed += usize::from(!is_kept_apart);
-                }
-                if !found {
-                    break;
-                }
-                self.keep_rigid(&mut room.t);
-            }
             self.apply(&mut room, bodies);
         }
         self.truncation = room;
+    }
+
+    /// Finds how much of its motion each particle performs; whether any does not perform all.
+    fn cut_pairs(&mut self, room: &mut Truncation) -> bool {
+        let mut is_any_cut = false;
+        room.t.clear();
+        room.t.resize(self.starts.len(), 1.0);
+        loop {
+            room.before.clone_from(&room.t);
+            let mut found = false;
+            for pair in &mut room.pairs {
+                let common = room.common[room.roots[pair.members[0] as usize] as usize].motion;
+                let ways = pair.corners.map(|v| {
+                    let v = v as usize;
+                    pair.normal.dot(self.ends[v] - self.starts[v] - common)
+                });
+                if pair.is_cut || pair.stays_apart(ways, &room.before) {
+                    continue;
+                }
+                pair.is_cut = true;
+                found = true;
+                let fixed = pair.corners.map(|v| self.inverse_masses[v as usize] == 0.0);
+                let is_kept_apart = pair.cut(ways, fixed, &mut room.t);
+                self.counts.failed += usize::from(!is_kept_apart);
+            }
+            if !found {
+                return is_any_cut;
+            }
+            is_any_cut = true;
+            self.keep_rigid(&mut room.t);
+        }
+    }
+
+    /// Moves the frames of the pieces along the common motion in groups that have pairs.
+    fn follow(&mut self, room: &mut Truncation) {
+        let Truncation {
+            pairs,
+            roots,
+            common,
+            follows,
+            ..
+        } = room;
+        for pair in pairs {
+            let root = roots[pair.members[0] as usize];
+            common[root as usize].has_pairs = true;
+        }
+        for (follows, &root) in follows.iter_mut().zip(&*roots) {
+            *follows = common[root as usize].has_pairs;
+        }
+        for piece in &mut self.pieces {
+            if follows[piece.member] {
+                piece.motion = common[roots[piece.member] as usize].motion;
+            }
+        }
     }
 
     /// A rigid body performs its motion as a whole: as much of it as any of its particles may.
@@ -144,11 +230,10 @@ impl Contacts {
         }
     }
 
-    /// Finds pairs that come closer than their minimum gap.
+    /// Finds pairs that can come closer than their minimum gap.
     fn find_near(&self, room: &mut Truncation) {
         let Truncation { pairs, touches, .. } = room;
         pairs.clear();
-        *touches = false;
         for batch in &self.batches {
             let by = batch.min_gap as f32;
             let near = self.near_in(batch, 1.0, |_| by);
@@ -167,31 +252,33 @@ impl Contacts {
         }
     }
 
-    /// Computes the common motion of the bodies that near pairs connect.
-    fn find_common(&self, room: &mut Truncation) {
+    /// Computes the common motion of each group.
+    fn find_common(&self, room: &mut Truncation, bodies: &[impl Tangible]) {
         let Truncation {
             pairs,
             roots,
             common,
             ..
         } = room;
-        roots.clear();
-        roots.extend(0..self.members.len() as u32);
-        for pair in pairs {
-            let [a, b] = pair.members.map(|member| root(roots, member));
-            roots[a.max(b) as usize] = a.min(b);
-        }
-        for member in 0..roots.len() {
-            let of = root(roots, member as u32);
-            roots[member] = of;
-        }
         common.clear();
         common.resize(self.members.len(), Common::default());
+        if pairs.is_empty() {
+            return;
+        }
         for (member, &root) in self.members.iter().zip(&*roots) {
             let common = &mut common[root as usize];
-            for v in member.vertices() {
-                let way = self.ends[v] - self.starts[v];
-                common.add(way, self.inverse_masses[v] == 0.0);
+            match member.owner {
+                Owner::Body(body) if member.is_stepped => {
+                    let body = &bodies[body];
+                    for i in 0..body.topology().particles() {
+                        common.add(body.now(i) - body.start(i), body.inverse_mass(i));
+                    }
+                }
+                _ => {
+                    for v in member.vertices() {
+                        common.add(self.ends[v] - self.starts[v], 0.0);
+                    }
+                }
             }
         }
         for common in common {
@@ -201,18 +288,21 @@ impl Contacts {
 
     /// Moves particles to their truncated positions.
     fn apply(&mut self, room: &mut Truncation, bodies: &mut [impl Tangible]) {
+        self.pushes.clear();
         for (member, &root) in self.members.iter().zip(&room.roots) {
             let Owner::Body(body) = member.owner else {
                 room.t[member.vertices()].fill(1.0);
                 continue;
             };
-            let common = room.common[root as usize].motion;
+            let Common { motion: common, .. } = room.common[root as usize];
+            room.common[root as usize].is_repaired |= bodies[body].is_repaired();
+            let lost = &mut room.common[root as usize].lost;
             if bodies[body].effects().is_rigid() {
                 let t = room.t[member.first];
                 room.t[member.vertices()].fill(1.0);
                 if t < 1.0 {
                     self.counts.truncated += member.surface.vertices.len();
-                    cut_whole(&mut bodies[body], common, t);
+                    *lost += cut_whole(&mut bodies[body], common, t);
                 }
                 continue;
             }
@@ -230,6 +320,7 @@ impl Contacts {
                         body.shift_start(particle, drawn * (t - 1.0));
                     }
                     body.shift(particle, cut - way);
+                    *lost += (way - cut) / self.inverse_masses[v];
                     self.counts.truncated += 1;
                     touches = true;
                 }
@@ -238,17 +329,42 @@ impl Contacts {
                 bodies[body].touch();
             }
         }
+        for (member, &root) in self.members.iter().zip(&room.roots) {
+            let common = room.common[root as usize];
+            if let Owner::Body(body) = member.owner
+                && common.fixed == 0.0
+                && common.lost != DVec3::ZERO
+                && !common.is_repaired
+            {
+                self.pushes.push((body, common.lost / common.mass));
+            }
+        }
+    }
+
+    /// Returns the momentum that truncation has taken, as a change of velocity after the substep.
+    pub(super) fn return_momentum(&mut self, bodies: &mut [impl Tangible]) {
+        for (body, by) in self.pushes.drain(..) {
+            let body = &mut bodies[body];
+            for i in 0..body.topology().particles() {
+                body.accelerate(i, by);
+            }
+        }
     }
 }
 
-/// Truncates the motion of all particles of a body.
-fn cut_whole(body: &mut impl Tangible, common: DVec3, t: f64) {
+/// Truncates the motion of all particles of a body; returns the lost momentum [kg·m].
+fn cut_whole(body: &mut impl Tangible, common: DVec3, t: f64) -> DVec3 {
+    let mut lost = DVec3::ZERO;
     for i in 0..body.topology().particles() {
         let way = body.now(i) - body.start(i);
-        let cut = common + (way - common) * t;
-        body.shift(i, cut - way);
+        let by = (way - common) * (t - 1.0);
+        body.shift(i, by);
+        if body.inverse_mass(i) > 0.0 {
+            lost -= by / body.inverse_mass(i);
+        }
     }
     body.touch();
+    lost
 }
 
 /// First member of the group of a member.
