@@ -21,7 +21,7 @@ fn assets() -> Vec<(&'static str, SurfaceMesh, SoftMesh)> {
         .iter()
         .filter_map(|asset| match asset::load(asset.name).expect(asset.name) {
             FileMesh::Surface(surface) => Some((asset.name, surface)),
-            FileMesh::Tetrahedra(_) => None,
+            FileMesh::Tetrahedra(_) | FileMesh::Curves(_) => None,
         })
         .map(|(name, surface)| {
             let body = build(FileMesh::Surface(surface.clone()), &options).expect(name);

@@ -115,12 +115,11 @@ fn survives(name: &str, bytes: &[u8]) {
     let Ok(mesh) = read_in_proportion(name, bytes) else {
         return;
     };
-    let (vertices, indices): (_, Vec<u32>) = match &mesh {
-        FileMesh::Surface(m) => (&m.vertices, m.triangles.iter().flatten().copied().collect()),
-        FileMesh::Tetrahedra(m) => (
-            &m.vertices,
-            m.tetrahedra.iter().flatten().copied().collect(),
-        ),
+    let vertices = mesh.vertices();
+    let indices: Vec<u32> = match &mesh {
+        FileMesh::Surface(it) => it.triangles.iter().flatten().copied().collect(),
+        FileMesh::Tetrahedra(it) => it.tetrahedra.iter().flatten().copied().collect(),
+        FileMesh::Curves(it) => it.segments.iter().flatten().copied().collect(),
     };
     assert!(vertices.iter().all(|p| p.is_finite()));
     assert!(indices.iter().all(|i| (*i as usize) < vertices.len()));

@@ -1,8 +1,8 @@
 //! Primitives: their properties, and rejected parameters.
 
-use std::f64::consts::PI;
+use std::{collections::BTreeMap, f64::consts::PI};
 
-use glam::{UVec2, UVec3, Vec2, Vec3};
+use glam::{DVec3, UVec2, UVec3, Vec2, Vec3};
 use pliant::mesh::{Diagonals, MeshError, Primitive};
 
 use super::mesh_support::{assert_sound_solid, smallest_dihedral, volume};
@@ -100,6 +100,36 @@ fn a_rope_is_a_chain_of_edges_along_x() {
     assert_eq!(x, [-1.0, -0.5, 0.0, 0.5, 1.0]);
     assert_eq!(rope.shape.edges, [[0, 1], [1, 2], [2, 3], [3, 4]]);
     assert!(rope.shape.triangles.is_empty() && rope.skin.is_none());
+}
+
+/// Each ring is a regular polygon; all of the surface faces outwards, and only its two rims are
+/// open.
+#[test]
+fn a_tube_is_open_at_both_ends_and_faces_outwards() {
+    let (radius, height) = (0.5_f64, 2.0_f64);
+    for cells in [3, 8] {
+        let text = format!("Tube(radius: {radius}, height: {height}, cells: ({cells}, 4))");
+        let shape = read(&text).build().expect("a tube").shape;
+        assert_eq!(shape.vertices.len(), 5 * cells);
+        assert_eq!(shape.triangles.len(), 2 * 4 * cells);
+        let at = |v: u32| shape.vertices[v as usize].as_dvec3();
+        let mut area = 0.0;
+        let mut sides = BTreeMap::<[u32; 2], usize>::new();
+        for &[a, b, c] in &shape.triangles {
+            let normal = (at(b) - at(a)).cross(at(c) - at(a));
+            let out = (at(a) + at(b) + at(c)) * DVec3::new(1.0, 0.0, 1.0);
+            assert!(normal.dot(out) > 0.0, "faces inwards");
+            area += 0.5 * normal.length();
+            for [a, b] in [[a, b], [b, c], [c, a]] {
+                *sides.entry([a.min(b), a.max(b)]).or_default() += 1;
+            }
+        }
+        let around = 2.0 * radius * (PI / cells as f64).sin() * cells as f64;
+        // Rounding of positions: 1e-7 of a meter.
+        assert!((area - around * height).abs() < 1e-5, "{area} m²");
+        let open = sides.values().filter(|count| **count == 1).count();
+        assert_eq!(open, 2 * cells);
+    }
 }
 
 #[test]

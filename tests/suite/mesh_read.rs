@@ -2,8 +2,8 @@
 
 use std::io;
 
-use glam::DVec3;
-use pliant::mesh::{FileMesh, MeshError, SurfaceMesh, TetMesh, asset, read};
+use glam::{DVec3, Vec3};
+use pliant::mesh::{BuildOptions, FileMesh, MeshError, SurfaceMesh, TetMesh, asset, build, read};
 
 fn nothing(_: &str) -> io::Result<Vec<u8>> {
     Err(io::ErrorKind::NotFound.into())
@@ -72,6 +72,26 @@ fn obj_polygons_are_split_and_lines_noted() {
     assert_eq!(mesh.notes.len(), 1);
 }
 
+/// A file of lines without faces: each line is a curve, and coincident vertices are joined. A closed
+/// curve repeats its first vertex.
+#[test]
+fn obj_lines_without_faces_become_ropes() {
+    let text = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 0 0\nv 2 2 0\nl 1 2 3\nl 5 -2 4\n";
+    let Ok(FileMesh::Curves(curves)) = parse("a.obj", text) else {
+        panic!("no curves");
+    };
+    assert_eq!(curves.segments, [[0, 1], [1, 2], [4, 3], [3, 3]]);
+    let body = build(FileMesh::Curves(curves), &BuildOptions::default()).expect("a rope");
+    let shape = body.shape;
+    assert_eq!(shape.edges, [[0, 1], [1, 2], [2, 0]]);
+    assert_eq!(
+        shape.vertices,
+        [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0]].map(Vec3::from)
+    );
+    assert!(shape.triangles.is_empty() && shape.tetrahedra.is_empty());
+    assert_eq!(body.notes.len(), 2, "{:?}", body.notes);
+}
+
 #[test]
 fn obj_errors_point_at_the_word() {
     let t = TRIANGLE;
@@ -94,6 +114,11 @@ fn obj_errors_point_at_the_word() {
             (&format!("{t}f 1 2 0\n"), 4, &["'0'", "from 1 to 3"]),
             (&format!("{t}f 1 2 -4\n"), 4, &["'-4'", "from -3 to -1"]),
             (&format!("{t}f 1 2 x/1\n"), 4, &["'x/1'"]),
+            (
+                &format!("{t}l 1\n"),
+                4,
+                &["'l'", "two vertices or more", "one has 1"],
+            ),
             (
                 &format!("{t}f 1 2\n"),
                 4,

@@ -108,6 +108,7 @@ fn asked_for(spec: &BodySpec) -> f64 {
         ) => 12.0 * (1.0 + f64::from(height / radius)) * number(cells).powi(3),
         (Some(Primitive::Cloth { cells, .. }), _) => 5.0 * number(cells.x) * number(cells.y),
         (Some(Primitive::Balloon { cells, .. }), _) => 50.0 * number(*cells).powi(2),
+        (Some(Primitive::Tube { cells, .. }), _) => 5.0 * number(cells.x) * number(cells.y),
         (Some(Primitive::Rope { segments, .. }), _) => number(*segments),
         (None, Some(mesh)) if mesh.treatment == Treatment::Shell => 10.0,
         // A lattice of cubes, with one more on each side; 40 by default.

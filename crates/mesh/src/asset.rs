@@ -38,7 +38,9 @@ pub const ASSETS: &[Asset] = &[
         "bunny_coarse.msh",
         "the Stanford bunny in 1970 tetrahedra"
     ),
+    asset!("coil", "coil.obj", "a rope around a post"),
     asset!("dragon", "dragon.obj", "the Stanford dragon"),
+    asset!("knot", "knot.obj", "a rope with a knot"),
     asset!("stairs", "stairs.obj", "a staircase"),
     asset!("teapot", "teapot.obj", "the Utah teapot"),
 ];

@@ -7,8 +7,8 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    FileMesh, MeshError, Skin, SoftMesh, SurfaceMesh, TetMesh, boundary_triangles,
-    clean::{clean_tetrahedra, clean_triangles, counted, keep_used, weld},
+    CurveMesh, FileMesh, MeshError, Skin, SoftMesh, SurfaceMesh, TetMesh, boundary_triangles,
+    clean::{clean_segments, clean_tetrahedra, clean_triangles, counted, keep_used, weld},
     edges,
     elements::tetrahedron_volume,
     embed::embed,
@@ -69,6 +69,7 @@ pub fn build(mesh: FileMesh, options: &BuildOptions) -> Result<SoftMesh, MeshErr
         (FileMesh::Surface(surface), Treatment::Fill) => solid(surface, options),
         (FileMesh::Surface(surface), Treatment::Shell) => shell(surface, options),
         (FileMesh::Tetrahedra(mesh), Treatment::Fill) => tetrahedra(mesh, options),
+        (FileMesh::Curves(curves), _) => ropes(curves, options),
         (FileMesh::Tetrahedra(mut mesh), Treatment::Shell) => {
             let placement = Placement::of(&mut mesh.vertices, &mesh.tetrahedra, options)?;
             mend_tetrahedra(&mut mesh)?;
@@ -83,6 +84,34 @@ fn shell(mut surface: SurfaceMesh, options: &BuildOptions) -> Result<SoftMesh, M
     let placement = Placement::of(&mut surface.vertices, &surface.triangles, options)?;
     mend_surface(&mut surface)?;
     Ok(placement.cloth(surface.vertices, surface.triangles, surface.notes))
+}
+
+fn ropes(mut curves: CurveMesh, options: &BuildOptions) -> Result<SoftMesh, MeshError> {
+    let placement = Placement::of(&mut curves.vertices, &curves.segments, options)?;
+    let CurveMesh {
+        mut vertices,
+        mut segments,
+        mut notes,
+    } = curves;
+    note_unused(keep_used(&mut vertices, &mut segments), &mut notes);
+    weld(&vertices, &mut segments, &mut notes);
+    clean_segments(&mut segments, &mut notes);
+    if segments.is_empty() {
+        return Err(MeshError::unusable(
+            "all segments of the curves have zero length",
+            "use curves with distinct vertices",
+        ));
+    }
+    keep_used(&mut vertices, &mut segments);
+    Ok(SoftMesh {
+        shape: RestShape {
+            vertices: placement.vertices(&vertices),
+            edges: segments,
+            ..RestShape::default()
+        },
+        skin: None,
+        notes,
+    })
 }
 
 fn tetrahedra(mut mesh: TetMesh, options: &BuildOptions) -> Result<SoftMesh, MeshError> {
@@ -185,11 +214,11 @@ impl Placement {
         elements: &[[u32; N]],
         options: &BuildOptions,
     ) -> Result<Self, MeshError> {
-        let what = if N == 3 { "triangle" } else { "tetrahedron" };
+        let what = ["segment", "triangle", "tetrahedron"][N - 2];
         if elements.is_empty() {
             return Err(MeshError::unusable(
                 format!("the mesh has no {what}"),
-                "expected triangles or tetrahedra",
+                "expected triangles, tetrahedra or curves",
             ));
         }
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);

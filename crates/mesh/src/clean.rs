@@ -94,6 +94,17 @@ pub(super) fn keep_used<const N: usize>(
     before - vertices.len()
 }
 
+/// Removes segments without length and repeated ones.
+pub(super) fn clean_segments(segments: &mut Vec<[u32; 2]>, notes: &mut Vec<String>) {
+    let before = segments.len();
+    segments.retain(|[a, b]| a != b);
+    if segments.len() < before {
+        let empty = counted(before - segments.len(), "segment", "segments");
+        notes.push(format!("{empty} without length removed"));
+    }
+    drop_repeated(segments, ("repeated segment", "repeated segments"), notes);
+}
+
 /// Removes repeated elements, regardless of the order of their corners.
 fn drop_repeated<const N: usize>(
     elements: &mut Vec<[u32; N]>,

@@ -217,9 +217,9 @@ fn warp(lattice: &Lattice, points: &mut [DVec3], field: &[f64]) -> Vec<f64> {
             (WARP_SHORT, 0.75_f64.sqrt())
         };
         for (point, other) in [(a, b), (b, a)] {
-            let share = crossing(field, point, other);
-            let candidate = (share * length, other);
-            if share < threshold && nearest[point as usize].is_none_or(|best| candidate < best) {
+            let fraction = crossing(field, point, other);
+            let candidate = (fraction * length, other);
+            if fraction < threshold && nearest[point as usize].is_none_or(|best| candidate < best) {
                 nearest[point as usize] = Some(candidate);
             }
         }
@@ -229,8 +229,8 @@ fn warp(lattice: &Lattice, points: &mut [DVec3], field: &[f64]) -> Vec<f64> {
     let mut warped = field.to_vec();
     for (point, nearest) in nearest.iter().enumerate() {
         if let Some((_, other)) = *nearest {
-            let share = crossing(field, point as u32, other);
-            points[point] = from[point].lerp(from[other as usize], share);
+            let fraction = crossing(field, point as u32, other);
+            points[point] = from[point].lerp(from[other as usize], fraction);
             warped[point] = 0.0;
         }
     }

@@ -2,9 +2,10 @@
 //!
 //! There are three ways to make a [`SoftMesh`]:
 //!
-//! - a [`Primitive`] (box, sphere, torus, cylinder, cloth, rope) at a chosen resolution,
+//! - a [`Primitive`] (box, sphere, torus, cylinder, cloth, tube, balloon, rope) at a chosen
+//!   resolution,
 //! - a file ([`read`](mod@read)) or a built-in mesh ([`asset`]), passed to [`build()`],
-//! - a [`SurfaceMesh`] or [`TetMesh`] from other code, passed to [`build()`].
+//! - a [`SurfaceMesh`], [`TetMesh`] or [`CurveMesh`] from other code, passed to [`build()`].
 //!
 //! A surface is filled with a lattice of tetrahedra, coarser than the surface, which then follows
 //! it as a [`Skin`]. Geometry is f64 up to the last step, which centers it and rounds to f32, so
@@ -36,7 +37,7 @@ pub use elements::{
 pub use error::MeshError;
 pub use primitive::{Diagonals, MAX_PARTICLES, MAX_TETRAHEDRA, Primitive};
 pub use skin::{Anchor, Skin};
-pub use source::{FileMesh, SurfaceMesh, TetMesh};
+pub use source::{CurveMesh, FileMesh, SurfaceMesh, TetMesh};
 
 use pliant_solver::RestShape;
 

@@ -88,6 +88,17 @@ pub enum Primitive {
         #[serde(default = "defaults::balloon")]
         cells: u32,
     },
+    /// An open tube of cloth around the y axis. Particles are in rings, the lowest first; in a ring
+    /// they begin at the largest x and turn toward the smallest z.
+    Tube {
+        /// Radius [m].
+        radius: f32,
+        /// Height along y [m].
+        height: f32,
+        /// Cells around the axis, from 3, and along it, from 1; 24 and 12 by default.
+        #[serde(default = "defaults::tube")]
+        cells: UVec2,
+    },
     /// A rope along x, a chain of edges without surface. The particle with the smallest x is
     /// particle 0.
     Rope {
@@ -126,6 +137,9 @@ mod defaults {
     }
     pub fn cloth() -> UVec2 {
         UVec2::splat(20)
+    }
+    pub fn tube() -> UVec2 {
+        UVec2::new(24, 12)
     }
     pub fn balloon() -> u32 {
         8
@@ -201,6 +215,17 @@ impl Primitive {
                 count("cells", cells, 1)?;
                 particles(product(&[10, cells, cells]).saturating_add(2))?;
                 sheet::balloon(radius, cells)
+            }
+            Self::Tube {
+                radius,
+                height,
+                cells,
+            } => {
+                sizes([("radius", radius), ("height", height)])?;
+                count("cells.x", cells.x, 3)?;
+                count("cells.y", cells.y, 1)?;
+                particles(product(&[cells.x, cells.y.saturating_add(1)]))?;
+                sheet::tube(radius, height, cells)
             }
             Self::Rope { length, segments } => {
                 sizes([("length", length)])?;

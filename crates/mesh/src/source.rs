@@ -24,6 +24,17 @@ pub struct TetMesh {
     pub notes: Vec<String>,
 }
 
+/// Curves of straight segments, each of which becomes a rope.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct CurveMesh {
+    /// Positions in the unit of the file.
+    pub vertices: Vec<DVec3>,
+    /// Indices into `vertices`.
+    pub segments: Vec<[u32; 2]>,
+    /// Omissions by the reader, one sentence each.
+    pub notes: Vec<String>,
+}
+
 /// Content of a mesh file.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FileMesh {
@@ -31,9 +42,21 @@ pub enum FileMesh {
     Surface(SurfaceMesh),
     /// Tetrahedra, ready for simulation.
     Tetrahedra(TetMesh),
+    /// Curves, to be used as ropes.
+    Curves(CurveMesh),
 }
 
 impl FileMesh {
+    /// Its vertices, in the unit of the file.
+    #[must_use]
+    pub fn vertices(&self) -> &[DVec3] {
+        match self {
+            Self::Surface(it) => &it.vertices,
+            Self::Tetrahedra(it) => &it.vertices,
+            Self::Curves(it) => &it.vertices,
+        }
+    }
+
     /// Tetrahedra if there are any, otherwise the triangles: for formats that may contain both.
     pub(super) fn of_either(
         vertices: Vec<DVec3>,

@@ -1,6 +1,6 @@
-//! Cloth and rope: shapes without volume.
+//! Cloth, tubes, balloons and ropes: shapes without volume.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, f64::consts::TAU};
 
 use glam::{DVec3, UVec2, Vec2, Vec3};
 
@@ -14,8 +14,8 @@ pub(super) fn cloth(size: Vec2, cells: UVec2, diagonals: Diagonals, shear: bool)
     let mut vertices = Vec::new();
     for j in 0..=cells.y {
         for i in 0..=cells.x {
-            let share = Vec2::new(i as f32, j as f32) / cells.as_vec2();
-            let place = (share - 0.5) * size;
+            let fraction = Vec2::new(i as f32, j as f32) / cells.as_vec2();
+            let place = (fraction - 0.5) * size;
             vertices.push(Vec3::new(place.x, 0.0, place.y));
         }
     }
@@ -42,6 +42,39 @@ pub(super) fn cloth(size: Vec2, cells: UVec2, diagonals: Diagonals, shear: bool)
     RestShape {
         vertices,
         edges,
+        tetrahedra: Vec::new(),
+        triangles,
+    }
+}
+
+/// An open tube around the y axis. The triangles face outwards, their diagonals alternate as far as
+/// the number of cells around is even.
+pub(super) fn tube(radius: f32, height: f32, cells: UVec2) -> RestShape {
+    let particle = |i: u32, j: u32| j * cells.x + i % cells.x;
+    let mut vertices = Vec::new();
+    for j in 0..=cells.y {
+        let y = (j as f32 / cells.y as f32 - 0.5) * height;
+        for i in 0..cells.x {
+            let angle = TAU * f64::from(i) / f64::from(cells.x);
+            let [x, z] = [libm::cos(angle), -libm::sin(angle)].map(|it| it as f32 * radius);
+            vertices.push(Vec3::new(x, y, z));
+        }
+    }
+    let mut triangles = Vec::new();
+    for j in 0..cells.y {
+        for i in 0..cells.x {
+            let [a, b] = [particle(i, j), particle(i + 1, j)];
+            let [c, d] = [particle(i, j + 1), particle(i + 1, j + 1)];
+            if (i + j) % 2 == 1 {
+                triangles.extend([[a, d, c], [a, b, d]]);
+            } else {
+                triangles.extend([[a, b, c], [b, d, c]]);
+            }
+        }
+    }
+    RestShape {
+        edges: edges(&[], &triangles),
+        vertices,
         tetrahedra: Vec::new(),
         triangles,
     }

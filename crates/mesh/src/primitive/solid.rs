@@ -21,8 +21,8 @@ pub(super) fn cuboid(size: Vec3, cells: UVec3) -> RestShape {
     for k in 0..=cells.z {
         for j in 0..=cells.y {
             for i in 0..=cells.x {
-                let share = UVec3::new(i, j, k).as_vec3() / cells.as_vec3();
-                vertices.push((share - 0.5) * size);
+                let fraction = UVec3::new(i, j, k).as_vec3() / cells.as_vec3();
+                vertices.push((fraction - 0.5) * size);
             }
         }
     }

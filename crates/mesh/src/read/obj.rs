@@ -1,4 +1,4 @@
-//! Wavefront OBJ: `v` and `f`; everything else is ignored.
+//! Wavefront OBJ: `v` with `f`, or with `l` in a file without faces; everything else is ignored.
 //!
 //! Polygons are split into triangle fans from their first corner. A corner may be `v`, `v/vt`,
 //! `v//vn` or `v/vt/vn`; a negative index is relative to the last vertex so far.
@@ -6,31 +6,49 @@
 use glam::DVec3;
 
 use super::text::{Word, Words, decode};
-use crate::{FileMesh, MeshError, SurfaceMesh};
+use crate::{CurveMesh, FileMesh, MeshError, SurfaceMesh};
 
 pub fn read(file: &str, bytes: &[u8]) -> Result<FileMesh, MeshError> {
     let mut words = Words::new(file, decode(file, bytes)?);
     let mut surface = SurfaceMesh::default();
-    let mut other_elements = 0_usize;
+    let mut segments = Vec::new();
+    let (mut curves, mut other_elements) = (0_usize, 0_usize);
     let end = loop {
         let keyword = words.next();
         match keyword.text {
             Some("v") => surface.vertices.push(words.point()?),
             Some("f") => face(&mut words, keyword, &mut surface)?,
-            Some("l" | "p" | "curv" | "surf") => other_elements += 1,
+            Some("l") => {
+                let corners = corners(&mut words, keyword, &surface, "a line", 2)?;
+                segments.extend(corners.windows(2).map(|w| [w[0], w[1]]));
+                curves += 1;
+            }
+            Some("p" | "curv" | "surf") => other_elements += 1,
             Some(_) => {}
             None => break keyword,
         }
         skip(&mut words);
     };
-    if surface.triangles.is_empty() {
+    let has_faces = !surface.triangles.is_empty();
+    if !has_faces && segments.is_empty() {
         return Err(end.wrong("a face: a line with f and three vertices or more"));
+    }
+    if has_faces {
+        other_elements += curves;
     }
     if other_elements > 0 {
         let note = format!("points, lines, curves or patches ignored: {other_elements}");
         surface.notes.push(note);
     }
-    Ok(FileMesh::Surface(surface))
+    Ok(if has_faces {
+        FileMesh::Surface(surface)
+    } else {
+        FileMesh::Curves(CurveMesh {
+            vertices: surface.vertices,
+            segments,
+            notes: surface.notes,
+        })
+    })
 }
 
 /// Next word of a line; a backslash at the end continues the line.
@@ -47,17 +65,30 @@ fn skip(words: &mut Words) {
     while next_in_line(words).is_some_and(|word| word.text.is_some()) {}
 }
 
-fn face(words: &mut Words, keyword: Word, surface: &mut SurfaceMesh) -> Result<(), MeshError> {
+/// The vertices that the rest of a line refers to.
+fn corners(
+    words: &mut Words,
+    keyword: Word,
+    surface: &SurfaceMesh,
+    what: &str,
+    min: usize,
+) -> Result<Vec<u32>, MeshError> {
     let mut corners = Vec::with_capacity(4);
     while let Some(word) = next_in_line(words) {
         corners.push(corner(word, &surface.vertices)?);
     }
-    if corners.len() < 3 {
+    if corners.len() < min {
         return Err(keyword.wrong(format!(
-            "a face of three vertices or more; this one has {}",
+            "{what} of {} vertices or more; this one has {}",
+            ["no", "one", "two", "three"][min],
             corners.len()
         )));
     }
+    Ok(corners)
+}
+
+fn face(words: &mut Words, keyword: Word, surface: &mut SurfaceMesh) -> Result<(), MeshError> {
+    let corners = corners(words, keyword, surface, "a face", 3)?;
     let fan = corners[1..].windows(2).map(|w| [corners[0], w[0], w[1]]);
     surface.triangles.extend(fan);
     Ok(())
