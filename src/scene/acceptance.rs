@@ -122,7 +122,7 @@ impl Acceptance {
                         reasons.extend(checks.iter().filter_map(|check| check.fails(body)));
                     }
                 }
-                Check::EnergyBounded(share) => reasons.extend(energy_rises(history, *share)),
+                Check::EnergyBounded(fraction) => reasons.extend(energy_rises(history, *fraction)),
                 _ => reasons.extend(end.bodies.iter().filter_map(|body| check.fails(body))),
             }
         }
@@ -130,16 +130,16 @@ impl Acceptance {
     }
 }
 
-fn energy_rises(history: &[Statistics], share: f64) -> Option<String> {
+fn energy_rises(history: &[Statistics], fraction: f64) -> Option<String> {
     let first = history.first()?.energy();
     let scale = history.iter().map(|row| row.kinetic).fold(0.0, f64::max);
     let highest = history
         .iter()
         .map(Statistics::energy)
         .fold(f64::NEG_INFINITY, f64::max);
-    (highest - first > share * scale).then(|| {
+    (highest - first > fraction * scale).then(|| {
         format!(
-            "energy rose from {first:.6} J to {highest:.6} J, by more than {share} times the largest kinetic energy, {scale:.6} J"
+            "energy rose from {first:.6} J to {highest:.6} J, by more than {fraction} times the largest kinetic energy, {scale:.6} J"
         )
     })
 }

@@ -448,12 +448,12 @@ fn pins(
             Pins::Vertex(vertex) => {
                 pins.extend((vertex.index() < positions.len()).then_some(vertex))
             }
-            Pins::Top(share) => {
-                let limit = high.y - (high.y - low.y) * share - slack;
+            Pins::Top(fraction) => {
+                let limit = high.y - (high.y - low.y) * fraction - slack;
                 pins.extend(all.filter(|(_, x)| x.y >= limit).map(|(i, _)| i));
             }
-            Pins::Left(share) => {
-                let limit = low.x + (high.x - low.x) * share + slack;
+            Pins::Left(fraction) => {
+                let limit = low.x + (high.x - low.x) * fraction + slack;
                 pins.extend(all.filter(|(_, x)| x.x <= limit).map(|(i, _)| i));
             }
             Pins::Within { low, high } => {
@@ -478,7 +478,7 @@ fn stitches(spec: &BodySpec, body: &Body, colliders: &[Collider]) -> Result<Stit
     let point = |spec: PointSpec| {
         let terms = match spec {
             PointSpec::Vertex(vertex) => vec![(vertex, 1.0)],
-            PointSpec::Triangle(corners, shares) => corners.into_iter().zip(shares).collect(),
+            PointSpec::Triangle(corners, weights) => corners.into_iter().zip(weights).collect(),
         };
         let particle = |vertex: VertexIndex| match vertex.index() < body.particles.len() {
             true => body.topology.numbering.particle(vertex),
@@ -486,7 +486,7 @@ fn stitches(spec: &BodySpec, body: &Body, colliders: &[Collider]) -> Result<Stit
         };
         let terms: Vec<_> = terms
             .iter()
-            .map(|&(v, share)| (particle(v), share))
+            .map(|&(v, weight)| (particle(v), weight))
             .collect();
         SurfacePoint::new(&terms).ok_or_else(|| {
             format!("{spec:?} is not a valid point: the sum of its weights must not be zero")

@@ -80,6 +80,13 @@ impl Run {
         self.history.iter().filter_map(|row| row.crossings).max()
     }
 
+    /// Smallest distance of two surfaces in contact after any tick [m]; `None` if nothing came near.
+    #[must_use]
+    pub fn smallest_gap(&self) -> Option<f64> {
+        let gaps = self.history.iter().filter_map(|row| row.smallest_gap);
+        gaps.min_by(f64::total_cmp)
+    }
+
     /// Median real time per tick, of each part.
     #[must_use]
     pub fn median_times(&self) -> TickTimes {

@@ -329,3 +329,12 @@ fn meshes_that_are_no_surface_are_refused() {
         Err(ColliderMeshError::NotFinite { vertex: 0 })
     );
 }
+
+/// Vertices that no triangle uses, such as those inside of a solid, change nothing.
+#[test]
+fn unused_vertices_leave_no_trace() {
+    let [a, b, c] = [Vec3::ZERO, Vec3::X, Vec3::Z];
+    let whole = ColliderMesh::new(&[a, b, c], &[[0, 1, 2]]).expect("sound");
+    let with_more = ColliderMesh::new(&[Vec3::Y, a, b, Vec3::ONE, c], &[[1, 2, 4]]).expect("sound");
+    assert_eq!(with_more, whole);
+}

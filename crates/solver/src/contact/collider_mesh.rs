@@ -67,7 +67,9 @@ impl ColliderMesh {
             let vertices = vertices.len();
             return Err(ColliderMeshError::Triangle { triangle, vertices });
         }
-        let surface = Surface::of_triangles(vertices, triangles);
+        let mut surface = Surface::of_triangles(vertices, triangles);
+        // Numbered without those that are left out, as in a snapshot.
+        surface.vertices = (0..surface.rest.len() as u32).collect();
         let longest = surface.rest.iter().map(|x| x.length()).fold(0.0, f32::max);
         Ok(Self {
             surface: Arc::new(surface),
