@@ -58,8 +58,8 @@ impl fmt::Display for Advice {
 /// The message where none of the settings tried passes.
 pub const NOTHING: &str = "passes with none of the settings tried: up to 64× the substeps, up to 64× the iterations, the direct solver";
 
-/// The cheapest settings tried with which a member passes; `None` if it passes with none. `failed` is its outcome
-/// at its own settings.
+/// The cheapest settings tried with which a member passes; `None` if it passes with none. `failed`
+/// is its outcome at its own settings.
 ///
 /// # Errors
 /// [`TortureError`] for a member that cannot be built.
@@ -89,7 +89,8 @@ pub fn advise(
     )
 }
 
-/// The cheapest settings tried with which a user's body passes a case; `settings` are those of its scene.
+/// The cheapest settings tried with which a user's body passes a case; `settings` are those of its
+/// scene.
 ///
 /// # Errors
 /// [`TortureError`] if threads cannot be started.

@@ -2,7 +2,7 @@
 
 use super::TortureError;
 use crate::{
-    mesh::{BuildOptions, Primitive, SoftMesh, asset, build},
+    mesh::{BuildOptions, Primitive, asset, build},
     solver::RestShape,
 };
 use glam::{UVec2, UVec3, Vec2, Vec3};
@@ -75,6 +75,8 @@ pub enum Shape {
     Cloth(u32),
     /// A rope.
     Rope(u32),
+    /// A rope with an overhand knot, not tightened.
+    Knot,
     /// A user's body.
     Given(Kind),
 }
@@ -85,7 +87,7 @@ impl Shape {
     pub const fn kind(self) -> Kind {
         match self {
             Self::Cloth(_) => Kind::Cloth,
-            Self::Rope(_) => Kind::Rope,
+            Self::Rope(_) | Self::Knot => Kind::Rope,
             Self::Given(kind) => kind,
             _ => Kind::Tetrahedra,
         }
@@ -111,7 +113,8 @@ impl Shape {
         let primitive = match self {
             Self::Tetrahedron => return Ok(tetrahedron(scale, 1.0)),
             Self::Sliver => return Ok(tetrahedron(scale, 0.01)),
-            Self::Bunny => return Ok(bunny(scale)?.shape),
+            Self::Bunny => return built_in("bunny_coarse", scale),
+            Self::Knot => return built_in("knot", scale),
             Self::Given(_) => return Ok(RestShape::default()),
             Self::Cube(cells) => Primitive::Box {
                 size: Vec3::splat(scale),
@@ -157,17 +160,18 @@ impl fmt::Display for Shape {
             Self::Bunny => write!(f, "bunny"),
             Self::Cloth(cells) => write!(f, "cloth{cells}"),
             Self::Rope(segments) => write!(f, "rope{segments}"),
+            Self::Knot => write!(f, "knot"),
             Self::Given(_) => write!(f, "given"),
         }
     }
 }
 
-fn bunny(scale: f32) -> Result<SoftMesh, TortureError> {
+fn built_in(name: &str, scale: f32) -> Result<RestShape, TortureError> {
     let options = BuildOptions {
         size: Some(scale),
         ..BuildOptions::default()
     };
-    Ok(build(asset::load("bunny_coarse")?, &options)?)
+    Ok(build(asset::load(name)?, &options)?.shape)
 }
 
 /// Corners at 0 and along x, y, z; the last at a distance of `height` times the side.

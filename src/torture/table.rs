@@ -23,15 +23,15 @@ pub fn cells(row: &SuiteRow) -> [String; 8] {
     let name = worst.map_or(String::new(), |outcome| {
         format!("{} {}", outcome.number, outcome.member)
     });
-    let told = |of: &dyn Fn(&Figure) -> String| figure.map_or(String::new(), of);
+    let cell = |of: &dyn Fn(&Figure) -> String| figure.map_or(String::new(), of);
     [
         row.case.name.to_owned(),
         row.kind.name().to_owned(),
         row.outcomes.len().to_string(),
         name,
-        told(&|figure| number(figure.value)),
-        told(&|figure| number(figure.limit)),
-        told(&|figure| format!("{}, {}", figure.unit, figure.name)),
+        cell(&|figure| number(figure.value)),
+        cell(&|figure| number(figure.limit)),
+        cell(&|figure| format!("{}, {}", figure.unit, figure.name)),
         verdict(row),
     ]
 }

@@ -44,6 +44,8 @@ pub struct Watch {
     pins: Vec<Vec<(usize, Vec4)>>,
     pins_moved: f64,
     quarantined: usize,
+    /// Largest number of crossings of surfaces in contact that were apart at the start.
+    crossings: Option<usize>,
     floors: Floors,
 }
 
@@ -105,6 +107,7 @@ impl Watch {
             pins: bodies().map(|body| pinned(&body.particles)).collect(),
             pins_moved: 0.0,
             quarantined: 0,
+            crossings: bodies().any(touches).then_some(0),
             floors: Floors {
                 mass: total(&|body| mass(&body.particles)),
                 particles,
@@ -112,6 +115,9 @@ impl Watch {
                 ..Floors::default()
             },
         };
+        if watch.crossings.is_some() && world.crossings() > 0 {
+            watch.crossings = None;
+        }
         watch.look(world);
         watch
     }
@@ -161,6 +167,9 @@ impl Watch {
         }
         let caught = world.bodies.iter().filter(|body| body.quarantine.is_some());
         self.quarantined = self.quarantined.max(caught.count());
+        if let Some(crossings) = &mut self.crossings {
+            *crossings = (*crossings).max(world.crossings());
+        }
         for body in &world.bodies {
             let particles = &body.particles;
             let largest = |most: f32, u: &Vec4| most.max(u.truncate().length());
@@ -196,6 +205,9 @@ impl Watch {
         }
         if self.pins.iter().any(|pins| !pins.is_empty()) {
             figures.push(Figure::new("way of the pins", self.pins_moved, 0.0, "m"));
+        }
+        if let Some(crossings) = self.crossings {
+            figures.push(Figure::none("crossings", crossings, "crossings"));
         }
         if self.outside == Outside::Nothing {
             figures.push(self.energy());
@@ -236,13 +248,13 @@ impl Watch {
         // the origin.
         let energies = after.iter().map(|moment| moment.energy);
         let scale = energies.map(|e| e.kinetic + e.elastic).fold(0.0, f64::max);
-        let share = if more > 0.0 { more / scale } else { 0.0 };
+        let gain = if more > 0.0 { more / scale } else { 0.0 };
         let finite = self
             .moments
             .iter()
             .all(|moment| moment.energy.total().is_finite());
-        let share = if finite { share } else { f64::NAN };
-        Figure::new("energy gained", share * 100.0, MORE_ENERGY * 100.0, "%")
+        let gain = if finite { gain } else { f64::NAN };
+        Figure::new("energy gained", gain * 100.0, MORE_ENERGY * 100.0, "%")
     }
 }
 
@@ -285,6 +297,10 @@ fn is_free(body: &Body) -> bool {
         && effects.grab.is_none()
         && effects.ground.is_none()
         && effects.sticky_ground.is_none()
+}
+
+fn touches(body: &Body) -> bool {
+    body.effects.contact.is_some() || body.effects.self_contact.is_some()
 }
 
 fn pinned(particles: &Particles) -> Vec<(usize, Vec4)> {

@@ -164,8 +164,8 @@ fn pull_target(member: &Member, time: f64) -> Vec3 {
         return Vec3::new(10.0 * away as f32, 0.0, 0.0);
     }
     let period = 0.2;
-    let share = (time / period).fract();
-    let there = if share < 0.5 { share } else { 1.0 - share };
+    let phase = (time / period).fract();
+    let there = if phase < 0.5 { phase } else { 1.0 - phase };
     Vec3::new(50.0 * period * there, 5.0 * there, 0.0)
 }
 

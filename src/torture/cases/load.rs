@@ -10,7 +10,7 @@ use glam::Vec3;
 const MAX_ITERATIONS: u32 = 8192;
 
 /// Largest strain of an edge.
-fn most_strain(world: &World) -> f64 {
+fn max_strain(world: &World) -> f64 {
     let (edges, _) = strains(&world.bodies[0]);
     edges.iter().fold(0.0, |most, s| most.max(s.abs()))
 }
@@ -46,7 +46,7 @@ pub const MASSES: Case = Case {
             let mut most: f64 = 0.0;
             while trial.time < 1.0 && most <= 0.01 {
                 trial.tick();
-                most = most.max(most_strain(&trial));
+                most = most.max(max_strain(&trial));
             }
             if most <= 0.01 || iterations >= MAX_ITERATIONS {
                 return Ok(());
@@ -60,12 +60,7 @@ pub const MASSES: Case = Case {
         let edges = run.end.bodies[0].topology.edges.ends().len() as f64;
         let iterations = f64::from(settings.substeps.get()) * f64::from(settings.iterations.get());
         Ok(vec![
-            Figure::new(
-                "stretch of an edge",
-                most_strain(&run.end) * 100.0,
-                1.0,
-                "%",
-            ),
+            Figure::new("stretch of an edge", max_strain(&run.end) * 100.0, 1.0, "%"),
             Figure::new(
                 "cost",
                 iterations * edges,

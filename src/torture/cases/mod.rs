@@ -9,6 +9,7 @@ mod meshes;
 mod recovery;
 mod sameness;
 mod time;
+mod touch;
 
 use super::{
     Case, Figure, Kind, Member, Outside, Run, Shape, Start, TortureError,
@@ -47,6 +48,13 @@ pub const CASES: &[Case] = &[
     contact::STRUCK,
     contact::DRAGGED,
     contact::OVERLAP,
+    touch::COLLIDE,
+    touch::FOLDED,
+    touch::TWISTED,
+    touch::PINCHED,
+    touch::OVERLAPPING,
+    touch::STACK,
+    touch::KNOT,
     company::NOT_FINITE,
     company::CROWD,
 ];

@@ -110,12 +110,12 @@ fn on_ground(member: &Member, world: &mut World, above: f32) -> Result<(), Tortu
     Ok(())
 }
 
-/// Maximum distance between the final shapes with `shares[0]` and `shares[1]` times fewer substeps
-/// from the same start, relative to the size of the body.
-fn apart(run: &Run, shares: [u32; 2]) -> Result<f64, TortureError> {
-    let of = |share: u32| -> Result<Vec<DVec3>, TortureError> {
+/// Maximum distance between the final shapes with `divisors[0]` and `divisors[1]` times fewer
+/// substeps from the same start, relative to the size of the body.
+fn apart(run: &Run, divisors: [u32; 2]) -> Result<f64, TortureError> {
+    let of = |divisor: u32| -> Result<Vec<DVec3>, TortureError> {
         let mut world = run.start.clone();
-        let substeps = run.member.substeps / share;
+        let substeps = run.member.substeps / divisor;
         world.settings.substeps = Substeps::new(substeps)?;
         catch_up(&mut world, &run.end);
         let particles = &world.bodies[0].particles;
@@ -123,7 +123,7 @@ fn apart(run: &Run, shares: [u32; 2]) -> Result<f64, TortureError> {
             .map(|i| particles.position(i))
             .collect())
     };
-    let [fine, coarse] = [of(shares[0])?, of(shares[1])?];
+    let [fine, coarse] = [of(divisors[0])?, of(divisors[1])?];
     let pairs = fine.iter().zip(&coarse);
     let most = pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
     Ok(most / f64::from(run.member.scale))
