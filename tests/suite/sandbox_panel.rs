@@ -23,6 +23,7 @@ use pliant::{
         state::{
             request::{Distortion, Request},
             selection::Scope,
+            spawn::{Spawn, SpawnPlace},
             view::SolverView,
         },
         ui::{
@@ -160,6 +161,7 @@ fn model() -> PanelModel {
             body: "cube".to_owned(),
             pinned: false,
         }),
+        spawn: Spawn::default(),
         additions: vec![Addition {
             name: "box".to_owned(),
             title: "box".to_owned(),
@@ -568,11 +570,20 @@ fn the_pickers_open_and_choose() {
         hand.press_widget("scope.ball"),
         [Request::Show(Scope::Body(2))]
     );
-    assert_eq!(hand.press_widget("add"), []);
+    assert_eq!(hand.press_widget("spawn"), []);
     assert_eq!(
-        hand.press_widget("add.box"),
-        [Request::AddBody("box".to_owned())]
+        hand.press_widget("spawn.box"),
+        [Request::SpawnBody("box".to_owned())]
     );
+    assert_eq!(
+        hand.press_widget("spawn.add"),
+        [Request::Spawn(SpawnPlace::Above)]
+    );
+    assert_eq!(
+        hand.press_widget("spawn.click"),
+        [Request::SpawnOnClick(true)]
+    );
+    assert_eq!(hand.press_widget("spawn.rain"), [Request::Rain(true)]);
 }
 
 #[test]

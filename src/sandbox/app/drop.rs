@@ -114,7 +114,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn scene_files_are_told_from_meshes_by_their_ending() {
+    fn scene_files_are_distinguished_from_meshes_by_their_ending() {
         assert!(is_scene(Path::new("my scene.RON")));
         assert!(!is_scene(Path::new("bunny.obj")));
         assert!(!is_scene(Path::new("ron")));

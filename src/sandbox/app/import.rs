@@ -1,12 +1,12 @@
-//! Adds bodies to a running scene: from the panel's menu, or from a file dropped on the window.
+//! Adds bodies to a running scene: from the panel's list, or from a file dropped on the window.
 //!
 //! Reading and filling a mesh can take seconds, so it runs on another thread while the scene
 //! continues. The scene does not change if the mesh cannot be used.
 
+mod place;
 mod recipe;
 mod source;
 
-use crate::sandbox::panel::Additions;
 use std::{path::Path, sync::Arc};
 
 use bevy::{
@@ -16,53 +16,86 @@ use bevy::{
 
 use crate::{
     mesh::Skin,
-    sandbox::ui::message::Notices,
-    simulation::{Action, Actions, NewBody, SimulationClock, action, tick},
+    sandbox::{
+        panel::Additions,
+        state::{
+            selection::{Scope, Selection},
+            spawn::{Spawn, SpawnPlace},
+            view::ViewCommand,
+        },
+        ui::message::Notices,
+    },
+    simulation::{Action, Actions, NewBody, SimulationClock, action, plain::bodies_in_order, tick},
     solver::Topology,
 };
-use recipe::{body, free_place, surroundings};
-use source::Source;
+use place::Place;
+use recipe::{body, surroundings};
+use source::{Detail, Source};
 
 pub use source::additions;
 
 /// A body that is ready to be added to the scene.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Import {
     name: String,
     topology: Arc<Topology>,
-    skin: Option<Skin>,
+    skin: Option<Arc<Skin>>,
     notes: Vec<String>,
 }
 
-/// Bodies that are being built.
+/// A body that is being built, and where it is placed.
+#[derive(Debug)]
+struct Build {
+    task: Task<Result<Import, String>>,
+    place: Place,
+    /// What is built, if others of the kind may follow.
+    mold: Option<Mold>,
+}
+
+/// What determines the mesh of a body from the panel's list.
+#[derive(Debug, Clone, PartialEq)]
+struct Mold {
+    body: String,
+    size: f32,
+    detail: Detail,
+}
+
+/// Maximum number of meshes that are kept for further bodies of the same kind.
+const MAX_KEPT: usize = 8;
+
+/// Bodies that are being built, and the meshes of those that were.
 #[derive(Resource, Debug, Default)]
-pub struct Imports(Vec<Task<Result<Import, String>>>);
+pub struct Imports {
+    builds: Vec<Build>,
+    kept: Vec<(Mold, Import)>,
+}
 
 impl Imports {
-    /// Builds a body for an entry of the panel's menu.
-    pub fn build(&mut self, name: &str) {
-        if let Some(source) = Source::named(name) {
-            self.begin(name.to_owned(), source);
-        }
-    }
-
     /// Builds a body from a mesh file.
     pub fn read(&mut self, path: &Path) {
         let name = path.file_stem().map_or_else(
             || "mesh".to_owned(),
             |stem| stem.to_string_lossy().into_owned(),
         );
-        self.begin(name, Source::File(path.to_owned()));
+        let source = Source::File(path.to_owned());
+        self.begin(name, source, Place::Above, None);
     }
 
     /// Number of bodies that are being built.
     pub fn pending(&self) -> usize {
-        self.0.len()
+        self.builds.len()
     }
 
-    fn begin(&mut self, name: String, source: Source) {
-        let task = async move { make(name, &source) };
-        self.0.push(AsyncComputeTaskPool::get().spawn(task));
+    fn begin(&mut self, name: String, source: Source, place: Place, mold: Option<Mold>) {
+        let task = AsyncComputeTaskPool::get().spawn(async move { make(name, &source) });
+        self.builds.push(Build { task, place, mold });
+    }
+
+    fn keep(&mut self, mold: Mold, import: Import) {
+        if self.kept.len() == MAX_KEPT {
+            self.kept.remove(0);
+        }
+        self.kept.push((mold, import));
     }
 }
 
@@ -78,37 +111,67 @@ impl Plugin for ImportPlugin {
     }
 }
 
+/// Adds the body that is chosen in [`Spawn`].
+pub fn spawn(world: &mut World, place: SpawnPlace) {
+    let Spawn { body, size, .. } = world.resource::<Spawn>().clone();
+    let detail = match place {
+        SpawnPlace::Rain(_) => Detail::Coarse,
+        _ => Detail::Normal,
+    };
+    let Some(source) = Source::named(&body, size, detail) else {
+        return;
+    };
+    let place = place::resolve(world, place);
+    let mold = Mold { body, size, detail };
+    let imports = world.resource::<Imports>();
+    let kept = imports.kept.iter().find(|(kept, _)| *kept == mold);
+    match kept.map(|(_, import)| import.clone()) {
+        Some(import) => enter(world, import, place),
+        None => {
+            let name = mold.body.clone();
+            let mut imports = world.resource_mut::<Imports>();
+            imports.begin(name, source, place, Some(mold));
+        }
+    }
+}
+
 fn make(name: String, source: &Source) -> Result<Import, String> {
     let mesh = source.soft_mesh().map_err(|error| error.to_string())?;
     let topology = Topology::new(mesh.shape).map_err(|error| error.to_string())?;
     Ok(Import {
         name,
         topology: Arc::new(topology),
-        skin: mesh.skin,
+        skin: mesh.skin.map(Arc::new),
         notes: mesh.notes,
     })
 }
 
 fn welcome(world: &mut World) {
-    if world.resource::<Imports>().0.is_empty() {
+    if world.resource::<Imports>().builds.is_empty() {
         return;
     }
     let mut ready = Vec::new();
-    world.resource_mut::<Imports>().0.retain_mut(|task| {
-        let result = check_ready(task);
+    world.resource_mut::<Imports>().builds.retain_mut(|build| {
+        let result = check_ready(&mut build.task);
         let waits = result.is_none();
-        ready.extend(result);
+        ready.extend(result.map(|result| (result, build.place, build.mold.take())));
         waits
     });
-    for result in ready {
+    for (result, place, mold) in ready {
         match result {
-            Ok(import) => enter(world, import),
+            Ok(import) => {
+                if let Some(mold) = mold {
+                    let kept = import.clone();
+                    world.resource_mut::<Imports>().keep(mold, kept);
+                }
+                enter(world, import, place);
+            }
             Err(error) => world.resource_mut::<Notices>().error(error),
         }
     }
 }
 
-fn enter(world: &mut World, import: Import) {
+fn enter(world: &mut World, import: Import, place: Place) {
     // Bodies are added between ticks: first finishes a tick that is spread over frames.
     if world.resource::<SimulationClock>().mid_tick() {
         tick(world);
@@ -116,16 +179,26 @@ fn enter(world: &mut World, import: Import) {
     let name = free_name(world, &import.name);
     let mut body = body(&name, import.topology);
     body.effects = surroundings(world, body.effects);
-    body.translate(free_place(world, &body));
+    place.put(world, &mut body);
     let particles = body.particles.positions.len();
     let new = NewBody {
         body,
-        skin: import.skin.map(Arc::new),
+        skin: import.skin,
     };
     let mut actions = world.resource_mut::<Actions>();
     actions.push(Action::Spawn(Arc::new(new)));
     // Applied at once, so that the next body is placed above this one.
     action::apply(world);
+    if place.is_rain() {
+        return;
+    }
+    let added = bodies_in_order(world).last().copied();
+    if let Some(added) = added {
+        world.resource_mut::<Selection>().0 = Scope::Body(added.to_bits());
+    }
+    if place == Place::Above {
+        world.write_message(ViewCommand::FrameAll);
+    }
     let mut notices = world.resource_mut::<Notices>();
     let mut text = match particles {
         1 => format!("Added {name}: 1 particle"),
@@ -168,6 +241,7 @@ fn numbered(wanted: &str, taken: impl Fn(&str) -> bool) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::solver::topology::bounds;
 
     #[test]
     fn a_second_bunny_has_a_name_of_its_own() {
@@ -179,9 +253,15 @@ mod tests {
     #[test]
     fn everything_in_the_menu_can_be_made() {
         for addition in additions() {
-            let source = Source::named(&addition.name).expect("the menu is made of sources");
-            let import = make(addition.name.clone(), &source).expect("it can be made");
-            assert!(import.topology.particles() > 0, "{}", addition.name);
+            for (size, detail) in [(0.05, Detail::Normal), (0.4, Detail::Coarse)] {
+                let source = Source::named(&addition.name, size, detail);
+                let source = source.expect("the list is made of sources");
+                let import = make(addition.name.clone(), &source).expect("it can be made");
+                let (low, high) = bounds(import.topology.rest.iter().copied());
+                let longest = (high - low).max_element();
+                // A ball of few cells is no wider than its outermost particles.
+                assert!((0.8..1.01).contains(&(longest / size)), "{}", addition.name);
+            }
         }
     }
 

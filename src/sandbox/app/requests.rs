@@ -5,7 +5,7 @@
 
 use bevy::prelude::*;
 
-use super::import::Imports;
+use super::import;
 use crate::{
     effect::EffectRegistry,
     sandbox::{
@@ -19,6 +19,7 @@ use crate::{
         state::{
             request::{Distortion, Request, RequestSystems, Requested},
             selection::{Scope, Selection},
+            spawn::{self, Spawn},
             view::{LastGrab, ViewCommand, ViewSettings},
         },
         ui::message::{Notices, capitalised},
@@ -57,11 +58,11 @@ impl Plugin for RequestsPlugin {
 
 /// Carries out all requests of this frame.
 fn carry_out(world: &mut World) {
-    let asked: Vec<Requested> = world
+    let requests: Vec<Requested> = world
         .resource_mut::<Messages<Requested>>()
         .drain()
         .collect();
-    for Requested(request) in asked {
+    for Requested(request) in requests {
         carry_out_one(world, request);
     }
 }
@@ -133,7 +134,11 @@ fn carry_out_one(world: &mut World, request: Request) {
         Request::Effect { effect, on } => switch(world, scope, effect, on),
         Request::Material(name) => make_of(world, scope, name),
         Request::Distort(distortion) => distort(world, scope, distortion),
-        Request::AddBody(name) => world.resource_mut::<Imports>().build(&name),
+        Request::SpawnBody(name) => world.resource_mut::<Spawn>().body = name,
+        Request::SpawnSize(size) => spawn_size(world, size),
+        Request::Spawn(place) => import::spawn(world, place),
+        Request::SpawnOnClick(on) => world.resource_mut::<Spawn>().on_click = on,
+        Request::Rain(on) => world.resource_mut::<Spawn>().rains = on,
         Request::Restore(key) => {
             if let Some(body) = Entity::try_from_bits(key) {
                 push(world, Action::Restore { body });
@@ -220,6 +225,17 @@ fn threads(world: &mut World, count: f64) {
     match threads {
         Ok(threads) => world.insert_resource(SolverThreads(threads)),
         Err(error) => world.resource_mut::<Notices>().error(capitalised(&error)),
+    }
+}
+
+fn spawn_size(world: &mut World, size: f64) {
+    let size = size as f32;
+    if spawn::SIZES.contains(&size) {
+        world.resource_mut::<Spawn>().size = size;
+    } else {
+        let (min, max) = spawn::SIZES.into_inner();
+        let text = format!("Size is {size} m, but must be between {min} and {max} m");
+        world.resource_mut::<Notices>().error(text);
     }
 }
 

@@ -163,8 +163,8 @@ fn deepened(depth: f32, steps: f32) -> f32 {
 
 /// The point of a ray at a depth [m] along the view direction, if the ray points that way.
 fn at_depth(ray: Ray3d, forward: Vec3, depth: f32) -> Option<Vec3> {
-    let share = ray.direction.dot(forward);
-    (share > 1e-3).then(|| ray.get_point(depth / share))
+    let cosine = ray.direction.dot(forward);
+    (cosine > 1e-3).then(|| ray.get_point(depth / cosine))
 }
 
 #[cfg(test)]

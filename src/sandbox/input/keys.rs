@@ -35,6 +35,8 @@ pub enum Command {
     PreviousScene,
     /// Pins or unpins the grabbed point.
     Pin,
+    /// Drops a body under the pointer.
+    Drop,
     /// Deletes the grabbed body, or the selected one.
     Remove,
     /// Makes the grabbed body, or the selected bodies, softer by one slider step (about a quarter).
@@ -167,6 +169,12 @@ pub const BINDINGS: &[Binding] = &[
         "P",
         "pin / unpin the grabbed point",
         Command::Pin,
+    ),
+    row(
+        &[Types("d")],
+        "D",
+        "drop a body under the pointer",
+        Command::Drop,
     ),
     row(
         &[Delete],

@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn a_press_beside_everything_belongs_to_nobody_until_all_is_up() {
+    fn a_press_beside_everything_has_no_owner_until_all_is_up() {
         let owner = PointerOwner::None.next(LEFT, Under::Stage);
         assert_eq!(owner, PointerOwner::Spent);
         assert_eq!(owner.next(BOTH, Under::Body(BODY)), PointerOwner::Spent);

@@ -87,7 +87,7 @@ fn coil(from: Pos2, to: Pos2) -> Vec<Pos2> {
     let steps = 2 * COILS.0;
     let mut points = vec![from, from + along * 0.12];
     for step in 0..=steps {
-        let share = 0.16 + 0.68 * step as f32 / steps as f32;
+        let fraction = 0.16 + 0.68 * step as f32 / steps as f32;
         let side = match step {
             0 => 0.0,
             last if last == steps => 0.0,
@@ -96,7 +96,7 @@ fn coil(from: Pos2, to: Pos2) -> Vec<Pos2> {
         };
         // Coils of a short spring are flattened to remain legible.
         let width = COILS.1.min(along.length() * 0.06);
-        points.push(from + along * share + across * side * width);
+        points.push(from + along * fraction + across * side * width);
     }
     points.extend([from + along * 0.88, to]);
     points
@@ -119,7 +119,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn forces_are_told_in_three_digits_and_a_unit() {
+    fn forces_are_given_in_three_digits_and_a_unit() {
         for (newtons, text) in [
             (0.0, "0.00 N"),
             (9.81, "9.81 N"),

@@ -24,7 +24,7 @@ use crate::{
 };
 
 /// Maximum number of bodies with a row of their own; for more, only their number is shown.
-const MOST: usize = 4;
+const MAX_ROWS: usize = 4;
 /// Ticks after which a restored body counts as stable.
 const SOON: u64 = 60;
 
@@ -155,7 +155,7 @@ pub fn draw(
                 .inner_margin(Margin::symmetric(14, 10))
                 .show(ui, |ui| {
                     ui.set_max_width(460.0);
-                    for body in bodies.iter().take(MOST) {
+                    for body in bodies.iter().take(MAX_ROWS) {
                         if line(ui, body, places) {
                             pressed.push(body.key);
                         }
@@ -188,7 +188,7 @@ fn line(ui: &mut egui::Ui, body: &QuarantinedBody, places: &mut WidgetRects) -> 
 
 /// The row with the number of bodies; true if all are to be restored.
 fn all(ui: &mut egui::Ui, count: usize, places: &mut WidgetRects) -> bool {
-    let text = match count.saturating_sub(MOST) {
+    let text = match count.saturating_sub(MAX_ROWS) {
         0 => format!("Restore all {count}"),
         more => format!("Restore all {count} (these and {more} more)"),
     };

@@ -32,8 +32,7 @@ fn scope(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         Scope::Body(key) => name(model, key).to_owned(),
     };
     ui.horizontal(|ui| {
-        let add_width = 64.0;
-        let width = ui.available_width() - add_width - theme::GAP;
+        let width = ui.available_width();
         let combo = ComboBox::from_id_salt("scope")
             .selected_text(RichText::new(shown).color(theme::STRONG))
             .width(width)
@@ -60,30 +59,7 @@ fn scope(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         combo.response.on_hover_text(
             "Selection: whose parameters are shown and changed. Grabbing a body selects it.",
         );
-        add(ui, panel, model, add_width);
     });
-}
-
-fn add(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, width: f32) {
-    ui.spacing_mut().interact_size.x = width;
-    let menu = ui.menu_button("✚ Add", |ui| {
-        ui.set_min_width(140.0);
-        for addition in &model.additions {
-            if addition.begins_group {
-                ui.separator();
-            }
-            let line = ui.button(&addition.title);
-            panel.note(format!("add.{}", addition.name), &line, ui);
-            if line.clicked() {
-                panel.ask(Request::AddBody(addition.name.clone()));
-                ui.close();
-            }
-        }
-        ui.separator();
-        section::note(ui, "Or drop a mesh file on the window.");
-    });
-    panel.note("add", &menu.response, ui);
-    menu.response.on_hover_text("Add a body above the others");
 }
 
 /// A line about the selected bodies: size and state.

@@ -11,7 +11,7 @@ use bevy_egui::egui::{
 
 use super::{
     Panel, effective, history,
-    model::{EffectModel, PanelModel},
+    model::{ContactModel, EffectModel, PanelModel},
     parameter::{self, Edit},
     section::{self, section},
 };
@@ -44,7 +44,7 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
             ui.horizontal(|ui| {
                 ui.add_space(26.0 + theme::GAP);
                 ui.label(RichText::new(&stage.title).color(theme::WEAK));
-                share(ui, stage.share, history::color(stage.name));
+                fraction_bar(ui, stage.share, history::color(stage.name));
             });
         }
         history::show(ui, panel, &model.history);
@@ -110,9 +110,15 @@ fn running_effect(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &E
             );
             panel.note(format!("{}.overpressure", effect.name), &response, ui);
         }
-        if let Some((acting, crossings)) = effect.contacts.filter(|_| effect.carriers > 0) {
+        if let Some(contacts) = effect.contacts.filter(|_| effect.carriers > 0) {
+            let gap = contacts.smallest_gap.map_or(String::new(), |gap| {
+                format!(" Smallest gap: {} m.", number::format(gap, 2))
+            });
+            let ContactModel {
+                acting, crossings, ..
+            } = contacts;
             let text = RichText::new(format!(
-                "Active contacts: {acting}. Crossings: {crossings}. (All bodies)"
+                "Active contacts: {acting}.{gap} Crossings: {crossings}. (All bodies)"
             ))
             .small()
             .color(if crossings > 0 {
@@ -121,7 +127,8 @@ fn running_effect(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &E
                 theme::WEAK
             });
             let response = ui.add(Label::new(text).wrap()).on_hover_text(
-                "Contacts with a force in the last substep, and edges that cross a triangle",
+                "Contacts with a force in the last substep, the smallest distance of two surfaces at \
+                 its start, and edges that cross a triangle",
             );
             panel.note(format!("{}.contacts", effect.name), &response, ui);
         }
@@ -168,7 +175,7 @@ fn heading(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &EffectMo
             ui.label(RichText::new(detail).small().weak());
         }
         if let Some(value) = effect.share.filter(|_| runs) {
-            share(ui, value, history::color(effect.name));
+            fraction_bar(ui, value, history::color(effect.name));
         }
         title.clicked()
     })
@@ -199,14 +206,14 @@ fn detail(model: &PanelModel, effect: &EffectModel) -> String {
 }
 
 /// A bar and a number at the right end of a row.
-fn share(ui: &mut Ui, share: f32, color: Color32) {
+fn fraction_bar(ui: &mut Ui, fraction: f32, color: Color32) {
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
         let size = vec2(BAR + FIGURE, theme::ROW);
         let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
         response.on_hover_text("Fraction of the tick time");
-        let share = share.clamp(0.0, 1.0);
+        let fraction = fraction.clamp(0.0, 1.0);
         let bar = Rect::from_min_size(rect.left_center() - vec2(0.0, 2.0), vec2(BAR, 4.0));
-        let filled = Rect::from_min_size(bar.min, vec2(BAR * share, 4.0));
+        let filled = Rect::from_min_size(bar.min, vec2(BAR * fraction, 4.0));
         let painter = ui.painter();
         painter.rect_filled(bar, 2.0, theme::RAISED);
         painter.rect_filled(filled, 2.0, color.gamma_multiply(0.8));
@@ -215,7 +222,7 @@ fn share(ui: &mut Ui, share: f32, color: Color32) {
         painter.text(
             place,
             Align2::RIGHT_CENTER,
-            percent(share),
+            percent(fraction),
             font,
             theme::TEXT,
         );
@@ -223,8 +230,8 @@ fn share(ui: &mut Ui, share: f32, color: Color32) {
 }
 
 /// A fraction in per cent, with at most three characters before the sign.
-fn percent(share: f32) -> String {
-    let percent = share * 100.0;
+fn percent(fraction: f32) -> String {
+    let percent = fraction * 100.0;
     if percent > 0.0 && percent < 1.0 {
         "<1%".to_owned()
     } else {
@@ -243,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn a_small_share_is_not_shown_as_none() {
+    fn a_small_fraction_is_not_shown_as_zero() {
         assert_eq!(percent(0.0), "0%");
         assert_eq!(percent(0.004), "<1%");
         assert_eq!(percent(0.416), "42%");

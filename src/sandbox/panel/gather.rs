@@ -1,13 +1,14 @@
 //! Builds the panel's model from the ECS, every frame.
 
 use super::model::Additions;
-use crate::sandbox::state::selection::Selection;
+use crate::sandbox::state::{selection::Selection, spawn::Spawn};
 use bevy::prelude::*;
 
 use super::{
     PanelState, effective, energy, history,
     model::{
-        BodyEntry, BodyState, ClockModel, EffectModel, GrabModel, PanelModel, Parameter, StageModel,
+        BodyEntry, BodyState, ClockModel, ContactModel, EffectModel, GrabModel, PanelModel,
+        Parameter, StageModel,
     },
     picker::Picker,
     reference_overlay,
@@ -36,7 +37,7 @@ const FRESH: f32 = 0.04;
 /// The model of the current state.
 pub(super) fn model(world: &mut World) -> PanelModel {
     let bodies = bodies_in_order(world);
-    smooth_shares(world);
+    smooth_fractions(world);
     let ticked = history::gather(world);
     let scope = world.resource::<Selection>().0;
     let shown: Vec<Entity> = bodies
@@ -55,7 +56,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         .iter()
         .map(|info| EffectModel {
             elements: statistics.constraints.get(info.name).copied().unwrap_or(0),
-            share: state.shares.get(info.name).copied(),
+            share: state.fractions.get(info.name).copied(),
             effective: effective::model(world, info.name, &shown),
             overpressure: overpressure(world, info.name, &shown),
             contacts: contacts(statistics, info.name),
@@ -63,13 +64,13 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         })
         .collect();
     let stages = state
-        .shares
+        .fractions
         .iter()
         .filter(|(name, _)| registry.get(name).is_none())
-        .map(|(name, share)| StageModel {
+        .map(|(name, fraction)| StageModel {
             name,
             title: stage_title(name),
-            share: *share,
+            share: *fraction,
         })
         .collect();
     let clock = world.resource::<SimulationClock>();
@@ -103,6 +104,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
                 .is_some_and(|pins| !pins.is_empty())
         }),
         additions: world.resource::<Additions>().0.clone(),
+        spawn: world.resource::<Spawn>().clone(),
         materials: materials(world, &shown),
         material: material(world, &shown),
         wireframe: view.wireframe,
@@ -214,13 +216,17 @@ fn effect(world: &World, info: &EffectInfo, bodies: &[Entity], shown: &[Entity])
     }
 }
 
-/// Number of active contacts, and of surface crossings.
-fn contacts(statistics: &Statistics, effect: &str) -> Option<(usize, usize)> {
+fn contacts(statistics: &Statistics, effect: &str) -> Option<ContactModel> {
     let is_contact = [Contact::NAME, SelfContact::NAME].contains(&effect);
-    statistics
+    let (acting, crossings) = statistics
         .contacts
         .zip(statistics.crossings)
-        .filter(|_| is_contact)
+        .filter(|_| is_contact)?;
+    Some(ContactModel {
+        acting,
+        smallest_gap: statistics.smallest_gap,
+        crossings,
+    })
 }
 
 /// Minimum and maximum overpressure [Pa] of the selected bodies after the last substep.
@@ -396,7 +402,7 @@ fn grabbed(world: &World) -> Option<GrabModel> {
     })
 }
 
-fn smooth_shares(world: &mut World) {
+fn smooth_fractions(world: &mut World) {
     let profile = world.resource::<Profile>();
     let total = profile.tick().as_secs_f32();
     let mut parts: Vec<(&'static str, f32)> = Vec::new();
@@ -406,14 +412,14 @@ fn smooth_shares(world: &mut World) {
             .iter()
             .map(|(name, spent)| (*name, spent.as_secs_f32() / total))
             .collect();
-        let named: f32 = parts.iter().map(|(_, share)| share).sum();
+        let named: f32 = parts.iter().map(|(_, fraction)| fraction).sum();
         parts.push((REST, (1.0 - named).max(0.0)));
     }
-    let shares = &mut world.resource_mut::<PanelState>().shares;
-    shares.retain(|name, _| parts.iter().any(|(part, _)| part == name));
-    for (name, share) in parts {
-        let smoothed = shares.entry(name).or_insert(share);
-        *smoothed += (share - *smoothed) * FRESH;
+    let fractions = &mut world.resource_mut::<PanelState>().fractions;
+    fractions.retain(|name, _| parts.iter().any(|(part, _)| part == name));
+    for (name, fraction) in parts {
+        let smoothed = fractions.entry(name).or_insert(fraction);
+        *smoothed += (fraction - *smoothed) * FRESH;
     }
 }
 

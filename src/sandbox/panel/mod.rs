@@ -22,6 +22,7 @@ pub(in crate::sandbox) mod restart;
 mod scene;
 mod scene_defaults;
 mod section;
+mod spawn;
 mod world;
 
 pub use draw::Panel;
@@ -51,7 +52,7 @@ use crate::simulation::{Measuring, Profile};
 #[derive(Resource, Debug, Default)]
 pub struct PanelState {
     /// Fractions of the time by effect and stage, smoothed over about a second.
-    shares: BTreeMap<&'static str, f32>,
+    fractions: BTreeMap<&'static str, f32>,
     /// Effective compliance of the last ticks, by effect.
     works: effective::Works,
     /// Time of the last ticks by part.

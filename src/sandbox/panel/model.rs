@@ -8,7 +8,7 @@ use super::{energy::EnergyTrack, history::History};
 use crate::{
     sandbox::{
         lab::reference_overlay::distance::Trail,
-        state::{selection::Scope, view::SolverView},
+        state::{selection::Scope, spawn::Spawn, view::SolverView},
         ui::track::Track,
     },
     scene::Material,
@@ -54,6 +54,8 @@ pub struct PanelModel {
     pub is_pinned: bool,
     /// Bodies that can be added: built-in primitives and meshes.
     pub additions: Vec<Addition>,
+    /// The body to add, and its size.
+    pub spawn: Spawn,
     /// Materials that can be applied to the selected bodies.
     pub materials: Vec<&'static Material>,
     /// The material of the selected bodies, if they have one and the same.
@@ -172,8 +174,19 @@ pub struct EffectModel {
     pub effective: Option<EffectiveModel>,
     /// Minimum and maximum overpressure of the selected bodies [Pa].
     pub overpressure: Option<(f64, f64)>,
-    /// Contacts of all bodies: number of active contacts, and of surface crossings.
-    pub contacts: Option<(usize, usize)>,
+    /// Contacts of all bodies.
+    pub contacts: Option<ContactModel>,
+}
+
+/// Contacts of all bodies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactModel {
+    /// Number of contacts with a force.
+    pub acting: usize,
+    /// Smallest distance of two surfaces [m], if any are near each other.
+    pub smallest_gap: Option<f64>,
+    /// Number of surface crossings.
+    pub crossings: usize,
 }
 
 /// Effective compliance, relative to the requested compliance.

@@ -90,8 +90,8 @@ pub(super) fn show(ui: &mut Ui, panel: &mut Panel, reference_overlay: Option<&Re
 }
 
 /// A distance in millimeters and in per cent.
-fn measure(meters: f64, share: f64) -> String {
-    let (millimeters, percent) = (format(meters * 1e3, 3), format(share * 100.0, 2));
+fn measure(meters: f64, fraction: f64) -> String {
+    let (millimeters, percent) = (format(meters * 1e3, 3), format(fraction * 100.0, 2));
     format!("{millimeters} mm  ·  {percent} %")
 }
 
@@ -122,14 +122,14 @@ fn words(reference_overlay: &ReferenceModel) -> String {
         "f64 reference: {substeps} substeps of {h} µs per tick, {times}× the body's. Percentages are \
          relative to the size of the body."
     );
-    let (there, asked) = reference_overlay.bodies;
-    if there < asked {
-        let who = match there {
-            1 => format!("the nearest of {asked} bodies has a reference"),
-            _ => format!("the nearest {there} of {asked} bodies have a reference"),
+    let (followed, candidates) = reference_overlay.bodies;
+    if followed < candidates {
+        let which = match followed {
+            1 => format!("the nearest of {candidates} bodies has a reference"),
+            _ => format!("the nearest {followed} of {candidates} bodies have a reference"),
         };
         text.push_str(&format!(
-            " Only {who}; more would not run in real time. Grab another body to give it the reference."
+            " Only {which}; more would not run in real time. Grab another body to give it the reference."
         ));
     }
     if reference_overlay.outset > 0.0 {

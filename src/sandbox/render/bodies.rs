@@ -66,7 +66,7 @@ fn highlight(
     bodies: Query<(Entity, &MeshMaterial3d<SkinMaterial>), With<Drawn>>,
     mut materials: ResMut<Assets<SkinMaterial>>,
 ) {
-    let share = 1.0 - (-time.delta_secs() / FADE).exp();
+    let fraction = 1.0 - (-time.delta_secs() / FADE).exp();
     for (body, material) in &bodies {
         let goal = if hovered.0 == Some(body) { 1.0 } else { 0.0 };
         let now = materials
@@ -75,7 +75,7 @@ fn highlight(
         if now == goal {
             continue;
         }
-        let next = now + (goal - now) * share;
+        let next = now + (goal - now) * fraction;
         // A change below 0.01 is not worth another upload per frame.
         let next = if (goal - next).abs() < 0.01 {
             goal

@@ -84,8 +84,8 @@ fn glide(
     mut camera: Single<(&mut OrbitCamera, &mut Transform, &mut Camera)>,
 ) {
     let (orbit, transform, camera) = &mut *camera;
-    let share = 1.0 - (-time.delta_secs() / GLIDE).exp();
-    let now = orbit.now.towards(orbit.goal, share);
+    let fraction = 1.0 - (-time.delta_secs() / GLIDE).exp();
+    let now = orbit.now.towards(orbit.goal, fraction);
     // Stops within a fraction of a pixel, so that nothing is recomputed.
     let now = if now.is_near(orbit.goal) {
         orbit.goal
@@ -97,7 +97,7 @@ fn glide(
     }
     transform.set_if_neq(now.transform());
     let goal = settings.panel_width / 2.0;
-    let shift = orbit.shift + (goal - orbit.shift) * share;
+    let shift = orbit.shift + (goal - orbit.shift) * fraction;
     orbit.shift = if (goal - shift).abs() < 0.5 {
         goal
     } else {

@@ -9,15 +9,15 @@ use crate::sandbox::render::material::SkinMaterial;
 use bevy::{prelude::*, render::render_resource::ShaderType};
 
 /// Maximum number of bodies that shade the floor; those nearest to the focus are chosen.
-pub const MOST: usize = 24;
+pub const MAX_BODIES: usize = 24;
 
 /// Uniform part of `floor.wgsl`.
 #[derive(Debug, Clone, Copy, PartialEq, Default, ShaderType)]
 pub struct Grounding {
     /// Center [m] in xyz, radius [m] in w.
-    pub balls: [Vec4; MOST],
+    pub balls: [Vec4; MAX_BODIES],
     /// Color of the transmitted light, linear sRGB; its fraction in w.
-    pub tints: [Vec4; MOST],
+    pub tints: [Vec4; MAX_BODIES],
     /// Number of balls.
     pub count: u32,
 }
@@ -40,7 +40,7 @@ impl Grounding {
             })
             .collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0));
-        near.truncate(MOST);
+        near.truncate(MAX_BODIES);
         let mut grounding = Self {
             count: near.len() as u32,
             ..default()

@@ -102,10 +102,10 @@ impl Orbit {
 
     /// Interpolates towards another orbit by a fraction from 0 to 1.
     #[must_use]
-    pub fn towards(self, goal: Self, share: f32) -> Self {
-        let mix = |a: f32, b: f32| a + (b - a) * share;
+    pub fn towards(self, goal: Self, fraction: f32) -> Self {
+        let mix = |a: f32, b: f32| a + (b - a) * fraction;
         Self {
-            focus: self.focus.lerp(goal.focus, share),
+            focus: self.focus.lerp(goal.focus, fraction),
             distance: mix(self.distance.ln(), goal.distance.ln()).exp(),
             yaw: mix(self.yaw, goal.yaw),
             pitch: mix(self.pitch, goal.pitch),
@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn gliding_ends_where_the_hand_put_it() {
+    fn gliding_ends_at_its_goal() {
         let goal = Orbit {
             distance: 9.0,
             yaw: 1.0,

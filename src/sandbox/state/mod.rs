@@ -3,4 +3,5 @@
 pub mod event;
 pub mod request;
 pub mod selection;
+pub mod spawn;
 pub mod view;

@@ -1,7 +1,7 @@
 //! Requests of the user, from the panel, a key or a card;
 //! [`app::requests`](crate::sandbox::app::requests) carries them out.
 
-use super::{selection::Scope, view::SolverView};
+use super::{selection::Scope, spawn::SpawnPlace, view::SolverView};
 use bevy::prelude::*;
 
 /// A request was made.
@@ -80,8 +80,18 @@ pub enum Request {
     Material(&'static str),
     /// Deform the bodies of the scope.
     Distort(Distortion),
-    /// Add a body by the name of its [`Addition`].
-    AddBody(String),
+    /// Choose the body to add, by the name of its [`Addition`].
+    ///
+    /// [`Addition`]: crate::sandbox::panel::Addition
+    SpawnBody(String),
+    /// Set the size of bodies to add: the longest side [m].
+    SpawnSize(f64),
+    /// Add the chosen body.
+    Spawn(SpawnPlace),
+    /// Drop a body at every click beside the bodies (`true`).
+    SpawnOnClick(bool),
+    /// Start or stop the rain of bodies.
+    Rain(bool),
     /// Restore a body in quarantine from its last finite state, by its key.
     Restore(u64),
     /// Delete the body that is or was last grabbed, or else the selected one.

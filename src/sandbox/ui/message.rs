@@ -12,7 +12,7 @@ use bevy_egui::{
 use crate::sandbox::{state::view::ViewSettings, ui::theme};
 
 /// Maximum number of visible notices; the oldest are dropped first.
-const MOST: usize = 5;
+const MAX_NOTICES: usize = 5;
 /// Maximum width of a notice [logical px].
 const WIDTH: f32 = 440.0;
 
@@ -91,7 +91,7 @@ impl Notices {
             notice.remaining = remaining;
             return;
         }
-        if self.0.len() == MOST {
+        if self.0.len() == MAX_NOTICES {
             self.0.remove(0);
         }
         self.0.push(Notice {
@@ -230,7 +230,7 @@ mod tests {
             notices.warn(format!("note {number}"));
         }
         let texts: Vec<_> = notices.iter().map(|n| n.text.as_str()).collect();
-        assert_eq!(texts.len(), MOST);
+        assert_eq!(texts.len(), MAX_NOTICES);
         assert_eq!(texts.last(), Some(&"note 19"));
     }
 }

@@ -1,13 +1,12 @@
-//! Material and position of imported bodies.
+//! Material of imported bodies.
 
 use std::sync::Arc;
 
 use bevy::prelude::*;
 
 use crate::solver::{
-    Body, Collide, Collider, Compliance, Density, Effects, Ground, Particles, StickyGround,
-    Stretch, Topology, Volume,
-    topology::{Dimension, bounds},
+    Body, Collide, Collider, Compliance, Contact, Density, Effects, Ground, SelfContact,
+    StickyGround, Stretch, Topology, Volume, topology::Dimension,
 };
 
 /// Young's modulus of the material of imported bodies [Pa]: a firm jelly. An edge of length L
@@ -41,6 +40,8 @@ pub(super) fn body(name: &str, topology: Arc<Topology>) -> Body {
     body.effects = Effects {
         stretch: Some(stretch),
         volume: solid.then(Volume::default),
+        contact: Some(Contact::default()),
+        self_contact: (!solid).then(SelfContact::default),
         ..default()
     };
     body
@@ -57,23 +58,4 @@ pub(super) fn surroundings(world: &mut World, own: Effects) -> Effects {
         collide: colliders.then(Collide::default),
         ..own
     }
-}
-
-/// Translation that places a body above the others, or above the ground.
-pub(super) fn free_place(world: &mut World, body: &Body) -> Vec3 {
-    let place = |x: &Vec4| x.truncate();
-    let mut others = world.query::<&Particles>();
-    let points = others
-        .iter(world)
-        .flat_map(|particles| particles.positions.iter().map(place));
-    let floor = body.effects.ground.map_or(0.0, |ground| ground.height);
-    let (low, high) = bounds(points);
-    let (middle, top) = if low.x <= high.x {
-        ((low + high) / 2.0, high.y)
-    } else {
-        (Vec3::ZERO, floor)
-    };
-    let (own_low, _) = bounds(body.particles.positions.iter().map(place));
-    let height = top.max(floor) + 0.15 * body.topology.size - own_low.y;
-    Vec3::new(middle.x, height, middle.z)
 }

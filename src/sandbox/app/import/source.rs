@@ -14,43 +14,59 @@ const SIZE: f32 = 0.6;
 /// Plausible longest sides of a mesh file, which are taken as meters [m].
 const SENSIBLE: std::ops::RangeInclusive<f64> = 0.05..=5.0;
 
-/// Cells along the longest side of a surface that is filled: few enough to step the body in real
-/// time.
-const CELLS: u32 = 16;
+/// Fineness of a mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Detail {
+    /// For one body.
+    Normal,
+    /// For a hundred bodies in real time.
+    Coarse,
+}
+
+impl Detail {
+    /// Cells along the longest side of a surface that is filled: few enough to step the body in
+    /// real time.
+    fn cells(self) -> u32 {
+        match self {
+            Self::Normal => 16,
+            Self::Coarse => 6,
+        }
+    }
+}
 
 /// Source of a body.
 #[derive(Debug, Clone)]
 pub(super) enum Source {
     /// Generated.
     Primitive(Primitive),
-    /// Built-in mesh.
-    Asset(&'static str),
+    /// Built-in mesh, and the length of its longest side [m].
+    Asset(&'static str, f32, Detail),
     /// Mesh file.
     File(PathBuf),
 }
 
 impl Source {
-    /// Source for an entry of the panel's menu.
-    pub(super) fn named(name: &str) -> Option<Self> {
-        let primitive = primitives()
+    /// Source for an entry of the panel's list, with the length of its longest side [m].
+    pub(super) fn named(name: &str, size: f32, detail: Detail) -> Option<Self> {
+        let primitive = primitives(size, detail)
             .into_iter()
             .find(|(entry, _)| *entry == name)
             .map(|(_, primitive)| Self::Primitive(primitive));
         primitive.or_else(|| {
             let asset = asset::ASSETS.iter().find(|asset| asset.name == name)?;
-            Some(Self::Asset(asset.name))
+            Some(Self::Asset(asset.name, size, detail))
         })
     }
 
     /// Reads or generates the mesh, and prepares it for simulation. May take seconds.
     pub(super) fn soft_mesh(&self) -> Result<SoftMesh, MeshError> {
-        let (mesh, size) = match self {
+        let (mesh, size, detail) = match self {
             Self::Primitive(primitive) => return primitive.build(),
-            Self::Asset(name) => (asset::load(name)?, Some(SIZE)),
+            &Self::Asset(name, size, detail) => (asset::load(name)?, Some(size), detail),
             Self::File(path) => {
                 let mesh = read::file(path)?;
                 let sensible = SENSIBLE.contains(&extent(&mesh));
-                (mesh, (!sensible).then_some(SIZE))
+                (mesh, (!sensible).then_some(SIZE), Detail::Normal)
             }
         };
         let options = |cells, treatment| BuildOptions {
@@ -59,7 +75,7 @@ impl Source {
             treatment,
         };
         let (spare, cloth) = (mesh.clone(), mesh.clone());
-        let mut soft = build(mesh, &options(Some(CELLS), Treatment::Fill))
+        let mut soft = build(mesh, &options(Some(detail.cells()), Treatment::Fill))
             // Parts finer than these cells may need the mesh's own resolution.
             .or_else(|_| build(spare, &options(None, Treatment::Fill)))
             .or_else(|error| {
@@ -84,19 +100,16 @@ impl Source {
 
 /// Longest side of a mesh, in the unit of its file.
 fn extent(mesh: &FileMesh) -> f64 {
-    let vertices = match mesh {
-        FileMesh::Surface(surface) => &surface.vertices,
-        FileMesh::Tetrahedra(solid) => &solid.vertices,
-    };
+    let vertices = mesh.vertices();
     let low = vertices.iter().copied().reduce(|a, b| a.min(b));
     let high = vertices.iter().copied().reduce(|a, b| a.max(b));
     low.zip(high)
         .map_or(0.0, |(low, high)| (high - low).max_element())
 }
 
-/// Entries of the panel's menu.
+/// Entries of the panel's list.
 pub fn additions() -> Vec<Addition> {
-    let primitives = primitives();
+    let primitives = primitives(SIZE, Detail::Normal);
     let count = primitives.len();
     let names = primitives.into_iter().map(|(name, _)| name);
     let assets = asset::ASSETS.iter().map(|asset| asset.name);
@@ -119,52 +132,72 @@ fn title(name: &str) -> String {
     }
 }
 
-fn primitives() -> [(&'static str, Primitive); 6] {
+/// Generated bodies with the length of their longest side [m].
+fn primitives(size: f32, detail: Detail) -> [(&'static str, Primitive); 8] {
+    let by = |normal: u32, coarse: u32| match detail {
+        Detail::Normal => normal,
+        Detail::Coarse => coarse,
+    };
     [
         (
             "box",
             Primitive::Box {
-                size: Vec3::splat(0.5),
-                cells: UVec3::splat(6),
+                size: Vec3::splat(size),
+                cells: UVec3::splat(by(6, 2)),
             },
         ),
         (
             "sphere",
             Primitive::Sphere {
-                radius: 0.3,
-                cells: 8,
+                radius: 0.5 * size,
+                cells: by(8, 4),
             },
         ),
         (
             "torus",
             Primitive::Torus {
-                major: 0.3,
-                minor: 0.12,
-                cells: 6,
+                major: 0.36 * size,
+                minor: 0.14 * size,
+                cells: by(6, 2),
             },
         ),
         (
             "cylinder",
             Primitive::Cylinder {
-                radius: 0.2,
-                height: 0.5,
-                cells: 8,
+                radius: 0.2 * size,
+                height: size,
+                cells: by(8, 2),
             },
         ),
         (
             "cloth",
             Primitive::Cloth {
-                size: Vec2::splat(1.0),
-                cells: UVec2::splat(20),
+                size: Vec2::splat(size),
+                cells: UVec2::splat(by(20, 8)),
                 diagonals: default(),
                 shear: true,
             },
         ),
         (
+            "tube",
+            Primitive::Tube {
+                radius: 0.3 * size,
+                height: size,
+                cells: UVec2::new(by(32, 12), by(16, 6)),
+            },
+        ),
+        (
+            "balloon",
+            Primitive::Balloon {
+                radius: 0.5 * size,
+                cells: by(8, 3),
+            },
+        ),
+        (
             "rope",
             Primitive::Rope {
-                length: 1.2,
-                segments: 32,
+                length: size,
+                segments: by(32, 16),
             },
         ),
     ]

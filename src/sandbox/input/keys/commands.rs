@@ -6,6 +6,7 @@
 use crate::sandbox::state::{
     request::{Request, Requested},
     selection::{Scope, Selection},
+    spawn::SpawnPlace,
 };
 use bevy::{ecs::system::SystemParam, prelude::*};
 
@@ -41,6 +42,7 @@ impl Commander<'_, '_> {
             Command::NextScene => self.ask(Request::NextScene),
             Command::PreviousScene => self.ask(Request::PreviousScene),
             Command::Pin => self.pin(),
+            Command::Drop => self.ask(Request::Spawn(SpawnPlace::Pointer)),
             Command::Remove => self.ask(Request::Remove),
             Command::Softer => self.compliance(true),
             Command::Stiffer => self.compliance(false),

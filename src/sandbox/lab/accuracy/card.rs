@@ -1,4 +1,4 @@
-//! The card over the picture, drawn from plain data.
+//! The card over the scene, drawn from plain data.
 
 use super::{
     AccuracyCommand, Goals,
@@ -16,41 +16,41 @@ use bevy_egui::egui::{
 /// Width of the card [logical px].
 const WIDTH: f32 = 400.0;
 
-/// An uncertainty of the reference, as a ratio, that makes errors worth little.
+/// Relative uncertainty of the reference above which the card shows a warning.
 const UNSURE: f64 = 0.05;
 
-/// Everything that the card shows.
+/// Content of the card.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Card {
-    /// What was measured.
+    /// The measured settings.
     pub dots: Vec<Dot>,
-    /// Substeps and iterations of the scene now.
+    /// Current substeps and iterations of the scene.
     pub here: (u32, u32),
-    /// The share that is done, while something is measured.
+    /// Completed fraction, 0 to 1, while a measurement runs.
     pub share: Option<f32>,
-    /// What was found last, in words, and whether it is bad news.
+    /// Result of the last search or the last error, and whether it is a failure.
     pub said: Option<(String, bool)>,
-    /// The uncertainty of the reference itself, as a ratio.
+    /// Relative uncertainty of the reference.
     pub uncertainty: f64,
-    /// What stands in the two fields.
+    /// Values of the two fields.
     pub goals: Goals,
-    /// Times in which the method takes half of the energy of the stiffest and of the softest mode,
-    /// with the substeps of now [s].
+    /// Times in which numerical damping halves the energy of the stiffest and of the softest mode,
+    /// at the current number of substeps [s].
     pub half_lives: Option<(f64, Option<f64>)>,
 }
 
-/// What one drawing of the card gives back.
+/// Result of drawing the card.
 #[derive(Debug, Default)]
 pub struct Answer {
-    /// What was asked for, in order.
+    /// Commands, in order.
     pub commands: Vec<AccuracyCommand>,
-    /// Substeps and iterations of a dot that was pressed.
+    /// Substeps and iterations of the clicked dot.
     pub pressed: Option<(u32, u32)>,
-    /// Where the widgets are.
+    /// Widget rectangles.
     pub places: WidgetRects,
 }
 
-/// Draws the card in the lower left corner, in what the panel's `covered` width leaves.
+/// Draws the card in the lower left corner, beside the panel of width `covered` [logical px].
 pub fn show(context: &Context, card: &Card, covered: f32) -> Answer {
     let screen = context.content_rect();
     let width = WIDTH.min(screen.width() - covered - 20.0);
@@ -130,9 +130,9 @@ fn head(ui: &mut Ui, card: &Card, answer: &mut Answer) {
             if button.clicked() {
                 answer.commands.push(command);
             }
-            if let Some(share) = card.share {
+            if let Some(fraction) = card.share {
                 ui.add(
-                    ProgressBar::new(share)
+                    ProgressBar::new(fraction)
                         .desired_height(6.0)
                         .fill(theme::ACCENT),
                 );
@@ -155,7 +155,7 @@ fn legend(ui: &mut Ui) {
     });
 }
 
-/// What is said of the dot under the pointer, or else of the one that the scene is at.
+/// Description of the dot under the pointer, or else of the current setting.
 fn line(card: &Card, near: Option<Dot>) -> String {
     let here = card.dots.iter().find(|dot| dot.setting == card.here);
     match (near, here) {
@@ -172,7 +172,7 @@ fn line(card: &Card, near: Option<Dot>) -> String {
     }
 }
 
-/// A setting in words: what it costs and how wrong it is.
+/// Time and error of a setting, as text.
 fn words(dot: &Dot) -> String {
     let (substeps, iterations) = dot.setting;
     let plural = |count: u32, what: &str| match count {

@@ -1,4 +1,4 @@
-//! The diagram: milliseconds per tick across, error in per cent upwards, both logarithmic.
+//! The diagram: error in per cent over milliseconds per tick, both logarithmic.
 
 use crate::{
     sandbox::ui::{format, plot, theme},
@@ -14,22 +14,22 @@ use egui_plot::{
 
 /// Height of the diagram [logical px].
 const HEIGHT: f32 = 190.0;
-/// How near the pointer has to be to a dot [logical px].
+/// Maximum distance of the pointer from a dot [logical px].
 const REACH: f32 = 9.0;
 
-/// A setting with what it costs.
+/// A setting with its time and error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dot {
     /// Substeps and iterations.
     pub setting: (u32, u32),
-    /// Least, median and most time of a tick on one thread [ms].
+    /// Minimum, median and maximum time of a tick on one thread [ms].
     pub milliseconds: (f64, f64, f64),
     /// Distance to the reference over the body's size; not finite if the body diverged.
     pub error: f64,
 }
 
 impl Dot {
-    /// Of a point, at so many ticks a second.
+    /// The dot of a point, at `rate` ticks per second.
     #[must_use]
     pub fn new(point: &ProbePoint, rate: f64) -> Self {
         let Setting {
@@ -45,14 +45,14 @@ impl Dot {
         }
     }
 
-    /// Whether the body came through.
+    /// Whether the body did not diverge.
     #[must_use]
     pub fn sound(&self) -> bool {
         self.error.is_finite() && self.error > 0.0 && self.error < 1e3
     }
 }
 
-/// How dots of a number of iterations are drawn: shape and color, of Okabe and Ito's palette for
+/// Marker of dots by their number of iterations: shape, and color from Okabe and Ito's palette for
 /// the color-blind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Marker {
@@ -67,7 +67,7 @@ pub enum Marker {
 }
 
 impl Marker {
-    /// All, with the numbers of iterations in the legend.
+    /// All markers, with their labels in the legend.
     pub const ALL: [(Self, &'static str); 4] = [
         (Self::Circle, "1"),
         (Self::Square, "2"),
@@ -75,7 +75,7 @@ impl Marker {
         (Self::Triangle, "8, 16 iterations"),
     ];
 
-    /// For a number of iterations per substep.
+    /// The marker for a number of iterations per substep.
     #[must_use]
     pub const fn of(iterations: u32) -> Self {
         match iterations {
@@ -97,7 +97,7 @@ impl Marker {
         }
     }
 
-    /// Draws it around a point, for a legend.
+    /// Draws the marker around a point, for a legend.
     pub fn paint(self, painter: &Painter, at: Pos2) {
         let polygon = |points: &[(f32, f32)]| {
             let points = points.iter().map(|&(x, y)| at + vec2(x, y)).collect();
@@ -121,7 +121,7 @@ impl Marker {
     }
 }
 
-/// The powers of ten around all values, at least one decade.
+/// Exponents of the powers of ten that enclose all values; at least one decade.
 fn decades(values: impl Iterator<Item = f64>) -> (i32, i32) {
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for power in values.map(f64::log10) {
@@ -155,7 +155,7 @@ pub fn draw(
     let sound = || dots.iter().filter(|dot| dot.sound());
     let across = decades(sound().map(|dot| dot.milliseconds.1));
     let upwards = decades(sound().map(|dot| dot.error * 100.0));
-    // What diverged stands at the top.
+    // Diverged settings are drawn at the top.
     let place = |dot: &Dot| {
         let y = if dot.sound() {
             (dot.error * 100.0).log10()
@@ -187,7 +187,7 @@ pub fn draw(
         ]);
     let shown = plot.show(ui, |plot| {
         plot.set_auto_bounds(Vec2b::FALSE);
-        // Half a marker more, for dots on the frame.
+        // A margin of half a marker, for dots on the frame.
         let around = |(first, last): (i32, i32)| f64::from(first) - 0.05..=f64::from(last) + 0.05;
         plot.set_plot_bounds_x(around(across));
         plot.set_plot_bounds_y(around(upwards));

@@ -1,4 +1,4 @@
-//! What is measured while the window goes on.
+//! Measurements on a background thread.
 
 use crate::{
     sandbox::lab::worker::Worker,
@@ -7,47 +7,47 @@ use crate::{
 };
 use std::{io, ops::ControlFlow};
 
-/// For how long the scene is continued [s].
+/// Simulated time of each run [s].
 pub const SECONDS: f64 = 0.5;
 
 /// Iterations per tick of the costliest setting of a survey.
 const MAX_ITERATIONS: u32 = 128;
 
-/// What the thread is to do.
+/// Task of the thread.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Task {
-    /// Many settings, for the diagram.
+    /// Measures many settings for the diagram.
     Survey,
-    /// The one that meets a goal.
+    /// Searches for the setting that meets a goal.
     Reach(Goal),
 }
 
-/// What the thread has to tell.
+/// Messages of the thread.
 #[derive(Debug, Clone, PartialEq)]
 pub enum News {
-    /// The fraction of the work that is done, from 0 to 1.
-    Share(f32),
-    /// How fast the bodies swing by themselves.
+    /// Completed fraction of the work, from 0 to 1.
+    Progress(f32),
+    /// Stiffest and softest vibration mode of the bodies.
     Modes(Modes),
-    /// A setting was measured, for the first time or better than before.
+    /// A setting was measured, or its time was updated.
     Point(ProbePoint),
-    /// What was chosen; nothing if no setting held the body together.
+    /// The chosen setting; `None` if the body diverged at all settings.
     Chosen(Option<Choice>),
-    /// It could not be done.
+    /// Reason why the measurement failed.
     Failed(String),
-    /// It is over.
+    /// The thread has finished.
     Ended,
 }
 
-/// Begins with a copy of a world, on a thread of its own.
+/// Starts a thread that measures a copy of a world.
 ///
 /// # Errors
-/// When the system refuses to start a thread.
+/// An I/O error if the thread cannot be started.
 pub fn measure(world: World, task: Task) -> io::Result<Worker<News>> {
     Worker::start("what accuracy costs", move |reporter| {
         let tell = |news: ProbeNews| {
             let news = match news {
-                ProbeNews::Share(share) => News::Share(share as f32),
+                ProbeNews::Share(fraction) => News::Progress(fraction as f32),
                 ProbeNews::Point(point) => News::Point(point),
             };
             match reporter.tell(news) {
@@ -96,7 +96,7 @@ fn survey(world: &World) -> Vec<Setting> {
         powers(MAX_ITERATIONS / iterations).map(move |substeps| Setting::xpbd(substeps, iterations))
     });
     let mut settings: Vec<_> = grid.filter(|setting| *setting != here).collect();
-    // From the cheapest on, so that the diagram fills soon; and what is on screen before all.
+    // The current setting first, then in ascending order of cost, so that the diagram fills early.
     settings.sort_by_key(|setting| setting.substeps * setting.iterations);
     settings.insert(0, here);
     settings

@@ -1,11 +1,11 @@
-//! Accuracy vs. cost of the scene on screen: a card with a diagram that fills while the scene runs
-//! on.
+//! Accuracy vs. cost of the scene on screen: a card with a diagram that fills while the scene keeps
+//! running.
 //!
-//! A copy of the world as it is now goes to a thread of its own ([`measure`]), where it is
-//! continued for half a second at several settings and as an f64 reference with small steps. Each
-//! setting becomes a dot: what a tick of it costs, and how far it ends up from it. A dot that
-//! is pressed becomes the scene's setting. Or a goal is given, in milliseconds or in per cent, and
-//! the thread looks for the setting that meets it best.
+//! A background thread ([`measure`]) runs a copy of the current world for half a second at several
+//! settings, and as an f64 reference with small steps. Each setting is a dot: the time of a tick,
+//! and the distance to the reference. A click on a dot applies its setting to the scene.
+//! Alternatively, for a goal in milliseconds or per cent, the thread searches for the setting that
+//! meets it best.
 
 mod card;
 mod chart;
@@ -35,27 +35,27 @@ use crate::{
 use bevy::prelude::*;
 use bevy_egui::{EguiContext, EguiPrimaryContextPass, PrimaryEguiContext};
 
-/// What is asked of the card, by itself or by a key.
+/// A command to the card, from its own widgets or from a key.
 #[derive(Message, Debug, Clone, Copy, PartialEq)]
 pub enum AccuracyCommand {
-    /// Open the card, and measure if nothing has been; or close it.
+    /// Opens the card, and measures if nothing has been measured; or closes it.
     Toggle,
-    /// Measure the scene as it is now.
+    /// Measures the current scene.
     Measure,
-    /// Stop measuring; what is there stays.
+    /// Stops measuring, and keeps the results so far.
     Stop,
-    /// Find a setting that meets a goal, and use it.
+    /// Finds a setting that meets a goal, and applies it.
     Reach(Goal),
-    /// Set what the goals of the two buttons are.
+    /// Sets the goals of the two buttons.
     Goals(Goals),
 }
 
 /// The goals in the card's two fields.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Goals {
-    /// The most that a tick may cost [ms]; default 1.
+    /// Maximum time of a tick [ms]; default 1.
     pub milliseconds: f64,
-    /// The most that the error may be [%]; default 1.
+    /// Maximum error [%]; default 1.
     pub percent: f64,
 }
 
@@ -68,18 +68,19 @@ impl Default for Goals {
     }
 }
 
-/// What is known of the scene on screen.
+/// State of the card, and measurements of the scene on screen.
 #[derive(Resource, Debug, Default)]
 pub struct Accuracy {
     open: bool,
     goals: Goals,
     worker: Option<Worker<News>>,
-    share: f32,
+    /// Completed fraction of the measurement, from 0 to 1.
+    progress: f32,
     dots: Vec<Dot>,
-    /// The uncertainty of the reference itself, as a ratio.
+    /// Relative uncertainty of the reference.
     uncertainty: f64,
     modes: Option<Modes>,
-    /// What was found last, in words, and whether it is bad news.
+    /// Result of the last search or the last error, and whether it is a failure.
     said: Option<(String, bool)>,
 }
 
@@ -91,7 +92,7 @@ impl Accuracy {
     }
 }
 
-/// Where the card's widgets are; for the journal.
+/// Widget rectangles of the card, for the journal.
 #[derive(Resource, Debug, Default, Deref)]
 pub struct CardRects(pub WidgetRects);
 
@@ -108,7 +109,7 @@ impl Plugin for AccuracyPlugin {
     }
 }
 
-/// What was measured of one scene says nothing of another.
+/// Discards the measurements when the scene changes.
 fn forget(scene: Option<Res<CurrentScene>>, mut accuracy: ResMut<Accuracy>) {
     if scene.is_some_and(|scene| scene.is_changed()) {
         *accuracy = Accuracy {
@@ -142,19 +143,19 @@ fn carry_out(world: &mut World) {
     }
 }
 
-/// Sends a copy of the world to a thread.
+/// Starts a thread with a copy of the world.
 fn start(world: &mut World, task: Task) {
     let mut copy = plain::capture(world);
-    // The scene on screen goes on meanwhile: its threads are its own.
+    // The scene on screen keeps running on its own threads.
     copy.threads = Threads::default();
     let begun = measure(copy, task);
     let mut accuracy = world.resource_mut::<Accuracy>();
     accuracy.said = None;
-    accuracy.share = 0.0;
+    accuracy.progress = 0.0;
     match begun {
         Ok(worker) => {
             accuracy.worker = Some(worker);
-            // They went on from another state.
+            // The previous measurements started from another state.
             accuracy.dots.clear();
         }
         Err(error) => {
@@ -166,18 +167,18 @@ fn start(world: &mut World, task: Task) {
     }
 }
 
-/// Takes in what the thread has found.
+/// Receives the messages of the thread.
 fn listen(
     mut accuracy: ResMut<Accuracy>,
     settings: Res<SimulationSettings>,
-    mut asked: MessageWriter<Requested>,
+    mut requests: MessageWriter<Requested>,
 ) {
     let Some(worker) = &accuracy.worker else {
         return;
     };
     for news in worker.news() {
         match news {
-            News::Share(share) => accuracy.share = share,
+            News::Progress(fraction) => accuracy.progress = fraction,
             News::Modes(modes) => accuracy.modes = Some(modes),
             News::Point(point) => {
                 let dot = Dot::new(&point, settings.rate.get());
@@ -197,7 +198,7 @@ fn listen(
                         ("substeps", choice.setting.substeps),
                         ("iterations", choice.setting.iterations),
                     ] {
-                        asked.write(Requested(Request::Setting {
+                        requests.write(Requested(Request::Setting {
                             name,
                             value: Some(f64::from(value)),
                         }));
@@ -217,7 +218,7 @@ fn listen(
 
 const NOTHING: &str = "No setting meets the goal: the body diverged at all of them.";
 
-/// A choice in words, and whether the goal was missed.
+/// A choice as text, and whether the goal was missed.
 fn words(choice: &Choice) -> (String, bool) {
     let Choice {
         setting,
@@ -240,7 +241,7 @@ fn words(choice: &Choice) -> (String, bool) {
     (text, !met)
 }
 
-/// Notes where the widgets are, if they are elsewhere than before.
+/// Stores the widget rectangles if they have changed.
 fn note(world: &mut World, places: WidgetRects) {
     let mut known = world.resource_mut::<CardRects>();
     if known.0 != places {
@@ -258,7 +259,7 @@ fn card(world: &mut World) -> Result {
     let model = Card {
         dots: accuracy.dots.clone(),
         here: (settings.substeps.get(), settings.iterations.get()),
-        share: accuracy.worker.is_some().then_some(accuracy.share),
+        share: accuracy.worker.is_some().then_some(accuracy.progress),
         said: accuracy.said.clone(),
         uncertainty: accuracy.uncertainty,
         goals: accuracy.goals,

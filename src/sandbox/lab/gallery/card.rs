@@ -173,8 +173,8 @@ fn case(ui: &mut Ui, card: &Card, (number, line): (usize, &Line), answer: &mut A
                     answer.commands.push(GalleryCommand::Run(number, on));
                 }
             }
-            if let Some(share) = line.running {
-                let bar = ProgressBar::new(share).desired_height(6.0);
+            if let Some(fraction) = line.running {
+                let bar = ProgressBar::new(fraction).desired_height(6.0);
                 ui.add(bar.desired_width(70.0).fill(theme::ACCENT));
             }
         });

@@ -225,14 +225,14 @@ fn subject(world: &mut World) -> Option<Entity> {
 /// Receives messages of the thread, and starts the next waiting case.
 fn listen(world: &mut World) {
     let mut gallery = world.resource_mut::<Gallery>();
-    let Some((case, on, worker, share)) = &mut gallery.running else {
+    let Some((case, on, worker, progress)) = &mut gallery.running else {
         return;
     };
     let (case, on) = (*case, *on);
     let mut last = None;
     for news in worker.news() {
         match news {
-            News::Share(done) => *share = done,
+            News::Progress(done) => *progress = done,
             news => last = Some(news),
         }
     }
@@ -251,7 +251,7 @@ fn listen(world: &mut World) {
             }
         }
         News::Ended(Err(reason)) | News::Advised(Err(reason)) => gallery.trouble = Some(reason),
-        News::Share(_) => {}
+        News::Progress(_) => {}
     }
     if let Some(next) = gallery.waiting.pop() {
         start(world, next, On::Own);
@@ -288,7 +288,7 @@ fn card(world: &mut World) -> Result {
             .running
             .as_ref()
             .filter(|(running, ..)| *running == number)
-            .map(|(.., share)| *share),
+            .map(|(.., progress)| *progress),
     };
     let model = Card {
         this,

@@ -33,7 +33,7 @@ pub enum Subject {
 #[derive(Debug)]
 pub enum News {
     /// Completed fraction of the members, from 0 to 1.
-    Share(f32),
+    Progress(f32),
     /// The run has ended, with its verdict or the reason why it could not be run.
     Ended(Result<Verdict, String>),
     /// Settings with which the case passes, as text, or the reason why the search failed.
@@ -144,7 +144,7 @@ fn own(case: &'static Case, reporter: &Reporter<News>) -> Result<Verdict, Tortur
     let reporter = Mutex::new(reporter);
     let progress = |done: usize| {
         let reporter = reporter.lock().unwrap_or_else(PoisonError::into_inner);
-        reporter.tell(News::Share(done as f32 / jobs.len().max(1) as f32));
+        reporter.tell(News::Progress(done as f32 / jobs.len().max(1) as f32));
     };
     let rows = suite::run(&jobs, 1, &progress)?;
     let load = |row: &&suite::SuiteRow| {

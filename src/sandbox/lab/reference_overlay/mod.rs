@@ -45,7 +45,7 @@ pub struct ReferenceOverlay {
     /// All bodies when the references were started, to detect added and removed bodies.
     bodies: Vec<Entity>,
     /// Number of bodies that could have had a reference.
-    asked: usize,
+    candidates: usize,
     /// The selection when the references were started.
     chosen: Scope,
     /// The tick at which the references were started.
@@ -84,7 +84,7 @@ impl ReferenceOverlay {
     /// Number of references at the start, and number of bodies that could have had one.
     #[must_use]
     pub const fn bodies(&self) -> (usize, usize) {
-        (self.count, self.asked)
+        (self.count, self.candidates)
     }
 
     /// Root mean square distance to the bodies at the start [m].
@@ -105,16 +105,21 @@ impl ReferenceOverlay {
         self.held > 0.2
     }
 
-    /// Offset of the reference from each particle [m], interpolated by the fraction `share` from
+    /// Offset of the reference from each particle [m], interpolated by `fraction`, 0 to 1, from
     /// the previous comparison to the latest; `None` if the body has no reference.
-    pub fn gaps(&self, body: Entity, share: f32) -> Option<impl Iterator<Item = Vec3>> {
+    pub fn gaps(&self, body: Entity, fraction: f32) -> Option<impl Iterator<Item = Vec3>> {
         let [before, now] = self.compared.each_ref().map(|comparison| {
             let mut gaps = comparison.as_ref()?.gaps.iter();
             gaps.find(|(other, _)| *other == body).map(|(_, gap)| gap)
         });
         let now = now?;
         let before = before.unwrap_or(now);
-        Some(before.iter().zip(now).map(move |(a, b)| a.lerp(*b, share)))
+        Some(
+            before
+                .iter()
+                .zip(now)
+                .map(move |(a, b)| a.lerp(*b, fraction)),
+        )
     }
 
     /// Number of ticks that the references are behind.

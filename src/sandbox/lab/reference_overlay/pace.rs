@@ -13,7 +13,7 @@ pub const LEAST: u32 = 4;
 pub const MOST: u32 = 64;
 
 /// Fraction of the time of a tick that references may take. The rest is left for other work.
-const SHARE: f64 = 0.6;
+const FRACTION: f64 = 0.6;
 
 /// Weight of a new measurement in the smoothed one.
 const FRESH: f64 = 0.1;
@@ -87,7 +87,7 @@ fn iterations_per_tick(settings: &Settings) -> f64 {
 /// The largest power of two by which the substeps of a tick of `tick` seconds can be multiplied.
 fn times(tick: f64, room: f64) -> u32 {
     let mut times = MOST;
-    while times > LEAST && tick * f64::from(times) > room * SHARE {
+    while times > LEAST && tick * f64::from(times) > room * FRACTION {
         times /= 2;
     }
     times
@@ -116,7 +116,7 @@ pub fn fitting(world: &World, room: f64) -> (usize, f64) {
                 started.elapsed().as_secs_f64()
             })
             .fold(f64::INFINITY, f64::min);
-        if count > 0 && (sum + tick) * f64::from(LEAST) > room * SHARE {
+        if count > 0 && (sum + tick) * f64::from(LEAST) > room * FRACTION {
             break;
         }
         count += 1;

@@ -45,7 +45,7 @@ pub(super) fn begin(world: &mut World, reference_overlay: &mut ReferenceOverlay)
     let (bodies, entities): (_, Vec<_>) = all.into_iter().unzip();
     copy.bodies = bodies;
     copy.threads = Threads::default();
-    reference_overlay.asked = entities.len();
+    reference_overlay.candidates = entities.len();
     reference_overlay.began = copy.tick;
     if entities.is_empty() {
         reference_overlay.trouble =

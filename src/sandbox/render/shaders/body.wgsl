@@ -27,7 +27,7 @@ struct Finish {
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(0) var<uniform> finish: Finish;
 
-// The least cosine between a normal and the direction to the eye.
+// Minimum cosine between a normal and the direction to the eye.
 const GRAZING: f32 = 0.12;
 
 @fragment

@@ -19,7 +19,7 @@ struct Drawn {
     @location(2) @interpolate(flat) solid: f32,
 }
 
-// Width of a strip as a share of the height of the picture. The clip space is two units wide.
+// Width of a strip as a fraction of the height of the picture. The clip space is two units wide.
 const WIDTH: f32 = 0.0022;
 
 @vertex

@@ -5,7 +5,7 @@
 #import bevy_pbr::mesh_view_bindings::view
 #import pliant::studio::{KEY, ambient, backdrop, expose, key_direction, key_visibility}
 
-// The most of the sky's light that bodies take away, so that shade never ends in black.
+// Maximum fraction of the sky's light that bodies block, so that shade is never black.
 const DEEPEST: f32 = 0.82;
 
 struct Floor {
@@ -37,7 +37,7 @@ fn ruling(at: vec2<f32>, footprint: vec2<f32>, width: f32) -> f32 {
     return mix(line.x, 1.0, line.y);
 }
 
-// Share of the sky that the bodies cover, in w, and the key light that they let through, in xyz.
+// Fraction of the sky that the bodies cover, in w, and the key light that they let through, in xyz.
 fn grounded(at: vec3<f32>, key: vec3<f32>) -> vec4<f32> {
     var sum = vec4<f32>(0.0);
     for (var i = 0u; i < stage.grounding.count; i++) {

@@ -1,5 +1,5 @@
-// The reference overlay: a surface that one looks through, clear where it faces the eye and dense at its
-// outline, as thin glass is.
+// The reference overlay: a transparent surface, clear where it faces the eye and dense at its
+// outline, like thin glass.
 
 #import bevy_pbr::mesh_view_bindings::view
 #import pliant::studio::expose

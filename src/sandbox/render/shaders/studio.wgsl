@@ -25,7 +25,7 @@ fn key_direction() -> vec3<f32> {
     return lights.directional_lights[0].direction_to_light;
 }
 
-// Share of the key light that reaches a point, 0 in shadow.
+// Fraction of the key light that reaches a point, 0 in shadow.
 //
 // The engine's own lookup also prepares blurred shadows and a second cascade behind branches; a
 // software renderer runs both sides of every branch, and took more than twice as long for a frame.

@@ -32,8 +32,8 @@ pub fn sentence(view: SolverView, summary: &Summary) -> String {
         SolverView::Lanes => format!(
             "Blocks of {WIDTH} constraints are solved together, one SIMD lane each. Lanes in use: {}.",
             kinds(summary, |filling| {
-                let share = filling.share().unwrap_or_default();
-                format!("{:.0} %", share * 100.0)
+                let fraction = filling.share().unwrap_or_default();
+                format!("{:.0} %", fraction * 100.0)
             }),
         ),
     };
