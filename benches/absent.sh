@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# What each effect costs where no body carries it: instructions a tick with its plugin installed and
-# without, as a Markdown table. Two lengths of run are counted, so that what starts and ends the program
-# cancels. Needs valgrind. Fails if one costs more than 0.1 % of a tick.
+# Cost of each effect that no body carries: instructions per tick with its plugin installed and
+# without, as a Markdown table. Runs of two lengths are subtracted, so that startup and exit of the
+# program cancel. Requires valgrind. Fails if an effect costs more than 0.1 % of a tick.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 program=$(cargo bench --quiet --no-default-features --bench absent -- path)

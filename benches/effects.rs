@@ -1,10 +1,10 @@
-//! Cost of each active effect: nanoseconds per element and substep on one thread, as a Markdown
-//! table. `cargo bench --bench effects`.
+//! Cost of each active effect per element and substep [ns], on one thread, as a Markdown table:
+//! `cargo bench --bench effects`.
 //!
-//! A body with only this effect, reset in every round to a stretch of a fifth, is compared with the
-//! same body without effects. The unit is the particle for effects that act on particles, and the
-//! triangle for wind and pressure; plasticity needs edges, and its additional cost over edges alone
-//! is given per edge.
+//! A body with only this effect is compared with the same body without effects. Both are reset to a
+//! stretch of 20 % in every round. Elements are the constraints of the effect, the particles for
+//! effects that act on particles, and the triangles for wind and pressure. Plasticity needs edges:
+//! its additional cost over that of edges alone is given per edge.
 
 use bevy::{
     math::{UVec2, UVec3, Vec2, Vec3},
@@ -41,7 +41,7 @@ fn main() -> anyhow::Result<()> {
     let shapes = shapes.map(|(name, shape)| Ok::<_, anyhow::Error>((name, world(&shape)?)));
     let [cloth, block] = shapes;
     let shapes = [cloth?, block?];
-    println!("| effect | on | elements | ns an element and substep |");
+    println!("| effect | on | elements | ns per element and substep |");
     println!("|---|---|--:|--:|");
     let mut names = app(&shapes[0].1)?;
     let registry = names.world_mut().resource::<EffectRegistry>();

@@ -1,7 +1,7 @@
 //! Compiles the peers that are written in C++.
 //!
-//! It never fails: a peer that cannot be compiled is left out, and the program says why. A peer
-//! that was compiled turns on `cfg(jolt)` or `cfg(bullet)`; one that was not leaves its reason in
+//! A peer that cannot be compiled does not fail the build: it is left out, and the program prints
+//! the reason. A compiled peer sets `cfg(jolt)` or `cfg(bullet)`; for another, the reason is in
 //! `PEERS_JOLT_MISSING` or `PEERS_BULLET_MISSING`.
 
 use std::{env, fs, path::Path, path::PathBuf, process::Command};
@@ -31,7 +31,7 @@ fn main() {
     }
 }
 
-/// A C++17 build as each peer's own release build does it.
+/// A C++17 build with the options of the peers' own release builds.
 fn release() -> cc::Build {
     let mut build = cc::Build::new();
     build
@@ -51,7 +51,7 @@ fn jolt() -> Outcome<()> {
     for flag in ["-fno-exceptions", "-fno-rtti", "-ffp-contract=fast"] {
         build.flag_if_supported(flag);
     }
-    // What Jolt's CMake files choose for x86-64 unless told otherwise.
+    // Defaults of Jolt's CMake files for x86-64.
     #[cfg(target_arch = "x86_64")]
     if std::is_x86_feature_detected!("avx2") {
         for flag in ["-mavx2", "-mbmi", "-mpopcnt", "-mlzcnt", "-mf16c", "-mfma"] {
@@ -69,7 +69,7 @@ fn jolt() -> Outcome<()> {
         .map_err(|error| format!("its C++ source does not compile: {error}"))
 }
 
-/// All C++ files that do not need a graphics library.
+/// Collects all C++ files that do not need a graphics library.
 fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> std::io::Result<()> {
     let mut entries: Vec<_> = fs::read_dir(folder)?.collect::<Result<_, _>>()?;
     entries.sort_by_key(fs::DirEntry::path);
@@ -86,7 +86,7 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> std::io::Result<()> {
     Ok(())
 }
 
-/// The folder of Jolt inside the package that carries it, as cargo keeps it.
+/// Folder of Jolt's source in the package `oxijolt-sys`, in the registry cache of cargo.
 fn jolt_source() -> Outcome<PathBuf> {
     let variable = |name: &str| env::var(name).map_err(|error| format!("{name}: {error}"));
     let own = Path::new(&variable("CARGO_MANIFEST_DIR")?).join("Cargo.toml");

@@ -78,7 +78,7 @@ impl Stepped {
 
     /// Fraction of the roof that is reached.
     #[must_use]
-    pub fn share(&self) -> f64 {
+    pub fn fraction_of_bound(&self) -> f64 {
         self.bound.roof() / self.nanoseconds.median
     }
 }
@@ -167,7 +167,7 @@ fn row(row: &BenchRow) -> Value {
             "ns_per_projection": spread(&stepped.nanoseconds),
             "memory_bound_ns": stepped.bound.memory,
             "arithmetic_bound_ns": stepped.bound.arithmetic,
-            "share_of_bound": stepped.share(),
+            "share_of_bound": stepped.fraction_of_bound(),
         })
     };
     json!({
@@ -284,7 +284,7 @@ impl Report {
                 stepped.bound.memory,
                 stepped.bound.arithmetic,
                 row.loads_in_turn,
-                stepped.share() * 100.0,
+                stepped.fraction_of_bound() * 100.0,
                 if row.sound { "" } else { "  diverged" },
             )?;
         }

@@ -189,8 +189,8 @@ fn between(figures: &[(usize, Spread)], size: usize, of: fn(&Spread) -> f64) -> 
     }
     let log = |size: usize| (size as f64).ln();
     let (low, high) = (figures[after - 1].0, figures[after].0);
-    let share = (log(size) - log(low)) / (log(high) - log(low));
-    at(after - 1) * (1.0 - share) + at(after) * share
+    let fraction = (log(size) - log(low)) / (log(high) - log(low));
+    at(after - 1) * (1.0 - fraction) + at(after) * fraction
 }
 
 /// An array for sequential and random reads. Its figures are GB/s for each number of threads, and

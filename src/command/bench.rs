@@ -49,7 +49,9 @@ impl Bench {
             }
         };
         let bar = progress_bar();
-        let report = bench::run(&options, |share| bar.set_position((share * 1000.0) as u64))?;
+        let report = bench::run(&options, |fraction| {
+            bar.set_position((fraction * 1000.0) as u64)
+        })?;
         bar.finish_and_clear();
         if let Some(path) = &self.svg {
             plot::write(path, &report)?;

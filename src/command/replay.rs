@@ -29,8 +29,8 @@ impl ReplayCommand {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         let threads = self.threads.start()?;
         let bar = progress_bar();
-        let done = replay(&self.file, &threads, |share| {
-            bar.set_position((share * 1000.0) as u64);
+        let done = replay(&self.file, &threads, |fraction| {
+            bar.set_position((fraction * 1000.0) as u64);
         });
         bar.finish_and_clear();
         let done = done?;

@@ -25,7 +25,8 @@ use std::{
 ///
 /// Example: pliant run jelly_cube --set substeps=20 --set stretch.compliance=1e-5 --csv cube.csv
 ///
-/// Example: pliant run jelly_cube --seconds 1 --snapshot cube.snap, then pliant run --from cube.snap
+/// Example: pliant run jelly_cube --seconds 1 --snapshot cube.snap, then pliant run --from
+/// cube.snap
 #[derive(Debug, Args)]
 pub struct RunScene {
     /// Name of a built-in scene (see `pliant scenes`), or path of a scene file or snapshot
@@ -105,8 +106,8 @@ impl RunScene {
             Recorder::scene_opened(app.world_mut(), About::from(&current));
         }
         let bar = progress_bar();
-        let done = run_in(&mut app, &options, |share| {
-            bar.set_position((share * 1000.0) as u64)
+        let done = run_in(&mut app, &options, |fraction| {
+            bar.set_position((fraction * 1000.0) as u64)
         });
         bar.finish_and_clear();
         Recorder::end(app.world_mut());

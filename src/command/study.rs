@@ -72,8 +72,8 @@ impl StudyCommand {
                 resume: self.resume,
                 only: self.only.clone(),
             };
-            let study = study::run(&options, |share| {
-                bar.set_position((share * 1000.0) as u64);
+            let study = study::run(&options, |fraction| {
+                bar.set_position((fraction * 1000.0) as u64);
             })?;
             bar.finish_and_clear();
             study

@@ -35,7 +35,8 @@
 //!         scale: Scale::Linear,
 //!         get: |breeze| breeze.acceleration.into(),
 //!         set: |breeze, value| {
-//!             breeze.acceleration = pliant::solver::quantity::finite("acceleration", value as f32)?;
+//!             let value = value as f32;
+//!             breeze.acceleration = pliant::solver::quantity::finite("acceleration", value)?;
 //!             Ok(())
 //!         },
 //!     }];
@@ -63,7 +64,8 @@
 //! }
 //!
 //! let mut app = App::new();
-//! app.add_plugins((MinimalPlugins, SoftBodyPlugins::default(), EffectPlugin::<Breeze>::default()));
+//! app.add_plugins((MinimalPlugins, SoftBodyPlugins::default()));
+//! app.add_plugins(EffectPlugin::<Breeze>::default());
 //! ```
 
 mod bend;

@@ -5,7 +5,7 @@ use crate::simulation::Statistics;
 use std::path::Path;
 
 /// Names of the columns, with units.
-pub const COLUMNS: [&str; 22] = [
+pub const COLUMNS: [&str; 23] = [
     "tick",
     "time_s",
     "ms_per_tick",
@@ -27,6 +27,7 @@ pub const COLUMNS: [&str; 22] = [
     "residual",
     "inverted",
     "contacts",
+    "smallest_gap_m",
     "crossings",
 ];
 
@@ -57,12 +58,13 @@ pub fn row(figures: &Statistics) -> [String; COLUMNS.len()] {
         figures.residual.to_string(),
         figures.inverted.to_string(),
         optional(figures.contacts),
+        optional(figures.smallest_gap),
         optional(figures.crossings),
     ]
 }
 
 /// The figure as text; empty if there is none.
-fn optional(figure: Option<usize>) -> String {
+fn optional(figure: Option<impl ToString>) -> String {
     figure.map_or_else(String::new, |figure| figure.to_string())
 }
 

@@ -38,6 +38,7 @@ pub fn run(scene: &str, run: &Run) -> Value {
         "overpressure_pa": last.overpressure,
         "inverted": last.inverted,
         "contacts": last.contacts,
+        "smallest_gap_m": run.smallest_gap(),
         "crossings": run.crossings(),
         "state_hash": format!("{:016x}", run.state_hash),
         "accepted": run.accepted(),

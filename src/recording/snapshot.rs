@@ -66,8 +66,8 @@ impl Snapshot {
     /// Takes a snapshot of a world between two ticks. Pending actions are not part of it.
     ///
     /// # Errors
-    /// [`SnapshotError::MidTick`], and [`SnapshotError::Effect`] if a body carries an effect that is
-    /// not built in.
+    /// [`SnapshotError::MidTick`], and [`SnapshotError::Effect`] if a body carries an effect that
+    /// is not built in.
     pub fn take(world: &mut World, about: About) -> Result<Self, SnapshotError> {
         if world.resource::<SimulationClock>().mid_tick() {
             return Err(SnapshotError::MidTick);

@@ -13,8 +13,9 @@ use bevy::{
 use std::sync::Arc;
 
 impl SoftBody {
-    /// A soft body from a triangle mesh [m], at the position of the mesh. A closed surface is filled with tetrahedra, and the mesh
-    /// becomes their [skin](SoftBodyBuilder::skin); an open one becomes a cloth. Vertices at the same place are joined.
+    /// A soft body from a triangle mesh [m], at the position of the mesh. A closed surface is
+    /// filled with tetrahedra, and the mesh becomes their [skin](SoftBodyBuilder::skin); an open
+    /// one becomes a cloth. Vertices at the same place are joined.
     ///
     /// ```
     /// use bevy::prelude::*;
@@ -30,13 +31,14 @@ impl SoftBody {
     ///     Ok(())
     /// }
     /// # let mut app = App::new();
-    /// # app.add_plugins((MinimalPlugins, pliant::SoftBodyPlugins::default())).add_systems(Startup, setup);
+    /// # app.add_plugins((MinimalPlugins, pliant::SoftBodyPlugins::default()));
+    /// # app.add_systems(Startup, setup);
     /// # app.update();
     /// ```
     ///
     /// # Errors
-    /// [`MeshError::Unusable`] for a mesh that is not a triangle list with positions, or that [`build`] rejects, and
-    /// [`MeshError::TooLarge`] for too many tetrahedra.
+    /// [`MeshError::Unusable`] for a mesh that is not a triangle list with positions, or that
+    /// [`build`] rejects, and [`MeshError::TooLarge`] for too many tetrahedra.
     pub fn from_mesh(mesh: &Mesh) -> Result<SoftBodyBuilder, MeshError> {
         let surface = surface(mesh)?;
         let (low, high) = bounds(&surface.vertices);
@@ -59,8 +61,8 @@ impl SoftBody {
 }
 
 impl SoftBodyBuilder {
-    /// The fine surface that follows a body [from a mesh](SoftBody::from_mesh), as a component to add to it; `None` if the
-    /// body is drawn by its own triangles.
+    /// The fine surface that follows a body [from a mesh](SoftBody::from_mesh), as a component to
+    /// add to it; `None` if the body is drawn by its own triangles.
     #[must_use]
     pub fn skin(&self) -> Option<BodySkin> {
         self.fine_surface()

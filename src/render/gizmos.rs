@@ -26,8 +26,8 @@ pub struct SoftBodyGizmos {
     pub pins: bool,
     /// A line for each edge and strut that is solved, in the color of its group; default on.
     pub constraints: bool,
-    /// A line for each contact that pushes, along its force and as long as an edge of the body, in the color of the
-    /// [force](force_color); default on.
+    /// A line for each contact that pushes, along its force and as long as an edge of the body, in
+    /// the color of the [force](force_color); default on.
     pub contacts: bool,
 }
 
@@ -134,7 +134,8 @@ fn contacts(
     }
 }
 
-/// The color of a force [N]: blue at 1 mN and below, over green and yellow, to red at 1 kN and above, logarithmic.
+/// The color of a force [N]: blue at 1 mN and below, over green and yellow, to red at 1 kN and
+/// above, logarithmic.
 #[must_use]
 pub fn force_color(force: f32) -> Color {
     let fraction = ((force.max(f32::MIN_POSITIVE).log10() + 3.0) / 6.0).clamp(0.0, 1.0);

@@ -110,8 +110,8 @@ pub fn on_segments(
     let mut best: Option<(f32, Hit)> = None;
     for &[i, j] in segments {
         let (a, b) = (points[i as usize], points[j as usize]);
-        let share = closest_share(ray.origin, direction, a, b);
-        let point = a.lerp(b, share);
+        let fraction = closest_fraction(ray.origin, direction, a, b);
+        let point = a.lerp(b, fraction);
         let distance = (point - ray.origin).dot(direction);
         if distance <= 0.0 {
             continue;
@@ -123,7 +123,7 @@ pub fn on_segments(
             let hit = Hit {
                 distance,
                 corners: [i, j, j],
-                weights: [1.0 - share, share, 0.0],
+                weights: [1.0 - fraction, fraction, 0.0],
             };
             best = Some((miss, hit));
         }
@@ -132,7 +132,7 @@ pub fn on_segments(
 }
 
 /// Parameter of the point on the segment from `a` to `b` that is closest to a line, 0 to 1.
-fn closest_share(origin: Vec3, direction: Vec3, a: Vec3, b: Vec3) -> f32 {
+fn closest_fraction(origin: Vec3, direction: Vec3, a: Vec3, b: Vec3) -> f32 {
     // Projected along the line, this is the distance of a point to a segment in a plane.
     let flat = |v: Vec3| v - direction * v.dot(direction);
     let (edge, to_origin) = (flat(b - a), flat(origin - a));

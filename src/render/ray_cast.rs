@@ -1,4 +1,5 @@
-//! Ray casts against the drawn surfaces of soft bodies, and a picking backend for Bevy's pointer events.
+//! Ray casts against the drawn surfaces of soft bodies, and a picking backend for Bevy's pointer
+//! events.
 
 use super::{
     Drawn,
@@ -72,8 +73,8 @@ pub struct SoftBodyRayCast<'w, 's> {
 }
 
 impl SoftBodyRayCast<'_, '_> {
-    /// The nearest hit of a ray. Ropes are hit within their drawn radius plus `reach` times the distance [m/m]: the
-    /// size of a pixel at 1 m makes thin ropes easy to grab.
+    /// The nearest hit of a ray. Ropes are hit within their drawn radius plus `reach` times the
+    /// distance [m/m]: the size of a pixel at 1 m makes thin ropes easy to grab.
     #[must_use]
     pub fn cast(&self, ray: Ray3d, reach: f32) -> Option<SoftBodyHit> {
         let all = self.bodies.iter();

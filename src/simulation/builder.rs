@@ -36,7 +36,8 @@ const LINE: Density = Density::of(0.1);
 ///     commands.spawn((cube.build(), soft, Volume::default(), Ground::default()));
 /// }
 /// # let mut app = App::new();
-/// # app.add_plugins((MinimalPlugins, pliant::SoftBodyPlugins::default())).add_systems(Startup, setup);
+/// # app.add_plugins((MinimalPlugins, pliant::SoftBodyPlugins::default()));
+/// # app.add_systems(Startup, setup);
 /// # app.update();
 /// ```
 #[derive(Debug, Clone, PartialEq)]
@@ -96,7 +97,8 @@ impl SoftBody {
     /// Any primitive, with sizes that are not known at compile time.
     ///
     /// # Errors
-    /// [`MeshError`] for a size or a number of cells that is out of range, and for too many particles.
+    /// [`MeshError`] for a size or a number of cells that is out of range, and for too many
+    /// particles.
     pub fn primitive(primitive: &Primitive) -> Result<SoftBodyBuilder, MeshError> {
         Ok(Self::shape(primitive.build()?.shape))
     }
@@ -179,7 +181,8 @@ impl SoftBodyBuilder {
     /// The components of the body, for a custom shape that may be invalid.
     ///
     /// # Errors
-    /// [`TopologyError`] for an empty shape, a coordinate that is not finite, or an index out of range or repeated.
+    /// [`TopologyError`] for an empty shape, a coordinate that is not finite, or an index out of
+    /// range or repeated.
     pub fn try_build(self) -> Result<(SoftBody, BodyDensity, Pins), TopologyError> {
         let topology = Topology::new(self.shape)?;
         let density = self.density.unwrap_or(match topology.dimension {

@@ -39,7 +39,7 @@ pub struct SimulationClock {
     pub(super) next_substep: Option<u32>,
     waiting: f64,
     tick_seconds: f64,
-    steps_asked: u32,
+    steps_requested: u32,
     dropped: u64,
 }
 
@@ -56,7 +56,7 @@ impl Default for SimulationClock {
             next_substep: None,
             waiting: 0.0,
             tick_seconds: 1.0 / 60.0,
-            steps_asked: 0,
+            steps_requested: 0,
             dropped: 0,
         }
     }
@@ -89,7 +89,7 @@ impl SimulationClock {
 
     /// Requests one tick, even while paused.
     pub fn step_once(&mut self) {
-        self.steps_asked += 1;
+        self.steps_requested += 1;
     }
 
     /// Fraction of the next tick that has passed in real time, from 0 to 1: draw bodies
@@ -151,8 +151,8 @@ impl SimulationClock {
         if self.held {
             return false;
         }
-        if self.steps_asked > 0 {
-            self.steps_asked -= 1;
+        if self.steps_requested > 0 {
+            self.steps_requested -= 1;
             return true;
         }
         if self.paused || self.waiting + NANOSECOND < self.tick_seconds {

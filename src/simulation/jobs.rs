@@ -111,6 +111,13 @@ impl BodyContacts {
         self.contacts.counts()
     }
 
+    /// Smallest distance of two surfaces in contact at the start of the last substep [m]; `None`
+    /// without a pair near enough for a constraint.
+    #[must_use]
+    pub fn smallest_gap(&self) -> Option<f64> {
+        self.contacts.smallest_gap()
+    }
+
     /// The contacts that pushed in the last substep, with their forces.
     pub fn forces(&self) -> impl Iterator<Item = BodyContact> {
         self.contacts.forces().map(|it| BodyContact {
@@ -291,7 +298,7 @@ impl Bodies<'_, '_> {
             ..self.current.context(&self.threads)
         };
         let started = Instant::now();
-        let is_asked = together.is_some();
+        let can_step_together = together.is_some();
         let has_meshes = self.current.has_meshes();
         let together = together.filter(|_| {
             let all = jobs.iter().map(|job| (&job.effects, job.is_active));
@@ -339,13 +346,13 @@ impl Bodies<'_, '_> {
             pairs.clear();
             let entity = |place: u32| bodies[place as usize];
             pairs.extend(contacts.touching().iter().map(|pair| pair.map(entity)));
-        } else if is_asked {
+        } else if can_step_together {
             self.contacts.contacts.clear();
             self.contacts.bodies.clear();
             self.contacts.touching.clear();
         }
         if let Some(watch) = &watch {
-            self.profile.share_out(started.elapsed(), watch);
+            self.profile.distribute(started.elapsed(), watch);
         }
         self.outcomes.clear();
         let stepped = jobs.drain(..).filter(|job| job.is_active);

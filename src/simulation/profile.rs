@@ -90,13 +90,13 @@ impl Profile {
     }
 
     /// Distributes `spent` over the stages in proportion to their time summed over all threads.
-    pub(super) fn share_out(&mut self, spent: Duration, watch: &StageWatch) {
+    pub(super) fn distribute(&mut self, spent: Duration, watch: &StageWatch) {
         let of_stage = |stage: Stage| watch.0[stage.place()].load(Ordering::Relaxed) as f64;
         let all: f64 = Stage::ALL.into_iter().map(of_stage).sum();
         for stage in Stage::ALL {
-            let share = of_stage(stage) / all;
-            if share > 0.0 {
-                self.add(stage.name(), spent.mul_f64(share));
+            let fraction = of_stage(stage) / all;
+            if fraction > 0.0 {
+                self.add(stage.name(), spent.mul_f64(fraction));
             }
         }
     }

@@ -59,6 +59,9 @@ pub struct Statistics {
     /// Number of active contacts between bodies, and of bodies with themselves, in the last
     /// substep; `None` if no body has contacts.
     pub contacts: Option<usize>,
+    /// Smallest distance of two surfaces in contact at the start of the last substep [m]; `None`
+    /// without contacts.
+    pub smallest_gap: Option<f64>,
     /// Number of pairs of an edge and a triangle that cross, of bodies that can touch each other or
     /// themselves; `None` if no body has contacts.
     pub crossings: Option<usize>,
@@ -155,7 +158,9 @@ pub fn measure(world: &mut World) -> Statistics {
     let meshes: Vec<_> = colliders.iter().filter_map(|it| it.mesh_at(time)).collect();
     let touches = |it: &Effects| it.touches_surfaces(!meshes.is_empty());
     if carried.iter().any(touches) {
-        all.contacts = Some(world.resource::<BodyContacts>().counts().acting);
+        let contacts = world.resource::<BodyContacts>();
+        all.contacts = Some(contacts.counts().acting);
+        all.smallest_gap = contacts.smallest_gap();
         let outlines = bodies.iter().zip(&carried).filter_map(|(&body, effects)| {
             Some(Outline {
                 effects,
@@ -171,7 +176,8 @@ pub fn measure(world: &mut World) -> Statistics {
     all
 }
 
-/// Hash of the state of all bodies; the same as [`solver::World::state_hash`](crate::solver::World::state_hash).
+/// Hash of the state of all bodies; the same as
+/// [`solver::World::state_hash`](crate::solver::World::state_hash).
 #[must_use]
 pub fn state_hash(world: &mut World) -> u64 {
     let bodies = bodies_in_order(world);

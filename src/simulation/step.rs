@@ -204,7 +204,8 @@ pub(super) fn run_substeps(
     }
     let profile = world.resource::<Profile>();
     let at_once = match deadline {
-        // A tick that may exceed the budget is run in single substeps, so that it can be interrupted.
+        // A tick that may exceed the budget is run in single substeps, so that it can be
+        // interrupted.
         Some(deadline)
             if profile.tick() * 2 > deadline.saturating_duration_since(Instant::now()) =>
         {

@@ -7,7 +7,8 @@ use super::{
     setting::Method,
 };
 
-/// Factor by which an error with more iterations must be larger for the smaller one to be a coincidence.
+/// Factor by which an error with more iterations must be larger for the smaller one to be a
+/// coincidence.
 const WORSE: f64 = 1.5;
 
 impl CaseResult {

@@ -172,7 +172,7 @@ fn limit(seen: &[Observed], substeps: u32) -> Converged {
     let order = (second > SAME * size && first > 0.0).then(|| (first / second).log2());
     // First order is assumed within its range. Above it, the observed order is used; below it, the
     // remaining change cannot be estimated.
-    let share = match order {
+    let factor = match order {
         Some(order) if FIRST_ORDER.contains(&order) => 1.0,
         Some(order) if order > *FIRST_ORDER.end() => 1.0 / (order.min(4.0).exp2() - 1.0),
         _ => 0.0,
@@ -180,10 +180,10 @@ fn limit(seen: &[Observed], substeps: u32) -> Converged {
     let extrapolated: Vec<f64> = values(2)
         .iter()
         .zip(values(1))
-        .map(|(fine, coarse)| fine + share * (fine - coarse))
+        .map(|(fine, coarse)| fine + factor * (fine - coarse))
         .collect();
     Converged {
-        uncertainty: second * if share > 0.0 { share } else { 1.0 },
+        uncertainty: second * if factor > 0.0 { factor } else { 1.0 },
         values: extrapolated,
         order,
         settled: seen.iter().all(|observed| observed.settled),

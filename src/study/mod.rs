@@ -151,7 +151,8 @@ impl Plan {
     }
 }
 
-/// Makes a study, or the requested part of it. `progress` receives the completed fraction, from 0 to 1.
+/// Makes a study, or the requested part of it. `progress` receives the completed fraction, from 0
+/// to 1.
 ///
 /// # Errors
 /// [`StudyError`]; the results so far are in the points file.

@@ -12,8 +12,8 @@ use super::{
 use crate::output::document::Block;
 
 /// A fraction in per cent, with two significant digits.
-pub(super) fn percent(share: f64) -> String {
-    format!("{} %", number(share * 100.0))
+pub(super) fn percent(fraction: f64) -> String {
+    format!("{} %", number(fraction * 100.0))
 }
 
 /// A number with three significant digits.

@@ -15,7 +15,7 @@ type Failure = Box<dyn std::error::Error>;
 const PANEL: (u32, u32) = (620, 460);
 
 /// Errors below this are drawn at it.
-const LEAST: f64 = 1e-4;
+const MIN_PERCENT: f64 = 1e-4;
 
 /// Draws a problem and returns the text of an SVG.
 ///
@@ -46,7 +46,7 @@ pub fn draw(result: &ProblemResult) -> Result<String, Failure> {
 
 /// Error in per cent, as drawn.
 fn height(error: f64) -> f64 {
-    (error * 100.0).max(LEAST)
+    (error * 100.0).max(MIN_PERCENT)
 }
 
 fn panel(area: &Area, case: &CaseResult) -> Result<(), Failure> {
@@ -67,7 +67,7 @@ fn panel(area: &Area, case: &CaseResult) -> Result<(), Failure> {
     // Errors below the uncertainty of the converged solution are not drawn.
     let known = |error: &f64| {
         case.doubt()
-            .is_some_and(|doubt| *error > doubt.max(LEAST / 100.0))
+            .is_some_and(|doubt| *error > doubt.max(MIN_PERCENT / 100.0))
     };
     let mesh = case.mesh_error.filter(known).map(height);
     let (good, bad) = bounds(&mut drawn.iter().map(|point| point.1).chain(mesh));

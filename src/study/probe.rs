@@ -155,9 +155,9 @@ pub fn probe(
             let point = &mut points[place];
             times[place].push(point.ms_per_second.median);
             point.ms_per_second = Spread::of(times[place].clone());
-            let told = news(ProbeNews::Point(point.clone()));
+            let flow = news(ProbeNews::Point(point.clone()));
             let done = (round * settings.len() + place + 1) as f64 / all;
-            if told.is_break() || news(ProbeNews::Share(0.5 + 0.5 * done)).is_break() {
+            if flow.is_break() || news(ProbeNews::Share(0.5 + 0.5 * done)).is_break() {
                 return Ok(points);
             }
         }

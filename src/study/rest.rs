@@ -26,8 +26,8 @@ pub struct Rest {
 /// most this in two successive windows, as a fraction of its size (root mean square over
 /// particles), and it moves by no more than this in any tick of the window: the mean alone does not
 /// detect vibrations. A mode of ω = 3/s that is displaced by A and reset in every second tick of
-/// T = 1/60 s would still travel 0.075 A in a window, so the remaining error is about ten times this
-/// value.
+/// T = 1/60 s would still travel 0.075 A in a window, so the remaining error is about ten times
+/// this value.
 const FAST_STEP: f64 = 2e-6;
 
 /// Same for the f64 reference, which has smaller rounding errors.

@@ -39,8 +39,8 @@ type Done = BTreeSet<(String, Option<Setting>, bool)>;
 /// Approximate fraction of a study's time spent on references and runs; the rest is timing.
 const ANSWERS: f64 = 0.75;
 
-/// Computes the missing records of these cases. `progress` receives the completed fraction, from 0 to
-/// 1.
+/// Computes the missing records of these cases. `progress` receives the completed fraction, from 0
+/// to 1.
 ///
 /// # Errors
 /// [`StudyError`] if the points file cannot be written or a setting is out of its range.
@@ -52,8 +52,8 @@ pub fn run(
     mut progress: impl FnMut(f64) + Send,
 ) -> Result<Vec<Record>, StudyError> {
     let done: Done = known.iter().filter_map(key).collect();
-    let mut found = answers(cases, budget, &done, journal, |share| {
-        progress(share * ANSWERS)
+    let mut found = answers(cases, budget, &done, journal, |fraction| {
+        progress(fraction * ANSWERS)
     })?;
     let crews = crews()?;
     for (place, case) in cases.iter().enumerate() {
@@ -63,9 +63,9 @@ pub fn run(
             .filter(|&setting| budget.affords_time(case, setting))
             .filter(|&setting| !done.contains(&(case.id(), Some(setting), true)))
             .collect();
-        let times = timing::time(case, &missing, &crews, budget, |share| {
-            let share = (place as f64 + share) / cases.len() as f64;
-            progress(ANSWERS + (1.0 - ANSWERS) * share);
+        let times = timing::time(case, &missing, &crews, budget, |fraction| {
+            let fraction = (place as f64 + fraction) / cases.len() as f64;
+            progress(ANSWERS + (1.0 - ANSWERS) * fraction);
         })?;
         for time in times {
             let record = Record::Time(time);

@@ -1,8 +1,8 @@
-// Bullet's soft bodies behind the functions of peer.h: links only, for that is what its
-// position-based solver has.
+// Bullet's soft bodies with the functions of peer.h. Links only: its position-based solver has no
+// volume of a tetrahedron.
 //
-// A substep is what btDefaultSoftBodySolver does with a body in one step, without the collision
-// world around it; positions have one iteration, velocities none.
+// A substep performs the work of btDefaultSoftBodySolver on a body in one step, without the
+// collision world, with one position iteration and no velocity iterations.
 
 #include <BulletSoftBody/btSoftBody.h>
 #include <BulletSoftBody/btSoftBodyHelpers.h>
@@ -37,7 +37,8 @@ std::unique_ptr<btSoftBody> body_of(const PeerScene &scene, World &world, const 
     }
     auto body = std::make_unique<btSoftBody>(
         &world.info, int(positions.size()), positions.data(), masses.data());
-    // What a link of two mean masses and the scene's compliance gives way in one projection.
+    // Fraction of the error that a projection of a link between two mean masses removes, with the
+    // compliance of the scene.
     body->m_materials[0]->m_kLST = 2 / (2 + scene.edge_softness);
     for (uint32_t i = 0; i < scene.edge_count; ++i)
         body->appendLink(int(scene.edges[2 * i]), int(scene.edges[2 * i + 1]));

@@ -1,7 +1,7 @@
-// Jolt's soft bodies behind the functions of peer.h.
+// Jolt's soft bodies with the functions of peer.h.
 //
-// A body is stepped by PhysicsSystem::Update, as a game would step it; its number of iterations
-// is the number of substeps, for that is what Jolt does with it.
+// A body is stepped by PhysicsSystem::Update, as in a game. Jolt uses its number of iterations as
+// the number of substeps.
 
 #include <Jolt/Jolt.h>
 
@@ -31,7 +31,7 @@ using namespace JPH;
 
 namespace {
 
-// One layer, in which nothing meets.
+// One layer without collisions.
 class OneLayer final : public BroadPhaseLayerInterface
 {
 public:

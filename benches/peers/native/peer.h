@@ -1,10 +1,10 @@
-// What a peer in C++ offers: the same seven functions, with the peer's name in front.
-// The Rust side is src/native.rs, and the two structs must be the same there.
+// Interface of a peer in C++: seven functions, prefixed with the name of the peer.
+// The Rust side is src/native.rs; the two structs must have the same layout there.
 #pragma once
 
 #include <cstdint>
 
-// Copies of one body, each moved by its offset. Units are metres, kilograms and seconds.
+// Copies of one body, each moved by its offset. Units are meters, kilograms and seconds.
 struct PeerScene
 {
     const float *positions;       // 3 for each particle
@@ -25,7 +25,7 @@ struct PeerScene
     float gravity;                // along y [m/s²]
 };
 
-// Constraints that the peer holds after it was built, over all bodies.
+// Number of constraints in the peer after the scene was built, over all bodies.
 struct PeerCounts
 {
     uint64_t edges;

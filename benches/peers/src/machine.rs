@@ -1,4 +1,4 @@
-//! What the bench runs on, and which versions it was built with.
+//! The machine of the measurement, and versions of the packages.
 
 use serde::Serialize;
 use std::{fs, process::Command, thread};
@@ -8,16 +8,16 @@ use std::{fs, process::Command, thread};
 pub struct Machine {
     /// Model of the processor.
     pub cpu: String,
-    /// Threads that the program may use.
+    /// Number of available threads.
     pub threads: usize,
     /// Operating system and architecture.
     pub os: String,
-    /// The compiler that is on the path now, which should be the one that built the bench.
+    /// Version of the compiler on the path, which should be the one that built this program.
     pub rustc: String,
 }
 
 impl Machine {
-    /// Looks at the machine; what cannot be found is "unknown".
+    /// Detects the machine; unavailable fields are "unknown".
     #[must_use]
     pub fn look() -> Self {
         let unknown = || "unknown".to_owned();
@@ -59,7 +59,7 @@ fn said_by(program: &str, arguments: &[&str]) -> Option<String> {
     output.status.success().then(|| text.trim().to_owned())
 }
 
-/// The version of a package in this bench's lock file.
+/// Version of a package in the lock file of this package.
 #[must_use]
 pub fn locked_version(package: &str) -> String {
     let name = format!("name = \"{package}\"");

@@ -1,7 +1,7 @@
 //! Pliant and its peers on the same scenes, in one run.
 //!
-//! [`scenes`] makes the meshes, a [`peer`] builds and ticks them, [`measure`] takes turns and times,
-//! [`sanity`] refuses a run that is no simulation any more, [`table`] writes what was found.
+//! [`scenes`] makes the meshes, a [`peer`] builds and ticks them, [`measure`] times the peers in
+//! turn, [`sanity`] rejects runs that diverged, [`table`] writes the results.
 
 mod machine;
 mod measure;
@@ -23,32 +23,32 @@ use table::{Findings, Participant, Size};
 
 /// Measures Pliant and its peers on the same scenes.
 ///
-/// Writes a Markdown table to the standard output, and what it is doing to the standard error.
+/// Writes a Markdown table to the standard output, and progress messages to the standard error.
 #[derive(Parser)]
 #[command(version)]
 struct Arguments {
-    /// Only these peers beside Pliant, for example jolt,rapier
+    /// Measure only these peers besides Pliant, for example jolt,rapier
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     only: Vec<String>,
-    /// Only these scenes, for example bunny,cloth64
+    /// Measure only these scenes, for example bunny,cloth64
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     rows: Vec<String>,
-    /// Short rounds, few of them
+    /// Measure fewer and shorter rounds
     #[arg(long)]
     quick: bool,
-    /// Rounds [default: 9, or 3 with --quick]
+    /// Number of rounds [default: 9, or 3 with --quick]
     #[arg(long)]
     rounds: Option<u32>,
-    /// Threads of the second column [default: as many as the machine has]
+    /// Number of threads in the second column [default: all of the machine]
     #[arg(long)]
     threads: Option<usize>,
-    /// Also run Newton, with this Python, which has to have it
+    /// Also run Newton, with this Python, in which it must be installed
     #[arg(long, value_name = "PYTHON", num_args = 0..=1, default_missing_value = "python3")]
     newton: Option<PathBuf>,
     /// Also write the table to this file
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Also write everything that was measured to this file, as JSON
+    /// Also write all measurements to this file, as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }
@@ -131,7 +131,7 @@ fn participant(peer: &dyn Peer) -> Participant {
     }
 }
 
-/// Keeps Pliant and those that were named; all if none was.
+/// Keeps Pliant and the named peers; all if none is named.
 fn keep(peers: &mut Vec<Box<dyn Peer>>, names: &[String]) -> anyhow::Result<()> {
     let is = |peer: &dyn Peer, name: &String| {
         peer.name().eq_ignore_ascii_case(name)
@@ -154,7 +154,7 @@ fn keep(peers: &mut Vec<Box<dyn Peer>>, names: &[String]) -> anyhow::Result<()> 
     Ok(())
 }
 
-/// The scenes that were named, in their own order; all if none was.
+/// The named scenes, in the order of [`scenes::NAMES`]; all if none is named.
 fn rows(names: &[String]) -> anyhow::Result<Vec<&'static str>> {
     for name in names {
         if !scenes::NAMES.contains(&name.as_str()) {

@@ -1,8 +1,8 @@
 //! Runs a scene in every peer, in turn, and times it.
 //!
-//! All runs of a scene are built first and warmed up by the same number of ticks, after which they
-//! are compared; then they go in rounds: each steps for a slice of time, then the next one, so that
-//! whatever else the machine does falls on all of them. A figure is the median of the rounds.
+//! All runs of a scene are built first, warmed up by the same number of ticks, and examined. Then
+//! they are timed in rounds, each for a slice of time in turn, so that other load on the machine
+//! affects all of them. A figure is the median of the rounds.
 
 use crate::{
     peer::{Counts, Peer, PeerError, Run},
@@ -12,62 +12,62 @@ use crate::{
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
-/// How long to measure.
+/// Duration of the measurement.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Effort {
     /// Ticks before the first round.
     pub warm_up: u32,
-    /// Rounds.
+    /// Number of rounds.
     pub rounds: u32,
-    /// Time of a run in a round.
+    /// Time of one run in a round.
     pub slice: Duration,
-    /// Time that one run may take in all; one that is slower has fewer ticks and rounds.
+    /// Limit on the total time of one run; a slower one gets fewer ticks and rounds.
     pub budget: Duration,
 }
 
-/// One scene in one peer with so many threads.
+/// Outcome of one scene in one peer, with a number of threads.
 #[derive(Debug, Clone, Serialize)]
 pub struct Outcome {
     /// Name of the scene.
     pub scene: &'static str,
     /// Name of the peer.
     pub peer: &'static str,
-    /// Threads that it may use.
+    /// Number of threads.
     pub threads: usize,
-    /// The figures, or why there are none.
+    /// The figures, or the reason why there are none.
     pub figures: Result<Figures, String>,
 }
 
 /// The figures of a run.
 #[derive(Debug, Clone, Serialize)]
 pub struct Figures {
-    /// The constraints that the peer held.
+    /// Number of constraints in the peer.
     pub counts: Counts,
-    /// Milliseconds a tick, one for each round.
+    /// Time of a tick in each round [ms].
     pub rounds: Vec<f64>,
-    /// Milliseconds a tick.
+    /// Time of a tick [ms].
     pub tick: Spread,
-    /// Million constraint projections a second.
+    /// Million constraint projections per second.
     pub rate: Spread,
-    /// Ticks after which the residual was taken.
+    /// Number of ticks before the residual was measured.
     pub residual_after: u32,
-    /// How far the body was from its constraints then.
+    /// Residual of the constraints after these ticks.
     pub residual: Residual,
 }
 
 /// A median with its range.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Spread {
-    /// Smallest.
+    /// Minimum.
     pub least: f64,
     /// Median.
     pub median: f64,
-    /// Largest.
+    /// Maximum.
     pub most: f64,
 }
 
 impl Spread {
-    /// Of some values; zeros for none.
+    /// The spread of some values; zeros for none.
     #[must_use]
     pub fn of(values: &[f64]) -> Self {
         let mut sorted = values.to_vec();
@@ -179,7 +179,7 @@ impl<'a> Runner<'a> {
         Ok(())
     }
 
-    /// A run that was sane after the warm-up must still be so at the end.
+    /// Examines the run again at the end, and returns its figures.
     fn finish(mut self, scene: &Scene) -> Result<Figures, String> {
         let report = self.run.report().map_err(|error| error.to_string())?;
         examine(scene, self.peer.has_volume(), &report)

@@ -1,9 +1,9 @@
-//! Peers in C++: their seven functions of `native/peer.h`, as a [`Run`].
+//! Peers in C++: the seven functions of `native/peer.h`, as a [`Run`].
 //!
-//! The one place with `unsafe`. What makes it sound: a world is made by `create` and used with the
-//! functions of the same peer only, from one thread, until it is dropped, once; the scene's arrays
-//! live throughout `create`, and no peer keeps them; `positions` writes three floats for each of
-//! the particles that `particles` has just counted.
+//! The only module with `unsafe`. It is sound because a world is created by `create`, used only
+//! with the functions of the same peer and from one thread, and dropped once; because the arrays of
+//! the scene outlive `create`, and no peer keeps them; and because `positions` writes three floats
+//! for each of the particles counted by `particles` immediately before.
 
 #![allow(unsafe_code, reason = "calls into C++; see the module's documentation")]
 
@@ -95,7 +95,7 @@ functions!(
 );
 
 impl Functions {
-    /// What the peer says of itself.
+    /// Version, as reported by the peer.
     #[must_use]
     pub fn version(&self) -> String {
         // SAFETY: a static string that ends in zero.
@@ -106,7 +106,7 @@ impl Functions {
     /// Builds a scene.
     ///
     /// # Errors
-    /// [`PeerError::Scene`] if the peer made none of it.
+    /// [`PeerError::Scene`] if the peer cannot build it.
     pub fn build(&'static self, scene: &Scene, threads: usize) -> Result<Box<dyn Run>, PeerError> {
         let shape = &scene.shape;
         let positions = flat(&shape.vertices);
@@ -129,7 +129,7 @@ impl Functions {
             edge_softness: SOFTNESS,
             gravity: GRAVITY,
         };
-        // SAFETY: all arrays are as long as their counts say and live to the end of this function.
+        // SAFETY: all arrays have the lengths of their counts and outlive this call.
         let world = unsafe { (self.create)(&raw const description) };
         let world = NonNull::new(world).ok_or_else(|| PeerError::Scene {
             scene: scene.name,
@@ -151,7 +151,7 @@ struct Native {
 
 impl Run for Native {
     fn tick(&mut self) -> Result<(), PeerError> {
-        // SAFETY: the world is alive, and `&mut` keeps everybody else out.
+        // SAFETY: the world is alive, and `&mut` makes the access exclusive.
         unsafe { (self.functions.tick)(self.world.as_ptr(), 1.0 / RATE) };
         Ok(())
     }
@@ -166,7 +166,7 @@ impl Run for Native {
             )
         };
         let mut positions = vec![0.0_f32; 3 * particles as usize];
-        // SAFETY: there is room for three floats of each particle.
+        // SAFETY: the buffer holds three floats per particle.
         unsafe { (self.functions.positions)(world, positions.as_mut_ptr()) };
         let positions = positions.chunks_exact(3).map(Vec3::from_slice).collect();
         Ok(Report {
@@ -182,7 +182,7 @@ impl Run for Native {
 
 impl Drop for Native {
     fn drop(&mut self) {
-        // SAFETY: made by `create` of the same peer, and gone after this.
+        // SAFETY: created by `create` of the same peer, and not used afterwards.
         unsafe { (self.functions.destroy)(self.world.as_ptr()) };
     }
 }

@@ -1,90 +1,89 @@
-//! What a peer is to the bench: something that builds a scene and ticks it.
-//!
-//! A peer measures nothing and judges nothing; it says what it holds and where its particles are.
+//! Interface of a peer: it builds a scene, ticks it, and reports its constraints and particles.
+//! Measurement and checks are done elsewhere.
 
 use crate::scenes::Scene;
 use glam::Vec3;
 use serde::Serialize;
 
-/// Why a peer cannot take part, or stopped doing so.
+/// Reason why a peer cannot be measured.
 #[derive(Debug, thiserror::Error)]
 pub enum PeerError {
-    /// It was not compiled, or is not installed.
+    /// The peer was not compiled, or is not installed.
     #[error("{0}")]
     Missing(String),
-    /// It refused the scene.
+    /// The peer cannot build the scene.
     #[error("cannot build {scene}: {reason}")]
     Scene {
         /// Name of the scene.
         scene: &'static str,
-        /// What it said.
+        /// Reason.
         reason: String,
     },
-    /// A peer in a process of its own stopped talking.
+    /// Communication with the process of a peer failed.
     #[error("its process: {0}")]
     Process(String),
 }
 
-/// The constraints that a peer holds after it was built, over all bodies.
+/// Number of constraints in a peer after the scene was built, over all bodies.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
-    /// Distances.
+    /// Distance constraints.
     pub edges: u64,
-    /// Tetrahedra that it keeps the volume of.
+    /// Tetrahedra with a volume constraint.
     pub tetrahedra: u64,
-    /// Constraints that it solves for each of those.
+    /// Constraints per tetrahedron.
     pub per_tetrahedron: u64,
 }
 
 impl Counts {
-    /// Constraint projections of one sweep.
+    /// Constraint projections of one iteration.
     #[must_use]
     pub fn projections(&self) -> u64 {
         self.edges + self.tetrahedra * self.per_tetrahedron
     }
 }
 
-/// What a run holds and where it is.
+/// Constraints and particles of a run.
 #[derive(Debug, Clone)]
 pub struct Report {
-    /// The constraints.
+    /// Number of constraints.
     pub counts: Counts,
-    /// Particles [m], body by body, in the scene's order.
+    /// Positions of the particles [m], body by body, in the order of the scene.
     pub positions: Vec<Vec3>,
 }
 
 /// One scene in one peer.
 pub trait Run {
-    /// Steps 1/60 s in [`SUBSTEPS`](crate::scenes::SUBSTEPS) substeps of one sweep each.
+    /// Steps 1/60 s in [`SUBSTEPS`](crate::scenes::SUBSTEPS) substeps of one iteration each.
     ///
     /// # Errors
     /// [`PeerError::Process`].
     fn tick(&mut self) -> Result<(), PeerError>;
 
-    /// What it holds, and where its particles are now.
+    /// Current constraints and positions.
     ///
     /// # Errors
     /// [`PeerError::Process`].
     fn report(&mut self) -> Result<Report, PeerError>;
 }
 
-/// A solver of soft bodies.
+/// A soft-body solver.
 pub trait Peer {
-    /// Its name in the table; also what `--only` takes.
+    /// Name in the table and for `--only`.
     fn name(&self) -> &'static str;
-    /// Its version, with what its build was told.
+    /// Version, with its build options.
     fn version(&self) -> String;
-    /// The settings that it runs with and what its projection means, in a sentence or two.
+    /// Settings of the run, and what one projection is, in a sentence or two.
     fn settings(&self) -> &'static str;
-    /// Whether it uses more than one thread if it may.
+    /// Whether it can use more than one thread.
     fn is_parallel(&self) -> bool;
-    /// Whether it keeps the volume of tetrahedra.
+    /// Whether it has volume constraints of tetrahedra.
     fn has_volume(&self) -> bool {
         true
     }
-    /// Builds a scene, to be ticked by so many threads.
+    /// Builds a scene that is ticked by a number of threads.
     ///
     /// # Errors
-    /// [`PeerError`], if it cannot.
+    /// [`PeerError`] if the scene cannot be built.
     fn build(&self, scene: &Scene, threads: usize) -> Result<Box<dyn Run>, PeerError>;
 }

@@ -1,4 +1,4 @@
-//! The peers, one a file, and which of them this build has.
+//! The peers, one per file, and the list of those in this build.
 
 #[cfg(feature = "bullet")]
 mod bullet;
@@ -14,7 +14,7 @@ mod rapier;
 use crate::peer::{Peer, PeerError};
 use std::path::Path;
 
-/// Those that can run, Pliant first, and a sentence for each that cannot.
+/// Available peers, Pliant first, and a sentence for each unavailable one.
 #[must_use]
 pub fn all(newton: Option<&Path>) -> (Vec<Box<dyn Peer>>, Vec<String>) {
     let (mut peers, mut left_out): (Vec<Box<dyn Peer>>, _) =

@@ -1,7 +1,7 @@
-//! Whether a run did its work and is still the body that it was.
+//! Checks that a run has all constraints of the scene and has not diverged.
 //!
-//! A run that fails here has no speed: a solver that lost its constraints, or whose numbers are no
-//! longer finite, is faster or slower for no good reason.
+//! No speed is given for a run that fails: that of a solver that lost its constraints, or whose
+//! positions are not finite, means nothing.
 
 use crate::{
     peer::Report,
@@ -10,28 +10,28 @@ use crate::{
 use glam::Vec3;
 use serde::Serialize;
 
-/// Root mean square strain above which a body is no longer one.
+/// Maximum root mean square strain of the edges.
 const MAX_STRAIN: f64 = 0.5;
-/// A body may grow to so many times its size, measured along the diagonal of its bounding box.
+/// Maximum diagonal of the bounding box of a body, over its initial one.
 const MAX_GROWTH: f32 = 3.0;
-/// What a pin may move [m].
+/// Maximum displacement of a pin [m].
 const MAX_SLIP: f32 = 1e-2;
-/// What the farthest particle must have moved after a few ticks of falling [m].
+/// Minimum displacement of the particle that moved most during the warm-up [m].
 const MIN_MOTION: f32 = 1e-4;
 
-/// How far a run is from its constraints.
+/// Residual of the constraints of a run.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Residual {
-    /// Root mean square of length over rest length, less 1.
+    /// Root mean square of length over rest length, minus 1.
     pub edge_strain: f64,
-    /// Root mean square of volume over rest volume, less 1.
+    /// Root mean square of volume over rest volume, minus 1.
     pub volume_strain: f64,
 }
 
-/// Looks a run over.
+/// Checks a run, and returns its residual.
 ///
 /// # Errors
-/// What is wrong with it, in a few words.
+/// The reason why the run is rejected, in a few words.
 pub fn examine(scene: &Scene, has_volume: bool, report: &Report) -> Result<Residual, String> {
     let counts = report.counts;
     let tetrahedra = if has_volume { scene.tetrahedra() } else { 0 };

@@ -1,7 +1,7 @@
-//! The scenes: one mesh each, in one or more copies, the same numbers for every peer.
+//! The scenes: one mesh each, in one or more copies, identical for all peers.
 //!
-//! Everything hangs from one or two pins under gravity, so that no constraint is ever at rest, and
-//! nothing touches anything. Units are metres, kilograms, seconds.
+//! Bodies hang from one or two pins under gravity, so that all constraints are active, and do not
+//! touch anything. Units are meters, kilograms and seconds.
 
 use glam::{DVec3, UVec2, UVec3, Vec2, Vec3};
 use pliant::{
@@ -9,34 +9,34 @@ use pliant::{
     solver::RestShape,
 };
 
-/// Ticks a second.
+/// Ticks per second.
 pub const RATE: f32 = 60.0;
-/// Substeps a tick; each has one sweep over all constraints.
+/// Substeps per tick, each with one iteration over all constraints.
 pub const SUBSTEPS: u32 = 16;
 /// Gravity along y [m/s²].
 pub const GRAVITY: f32 = -9.81;
 /// Mass per m³ of a solid and per m² of a cloth.
 pub const DENSITY: f32 = 1.0;
-/// α/h² of an edge over the inverse mass of a particle of mean mass: at 1 a projection takes two
-/// thirds of the error away, where a rigid edge's takes all. It is above zero for the sake of peers
-/// that solve edges in sorted order, as the meshes have them and as Jolt sorts them: a large cloth
-/// of rigid edges flies apart then, and one with a third of this.
+/// α/h² of an edge over the inverse mass of a particle of mean mass. At 1, a projection removes two
+/// thirds of the error; that of a rigid edge removes all of it. It is above zero for peers that
+/// solve edges in sorted order, in which the meshes have them and into which Jolt sorts them. In
+/// that order, a large cloth of rigid edges diverges, as does one with a third of this value.
 pub const SOFTNESS: f32 = 1.0;
 
 /// A scene.
 #[derive(Debug, Clone)]
 pub struct Scene {
-    /// What `--rows` takes.
+    /// Name for `--rows`.
     pub name: &'static str,
     /// The mesh of one body.
     pub shape: RestShape,
-    /// Inverse mass of each particle [1/kg]; 0 is pinned.
+    /// Inverse mass of each particle [1/kg]; 0 for pins.
     pub inverse_masses: Vec<f32>,
     /// The pinned particles.
     pub pins: Vec<u32>,
-    /// Where the copies of the body stand [m].
+    /// Offsets of the copies of the body [m].
     pub offsets: Vec<Vec3>,
-    /// Of every edge [m/N].
+    /// Compliance of each edge [m/N].
     pub edge_compliance: f32,
 }
 
@@ -45,7 +45,7 @@ pub const NAMES: [&str; 8] = [
     "bunny", "bunny10", "bunny100", "block20", "cloth21", "cloth64", "cloth200", "cloth512",
 ];
 
-/// Builds the scene of a name.
+/// Builds a scene by its name.
 ///
 /// # Errors
 /// [`MeshError`] of the mesh, or [`MeshError::UnknownAsset`] for a name that is not in [`NAMES`].
@@ -66,7 +66,7 @@ pub fn build(name: &str) -> Result<Scene, MeshError> {
     }
 }
 
-/// The Stanford bunny, 1 m long, filled as coarsely as to have some 333 particles.
+/// The Stanford bunny, 1 m long, filled coarsely: about 333 particles.
 fn bunny() -> Result<RestShape, MeshError> {
     let options = BuildOptions {
         size: Some(1.0),
@@ -76,7 +76,7 @@ fn bunny() -> Result<RestShape, MeshError> {
     Ok(mesh::build(mesh::asset::load("bunny")?, &options)?.shape)
 }
 
-/// A cube of cells of 5 cm, five tetrahedra each.
+/// A cube of 5 cm cells of five tetrahedra each.
 fn block(cells: u32) -> Result<RestShape, MeshError> {
     let block = Primitive::Box {
         size: Vec3::splat(cells as f32 * 0.05),
@@ -85,7 +85,7 @@ fn block(cells: u32) -> Result<RestShape, MeshError> {
     Ok(block.build()?.shape)
 }
 
-/// A square cloth of so many particles along a side, 5 cm apart, with both diagonals.
+/// A square cloth with `side` particles along each side, 5 cm apart, and both diagonals.
 fn cloth(side: u32) -> Result<RestShape, MeshError> {
     let cloth = Primitive::Cloth {
         size: Vec2::splat((side - 1) as f32 * 0.05),
@@ -117,8 +117,8 @@ fn scene(name: &'static str, shape: RestShape, copies: usize) -> Scene {
     }
 }
 
-/// The highest particle to the left and to the right: two corners of a block or a cloth, and the
-/// tip of whatever has one.
+/// The highest particle on the left and the one on the right: two corners of a block or a cloth;
+/// only one particle if they are the same.
 fn pins(shape: &RestShape) -> Vec<u32> {
     let highest = |lean: f32| {
         let height = |v: &Vec3| v.y + lean * v.x - 1e-4 * v.z;
@@ -134,11 +134,11 @@ fn pins(shape: &RestShape) -> Vec<u32> {
     pins
 }
 
-/// Mass of each particle [kg]: of each element an equal share to each corner.
+/// Mass of each particle [kg]: the mass of each element is divided equally among its corners.
 fn masses(shape: &RestShape) -> Vec<f32> {
     let mut masses = vec![0.0_f64; shape.vertices.len()];
     let at = |i: u32| shape.vertices[i as usize].as_dvec3();
-    let mut share = |corners: &[u32], measure: f64| {
+    let mut distribute = |corners: &[u32], measure: f64| {
         for &corner in corners {
             masses[corner as usize] += measure * f64::from(DENSITY) / corners.len() as f64;
         }
@@ -146,11 +146,11 @@ fn masses(shape: &RestShape) -> Vec<f32> {
     if shape.tetrahedra.is_empty() {
         for corners in &shape.triangles {
             let [a, b, c] = corners.map(at);
-            share(corners, (b - a).cross(c - a).length() / 2.0);
+            distribute(corners, (b - a).cross(c - a).length() / 2.0);
         }
     } else {
         for corners in &shape.tetrahedra {
-            share(corners, volume(corners.map(at)).abs());
+            distribute(corners, volume(corners.map(at)).abs());
         }
     }
     masses.into_iter().map(|mass| mass as f32).collect()

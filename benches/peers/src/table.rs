@@ -8,44 +8,44 @@ use crate::{
 use serde::Serialize;
 use std::fmt::Write;
 
-/// A peer as it took part.
+/// A measured peer.
 #[derive(Debug, Clone, Serialize)]
 pub struct Participant {
-    /// Its name.
+    /// Name.
     pub name: &'static str,
-    /// Its version.
+    /// Version.
     pub version: String,
-    /// Its settings.
+    /// Settings.
     pub settings: &'static str,
-    /// Whether it ran with more than one thread, too.
+    /// Whether it was also measured with more than one thread.
     pub parallel: bool,
 }
 
-/// A scene's size.
+/// Size of a scene.
 #[derive(Debug, Clone, Serialize)]
 pub struct Size {
     /// Name of the scene.
     pub name: &'static str,
-    /// Bodies.
+    /// Number of bodies.
     pub bodies: usize,
-    /// Particles over all of them.
+    /// Particles of all bodies.
     pub particles: usize,
-    /// Edges over all of them.
+    /// Edges of all bodies.
     pub edges: u64,
-    /// Tetrahedra over all of them.
+    /// Tetrahedra of all bodies.
     pub tetrahedra: u64,
 }
 
-/// Everything that was found out.
+/// Results of all measurements.
 #[derive(Debug, Clone, Serialize)]
 pub struct Findings {
-    /// Where.
+    /// The machine.
     pub machine: Machine,
-    /// How long.
+    /// Duration of the measurement.
     pub effort: Effort,
-    /// Who.
+    /// The measured peers.
     pub participants: Vec<Participant>,
-    /// Who not, and why.
+    /// Peers that were left out, with the reasons.
     pub left_out: Vec<String>,
     /// The scenes.
     pub sizes: Vec<Size>,
@@ -100,8 +100,8 @@ impl Findings {
         writeln!(text, "{cpu}, {threads} threads; {os}; {rustc}.\n")?;
         writeln!(
             text,
-            "A tick is 1/{RATE} s in {SUBSTEPS} substeps of one sweep. Medians of {rounds} rounds \
-             of {} ms, peers in turn, after {warm_up} ticks.\n",
+            "A tick is 1/{RATE} s in {SUBSTEPS} substeps of one iteration. Medians of {rounds} \
+             rounds of {} ms, peers in turn, after {warm_up} ticks.\n",
             slice.as_millis()
         )?;
         for peer in &self.participants {
@@ -161,8 +161,8 @@ impl Findings {
         Ok(())
     }
 
-    /// Pliant's rate over that of an outcome; Pliant with as many threads, or its best if it has
-    /// not run with so many.
+    /// Rate of Pliant over that of an outcome, with the same number of threads, or with one if
+    /// Pliant was not measured with that number.
     fn ratio(&self, outcome: &Outcome, figures: &Figures) -> Option<f64> {
         let pliant = |threads: usize| {
             self.outcomes
@@ -208,7 +208,7 @@ impl Findings {
     }
 }
 
-/// Three digits, as far as there are any.
+/// A number with three significant digits, or three decimals below 1.
 fn rounded(value: f64) -> String {
     match value {
         v if v >= 100.0 => format!("{v:.0}"),

@@ -40,8 +40,8 @@ pub fn deform(particles: &mut Particles, deformation: Deformation) {
             Deformation::Scale(factor) if factor.is_finite() => middle + (place - middle) * factor,
             Deformation::Squash(_) | Deformation::Scale(_) => place,
             Deformation::Shuffle(_) => {
-                let share = Vec3::new(random.next(), random.next(), random.next());
-                low + (high - low) * share
+                let fraction = Vec3::new(random.next(), random.next(), random.next());
+                low + (high - low) * fraction
             }
             Deformation::Line => Vec3::new(middle.x, place.y, middle.z),
             Deformation::Mirror => Vec3::new(2.0 * middle.x - place.x, place.y, place.z),

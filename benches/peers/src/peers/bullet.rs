@@ -1,4 +1,4 @@
-//! Bullet, as the system has it; `native/bullet.cpp` is the other half.
+//! Bullet, as installed on the system; see also `native/bullet.cpp`.
 
 use crate::peer::{Peer, PeerError};
 

@@ -1,4 +1,4 @@
-//! Jolt, compiled from its source; `native/jolt.cpp` is the other half.
+//! Jolt, compiled from its source; see also `native/jolt.cpp`.
 
 use crate::peer::{Peer, PeerError};
 

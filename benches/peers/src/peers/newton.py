@@ -1,4 +1,4 @@
-"""Newton's XPBD behind three lines of text: a scene as JSON, then `tick` and `report`."""
+"""Newton's XPBD, controlled by lines of text: a scene as JSON, then `tick` and `report`."""
 
 import json
 import sys
@@ -7,18 +7,19 @@ import numpy as np
 import warp as wp
 
 answers = sys.stdout
-sys.stdout = sys.stderr  # Warp prints as it likes; only answers go out.
+sys.stdout = sys.stderr  # Warp prints to the standard output, which is for answers only.
 wp.config.quiet = True
 
-import newton  # noqa: E402  (after Warp was told to be quiet)
+import newton  # noqa: E402  (after Warp was set to be quiet)
 
-# Jacobi adds up what all elements of a particle want; with so many it must not overshoot.
+# Jacobi iterations add the corrections of all elements of a particle. Elements are softened for
+# this number of them per particle, so that the sum does not overshoot.
 EDGES_OF_A_PARTICLE = 12.0
 TETRAHEDRA_OF_A_PARTICLE = 24.0
 
 
 def modulus(vertices, tetrahedra, weight, h):
-    """Lamé parameters [Pa] at which a regular tetrahedron of the mean volume gives way enough."""
+    """Lamé parameters [Pa] at which a regular tetrahedron of the mean volume is soft enough."""
     corners = vertices[np.array(tetrahedra)]
     volume = float(np.mean(np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1]))) / 6.0)
     side_squared = (6.0 * np.sqrt(2.0) * volume) ** (2.0 / 3.0)
@@ -28,7 +29,7 @@ def modulus(vertices, tetrahedra, weight, h):
 
 
 def build(scene):
-    """A model with all bodies of the scene, and how many constraints went in."""
+    """A model with all bodies of the scene."""
     h = scene["step"]
     weights = np.array(scene["inverse_masses"])
     mean_weight = float(np.mean(weights[weights > 0]))

@@ -1,7 +1,7 @@
-//! Newton, in a Python process of its own; `newton.py` is the other half.
+//! Newton, in a separate Python process; see also `newton.py`.
 //!
-//! The two talk in lines: a scene as JSON, `tick`, `report`. What a line costs to send is measured
-//! with the tick, some tens of microseconds.
+//! The protocol is one line per message: a scene as JSON, then `tick` and `report`. The measured
+//! time of a tick includes that of its message, some tens of microseconds.
 
 use crate::{
     peer::{Counts, Peer, PeerError, Report, Run},
@@ -17,10 +17,10 @@ use std::{
 
 const SCRIPT: &str = include_str!("newton.py");
 
-/// Newton, if this Python has it.
+/// Newton, if it is installed for this Python.
 ///
 /// # Errors
-/// [`PeerError::Missing`] if it has not.
+/// [`PeerError::Missing`] if it cannot be imported.
 pub fn find(python: &Path) -> Result<Box<dyn Peer>, PeerError> {
     let missing = |reason: String| {
         let python = python.display();
@@ -110,7 +110,7 @@ struct Running {
 struct Answer {
     edges: u64,
     tetrahedra: u64,
-    /// Three numbers a particle; what is not finite is `null`.
+    /// Three numbers per particle; `null` if not finite.
     positions: Vec<[Option<f32>; 3]>,
 }
 
@@ -154,7 +154,7 @@ impl Run for Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
-        // It may have ended by itself; either way it is gone after this.
+        // The process may already have ended.
         if self.process.kill().is_ok() {
             let _ = self.process.wait();
         }

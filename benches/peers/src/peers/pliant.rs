@@ -1,4 +1,4 @@
-//! Pliant itself, called without Bevy.
+//! Pliant, without Bevy.
 
 use crate::{
     machine::locked_version,
@@ -8,7 +8,7 @@ use crate::{
 use glam::Vec3;
 use pliant::solver::{
     Body, Compliance, Density, Effects, Iterations, Rate, Stretch, Substeps, Threads, Topology,
-    Volume, World, lanes::Instructions,
+    VertexIndex, Volume, World, lanes::Instructions,
 };
 use std::{fmt::Display, sync::Arc};
 
@@ -57,7 +57,7 @@ impl Peer for Pliant {
         settings.gravity = Vec3::new(0.0, GRAVITY, 0.0);
         for &offset in &scene.offsets {
             let mut body = Body::new(scene.name, Arc::clone(&topology), density);
-            body.pins.clone_from(&scene.pins);
+            body.pins = scene.pins.iter().copied().map(VertexIndex).collect();
             body.update_masses();
             body.translate(offset);
             body.effects = Effects {
@@ -89,7 +89,8 @@ impl Run for Running {
         };
         let mut positions = Vec::new();
         for body in &self.0.bodies {
-            // A body that went wrong is frozen at its last finite state; here that is a failure.
+            // A body that diverged is paused at its last finite state (quarantine). Here it counts
+            // as a failure.
             if body.is_active() {
                 counts.edges += body.topology.edges.ends().len() as u64;
                 counts.tetrahedra += body.topology.tetrahedra.corners().len() as u64;
@@ -97,7 +98,7 @@ impl Run for Running {
             let numbering = &body.topology.numbering;
             let vertices = 0..body.particles.positions.len() as u32;
             positions.extend(vertices.map(|vertex| {
-                let particle = numbering.particle(vertex) as usize;
+                let particle = numbering.particle(VertexIndex(vertex)).index();
                 body.particles.positions[particle].truncate()
             }));
         }

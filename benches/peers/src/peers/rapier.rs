@@ -1,4 +1,4 @@
-//! Rapier's soft bodies, by either of its solvers.
+//! Rapier's soft bodies, with each of its two solvers.
 
 use crate::{
     machine::locked_version,
@@ -10,19 +10,20 @@ use rapier3d::prelude::{
     PhysicsWorld, Real, SoftBodyBuilder, SoftBodyHandle, SoftBodySolver, SpringCoefficients, Vector,
 };
 
-/// Which of its solvers.
+/// Solver of Rapier.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Rapier {
-    /// Gauss–Seidel over constraints, in velocities.
+    /// Gauss–Seidel iterations over the constraints, on velocities.
     Constraints,
-    /// Implicit Euler over the whole body.
+    /// Implicit Euler for the whole body.
     Fem,
 }
 
-/// Natural frequency of edges and volumes [Hz]: as good as rigid, as Rapier's own joints have it.
+/// Natural frequency of edges and volumes [Hz]: practically rigid, as for Rapier's joints.
 const FREQUENCY: Real = 1.0e6;
-/// The same for the implicit solver: it leaves about as much strain as the others then. Stiffer
-/// bodies cost it no more time and are strained less still, until at 10⁶ Hz a cloth diverges.
+/// Natural frequency for the implicit solver [Hz], at which the remaining strain is about that of
+/// the other peers. Stiffer bodies take the same time and have less strain; at 10⁶ Hz a cloth
+/// diverges.
 const FREQUENCY_FEM: Real = 240.0;
 
 impl Peer for Rapier {
@@ -41,9 +42,9 @@ impl Peer for Rapier {
         match self {
             Self::Constraints => {
                 "`PhysicsWorld::step` with 16 solver iterations (its substeps) and no further \
-                 sweeps within one; edges and volume cells of 10⁶ Hz, damping ratio 1; no collider, \
-                 no sleep. A projection is one update and velocity sweep of a constraint, warm \
-                 started."
+                 iterations within one; edges and volume cells of 10⁶ Hz, damping ratio 1; no \
+                 collider, no sleep. A projection is one update and velocity iteration of a \
+                 constraint, warm started."
             }
             Self::Fem => {
                 "The same bodies with `SoftBodySolver::Fem` and its default parameters, edges and \
@@ -87,7 +88,7 @@ impl Rapier {
     fn body(self, scene: &Scene, offset: Vec3) -> SoftBodyBuilder {
         let shape = &scene.shape;
         let at = |x: &Vec3| Vector::new(x.x + offset.x, x.y + offset.y, x.z + offset.z);
-        // The mass of a pin is never used.
+        // The mass of a pin is not used.
         let mass = |&inverse: &f32| if inverse > 0.0 { 1.0 / inverse } else { 1.0 };
         let (solver, frequency) = match self {
             Self::Constraints => (SoftBodySolver::Constraints, FREQUENCY),

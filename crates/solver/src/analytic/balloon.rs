@@ -77,8 +77,8 @@ mod tests {
     fn what_pushes_is_what_holds() {
         for lattice in [0.0, 900.0] {
             let balloon = Balloon { lattice, ..BALLOON };
-            let share = (balloon.filled_radius() / balloon.radius).powi(3);
-            let pushed = balloon.bulk_modulus * (balloon.factor / share - 1.0);
+            let ratio = (balloon.filled_radius() / balloon.radius).powi(3);
+            let pushed = balloon.bulk_modulus * (balloon.factor / ratio - 1.0);
             assert!((pushed / balloon.overpressure() - 1.0).abs() < 1e-9);
         }
     }

@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn the_points_of_a_strip_are_as_far_apart_along_it_as_was_asked() {
+    fn the_points_of_a_strip_have_the_requested_distance_along_it() {
         let strip = Elastica {
             load: 30.0,
             clamp: 0.5,

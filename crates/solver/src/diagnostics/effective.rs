@@ -13,24 +13,24 @@
 //!
 //! **λ/h² is nevertheless the true force.** In a substep every movable particle obeys
 //! (v − v₀)/(h w) = g/w + Σ ∇C λ/h², whether or not the iterations converged: λ starts at zero, and
-//! the motion of the particle apart from gravity is the sum of w ∇C Δλ. In a body at rest these forces balance
-//! the load; in a hanging chain they are the tensions. One iteration is sufficient for that,
-//! because it compensates the whole displacement by gravity in a substep, h²g. (Each ∇C is taken at
-//! its own projection, so the relative error of the balance at the end is the fraction by which an
-//! element rotated or stretched within the substep.)
+//! the motion of the particle apart from gravity is the sum of w ∇C Δλ. In a body at rest these
+//! forces balance the load; in a hanging chain they are the tensions. One iteration is sufficient
+//! for that, because it compensates the whole displacement by gravity in a substep, h²g. (Each ∇C
+//! is taken at its own projection, so the relative error of the balance at the end is the fraction
+//! by which an element rotated or stretched within the substep.)
 //!
 //! **The measure** is the slope of strain over force, with F = −λ/h² [N, or Pa for a volume] and
 //! e = C + τ ∇C·v:
 //!
 //! effective = Σ eF / ΣF², requested = ΣαF² / ΣF², both in m/N, or m⁵/N for a volume.
 //!
-//! effective/requested is the least-squares fit of e = factor · αF, weighted by 1/α. It is also a ratio of
-//! works: at rest, ΣCF over all effects is the load times its actual displacement (principle of
-//! virtual work), and ΣαF² is the value that the material would give for the same forces. Where
-//! statics alone determines the forces, as in a chain, effective/requested is exactly the excess compliance
-//! of the body under its load. Elsewhere the forces differ slightly from those of the converged
-//! body, and over all effects together the ratio is at most that factor: of all forces in balance
-//! with a load, the true ones minimize ΣαF².
+//! effective/requested is the least-squares fit of e = factor · αF, weighted by 1/α. It is also a
+//! ratio of works: at rest, ΣCF over all effects is the load times its actual displacement
+//! (principle of virtual work), and ΣαF² is the value that the material would give for the same
+//! forces. Where statics alone determines the forces, as in a chain, effective/requested is exactly
+//! the excess compliance of the body under its load. Elsewhere the forces differ slightly from
+//! those of the converged body, and over all effects together the ratio is at most that factor: of
+//! all forces in balance with a load, the true ones minimize ΣαF².
 //!
 //! **When it is undefined.** It is `None` when no element carries a force; when the mean strain
 //! under load is within the rounding of a rest length to f32, as in free fall; and when elements

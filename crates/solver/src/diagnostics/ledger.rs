@@ -417,8 +417,8 @@ impl EnergyTracker {
             Cause::Friction => &mut self.friction,
         };
         let known = column.iter_mut().zip(&mut self.before);
-        for ((share, before), way) in known.zip(ways(particles)) {
-            *share += way - *before;
+        for ((credited, before), way) in known.zip(ways(particles)) {
+            *credited += way - *before;
             *before = way;
         }
     }

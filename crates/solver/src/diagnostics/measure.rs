@@ -203,8 +203,8 @@ pub fn residual<const N: usize, const M: usize>(
         .filter(|(row, _)| row.scale != 0.0)
         .fold(SquareSum::default(), |mut all, (row, &lambda)| {
             let force = f64::from(lambda) * per_step;
-            let share = (row.error + row.compliance * force) / row.scale;
-            all.sum += share * share;
+            let relative = (row.error + row.compliance * force) / row.scale;
+            all.sum += relative * relative;
             all.count += 1;
             all
         })

@@ -74,9 +74,9 @@ impl Column {
     }
 
     /// Updates λ for a fraction of the step.
-    pub fn advance(&mut self, share: f64) {
+    pub fn advance(&mut self, fraction: f64) {
         for (lambda, next) in self.lambdas.iter_mut().zip(&self.next) {
-            *lambda += (next - *lambda) * share;
+            *lambda += (next - *lambda) * fraction;
         }
     }
 

@@ -450,10 +450,10 @@ impl Workspace {
             }
         }
         before.clone_from(x);
-        let mut share = 1.0;
+        let mut fraction = 1.0;
         for _ in 0..TRIALS {
             for (i, x) in x.iter_mut().enumerate() {
-                *x = before[i] + step[plan.place[i] as usize] * share;
+                *x = before[i] + step[plan.place[i] as usize] * fraction;
             }
             let places = Positions {
                 topology,
@@ -470,11 +470,11 @@ impl Workspace {
             effects.visit(&mut merit);
             if merit.sum <= start * (1.0 + SLACK) {
                 for column in columns {
-                    column.advance(share);
+                    column.advance(fraction);
                 }
                 return true;
             }
-            share *= SHORTER;
+            fraction *= SHORTER;
         }
         x.clone_from(before);
         false

@@ -29,7 +29,7 @@ impl Plan {
     pub fn new(
         particles: usize,
         links: impl Iterator<Item = (u32, u32)>,
-        most_work: u64,
+        max_work: u64,
     ) -> Result<Self, TooLarge> {
         let mut near = vec![Vec::new(); particles];
         for (a, b) in links {
@@ -49,7 +49,7 @@ impl Plan {
             let clique = std::mem::take(&mut near[next as usize]);
             let count = clique.len() as u64;
             work += 27 * (count * (count + 1) / 2 + count);
-            if work > most_work {
+            if work > max_work {
                 return Err(TooLarge);
             }
             for &i in &clique {

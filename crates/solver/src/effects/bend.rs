@@ -125,12 +125,12 @@ pub(super) fn wrapped(error: f64) -> f64 {
 
 /// Gradients of the angle of a hinge [1/m], with lower bounds for the squared lengths of normals
 /// and edge.
-fn gradients(x: [DVec3; 4], [least_normal, least_edge]: [f64; 2]) -> [DVec3; 4] {
+fn gradients(x: [DVec3; 4], [min_normal, min_edge]: [f64; 2]) -> [DVec3; 4] {
     let [n1, n2] = normals(x);
     let edge = x[1] - x[0];
-    let length = edge.length_squared().max(least_edge).sqrt();
-    let u1 = n1 / n1.length_squared().max(least_normal);
-    let u2 = n2 / n2.length_squared().max(least_normal);
+    let length = edge.length_squared().max(min_edge).sqrt();
+    let u1 = n1 / n1.length_squared().max(min_normal);
+    let u2 = n2 / n2.length_squared().max(min_normal);
     let over_1 = (x[2] - x[0]).dot(edge) / length;
     let over_2 = (x[3] - x[0]).dot(edge) / length;
     [
@@ -172,12 +172,12 @@ impl Blocks<4, 1> for Kernel<'_> {
     ) -> Projected<L, 4, 1> {
         let Coefficients { alpha, gamma } = self.coefficients;
         let zero = f32x8::splat(simd, 0.0);
-        let [least_normal, least_edge] =
+        let [min_normal, min_edge] =
             [0, 1].map(|kind: usize| block.column(simd, &self.hinges.floors[kind]));
         let edge = difference(&x[1], &x[0]);
         let (first, second) = (difference(&x[2], &x[0]), difference(&x[3], &x[0]));
         let (n1, n2) = (cross(&edge, &first), cross(&second, &edge));
-        let length = dot(&edge, &edge).max(least_edge).sqrt();
+        let length = dot(&edge, &edge).max(min_edge).sqrt();
         let sine = dot(&cross(&n1, &n2), &edge) / length;
         let angle = arc_tangent(simd, sine, dot(&n1, &n2));
         let mut error = angle - block.column(simd, &self.hinges.rest_angle);
@@ -188,8 +188,8 @@ impl Blocks<4, 1> for Kernel<'_> {
         // projections of the opposite corners onto it.
         let over_1 = dot(&first, &edge) / length;
         let over_2 = dot(&second, &edge) / length;
-        let s1 = 1.0 / dot(&n1, &n1).max(least_normal);
-        let s2 = 1.0 / dot(&n2, &n2).max(least_normal);
+        let s1 = 1.0 / dot(&n1, &n1).max(min_normal);
+        let s2 = 1.0 / dot(&n2, &n2).max(min_normal);
         let mut gradients = [[zero; 3]; 4];
         for axis in 0..3 {
             let (u1, u2) = (n1[axis] * s1, n2[axis] * s2);

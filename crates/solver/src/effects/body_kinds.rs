@@ -245,8 +245,8 @@ macro_rules! of_body_effects {
             /// Begins a substep on a piece.
             ///
             /// # Safety
-            /// The states are still borrowed, and no other thread works on the piece, or on one that shares a particle
-            /// with it.
+            /// The states are still borrowed, and no other thread works on the piece, or on one
+            /// that shares a particle with it.
             pub unsafe fn begin(&self, particles: &Range<usize>) {
                 // SAFETY: the caller's promise.
                 unsafe {

@@ -112,7 +112,8 @@ pub trait Visit {
     fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E);
 }
 
-/// One iteration over all constraints of an effect of a body, on one thread, with substeps of `h` seconds.
+/// One iteration over all constraints of an effect of a body, on one thread, with substeps of `h`
+/// seconds.
 pub fn iterate<const N: usize, const M: usize>(
     effect: &impl Elastic<N, M>,
     topology: &Topology,

@@ -17,24 +17,24 @@ use serde::{Deserialize, Serialize};
     into = "Vec<(ParticleIndex, f32)>"
 )]
 pub struct SurfacePoint {
-    particles: [ParticleIndex; Self::MOST],
-    weights: [f32; Self::MOST],
+    particles: [ParticleIndex; Self::MAX_PARTICLES],
+    weights: [f32; Self::MAX_PARTICLES],
     count: usize,
 }
 
 impl SurfacePoint {
     /// Maximum number of particles: three corners of a fine triangle, each embedded in four
     /// particles.
-    pub const MOST: usize = 12;
+    pub const MAX_PARTICLES: usize = 12;
 
     /// A point from particles and weights; weights of repeated particles are added, and the sum is
-    /// normalized to 1. `None` if there are more than [`Self::MOST`] different particles, none, or
-    /// the weights sum to zero.
+    /// normalized to 1. `None` if there are more than [`Self::MAX_PARTICLES`] different particles,
+    /// none, or the weights sum to zero.
     #[must_use]
     pub fn new(terms: &[(ParticleIndex, f32)]) -> Option<Self> {
         let mut point = Self {
-            particles: [ParticleIndex(0); Self::MOST],
-            weights: [0.0; Self::MOST],
+            particles: [ParticleIndex(0); Self::MAX_PARTICLES],
+            weights: [0.0; Self::MAX_PARTICLES],
             count: 0,
         };
         for &(particle, weight) in terms {
@@ -42,7 +42,7 @@ impl SurfacePoint {
                 .iter()
                 .position(|&p| p == particle);
             let slot = known.unwrap_or(point.count);
-            if slot == Self::MOST {
+            if slot == Self::MAX_PARTICLES {
                 return None;
             }
             point.particles[slot] = particle;
@@ -93,8 +93,8 @@ impl SurfacePoint {
     pub(crate) fn push(&self, part: &mut Part, change: DVec3) {
         for (particle, b) in self.terms() {
             let i = particle.index();
-            let share = f64::from(b) * f64::from(part.positions[i].w);
-            part.shift(i, change * share);
+            let weight = f64::from(b) * f64::from(part.positions[i].w);
+            part.shift(i, change * weight);
         }
     }
 

@@ -59,7 +59,7 @@ impl Membrane {
         ]
         .map(f64::from);
         let half = 0.5 * modulus * thickness;
-        [1.0 - ratio, 1.0 + ratio, 1.0 + ratio].map(|share| share / half)
+        [1.0 - ratio, 1.0 + ratio, 1.0 + ratio].map(|factor| factor / half)
     }
 }
 

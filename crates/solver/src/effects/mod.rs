@@ -1,7 +1,7 @@
 //! The table of effects, and the effects of a body.
 //!
-//! [`effects!`](crate::effects) is the only list of effects. It passes the list to a macro, which generates what is
-//! needed per effect.
+//! [`effects!`](crate::effects) is the only list of effects. It passes the list to a macro, which
+//! generates what is needed per effect.
 
 pub mod bend;
 pub(crate) mod body_effect;

@@ -79,7 +79,7 @@ impl Plasticity {
 }
 
 /// Minimum fraction of the pending flow that is applied at once; see the module.
-const MIN_SHARE: f64 = 1.0 / 256.0;
+const MIN_FRACTION: f64 = 1.0 / 256.0;
 
 /// Maximum fraction by which rest lengths and rest volumes shrink, whatever the limit.
 const MAX_SHRINKING: f32 = 0.9;
@@ -93,7 +93,7 @@ impl Plasticity {
         if creep == 0.0 {
             return None;
         }
-        let together = ((MIN_SHARE / (creep * h)) as u64).max(1);
+        let together = ((MIN_FRACTION / (creep * h)) as u64).max(1);
         let number = (time / h).round() as u64;
         number
             .is_multiple_of(together)
@@ -244,18 +244,18 @@ struct Law {
     /// Maximum change of R, relative to S.
     limit: f32,
     /// 1 − e^(−ch).
-    share: f32,
+    fraction: f32,
 }
 
 impl Law {
     /// For `seconds`; `None` if it never flows.
     fn new(yields: Yield, limit: PlasticLimit, creep: Creep, seconds: f64) -> Option<Self> {
-        let share = -libm::expm1(-f64::from(creep.get()) * seconds);
+        let fraction = -libm::expm1(-f64::from(creep.get()) * seconds);
         yields.get().is_finite().then_some(Self {
             yields: yields.get(),
             // ∞ times a length of 0 would not be a number.
             limit: limit.get().min(1e6),
-            share: share as f32,
+            fraction: fraction as f32,
         })
     }
 
@@ -271,7 +271,7 @@ impl Law {
         let error = now - f64::from(rest);
         let over = error.abs() - f64::from(size * self.yields);
         if over > 0.0 {
-            let next = f64::from(rest) + (over * f64::from(self.share)).copysign(error);
+            let next = f64::from(rest) + (over * f64::from(self.fraction)).copysign(error);
             next.clamp(least.into(), most.into()) as f32
         } else {
             rest
@@ -288,7 +288,7 @@ impl Law {
     ) -> f32x8<L> {
         let error = now - rest;
         let over = error.abs() - size * self.yields;
-        let step = over * self.share;
+        let step = over * self.fraction;
         let step = error.simd_lt(0.0).select(-step, step);
         let next = (rest + step).max(least).min(most);
         // Adding −0 leaves every number bitwise unchanged.

@@ -116,7 +116,7 @@ impl Pressure {
     pub fn overpressure(&self, enclosure: &Enclosure, volume: f64) -> f64 {
         match f64::from(self.bulk_modulus) {
             f64::INFINITY => 0.0,
-            modulus => modulus * (1.0 / self.share(enclosure, volume) - 1.0),
+            modulus => modulus * (1.0 / self.volume_ratio(enclosure, volume) - 1.0),
         }
     }
 
@@ -127,8 +127,8 @@ impl Pressure {
         match f64::from(self.bulk_modulus) {
             f64::INFINITY => 0.0,
             modulus => {
-                let share = self.share(enclosure, volume);
-                modulus * self.own_volume(enclosure) * (share - 1.0 - libm::log(share))
+                let ratio = self.volume_ratio(enclosure, volume);
+                modulus * self.own_volume(enclosure) * (ratio - 1.0 - libm::log(ratio))
             }
         }
     }
@@ -139,7 +139,7 @@ impl Pressure {
         volume * pressed / self.own_volume(enclosure) - 1.0
     }
 
-    fn share(&self, enclosure: &Enclosure, volume: f64) -> f64 {
+    fn volume_ratio(&self, enclosure: &Enclosure, volume: f64) -> f64 {
         (volume / self.own_volume(enclosure)).max(DENSEST)
     }
 }

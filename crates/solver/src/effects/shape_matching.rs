@@ -234,8 +234,8 @@ impl ShapeMatchingState {
             let fit = Fit::of(members, &self.regions, topology, &at);
             let scale = fit.size(&at);
             if scale > 0.0 {
-                let share = (fit.strain(&at) + alpha * lambda) / scale;
-                all.sum += share * share;
+                let relative = (fit.strain(&at) + alpha * lambda) / scale;
+                all.sum += relative * relative;
                 all.count += 1;
             }
         }

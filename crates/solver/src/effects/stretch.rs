@@ -34,8 +34,9 @@ pub struct Stretch {
     pub axial_stiffness: Stiffness,
     /// Damping τ [s], see [`multipliers`](super::multipliers); default 0.
     pub damping: Damping,
-    /// Time constant [s] for recovering crushed and tangled edges of a sheet without adding velocity, see
-    /// [`repair`](crate::repair); default 0.05, ∞ disables recovery. Ropes and solids ignore it.
+    /// Time constant [s] for recovering crushed and tangled edges of a sheet without adding
+    /// velocity, see [`repair`](crate::repair); default 0.05, ∞ disables recovery. Ropes and solids
+    /// ignore it.
     pub repair: RepairTime,
 }
 

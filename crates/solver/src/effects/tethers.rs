@@ -214,8 +214,8 @@ impl BodyEffect for Tethers {
             let length = f64::from(target.w) * most;
             if length.is_finite() {
                 let far = (x.truncate() - target.truncate()).as_dvec3().length();
-                let share = (far / length - 1.0).max(0.0);
-                all.sum += share * share;
+                let relative = (far / length - 1.0).max(0.0);
+                all.sum += relative * relative;
                 all.count += 1;
             }
         }

@@ -39,8 +39,8 @@ pub struct Volume {
     /// substep, more than about 0.05 s on nearly incompressible elements causes jitter instead of
     /// damping.
     pub damping: Damping,
-    /// Time constant T for [recovering](crate::repair) collapsed or inverted tetrahedra [s]; default
-    /// 0.05, ∞ disables recovery.
+    /// Time constant T for [recovering](crate::repair) collapsed or inverted tetrahedra [s];
+    /// default 0.05, ∞ disables recovery.
     pub repair: RepairTime,
 }
 
@@ -90,10 +90,10 @@ pub(crate) fn gradients([x0, x1, x2, x3]: [DVec3; 4]) -> [DVec3; 4] {
     [-(g1 + g2 + g3), g1, g2, g3]
 }
 
-/// Whether any tetrahedron has less than this fraction of its rest volume, or will have at the
+/// Whether any tetrahedron has less than `fraction` of its rest volume, or will have at the
 /// position predicted by inertia for the next substep.
 pub(crate) fn any_below(
-    share: f32,
+    fraction: f32,
     topology: &Topology,
     particles: &Particles,
     instructions: Instructions,
@@ -103,12 +103,15 @@ pub(crate) fn any_below(
         &tetrahedra.elements,
         particles,
         instructions,
-        &Below { share, tetrahedra },
+        &Below {
+            fraction,
+            tetrahedra,
+        },
     )
 }
 
 struct Below<'a> {
-    share: f32,
+    fraction: f32,
     tetrahedra: &'a Tetrahedra,
 }
 
@@ -124,10 +127,10 @@ impl Ask<4> for Below<'_> {
         let volume = dot(&a, &cross(&b, &c));
         let last = f32x8::splat(simd, 0.0);
         // Lanes without a constraint repeat the last, but their rest volumes are 0.
-        let told = rest_volume.abs().simd_gt(last);
-        let share = volume / told.select(rest_volume, f32x8::splat(simd, 1.0));
-        let share = told.select(share, f32x8::splat(simd, f32::INFINITY));
-        share.simd_lt(self.share * 6.0).any_true()
+        let used = rest_volume.abs().simd_gt(last);
+        let ratio = volume / used.select(rest_volume, f32x8::splat(simd, 1.0));
+        let ratio = used.select(ratio, f32x8::splat(simd, f32::INFINITY));
+        ratio.simd_lt(self.fraction * 6.0).any_true()
     }
 }
 

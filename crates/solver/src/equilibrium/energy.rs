@@ -123,7 +123,7 @@ impl<'a> Energy<'a> {
     }
 
     /// E and ∇E at the displacements `u`, under a fraction of the load.
-    pub fn slope(&self, u: &[DVec3], share: f64) -> Slope {
+    pub fn slope(&self, u: &[DVec3], fraction: f64) -> Slope {
         let mut sum = Sum {
             energy: self,
             u,
@@ -138,10 +138,10 @@ impl<'a> Energy<'a> {
         } = sum;
         let (mut work, mut size) = (0.0, 0.0);
         for (((gradient, load), u), w) in gradient.iter_mut().zip(&self.load).zip(u).zip(&self.w) {
-            work += share * load.dot(*u);
-            size += share * load.length() * u.length();
+            work += fraction * load.dot(*u);
+            size += fraction * load.length() * u.length();
             *gradient = if *w > 0.0 {
-                *gradient - *load * share
+                *gradient - *load * fraction
             } else {
                 DVec3::ZERO
             };

@@ -105,9 +105,9 @@ impl<'a> Search<'a> {
     ///
     /// # Errors
     /// [`NoEquilibrium::NotFound`], or [`NoEquilibrium::Violated`].
-    pub fn settle(&mut self, share: f64) -> Result<(), NoEquilibrium> {
+    pub fn settle(&mut self, fraction: f64) -> Result<(), NoEquilibrium> {
         for _ in 0..MAX_UPDATES {
-            self.descend(share)?;
+            self.descend(fraction)?;
             if self.energy.violation(&self.u) <= MAX_VIOLATION {
                 return Ok(());
             }
@@ -154,12 +154,12 @@ impl<'a> Search<'a> {
     }
 
     /// Decreases E until forces balance.
-    fn descend(&mut self, share: f64) -> Result<(), NoEquilibrium> {
+    fn descend(&mut self, fraction: f64) -> Result<(), NoEquilibrium> {
         let mut shift = 0.0;
         let mut residual = f64::INFINITY;
         while self.steps < MAX_STEPS {
-            let slope = self.energy.slope(&self.u, share);
-            residual = norm(&slope.gradient) / (share * self.applied);
+            let slope = self.energy.slope(&self.u, fraction);
+            residual = norm(&slope.gradient) / (fraction * self.applied);
             if residual <= TOLERANCE {
                 return Ok(());
             }
@@ -167,7 +167,7 @@ impl<'a> Search<'a> {
             let Some(step) = self.direction(&slope.gradient, &mut shift) else {
                 break;
             };
-            match self.line_search(&slope, &step, share) {
+            match self.line_search(&slope, &step, fraction) {
                 None if residual <= ROUNDED_TOLERANCE => return Ok(()),
                 Some(1.0) => {
                     shift /= SHIFT_FACTOR;
@@ -184,7 +184,7 @@ impl<'a> Search<'a> {
 
     /// Performs the largest fraction of a step that decreases E; returns the fraction, or `None`,
     /// without moving, if there is none.
-    fn line_search(&mut self, slope: &Slope, step: &[DVec3], share: f64) -> Option<f64> {
+    fn line_search(&mut self, slope: &Slope, step: &[DVec3], fraction: f64) -> Option<f64> {
         let both = step.iter().zip(&slope.gradient);
         let promised: f64 = both.map(|(step, gradient)| -step.dot(*gradient)).sum();
         let rounding = ROUNDING * slope.terms;
@@ -194,7 +194,7 @@ impl<'a> Search<'a> {
             for ((u, start), step) in self.u.iter_mut().zip(&start).zip(step) {
                 *u = *start + *step * part;
             }
-            let now = self.energy.slope(&self.u, share);
+            let now = self.energy.slope(&self.u, fraction);
             let falls = if part * promised > rounding {
                 now.energy <= slope.energy - ARMIJO * part * promised
             } else {

@@ -379,7 +379,8 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>, const DAMPED: bool> SimdWo
     }
 }
 
-/// Constraints of one color block by block, the last one padded; `first` is the number of the first.
+/// Constraints of one color block by block, the last one padded; `first` is the number of the
+/// first.
 #[inline(always)]
 fn padded<const N: usize>(
     (first, group): (usize, &[[Corner; N]]),

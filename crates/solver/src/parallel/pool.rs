@@ -123,9 +123,10 @@ impl PoolState {
             return None;
         }
         let work: *const Job = work;
-        // SAFETY: only the lifetime changes. Workers call it only between being counted as inside, under the lock while
-        // the work is open, and being counted out. The caller does not leave `share`, by return or by panic, before
-        // `recall` has closed the work and seen that none is inside.
+        // SAFETY: only the lifetime changes. Workers call it only between being counted as inside,
+        // under the lock while the work is open, and being counted out. `share` does not end, by
+        // return or by panic, before `recall` has closed the work and no worker is counted as
+        // inside.
         let work = unsafe { std::mem::transmute::<*const Job<'_>, *const Job<'static>>(work) };
         state.work = Some(Lent(work));
         state.is_taken = true;

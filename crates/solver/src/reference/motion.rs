@@ -188,8 +188,8 @@ impl Body {
     /// Angular momentum to conserve in a substep, if any: see [`spin`](crate::spin).
     pub(super) fn spin(&mut self, settings: &Settings) -> Option<DVec3> {
         self.past.touched = false;
-        let asked = settings.keep_spin.get() == 1 && settings.order.get() == 1;
-        let free = asked
+        let enabled = settings.keep_spin.get() == 1 && settings.order.get() == 1;
+        let free = enabled
             && settings.method.keeps_speed().is_none()
             && is_free(&self.effects, self.stitches())
             && self.w.iter().all(|w| *w > 0.0);

@@ -72,7 +72,8 @@ pub struct LeftOut {
     pub unused_vertices: usize,
 }
 
-/// The immutable part of a body. Copies share all but the rest values that can [flow](crate::Plasticity).
+/// The immutable part of a body. Copies share all but the rest values that can
+/// [flow](crate::Plasticity).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Topology {
     /// Rest positions [m].
@@ -343,7 +344,7 @@ impl Topology {
     pub fn measure(&self) -> Vec<f32> {
         let at = |i: u32| self.rest[i as usize].as_dvec3();
         let mut measure = vec![0.0_f64; self.rest.len()];
-        let mut share = |corners: &[u32], total: f64| {
+        let mut distribute = |corners: &[u32], total: f64| {
             for &corner in corners {
                 measure[corner as usize] += total / corners.len() as f64;
             }
@@ -351,19 +352,19 @@ impl Topology {
         match self.dimension {
             Dimension::Solid => {
                 for corners in self.tetrahedra.corners() {
-                    share(&corners, volume(corners.map(at)).abs());
+                    distribute(&corners, volume(corners.map(at)).abs());
                 }
             }
             Dimension::Sheet => {
                 for corners in self.triangles.iter() {
                     let [a, b, c] = corners.map(at);
-                    share(corners, (b - a).cross(c - a).length() / 2.0);
+                    distribute(corners, (b - a).cross(c - a).length() / 2.0);
                 }
             }
             Dimension::Line => {
                 for corners in self.edges.ends() {
                     let [a, b] = corners.map(at);
-                    share(&corners, a.distance(b));
+                    distribute(&corners, a.distance(b));
                 }
             }
         }

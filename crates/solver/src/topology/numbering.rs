@@ -1,10 +1,10 @@
 //! Numbers the particles of a body so that those of a constraint have close numbers.
 //!
-//! The smaller the index range of constraints, the narrower the [partitions](crate::partitions) can be:
-//! there are more of them for threads, and a larger part fits in the cache. The order is that of
-//! Cuthill and McKee (*Reducing the bandwidth of sparse symmetric matrices*, 1969): layer by layer
-//! from an end of the body, found as by George and Liu (1979). If the order of the input is better,
-//! such as rows of a grid, it is kept.
+//! The smaller the index range of constraints, the narrower the [partitions](crate::partitions) can
+//! be: there are more of them for threads, and a larger part fits in the cache. The order is that
+//! of Cuthill and McKee (*Reducing the bandwidth of sparse symmetric matrices*, 1969): layer by
+//! layer from an end of the body, found as by George and Liu (1979). If the order of the input is
+//! better, such as rows of a grid, it is kept.
 
 use super::index::{ParticleIndex, VertexIndex};
 use std::ops::Range;

@@ -91,12 +91,11 @@ pub struct Painting {
     ///
     /// With one iteration per substep, a step is x₊ = G(2x − x₋) with the product G of all
     /// projections. Where G has a complex eigenvalue g near 1, with |Im g| > (1 − Re g)^1.5, a root
-    /// of z² − 2gz + g = 0 has
-    /// z| > 1, and undamped modes grow. Colors assigned from particle to particle form slanted domains on a
-    /// grid, which have such eigenvalues: a free flat cloth of 64² particles, rigid, with both
-    /// diagonals, grew by a factor of e twice per second at 600 substeps per second. With random
-    /// assignment, none of the tested sheets had any. Solids have none either way, and two
-    /// alternating colors are optimal for a rope.
+    /// of z² − 2gz + g = 0 has |z| > 1, and undamped modes grow. Colors assigned from particle to
+    /// particle form slanted domains on a grid, which have such eigenvalues: a free flat cloth of
+    /// 64² particles, rigid, with both diagonals, grew by a factor of e twice per second at 600
+    /// substeps per second. With random assignment, none of the tested sheets had any. Solids have
+    /// none either way, and two alternating colors are optimal for a rope.
     pub scattered: bool,
 }
 

@@ -55,9 +55,9 @@ impl Tridiagonal {
             for i in 0..count {
                 pivots[i] = self.diagonal[i] - x;
                 if i > 0 {
-                    let share = self.beside[i - 1] / pivots[i - 1];
-                    pivots[i] -= share * self.beside[i - 1];
-                    vector[i] -= share * vector[i - 1];
+                    let factor = self.beside[i - 1] / pivots[i - 1];
+                    pivots[i] -= factor * self.beside[i - 1];
+                    vector[i] -= factor * vector[i - 1];
                 }
             }
             for i in (0..count).rev() {

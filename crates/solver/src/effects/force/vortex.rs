@@ -68,11 +68,11 @@ impl Force for Vortex {
     ) {
         let way = f64::from(self.coupling.get()) * moment.h;
         // Implicit, so that it is stable for any coupling.
-        let share = way / (1.0 + way);
+        let fraction = way / (1.0 + way);
         for i in 0..topology.particles() as u32 {
             let mote = at(i);
             let across = DVec3::new(mote.v.x, 0.0, mote.v.z);
-            push(i, (self.air(mote.x) - across) * share);
+            push(i, (self.air(mote.x) - across) * fraction);
         }
     }
 }

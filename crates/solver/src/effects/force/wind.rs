@@ -104,8 +104,8 @@ impl Force for Wind {
             let stiffness = pressed * drag.max(lift);
             for (i, mote) in corners.into_iter().zip([a, b, c]) {
                 // Implicit, so that it is stable for any wind and light cloth.
-                let share = moment.h * mote.w / 3.0;
-                push(i, force * (share / (1.0 + stiffness * share)));
+                let response = moment.h * mote.w / 3.0;
+                push(i, force * (response / (1.0 + stiffness * response)));
             }
         }
     }
