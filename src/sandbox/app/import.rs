@@ -259,8 +259,9 @@ mod tests {
                 let import = make(addition.name.clone(), &source).expect("it can be made");
                 let (low, high) = bounds(import.topology.rest.iter().copied());
                 let longest = (high - low).max_element();
-                // A ball of few cells is no wider than its outermost particles.
-                assert!((0.8..1.01).contains(&(longest / size)), "{}", addition.name);
+                // The filling of six cells ends up to one cell from the surface at either end.
+                let off = (longest / size - 1.0).abs();
+                assert!(off < 2.0 / 6.0, "{}: {longest} of {size} m", addition.name);
             }
         }
     }
