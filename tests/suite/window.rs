@@ -419,11 +419,12 @@ fn what_is_done_in_the_window_replays_without_one_on_any_number_of_threads() {
     xdotool(&["mouseup", "1"]);
     window.wait("release", |event| done("release")(event).then_some(()));
     window.press("squash", done("deform"));
-    window.choose("spawn", "spawn.sphere", |event| {
-        event["name"] == "spawn.sphere" && event["rect"].is_null()
-    });
-    window.press("spawn.add", done("spawn"));
+    // The menu stays open.
+    window.choose("spawn", "spawn.add", done("spawn"));
     window.key("d", done("spawn"));
+    window.press("spawn", |event| {
+        event["name"] == "spawn.add" && event["rect"].is_null()
+    });
     // The rows of effects must become visible.
     let folded = |event: &Value| event["name"] == "world.substeps" && event["rect"].is_null();
     let unfolded = |event: &Value| event["name"] == "world.substeps" && !event["rect"].is_null();

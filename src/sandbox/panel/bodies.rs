@@ -10,6 +10,7 @@ use super::{
     Panel,
     model::{BodyEntry, BodyState, PanelModel},
     section::{self, RowButton, section},
+    spawn,
 };
 use crate::{
     sandbox::ui::{number, theme},
@@ -32,7 +33,8 @@ fn scope(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         Scope::Body(key) => name(model, key).to_owned(),
     };
     ui.horizontal(|ui| {
-        let width = ui.available_width();
+        let add_width = 64.0;
+        let width = ui.available_width() - add_width - theme::GAP;
         let combo = ComboBox::from_id_salt("scope")
             .selected_text(RichText::new(shown).color(theme::STRONG))
             .width(width)
@@ -59,6 +61,7 @@ fn scope(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         combo.response.on_hover_text(
             "Selection: whose parameters are shown and changed. Grabbing a body selects it.",
         );
+        spawn::show(ui, panel, model, add_width);
     });
 }
 

@@ -8,7 +8,7 @@ use super::{
     model::PanelModel,
     reference_overlay, scene,
     section::{self, RowButton},
-    spawn, world,
+    world,
 };
 use crate::sandbox::{
     state::view::SolverView,
@@ -36,7 +36,6 @@ impl Panel {
                 reference_overlay::show(ui, &mut panel, model.reference_overlay.as_ref());
                 world::show(ui, &mut panel, model);
                 bodies::show(ui, &mut panel, model);
-                spawn::show(ui, &mut panel, model);
                 effects::show(ui, &mut panel, model);
                 energy::show(ui, &mut panel, model);
                 ui.add_space(8.0);

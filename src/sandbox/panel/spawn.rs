@@ -1,58 +1,56 @@
-//! The section for adding bodies: the body, its size, and where it appears.
+//! The menu for adding bodies: the body, its size, and where it appears.
 
 use super::{
     Panel,
     model::{PanelModel, Parameter},
     parameter::{self, Edit},
-    section::{self, RowButton, section},
+    section::{self, RowButton},
 };
 use crate::sandbox::{
     state::{
         request::Request,
         spawn::{SIZES, Spawn, SpawnPlace},
     },
-    ui::{
-        theme,
-        track::{Spread, Track},
-    },
+    ui::track::{Spread, Track},
 };
-use bevy_egui::egui::{ComboBox, RichText, Ui};
+use bevy_egui::egui::{
+    PopupCloseBehavior, Ui,
+    containers::menu::{MenuButton, MenuConfig},
+};
 
-/// Draws the section.
-pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
-    section(ui, panel, "Add bodies", |ui, panel| {
-        body(ui, panel, model);
-        size(ui, panel, &model.spawn);
-        buttons(ui, panel, &model.spawn);
-    });
+/// Width of the menu [logical px].
+const WIDTH: f32 = 320.0;
+
+/// Draws the button that opens the menu.
+pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, width: f32) {
+    ui.spacing_mut().interact_size.x = width;
+    let stays_open = PopupCloseBehavior::CloseOnClickOutside;
+    let (button, _) = MenuButton::new("✚ Add")
+        .config(MenuConfig::new().close_behavior(stays_open))
+        .ui(ui, |ui| {
+            ui.set_width(WIDTH);
+            bodies(ui, panel, model);
+            ui.separator();
+            size(ui, panel, &model.spawn);
+            buttons(ui, panel, &model.spawn);
+            section::note(ui, "Or drop a mesh file on the window.");
+        });
+    panel.note("spawn", &button, ui);
+    button.on_hover_text("Add bodies");
 }
 
-fn body(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
-    let chosen = model
-        .additions
-        .iter()
-        .find(|addition| addition.name == model.spawn.body);
-    let title = chosen.map_or(model.spawn.body.as_str(), |addition| &addition.title);
-    let combo = ComboBox::from_id_salt("spawn body")
-        .selected_text(RichText::new(title).color(theme::STRONG))
-        .width(ui.available_width())
-        .show_ui(ui, |ui| {
-            for addition in &model.additions {
-                if addition.begins_group {
-                    ui.separator();
-                }
-                let is_chosen = addition.name == model.spawn.body;
-                let line = ui.selectable_label(is_chosen, &addition.title);
-                panel.note(format!("spawn.{}", addition.name), &line, ui);
-                if line.clicked() {
-                    panel.ask(Request::SpawnBody(addition.name.clone()));
-                }
-            }
-        });
-    panel.note("spawn", &combo.response, ui);
-    combo
-        .response
-        .on_hover_text("The body to add. A mesh file that is dropped on the window is added too.");
+fn bodies(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
+    for addition in &model.additions {
+        if addition.begins_group {
+            ui.separator();
+        }
+        let is_chosen = addition.name == model.spawn.body;
+        let line = ui.selectable_label(is_chosen, &addition.title);
+        panel.note(format!("spawn.{}", addition.name), &line, ui);
+        if line.clicked() {
+            panel.ask(Request::SpawnBody(addition.name.clone()));
+        }
+    }
 }
 
 fn size(ui: &mut Ui, panel: &mut Panel, spawn: &Spawn) {
