@@ -262,6 +262,8 @@ mod tests {
                 // The filling of six cells ends up to one cell from the surface at either end.
                 let off = (longest / size - 1.0).abs();
                 assert!(off < 2.0 / 6.0, "{}: {longest} of {size} m", addition.name);
+                let filled = body(&import.name, import.topology).effects.pressure;
+                assert_eq!(filled.is_some(), addition.name == "balloon");
             }
         }
     }

@@ -5,13 +5,19 @@ use std::sync::Arc;
 use bevy::prelude::*;
 
 use crate::solver::{
-    Body, Collide, Collider, Compliance, Contact, Density, Effects, Ground, SelfContact,
-    StickyGround, Stretch, Topology, Volume, topology::Dimension,
+    Body, Collide, Collider, Compliance, Contact, Density, Effects, Filling, Ground, Pressure,
+    SelfContact, StickyGround, Stiffness, Stretch, Topology, Volume, topology::Dimension,
 };
 
 /// Young's modulus of the material of imported bodies [Pa]: a firm jelly. An edge of length L
 /// carries about L² of it, so its compliance is 1/(E·L).
 const YOUNG: f32 = 4e4;
+
+/// Air in a closed surface, which keeps it round.
+const AIR: Pressure = Pressure {
+    factor: Filling::of(1.05),
+    bulk_modulus: Stiffness::of(101_325.0),
+};
 
 /// A body of the default soft material, for any mesh size.
 pub(super) fn body(name: &str, topology: Arc<Topology>) -> Body {
@@ -36,12 +42,14 @@ pub(super) fn body(name: &str, topology: Arc<Topology>) -> Body {
         ..default()
     };
     let solid = topology.dimension == Dimension::Solid;
+    let is_hollow = topology.dimension == Dimension::Sheet && topology.enclosure().is_ok();
     let mut body = Body::new(name, topology, Density::new(density).unwrap_or_default());
     body.effects = Effects {
         stretch: Some(stretch),
         volume: solid.then(Volume::default),
         contact: Some(Contact::default()),
         self_contact: (!solid).then(SelfContact::default),
+        pressure: is_hollow.then_some(AIR),
         ..default()
     };
     body
