@@ -167,7 +167,7 @@ impl PluginGroup for SandboxPlugins {
             .add(input::keys::KeysPlugin)
             .add(panel::help::HelpPlugin)
             .add(app::import::ImportPlugin)
-            .add(app::rain::RainPlugin)
+            .add(app::spawn::SpawnPlugin)
             .add(app::drop::DropPlugin)
     }
 }

@@ -107,7 +107,7 @@ impl Watch {
             pins: bodies().map(|body| pinned(&body.particles)).collect(),
             pins_moved: 0.0,
             quarantined: 0,
-            crossings: bodies().any(touches).then_some(0),
+            crossings: bodies().any(|body| body.effects.can_touch()).then_some(0),
             floors: Floors {
                 mass: total(&|body| mass(&body.particles)),
                 particles,
@@ -297,10 +297,6 @@ fn is_free(body: &Body) -> bool {
         && effects.grab.is_none()
         && effects.ground.is_none()
         && effects.sticky_ground.is_none()
-}
-
-fn touches(body: &Body) -> bool {
-    body.effects.contact.is_some() || body.effects.self_contact.is_some()
 }
 
 fn pinned(particles: &Particles) -> Vec<(usize, Vec4)> {

@@ -49,25 +49,25 @@ struct Build {
     task: Task<Result<Import, String>>,
     place: Place,
     /// What is built, if others of the kind may follow.
-    mold: Option<Mold>,
+    key: Option<MeshKey>,
 }
 
 /// What determines the mesh of a body from the panel's list.
 #[derive(Debug, Clone, PartialEq)]
-struct Mold {
+struct MeshKey {
     body: String,
     size: f32,
     detail: Detail,
 }
 
-/// Maximum number of meshes that are kept for further bodies of the same kind.
-const MAX_KEPT: usize = 8;
+/// Maximum number of meshes that are cached for further bodies of the same kind.
+const MAX_CACHED: usize = 8;
 
 /// Bodies that are being built, and the meshes of those that were.
 #[derive(Resource, Debug, Default)]
 pub struct Imports {
     builds: Vec<Build>,
-    kept: Vec<(Mold, Import)>,
+    cache: Vec<(MeshKey, Import)>,
 }
 
 impl Imports {
@@ -86,16 +86,16 @@ impl Imports {
         self.builds.len()
     }
 
-    fn begin(&mut self, name: String, source: Source, place: Place, mold: Option<Mold>) {
+    fn begin(&mut self, name: String, source: Source, place: Place, key: Option<MeshKey>) {
         let task = AsyncComputeTaskPool::get().spawn(async move { make(name, &source) });
-        self.builds.push(Build { task, place, mold });
+        self.builds.push(Build { task, place, key });
     }
 
-    fn keep(&mut self, mold: Mold, import: Import) {
-        if self.kept.len() == MAX_KEPT {
-            self.kept.remove(0);
+    fn cache(&mut self, key: MeshKey, import: Import) {
+        if self.cache.len() == MAX_CACHED {
+            self.cache.remove(0);
         }
-        self.kept.push((mold, import));
+        self.cache.push((key, import));
     }
 }
 
@@ -122,15 +122,15 @@ pub fn spawn(world: &mut World, place: SpawnPlace) {
         return;
     };
     let place = place::resolve(world, place);
-    let mold = Mold { body, size, detail };
+    let key = MeshKey { body, size, detail };
     let imports = world.resource::<Imports>();
-    let kept = imports.kept.iter().find(|(kept, _)| *kept == mold);
-    match kept.map(|(_, import)| import.clone()) {
+    let cached = imports.cache.iter().find(|(cached, _)| *cached == key);
+    match cached.map(|(_, import)| import.clone()) {
         Some(import) => enter(world, import, place),
         None => {
-            let name = mold.body.clone();
+            let name = key.body.clone();
             let mut imports = world.resource_mut::<Imports>();
-            imports.begin(name, source, place, Some(mold));
+            imports.begin(name, source, place, Some(key));
         }
     }
 }
@@ -154,15 +154,15 @@ fn welcome(world: &mut World) {
     world.resource_mut::<Imports>().builds.retain_mut(|build| {
         let result = check_ready(&mut build.task);
         let waits = result.is_none();
-        ready.extend(result.map(|result| (result, build.place, build.mold.take())));
+        ready.extend(result.map(|result| (result, build.place, build.key.take())));
         waits
     });
-    for (result, place, mold) in ready {
+    for (result, place, key) in ready {
         match result {
             Ok(import) => {
-                if let Some(mold) = mold {
-                    let kept = import.clone();
-                    world.resource_mut::<Imports>().keep(mold, kept);
+                if let Some(key) = key {
+                    let copy = import.clone();
+                    world.resource_mut::<Imports>().cache(key, copy);
                 }
                 enter(world, import, place);
             }

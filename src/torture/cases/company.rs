@@ -42,13 +42,6 @@ fn disturbed(run: &Run) -> Result<Figure, TortureError> {
     ))
 }
 
-/// Adds a copy of the first body at a distance of this many lengths.
-fn add_copy(world: &mut World, lengths: f32) {
-    let mut copy = world.bodies[0].clone();
-    copy.translate(Vec3::X * (lengths * copy.topology.size));
-    world.bodies.push(copy);
-}
-
 /// Tick at which it is made non-finite.
 const POISONED: u64 = 10;
 
@@ -70,7 +63,7 @@ pub const NOT_FINITE: Case = Case {
     },
     start: Start::Make(|member, world| {
         first(member, world);
-        add_copy(world, 2.0);
+        add_copy(world, Vec3::X * 2.0);
         Ok(())
     }),
     during: |member, world| {
@@ -124,7 +117,7 @@ pub const CROWD: Case = Case {
     }),
     during: |_, world| {
         match world.tick {
-            5 | 8 | 20 => add_copy(world, world.tick as f32),
+            5 | 8 | 20 => add_copy(world, Vec3::X * world.tick as f32),
             12 | 30 => drop(world.bodies.remove(1)),
             _ => {}
         }

@@ -27,7 +27,12 @@ fn not_inside(run: &Run, limit: f64) -> Figure {
 }
 
 /// A flat box perpendicular to an axis, whose inner face is at distance `far` from the center.
-fn plate(member: &Member, along: Vec3, far: f32, path: Path) -> Result<Collider, TortureError> {
+pub(super) fn plate(
+    member: &Member,
+    along: Vec3,
+    far: f32,
+    path: Path,
+) -> Result<Collider, TortureError> {
     let s = member.scale;
     let size = (Vec3::splat(6.0) - along.abs() * 5.0) * s;
     let place = along * ((far + 0.5) * s);

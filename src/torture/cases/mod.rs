@@ -18,7 +18,7 @@ use super::{
     watch::{ROUNDING, strains},
 };
 use crate::solver::{Body, Coefficient, Deformation, Drag, World, deform, measure};
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 
 /// All cases, in the order of the table.
 pub const CASES: &[Case] = &[
@@ -83,6 +83,13 @@ fn place(body: &mut Body, to: impl Fn(Vec4) -> Vec4) {
     }
     body.particles.settle();
     body.tick_start.clone_from(&body.particles);
+}
+
+/// Adds a copy of the first body, moved by this many lengths.
+fn add_copy(world: &mut World, lengths: Vec3) {
+    let mut copy = world.bodies[0].clone();
+    copy.translate(lengths * copy.topology.size);
+    world.bodies.push(copy);
 }
 
 /// Pins the vertices whose positions satisfy `which`.

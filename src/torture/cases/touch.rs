@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::solver::{
-    Collide, Collider, ColliderShape, Contact, Grab, Ground, ParticleIndex, Path, Pose,
-    RecoverySpeed, SelfContact, SurfacePoint, VertexIndex,
+    Collide, Contact, Grab, Ground, ParticleIndex, Path, RecoverySpeed, SelfContact, SurfacePoint,
+    VertexIndex,
 };
 use glam::Vec3;
 use std::f32::consts::TAU;
@@ -19,16 +19,15 @@ const SOLIDS: &[Shape] = &[
 ];
 const CLOTHS: &[Shape] = &[Shape::Cloth(10), Shape::Cloth(3), Shape::Cloth(20)];
 
-fn members(shapes: &'static [Shape], mixtures: u32, times: u32) -> Vec<Member> {
+const fn axes(shapes: &'static [Shape], mixtures: u32) -> Axes {
     Axes {
-        shapes,
         scales: SCALES,
         materials: MATERIALS,
         steps: STEPS,
         seeds: &[1],
         mixtures,
+        ..Axes::all(shapes)
     }
-    .members(times)
 }
 
 /// Gives all bodies contact with each other, and all but solids with themselves.
@@ -49,22 +48,14 @@ fn on_ground(member: &Member, world: &mut World) -> Result<(), TortureError> {
     Ok(())
 }
 
-/// Adds a copy of the first body, moved by this many lengths.
-fn add_copy(world: &mut World, lengths: Vec3) {
-    let mut copy = world.bodies[0].clone();
-    copy.translate(lengths * copy.topology.size);
-    world.bodies.push(copy);
-}
-
 pub const COLLIDE: Case = Case {
     name: "collide",
     title: "Two bodies at 300 m/s",
     about: "Two bodies of 1 m hit each other off-center at 300 m/s. Their surfaces never cross, and momentum is constant.",
     seconds: |_| 0.2,
     family: |times| {
-        let mut all = members(SOLIDS, 4, times);
-        all.extend(members(&[Shape::Cloth(3), Shape::Cloth(10)], 4, times));
-        all
+        let cloths = axes(&[Shape::Cloth(3), Shape::Cloth(10)], 4);
+        family::of(times, &[axes(SOLIDS, 4), cloths])
     },
     start: Start::Make(|member, world| {
         stand_up(member, &mut world.bodies[0]);
@@ -86,7 +77,7 @@ pub const FOLDED: Case = Case {
     title: "A falling cloth folds",
     about: "A cloth falls on its edge and folds over itself on the ground. It never crosses itself.",
     seconds: |_| 2.0,
-    family: |times| members(CLOTHS, 8, times),
+    family: |times| axes(CLOTHS, 8).members(times),
     start: Start::Make(|member, world| {
         let s = member.scale;
         let body = &mut world.bodies[0];
@@ -109,7 +100,7 @@ pub const TWISTED: Case = Case {
     title: "Two turns of twist",
     about: "A cloth starts with two turns of twist and springs back. It never crosses itself, gains no energy, and keeps its momentum.",
     seconds: |_| 1.0,
-    family: |times| members(CLOTHS, 8, times),
+    family: |times| axes(CLOTHS, 8).members(times),
     start: Start::Make(|member, world| {
         let size = member.scale;
         let body = &mut world.bodies[0];
@@ -134,7 +125,7 @@ pub const PINCHED: Case = Case {
     title: "Two bodies between plates",
     about: "Two plates press two bodies that lie on each other to six tenths of their height in 1 s and stay for 1 s. Their surfaces never cross.",
     seconds: |_| 2.0,
-    family: |times| members(SOLIDS, 8, times),
+    family: |times| axes(SOLIDS, 8).members(times),
     start: Start::Make(|member, world| {
         let s = member.scale;
         add_copy(world, Vec3::new(0.1, 1.05, 0.05));
@@ -142,16 +133,14 @@ pub const PINCHED: Case = Case {
         for body in &mut world.bodies {
             body.effects.collide = Some(Collide::default());
         }
-        let plate = |height: f32, way: f32| {
-            let path = Path::Stops {
-                stops: vec![(0.0, Vec3::ZERO), (1.0, Vec3::Y * (way * s))],
-                repeat: false,
-            };
-            let size = Vec3::new(6.0, 1.0, 6.0) * s;
-            let pose = Pose::at((Vec3::Y * (height * s)).as_dvec3());
-            Collider::moving(ColliderShape::Box { size }, pose, path)
+        let inwards = |way: f32| Path::Stops {
+            stops: vec![(0.0, Vec3::ZERO), (1.0, Vec3::Y * (way * s))],
+            repeat: false,
         };
-        world.colliders = vec![plate(-1.01, 0.4)?, plate(2.07, -0.4)?];
+        world.colliders = vec![
+            contact::plate(member, Vec3::NEG_Y, 0.51, inwards(0.4))?,
+            contact::plate(member, Vec3::Y, 1.57, inwards(-0.4))?,
+        ];
         Ok(())
     }),
     during: nothing,
@@ -167,12 +156,8 @@ pub const OVERLAPPING: Case = Case {
     seconds: |_| 2.0,
     family: |times| {
         Axes {
-            shapes: SOLIDS,
             scales: &[1.0, 0.1, 10.0],
-            materials: MATERIALS,
-            steps: STEPS,
-            seeds: &[1],
-            mixtures: 8,
+            ..axes(SOLIDS, 8)
         }
         .members(times)
     },
@@ -213,7 +198,7 @@ pub const STACK: Case = Case {
     title: "A stack",
     about: "Four bodies stand on each other for 3 s. Their surfaces never cross, and each still stands above the one below it.",
     seconds: |_| 3.0,
-    family: |times| members(&[Shape::Cube(3), Shape::Cube(1), Shape::Cube(2)], 8, times),
+    family: |times| axes(&[Shape::Cube(3), Shape::Cube(1), Shape::Cube(2)], 8).members(times),
     start: Start::Make(|member, world| {
         let s = member.scale;
         let thickness = 0.1 * world.bodies[0].topology.surface().mean_edge / s;
@@ -263,12 +248,8 @@ pub const KNOT: Case = Case {
     seconds: |_| 4.0,
     family: |times| {
         Axes {
-            shapes: &[Shape::Knot],
-            scales: SCALES,
             materials: &[(1e-4, 0.02), (1e-5, 0.02), (1e-3, 0.05)],
-            steps: STEPS,
-            seeds: &[1],
-            mixtures: 6,
+            ..axes(&[Shape::Knot], 6)
         }
         .members(times)
     },

@@ -19,7 +19,13 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<FileMesh, MeshError> {
             Some("v") => surface.vertices.push(words.point()?),
             Some("f") => face(&mut words, keyword, &mut surface)?,
             Some("l") => {
-                let corners = corners(&mut words, keyword, &surface, "a line", 2)?;
+                let corners = corners(
+                    &mut words,
+                    keyword,
+                    &surface,
+                    "a line of two vertices or more",
+                    2,
+                )?;
                 segments.extend(corners.windows(2).map(|w| [w[0], w[1]]));
                 curves += 1;
             }
@@ -31,7 +37,7 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<FileMesh, MeshError> {
     };
     let has_faces = !surface.triangles.is_empty();
     if !has_faces && segments.is_empty() {
-        return Err(end.wrong("a face: a line with f and three vertices or more"));
+        return Err(end.wrong("a face or a line: f with three vertices or more, or l with two"));
     }
     if has_faces {
         other_elements += curves;
@@ -78,17 +84,19 @@ fn corners(
         corners.push(corner(word, &surface.vertices)?);
     }
     if corners.len() < min {
-        return Err(keyword.wrong(format!(
-            "{what} of {} vertices or more; this one has {}",
-            ["no", "one", "two", "three"][min],
-            corners.len()
-        )));
+        return Err(keyword.wrong(format!("{what}; this one has {}", corners.len())));
     }
     Ok(corners)
 }
 
 fn face(words: &mut Words, keyword: Word, surface: &mut SurfaceMesh) -> Result<(), MeshError> {
-    let corners = corners(words, keyword, surface, "a face", 3)?;
+    let corners = corners(
+        words,
+        keyword,
+        surface,
+        "a face of three vertices or more",
+        3,
+    )?;
     let fan = corners[1..].windows(2).map(|w| [corners[0], w[0], w[1]]);
     surface.triangles.extend(fan);
     Ok(())

@@ -15,9 +15,9 @@
 //! - Pairs are first those that come near each other if all motion is performed in full. Where
 //!   motion is cut, they are found again for all t from 0 to 1, by the motion relative to V.
 //!
-//! Truncated motion loses momentum. A group that nothing holds or repairs gets it back after the substep, as a
-//! change of velocity that is the same for all of its particles: with V the velocity of its center
-//! of mass, its energy does not grow. Angular momentum is lost.
+//! Truncated motion loses momentum. A group without pins, colliders and repair gets it back after
+//! the substep, as a change of velocity that is the same for all of its particles: with V the
+//! velocity of its center of mass, its energy does not grow. Angular momentum is lost.
 
 use super::{
     closest::weighted,
@@ -46,7 +46,7 @@ pub(super) struct Truncation {
     before: Vec<f64>,
     /// Roots of the groups of members that near pairs connect.
     roots: Vec<u32>,
-    /// Whether the frames of each member move along the common motion.
+    /// Whether the frames of each group, by its root, move along its common motion.
     follows: Vec<bool>,
     /// Common motion of each group of members.
     common: Vec<Common>,
@@ -66,8 +66,6 @@ struct Common {
     sum_of_fixed: DVec3,
     fixed: f64,
     is_held: bool,
-    /// Whether two of its surfaces come near each other.
-    has_pairs: bool,
     /// Momentum that its particles have lost [kg·m].
     lost: DVec3,
     /// Whether part of a body is under repair, which has rules of its own for velocities.
@@ -95,6 +93,12 @@ impl Common {
         } else {
             self.momentum / self.mass
         }
+    }
+
+    /// Change of its velocity that returns what it has lost, as a displacement per substep [m].
+    fn push(&self) -> Option<DVec3> {
+        let is_free = self.fixed == 0.0 && !self.is_repaired;
+        (is_free && self.lost != DVec3::ZERO).then(|| self.lost / self.mass)
     }
 }
 
@@ -125,7 +129,7 @@ impl Truncation {
         for pair in pairs {
             let [a, b] = pair.members.map(|member| root(roots, member));
             roots[a.max(b) as usize] = a.min(b);
-            is_new |= a != b || !follows[pair.members[0] as usize];
+            is_new |= a != b || !follows[a as usize];
         }
         for member in 0..roots.len() {
             roots[member] = root(roots, member as u32);
@@ -138,6 +142,7 @@ impl Contacts {
     /// Truncates motion where surfaces would cross, in a tick of this number of substeps.
     pub(super) fn cut(&mut self, bodies: &mut [impl Tangible], substeps: u32, threads: &Threads) {
         self.counts.truncated = 0;
+        self.counts.failed = 0;
         let mut room = std::mem::take(&mut self.truncation);
         room.touches = false;
         room.roots.clear();
@@ -146,12 +151,16 @@ impl Contacts {
         room.follows.resize(self.members.len(), false);
         self.find_near(&mut room);
         let mut is_complete = false;
-        loop {
+        while !room.pairs.is_empty() {
             self.counts.failed = 0;
             is_complete &= !room.group();
             self.find_common(&mut room, bodies);
             let is_any_cut = self.cut_pairs(&mut room);
-            if !is_any_cut || is_complete {
+            if !is_any_cut {
+                break;
+            }
+            if is_complete {
+                self.apply(&mut room, bodies);
                 break;
             }
             // What is cut can come into the way of others that were not near.
@@ -161,9 +170,6 @@ impl Contacts {
             is_complete = true;
         }
         self.is_untangled &= !room.touches;
-        if !room.pairs.is_empty() {
-            self.apply(&mut room, bodies);
-        }
         self.truncation = room;
     }
 
@@ -208,15 +214,12 @@ impl Contacts {
             ..
         } = room;
         for pair in pairs {
-            let root = roots[pair.members[0] as usize];
-            common[root as usize].has_pairs = true;
-        }
-        for (follows, &root) in follows.iter_mut().zip(&*roots) {
-            *follows = common[root as usize].has_pairs;
+            follows[roots[pair.members[0] as usize] as usize] = true;
         }
         for piece in &mut self.pieces {
-            if follows[piece.member] {
-                piece.motion = common[roots[piece.member] as usize].motion;
+            let root = roots[piece.member] as usize;
+            if follows[root] {
+                piece.motion = common[root].motion;
             }
         }
     }
@@ -254,22 +257,15 @@ impl Contacts {
 
     /// Computes the common motion of each group.
     fn find_common(&self, room: &mut Truncation, bodies: &[impl Tangible]) {
-        let Truncation {
-            pairs,
-            roots,
-            common,
-            ..
-        } = room;
+        let Truncation { roots, common, .. } = room;
         common.clear();
         common.resize(self.members.len(), Common::default());
-        if pairs.is_empty() {
-            return;
-        }
         for (member, &root) in self.members.iter().zip(&*roots) {
             let common = &mut common[root as usize];
             match member.owner {
                 Owner::Body(body) if member.is_stepped => {
                     let body = &bodies[body];
+                    common.is_repaired |= body.is_repaired();
                     for i in 0..body.topology().particles() {
                         common.add(body.now(i) - body.start(i), body.inverse_mass(i));
                     }
@@ -288,18 +284,18 @@ impl Contacts {
 
     /// Moves particles to their truncated positions.
     fn apply(&mut self, room: &mut Truncation, bodies: &mut [impl Tangible]) {
-        self.pushes.clear();
         for (member, &root) in self.members.iter().zip(&room.roots) {
             let Owner::Body(body) = member.owner else {
-                room.t[member.vertices()].fill(1.0);
                 continue;
             };
-            let Common { motion: common, .. } = room.common[root as usize];
-            room.common[root as usize].is_repaired |= bodies[body].is_repaired();
-            let lost = &mut room.common[root as usize].lost;
+            let Common {
+                motion: common,
+                lost,
+                ..
+            } = &mut room.common[root as usize];
+            let common = *common;
             if bodies[body].effects().is_rigid() {
                 let t = room.t[member.first];
-                room.t[member.vertices()].fill(1.0);
                 if t < 1.0 {
                     self.counts.truncated += member.surface.vertices.len();
                     *lost += cut_whole(&mut bodies[body], common, t);
@@ -308,7 +304,7 @@ impl Contacts {
             }
             let mut touches = false;
             for (&particle, v) in member.surface.vertices.iter().zip(member.vertices()) {
-                let t = std::mem::replace(&mut room.t[v], 1.0);
+                let t = room.t[v];
                 if t < 1.0 && self.inverse_masses[v] > 0.0 {
                     let way = self.ends[v] - self.starts[v];
                     let cut = common + (way - common) * t;
@@ -330,13 +326,9 @@ impl Contacts {
             }
         }
         for (member, &root) in self.members.iter().zip(&room.roots) {
-            let common = room.common[root as usize];
-            if let Owner::Body(body) = member.owner
-                && common.fixed == 0.0
-                && common.lost != DVec3::ZERO
-                && !common.is_repaired
+            if let (Owner::Body(body), Some(by)) = (member.owner, room.common[root as usize].push())
             {
-                self.pushes.push((body, common.lost / common.mass));
+                self.pushes.push((body, by));
             }
         }
     }

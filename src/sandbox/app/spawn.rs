@@ -1,4 +1,4 @@
-//! Bodies that rain onto the scene, and those that are dropped where the user clicks.
+//! Requests bodies: rain, and drops at clicks.
 
 use crate::{
     sandbox::{
@@ -19,10 +19,10 @@ const INTERVAL: f64 = 0.25;
 /// Number of bodies in the scene at which the rain stops.
 const MAX_BODIES: usize = 100;
 
-/// Drops bodies.
-pub struct RainPlugin;
+/// Requests bodies.
+pub struct SpawnPlugin;
 
-impl Plugin for RainPlugin {
+impl Plugin for SpawnPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Spawn>().add_systems(
             Update,
@@ -34,7 +34,7 @@ impl Plugin for RainPlugin {
     }
 }
 
-/// A new scene begins dry.
+/// Stops the rain when a scene is opened or restarted.
 fn stop(mut scenes: MessageReader<SceneLoaded>, mut spawn: ResMut<Spawn>) {
     if scenes.read().count() > 0 && spawn.rains {
         spawn.rains = false;
