@@ -41,6 +41,7 @@
 //! | [`bench`] | speed of the solver, and the limits of the machine (roofline) | `solver`, `mesh`, `output` |
 //! | [`study`] | accuracy vs. cost: problems, parameter sweep, Pareto front, report | all above |
 //! | [`torture`] | robustness suite: hard cases, each over a family of bodies, with figures and limits | all above but `study` |
+//! | `avian` | coupling with the rigid bodies of `avian3d` (feature `avian`) | `simulation`, `effect` |
 //! | `sandbox` | the window (feature `window`, on by default) | all above |
 //!
 //! # Effects
@@ -87,6 +88,8 @@
 //! SI everywhere: meters, kilograms, seconds, newtons. Numbers with a valid range have types that
 //! cannot hold a value outside it ([`solver::quantity`]).
 
+#[cfg(feature = "avian")]
+pub mod avian;
 pub mod bench;
 pub mod effect;
 pub mod output;

@@ -167,7 +167,7 @@ fn row(row: &BenchRow) -> Value {
             "ns_per_projection": spread(&stepped.nanoseconds),
             "memory_bound_ns": stepped.bound.memory,
             "arithmetic_bound_ns": stepped.bound.arithmetic,
-            "share_of_bound": stepped.fraction_of_bound(),
+            "fraction_of_bound": stepped.fraction_of_bound(),
         })
     };
     json!({
@@ -214,7 +214,7 @@ impl Display for Report {
         )?;
         writeln!(
             out,
-            "\n{:<16} {:>9} {:>11} {:>8} {:>7} {:>16} {:>8} {:>8} {:>9} {:>9} {:>6}",
+            "\n{:<16} {:>9} {:>11} {:>8} {:>7} {:>16} {:>8} {:>8} {:>9} {:>9} {:>8}",
             "case",
             "particles",
             "constraints",
@@ -225,7 +225,7 @@ impl Display for Report {
             "memory",
             "arithm.",
             "in turn",
-            "share"
+            "of bound"
         )?;
         for row in &self.rows {
             self.row(out, row)?;
@@ -258,7 +258,7 @@ ns       time per projection: tick time / (edges + tetrahedra) / substeps
 memory   lower bound by bandwidth: KiB / constraints / bandwidth at that size [ns]
 arithm.  lower bound by arithmetic: operations, or square roots and divisions, in registers [ns]
 in turn  time if each particle load waited for the previous one [ns]; not a bound
-share    the larger bound over ns: 100 % is the roofline
+of bound the larger bound over ns: 100 % is the roofline
 ";
 
 impl Report {
@@ -277,7 +277,7 @@ impl Report {
             let Spread { low, median, high } = stepped.millions();
             writeln!(
                 out,
-                " {:>7} {:>16} {:>8.2} {:>8.2} {:>9.2} {:>9.2} {:>4.0} %{}",
+                " {:>7} {:>16} {:>8.2} {:>8.2} {:>9.2} {:>9.2} {:>6.0} %{}",
                 stepped.threads,
                 format!("{median:.0} ({low:.0}–{high:.0})"),
                 stepped.nanoseconds.median,

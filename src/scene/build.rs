@@ -2,7 +2,7 @@
 
 use super::{
     Answer, BodySpec, CameraSpec, ColliderError, ColliderSpec, Look, Material, Pins, PointSpec,
-    Scene, SceneError, ShapeSpec, StitchSpec, StitchTo,
+    Scene, SceneError, ShapeSpec, StitchSpec, StitchTo, asset,
 };
 use crate::{
     mesh::{self, BuildOptions, FileMesh, Skin, SoftMesh, Treatment},
@@ -217,9 +217,9 @@ impl Scene {
     }
 
     fn file_mesh(&self, file: &str) -> Result<FileMesh, mesh::MeshError> {
-        let is_asset = mesh::asset::ASSETS.iter().any(|asset| asset.name == file);
+        let is_asset = asset::ASSETS.iter().any(|asset| asset.name == file);
         if is_asset || !file.contains('.') {
-            mesh::asset::load(file)
+            asset::load(file)
         } else {
             mesh::read::file(&self.folder.join(file))
         }

@@ -25,6 +25,7 @@
 
 pub mod acceptance;
 pub mod answer;
+pub mod asset;
 mod build;
 mod error;
 mod file;

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::solver::{
     Collide, Collider, Grab, Particles, Quarantine, Stitches,
-    body::{INPUT, freeze, set_inverse_masses},
+    body::{INPUT, restore_at_rest, set_inverse_masses},
     contact::collider::SweptCollider,
     rest::{disturbed, written},
 };
@@ -35,7 +35,7 @@ pub(super) fn check_input(
 ) {
     for (entity, name, body, mut particles, start) in &mut bodies {
         if let Some(particle) = particles.first_not_finite() {
-            freeze(&mut particles, &start.positions);
+            restore_at_rest(&mut particles, &start.positions);
             let quarantine = Quarantine {
                 vertex: body.vertex(particle),
                 stage: INPUT,

@@ -9,7 +9,7 @@ use crate::solver::{
     SelfContact, Stitches, Substep, Threads, WorkEstimate,
     advance::{NotFinite, Stage, StepContext, Stepper, Watch},
     ledger,
-    step::together::{self, COLLIDE, Companion, are_needed},
+    step::together::{self, COLLIDE, GroupedBody, must_step_together},
 };
 use bevy::{ecs::system::SystemParam, prelude::*};
 use std::{mem::take, ops::Range, time::Instant};
@@ -149,7 +149,7 @@ pub(super) struct Bodies<'w, 's> {
 }
 
 /// Work on bodies that are stepped together, where it differs from that on each body.
-type Together<'a> = &'a dyn Fn(&mut [Companion], &mut Contacts, &StepContext);
+type Together<'a> = &'a dyn Fn(&mut [GroupedBody], &mut Contacts, &StepContext);
 
 impl Bodies<'_, '_> {
     /// Whether each substep needs a start step: for a body under repair, or for bodies that touch.
@@ -171,9 +171,9 @@ impl Bodies<'_, '_> {
                 stepper.begin(step, context);
                 Ok(Ledger::default())
             },
-            Some(&|companions, contacts, context| {
-                together::each(companions, context, |it, _| it.body.prepare(read));
-                together::begin(companions, contacts, step, context);
+            Some(&|group, contacts, context| {
+                together::each(group, context, |it, _| it.body.prepare(read));
+                together::begin(group, contacts, step, context);
             }),
         );
     }
@@ -198,9 +198,9 @@ impl Bodies<'_, '_> {
                     Ok(Ledger::default())
                 }
             },
-            Some(&|companions, contacts, context| {
-                together::each(companions, context, |it, _| it.body.prepare(read));
-                together::advance(companions, contacts, substeps.clone(), tracked, context);
+            Some(&|group, contacts, context| {
+                together::each(group, context, |it, _| it.body.prepare(read));
+                together::advance(group, contacts, substeps.clone(), tracked, context);
             }),
         );
         self.outcomes.drain(..)
@@ -225,22 +225,22 @@ impl Bodies<'_, '_> {
             }
             Ok(Ledger::default())
         };
-        let solve: Together = &|companions, contacts, context| {
+        let solve: Together = &|group, contacts, context| {
             if stage == COLLIDE {
-                together::each(companions, context, |it, context| {
+                together::each(group, context, |it, context| {
                     if stage.acts(it.body.effects, false, step.method) {
                         it.result = each(&mut it.body, context);
                     }
                 });
             }
-            together::solve(companions, contacts, stage, context);
+            together::solve(group, contacts, stage, context);
         };
-        let finish: Together = &|companions, contacts, context| {
-            together::cut(companions, contacts, &step, context);
-            together::each(companions, context, |it, context| {
+        let finish: Together = &|group, contacts, context| {
+            together::truncate(group, contacts, &step, context);
+            together::each(group, context, |it, context| {
                 it.result = each(&mut it.body, context);
             });
-            together::end(companions, contacts, &step);
+            together::end(group, contacts, &step);
         };
         let together = match stage {
             _ if is_contact => Some(solve),
@@ -302,7 +302,7 @@ impl Bodies<'_, '_> {
         let has_meshes = self.current.has_meshes();
         let together = together.filter(|_| {
             let all = jobs.iter().map(|job| (&job.effects, job.is_active));
-            are_needed(all, has_meshes)
+            must_step_together(all, has_meshes)
         });
         let alone = match together {
             None => jobs.len(),
@@ -329,15 +329,15 @@ impl Bodies<'_, '_> {
                 bodies,
                 touching: pairs,
             } = &mut *self.contacts;
-            let mut companions: Vec<_> = touching
+            let mut group: Vec<_> = touching
                 .iter_mut()
                 .map(|job| {
                     let is_active = job.is_active;
-                    Companion::new(job.stepper(), is_active)
+                    GroupedBody::new(job.stepper(), is_active)
                 })
                 .collect();
-            together(&mut companions, contacts, &context);
-            let results: Vec<_> = companions.into_iter().map(|it| it.result).collect();
+            together(&mut group, contacts, &context);
+            let results: Vec<_> = group.into_iter().map(|it| it.result).collect();
             for (job, result) in touching.iter_mut().zip(results) {
                 job.outcome = result;
             }

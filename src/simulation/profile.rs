@@ -12,7 +12,7 @@ use std::{
 pub(super) struct StageWatch([AtomicU64; Stage::ALL.len()]);
 
 impl Watch for StageWatch {
-    fn see(&self, stage: Stage, work: &mut dyn FnMut()) {
+    fn observe(&self, stage: Stage, work: &mut dyn FnMut()) {
         let started = Instant::now();
         work();
         let spent = started.elapsed().as_nanos() as u64;

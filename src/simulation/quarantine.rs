@@ -4,7 +4,7 @@ use super::{BodyQuarantined, Quarantined, SolverThreads, plain, step::CurrentSub
 use crate::solver::{
     Particles, Quarantine,
     advance::NotFinite,
-    body::{CONTACT, USER, freeze},
+    body::{CONTACT, USER, restore_at_rest},
 };
 use bevy::prelude::*;
 
@@ -25,7 +25,7 @@ pub(super) fn quarantine(world: &mut World, entity: Entity, error: NotFinite) {
     let quarantine = body.find_cause(error, other, &context);
     let mut entity_mut = world.entity_mut(entity);
     if let Some(mut particles) = entity_mut.get_mut::<Particles>() {
-        freeze(&mut particles, &body.tick_start.positions);
+        restore_at_rest(&mut particles, &body.tick_start.positions);
     }
     entity_mut.insert(Quarantined(quarantine.clone()));
     let text = message(entity, world.get::<Name>(entity), &quarantine);

@@ -152,6 +152,37 @@ pub enum Reference {
         /// Gravity [m/s²].
         gravity: f64,
     },
+    /// Distance ½g(sin θ − µ cos θ)t² that a block slides down a slope from rest [m] (Coulomb); 0
+    /// where tan θ ≤ µ.
+    SlidingBlock {
+        /// Slope θ [degree], from 0 to 90.
+        slope: f64,
+        /// Coefficient of friction µ.
+        friction: f64,
+        /// Gravity [m/s²].
+        gravity: f64,
+        /// Time t [s].
+        seconds: f64,
+    },
+    /// Distance ½g(M − m eᵠ)/(M + m eᵠ)·t², ϕ = µπ, that the heavier of two masses on a light rope
+    /// over half a cylinder sinks from rest [m] (Euler and Eytelwein); 0 where M ≤ m eᵠ.
+    Capstan {
+        /// The heavier mass M [kg].
+        heavy: f64,
+        /// The lighter mass m [kg].
+        light: f64,
+        /// Coefficient of friction µ.
+        friction: f64,
+        /// Gravity [m/s²].
+        gravity: f64,
+        /// Time t [s].
+        seconds: f64,
+    },
+    /// Distance that the uppermost of N equal rigid bodies in a stack sinks [m]: 0. With one
+    /// iteration per substep, and contacts solved from the ground up, each substep pushes body k out
+    /// of body k − 1 by what gravity moved it, and k − 1 yields by the weight above it that has not
+    /// reached it yet.
+    RigidStack {},
 }
 
 impl Reference {
@@ -160,7 +191,7 @@ impl Reference {
     pub fn value(&self) -> Option<f64> {
         Some(match *self {
             Self::Converged | Self::FinestMesh => return None,
-            Self::Conserved | Self::SpringEnergy { .. } => 0.0,
+            Self::Conserved | Self::SpringEnergy { .. } | Self::RigidStack {} => 0.0,
             Self::HangingMass {
                 mass,
                 compliance,
@@ -237,6 +268,25 @@ impl Reference {
                 let load = density * gravity * length.powi(3) / stiffness;
                 -length * Elastica { load, clamp: 0.0 }.end()?[1]
             }
+            Self::SlidingBlock {
+                slope,
+                friction,
+                gravity,
+                seconds,
+            } => {
+                let (sin, cos) = slope.to_radians().sin_cos();
+                0.5 * gravity * (sin - friction * cos).max(0.0) * seconds * seconds
+            }
+            Self::Capstan {
+                heavy,
+                light,
+                friction,
+                gravity,
+                seconds,
+            } => {
+                let held = light * (friction * PI).exp();
+                0.5 * gravity * (heavy - held).max(0.0) / (heavy + held) * seconds * seconds
+            }
         })
     }
 
@@ -289,6 +339,9 @@ impl Reference {
             Self::ElasticCatenary { .. } => "sag of an elastic catenary",
             Self::ClampedBeam { .. } => "ρgL⁴/(8EI)",
             Self::HeavyElastica { .. } => "heavy elastica",
+            Self::SlidingBlock { .. } => "½g(sin θ − µ cos θ)t²",
+            Self::Capstan { .. } => "½g(M − m eᵠ)/(M + m eᵠ)·t²",
+            Self::RigidStack {} => "0 (rigid)",
         }
     }
 }

@@ -14,9 +14,16 @@ use serde::{Deserialize, Serialize};
 pub enum Observe {
     /// A quantity at rest; the state of rest is [found](rest) within this simulated time.
     Rest {
-        /// The quantity that is measured at rest.
+        /// The quantity that is measured.
         quantity: Quantity,
         /// Limit on the simulated time [s].
+        seconds: f64,
+    },
+    /// A quantity at a time, in motion.
+    At {
+        /// The quantity that is measured.
+        quantity: Quantity,
+        /// The time [s].
         seconds: f64,
     },
     /// Mean period of a particle [s]: time between crossings in the same direction, interpolated
@@ -57,7 +64,7 @@ pub enum Observe {
     },
 }
 
-/// A quantity of a body at rest.
+/// A quantity of a body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Quantity {
@@ -148,7 +155,7 @@ impl Observe {
     #[must_use]
     pub const fn unit(&self) -> &'static str {
         match self {
-            Self::Rest { quantity, .. } => match quantity {
+            Self::Rest { quantity, .. } | Self::At { quantity, .. } => match quantity {
                 Quantity::Moved { .. } | Quantity::Widened { .. } => "m",
                 Quantity::Turned { .. } => "rad",
                 Quantity::VolumeChange { .. } => "1",
@@ -169,6 +176,7 @@ impl Observe {
     pub fn seconds(&self) -> f64 {
         match self {
             Self::Rest { seconds, .. }
+            | Self::At { seconds, .. }
             | Self::Period { seconds, .. }
             | Self::EnergyLoss { seconds, .. }
             | Self::Drift { seconds, .. } => *seconds,
@@ -217,6 +225,13 @@ impl Observe {
                 let rest = rest::find(solver, size(world), *seconds);
                 let value = quantity.of(&solver.state(), start, world);
                 Observed::one(value, rest.settled, rest.seconds)
+            }
+            Self::At { quantity, seconds } => {
+                for _ in 0..solver.ticks(*seconds) {
+                    solver.tick();
+                }
+                let value = quantity.of(&solver.state(), start, world);
+                Observed::one(value, true, *seconds)
             }
             Self::Period {
                 body,
@@ -304,7 +319,7 @@ impl Observe {
     #[must_use]
     pub fn natural_scale(&self, start: &State, world: &World) -> Option<f64> {
         match self {
-            Self::Rest { .. } | Self::Period { .. } => None,
+            Self::Rest { .. } | Self::At { .. } | Self::Period { .. } => None,
             Self::EnergyLoss { .. } => Some(1.0),
             Self::Drift { of, .. } => Some(of.size(start, world)),
             Self::Path { .. } => Some(size(world)),

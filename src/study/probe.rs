@@ -32,7 +32,7 @@ pub struct ProbePoint {
 #[derive(Debug, Clone, PartialEq)]
 pub enum ProbeNews {
     /// Completed fraction of the work, from 0 to 1.
-    Share(f64),
+    Progress(f64),
     /// A point; reported again, with the same setting, whenever its time is updated.
     Point(ProbePoint),
 }
@@ -85,7 +85,7 @@ impl Probe {
                 solver.tick();
                 path.push(solver.state());
                 let done = (part as f64 + tick as f64 / ticks as f64) * 0.25;
-                if news(ProbeNews::Share(done)).is_break() {
+                if news(ProbeNews::Progress(done)).is_break() {
                     return Ok(None);
                 }
             }
@@ -157,7 +157,7 @@ pub fn probe(
             point.ms_per_second = Spread::of(times[place].clone());
             let flow = news(ProbeNews::Point(point.clone()));
             let done = (round * settings.len() + place + 1) as f64 / all;
-            if flow.is_break() || news(ProbeNews::Share(0.5 + 0.5 * done)).is_break() {
+            if flow.is_break() || news(ProbeNews::Progress(0.5 + 0.5 * done)).is_break() {
                 return Ok(points);
             }
         }

@@ -268,7 +268,7 @@ impl Case {
     fn check(&self) -> Result<(), StudyError> {
         let bodies = self.start.bodies.len();
         let (body, select) = match &self.problem.observe {
-            Observe::Rest { quantity, .. } => {
+            Observe::Rest { quantity, .. } | Observe::At { quantity, .. } => {
                 let (body, select) = quantity.subject();
                 (body, select.cloned())
             }

@@ -54,6 +54,10 @@ pub const PROBLEMS: &[BuiltinProblem] = problems![
     "flight_spin",
     "flight_spin_kept",
     "jelly_cube",
+    "sliding_block",
+    "capstan",
+    "rigid_stack",
+    "jelly_pair",
 ];
 
 /// A problem by its name.

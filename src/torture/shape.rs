@@ -2,7 +2,8 @@
 
 use super::TortureError;
 use crate::{
-    mesh::{BuildOptions, Primitive, asset, build},
+    mesh::{BuildOptions, Primitive, build},
+    scene::asset,
     solver::RestShape,
 };
 use glam::{UVec2, UVec3, Vec2, Vec3};

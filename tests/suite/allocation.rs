@@ -13,26 +13,26 @@ struct Counting;
 thread_local! {
     static COUNT: Cell<u64> = const { Cell::new(0) };
     static HELD: Cell<i64> = const { Cell::new(0) };
-    static MOST: Cell<i64> = const { Cell::new(0) };
-    static IS_MEMBER: Cell<bool> = const { Cell::new(false) };
+    static PEAK: Cell<i64> = const { Cell::new(0) };
+    static IS_COUNTED: Cell<bool> = const { Cell::new(false) };
 }
 
-static OF_MEMBERS: AtomicU64 = AtomicU64::new(0);
+static TOTAL: AtomicU64 = AtomicU64::new(0);
 
 /// Number of allocations of this thread.
 pub fn count() -> u64 {
     COUNT.get()
 }
 
-/// Includes this thread in [`count_of_members`] from now on.
-pub fn join() {
-    IS_MEMBER.set(true);
+/// Includes this thread in [`total_count`] from now on.
+pub fn count_this_thread() {
+    IS_COUNTED.set(true);
 }
 
-/// Total number of allocations of the threads that have joined. For a single test: all joined
-/// threads are counted together.
-pub fn count_of_members() -> u64 {
-    OF_MEMBERS.load(Ordering::Relaxed)
+/// Total number of allocations of the included threads. For a single test: all of these are counted
+/// together.
+pub fn total_count() -> u64 {
+    TOTAL.load(Ordering::Relaxed)
 }
 
 /// Bytes that this thread has allocated and not freed. Memory of another thread that it frees
@@ -44,18 +44,18 @@ pub fn held() -> i64 {
 /// The result of an action, and the peak memory of its thread during the action, relative to the
 /// memory before [byte].
 pub fn peak<T>(action: impl FnOnce() -> T) -> (T, u64) {
-    let (before, outer) = (HELD.get(), MOST.get());
-    MOST.set(before);
+    let (before, outer) = (HELD.get(), PEAK.get());
+    PEAK.set(before);
     let result = action();
-    let most = MOST.get() - before;
-    MOST.set(outer.max(MOST.get()));
-    (result, u64::try_from(most).unwrap_or_default())
+    let peak_bytes = PEAK.get() - before;
+    PEAK.set(outer.max(PEAK.get()));
+    (result, u64::try_from(peak_bytes).unwrap_or_default())
 }
 
 fn change(bytes: i64) {
     let held = HELD.get() + bytes;
     HELD.set(held);
-    MOST.set(MOST.get().max(held));
+    PEAK.set(PEAK.get().max(held));
 }
 
 fn size(layout: Layout) -> i64 {
@@ -66,7 +66,7 @@ fn size(layout: Layout) -> i64 {
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         COUNT.set(COUNT.get() + 1);
-        OF_MEMBERS.fetch_add(IS_MEMBER.get().into(), Ordering::Relaxed);
+        TOTAL.fetch_add(IS_COUNTED.get().into(), Ordering::Relaxed);
         change(size(layout));
         // SAFETY: upheld by the caller.
         unsafe { System.alloc(layout) }

@@ -102,7 +102,11 @@ fn bench_prints_one_object_with_all_figures_and_draws_them() {
         check_spread(&stepped["ns_per_projection"], "ns_per_projection");
         check_positive(
             stepped,
-            &["memory_bound_ns", "arithmetic_bound_ns", "share_of_bound"],
+            &[
+                "memory_bound_ns",
+                "arithmetic_bound_ns",
+                "fraction_of_bound",
+            ],
         );
         let product = |a: &str, b: &str| {
             stepped["million_projections_per_s"][a]

@@ -46,7 +46,7 @@ fn every_effect_does_what_its_reference_does() {
         plain.tick();
         for (body, reference) in fast.bodies.iter().zip(&plain.bodies) {
             let each = reference.x.iter().enumerate();
-            let off = each.map(|(i, x)| body.particles.position(i).distance(*x));
+            let deviation = each.map(|(i, x)| body.particles.position(i).distance(*x));
             // 240 substeps of 2 iterations round displacements of up to 3 cm by a relative 6e-8,
             // which adds up to 1e-6 m; the grab pulls a corner with fifty times the weight of the
             // body, which increases the displacements by the same factor.
@@ -55,9 +55,13 @@ fn every_effect_does_what_its_reference_does() {
             } else {
                 1e-6
             };
-            let off = off.fold(0.0, f64::max);
-            let is_same = off < 2.0 * most || body.effects.direct.is_some();
-            assert!(is_same, "{} after tick {tick}: off by {off} m", body.name);
+            let deviation = deviation.fold(0.0, f64::max);
+            let is_same = deviation < 2.0 * most || body.effects.direct.is_some();
+            assert!(
+                is_same,
+                "{} after tick {tick}: off by {deviation} m",
+                body.name
+            );
         }
     }
 }
@@ -100,10 +104,14 @@ fn the_energy_ledger_closes_with_every_effect() {
         }
         let change = energy(body) - before;
         let most = all.rows().iter().map(|(_, row)| row.abs()).sum::<f64>();
-        let off = (all.sum() - change).abs();
+        let deviation = (all.sum() - change).abs();
         // Sums of about 1e5 terms, with rest positions up to 50 m away, whose energy is accurate to
         // 1e-8.
-        assert!(off < 1e-7 * most, "{}: off by {off} of {most} J", body.name);
+        assert!(
+            deviation < 1e-7 * most,
+            "{}: off by {deviation} of {most} J",
+            body.name
+        );
     }
 }
 

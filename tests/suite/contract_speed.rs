@@ -101,7 +101,7 @@ fn no_number_of_threads_changes_a_bit() {
 
 /// The same bits with every instruction set that this machine supports.
 #[test]
-fn no_instructions_change_a_bit() {
+fn no_instruction_set_changes_a_bit() {
     let all = Instructions::all();
     let least = if cfg!(target_arch = "x86_64") {
         "SSE2"
@@ -123,7 +123,7 @@ fn no_instructions_change_a_bit() {
 
 /// Whole ticks at once, substeps by their schedules, and the loop without Bevy: the same bits.
 #[test]
-fn the_schedules_and_the_plan_that_stands_for_them_give_the_same_bits() {
+fn the_schedules_and_the_plan_that_replaces_them_give_the_same_bits() {
     let mut plain = crowd();
     let (mut planned, ..) = app_of(&plain);
     let (mut scheduled, ..) = app_of(&plain);
@@ -157,7 +157,7 @@ fn the_schedules_and_the_plan_that_stands_for_them_give_the_same_bits() {
         let profile = app.world().resource::<Profile>();
         profile.parts().iter().map(|(name, _)| *name).collect()
     };
-    assert_eq!(parts(&planned), [""; 0], "nobody asked");
+    assert_eq!(parts(&planned), [""; 0], "nothing was requested");
     let profile = watched.world().resource::<Profile>();
     let spent: Duration = profile.parts().iter().map(|(_, spent)| *spent).sum();
     assert!(spent <= profile.tick(), "parts are within the tick");
@@ -190,7 +190,7 @@ fn every_scene_has_its_golden_hash() {
 /// At most 48 bytes per particle, 16 per edge and 24 per tetrahedron, times 1.3 for everything
 /// else, for bodies of 333 particles and more.
 #[test]
-fn the_solver_holds_no_more_memory_than_it_says() {
+fn memory_use_is_within_the_documented_limit() {
     let elastic = |shape: RestShape| {
         let effects = if shape.tetrahedra.is_empty() {
             Effects {
@@ -207,8 +207,8 @@ fn the_solver_holds_no_more_memory_than_it_says() {
     for shape in [solid(6), solid(20), sheet(21), sheet(64), sheet(200)] {
         let base = 48 * shape.vertices.len() + 16 * shape.edges.len() + 24 * shape.tetrahedra.len();
         let bytes = solver_bytes(&[elastic(shape)]);
-        let share = bytes as f64 / base as f64;
-        assert!(share <= 1.3, "{bytes} bytes are {share:.2} times {base}");
+        let ratio = bytes as f64 / base as f64;
+        assert!(ratio <= 1.3, "{bytes} bytes are {ratio:.2} times {base}");
     }
 }
 
@@ -226,8 +226,8 @@ fn a_step_allocates_nothing() {
 
     let threads = Threads::new(2).expect("two can be had");
     let came = AtomicUsize::new(0);
-    threads.share(&|_| {
-        allocation::join();
+    threads.run(&|_| {
+        allocation::count_this_thread();
         came.fetch_add(1, Ordering::Relaxed);
         while came.load(Ordering::Relaxed) < threads.count() {
             std::thread::yield_now();
@@ -235,9 +235,9 @@ fn a_step_allocates_nothing() {
     });
     world.threads = threads;
     world.tick();
-    let before = allocation::count_of_members();
+    let before = allocation::total_count();
     (0..5).for_each(|_| world.tick());
-    let counted = allocation::count_of_members() - before;
+    let counted = allocation::total_count() - before;
     // Rayon boxes each job for the worker: one for the block, one for the sheet, and one for all
     // cubes in a tick. Its queue allocates a new segment for every 63 of them.
     assert!(counted <= 5 * 3 + 1, "{counted} on two threads");

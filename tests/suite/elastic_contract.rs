@@ -74,10 +74,10 @@ impl Visit for Gradients<'_> {
                     turn += points[corner].x.cross(gradient);
                     // Elements are 0.3 m large: third derivatives are a few hundred gradients per
                     // square meter, times the square of the step, and C is accurate to 1e-15.
-                    let off = gradient.distance(differences[corner]);
+                    let deviation = gradient.distance(differences[corner]);
                     assert!(
-                        off < 1e-6 * largest,
-                        "{name} {index}: off by {off} of {largest}"
+                        deviation < 1e-6 * largest,
+                        "{name} {index}: off by {deviation} of {largest}"
                     );
                 }
                 assert!(push.length() < 1e-12 * largest, "{name}: Σ∇ = {push}");
@@ -96,7 +96,7 @@ impl Visit for Gradients<'_> {
 }
 
 #[test]
-fn gradients_are_the_central_differences_of_c_and_neither_push_nor_turn() {
+fn gradients_equal_central_differences_of_c_and_conserve_momenta() {
     let mut random = Random::new(3);
     for _ in 0..5 {
         let body = crumpled(&mut random);
@@ -128,10 +128,10 @@ impl Visit for Lanes<'_> {
             for (i, reference) in (0..).zip(&reference.x) {
                 // A position is accurate to 6e-8 m, an element of 0.3 m to a few times that over
                 // its size, and a particle has a dozen elements that all propagate their errors.
-                let off = fast.particles.predicted(i).distance(*reference);
+                let deviation = fast.particles.predicted(i).distance(*reference);
                 assert!(
-                    off < 1e-5 + 1e-4 * most,
-                    "{} after {} iterations: off by {off} m of {most} m",
+                    deviation < 1e-5 + 1e-4 * most,
+                    "{} after {} iterations: off by {deviation} m of {most} m",
                     E::KIND.name(),
                     2 * (iterations + 1)
                 );
@@ -141,7 +141,7 @@ impl Visit for Lanes<'_> {
 }
 
 #[test]
-fn eight_lanes_do_what_the_reference_does() {
+fn eight_lanes_equal_the_reference() {
     let mut random = Random::new(4);
     for tau in [0.0, 0.02] {
         for _ in 0..3 {

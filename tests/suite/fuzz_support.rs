@@ -107,12 +107,16 @@ fn message(panic: &(dyn Any + Send)) -> String {
     text.or_else(literal).unwrap_or_else(|| "a panic".into())
 }
 
-/// The result of an action, after checking that its thread held at most `base` + `share` · `length`
-/// bytes.
+/// The result of an action, after checking that its thread held at most `base` + `factor` ·
+/// `length` bytes.
 #[track_caller]
-pub fn in_proportion<T>(length: usize, (base, share): (u64, u64), action: impl FnOnce() -> T) -> T {
+pub fn in_proportion<T>(
+    length: usize,
+    (base, factor): (u64, u64),
+    action: impl FnOnce() -> T,
+) -> T {
     let (result, most) = allocation::peak(action);
-    let allowed = base + share * length as u64;
+    let allowed = base + factor * length as u64;
     assert!(
         most <= allowed,
         "{most} bytes held for an input of {length}; at most {allowed} are in proportion"

@@ -42,7 +42,7 @@ fn tiny_huge_and_far_surfaces_are_filled_alike() {
 }
 
 #[test]
-fn the_longest_side_gets_the_size_that_was_asked_for() {
+fn the_longest_side_gets_the_requested_size() {
     let options = BuildOptions {
         size: Some(0.3),
         cells: Some(10),
@@ -102,7 +102,7 @@ fn a_soup_of_triangles_is_welded() {
 }
 
 #[test]
-fn what_is_left_out_of_a_surface_is_counted() {
+fn elements_left_out_of_a_surface_are_counted() {
     let mut messy = cube();
     messy
         .vertices
@@ -192,7 +192,7 @@ fn options_out_of_range_are_refused_with_the_range() {
 }
 
 #[test]
-fn a_mesh_without_extent_content_or_sense_is_refused() {
+fn empty_flat_and_invalid_meshes_are_refused() {
     let refused = |surface: SurfaceMesh, part: &str| {
         for options in [BuildOptions::default(), shell()] {
             let error = build(FileMesh::Surface(surface.clone()), &options).expect_err(part);

@@ -2,9 +2,9 @@
 
 use glam::{DVec3, Quat, Vec3};
 use pliant::mesh::{
-    Anchor, BuildOptions, FileMesh, SoftMesh, SurfaceMesh, asset, build, component_of_each,
-    surface_volume,
+    Anchor, BuildOptions, FileMesh, SoftMesh, SurfaceMesh, build, component_of_each, surface_volume,
 };
+use pliant::scene::asset;
 
 use super::mesh_support::{
     assert_sound_solid, both, cube, filled, has_note, inward, placed, skin_at_rest,
@@ -186,7 +186,7 @@ fn weights_sum_to_one_are_bounded_and_move_rigidly() {
 }
 
 #[test]
-fn deforming_again_keeps_the_memory() {
+fn deforming_again_reuses_the_buffer() {
     let body = filled(cube(), 4);
     let skin = body.skin.as_ref().expect("a skin");
     let mut out = Vec::new();
@@ -276,7 +276,7 @@ fn a_cavity_stays_empty_and_a_second_body_that_faces_inwards_is_turned() {
 }
 
 #[test]
-fn what_overlaps_counts_once() {
+fn overlapping_volumes_are_filled_once() {
     let crossed = both(cube(), placed(cube(), 1.0, DVec3::splat(0.5)));
     let body = filled(crossed, 12);
     assert_sound_solid(&body.shape);
@@ -289,7 +289,7 @@ fn what_overlaps_counts_once() {
 }
 
 #[test]
-fn dust_is_left_out_with_a_note() {
+fn tiny_pieces_are_left_out_with_a_note() {
     let dusty = both(cube(), placed(cube(), 0.02, DVec3::X * 5.0));
     let body = filled(dusty, 24);
     assert!(

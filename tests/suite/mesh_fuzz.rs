@@ -131,7 +131,7 @@ fn survives(name: &str, bytes: &[u8]) {
 }
 
 #[test]
-fn the_files_that_are_broken_here_are_whole_at_first() {
+fn the_files_are_valid_before_they_are_corrupted() {
     for (name, file) in files() {
         read::bytes(name, &file, &beside).expect(name);
     }
@@ -170,7 +170,7 @@ fn a_broken_container_is_a_mesh_or_an_error_that_names_it() {
 /// A glTF scene may reference one mesh many times, and primitives may share data: a file of m nodes
 /// and n vertices represents m · n vertices.
 #[test]
-fn a_mesh_that_is_shown_too_often_is_refused_before_it_fills_memory() {
+fn a_mesh_with_too_many_instances_is_refused_before_it_fills_memory() {
     let vertices = 3999;
     let nodes = 8000;
     let list = |item: &dyn Fn(usize) -> String| {
@@ -198,7 +198,7 @@ fn a_mesh_that_is_shown_too_often_is_refused_before_it_fills_memory() {
 
 /// Unused vertices and duplicate elements take no more memory than others.
 #[test]
-fn what_is_there_very_often_is_built_in_proportion() {
+fn repeated_elements_are_built_with_memory_in_proportion() {
     let mut mesh = SurfaceMesh::default();
     let FileMesh::Surface(one) =
         read::bytes("a.obj", TEXTS[0].1.as_bytes(), &beside).expect("whole")

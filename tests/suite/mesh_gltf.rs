@@ -113,7 +113,7 @@ fn a_mirrored_node_keeps_triangles_facing_outwards() {
 }
 
 #[test]
-fn a_mesh_shown_by_two_nodes_is_there_twice() {
+fn a_mesh_with_two_nodes_is_loaded_twice() {
     let twice = with_data_uri()
         .replace(r#""nodes":[0]"#, r#""nodes":[0,2]"#)
         .replace(r#""scale":[2,2,2]}]"#, r#""scale":[2,2,2]},{"mesh":0}]"#);

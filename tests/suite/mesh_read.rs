@@ -3,7 +3,8 @@
 use std::io;
 
 use glam::{DVec3, Vec3};
-use pliant::mesh::{BuildOptions, FileMesh, MeshError, SurfaceMesh, TetMesh, asset, build, read};
+use pliant::mesh::{BuildOptions, FileMesh, MeshError, SurfaceMesh, TetMesh, build, read};
+use pliant::scene::asset;
 
 fn nothing(_: &str) -> io::Result<Vec<u8>> {
     Err(io::ErrorKind::NotFound.into())
@@ -72,8 +73,8 @@ fn obj_polygons_are_split_and_lines_noted() {
     assert_eq!(mesh.notes.len(), 1);
 }
 
-/// A file of lines without faces: each line is a curve, and coincident vertices are joined. A closed
-/// curve repeats its first vertex.
+/// A file of lines without faces: each line is a curve, and coincident vertices are joined. A
+/// closed curve repeats its first vertex.
 #[test]
 fn obj_lines_without_faces_become_ropes() {
     let text = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 0 0\nv 2 2 0\nl 1 2 3\nl 5 -2 4\n";

@@ -295,7 +295,7 @@ fn bad_usage_is_exit_code_2_and_names_the_word_and_the_choices() {
 }
 
 #[test]
-fn a_mistake_in_a_scene_file_is_told_with_file_line_and_column() {
+fn an_error_in_a_scene_file_is_reported_with_file_line_and_column() {
     let folder = folder("mistake");
     let file = folder.join("mistake.ron");
     let text = "Scene(\n    title: \"t\",\n    look_at: \"l\",\n    bodees: [],\n)";

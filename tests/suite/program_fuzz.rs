@@ -96,8 +96,8 @@ fn a_broken_command_line_is_a_command_or_an_error_that_names_a_word() {
         let Err(error) = in_proportion(length, PARSING, parse) else {
             return;
         };
-        let asked = [ErrorKind::DisplayHelp, ErrorKind::DisplayVersion];
-        if asked.contains(&error.kind()) {
+        let informational = [ErrorKind::DisplayHelp, ErrorKind::DisplayVersion];
+        if informational.contains(&error.kind()) {
             assert_eq!(error.exit_code(), 0);
             return;
         }
@@ -120,7 +120,7 @@ fn a_broken_command_line_is_a_command_or_an_error_that_names_a_word() {
 
 /// The started program: it reports the error in words, without a panic, and exits with 2.
 #[test]
-fn what_is_no_command_line_ends_the_program_with_two() {
+fn invalid_command_lines_exit_with_code_2() {
     let word = prop::sample::select(VALUES).prop_filter("no help", |word| {
         !["--help", "-h", "--version", "-V", "help", "jelly_cube"].contains(word)
     });

@@ -92,7 +92,7 @@ fn the_documents_describe_every_parameter_of_every_effect() {
 }
 
 #[test]
-fn there_is_one_version_of_what_must_be_shared() {
+fn shared_dependencies_have_a_single_version() {
     let lock = file("Cargo.lock");
     for name in ["bevy_ecs", "egui", "glam", "wgpu"] {
         let count = lock.matches(&format!("name = \"{name}\"\n")).count();

@@ -383,7 +383,7 @@ const TICKS: usize = 20;
 /// finite state and reported; pinned particles have not moved by a bit; and the run is
 /// bit-identical when repeated, on any number of threads and with any instruction set.
 #[test]
-fn any_world_stays_finite_or_is_named_keeps_its_pins_and_repeats() {
+fn any_world_stays_finite_or_is_quarantined_keeps_its_pins_and_is_deterministic() {
     let threads = [1, 2, 8].map(|count| Threads::new(count).expect("they can be had"));
     let least = Instructions::all().pop().expect("there is one at least");
     fuzz("any world", 400, &wild(ALL), |wild| {
@@ -499,8 +499,8 @@ fn alone(wild: &Wild, soft: &Soft) -> Worst {
         // The change of velocity by gravity, and the velocity itself, are rounded as well.
         let steps = ROUNDING * (fastest + fallen.length()) * substeps;
         let drift = drift(&world, body, substeps, speed) + steps;
-        let off = ((now - momentum) / mass - fallen).length();
-        worst.momentum = worst.momentum.max(off / drift);
+        let deviation = ((now - momentum) / mass - fallen).length();
+        worst.momentum = worst.momentum.max(deviation / drift);
         let allowed = 0.005 * mass * fastest * fastest + mass * (fastest * drift + drift * drift);
         worst.energy = worst.energy.max((more - energy) / allowed);
     }
@@ -602,7 +602,7 @@ fn lone(soft: &Soft) -> Wild {
 
 /// A generated world has the requested parameters: otherwise the tests above would be void.
 #[test]
-fn random_worlds_hold_everything() {
+fn random_worlds_contain_every_effect_pins_and_colliders() {
     let seen = std::cell::RefCell::new([0_usize; 8]);
     fuzz("what there is", 200, &wild(ALL), |wild| {
         let world = wild.world();
@@ -627,7 +627,7 @@ fn random_worlds_hold_everything() {
 
 /// Settings at both limits of their ranges step a body, or leave it unchanged.
 #[test]
-fn the_ends_of_every_setting_can_be_stepped() {
+fn limits_of_every_setting_can_be_stepped() {
     let held = Soft {
         ground: Some((0.0, 0.5, 0.0)),
         pins: vec![0],

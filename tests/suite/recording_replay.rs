@@ -207,7 +207,7 @@ fn a_restored_body_is_replayed_as_such() {
 
 /// A rejected value is not recorded, so it must not have any effect.
 #[test]
-fn a_refused_value_does_not_wake_a_sleeper() {
+fn a_refused_value_does_not_wake_a_sleeping_body() {
     let mut app = headless(&built("jelly_cube"));
     let body = bodies(&mut app)[0];
     for _ in 0..3000 {
@@ -226,7 +226,7 @@ fn a_refused_value_does_not_wake_a_sleeper() {
 }
 
 #[test]
-fn the_first_tick_that_differs_is_told() {
+fn the_first_tick_that_differs_is_reported() {
     let changed = text().replacen("value:7.0", "value:8.0", 1);
     assert_ne!(changed, text());
     let file = Temporary::with("changed", changed);
@@ -273,7 +273,7 @@ fn a_recording_that_was_cut_anywhere_replays_as_far_as_it_goes() {
 }
 
 #[test]
-fn a_line_that_makes_no_sense_is_named() {
+fn an_invalid_line_is_reported() {
     let whole: Vec<&str> = text().lines().collect();
     let (head, first) = (whole[0], whole[1]);
     let with = |lines: &[&str]| format!("{head}\n{first}\n{}\n", lines.join("\n"));
@@ -402,7 +402,7 @@ proptest! {
 
 /// A body that a user action made diverge is in quarantine at the start of its tick.
 #[test]
-fn a_ground_raised_beyond_all_bounds_freezes_the_body_at_a_state_worth_having() {
+fn a_ground_raised_beyond_all_bounds_quarantines_the_body_at_a_finite_state() {
     let mut app = headless(&built("jelly_cube"));
     let body = bodies(&mut app)[0];
     ticks(&mut app, 10);

@@ -121,7 +121,7 @@ fn every_scene_goes_on_to_the_bit_from_the_middle_of_a_drag() {
 }
 
 #[test]
-fn sleepers_sleep_on_and_wake_when_they_would_have() {
+fn sleeping_bodies_stay_asleep_and_wake_as_without_the_snapshot() {
     let mut world = cubes();
     world.bodies.remove(1);
     let mut second = world.bodies[0].clone();
@@ -157,7 +157,7 @@ fn sleepers_sleep_on_and_wake_when_they_would_have() {
 /// A change that no tick has processed yet is part of the state, as is the waking of sleeping
 /// bodies.
 #[test]
-fn what_was_done_since_the_last_tick_is_kept() {
+fn changes_since_the_last_tick_are_kept() {
     let mut world = cubes();
     world.bodies.truncate(1);
     let (mut app, bodies, _) = app_of(&world);
@@ -209,7 +209,7 @@ fn a_body_in_quarantine_stays_there_and_can_be_restored() {
 }
 
 #[test]
-fn bodies_that_come_later_get_the_places_that_they_would_have_got() {
+fn bodies_spawned_after_restoring_get_the_same_order_as_without_the_snapshot() {
     let mut app = headless(&built("shapes"));
     ticks(&mut app, 5);
     let bodies = bodies_in_order(app.world_mut());
@@ -275,7 +275,7 @@ fn a_topology_made_of_its_own_rest_shape_is_the_same() {
 /// Many constraints on one particle: those in no color are solved sequentially, also after
 /// restoring.
 #[test]
-fn a_topology_with_loose_constraints_is_made_again_in_the_same_order() {
+fn a_topology_with_overflow_constraints_is_rebuilt_in_the_same_order() {
     let mut shape = RestShape {
         vertices: vec![Vec3::ZERO],
         ..RestShape::default()
@@ -323,7 +323,7 @@ impl Effect for Breeze {
 }
 
 #[test]
-fn an_effect_of_a_users_own_is_refused_by_name_and_not_forgotten() {
+fn a_user_effect_is_refused_by_name_and_not_dropped() {
     let mut app = app_with(|app| {
         app.add_plugins(EffectPlugin::<Breeze>::default());
     });

@@ -1,4 +1,5 @@
-//! Every fast kernel against the reference, on random elements: one substep of one iteration of each.
+//! Every fast kernel against the reference, on random elements: one substep of one iteration of
+//! each.
 //!
 //! The worlds contain many elements that share no particle, with random masses, positions and
 //! velocities, some pinned, and some degenerate. A single operation in f32 has a relative error of

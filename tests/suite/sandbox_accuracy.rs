@@ -41,7 +41,7 @@ fn card() -> Card {
 }
 
 /// Draws the card repeatedly and clicks it.
-struct Hand {
+struct Pointer {
     context: Context,
     card: Card,
     size: Vec2,
@@ -52,11 +52,11 @@ struct Hand {
     words: Vec<String>,
 }
 
-impl Hand {
+impl Pointer {
     fn new(card: Card, size: Vec2) -> Self {
         let context = Context::default();
         theme::apply(&context);
-        let mut hand = Self {
+        let mut pointer = Self {
             context,
             card,
             size,
@@ -66,8 +66,8 @@ impl Hand {
             pressed: None,
             words: Vec::new(),
         };
-        (0..3).for_each(|_| hand.draw(Vec::new()));
-        hand
+        (0..3).for_each(|_| pointer.draw(Vec::new()));
+        pointer
     }
 
     fn draw(&mut self, events: Vec<Event>) {
@@ -128,57 +128,57 @@ fn collect(shape: &Shape, words: &mut Vec<String>) {
 }
 
 #[test]
-fn the_card_is_whole_in_every_window_and_says_where_the_scene_is() {
+fn the_card_fits_every_window_and_shows_the_current_setting() {
     for size in [(1280.0, 800.0), (900.0, 600.0), (700.0, 500.0)] {
-        let hand = Hand::new(card(), Vec2::from(size));
-        let all = Rect::from_min_size(Pos2::ZERO, hand.size);
-        assert!(all.contains_rect(hand.place("accuracy")), "{size:?}");
+        let pointer = Pointer::new(card(), Vec2::from(size));
+        let all = Rect::from_min_size(Pos2::ZERO, pointer.size);
+        assert!(all.contains_rect(pointer.place("accuracy")), "{size:?}");
         for name in ["accuracy.chart", "accuracy.measure", "accuracy.reach_error"] {
-            let place = hand.place(name);
+            let place = pointer.place(name);
             assert!(
-                hand.place("accuracy").contains_rect(place),
+                pointer.place("accuracy").contains_rect(place),
                 "{name}, {size:?}"
             );
         }
         assert!(
-            hand.says(
+            pointer.says(
                 "10 substeps of 2 iterations: 1 ms per tick (0.9–1.2), error 0.5 % of the body size"
             ),
             "{:?}",
-            hand.words
+            pointer.words
         );
         assert!(
-            hand.says("0.65 ms, the softest in 5.8 s"),
+            pointer.says("0.65 ms, the softest in 5.8 s"),
             "{:?}",
-            hand.words
+            pointer.words
         );
     }
 }
 
 #[test]
-fn a_dot_that_is_pressed_is_asked_for_and_nothing_beside_it() {
-    let mut hand = Hand::new(card(), Vec2::new(1280.0, 800.0));
-    let chart = hand.place("accuracy.chart");
+fn only_a_pressed_point_is_requested() {
+    let mut pointer = Pointer::new(card(), Vec2::new(1280.0, 800.0));
+    let chart = pointer.place("accuracy.chart");
     // Points may be anywhere in the chart: click all of it, a few pixels apart.
     let mut found = Vec::new();
     for across in 0..50 {
         for down in 0..24 {
-            let share = Vec2::new(across as f32 / 49.0, down as f32 / 23.0);
-            hand.press(chart.min + chart.size() * share);
-            found.extend(hand.pressed);
-            assert_eq!(hand.commands, []);
+            let fraction = Vec2::new(across as f32 / 49.0, down as f32 / 23.0);
+            pointer.press(chart.min + chart.size() * fraction);
+            found.extend(pointer.pressed);
+            assert_eq!(pointer.commands, []);
         }
     }
     found.sort_unstable();
     found.dedup();
     assert_eq!(found, [(1, 1), (2, 1), (10, 2)]);
-    hand.press(chart.left_bottom() + Vec2::new(2.0, -2.0));
-    assert_eq!(hand.pressed, None, "there is no dot on the axis");
+    pointer.press(chart.left_bottom() + Vec2::new(2.0, -2.0));
+    assert_eq!(pointer.pressed, None, "there is no dot on the axis");
 }
 
 #[test]
-fn buttons_ask_for_what_they_say() {
-    let mut hand = Hand::new(card(), Vec2::new(1280.0, 800.0));
+fn each_button_sends_its_command() {
+    let mut pointer = Pointer::new(card(), Vec2::new(1280.0, 800.0));
     for (name, command) in [
         ("accuracy.measure", AccuracyCommand::Measure),
         ("accuracy.close", AccuracyCommand::Toggle),
@@ -191,21 +191,21 @@ fn buttons_ask_for_what_they_say() {
             AccuracyCommand::Reach(Goal::Error(0.01)),
         ),
     ] {
-        hand.press(hand.place(name).center());
-        assert_eq!(hand.commands, [command], "{name}");
+        pointer.press(pointer.place(name).center());
+        assert_eq!(pointer.commands, [command], "{name}");
     }
-    hand.card.share = Some(0.5);
-    (0..2).for_each(|_| hand.draw(Vec::new()));
-    hand.press(hand.place("accuracy.measure").center());
-    assert_eq!(hand.commands, [AccuracyCommand::Stop]);
-    hand.press(hand.place("accuracy.reach_ms").center());
-    assert_eq!(hand.commands, [], "not while something is measured");
+    pointer.card.progress = Some(0.5);
+    (0..2).for_each(|_| pointer.draw(Vec::new()));
+    pointer.press(pointer.place("accuracy.measure").center());
+    assert_eq!(pointer.commands, [AccuracyCommand::Stop]);
+    pointer.press(pointer.place("accuracy.reach_ms").center());
+    assert_eq!(pointer.commands, [], "not while something is measured");
 }
 
 #[test]
 fn an_empty_card_says_that_nothing_has_been_measured() {
-    let hand = Hand::new(Card::default(), Vec2::new(1280.0, 800.0));
-    assert!(hand.says("Not measured yet."), "{:?}", hand.words);
+    let pointer = Pointer::new(Card::default(), Vec2::new(1280.0, 800.0));
+    assert!(pointer.says("Not measured yet."), "{:?}", pointer.words);
 }
 
 /// A scene with little work.
@@ -231,7 +231,7 @@ fn until_ended(worker: &Worker<News>) -> Vec<News> {
 }
 
 #[test]
-fn a_survey_tells_of_modes_and_of_many_settings_and_a_search_of_one() {
+fn a_survey_reports_modes_and_many_settings_and_a_search_chooses_one() {
     let worker = measure(small(), Task::Survey).expect("a thread");
     let news = until_ended(&worker);
     assert!(news.iter().any(|news| matches!(news, News::Modes(_))));

@@ -117,7 +117,7 @@ fn collect(shape: &Shape, words: &mut String) {
 const LARGE: Vec2 = Vec2::new(1280.0, 800.0);
 
 #[test]
-fn every_button_of_the_gallery_asks_for_what_stands_on_it() {
+fn every_button_of_the_gallery_makes_its_request() {
     let wanted = [
         ("gallery.0.this", GalleryCommand::Run(0, On::This)),
         ("gallery.0.own", GalleryCommand::Run(0, On::Own)),
@@ -140,7 +140,7 @@ fn every_button_of_the_gallery_asks_for_what_stands_on_it() {
 }
 
 #[test]
-fn the_gallery_is_whole_in_every_window_and_says_what_came_of_a_case() {
+fn the_gallery_fits_every_window_and_shows_the_result_of_a_case() {
     for size in [(1280.0, 800.0), (900.0, 600.0), (700.0, 500.0)] {
         let size = Vec2::from(size);
         let (_, places, _) = drawn(&card(Some(verdict(0.2))), size, None);
@@ -229,7 +229,7 @@ fn a_run_on_a_given_body_is_saved_as_a_recording_that_replays() {
 /// The judged body matches the displayed one: the action on the body on screen puts it into the
 /// state in which the case starts the copy.
 #[test]
-fn the_body_on_screen_begins_where_the_judged_one_does() {
+fn the_displayed_body_starts_in_the_state_of_the_judged_one() {
     let settings = settings(0.0, 60.0, 10, 1);
     let deformed = CASES.iter().filter_map(|case| {
         let how = case.deformation(&given(&soft_cube(), settings))?;
@@ -253,7 +253,7 @@ fn the_body_on_screen_begins_where_the_judged_one_does() {
 }
 
 #[test]
-fn settings_that_pass_are_looked_for_on_a_thread() {
+fn passing_settings_are_searched_on_a_thread() {
     let case = Case::named("plates").expect("a case");
     let member = "cube3,compliance=1e-4,damping=0.02".to_owned();
     let worker = start_advice(case, Subject::Own, member).expect("a thread");

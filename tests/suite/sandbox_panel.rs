@@ -70,7 +70,7 @@ fn stretch() -> EffectModel {
         carriers: 2,
         carriers_shown: 2,
         elements: 1240,
-        share: Some(0.4),
+        fraction: Some(0.4),
         note: None,
         effective: Some(EffectiveModel {
             effective: 4e-5,
@@ -101,7 +101,7 @@ fn absent() -> EffectModel {
         carriers: 0,
         carriers_shown: 0,
         elements: 0,
-        share: None,
+        fraction: None,
         note: None,
         effective: None,
         overpressure: None,
@@ -155,7 +155,7 @@ fn model() -> PanelModel {
         stages: vec![StageModel {
             name: "presolve",
             title: "Presolve".to_owned(),
-            share: 0.1,
+            fraction: 0.1,
         }],
         grabbed: Some(GrabModel {
             body: "cube".to_owned(),
@@ -200,7 +200,7 @@ fn energy() -> EnergyModel {
 
 /// Draws the panel repeatedly and clicks it. The model does not change, so a press that lasts two
 /// frames makes two requests.
-struct Hand {
+struct Pointer {
     context: Context,
     model: PanelModel,
     size: Vec2,
@@ -210,11 +210,11 @@ struct Hand {
     requests: Vec<Request>,
 }
 
-impl Hand {
+impl Pointer {
     fn new(model: PanelModel, (size, scale): (Vec2, f32)) -> Self {
         let context = Context::default();
         theme::apply(&context);
-        let mut hand = Self {
+        let mut pointer = Self {
             context,
             model,
             size,
@@ -225,9 +225,9 @@ impl Hand {
         };
         // egui knows the position of a widget from the previous frame.
         for _ in 0..3 {
-            hand.draw(Vec::new());
+            pointer.draw(Vec::new());
         }
-        hand
+        pointer
     }
 
     fn draw(&mut self, events: Vec<Event>) -> Vec<Shape> {
@@ -282,26 +282,26 @@ impl Hand {
     }
 }
 
-fn one_hand() -> Hand {
-    Hand::new(model(), SIZES[0])
+fn panel_pointer() -> Pointer {
+    Pointer::new(model(), SIZES[0])
 }
 
 #[test]
-fn pressing_a_slider_asks_for_the_value_that_stands_there() {
-    let mut hand = one_hand();
-    let rail = hand.place("stretch.compliance");
-    hand.requests.clear();
-    hand.press(pos2(rail.left() + 0.5 * rail.width(), rail.center().y));
-    hand.requests.dedup();
+fn pressing_a_slider_requests_the_value_at_that_position() {
+    let mut pointer = panel_pointer();
+    let rail = pointer.place("stretch.compliance");
+    pointer.requests.clear();
+    pointer.press(pos2(rail.left() + 0.5 * rail.width(), rail.center().y));
+    pointer.requests.dedup();
     let [
         Request::Parameter {
             effect: "stretch",
             parameter: "compliance",
             value: Some(value),
         },
-    ] = hand.requests[..]
+    ] = pointer.requests[..]
     else {
-        panic!("{:?}", hand.requests);
+        panic!("{:?}", pointer.requests);
     };
     // The middle of a logarithmic track from 1e-8 to 1e-1 is 3e-5, slightly less because of the
     // stop at 0.
@@ -310,12 +310,12 @@ fn pressing_a_slider_asks_for_the_value_that_stands_there() {
 
 #[test]
 fn the_left_end_of_a_compliance_is_rigid() {
-    let mut hand = one_hand();
-    let rail = hand.place("stretch.compliance");
-    hand.press(pos2(rail.left() + 2.0, rail.center().y));
-    hand.requests.dedup();
+    let mut pointer = panel_pointer();
+    let rail = pointer.place("stretch.compliance");
+    pointer.press(pos2(rail.left() + 2.0, rail.center().y));
+    pointer.requests.dedup();
     assert_eq!(
-        hand.requests,
+        pointer.requests,
         [Request::Parameter {
             effect: "stretch",
             parameter: "compliance",
@@ -325,28 +325,28 @@ fn the_left_end_of_a_compliance_is_rigid() {
 }
 
 #[test]
-fn the_ends_of_the_threads_are_one_and_one_on_each_core() {
-    let mut hand = one_hand();
-    let rail = hand.place("world.threads");
+fn the_slider_of_threads_ranges_from_one_to_one_per_core() {
+    let mut pointer = panel_pointer();
+    let rail = pointer.place("world.threads");
     for (x, count) in [(rail.left() + 2.0, 1.0), (rail.right() - 2.0, 8.0)] {
-        hand.requests.clear();
-        hand.press(pos2(x, rail.center().y));
-        hand.requests.dedup();
-        assert_eq!(hand.requests, [Request::Threads(Some(count))]);
+        pointer.requests.clear();
+        pointer.press(pos2(x, rail.center().y));
+        pointer.requests.dedup();
+        assert_eq!(pointer.requests, [Request::Threads(Some(count))]);
     }
 }
 
 #[test]
-fn where_there_is_one_thread_to_have_the_panel_says_so() {
+fn with_a_single_available_thread_the_panel_says_so() {
     let one = PanelModel {
         threads: None,
         ..model()
     };
-    let mut hand = Hand::new(one, SIZES[0]);
-    let shapes = hand.draw(Vec::new());
+    let mut pointer = Pointer::new(one, SIZES[0]);
+    let shapes = pointer.draw(Vec::new());
     let mut texts = Vec::new();
     collect_texts(&shapes, &mut texts);
-    assert!(hand.places.get("world.threads").is_none());
+    assert!(pointer.places.get("world.threads").is_none());
     assert!(
         texts.iter().any(|text| text.contains("One thread")),
         "{texts:?}"
@@ -361,7 +361,7 @@ fn the_projections_a_second_are_shown_with_their_unit_while_there_are_any() {
             ..model()
         };
         let mut texts = Vec::new();
-        collect_texts(&Hand::new(panel, SIZES[0]).draw(Vec::new()), &mut texts);
+        collect_texts(&Pointer::new(panel, SIZES[0]).draw(Vec::new()), &mut texts);
         texts
     };
     let figure = |texts: &[String]| texts.iter().any(|text| text.contains("M/s"));
@@ -371,10 +371,10 @@ fn the_projections_a_second_are_shown_with_their_unit_while_there_are_any() {
 
 #[test]
 fn a_number_can_be_typed_with_its_unit() {
-    let mut hand = one_hand();
-    let entry = hand.place("stretch.compliance.entry");
-    hand.press(entry.center());
-    hand.draw(vec![Event::Text("2.5e-6 m/N".to_owned())]);
+    let mut pointer = panel_pointer();
+    let entry = pointer.place("stretch.compliance.entry");
+    pointer.press(entry.center());
+    pointer.draw(vec![Event::Text("2.5e-6 m/N".to_owned())]);
     let key = |pressed| Event::Key {
         key: Key::Enter,
         physical_key: None,
@@ -382,10 +382,10 @@ fn a_number_can_be_typed_with_its_unit() {
         repeat: false,
         modifiers: Modifiers::NONE,
     };
-    hand.draw(vec![key(true)]);
-    hand.draw(vec![key(false)]);
+    pointer.draw(vec![key(true)]);
+    pointer.draw(vec![key(false)]);
     assert_eq!(
-        hand.requests,
+        pointer.requests,
         [Request::Parameter {
             effect: "stretch",
             parameter: "compliance",
@@ -396,20 +396,20 @@ fn a_number_can_be_typed_with_its_unit() {
 
 #[test]
 fn a_typed_word_changes_nothing() {
-    let mut hand = one_hand();
-    hand.press(hand.place("world.substeps.entry").center());
-    hand.draw(vec![Event::Text("many".to_owned())]);
+    let mut pointer = panel_pointer();
+    pointer.press(pointer.place("world.substeps.entry").center());
+    pointer.draw(vec![Event::Text("many".to_owned())]);
     // A click elsewhere ends the text input.
-    hand.press(pos2(100.0, 100.0));
-    assert_eq!(hand.requests, []);
+    pointer.press(pos2(100.0, 100.0));
+    assert_eq!(pointer.requests, []);
 }
 
 #[test]
-fn the_reset_of_a_changed_parameter_asks_for_the_scenes_value() {
-    let mut hand = one_hand();
-    let asked = hand.press_widget("stretch.damping.reset");
+fn the_reset_of_a_changed_parameter_requests_the_scenes_value() {
+    let mut pointer = panel_pointer();
+    let requested = pointer.press_widget("stretch.damping.reset");
     assert_eq!(
-        asked,
+        requested,
         [Request::Parameter {
             effect: "stretch",
             parameter: "damping",
@@ -417,11 +417,11 @@ fn the_reset_of_a_changed_parameter_asks_for_the_scenes_value() {
         }]
     );
     // An unchanged parameter has no reset button.
-    assert_eq!(hand.press_widget("stretch.compliance.reset"), []);
+    assert_eq!(pointer.press_widget("stretch.compliance.reset"), []);
 }
 
 #[test]
-fn every_button_asks_for_what_stands_on_it() {
+fn every_button_makes_its_request() {
     let wanted = [
         ("pause", Request::Pause(true)),
         ("step", Request::Step),
@@ -478,12 +478,12 @@ fn every_button_asks_for_what_stands_on_it() {
         choices: &["Euler", "BDF2"],
         ..parameter("order", "", Track::new(1.0..=2.0, Spread::Integer), 1.0)
     });
-    let mut hand = Hand::new(panel, (size + Vec2::new(0.0, 200.0), scale));
+    let mut pointer = Pointer::new(panel, (size + Vec2::new(0.0, 200.0), scale));
     for (name, request) in wanted {
-        assert_eq!(hand.press_widget(name), [request], "{name}");
+        assert_eq!(pointer.press_widget(name), [request], "{name}");
     }
     // The grabbed body has no pins to remove.
-    assert_eq!(hand.press_widget("unpin"), []);
+    assert_eq!(pointer.press_widget("unpin"), []);
 }
 
 #[test]
@@ -493,11 +493,16 @@ fn the_reference_overlay_has_a_section_while_there_is_one() {
         trail.push(Distance {
             rms: 1.25e-3,
             largest: 4e-3,
-            rms_share: 0.0025,
-            largest_share: 0.008,
+            rms_fraction: 0.0025,
+            largest_fraction: 0.008,
         });
     });
-    assert!(one_hand().places.get("reference_overlay.plot").is_none());
+    assert!(
+        panel_pointer()
+            .places
+            .get("reference_overlay.plot")
+            .is_none()
+    );
     let reference_overlay = ReferenceModel {
         trail,
         bodies: (1, 1),
@@ -511,24 +516,24 @@ fn the_reference_overlay_has_a_section_while_there_is_one() {
         reference_overlay: Some(reference_overlay),
         ..model()
     };
-    let mut hand = Hand::new(with_reference_overlay, SIZES[0]);
+    let mut pointer = Pointer::new(with_reference_overlay, SIZES[0]);
     let mut texts = Vec::new();
-    collect_texts(&hand.draw(Vec::new()), &mut texts);
+    collect_texts(&pointer.draw(Vec::new()), &mut texts);
     for words in ["1.25 mm  ·  0.25 %", "4 mm  ·  0.8 %", "peak 4 mm"] {
         assert!(texts.iter().any(|text| text == words), "{texts:?}");
     }
     for words in ["80 substeps of 208 µs", "waiting for the reference"] {
         assert!(texts.iter().any(|text| text.contains(words)), "{texts:?}");
     }
-    assert!(hand.place("reference_overlay.plot").width() > 200.0);
+    assert!(pointer.place("reference_overlay.plot").width() > 200.0);
     assert_eq!(
-        hand.press_widget("reference_overlay.again"),
+        pointer.press_widget("reference_overlay.again"),
         [Request::ReferenceAgain]
     );
 }
 
 #[test]
-fn frozen_bodies_are_named_and_one_button_asks_for_all_that_are_shown() {
+fn quarantined_bodies_are_named_and_one_button_restores_all_that_are_shown() {
     let mut frozen = model();
     for key in 3..=6 {
         frozen.bodies.push(BodyEntry {
@@ -538,61 +543,61 @@ fn frozen_bodies_are_named_and_one_button_asks_for_all_that_are_shown() {
             state: BodyState::Quarantined("non-finite state of vertex 3 after stretch".to_owned()),
         });
     }
-    let mut hand = Hand::new(frozen, SIZES[0]);
+    let mut pointer = Pointer::new(frozen, SIZES[0]);
     let mut texts = Vec::new();
-    collect_texts(&hand.draw(Vec::new()), &mut texts);
+    collect_texts(&pointer.draw(Vec::new()), &mut texts);
     let said = texts.join("\n");
     assert!(
         said.contains("cube 3 diverged and is paused: non-finite state"),
         "{said}"
     );
     assert!(said.contains("and 2 more"), "{said}");
-    let mut asked = hand.press_widget("thaw");
+    let mut requested = pointer.press_widget("thaw");
     // The model does not change, so a press that lasts two frames makes two requests.
-    asked.truncate(4);
+    requested.truncate(4);
     let all: Vec<_> = (3..=6).map(Request::Restore).collect();
-    assert_eq!(asked, all);
+    assert_eq!(requested, all);
 }
 
 #[test]
 fn the_pickers_open_and_choose() {
-    let mut hand = one_hand();
-    assert_eq!(hand.press_widget("scene"), []);
-    let chosen = hand.press_widget("scene.bunny");
+    let mut pointer = panel_pointer();
+    assert_eq!(pointer.press_widget("scene"), []);
+    let chosen = pointer.press_widget("scene.bunny");
     assert_eq!(chosen, [Request::OpenScene("bunny".to_owned())]);
-    assert_eq!(hand.press_widget("solver"), []);
+    assert_eq!(pointer.press_widget("solver"), []);
     assert_eq!(
-        hand.press_widget("solver.lanes"),
+        pointer.press_widget("solver.lanes"),
         [Request::SolverView(SolverView::Lanes)]
     );
-    assert_eq!(hand.press_widget("scope"), []);
+    assert_eq!(pointer.press_widget("scope"), []);
     assert_eq!(
-        hand.press_widget("scope.ball"),
+        pointer.press_widget("scope.ball"),
         [Request::Show(Scope::Body(2))]
     );
-    assert_eq!(hand.press_widget("spawn"), []);
+    assert_eq!(pointer.press_widget("spawn"), []);
     assert_eq!(
-        hand.press_widget("spawn.box"),
+        pointer.press_widget("spawn.box"),
         [Request::SpawnBody("box".to_owned())]
     );
     assert_eq!(
-        hand.press_widget("spawn.add"),
+        pointer.press_widget("spawn.add"),
         [Request::Spawn(SpawnPlace::Above)]
     );
     assert_eq!(
-        hand.press_widget("spawn.click"),
+        pointer.press_widget("spawn.click"),
         [Request::SpawnOnClick(true)]
     );
-    assert_eq!(hand.press_widget("spawn.rain"), [Request::Rain(true)]);
+    assert_eq!(pointer.press_widget("spawn.rain"), [Request::Rain(true)]);
 }
 
 #[test]
 fn nothing_in_the_panel_overlaps_and_nothing_sticks_out() {
     for size in SIZES {
-        let hand = Hand::new(model(), size);
-        let covered = show_width(&hand);
+        let pointer = Pointer::new(model(), size);
+        let covered = show_width(&pointer);
         let panel = Rect::from_min_max(pos2(size.0.x - covered, 0.0), size.0.to_pos2());
-        let places: Vec<_> = hand.places.iter().collect();
+        let places: Vec<_> = pointer.places.iter().collect();
         assert!(places.len() > 20, "{size:?}: {}", places.len());
         for (index, (name, rect)) in places.iter().enumerate() {
             assert!(panel.contains_rect(*rect), "{name} {rect:?} in {panel:?}");
@@ -605,37 +610,38 @@ fn nothing_in_the_panel_overlaps_and_nothing_sticks_out() {
     }
 }
 
-fn show_width(hand: &Hand) -> f32 {
+fn show_width(pointer: &Pointer) -> f32 {
     let mut width = 0.0;
     let input = RawInput {
-        screen_rect: Some(Rect::from_min_size(Pos2::ZERO, hand.size)),
+        screen_rect: Some(Rect::from_min_size(Pos2::ZERO, pointer.size)),
         ..RawInput::default()
     };
-    let output = hand
+    let output = pointer
         .context
-        .run_ui(input, |ui| width = show(ui.ctx(), &hand.model).1);
+        .run_ui(input, |ui| width = show(ui.ctx(), &pointer.model).1);
     output.drop_without_applying_deltas();
     width
 }
 
 #[test]
-fn a_slider_has_room_for_the_hand_in_the_smallest_window() {
-    let hand = Hand::new(model(), (vec2(900.0, 600.0), 1.0));
+fn a_slider_is_wide_enough_for_the_pointer_in_the_smallest_window() {
+    let pointer = Pointer::new(model(), (vec2(900.0, 600.0), 1.0));
     // Eight decades in fewer than 60 px would be too fine to aim at.
-    assert!(hand.place("stretch.compliance").width() >= 60.0);
+    assert!(pointer.place("stretch.compliance").width() >= 60.0);
 }
 
 #[test]
 fn every_letter_that_the_panel_shows_is_in_the_font() {
-    let mut hand = one_hand();
-    let shapes = hand.draw(Vec::new());
+    let mut pointer = panel_pointer();
+    let shapes = pointer.draw(Vec::new());
     let mut texts = Vec::new();
     collect_texts(&shapes, &mut texts);
     assert!(texts.iter().any(|text| text.contains("m/N")), "{texts:?}");
     let font = bevy_egui::egui::FontId::proportional(13.0);
     for text in texts {
         assert!(
-            hand.context
+            pointer
+                .context
                 .fonts_mut(|fonts| fonts.has_glyphs(&font, &text)),
             "{text:?}"
         );
@@ -644,7 +650,7 @@ fn every_letter_that_the_panel_shows_is_in_the_font() {
 
 #[test]
 fn every_letter_of_the_help_is_in_the_font() {
-    let hand = one_hand();
+    let pointer = panel_pointer();
     let font = bevy_egui::egui::FontId::proportional(13.0);
     let keys = BINDINGS
         .iter()
@@ -654,7 +660,8 @@ fn every_letter_of_the_help_is_in_the_font() {
         .flat_map(|(gesture, text)| [*gesture, *text]);
     for text in keys.chain(gestures) {
         assert!(
-            hand.context
+            pointer
+                .context
                 .fonts_mut(|fonts| fonts.has_glyphs(&font, text)),
             "{text:?}"
         );
@@ -672,7 +679,7 @@ fn collect_texts(shapes: &[Shape], texts: &mut Vec<String>) {
 }
 
 #[test]
-fn a_scene_without_bodies_can_be_shown_and_asks_for_nothing() {
+fn a_scene_without_bodies_can_be_shown_and_makes_no_request() {
     let empty = PanelModel {
         bodies: Vec::new(),
         effects: vec![absent()],
@@ -680,7 +687,7 @@ fn a_scene_without_bodies_can_be_shown_and_asks_for_nothing() {
         is_pinned: false,
         ..model()
     };
-    let mut hand = Hand::new(empty, SIZES[0]);
+    let mut pointer = Pointer::new(empty, SIZES[0]);
     for name in [
         "squash",
         "shuffle",
@@ -690,6 +697,6 @@ fn a_scene_without_bodies_can_be_shown_and_asks_for_nothing() {
         "unpin_all",
         "effect.collide",
     ] {
-        assert_eq!(hand.press_widget(name), [], "{name}");
+        assert_eq!(pointer.press_widget(name), [], "{name}");
     }
 }

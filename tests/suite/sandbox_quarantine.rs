@@ -91,7 +91,7 @@ fn collect(shape: &Shape, texts: &mut String) {
 }
 
 #[test]
-fn the_card_says_which_where_and_why_and_its_button_asks_for_that_body() {
+fn the_card_shows_body_vertex_and_cause_and_its_button_restores_that_body() {
     let mut card = Card::new(vec![body(7, false)], Vec2::new(1280.0, 800.0));
     let said = card.draw(Vec::new());
     for words in ["cube 7", "vertex 3", "stretch", "Restore last finite state"] {
@@ -103,7 +103,7 @@ fn the_card_says_which_where_and_why_and_its_button_asks_for_that_body() {
 }
 
 #[test]
-fn a_body_that_was_restored_in_vain_is_told_what_to_do() {
+fn for_a_body_that_diverges_again_the_card_suggests_a_remedy() {
     let mut card = Card::new(vec![body(1, true)], Vec2::new(1280.0, 800.0));
     let said = card.draw(Vec::new());
     assert!(said.contains("undo the last change"), "{said}");
@@ -123,7 +123,7 @@ fn of_many_bodies_each_can_be_restored_and_the_card_stays_in_the_smallest_window
 }
 
 #[test]
-fn what_was_given_is_not_blamed_on_a_stage() {
+fn non_finite_input_is_not_attributed_to_a_stage() {
     let quarantine = |stage| Quarantine {
         vertex: VertexIndex(4),
         stage,

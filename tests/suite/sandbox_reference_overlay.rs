@@ -177,7 +177,7 @@ fn finer(settings: &Settings) -> Settings {
 }
 
 #[test]
-fn a_reference_overlay_is_the_reference_under_the_same_hand_sliders_pins_and_colliders() {
+fn a_reference_overlay_is_the_reference_under_the_same_grab_sliders_pins_and_colliders() {
     let mut fast = eventful();
     let body = Entity::from_raw_u32(1).expect("a number");
     let mut reference_overlays = ReferenceBodies::begin(&fast, &[body], finer(&fast.settings));
@@ -295,7 +295,7 @@ fn while_there_is_no_reference_overlay_there_is_no_system_and_nothing_is_kept() 
 }
 
 #[test]
-fn a_body_that_is_pushed_out_of_shape_has_its_reference_overlay_begin_again_there() {
+fn deforming_a_body_restarts_its_reference_overlay() {
     let (mut app, bodies) = app_of(&cubes());
     command(&mut app, ReferenceCommand::Toggle);
     updates(&mut app, 20);
@@ -313,7 +313,7 @@ fn a_body_that_is_pushed_out_of_shape_has_its_reference_overlay_begin_again_ther
 }
 
 #[test]
-fn a_body_that_somebody_moves_between_ticks_has_its_reference_overlay_begin_again_there() {
+fn moving_a_body_between_ticks_restarts_its_reference_overlay() {
     let (mut app, bodies) = app_of(&cubes());
     command(&mut app, ReferenceCommand::Toggle);
     updates(&mut app, 20);
@@ -329,7 +329,7 @@ fn a_body_that_somebody_moves_between_ticks_has_its_reference_overlay_begin_agai
 }
 
 #[test]
-fn bodies_that_come_and_go_have_reference_overlays_that_come_and_go() {
+fn reference_overlays_are_added_and_removed_with_their_bodies() {
     let (mut app, bodies) = app_of(&cubes());
     command(&mut app, ReferenceCommand::Toggle);
     updates(&mut app, 5);
@@ -439,7 +439,7 @@ fn bodies_wait_for_reference_overlays_that_do_not_keep_pace() {
 }
 
 #[test]
-fn as_many_bodies_have_a_reference_overlay_as_there_is_room_for() {
+fn the_work_budget_limits_the_number_of_reference_overlays() {
     let world = cubes();
     let (all, seconds) = fitting(&world, 1e9);
     assert_eq!(all, 2);

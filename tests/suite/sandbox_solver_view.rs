@@ -98,7 +98,7 @@ fn a_place_says_what_is_solved_together() {
 }
 
 #[test]
-fn what_no_color_takes_has_no_turn_and_is_white() {
+fn overflow_constraints_have_no_turn_and_are_white() {
     let star = star();
     let places = places(&star.edges.elements);
     let overflow: Vec<&Slot> = places.iter().filter(|place| place.turn.is_none()).collect();
@@ -120,7 +120,7 @@ fn difference(a: Vec3, b: Vec3) -> f32 {
 }
 
 #[test]
-fn neighbors_are_told_apart() {
+fn neighbors_have_distinguishable_colors() {
     let place = |partition, color, lane| Slot {
         turn: Some(Turn { partition, color }),
         lane,
@@ -177,10 +177,10 @@ fn the_summary_counts_what_is_solved() {
     assert_eq!((all.bodies, all.partitions, all.overflow), (1, 1, 0));
     // Six edges, each of which shares no particle with one other: three colors of two.
     assert_eq!((all.edges.constraints, all.edges.colors), (6, 3));
-    assert_eq!(all.edges.share(), Some(6.0 / 24.0));
-    assert_eq!(all.tetrahedra.share(), Some(1.0 / 8.0));
+    assert_eq!(all.edges.fraction(), Some(6.0 / 24.0));
+    assert_eq!(all.tetrahedra.fraction(), Some(1.0 / 8.0));
     let edges = Summary::of(&tetrahedron, EDGES);
-    assert_eq!(edges.tetrahedra.share(), None, "volume is off");
+    assert_eq!(edges.tetrahedra.fraction(), None, "volume is off");
     let both = all.and(edges);
     assert_eq!((both.bodies, both.partitions), (2, 2));
     assert_eq!(both.edges.constraints, 12);

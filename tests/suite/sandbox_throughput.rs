@@ -70,7 +70,7 @@ fn half_a_second(app: &mut App) -> (f64, f64) {
 }
 
 /// Puts a body to sleep: stopped, because a moving body would wake immediately.
-fn lull(app: &mut App, body: Entity) {
+fn put_to_sleep(app: &mut App, body: Entity) {
     let mut entity = app.world_mut().entity_mut(body);
     let start = Particles::clone(entity.get::<TickStart>().expect("a body"));
     let mut particles = entity.get_mut::<Particles>().expect("a body");
@@ -95,7 +95,7 @@ fn the_figure_counts_the_constraints_of_bodies_that_are_awake() {
         let (mut app, bodies) = app();
         let asleep = (awake == 1).then_some(bodies[1]);
         if let Some(body) = asleep {
-            lull(&mut app, body);
+            put_to_sleep(&mut app, body);
         }
         let (shortest, longest) = half_a_second(&mut app);
         assert_eq!(asleep, sleeper(&mut app), "nothing else slept or woke");
@@ -120,7 +120,9 @@ fn there_is_no_figure_while_time_stands_or_all_bodies_sleep() {
     app.world_mut().resource_mut::<SimulationClock>().paused = false;
     half_a_second(&mut app);
     assert!(figure(&app).is_some());
-    bodies.into_iter().for_each(|body| lull(&mut app, body));
+    bodies
+        .into_iter()
+        .for_each(|body| put_to_sleep(&mut app, body));
     app.update();
     assert_eq!(figure(&app), None);
 }

@@ -33,8 +33,8 @@ fn curve(answer: &Answer, body: &Body, gravity: Vec3) -> Option<Vec<Vec3>> {
 fn distance(point: Vec3, curve: &[Vec3]) -> f32 {
     let to_part = |ends: &[Vec3]| {
         let along = ends[1] - ends[0];
-        let share = (point - ends[0]).dot(along) / along.length_squared();
-        point.distance(ends[0] + along * share.clamp(0.0, 1.0))
+        let fraction = (point - ends[0]).dot(along) / along.length_squared();
+        point.distance(ends[0] + along * fraction.clamp(0.0, 1.0))
     };
     curve.windows(2).map(to_part).fold(f32::INFINITY, f32::min)
 }
@@ -67,8 +67,8 @@ fn ropes_come_to_rest_on_their_catenaries() {
         let line = curve(answer, rope, gravity).expect("it has one");
         for x in &rope.particles.positions {
             // The scene accepts an error of 1 % of the sag, which is at most 0.38 m.
-            let off = distance(x.truncate(), &line);
-            assert!(off < 0.0038, "{}: {off} m off", answer.body());
+            let deviation = distance(x.truncate(), &line);
+            assert!(deviation < 0.0038, "{}: {deviation} m off", answer.body());
         }
     }
 }
@@ -93,7 +93,7 @@ fn a_change_of_stiffness_moves_the_answer() {
 }
 
 #[test]
-fn what_is_not_as_the_shape_wants_it_has_no_answer() {
+fn bodies_that_do_not_meet_the_conditions_have_no_answer() {
     let (scene, mut world) = scene("rope");
     let answer = scene.answers[0].clone();
     let gravity = world.settings.gravity;
@@ -140,12 +140,12 @@ fn soft_strips_hang_near_their_elastica() {
         let middle = line[0].z;
         let along = strip.particles.positions.iter();
         let row = along.filter(|x| (x.z - middle).abs() < 1e-3);
-        let off = row.map(|x| distance(x.truncate(), &line));
-        let off = off.fold(0.0, f32::max);
+        let deviation = row.map(|x| distance(x.truncate(), &line));
+        let deviation = deviation.fold(0.0, f32::max);
         // It is clamped in the middle of a cell of 0.05 m and first free to rotate at the next row,
         // an error of half a cell where the bend is shorter than a cell, √(B/wL) = 0.024 m for the
         // softest; and a millimeter for the remaining oscillation.
-        assert!(off < 0.026, "{}: {off} m off", answer.body());
+        assert!(deviation < 0.026, "{}: {deviation} m off", answer.body());
     }
 }
 

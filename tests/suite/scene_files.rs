@@ -88,7 +88,7 @@ fn every_scene_has_a_title_of_its_own_a_line_to_look_at_and_checks() {
         );
         assert!(
             !scene.acceptance.checks.is_empty(),
-            "{}: nothing is asked of it",
+            "{}: it has no checks",
             builtin.name
         );
     }
@@ -180,7 +180,7 @@ fn a_value_out_of_range_is_refused_with_its_place_and_the_range() {
 }
 
 #[test]
-fn what_is_wrong_with_a_body_names_the_body_and_what_would_be_right() {
+fn an_error_in_a_body_names_the_body_and_the_valid_input() {
     let primitive = "primitive: Box(size: (0.4, 0.4, 0.4), cells: (2, 2, 2)),";
     says(
         &complaint(primitive, ""),
@@ -241,7 +241,7 @@ fn pins_that_pin_nothing_are_refused_with_where_the_body_is() {
 }
 
 #[test]
-fn colliders_and_acceptances_that_make_no_sense_are_refused() {
+fn invalid_colliders_and_acceptances_are_refused() {
     says(
         &complaint("radius: 0.2", "radius: -1"),
         &["collider 1", "-1", "between 1e-9 and 1e9 m"],

@@ -83,7 +83,7 @@ const ELEMENT: u64 = 2000;
 
 /// Approximate number of elements that a file requests, including all copies: cells by the sizes of
 /// primitives.
-fn asked_for(spec: &BodySpec) -> f64 {
+fn requested_elements(spec: &BodySpec) -> f64 {
     let number = f64::from;
     let one = match (&spec.primitive, &spec.mesh) {
         (Some(Primitive::Box { cells, .. }), _) => {
@@ -127,9 +127,9 @@ fn moment(scene: &Scene) -> Option<u64> {
         let mesh = spec.mesh.as_ref();
         mesh.is_some_and(|mesh| !mesh.file.contains('.'))
     };
-    let asked: Vec<f64> = scene.bodies.iter().map(asked_for).collect();
-    let sum: f64 = asked.iter().sum();
-    let moment = sum <= SMALL || asked.first().is_some_and(|first| *first > 1e8);
+    let requested: Vec<f64> = scene.bodies.iter().map(requested_elements).collect();
+    let sum: f64 = requested.iter().sum();
+    let moment = sum <= SMALL || requested.first().is_some_and(|first| *first > 1e8);
     (moment && !scene.bodies.iter().any(built_in)).then_some(sum.min(SMALL) as u64)
 }
 
@@ -224,7 +224,7 @@ fn texts() -> Vec<&'static str> {
 }
 
 #[test]
-fn the_scene_that_is_broken_here_is_whole_at_first() {
+fn the_scene_is_valid_before_it_is_corrupted() {
     let mut scene: Scene = EVERYTHING.parse().expect("whole");
     scene.folder = folder();
     let elements = moment(&scene).expect("small");
@@ -383,7 +383,7 @@ fn any_override_is_set_or_refused_and_what_is_set_can_be_stepped() {
 
 /// Found by seed 7 of the scene files: numbers that are finite individually, but not combined.
 #[test]
-fn a_body_that_would_begin_beyond_all_numbers_is_refused() {
+fn a_body_with_non_finite_initial_positions_is_refused() {
     for with in [
         "start: [Scale(3e38)]",
         "start: [Squash(3e38)]",
@@ -409,7 +409,7 @@ fn a_body_that_would_begin_beyond_all_numbers_is_refused() {
 /// A few words may request more than the available memory; they are rejected before it is
 /// allocated.
 #[test]
-fn what_is_too_large_is_refused_before_memory_is_taken() {
+fn scenes_that_are_too_large_are_refused_before_memory_is_allocated() {
     let most = u32::MAX;
     for (bodies, says) in [
         (format!("(name: \"b\", primitive: Box(size: (1, 1, 1), cells: ({most}, {most}, {most})), effects: ())"), "tetrahedra"),

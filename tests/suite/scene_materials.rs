@@ -208,7 +208,7 @@ fn a_solid_hangs_down_as_far_on_three_meshes_unless_it_keeps_its_volume() {
 }
 
 #[test]
-fn a_body_is_known_by_what_it_is_made_of() {
+fn the_material_of_a_body_is_recognized_from_its_parameters() {
     for (shape, name) in [(BOX, "foam"), (CLOTH, "denim")] {
         let world = scene(shape, &format!("material: \"{name}\"")).expect("sound");
         let body = &world.bodies[0];

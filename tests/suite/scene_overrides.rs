@@ -68,7 +68,7 @@ fn an_override_reaches_every_body_that_carries_the_effect_and_no_other() {
 }
 
 #[test]
-fn what_is_set_changes_the_outcome_and_setting_what_is_there_does_not() {
+fn an_override_changes_the_result_and_one_to_the_current_value_does_not() {
     let hash = |words: &[&str]| set(words).expect("it can be set").state_hash;
     let as_it_is = hash(&[]);
     assert_eq!(as_it_is, hash(&["substeps=20"]));
@@ -77,7 +77,7 @@ fn what_is_set_changes_the_outcome_and_setting_what_is_there_does_not() {
 }
 
 #[test]
-fn what_cannot_be_set_is_named_with_the_valid_words() {
+fn an_invalid_override_is_named_with_the_valid_words() {
     refused("substeps", &["substeps", "name=value"]);
     refused("substeps=many", &["many", "is not a number"]);
     refused(

@@ -134,7 +134,7 @@ fn every_scene_run_twice_ends_with_the_same_hash() {
 /// A pinned particle does not move by a bit, even in a scene that shakes it, and a run that moves
 /// one is not accepted.
 #[test]
-fn a_pin_that_moved_is_a_reason() {
+fn a_moved_pin_fails_the_acceptance() {
     let scene = Scene::load("hanging_chain").expect("a sound scene").scene;
     let world = scene.build().expect("a sound scene").world;
     let mut moved = world.clone();

@@ -17,7 +17,7 @@ fn particles(app: &App, body: Entity) -> &Particles {
 }
 
 #[test]
-fn a_grabbed_body_follows_the_hand_and_keeps_its_speed_when_let_go() {
+fn a_grabbed_body_follows_the_pointer_and_keeps_its_speed_when_released() {
     let (mut app, bodies, _) = app_of(&cubes());
     let body = bodies[0];
     let target = Vec3::new(0.0, 2.0, 0.0);
@@ -43,7 +43,7 @@ fn a_grabbed_body_follows_the_hand_and_keeps_its_speed_when_let_go() {
     let speed: f32 = particles(&app, body).velocities().map(|v| v.x).sum::<f32>() / 8.0;
     assert!(
         (2.0..4.5).contains(&speed),
-        "it goes on at {speed} m/s of the hand's 3"
+        "it goes on at {speed} m/s of the pointer's 3"
     );
 }
 
@@ -148,7 +148,7 @@ fn an_effect_that_is_there_keeps_its_parameters_when_it_is_added_again() {
 }
 
 #[test]
-fn what_was_done_is_told_with_its_tick_in_order_and_can_be_done_again() {
+fn actions_are_reported_with_their_ticks_in_order_and_can_be_repeated() {
     let record = |app: &mut App| -> Vec<Applied> {
         app.world_mut()
             .resource_mut::<Messages<Applied>>()

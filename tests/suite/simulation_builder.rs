@@ -65,7 +65,7 @@ fn a_body_is_where_it_was_put_and_its_pins_hold_it() {
 }
 
 #[test]
-fn a_size_that_makes_no_sense_is_named() {
+fn an_invalid_size_is_named() {
     let refused = |make: fn() -> SoftBodyBuilder| {
         let message = catch_unwind(make).expect_err("no body");
         message

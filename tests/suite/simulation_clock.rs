@@ -108,7 +108,7 @@ fn speed_changes_how_many_ticks_pass_and_not_how_long_they_are() {
 }
 
 #[test]
-fn a_speed_that_makes_no_sense_breaks_nothing() {
+fn the_clock_stays_finite_at_an_invalid_speed() {
     let mut app = app_at(tick_time());
     for speed in [f64::NAN, -3.0, f64::INFINITY, 1e300] {
         clock(&mut app).speed = speed;
@@ -118,7 +118,7 @@ fn a_speed_that_makes_no_sense_breaks_nothing() {
 }
 
 #[test]
-fn what_cannot_be_caught_up_is_dropped_and_counted() {
+fn ticks_that_cannot_be_caught_up_are_dropped_and_counted() {
     // Ten ticks are due in each update; four of them are run, and one more may be pending.
     let mut app = app_at(tick_time() * 10);
     clock(&mut app).catch_up = tick_time() * 4;
@@ -138,14 +138,14 @@ fn what_cannot_be_caught_up_is_dropped_and_counted() {
 }
 
 /// Makes every iteration take longer than the budget.
-fn loiter() {
+fn stall() {
     thread::sleep(Duration::from_millis(1));
 }
 
 /// An app in which a tick of four substeps takes more real time than the budget of an update.
 fn slow_app() -> App {
     let mut app = app_at(tick_time());
-    app.add_systems(SolveSchedule, loiter.in_set(SolvePhase::User));
+    app.add_systems(SolveSchedule, stall.in_set(SolvePhase::User));
     clock(&mut app).budget = Some(Duration::from_micros(100));
     app
 }
@@ -229,7 +229,7 @@ fn an_effect_that_comes_in_the_middle_of_a_tick_breaks_nothing() {
         let mut app = App::new();
         app.add_plugins((MinimalPlugins, SoftBodyPlugins::new(Update)));
         app.insert_resource(TimeUpdateStrategy::ManualDuration(tick_time()));
-        app.add_systems(SolveSchedule, loiter.in_set(SolvePhase::User));
+        app.add_systems(SolveSchedule, stall.in_set(SolvePhase::User));
         let (bodies, _) = plain::spawn(app.world_mut(), &world);
         clock(&mut app).budget = Some(Duration::from_micros(100));
         (app, bodies)

@@ -97,7 +97,7 @@ fn lift(mut bodies: Query<&mut Particles, Active>) {
 }
 
 #[test]
-fn a_users_constraint_runs_between_what_holds_a_body_together_and_contacts() {
+fn a_users_constraint_runs_between_internal_constraints_and_contacts() {
     let mut app = app();
     app.add_systems(SolveSchedule, lift.in_set(SolvePhase::User));
     let topology = crate::support::topology(tetrahedron());

@@ -15,7 +15,7 @@ fn expected(ticks: u64) -> u64 {
 }
 
 #[test]
-fn without_anything_else_ticks_can_be_done_by_hand() {
+fn without_other_plugins_ticks_can_be_run_manually() {
     let mut app = App::new();
     app.add_plugins(SoftBodyPlugins::default());
     let _entities = plain::spawn(app.world_mut(), &cubes());
@@ -24,7 +24,7 @@ fn without_anything_else_ticks_can_be_done_by_hand() {
 }
 
 #[test]
-fn without_a_clock_no_time_passes_and_steps_are_done_when_asked() {
+fn without_a_clock_no_time_passes_and_steps_run_on_request() {
     let mut app = App::new();
     app.add_plugins(SoftBodyPlugins::new(Update));
     let _entities = plain::spawn(app.world_mut(), &cubes());
@@ -38,7 +38,7 @@ fn without_a_clock_no_time_passes_and_steps_are_done_when_asked() {
 }
 
 #[test]
-fn in_update_they_go_by_the_time_of_frames() {
+fn in_update_ticks_follow_frame_time() {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, SoftBodyPlugins::new(Update)));
     let frame = Duration::from_secs_f64(1.0 / 30.0);
@@ -51,7 +51,7 @@ fn in_update_they_go_by_the_time_of_frames() {
 }
 
 #[test]
-fn in_the_fixed_schedule_they_go_by_its_clock() {
+fn in_the_fixed_schedule_ticks_follow_its_clock() {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, SoftBodyPlugins::default()));
     app.insert_resource(Time::<Fixed>::from_hz(60.0));

@@ -60,7 +60,7 @@ fn assert_other_undisturbed(app: &App, other: Entity) {
 }
 
 #[test]
-fn a_nan_written_into_a_position_freezes_that_body_alone_and_names_it() {
+fn a_nan_written_into_a_position_quarantines_that_body_alone_and_names_it() {
     let (mut app, bodies, last_finite) = spoilt(|particles| particles.positions[3].y = f32::NAN);
     let expected = Quarantine {
         vertex: VertexIndex(3),

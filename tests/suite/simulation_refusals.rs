@@ -82,7 +82,7 @@ fn settings_are_set_by_name_and_refused_with_the_choices() {
 }
 
 #[test]
-fn a_grab_of_what_is_not_there_is_refused() {
+fn a_grab_of_a_missing_particle_or_a_non_finite_target_is_refused() {
     let (mut app, bodies, _) = app_of(&cubes());
     let grab = |target: Vec3, particle: u32| Action::Grab {
         body: bodies[0],
@@ -95,7 +95,7 @@ fn a_grab_of_what_is_not_there_is_refused() {
 }
 
 #[test]
-fn a_body_that_is_gone_is_said_to_be() {
+fn an_action_on_a_removed_body_is_refused() {
     let (mut app, bodies, _) = app_of(&cubes());
     let body = bodies[0];
     assert!(done(&mut app, Action::Despawn { body }).is_empty());

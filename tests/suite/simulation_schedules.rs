@@ -112,7 +112,7 @@ fn come_and_go(chosen: &[usize]) {
 /// Each effect alone, each pair in both orders, every subset of stretch, bend and volume, and some
 /// random ones.
 #[test]
-fn an_effect_that_nobody_carries_has_no_system_whichever_others_are_there() {
+fn an_absent_effect_has_no_system_whichever_others_are_present() {
     let all = effects(&app());
     for one in 0..all.len() {
         for other in (0..all.len()).filter(|other| *other != one) {

@@ -93,12 +93,12 @@ fn a_hinge_moves_along_the_central_differences_of_its_angle() {
             let start = start.truncate().as_dvec3();
             // The square of the step over heights of about 0.3 m, times the third derivative of an
             // angle, which is of the order of the inverse cube of the height.
-            let off = (reference[i] - start).distance(expected);
-            assert!(off < 1e-6, "reference: off by {off}");
+            let deviation = (reference[i] - start).distance(expected);
+            assert!(deviation < 1e-6, "reference: off by {deviation}");
             // Positions near 1 m are accurate to 6e-8 m, angles to that over 0.3 m, through sums of
             // a dozen terms.
-            let off = (fast[i] - start).distance(expected);
-            assert!(off < 2e-5, "off by {off}");
+            let deviation = (fast[i] - start).distance(expected);
+            assert!(deviation < 2e-5, "off by {deviation}");
         }
         let moved: DVec3 = order
             .iter()
@@ -135,10 +135,10 @@ fn hinges_equal_the_reference_and_stay_finite_when_they_collapse() {
             let (fast, reference) = projected(&mut body, rigidity(1.0));
             for (fast, reference) in fast.iter().zip(reference) {
                 // As above, relative to the size; at ±π the last bit decides the sign.
-                let off = fast.distance(reference) / size;
+                let deviation = fast.distance(reference) / size;
                 assert!(
-                    off < 2e-5 || fold == PI,
-                    "{size} {rest} {fold}: off by {off}"
+                    deviation < 2e-5 || fold == PI,
+                    "{size} {rest} {fold}: off by {deviation}"
                 );
                 assert!(fast.is_finite());
             }

@@ -169,7 +169,7 @@ fn a_fast_wall_leaves_no_particle_behind_it() {
 }
 
 #[test]
-fn a_fast_sphere_or_capsule_takes_what_it_meets_with_it_or_aside() {
+fn a_fast_sphere_or_capsule_pushes_particles_ahead_or_aside() {
     for shape in [SPHERE, CAPSULE] {
         let mut world = world(settings(0.0, 60.0, 1, 1), cloud(500, 1.0, 5));
         let velocity = Vec3::new(300.0, 0.0, 0.0);

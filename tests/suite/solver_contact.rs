@@ -100,9 +100,10 @@ fn a_body_lies_on_another_at_the_thickness_of_their_contact() {
     assert!((gap - thickness).abs() < 0.3 * thickness, "gap {gap} m");
 }
 
-/// At rest, contacts carry the weight: Σ(λₙn + λₜ)/h² = mg on the upper of two cubes. A velocity that
-/// changes by less than 1e-3 m/s in the second of the mean changes it by 1e-4 mg; forces are those of
-/// the last substep of each tick, whose deviations from the mean average out to below a hundredth.
+/// At rest, contacts carry the weight: Σ(λₙn + λₜ)/h² = mg on the upper of two cubes. A velocity
+/// that changes by less than 1e-3 m/s in the second of the mean changes it by 1e-4 mg; forces are
+/// those of the last substep of each tick, whose deviations from the mean average out to below a
+/// hundredth.
 #[test]
 fn contact_forces_carry_the_weight() {
     let mut world = two_cubes();
@@ -263,9 +264,9 @@ fn friction_between_bodies_is_coulombs_whatever_the_iterations() {
             let (slid, expected) = slid(tangent, friction, iterations);
             // The block settles onto the slab in its first ticks, during which friction acts on
             // less or more than its weight: 2 % of the distance in a second.
-            let off = (slid - expected).abs() / expected;
+            let deviation = (slid - expected).abs() / expected;
             assert!(
-                off < 0.02,
+                deviation < 0.02,
                 "tan {tangent}, µ {friction}, {iterations}: {slid} m, {expected} m"
             );
         }
@@ -322,8 +323,8 @@ fn momentum_stays_when_bodies_meet() {
     }
     assert!(met);
     let scale = 27.0 * 1.5;
-    let off = (sum(&world, measure::momentum) - before.0).length() / scale;
-    assert!(off < 1e-5, "momentum is off by {off}");
+    let deviation = (sum(&world, measure::momentum) - before.0).length() / scale;
+    assert!(deviation < 1e-5, "momentum is off by {deviation}");
     // Contacts are evaluated at the start of the substep and act at its predicted end: the lever
     // arm of 0.15 m has an error of the displacement in a substep, 1.5 m/s · 1/1200 s. Implicit
     // Euler also takes 2πhω of the angular momentum per turn: the same amount again at 2 rad/s in
@@ -335,7 +336,7 @@ fn momentum_stays_when_bodies_meet() {
 
 /// A particle leaves a fixed sheet with −e times its incident velocity, and a slow one stays.
 #[test]
-fn what_bounces_leaves() {
+fn restitution_returns_the_fraction_e_of_the_speed() {
     for restitution in [0.0, 0.5, 1.0] {
         let bounces = Contact {
             restitution: Restitution::new(restitution).expect("sound"),
@@ -381,11 +382,11 @@ fn the_reference_has_the_same_contacts() {
     }
     assert!(world.contacts.counts().acting > 0);
     for (fast, slow) in world.bodies.iter().zip(&reference.bodies) {
-        let off = (0..fast.particles.len())
+        let deviation = (0..fast.particles.len())
             .map(|i| fast.particles.position(i).distance(slow.x[i]))
             .fold(0.0, f64::max);
         // A second with an impact, which amplifies rounding of 1e-8 m.
-        assert!(off < 1e-4, "off by {off} m");
+        assert!(deviation < 1e-4, "off by {deviation} m");
     }
 }
 
@@ -403,7 +404,7 @@ fn contacts_have_the_same_bits_however_bodies_are_stepped() {
     assert!(acting > 0);
 }
 
-/// Truncation can move a particle into the way of others that were not near its own way: a stiff
+/// Truncation can move a particle into the path of others that were not near its own path: a stiff
 /// cloth that crumples on the ground, at four substeps.
 #[test]
 fn truncated_motion_does_not_cross_others() {
@@ -434,8 +435,8 @@ fn truncated_motion_does_not_cross_others() {
     assert!(truncated > 0);
 }
 
-/// Truncation takes momentum, and returns it to free bodies: two sheets meet at 300 m/s. Each of the
-/// 600 substeps rounds the momentum of a particle in 24 bits.
+/// Truncation takes momentum, and returns it to free bodies: two sheets meet at 300 m/s. Each of
+/// the 600 substeps rounds the momentum of a particle in 24 bits.
 #[test]
 fn momentum_stays_when_motion_is_truncated() {
     let mut bodies = [1.0, -1.0].map(|sign: f32| {
@@ -468,10 +469,10 @@ fn momentum_stays_when_motion_is_truncated() {
         truncated += world.contacts.counts().truncated;
     }
     assert!(truncated > 0);
-    let off = momentum(&world).length() / carried;
+    let deviation = momentum(&world).length() / carried;
     assert!(
-        off < 600.0 / f64::from(1 << 24),
-        "{off} of the momentum of one"
+        deviation < 600.0 / f64::from(1 << 24),
+        "{deviation} of the momentum of one"
     );
 }
 
@@ -550,7 +551,7 @@ fn the_energy_ledger_has_contacts_between_bodies() {
     assert_eq!(
         state_hash(app.world_mut()),
         state_hash(plain.world_mut()),
-        "to keep the books changes no bit"
+        "tracking energy changes no bit"
     );
     let ledger: &EnergyLedger = app.world().resource();
     let rows: ledger::Ledger = ledger.solver;
@@ -569,7 +570,7 @@ fn the_energy_ledger_has_contacts_between_bodies() {
 
 /// A body that diverges during contact is quarantined; the other one stays finite and continues.
 #[test]
-fn a_body_that_diverges_does_not_take_along_what_it_touches() {
+fn a_diverged_body_does_not_affect_the_bodies_that_it_touches() {
     let mut world = two_cubes();
     world.settings = settings(9.81, 60.0, 10, 4);
     world.sleep.enabled = false;

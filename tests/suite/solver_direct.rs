@@ -179,8 +179,8 @@ fn a_free_body_keeps_its_momentum() {
         // 240 roundings of positions near 1 m by at most 6e-8 m, each of which changes the velocity
         // of a particle by 6e-8/h = 1.4e-5 m/s in a random direction, over 36 particles: 1.4e-5
         // √240/√36 = 4e-5 of 1.1 m/s at most.
-        let off = (after - before).length() / before.length();
-        assert!(off < 4e-5, "{off}");
+        let deviation = (after - before).length() / before.length();
+        assert!(deviation < 4e-5, "{deviation}");
     }
 }
 
@@ -240,9 +240,12 @@ fn every_effect_that_is_solved_gives_what_the_converged_reference_gives() {
                 with(body.clone(), directly(effects)),
             );
             world.settings.order = Order::new(order).expect("sound");
-            let off = error(&world, 4000, 1);
+            let deviation = error(&world, 4000, 1);
             assert_eq!(world.bodies[0].quarantine, None);
-            assert!(off < 3e-7, "{off} of order {order}: {effects:?}");
+            assert!(
+                deviation < 3e-7,
+                "{deviation} of order {order}: {effects:?}"
+            );
         }
     }
 }
@@ -252,11 +255,11 @@ fn only_xpbd_is_solved_directly() {
     let beam = held(8);
     for method in [
         Method::Pbd {
-            stiffness: Fraction::new(0.5).expect("a share"),
+            stiffness: Fraction::new(0.5).expect("a fraction"),
         },
         Method::Jacobi {
             own_weight: Coefficient::new(0.2).expect("sound"),
-            kept_speed: Fraction::new(0.99).expect("a share"),
+            kept_speed: Fraction::new(0.99).expect("a fraction"),
         },
         Method::Verlet,
     ] {
@@ -316,7 +319,7 @@ fn it_rests_on_the_ground() {
 }
 
 #[test]
-fn what_else_moves_particles_acts_between_the_steps() {
+fn other_effects_act_between_the_newton_steps() {
     // A light rope of rigid links, a strain limit, tethers and a grab: converged, all of them are
     // satisfied.
     let all = Effects {
@@ -448,7 +451,7 @@ fn body_far() -> Body {
 }
 
 #[test]
-fn what_is_too_large_is_swept_and_says_so() {
+fn a_body_that_is_too_large_falls_back_to_gauss_seidel_and_says_so() {
     let large = body("large", cube(1.0, 14), 100.0);
     assert_eq!(direct::work(&large.topology, &material()), None);
     let small = held(8);
@@ -469,7 +472,7 @@ fn what_is_too_large_is_swept_and_says_so() {
 }
 
 #[test]
-fn it_is_refused_where_it_does_not_fit() {
+fn the_direct_solver_is_refused_where_it_is_not_applicable() {
     let scene = |cells: u32, world: &str, effects: &str| {
         let text = format!(
             "Scene(title: \"t\", look_at: \"l\", world: ({world}), bodies: [(name: \"block\", primitive: \

@@ -87,7 +87,7 @@ fn tension(k: usize) -> f64 {
 }
 
 /// Resolution of f32 at rest: ½ ulp(x)/(gh²) of its stretch, see the single edge.
-fn may_rest(world: &World) -> f64 {
+fn rest_tolerance(world: &World) -> f64 {
     let lowest = world.bodies[0].particles.positions[LINKS].y.abs();
     let h = world.settings.substep_seconds();
     0.5 * f64::from(lowest * f32::EPSILON) / (G * h * h)
@@ -117,14 +117,14 @@ fn expected(world: &World, compliance: f64, tau: f64) -> EffectiveCompliance {
 }
 
 #[test]
-fn a_chain_is_found_as_much_too_soft_as_it_hangs_too_low() {
+fn the_effective_compliance_of_a_chain_matches_its_excess_sag() {
     let requested: f64 = (0..LINKS).map(|k| tension(k) * tension(k)).sum::<f64>() * 2e-6;
     for substeps in [1, 2, 5, 10, 20, 40] {
         let world = hanging(COMPLIANCE, 0.0, substeps, 1);
         let effective = effective(&world);
         let factor = effective.factor().expect("elastic");
         // In addition, it has settled to 1e-4.
-        let tolerance = 1e-4 + may_rest(&world);
+        let tolerance = 1e-4 + rest_tolerance(&world);
         let what = format!("factor at {substeps} substeps");
         assert_relative(factor, lowered(&world) / requested, tolerance, &what);
         let expected = expected(&world, 2e-6, 0.0);
@@ -146,18 +146,18 @@ fn with_one_iteration_forces_are_the_tensions_however_soft_the_chain_behaves() {
             .zip(body.states.multipliers(ElasticKind::Stretch))
         {
             let force = -f64::from(*lambda) / (h * h);
-            let tolerance = 1e-4 + 10.0 * may_rest(&world);
+            let tolerance = 1e-4 + 10.0 * rest_tolerance(&world);
             assert_relative(force, tension(upper as usize), tolerance, "tension");
         }
     }
 }
 
 #[test]
-fn damping_makes_one_iteration_softer_by_its_share_of_the_substep() {
+fn damping_softens_one_iteration_in_proportion_to_the_substep() {
     for substeps in [5, 20] {
         let world = hanging(COMPLIANCE, 0.02, substeps, 1);
         let expected = expected(&world, 2e-6, f64::from(0.02_f32));
-        let tolerance = 1e-4 + may_rest(&world);
+        let tolerance = 1e-4 + rest_tolerance(&world);
         assert_relative(
             effective(&world).effective,
             expected.effective,
@@ -170,7 +170,7 @@ fn damping_makes_one_iteration_softer_by_its_share_of_the_substep() {
 }
 
 #[test]
-fn as_many_substeps_as_are_said_to_do_are_the_fewest_that_do() {
+fn the_suggested_number_of_substeps_is_the_smallest_sufficient_one() {
     let factor = |substeps| {
         let world = hanging(COMPLIANCE, 0.0, substeps, 1);
         effective(&world).factor().expect("elastic")
@@ -187,7 +187,7 @@ fn as_many_substeps_as_are_said_to_do_are_the_fewest_that_do() {
 }
 
 #[test]
-fn with_several_iterations_a_substep_they_do_as_well() {
+fn the_suggested_number_of_substeps_suffices_with_several_iterations() {
     for iterations in [2, 4, 10] {
         let world = hanging(COMPLIANCE, 0.0, 5, iterations);
         let advised = effective(&world).substeps(&world.settings, damping(0.0));
@@ -230,7 +230,7 @@ fn block(substeps: u32, iterations: u32) -> World {
 }
 
 #[test]
-fn a_block_hangs_too_low_by_a_factor_between_the_two_that_are_found() {
+fn the_excess_sag_of_a_block_lies_between_the_two_reported_factors() {
     let exact = block(10, 100);
     let converged = effective(&exact).factor().expect("elastic");
     assert_relative(converged, 1.0, 1e-4, "converged");
@@ -280,7 +280,7 @@ fn a_lone_edge_is_never_limited() {
 }
 
 #[test]
-fn without_load_or_without_multipliers_nothing_is_said() {
+fn without_load_or_without_multipliers_nothing_is_reported() {
     let effects = Effects {
         stretch: stretch(1e-5),
         volume: volume(1e-9),

@@ -43,10 +43,10 @@ fn a_chain_is_stretched_by_the_weight_below_each_link() {
         let expected = f64::from(compliance) * f64::from(G as f32) * n * (n + 1.0) / 2.0;
         let stretched = stretch_of(&body, &at_rest(&body));
         // The residual forces, 1e-10 of the load, summed over all links.
-        let off = (stretched / expected - 1.0).abs();
+        let deviation = (stretched / expected - 1.0).abs();
         assert!(
-            off < 1e-10 * n,
-            "{links} links: {stretched} m, off by {off}"
+            deviation < 1e-10 * n,
+            "{links} links: {stretched} m, off by {deviation}"
         );
     }
 }
@@ -88,7 +88,7 @@ fn a_column_on_its_pin_is_an_equilibrium_that_is_refused_as_unstable() {
 }
 
 #[test]
-fn what_has_no_energy_or_no_support_is_refused_with_its_reason() {
+fn bodies_without_energy_or_support_are_refused_with_the_reason() {
     let body = hanging_chain(2, 1e-3);
     assert_eq!(refusal(&body, &world()), None);
     let grounded = with(

@@ -221,7 +221,7 @@ fn gusts_are_smooth_repeat_and_stay_within_their_strength() {
 }
 
 #[test]
-fn forces_are_in_the_books_of_the_ledger() {
+fn the_ledger_includes_the_work_of_forces() {
     let effects = Effects {
         uniform: Some(Uniform {
             x: finite(2.0),
@@ -244,7 +244,7 @@ fn forces_are_in_the_books_of_the_ledger() {
             + pliant::solver::measure::elastic_energies(&effects, topology, |i| (at(i), 1.0))
     };
     let start = energy(&world.bodies[0]);
-    let mut books = Ledger::default();
+    let mut total = Ledger::default();
     let swept = pliant::solver::contact::collider::Swept::default();
     for _ in 0..30 {
         let settings = world.settings;
@@ -259,18 +259,18 @@ fn forces_are_in_the_books_of_the_ledger() {
         };
         body.begin_tick();
         let substeps = 0..settings.substeps.get();
-        books += ledger::advance(&mut body.stepper(), substeps, &context).expect("finite");
+        total += ledger::advance(&mut body.stepper(), substeps, &context).expect("finite");
     }
     let change = energy(&world.bodies[0]) - start;
-    assert!(books.forces.abs() > 0.1, "they worked: {} J", books.forces);
+    assert!(total.forces.abs() > 0.1, "they worked: {} J", total.forces);
     // Velocities after forces are rounded by a relative 6e-8, and the largest row is derived from
     // them.
-    let largest = books
+    let largest = total
         .rows()
         .iter()
         .fold(0.0_f64, |most, (_, row)| most.max(row.abs()));
     assert!(
-        (books.sum() - change).abs() < 1e-7 * largest,
-        "{books:?}, but {change} J"
+        (total.sum() - change).abs() < 1e-7 * largest,
+        "{total:?}, but {change} J"
     );
 }

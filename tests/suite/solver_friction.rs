@@ -215,8 +215,8 @@ fn a_ball_that_rolls_slows_down_by_rolling_resistance_and_stops() {
     // Its force is µᵣmg. The impacts of faces and damping take energy as well, and less of it from
     // the slower ball.
     let lost = [&free, &resisted].map(|world| before - energy(world));
-    let way = measure::center_of_mass(&resisted.bodies[0].particles).x - start;
-    let expected = 0.2 * mass(&free) * G * way;
+    let distance = measure::center_of_mass(&resisted.bodies[0].particles).x - start;
+    let expected = 0.2 * mass(&free) * G * distance;
     assert!(lost[0] > 0.0 && lost[0] < 0.15 * lost[1], "{lost:?} J");
     assert!(
         (lost[1] - lost[0]..lost[1]).contains(&expected),
@@ -249,9 +249,9 @@ fn a_ball_on_a_slope_rolls_where_it_is_steeper_than_its_rolling_resistance() {
             0.0
         };
         // Its faces, a tenth of the radius wide, also dissipate energy.
-        let off = (speed(&world) - expected).abs();
+        let deviation = (speed(&world) - expected).abs();
         assert!(
-            off < 0.1 * expected + 1e-3,
+            deviation < 0.1 * expected + 1e-3,
             "{} m/s, not {expected}",
             speed(&world)
         );

@@ -121,7 +121,7 @@ fn a_grab_pushes_along_the_central_differences_of_its_distance() {
         }
         let moved = (0..4).map(|i| body.particles.predicted(i).as_vec3().extend(0.0));
         let held = point.position(&moved.collect::<Vec<_>>());
-        assert!(held.distance(target) < 1e-5, "the point is in the hand");
+        assert!(held.distance(target) < 1e-5, "the point is at the target");
     }
 }
 

@@ -226,8 +226,8 @@ fn a_tilted_box_holds_and_lets_slide_as_a_slope_does() {
     let expected = acceleration * H * H * 600.0 * 601.0 / 2.0;
     // Its penetration in a substep, gh² cos θ = 2.4e-5 m, is accurate to 2⁻²⁴ m of the box's half
     // meter, 0.25 %, and friction is proportional to it.
-    let way = f64::from(position(&sliding, 0).length());
-    assert_relative(way, expected, 1e-2, "way");
+    let distance = f64::from(position(&sliding, 0).length());
+    assert_relative(distance, expected, 1e-2, "distance");
 }
 
 /// A body that starts below the ground is not ejected: it rises with the recovery speed of 0.4 s

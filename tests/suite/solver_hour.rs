@@ -20,8 +20,8 @@ use std::f32::consts::TAU;
 const HOUR: f64 = 3600.0;
 
 fn farthest(from: &Particles, to: &Particles) -> f64 {
-    let ways = (0..from.len()).map(|i| to.position(i).distance(from.position(i)));
-    ways.fold(0.0, f64::max)
+    let distances = (0..from.len()).map(|i| to.position(i).distance(from.position(i)));
+    distances.fold(0.0, f64::max)
 }
 
 /// Largest displacement of a body at rest by rounding [m]. All positions are within 0.4 m of the
@@ -34,7 +34,7 @@ const RESTS: f64 = 10.0 * 2.4e-8 * 1.732;
 /// minute on, when they have come to rest, to the end of the hour, no particle moves by more than
 /// rounding, and memory stays constant to the byte.
 #[test]
-fn what_rests_does_not_creep_in_an_hour_and_memory_does_not_grow() {
+fn bodies_at_rest_do_not_creep_in_an_hour_and_memory_does_not_grow() {
     let mut standing = with(body("standing", cube(0.4, 1), 1000.0), elastic_on_ground());
     standing.translate(Vec3::new(0.1, 0.3, 0.0));
     let hanging = cube(0.4, 1);
@@ -54,8 +54,8 @@ fn what_rests_does_not_creep_in_an_hour_and_memory_does_not_grow() {
     run(&mut world, HOUR - 60.0);
     assert_eq!(allocation::held(), held, "bytes");
     for (before, after) in start.bodies.iter().zip(&world.bodies) {
-        let way = farthest(&before.particles, &after.particles);
-        assert!(way <= RESTS, "{} crept {way:e} m", after.name);
+        let distance = farthest(&before.particles, &after.particles);
+        assert!(distance <= RESTS, "{} crept {distance:e} m", after.name);
     }
 }
 

@@ -48,7 +48,7 @@ fn a_mirrored_body_is_not_a_turned_one_and_all_of_it_is_inside_out() {
 }
 
 #[test]
-fn a_squashed_body_has_lost_that_share_of_its_volume() {
+fn a_squashed_body_has_lost_that_fraction_of_its_volume() {
     let mut body = body("cube", cube(0.5, 2), 1000.0);
     deform(&mut body.particles, Deformation::Squash(0.25));
     let error = measure::volume_error(&body.topology, &body.particles.positions);
@@ -100,7 +100,7 @@ fn a_stretched_edge_stores_half_its_square_over_its_compliance_and_a_rigid_one_n
 }
 
 #[test]
-fn what_is_left_of_the_equations_falls_with_iterations() {
+fn residuals_fall_with_iterations() {
     let residual = |iterations: u32| {
         let effects = Effects {
             stretch: stretch(1e-6),
@@ -127,7 +127,7 @@ fn what_is_left_of_the_equations_falls_with_iterations() {
 }
 
 #[test]
-fn the_mean_square_of_nothing_is_nothing() {
+fn the_mean_square_of_no_values_is_zero() {
     assert_eq!(SquareSum::default().rms(), 0.0);
     let body = body("tetrahedron", tetrahedron(), 1000.0);
     assert!(

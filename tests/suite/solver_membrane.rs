@@ -118,8 +118,8 @@ fn gradients_are_differences<E: Elastic<3, 3>>(effect: &E) {
                 });
                 // A strain is of second order in positions, so that central differences are exact
                 // except for rounding: 1e-16 over the step.
-                let off = gradient.distance(DVec3::from_array(expected));
-                assert!(off < 1e-9, "row {number}: off by {off}");
+                let deviation = gradient.distance(DVec3::from_array(expected));
+                assert!(deviation < 1e-9, "row {number}: off by {deviation}");
                 push += gradient;
                 moment += x[corner].cross(gradient);
             }
@@ -136,7 +136,7 @@ fn strains_of_a_triangle_have_their_central_differences_for_gradients() {
 
 /// Distance of the fast kernel from the reference after an iteration over a strained, mirrored or
 /// collapsed triangle, relative to its size.
-fn off_the_reference<E: Elastic<3, 3> + Into<Effects>>(
+fn distance_from_reference<E: Elastic<3, 3> + Into<Effects>>(
     effect: &E,
     size: f64,
     change: impl Fn(DVec3) -> DVec3,
@@ -168,15 +168,15 @@ fn triangles_equal_the_reference_and_stay_finite_when_they_collapse() {
             let [a, b, c] = [(); 3].map(|()| random_vector(&mut random, 0.4).as_dvec3());
             let change = |x: DVec3| x + a * x.x + b * x.y + c * x.z;
             let soft = membrane((1e4 / size) as f32, 0.3);
-            for off in [
-                off_the_reference(&soft, size, change),
-                off_the_reference(&membrane(f32::INFINITY, 0.3), size, change),
-                off_the_reference(&weave([1e-3, 1e-2, 1e-1]), size, change),
-                off_the_reference(&weave([0.0; 3]), size, change),
+            for deviation in [
+                distance_from_reference(&soft, size, change),
+                distance_from_reference(&membrane(f32::INFINITY, 0.3), size, change),
+                distance_from_reference(&weave([1e-3, 1e-2, 1e-1]), size, change),
+                distance_from_reference(&weave([0.0; 3]), size, change),
             ] {
                 // Positions near the size are accurate to a relative 6e-8, strains to a few times
                 // that, through sums of a dozen terms and the elimination.
-                assert!(off < 2e-5, "{size}: off by {off}");
+                assert!(deviation < 2e-5, "{size}: off by {deviation}");
             }
         }
         for squash in [
@@ -187,9 +187,9 @@ fn triangles_equal_the_reference_and_stay_finite_when_they_collapse() {
             -DVec3::ONE,
         ] {
             for effect in [membrane(f32::INFINITY, 0.3), membrane(1e4, 0.45)] {
-                off_the_reference(&effect, size, |x| x * squash);
+                distance_from_reference(&effect, size, |x| x * squash);
             }
-            off_the_reference(&weave([0.0; 3]), size, |x| x * squash);
+            distance_from_reference(&weave([0.0; 3]), size, |x| x * squash);
         }
     }
 }
@@ -259,7 +259,7 @@ fn a_membrane_that_is_pulled_gives_back_its_modulus_and_poissons_ratio() {
 }
 
 #[test]
-fn a_weave_gives_along_warp_weft_and_bias_as_each_was_asked_to() {
+fn a_weave_has_the_requested_compliance_along_warp_weft_and_bias() {
     let cells = UVec2::new(16, 4);
     let threads = weave([1e-3, 2e-3, 4e-3]);
     for (degrees, expected) in [(0.0, 1e-3), (90.0, 2e-3)] {
@@ -344,7 +344,10 @@ fn triangles_that_collapsed_to_a_point_open_again() {
         assert!(body.quarantine.is_none());
         // Triangles have recovered except for a percent of the stored energy; without bending, the
         // direction of folds is undetermined.
-        let share = energy(body) / before;
-        assert!(share < 0.01, "{share} of {before} J is left: {effects:?}");
+        let fraction = energy(body) / before;
+        assert!(
+            fraction < 0.01,
+            "{fraction} of {before} J is left: {effects:?}"
+        );
     }
 }

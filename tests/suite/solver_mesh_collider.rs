@@ -7,7 +7,8 @@ use crate::{
 use glam::{DVec3, UVec2, UVec3, Vec2, Vec3};
 use pliant::{
     effect::Bend,
-    mesh::{BuildOptions, Primitive, Treatment, asset, build},
+    mesh::{BuildOptions, Primitive, Treatment, build},
+    scene::asset,
     solver::{
         Body, Collide, Collider, ColliderMesh, ColliderMeshError, ColliderShape, Contact,
         ContactThickness, Effects, Frequency, Friction, Ground, Path, Pose, RestShape, Restitution,
@@ -260,8 +261,8 @@ fn meshes_are_deterministic() {
     assert!(world.contacts.counts().candidates > 0);
 }
 
-/// Bodies that touch a mesh, the ground and a ball in the same substep, soft and rigid: the systems of
-/// the schedule meet them in the same order as the loop.
+/// Bodies that touch a mesh, the ground and a ball in the same substep, soft and rigid: the systems
+/// of the schedule meet them in the same order as the loop.
 #[test]
 fn all_surfaces_are_met_in_one_order() {
     let mut soft = jelly(0.2, 0.5);
@@ -306,10 +307,10 @@ fn the_reference_meets_meshes_as_well() {
         exact.tick();
     }
     let places = exact.bodies[0].x.iter().enumerate();
-    let off = places.map(|(i, x)| x.distance(world.bodies[0].particles.position(i)));
-    let off = off.fold(0.0, f64::max);
+    let deviation = places.map(|(i, x)| x.distance(world.bodies[0].particles.position(i)));
+    let deviation = deviation.fold(0.0, f64::max);
     // 200 substeps, each with rounding of ε · 0.2 m in displacements that damping does not amplify.
-    assert!(off < 200.0 * 6e-8 * 0.2 * 10.0, "{off} m");
+    assert!(deviation < 200.0 * 6e-8 * 0.2 * 10.0, "{deviation} m");
 }
 
 #[test]

@@ -29,7 +29,7 @@ fn parsed(text: &str) -> Settings {
 }
 
 fn pbd(stiffness: f32) -> Method {
-    let stiffness = Fraction::new(stiffness).expect("a share");
+    let stiffness = Fraction::new(stiffness).expect("a fraction");
     Method::Pbd { stiffness }
 }
 
@@ -80,7 +80,7 @@ fn classic_pbd_is_xpbd_without_compliance_to_the_bit() {
 }
 
 #[test]
-fn an_iteration_of_classic_pbd_leaves_what_its_stiffness_does_not_take() {
+fn an_iteration_of_classic_pbd_leaves_one_minus_its_stiffness_of_the_error() {
     // Without gravity, and with one pinned end, an edge that is 0.3 m too long.
     let mut edge = pinned(body_of_masses(chain(1, 1.0), &[1.0, 1.0]), &[0]);
     edge.effects.stretch = stretch(1.0);
@@ -239,7 +239,7 @@ fn spread(strains: &[f64]) -> f64 {
 }
 
 #[test]
-fn smoothing_evens_out_what_cannot_be_satisfied() {
+fn smoothing_distributes_unsatisfiable_errors_evenly() {
     let (rough, _) = strains(0);
     let (smooth, speed) = strains(10);
     let (before, after) = (spread(&rough), spread(&smooth));
@@ -249,7 +249,7 @@ fn smoothing_evens_out_what_cannot_be_satisfied() {
 }
 
 #[test]
-fn smoothing_leaves_a_body_that_is_solved_as_soft_as_it_was_asked_to_be() {
+fn smoothing_does_not_change_the_compliance_of_a_converged_body() {
     // One edge is solved by one iteration: αF = 1e-3 m/N · 9.81 N.
     let mut mass = pinned(body_of_masses(chain(1, 1.0), &[1.0, 1.0]), &[0]);
     mass.effects.stretch = stretch(1e-3);
@@ -517,7 +517,7 @@ fn no_particle_of_the_lab_enters_its_ball_and_one_at_the_center_comes_out() {
 }
 
 #[test]
-fn a_method_that_is_not_chosen_keeps_no_memory() {
+fn a_method_that_is_not_selected_uses_no_memory() {
     let mut world = falling(elastic_on_ground());
     world.tick();
     let plain = world.bodies[0].states.bytes();

@@ -181,7 +181,7 @@ fn a_mass_that_swings_loses_half_its_energy_in_the_predicted_time() {
 }
 
 #[test]
-fn so_does_the_slowest_mode_of_a_chain() {
+fn the_slowest_mode_of_a_chain_loses_half_its_energy_in_the_predicted_time() {
     let links = 5;
     let body = pinned(slanted(links, COMPLIANCE), &[0]);
     let h = 0.2 / softest(&body);

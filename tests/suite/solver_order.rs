@@ -169,7 +169,7 @@ proptest! {
 }
 
 #[test]
-fn a_star_of_ten_thousand_edges_is_colored_and_the_rest_is_loose() {
+fn a_star_of_ten_thousand_edges_is_colored_and_the_rest_overflows() {
     let edges: Vec<[u32; 2]> = (1..=10_000).map(|tip| [0, tip]).collect();
     let (partitions, elements, _) = order(&edges, 10_001, false);
     check(&edges, &partitions, &elements);

@@ -137,7 +137,7 @@ fn below_the_yield_strain_no_bit_changes() {
 }
 
 #[test]
-fn what_was_bent_stays_bent_and_what_shares_its_mesh_does_not() {
+fn plastic_deformation_stays_and_other_bodies_of_the_mesh_keep_their_shape() {
     let plasticity = Plasticity {
         bend_yield: Yield::new(0.2).expect("sound"),
         ..plastic(f32::INFINITY, 20.0)
@@ -175,7 +175,7 @@ fn what_was_bent_stays_bent_and_what_shares_its_mesh_does_not() {
 
 /// A plastic body has its own rest values, and shares the rest of its mesh.
 #[test]
-fn what_flows_holds_no_mesh_of_its_own() {
+fn a_plastic_body_copies_only_its_rest_values() {
     let mut world = clay();
     let mut elastic = clay();
     elastic.bodies[0].effects.plasticity = None;
@@ -272,7 +272,7 @@ fn the_reference_flows_as_the_body_does() {
 }
 
 #[test]
-fn threads_and_schedules_change_no_bit_of_what_has_flowed() {
+fn threads_and_schedules_change_no_bit_of_plastic_flow() {
     let mut alone = clay();
     let mut many = alone.clone();
     many.threads = Threads::new(4).expect("threads");
@@ -302,7 +302,7 @@ fn threads_and_schedules_change_no_bit_of_what_has_flowed() {
 fn idle() {}
 
 #[test]
-fn a_snapshot_keeps_what_has_flowed() {
+fn a_snapshot_keeps_plastic_flow() {
     let (mut app, ..) = app_of(&clay());
     ticks(&mut app, 30);
     let snapshot = Snapshot::take(app.world_mut(), About::default()).expect("between ticks");
@@ -319,8 +319,8 @@ fn a_snapshot_keeps_what_has_flowed() {
 }
 
 /// The energy ledger of a body over ticks, without contacts.
-fn books(body: &mut Body, settings: &pliant::solver::Settings, ticks: u32) -> Ledger {
-    let mut books = Ledger::default();
+fn ledger_of(body: &mut Body, settings: &pliant::solver::Settings, ticks: u32) -> Ledger {
+    let mut total = Ledger::default();
     for tick in 0..ticks {
         let context = StepContext {
             settings,
@@ -332,9 +332,9 @@ fn books(body: &mut Body, settings: &pliant::solver::Settings, ticks: u32) -> Le
         };
         body.begin_tick();
         let substeps = 0..settings.substeps.get();
-        books += ledger::advance(&mut body.stepper(), substeps, &context).expect("finite");
+        total += ledger::advance(&mut body.stepper(), substeps, &context).expect("finite");
     }
-    books
+    total
 }
 
 #[test]
@@ -360,7 +360,7 @@ fn flow_only_takes_energy_and_the_ledger_says_how_much() {
     let mut all = 0.0;
     for _ in 0..60 {
         let before = energy(&chain);
-        let ledger = books(&mut chain, &settings, 1);
+        let ledger = ledger_of(&mut chain, &settings, 1);
         assert!(ledger.plastic <= 0.0, "{ledger:?}");
         let change = energy(&chain) - before;
         let largest = ledger

@@ -100,8 +100,11 @@ fn the_gradient_of_a_volume_is_its_central_difference_and_sums_to_nothing() {
             let difference = (at(1.0) - at(-1.0)) / (2.0 * STEP);
             // A volume is linear in each coordinate: the error is the rounding of volumes of 0.1
             // m³, in sums of 80 terms, over the step.
-            let off = (gradients[i][axis] - difference).abs();
-            assert!(off < 80.0 * f64::EPSILON * 0.1 / STEP, "off by {off}");
+            let deviation = (gradients[i][axis] - difference).abs();
+            assert!(
+                deviation < 80.0 * f64::EPSILON * 0.1 / STEP,
+                "off by {deviation}"
+            );
         }
     }
     let force: DVec3 = gradients.iter().sum();
@@ -141,10 +144,10 @@ fn pressure_equals_the_reference() {
         for (x, reference) in places.zip(&reference.x) {
             // Four roundings of positions of up to `size`, each of which affects the next volumes
             // equally.
-            let off = x.distance(*reference) / size;
+            let deviation = x.distance(*reference) / size;
             assert!(
-                off < 16.0 * f64::from(f32::EPSILON),
-                "{factor} {modulus}: off by {off}"
+                deviation < 16.0 * f64::from(f32::EPSILON),
+                "{factor} {modulus}: off by {deviation}"
             );
         }
     }
@@ -242,11 +245,11 @@ fn a_filling_keeps_momentum() {
     let start = measure::momentum(&body.particles);
     let mut world = world(settings(0.0, 60.0, 10, 1), body);
     run(&mut world, 1.0);
-    let off = measure::momentum(&world.bodies[0].particles).distance(start) / mass;
+    let deviation = measure::momentum(&world.bodies[0].particles).distance(start) / mass;
     // Positions up to 0.7 m are rounded by 3e-8 m, seven times in each of 600 substeps of 1/600 s,
     // for 162 particles with independent roundings; four times that.
     let expected = 4.0 * 3e-8 * 600.0 * f64::sqrt(7.0 * 600.0 / 162.0);
-    assert!(off < expected, "{off} m/s, not {expected}");
+    assert!(deviation < expected, "{deviation} m/s, not {expected}");
 }
 
 #[test]
@@ -295,9 +298,9 @@ fn a_flattened_balloon_is_round_again() {
     let mut world = world(settings(0.0, 60.0, 20, 1), body);
     run(&mut world, 3.0);
     let body = &world.bodies[0];
-    let share = measure::volume_error(&body.topology, &body.particles.positions);
+    let fraction = measure::volume_error(&body.topology, &body.particles.positions);
     // 1.1 except for the pull of the skin: 2√3 ε/(αR) = 450 Pa of 101 325.
-    assert!((0.08..0.1).contains(&share), "{share}");
+    assert!((0.08..0.1).contains(&fraction), "{fraction}");
 }
 
 /// The change of energy matches the ledger, including the gas.
@@ -313,7 +316,7 @@ fn the_ledger_knows_what_a_gas_stores() {
     };
     let plain = World::default();
     let before = held(&body);
-    let mut books = Ledger::default();
+    let mut total = Ledger::default();
     for _ in 0..30 {
         let context = StepContext {
             settings: &settings,
@@ -323,14 +326,14 @@ fn the_ledger_knows_what_a_gas_stores() {
             instructions: Instructions::default(),
             watch: None,
         };
-        books += ledger::advance(&mut body.stepper(), 0..20, &context).expect("finite");
+        total += ledger::advance(&mut body.stepper(), 0..20, &context).expect("finite");
     }
     let change = held(&body) - before;
     // 1e-4 of the energy from the gas: K V₀ (2 ln 2 − 1) = 2.5 kJ.
-    let off = (books.sum() - change).abs();
+    let deviation = (total.sum() - change).abs();
     assert!(
-        change < -10.0 && off < 1e-4 * 2500.0,
-        "{off} J of {change} J"
+        change < -10.0 && deviation < 1e-4 * 2500.0,
+        "{deviation} J of {change} J"
     );
 }
 

@@ -8,7 +8,7 @@ use pliant::{
     mesh::Primitive,
     solver::{
         Body, Deformation, Effects, RepairTime, Stretch, Volume, World, deform, measure, reference,
-        repair::{LITTLE, PATIENCE},
+        repair::{MAX_REPAIR_TIME, MIN_COLLAPSED_VOLUME},
     },
 };
 
@@ -85,11 +85,14 @@ fn a_body_that_is_inside_out_comes_back_without_gaining_speed() {
             thrown_about > 10.0 * start,
             "{deformation:?}: {thrown_about} J"
         );
-        let off = measure::momentum(&world.bodies[0].particles) - momentum;
+        let deviation = measure::momentum(&world.bodies[0].particles) - momentum;
         // A displacement is rounded by a relative 6e-8 in each of 10 substeps of each tick, in
         // independent directions for the particles.
         let limit = momentum.length() * 6e-8 * 10.0 * f64::from(ticks);
-        assert!(off.length() < limit, "{deformation:?}: {off} kg m/s");
+        assert!(
+            deviation.length() < limit,
+            "{deformation:?}: {deviation} kg m/s"
+        );
     }
 }
 
@@ -139,18 +142,18 @@ fn a_body_on_pins_comes_back_to_its_place() {
     assert!(inverted(&world) > 0);
     (0..60).for_each(|_| world.tick());
     assert_eq!(inverted(&world), 0);
-    let off = (0..rest.len()).map(|i| {
+    let deviation = (0..rest.len()).map(|i| {
         let x = world.bodies[0].particles.position(i);
         x.distance(rest[i].as_dvec3())
     });
     // After five repair times, 0.7 % of the 0.5 m remains, which the constraints then close.
-    let off = off.fold(0.0, f64::max);
-    assert!(off < 0.007 * 0.5, "{off} m");
+    let deviation = deviation.fold(0.0, f64::max);
+    assert!(deviation < 0.007 * 0.5, "{deviation} m");
 }
 
 /// Unrepairable bodies are left alone: two opposite faces pinned in swapped positions.
 #[test]
-fn what_pins_hold_inside_out_is_given_up() {
+fn repair_gives_up_on_elements_that_pins_hold_inverted() {
     let mut body = with(body("cube", cube(0.5, 2), 1000.0), repaired(0.05));
     let ends: Vec<u32> = (0..body.particles.len())
         .filter(|&i| body.particles.positions[i].y.abs() > 0.249)
@@ -186,11 +189,12 @@ fn the_reference_repairs_alike() {
         exact.tick();
     }
     let particles = &fast.bodies[0].particles;
-    let off = (0..particles.len()).map(|i| particles.position(i).distance(exact.bodies[0].x[i]));
-    let off = off.fold(0.0, f64::max);
+    let deviation =
+        (0..particles.len()).map(|i| particles.position(i).distance(exact.bodies[0].x[i]));
+    let deviation = deviation.fold(0.0, f64::max);
     // Each of 30 substeps rounds a displacement of up to 5 cm by 6e-8, and the error persists as a
     // velocity: n²/2 times.
-    assert!(off < 0.05 * 6e-8 * 30.0 * 30.0 / 2.0, "{off} m");
+    assert!(deviation < 0.05 * 6e-8 * 30.0 * 30.0 / 2.0, "{deviation} m");
     let after = particles.position(0).length();
     assert!(after > 2.0 * before, "{before} m, {after} m");
 }
@@ -205,12 +209,12 @@ fn slivers_do_not_suspend_recovery() {
     let tetrahedra = world.bodies[0].topology.tetrahedra.corners().len();
     let x = world.bodies[0].particles.positions[0];
     let inside = (-x.truncate() * 0.2).extend(x.w);
-    for _ in 0..(1.5 * PATIENCE * f64::from(seconds) * 60.0) as u32 {
+    for _ in 0..(1.5 * MAX_REPAIR_TIME * f64::from(seconds) * 60.0) as u32 {
         // One corner of 216 is moved to the opposite side of the center, which inverts the elements
         // around it. (Resetting the particles would reset the repair.)
         world.bodies[0].particles.positions[0] = inside;
         let inverted = inverted(&world);
-        assert!(inverted > 0 && (inverted as f64) < LITTLE * tetrahedra as f64);
+        assert!(inverted > 0 && (inverted as f64) < MIN_COLLAPSED_VOLUME * tetrahedra as f64);
         world.tick();
         assert!(world.bodies[0].particles.repair.is_empty());
     }
@@ -310,9 +314,10 @@ fn the_reference_repairs_sheets_alike() {
     }
     assert!(!fast.bodies[0].particles.repair.is_empty());
     let particles = &fast.bodies[0].particles;
-    let off = (0..particles.len()).map(|i| particles.position(i).distance(exact.bodies[0].x[i]));
-    let off = off.fold(0.0, f64::max);
+    let deviation =
+        (0..particles.len()).map(|i| particles.position(i).distance(exact.bodies[0].x[i]));
+    let deviation = deviation.fold(0.0, f64::max);
     // Each of 30 substeps rounds a displacement of up to 5 cm by 6e-8, and the error persists as a
     // velocity: n²/2 times.
-    assert!(off < 0.05 * 6e-8 * 30.0 * 30.0 / 2.0, "{off} m");
+    assert!(deviation < 0.05 * 6e-8 * 30.0 * 30.0 / 2.0, "{deviation} m");
 }

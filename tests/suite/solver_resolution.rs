@@ -35,7 +35,7 @@ fn the_bound_is_where_a_particle_falls_as_far_as_its_edge_is_rounded() {
 /// falls by ½gt², with symplectic Euler's factor of (1 + 1/n), to the last digit of 1.25 m:
 /// 1.2e-7 m.
 #[test]
-fn what_begins_to_fall_does_not_fall_asleep() {
+fn a_body_that_starts_to_fall_does_not_fall_asleep() {
     let mut falling = body_of_masses(point(), &[1.0]);
     falling.translate(Vec3::Y * 1.25);
     let mut world = world(settings(1e-3, 60.0, 10, 1), falling);

@@ -234,8 +234,8 @@ fn balls_conserve_momentum_and_bounce() {
     };
     let (before, fast) = (sum(&world), energy(&world));
     (0..60).for_each(|_| world.tick());
-    let off = (sum(&world) - before).length() / 12.0;
-    assert!(off < 1e-5, "momentum is off by {off}");
+    let deviation = (sum(&world) - before).length() / 12.0;
+    assert!(deviation < 1e-5, "momentum is off by {deviation}");
     // Equal and opposite central speeds along the line of centers. The facets of the meshes turn
     // the normal by up to an eighth of a radian.
     let ratio = energy(&world) / fast;
@@ -265,12 +265,12 @@ fn a_ball_rolls() {
     world.settings.set_gravity(pull.as_vec3()).expect("sound");
     let before = middle(&world.bodies[0]).x;
     (0..60).for_each(|_| world.tick());
-    let way = middle(&world.bodies[0]).x - before;
+    let distance = middle(&world.bodies[0]).x - before;
     let expected = 0.5 * 9.81 * 0.2 / factor;
     // It is a polyhedron of 8 cells across, which drops onto each facet and loses speed there.
     assert!(
-        (way / expected - 1.0).abs() < 0.1,
-        "{way} m of {expected} m"
+        (distance / expected - 1.0).abs() < 0.1,
+        "{distance} m of {expected} m"
     );
 }
 
@@ -409,7 +409,7 @@ fn the_reference_has_rigid_bodies() {
     }
     assert!(middle(&world.bodies[0]).y < 0.101, "it has landed");
     let places = exact.bodies[0].x.iter().enumerate();
-    let off = places.map(|(i, x)| x.distance(world.bodies[0].particles.position(i)));
-    let off = off.fold(0.0, f64::max);
-    assert!(off < 120.0 * 6e-8 * 0.2 * 10.0, "{off} m");
+    let deviation = places.map(|(i, x)| x.distance(world.bodies[0].particles.position(i)));
+    let deviation = deviation.fold(0.0, f64::max);
+    assert!(deviation < 120.0 * 6e-8 * 0.2 * 10.0, "{deviation} m");
 }

@@ -74,7 +74,7 @@ fn the_study_measures_the_order() {
 }
 
 #[test]
-fn what_swings_keeps_its_energy_longer() {
+fn oscillations_keep_their_energy_longer() {
     let kept = |order| {
         let mut world = world(settings(0.0, 60.0, 4, 1), spring());
         world.settings.order = order;
@@ -156,7 +156,7 @@ fn a_bounce_is_as_high_as_of_first_order() {
 }
 
 #[test]
-fn what_is_written_meanwhile_makes_it_begin_anew() {
+fn external_changes_restart_the_history() {
     let mut world = falling();
     world.settings.set_gravity(Vec3::ZERO).expect("sound");
     (0..10).for_each(|_| world.tick());

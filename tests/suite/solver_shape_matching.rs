@@ -44,7 +44,7 @@ fn hundredth(first: bool) -> Pass {
     Pass {
         h: 0.01,
         first,
-        share: 1.0,
+        relaxation: 1.0,
     }
 }
 
@@ -112,7 +112,7 @@ fn a_rest_shape_that_is_moved_and_turned_has_no_strain() {
 /// Σ ∇½D² of all regions is −m Δx of a rigid iteration, and an iteration conserves momentum and
 /// angular momentum.
 #[test]
-fn an_iteration_goes_down_the_gradient_and_neither_pushes_nor_turns() {
+fn an_iteration_follows_the_gradient_and_conserves_momenta() {
     const STEP: f64 = 1e-5;
     let mut random = Random::new(1);
     for size in [WHOLE, 0.5, 0.3, 0.01] {
@@ -157,8 +157,11 @@ fn an_iteration_goes_down_the_gradient_and_neither_pushes_nor_turns() {
                 // Energies of a few J, in sums that are accurate to 1e-15, over the step; and the
                 // square of the step times third derivatives of the rotation, which are a few times
                 // the second over the size.
-                let off = (slope + mass * moves[i][axis]).abs();
-                assert!(off < 1e-7 * mass.max(1.0), "{size}: off by {off}");
+                let deviation = (slope + mass * moves[i][axis]).abs();
+                assert!(
+                    deviation < 1e-7 * mass.max(1.0),
+                    "{size}: off by {deviation}"
+                );
             }
         }
         // Several iterations, damped, from positions other than the previous ones.
@@ -189,7 +192,7 @@ fn an_iteration_goes_down_the_gradient_and_neither_pushes_nor_turns() {
 /// A scaling of the whole body is an oscillator that a substep solves exactly, for any number of
 /// iterations: a' = (a + hv)/(1 + ω²h²).
 #[test]
-fn a_stretched_body_swings_as_often_as_asked() {
+fn a_stretched_body_oscillates_at_the_requested_frequency() {
     for (frequency, substeps, iterations) in [
         (2.0, 10, 1),
         (2.0, 40, 1),
@@ -269,7 +272,7 @@ fn a_pinned_body_hangs_by_g_over_the_square_of_its_frequency() {
 }
 
 #[test]
-fn without_limit_the_body_is_rigid() {
+fn with_infinite_frequency_the_body_is_rigid() {
     let mut body = with(body("bar", bar(), 1000.0), of(matching(RIGID, WHOLE)));
     let spin = Vec3::new(0.5, 3.0, 1.0);
     for i in 0..body.particles.len() {
@@ -291,8 +294,8 @@ fn without_limit_the_body_is_rigid() {
     // energy, and more at times when the tumbling bar is faster.
     let lost = 1.0 - moving(&world) / energy;
     assert!((0.0..0.04).contains(&lost), "{lost}");
-    let off = turning(&world).distance(before) / before.length();
-    assert!(off < 0.02, "{off}");
+    let deviation = turning(&world).distance(before) / before.length();
+    assert!(deviation < 0.02, "{deviation}");
 }
 
 #[test]
@@ -345,8 +348,8 @@ fn free_bodies_keep_their_momenta() {
         );
         // An iteration is exact at the end of a substep's path, but velocities are averaged over
         // the path: a relative error of hv/x of the vibrating part.
-        let off = before.1.distance(after.1);
-        assert!(off < 1e-3 * most, "{effect:?}: {off} of {most}");
+        let deviation = before.1.distance(after.1);
+        assert!(deviation < 1e-3 * most, "{effect:?}: {deviation} of {most}");
     }
 }
 
@@ -409,10 +412,10 @@ fn every_element_lies_in_a_region_and_small_regions_are_many() {
             let inside = |members: &[u32]| corners.iter().all(|i| members.contains(i));
             assert!(regions.each().any(inside), "{size}: {corners:?}");
         }
-        for (i, share) in regions.shares().iter().enumerate() {
+        for (i, weight) in regions.weights().iter().enumerate() {
             let holds = |members: &&[u32]| members.contains(&(i as u32));
             let within = regions.each().filter(holds).count();
-            assert!((share * within as f64 - 1.0).abs() < 1e-12);
+            assert!((weight * within as f64 - 1.0).abs() < 1e-12);
         }
     }
     // A center each, and its ring.
@@ -541,11 +544,11 @@ fn hanging(effect: ShapeMatching) -> Body {
 #[test]
 fn the_schedules_do_what_the_plan_does_whatever_the_method_and_order() {
     let pbd = |stiffness| Method::Pbd {
-        stiffness: Fraction::new(stiffness).expect("a share"),
+        stiffness: Fraction::new(stiffness).expect("a fraction"),
     };
     let jacobi = Method::Jacobi {
         own_weight: Coefficient::new(0.2).expect("sound"),
-        kept_speed: Fraction::new(0.99).expect("a share"),
+        kept_speed: Fraction::new(0.99).expect("a fraction"),
     };
     for (method, order, smoothing) in [
         (Method::Xpbd, 1, 0),
@@ -582,7 +585,7 @@ fn the_schedules_do_what_the_plan_does_whatever_the_method_and_order() {
 /// Classic PBD does not depend on the frequency: with full stiffness it is rigid, to the bit, and
 /// with less an iteration leaves the rest of D.
 #[test]
-fn classic_pbd_leaves_what_its_stiffness_does_not_take() {
+fn classic_pbd_leaves_one_minus_its_stiffness_of_the_strain() {
     let pbd = |stiffness, frequency| {
         let mut body = with(body("bar", bar(), 1000.0), of(matching(frequency, WHOLE)));
         for x in &mut body.particles.positions {
@@ -591,7 +594,7 @@ fn classic_pbd_leaves_what_its_stiffness_does_not_take() {
         let mut world = world(settings(0.0, 60.0, 1, 1), body);
         if let Some(stiffness) = stiffness {
             world.settings.method = Method::Pbd {
-                stiffness: Fraction::new(stiffness).expect("a share"),
+                stiffness: Fraction::new(stiffness).expect("a fraction"),
             };
         }
         world.tick();

@@ -109,7 +109,7 @@ fn the_compliance_of_a_volume_is_that_of_cubic_meters_not_of_six_times_as_many()
     let effect = volume((weight / 16.0) as f32).expect("given");
     let before = swelling(&body);
     iterate(&mut body, &effect, H, Multipliers::Unused);
-    assert_relative(swelling(&body) / before, 0.5, 2e-3, "share that is left");
+    assert_relative(swelling(&body) / before, 0.5, 2e-3, "fraction that is left");
 }
 
 #[test]
@@ -124,7 +124,7 @@ fn a_rigid_volume_takes_its_whole_step() {
 }
 
 #[test]
-fn a_particle_has_the_sum_of_its_shares_of_masses_and_not_of_inverse_masses() {
+fn masses_of_elements_add_up_at_particles_and_inverse_masses_do_not() {
     // Two tetrahedra on either side of a face: V = 1/6 and 1/2 m³. Summed inverse masses would give
     // the shared corners 4 (6 + 2) = 32 /kg at 1 kg/m³, instead of 4/(1/6 + 1/2) = 6 /kg; the
     // contribution of the last element alone 8 /kg.

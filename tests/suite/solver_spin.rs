@@ -80,7 +80,7 @@ fn flying() -> World {
 /// In flight the angular momentum about the center of mass is conserved, and energy never rises:
 /// rotation is restored, vibrations are damped as before.
 #[test]
-fn what_flies_keeps_it_and_gains_no_energy() {
+fn a_free_body_keeps_its_angular_momentum_and_gains_no_energy() {
     let mut world = flying();
     let about = |world: &World| {
         let particles = &world.bodies[0].particles;
@@ -116,7 +116,7 @@ fn what_flies_keeps_it_and_gains_no_energy() {
 
 /// Pinned bodies and bodies on the ground are stepped as without it, to the bit.
 #[test]
-fn what_is_not_free_is_left_alone() {
+fn bodies_that_are_not_free_are_unaffected() {
     let pinned_world = |settings: Settings| {
         let mut pair = pinned(body("pair", chain(1, 1.0), 1.0), &[0]);
         pair.effects.stretch = stretch(0.0);

@@ -117,9 +117,9 @@ fn a_hanging_chain_equals_a_loop_of_ten_lines_to_the_bit() {
             u[edge + 1] += d * (w[edge + 1] * scale);
         }
         for i in 1..3 {
-            let (place, off) = sum(p[i], u[i]);
-            let (moved, lost) = sum(u[i], off - c[i]);
-            (p[i], u[i], c[i]) = (place, moved, off - lost);
+            let (place, error) = sum(p[i], u[i]);
+            let (moved, lost) = sum(u[i], error - c[i]);
+            (p[i], u[i], c[i]) = (place, moved, error - lost);
         }
     }
 

@@ -167,7 +167,7 @@ fn the_reference_is_stitched_too() {
 }
 
 #[test]
-fn what_cannot_be_stitched_is_refused() {
+fn invalid_stitches_are_refused() {
     let one = at(&[(0, 1.0)]);
     let make = |to| Stitches::new(vec![stitch(one, StitchEnd::Point(to), 0.0, 1.0)], 3);
     let missing = make(at(&[(3, 1.0)]));
@@ -261,7 +261,7 @@ fn blocks() -> World {
 }
 
 #[test]
-fn threads_schedules_and_snapshots_change_no_bit_of_what_is_stitched() {
+fn threads_schedules_and_snapshots_change_no_bit_of_stitched_bodies() {
     let mut alone = blocks();
     let mut many = alone.clone();
     many.threads = Threads::new(4).expect("threads");
@@ -307,7 +307,7 @@ fn threads_schedules_and_snapshots_change_no_bit_of_what_is_stitched() {
 fn idle() {}
 
 #[test]
-fn a_collider_that_goes_lets_go() {
+fn removing_a_collider_releases_its_stitches() {
     let rope = body("rope", chain(1, 0.1), 1.0);
     let ends = [0, 1].map(|number| {
         let place = Vec3::Y * -0.1 * number as f32;

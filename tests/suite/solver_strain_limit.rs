@@ -72,7 +72,7 @@ fn an_edge_beyond_its_limit_is_put_back_to_it_and_the_reference_says_so_too() {
 
 /// In a block of eight edges, inactive ones go through the same lanes as active ones.
 #[test]
-fn what_does_not_reach_its_limit_is_the_same_bits_beside_what_does() {
+fn edges_below_their_limit_keep_their_bits_beside_edges_above_it() {
     let lengths = [1.0, 1.05, 1.5, 0.5, 0.0, 1.1, 2.0, 1.0999, 1.2, 0.9, 1.0];
     let before = edges(&lengths);
     let mut after = before.clone();

@@ -14,7 +14,7 @@ fn at(body: &Body, i: usize) -> Vec3 {
 }
 
 #[test]
-fn one_projection_closes_a_lone_rigid_edge_and_shares_the_way_by_inverse_masses() {
+fn one_projection_closes_a_lone_rigid_edge_and_splits_the_correction_by_inverse_masses() {
     let mut body = body_of_masses(chain(1, 0.5), &[1.0, 3.0]);
     body.particles.positions[1] = Vec3::new(0.3, -0.4, 0.6).extend(1.0 / 3.0);
     let before = [at(&body, 0), at(&body, 1)];
@@ -27,7 +27,7 @@ fn one_projection_closes_a_lone_rigid_edge_and_shares_the_way_by_inverse_masses(
         f64::from(moved[0].length() / moved[1].length()),
         3.0,
         1e-6,
-        "share",
+        "ratio",
     );
     let momentum = moved[0] + 3.0 * moved[1];
     assert!(

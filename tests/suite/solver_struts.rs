@@ -99,15 +99,15 @@ fn struts_equal_the_reference() {
     for (i, reference) in reference.x.iter().enumerate() {
         // At most a dozen struts per vertex, each of which rounds positions below 0.5 m by 3e-8 m,
         // and propagates errors of that size.
-        let off = fast.particles.predicted(i).distance(*reference);
-        assert!(off < 24.0 * 3e-8, "off by {off} m");
+        let deviation = fast.particles.predicted(i).distance(*reference);
+        assert!(deviation < 24.0 * 3e-8, "off by {deviation} m");
     }
 }
 
 /// C17.
 #[test]
 fn a_ball_with_struts_comes_back_from_half_its_height_and_one_without_does_not() {
-    let off = [Some(struts(2e-3)), None].map(|struts| {
+    let deviation = [Some(struts(2e-3)), None].map(|struts| {
         let mut body = held(struts);
         deform(&mut body.particles, Deformation::Squash(0.5));
         let mut world = world(settings(0.0, 60.0, 20, 1), body);
@@ -115,6 +115,14 @@ fn a_ball_with_struts_comes_back_from_half_its_height_and_one_without_does_not()
         let body = &world.bodies[0];
         measure::shape_error(&body.topology, &body.particles.positions)
     });
-    assert!(off[0] < 0.02, "with struts it is off by {}", off[0]);
-    assert!(off[1] > 0.02, "without it is off by only {}", off[1]);
+    assert!(
+        deviation[0] < 0.02,
+        "with struts it is off by {}",
+        deviation[0]
+    );
+    assert!(
+        deviation[1] > 0.02,
+        "without it is off by only {}",
+        deviation[1]
+    );
 }

@@ -1,4 +1,4 @@
-//! Bodies that begin across each other come apart at a bounded speed.
+//! Bodies that intersect initially separate at a bounded speed.
 
 use crate::support::{body, cube, damping, elastic_on_ground, stretch, with};
 use glam::{DVec3, UVec2, Vec2, Vec3};
@@ -8,7 +8,7 @@ use pliant::{
     solver::{Bend, Body, Contact, Effects, SelfContact, Stretch, Threads, World, measure},
 };
 
-fn jelly(at: Vec3) -> Body {
+pub fn jelly(at: Vec3) -> Body {
     let effects = Effects {
         stretch: Some(Stretch {
             damping: damping(0.03),
@@ -22,7 +22,7 @@ fn jelly(at: Vec3) -> Body {
     it
 }
 
-fn sheet(at: Vec3) -> Body {
+pub fn sheet(at: Vec3) -> Body {
     let cloth = Primitive::Cloth {
         size: Vec2::splat(0.6),
         cells: UVec2::splat(12),
@@ -51,10 +51,10 @@ fn fastest(world: &World) -> f32 {
     each.fold(0.0, f32::max)
 }
 
-/// Without gravity: they part by the recovery speed, 0.5 m/s of both together, and keep their
-/// momentum. When the last crossing is gone, surfaces within their thickness part once more.
+/// Without gravity: they separate at the recovery speed, a relative speed of 0.5 m/s, and keep
+/// their momentum. After the last crossing, surfaces within their thickness still separate.
 #[test]
-fn overlapping_bodies_part_at_the_recovery_speed() {
+fn overlapping_bodies_separate_at_the_recovery_speed() {
     let mut world = World::default();
     world.settings.set_gravity(Vec3::ZERO).expect("sound");
     world.bodies = vec![jelly(Vec3::Y), jelly(Vec3::new(0.07, 1.15, 0.03))];
@@ -79,9 +79,9 @@ fn overlapping_bodies_part_at_the_recovery_speed() {
     assert!(left < 1e-4, "{left} kg·m/s");
 }
 
-/// On the ground, under gravity: none is thrown up or out of the heap.
+/// On the ground, under gravity: none is ejected from the stack.
 #[test]
-fn an_overlapping_stack_comes_apart() {
+fn an_overlapping_stack_separates() {
     let bodies =
         [0.15, 0.3, 0.5].map(|height| jelly(Vec3::new(0.07 * (height * 10.0) % 0.2, height, 0.03)));
     let mut world = World {
@@ -101,8 +101,8 @@ fn an_overlapping_stack_comes_apart() {
     }
 }
 
-/// A sheet that lies in the middle of a cube, exactly on its vertices, where nothing crosses by the
-/// exact test, and askew.
+/// A sheet in the middle of a cube: exactly on its vertices, where the exact test finds no
+/// crossing, and tilted.
 #[test]
 fn a_sheet_leaves_a_body() {
     for tilt in [0.0, 0.01] {
@@ -124,10 +124,10 @@ fn a_sheet_leaves_a_body() {
     }
 }
 
-/// The scene `pile`, flattened into one plane: its bodies unfold through each other, part, and settle
-/// without being thrown. Before they parted, elasticity drove them to 88 kJ.
+/// The scene `pile`, flattened into one plane: its bodies unfold through each other, separate,
+/// and settle without being ejected. Without separation, elasticity drove them to 88 kJ.
 #[test]
-fn a_flattened_pile_comes_apart() {
+fn a_flattened_pile_separates() {
     let scene = Scene::load("pile").expect("a built-in scene").scene;
     let mut world = scene.build().expect("it is sound").world;
     (0..240).for_each(|_| world.tick());
@@ -149,10 +149,9 @@ fn a_flattened_pile_comes_apart() {
     assert_eq!(world.crossings(), 0);
 }
 
-/// Tangles depend on the state alone: threads, and a world that goes on from a copy without its
-/// caches, make no difference.
+/// The same with several threads, and when a world continues from a copy without its caches.
 #[test]
-fn tangles_are_no_state() {
+fn tangles_depend_on_the_state_alone() {
     let world = World {
         bodies: vec![
             jelly(Vec3::Y * 0.15),

@@ -11,7 +11,7 @@ fn error(change: impl FnOnce(&mut RestShape)) -> TopologyError {
 }
 
 #[test]
-fn shapes_that_make_no_sense_are_refused_with_the_element_and_the_vertex() {
+fn invalid_shapes_are_refused_with_the_element_and_the_vertex() {
     assert_eq!(
         Topology::new(RestShape::default()),
         Err(TopologyError::Empty)

@@ -58,7 +58,7 @@ fn gradients_of_the_volume_are_its_central_differences() {
 }
 
 #[test]
-fn gradients_of_the_volume_neither_push_nor_turn() {
+fn gradients_of_the_volume_conserve_momenta() {
     let mut random = Random::new(8);
     for _ in 0..1000 {
         let x = random_corners(&mut random);
@@ -164,7 +164,7 @@ fn an_element_flat_or_in_a_line_opens_and_throws_nothing_far_away() {
 
 #[test]
 fn elements_of_ten_micrometers_and_of_ten_kilometers_behave_alike() {
-    let shares = [1e-5, 1.0, 1e4_f32].map(|scale| {
+    let ratios = [1e-5, 1.0, 1e4_f32].map(|scale| {
         let mut shape = tetrahedron();
         for vertex in &mut shape.vertices {
             *vertex *= scale;
@@ -177,10 +177,10 @@ fn elements_of_ten_micrometers_and_of_ten_kilometers_behave_alike() {
         let rest = f64::from(body.topology.tetrahedra.rest_volume[0]);
         (before / rest, now(&body) / rest)
     });
-    for share in shares {
+    for ratio in ratios {
         // The scales are not powers of two, so that each product is rounded.
-        assert_relative(share.0, shares[1].0, 1e-6, "V/V₀ before");
-        assert_relative(share.1, shares[1].1, 1e-5, "V/V₀ after one projection");
+        assert_relative(ratio.0, ratios[1].0, 1e-6, "V/V₀ before");
+        assert_relative(ratio.1, ratios[1].1, 1e-5, "V/V₀ after one projection");
     }
 }
 

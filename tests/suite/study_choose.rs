@@ -28,7 +28,7 @@ const CHOSEN: [&str; 10] = [
 const SECONDS: f64 = 0.1;
 
 /// Iterations per tick of the most expensive setting.
-const MOST: u32 = 24;
+const MAX_ITERATIONS: u32 = 24;
 
 /// A scene after a second, when no body falls freely any more: free fall would only measure f32.
 fn under_way(name: &str) -> World {
@@ -45,11 +45,11 @@ fn probe(world: &World) -> Probe {
     probe.expect("sound").expect("not stopped")
 }
 
-/// Iterations and error of every setting with up to [`MOST`] iterations per tick.
+/// Iterations and error of every setting with up to [`MAX_ITERATIONS`] iterations per tick.
 fn all(probe: &Probe) -> Vec<(u32, f64)> {
     let mut points = Vec::new();
     for iterations in [1, 2, 4, 8, 16] {
-        for substeps in 1..=MOST / iterations {
+        for substeps in 1..=MAX_ITERATIONS / iterations {
             let point = probe.point(Setting::xpbd(substeps, iterations));
             points.push((substeps * iterations, point.expect("sound").error));
         }
@@ -65,13 +65,13 @@ fn chosen(probe: &Probe, goal: Goal) -> Choice {
 /// A setting chosen for an error costs at most 15 % more, in projections, than the optimum; one
 /// chosen for a cost does not exceed it, and its error is at most 15 % larger than the optimum.
 #[test]
-fn what_is_chosen_is_nearly_the_best_of_all() {
+fn the_chosen_setting_is_nearly_the_best() {
     for name in CHOSEN {
         let probe = probe(&under_way(name));
         let points = all(&probe);
         let per_iteration = Setting::xpbd(1, 1).projections(probe.world());
         // Achievable goals: the errors of these numbers of iterations.
-        for price in [MOST, MOST / 3] {
+        for price in [MAX_ITERATIONS, MAX_ITERATIONS / 3] {
             let affordable = points.iter().filter(|(iterations, _)| *iterations <= price);
             let least = affordable
                 .map(|point| point.1)

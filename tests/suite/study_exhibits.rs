@@ -105,23 +105,23 @@ fn shown(study: &Study, record: &Record) -> bool {
     if DIAGRAMS.contains(&&problem.problem.name[..]) {
         return true;
     }
-    let told_of = problem.finest_with_errors().filter(of_case);
-    let told = told_of.map(told).unwrap_or_default();
+    let shown_case = problem.finest_with_errors().filter(of_case);
+    let documented_settings = shown_case.map(documented_settings).unwrap_or_default();
     match record {
         Record::Reference(reference) => {
             // A path, with the positions of all particles, is not a single value of a mesh.
             let one = |converged: &Converged| converged.values.len() == 1;
-            told_of.is_some() || reference.converged.as_ref().is_some_and(one)
+            shown_case.is_some() || reference.converged.as_ref().is_some_and(one)
         }
-        Record::Run(run) => told.contains(&run.setting),
-        Record::Time(time) => told.contains(&time.setting),
+        Record::Run(run) => documented_settings.contains(&run.setting),
+        Record::Time(time) => documented_settings.contains(&time.setting),
         _ => true,
     }
 }
 
 /// Settings from which a row of the table is derived: the front, the points that show coincidental
 /// agreement, those with costs within timing noise, and the best without coincidence.
-fn told(case: &CaseResult) -> Vec<Setting> {
+fn documented_settings(case: &CaseResult) -> Vec<Setting> {
     let front = case.front();
     let coincidences = front.iter().filter_map(|point| case.coincidence(point));
     let mut points: Vec<&Point> = coincidences.chain(case.best_sound()).collect();
@@ -257,8 +257,8 @@ fn same(then: &[f64], now: &[f64]) -> bool {
             .iter()
             .fold(0.0_f64, |most, value| most.max(value.abs()))
     };
-    let off = then.iter().zip(now).map(|(a, b)| (a - b).abs());
-    then.len() == now.len() && off.fold(0.0, f64::max) <= SAME * size(then).max(NOTHING)
+    let deviation = then.iter().zip(now).map(|(a, b)| (a - b).abs());
+    then.len() == now.len() && deviation.fold(0.0, f64::max) <= SAME * size(then).max(NOTHING)
 }
 
 fn converges_again(result: &CaseResult) {
@@ -297,7 +297,7 @@ fn comes_out_again(result: &CaseResult, point: &Point, budget: &Budget) {
 /// A rigid chain of 32 links coincidentally sags like a soft one as long as 4 × 2 iterations do not
 /// propagate through it.
 #[test]
-fn what_is_right_by_coincidence_is_told_from_what_is_right() {
+fn coincidental_agreement_is_distinguished_from_accuracy() {
     let folder = temporary("coincidence");
     let points = file("assets/readme/study");
     let study = study::merge(&[points], &folder).expect("its points are there");

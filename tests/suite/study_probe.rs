@@ -15,20 +15,20 @@ fn falling() -> pliant::solver::World {
 }
 
 #[test]
-fn a_probe_tells_each_point_when_it_is_there_and_leaves_the_world_alone() {
+fn a_probe_reports_each_point_at_once_and_does_not_change_the_world() {
     let world = falling();
     let before = world.state_hash();
     let list = [1, 4, 16].map(|substeps| Setting::xpbd(substeps, 1));
-    let mut told = Vec::new();
+    let mut reported = Vec::new();
     let points = probe(&world, 0.5, &list, |news| {
         if let ProbeNews::Point(point) = news {
-            told.push(point.setting);
+            reported.push(point.setting);
         }
         ControlFlow::Continue(())
     })
     .expect("sound settings");
     assert_eq!(world.state_hash(), before);
-    assert_eq!(told, list.repeat(ROUNDS));
+    assert_eq!(reported, list.repeat(ROUNDS));
     assert_eq!(points.len(), list.len());
     // First order in h: four times the substeps leave about a quarter of the error.
     for pair in points.windows(2) {
@@ -42,20 +42,20 @@ fn a_probe_tells_each_point_when_it_is_there_and_leaves_the_world_alone() {
 }
 
 #[test]
-fn a_probe_stops_when_it_is_told_to() {
-    let mut asked = 0;
+fn a_probe_stops_on_request() {
+    let mut calls = 0;
     let points = probe(
         &falling(),
         0.5,
         &[Setting::xpbd(1, 1), Setting::xpbd(2, 1)],
         |news| {
-            asked += 1;
+            calls += 1;
             match news {
                 ProbeNews::Point(_) => ControlFlow::Break(()),
-                ProbeNews::Share(_) => ControlFlow::Continue(()),
+                ProbeNews::Progress(_) => ControlFlow::Continue(()),
             }
         },
     )
     .expect("sound settings");
-    assert_eq!(points.len(), 1, "after {asked} news");
+    assert_eq!(points.len(), 1, "after {calls} news");
 }

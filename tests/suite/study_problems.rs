@@ -49,8 +49,8 @@ fn a_hanging_mass_stretches_its_spring_by_its_closed_form() {
         let stretch = value(case, Setting::xpbd(substeps, iterations));
         // A particle near 1 m rests where its remaining weight moves it by less than half an ulp in
         // a substep: 6e-8 m / gh² = 3.5e-4 of its weight at four substeps.
-        let off = (stretch / expected(case) - 1.0).abs();
-        assert!(off < 1e-3, "{stretch} at {substeps}×{iterations}");
+        let deviation = (stretch / expected(case) - 1.0).abs();
+        assert!(deviation < 1e-3, "{stretch} at {substeps}×{iterations}");
     }
     let rigid = Setting {
         method: Method::Pbd,
@@ -100,7 +100,7 @@ fn energy_is_lost_and_periods_grow_as_the_discrete_method_has_it() {
 }
 
 #[test]
-fn what_moves_little_in_a_substep_moves_all_the_same() {
+fn displacements_below_the_rounding_of_positions_still_accumulate() {
     let case = &cases("spring_energy")[0];
     let run = |substeps| {
         let run = run_one(case, Setting::xpbd(substeps, 1), 4.0).expect("sound settings");
@@ -118,7 +118,7 @@ fn what_moves_little_in_a_substep_moves_all_the_same() {
 }
 
 #[test]
-fn what_moves_converges_with_first_order() {
+fn dynamic_problems_converge_with_first_order() {
     for name in ["spring_energy", "pendulum_period", "pendulum_energy"] {
         let converged = converge(&cases(name)[0]).expect("sound settings");
         let order = converged.order.expect("it still changes");
@@ -127,7 +127,7 @@ fn what_moves_converges_with_first_order() {
 }
 
 #[test]
-fn what_moves_by_bdf2_converges_with_second_order_or_better() {
+fn bdf2_converges_with_second_order_or_better() {
     // The error of the period is (ωh)²/3; BDF2 loses πω³h³ of the energy of a vibration per period,
     // and its first substep, which is implicit Euler, ω²h² once.
     for name in ["spring_period_bdf2", "spring_energy_bdf2"] {
@@ -143,15 +143,15 @@ fn a_weave_and_a_shape_that_is_matched_converge_to_their_closed_forms() {
     // and less below; and half of a cell's weight, of 8 cells, is carried by a node whose strain
     // does not affect the cell below: (1/8)² of the stretch. A period is as accurate as the
     // crossings, about 1e-7 of it.
-    for (name, share) in [
+    for (name, fraction) in [
         ("hanging_weave", 0.0075 + 1.0 / 64.0),
         ("shape_period", 1e-6),
     ] {
         let case = &cases(name)[0];
         let converged = converge(case).expect("sound settings");
         assert!(converged.settled, "{name}");
-        let off = converged.values[0] / expected(case) - 1.0;
-        assert!(off.abs() < share, "{name}: off by {off}");
+        let deviation = converged.values[0] / expected(case) - 1.0;
+        assert!(deviation.abs() < fraction, "{name}: off by {deviation}");
     }
 }
 
@@ -162,15 +162,15 @@ fn chains_rest_where_their_closed_form_has_them_whatever_the_references_substeps
         let converged = converge(case).expect("sound settings");
         assert!(converged.settled, "{name}");
         // Masses and lengths are f32, and rest is accurate to about 1e-7 of a meter.
-        let off = (converged.values[0] - expected(case)).abs();
-        assert!(off < 1e-6, "{name}: {off} m");
+        let deviation = (converged.values[0] - expected(case)).abs();
+        assert!(deviation < 1e-6, "{name}: {deviation} m");
         let (poor, good) = (
             value(case, Setting::xpbd(1, 4)),
             value(case, Setting::xpbd(4, 16)),
         );
         assert!(
             poor > good && good > converged.values[0],
-            "{name}: too little work is softer than asked: {poor}, {good}"
+            "{name}: too little work is softer than requested: {poor}, {good}"
         );
     }
 }
@@ -235,11 +235,11 @@ fn a_static_equilibrium_is_where_the_reference_comes_to_rest() {
         };
         assert!(residual <= TOLERANCE, "{name}: {residual}");
         let stepped = by_stepping(case).expect("sound settings");
-        let off = (found.values[0] - stepped.values[0]).abs();
+        let deviation = (found.values[0] - stepped.values[0]).abs();
         // The reference is at rest when it moves by less than 2e-8 of its size in half a second.
         let size = f64::from(case.world.bodies[0].topology.size);
         assert!(
-            off <= stepped.uncertainty + 2e-8 * size,
+            deviation <= stepped.uncertainty + 2e-8 * size,
             "{name}: {found:?}, but {stepped:?}"
         );
     }
@@ -256,7 +256,7 @@ fn a_beam_bends_as_far_as_linear_finite_elements_on_its_mesh_say() {
 }
 
 #[test]
-fn what_rests_on_a_ground_is_still_found_by_the_reference() {
+fn rest_on_a_ground_is_found_by_the_reference_and_not_by_newtons_method() {
     assert!(by_equilibrium(&cases("bulk_block")[0]).is_none());
 }
 

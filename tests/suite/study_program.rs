@@ -236,7 +236,7 @@ fn a_study_that_was_stopped_goes_on_from_what_it_has() {
 }
 
 #[test]
-fn what_cannot_be_studied_is_refused_in_one_message() {
+fn invalid_studies_are_refused_in_one_message() {
     let folder = folder("refused");
     let out = folder.join("out");
     let refuse = |arguments: &[&str], expected: &[&str]| {

@@ -61,7 +61,7 @@ fn renewed(file: &Path, between: &str) -> (String, String) {
 /// machine. After an intended change, `PLIANT_MINT=1 cargo test --release the_quick_set` writes
 /// both anew.
 #[test]
-fn the_quick_set_passes_and_the_documents_tell_what_came_out() {
+fn the_quick_set_passes_and_the_documents_state_its_results() {
     let rows = rows(&quick(), suite::threads(0).expect("threads"));
     let (known, others): (Vec<_>, Vec<_>) = rows.iter().partition(|row| row.expected.is_some());
     let failures: Vec<String> = others.into_iter().flat_map(table::failures).collect();
@@ -95,7 +95,7 @@ fn the_quick_set_passes_and_the_documents_tell_what_came_out() {
 
 /// Every expected failure names a member of its case, and no member twice.
 #[test]
-fn expected_failures_are_of_members_that_there_are() {
+fn expected_failures_name_existing_members() {
     let mut seen = Vec::new();
     for expected in EXPECTED_FAILURES {
         let case = Case::named(expected.case).expect("a case");
@@ -217,7 +217,7 @@ fn watch_it(mut world: World, spoil: impl Fn(&mut World)) -> Vec<&'static str> {
 }
 
 #[test]
-fn what_must_always_hold_is_watched() {
+fn violations_of_the_invariants_are_found() {
     assert_eq!(found(|_| ()), Vec::<&str>::new());
     assert_eq!(found_of_a_free_one(|_| ()), Vec::<&str>::new());
     let faster = |world: &mut World| {
@@ -259,7 +259,7 @@ fn rows_are_the_same_with_any_number_of_members_at_once() {
 
 /// A case runs on a body of the user.
 #[test]
-fn a_case_runs_on_a_body_that_somebody_has() {
+fn a_case_runs_on_a_given_body() {
     let case = Case::named("squashed").expect("it is there");
     let world = Member::of(Shape::Cube(2)).world().expect("it can be built");
     let outcome = run::run_given(case, world.bodies[0].clone(), world.settings);

@@ -57,7 +57,7 @@ fn a_member_is_run_again_by_its_number_or_its_name() {
 }
 
 #[test]
-fn bad_usage_is_told_from_a_failed_case() {
+fn bad_usage_is_distinguished_from_a_failed_case() {
     for (arguments, said) in [
         (&["no_such_case"][..], "squashed"),
         (&["--member", "3"], "exactly one case"),

@@ -365,14 +365,14 @@ fn the_compliance_slider_changes_the_component() {
     let mut window = Window::open("jelly_cube");
     // The panel determines its layout in the first frames.
     std::thread::sleep(Duration::from_secs(2));
-    let value_at = |window: &mut Window, share: f64| {
+    let value_at = |window: &mut Window, fraction: f64| {
         let is_set = |event: &Value| event["action"]["parameter"] == "stretch.compliance";
         let before = window.count(is_set);
         for _ in 0..10 {
             let [x, y, width, height] = window.widget("stretch.compliance");
             let inside = x >= 0.0 && x + width <= SIZE.0 && y + height <= SIZE.1;
             assert!(inside, "it is in sight");
-            window.point([x + width * share, y + height / 2.0]);
+            window.point([x + width * fraction, y + height / 2.0]);
             std::thread::sleep(Duration::from_millis(400));
             xdotool(&["mousedown", "1"]);
             std::thread::sleep(Duration::from_millis(400));
@@ -454,14 +454,17 @@ fn what_is_done_in_the_window_replays_without_one_on_any_number_of_threads() {
         assert_eq!(replay["complete"], true, "{replay:#}");
         assert_eq!(replay["restarts"], 1);
         assert_eq!(replay["scenes"].as_array().map(Vec::len), Some(2));
-        let told = replay["actions"].as_u64().expect("a count");
-        assert!(told >= actions as u64 && told > 10, "{told} of {actions}");
+        let replayed = replay["actions"].as_u64().expect("a count");
+        assert!(
+            replayed >= actions as u64 && replayed > 10,
+            "{replayed} of {actions}"
+        );
     }
     std::fs::remove_file(&file).expect("it was made here");
 }
 
 #[test]
-fn a_body_spoilt_by_a_typed_number_is_named_until_it_is_restored() {
+fn a_body_that_diverges_by_a_typed_number_is_named_until_it_is_restored() {
     if !can_run() {
         return;
     }
@@ -521,7 +524,7 @@ fn a_body_spoilt_by_a_typed_number_is_named_until_it_is_restored() {
 /// compliance and the substeps are moved across their ranges, effects are added and removed, and
 /// the window is made small and large, and minimized.
 #[test]
-fn a_hurried_hand_breaks_nothing() {
+fn rapid_pointer_and_key_input_breaks_nothing() {
     if !can_run() {
         return;
     }
@@ -550,8 +553,8 @@ fn a_hurried_hand_breaks_nothing() {
         let [x, y, width, height] = window.widget(name);
         window.point([x + 1.0, y + height / 2.0]);
         xdotool(&["mousedown", "1"]);
-        for share in [1.0, 0.0, 1.5, -0.5, 0.5] {
-            window.point([x + width * share, y + height / 2.0]);
+        for fraction in [1.0, 0.0, 1.5, -0.5, 0.5] {
+            window.point([x + width * fraction, y + height / 2.0]);
         }
         xdotool(&["mouseup", "1"]);
     };

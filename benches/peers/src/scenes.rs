@@ -6,6 +6,7 @@
 use glam::{DVec3, UVec2, UVec3, Vec2, Vec3};
 use pliant::{
     mesh::{self, BuildOptions, Diagonals, MeshError, Primitive},
+    scene::asset,
     solver::RestShape,
 };
 
@@ -48,7 +49,7 @@ pub const NAMES: [&str; 8] = [
 /// Builds a scene by its name.
 ///
 /// # Errors
-/// [`MeshError`] of the mesh, or [`MeshError::UnknownAsset`] for a name that is not in [`NAMES`].
+/// [`MeshError`] of the mesh, or [`MeshError::Unusable`] for a name that is not in [`NAMES`].
 pub fn build(name: &str) -> Result<Scene, MeshError> {
     match name {
         "bunny" => Ok(scene("bunny", bunny()?, 1)),
@@ -59,9 +60,9 @@ pub fn build(name: &str) -> Result<Scene, MeshError> {
         "cloth64" => Ok(scene("cloth64", cloth(64)?, 1)),
         "cloth200" => Ok(scene("cloth200", cloth(200)?, 1)),
         "cloth512" => Ok(scene("cloth512", cloth(512)?, 1)),
-        unknown => Err(MeshError::UnknownAsset {
-            name: unknown.into(),
-            known: NAMES.join(", "),
+        unknown => Err(MeshError::Unusable {
+            problem: format!("unknown scene '{unknown}'"),
+            remedy: format!("expected one of: {}", NAMES.join(", ")),
         }),
     }
 }
@@ -73,7 +74,7 @@ fn bunny() -> Result<RestShape, MeshError> {
         cells: Some(5),
         ..BuildOptions::default()
     };
-    Ok(mesh::build(mesh::asset::load("bunny")?, &options)?.shape)
+    Ok(mesh::build(asset::load("bunny")?, &options)?.shape)
 }
 
 /// A cube of 5 cm cells of five tetrahedra each.

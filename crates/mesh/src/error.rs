@@ -75,14 +75,6 @@ pub enum MeshError {
         /// What to do.
         remedy: String,
     },
-    /// No built-in mesh has this name.
-    #[error("unknown built-in mesh '{name}'; expected one of: {known}")]
-    UnknownAsset {
-        /// The requested name.
-        name: String,
-        /// Known names, separated by commas.
-        known: String,
-    },
 }
 
 impl MeshError {

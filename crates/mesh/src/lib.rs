@@ -4,7 +4,7 @@
 //!
 //! - a [`Primitive`] (box, sphere, torus, cylinder, cloth, tube, balloon, rope) at a chosen
 //!   resolution,
-//! - a file ([`read`](mod@read)) or a built-in mesh ([`asset`]), passed to [`build()`],
+//! - a file ([`read`](mod@read)), passed to [`build()`],
 //! - a [`SurfaceMesh`], [`TetMesh`] or [`CurveMesh`] from other code, passed to [`build()`].
 //!
 //! A surface is filled with a lattice of tetrahedra, coarser than the surface, which then follows
@@ -15,7 +15,6 @@
 //! Invariants: each tetrahedron of a [`SoftMesh`] has a positive volume, each index is in range,
 //! each number is finite, and equal input gives bit-identical output on every machine.
 
-pub mod asset;
 mod build;
 mod clean;
 mod elements;

@@ -44,7 +44,7 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
             ui.horizontal(|ui| {
                 ui.add_space(26.0 + theme::GAP);
                 ui.label(RichText::new(&stage.title).color(theme::WEAK));
-                fraction_bar(ui, stage.share, history::color(stage.name));
+                fraction_bar(ui, stage.fraction, history::color(stage.name));
             });
         }
         history::show(ui, panel, &model.history);
@@ -174,7 +174,7 @@ fn heading(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &EffectMo
         if !detail.is_empty() {
             ui.label(RichText::new(detail).small().weak());
         }
-        if let Some(value) = effect.share.filter(|_| runs) {
+        if let Some(value) = effect.fraction.filter(|_| runs) {
             fraction_bar(ui, value, history::color(effect.name));
         }
         title.clicked()

@@ -138,11 +138,20 @@ fn words(row: &str) -> (&'static str, &'static str) {
         ),
         "friction" => (
             "Friction",
-            "Energy dissipated by sliding on the ground and on colliders",
+            "Energy dissipated by sliding on the ground, on colliders and on other surfaces",
         ),
         "contact" => (
             "Contact",
             "Energy lost in impacts and exchanged with moving colliders",
+        ),
+        "truncation" => (
+            "Truncation",
+            "Energy lost where motion is cut because surfaces would cross, and by returning the \
+             momentum of that motion",
+        ),
+        "recovery" => (
+            "Recovery",
+            "Work of separating surfaces that overlap or cross",
         ),
         "grab" => ("Grab", "Work of the mouse spring on the grabbed body"),
         "plastic" => (

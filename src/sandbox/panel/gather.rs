@@ -56,7 +56,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         .iter()
         .map(|info| EffectModel {
             elements: statistics.constraints.get(info.name).copied().unwrap_or(0),
-            share: state.fractions.get(info.name).copied(),
+            fraction: state.fractions.get(info.name).copied(),
             effective: effective::model(world, info.name, &shown),
             overpressure: overpressure(world, info.name, &shown),
             contacts: contacts(statistics, info.name),
@@ -70,7 +70,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         .map(|(name, fraction)| StageModel {
             name,
             title: stage_title(name),
-            share: *fraction,
+            fraction: *fraction,
         })
         .collect();
     let clock = world.resource::<SimulationClock>();
@@ -204,7 +204,7 @@ fn effect(world: &World, info: &EffectInfo, bodies: &[Entity], shown: &[Entity])
         carriers: bodies.iter().filter(carries).count(),
         carriers_shown: carriers.len(),
         elements: 0,
-        share: None,
+        fraction: None,
         note: carriers
             .iter()
             .find_map(|body| (info.note)(&world.entity(*body), settings)),

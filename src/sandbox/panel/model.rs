@@ -163,7 +163,7 @@ pub struct EffectModel {
     /// Number of constraints in the scene.
     pub elements: usize,
     /// Fraction of the time of a tick, 0 to 1, if measured.
-    pub share: Option<f32>,
+    pub fraction: Option<f32>,
     /// Whether the panel may add it to bodies and remove it.
     pub switchable: bool,
     /// Parameters on the selected bodies; empty if none carries it.
@@ -252,7 +252,7 @@ pub struct StageModel {
     /// Title.
     pub title: String,
     /// Fraction of the time of a tick, 0 to 1.
-    pub share: f32,
+    pub fraction: f32,
 }
 
 /// The point that is or was last grabbed.

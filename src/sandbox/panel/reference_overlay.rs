@@ -97,8 +97,8 @@ fn measure(meters: f64, fraction: f64) -> String {
 
 fn figures(ui: &mut Ui, now: &Distance) {
     for (color, name, value) in [
-        (RMS, "RMS", measure(now.rms, now.rms_share)),
-        (LARGEST, "Max.", measure(now.largest, now.largest_share)),
+        (RMS, "RMS", measure(now.rms, now.rms_fraction)),
+        (LARGEST, "Max.", measure(now.largest, now.largest_fraction)),
     ] {
         ui.horizontal(|ui| {
             let (rect, _) = ui.allocate_exact_size(vec2(64.0, theme::ROW), Sense::hover());
@@ -176,8 +176,8 @@ fn plot(ui: &mut Ui, panel: &mut Panel, trail: &Trail) {
             |tick| {
                 format!(
                     "RMS: {}\nMax.: {}",
-                    measure(tick.rms, tick.rms_share),
-                    measure(tick.largest, tick.largest_share)
+                    measure(tick.rms, tick.rms_fraction),
+                    measure(tick.largest, tick.largest_fraction)
                 )
             },
         ));

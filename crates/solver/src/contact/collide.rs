@@ -3,8 +3,8 @@
 use super::{
     ContactMultiplier,
     collider::SweptCollider,
-    reference::{self, Pushed},
-    response::{Answer, Response, Touch},
+    reference::{self, ContactDisplacement},
+    response::{ContactPoint, Correction, Response},
 };
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
@@ -41,12 +41,12 @@ impl BodyEffect for Collide {
     /// For each particle, the multiplier of the collider that it touched last.
     type State = Vec<ContactMultiplier>;
     type Scope = EachParticle;
-    type ReferenceState = Vec<Pushed>;
+    type ReferenceState = Vec<ContactDisplacement>;
     const PHASE: BodyPhase = BodyPhase::Contact;
     const WORK: WorkOf = WorkOf::Contact;
 
     fn prepare(&self, kept: &mut Vec<ContactMultiplier>, body: &Resting) {
-        ContactMultiplier::make_room(kept, body, false);
+        ContactMultiplier::allocate(kept, body, false);
     }
 
     fn solve(&self, kept: &mut [ContactMultiplier], mut part: Part, pass: &BodyPass) -> bool {
@@ -58,13 +58,13 @@ impl BodyEffect for Collide {
         touched
     }
 
-    fn begin_reference(&self, pushed: &mut Vec<Pushed>, particles: usize) {
+    fn begin_reference(&self, pushed: &mut Vec<ContactDisplacement>, particles: usize) {
         reference::begin(pushed, particles);
     }
 
     fn solve_reference(
         &self,
-        pushed: &mut Vec<Pushed>,
+        pushed: &mut Vec<ContactDisplacement>,
         mut body: ReferenceParticles,
         pass: &ReferencePass,
     ) {
@@ -93,7 +93,7 @@ fn push_out(
 ) -> bool {
     let mut any = false;
     let mut none = ContactMultiplier::default();
-    let near = Reach::of(collider);
+    let ball = BoundingBall::of(collider);
     let state = particles
         .positions
         .iter()
@@ -102,7 +102,7 @@ fn push_out(
     for (i, ((p, u), c)) in state.enumerate() {
         let multiplier = ContactMultiplier::or_none(kept, i, &mut none);
         let pushed = multiplier.surface == number && multiplier.normal > 0.0;
-        if p.w == 0.0 || !(pushed || near.has(*p, *u)) {
+        if p.w == 0.0 || !(pushed || ball.may_touch(*p, *u)) {
             continue;
         }
         let [place, moved, began] = [*p, *u, *c].map(|x| x.truncate().as_dvec3());
@@ -119,15 +119,15 @@ fn push_out(
             }
             let touched = to + exit.normal * exit.depth;
             let carried = collider.to.apply(touched) - collider.from.apply(touched);
-            let touch = Touch {
+            let touch = ContactPoint {
                 motion: moved - began,
                 normal: collider.to.rotation * exit.normal,
                 depth: exit.depth,
                 carried,
             };
-            let Answer { shift, lowered } = response.apply(&touch, multiplier);
+            let Correction { shift, start_shift } = response.apply(&touch, multiplier);
             *u = (moved + shift).as_vec3().extend(0.0);
-            *c = (began + lowered).as_vec3().extend(0.0);
+            *c = (began + start_shift).as_vec3().extend(0.0);
             any = true;
         }
     }
@@ -136,12 +136,12 @@ fn push_out(
 
 /// A ball that contains a collider throughout a substep, for early rejection of particles outside.
 #[derive(Debug, Clone, Copy)]
-struct Reach {
+struct BoundingBall {
     middle: Vec4,
     radius: f32,
 }
 
-impl Reach {
+impl BoundingBall {
     fn of(collider: &SweptCollider) -> Self {
         let (from, to) = (collider.from.translation, collider.to.translation);
         let middle = ((from + to) / 2.0).as_vec3();
@@ -155,9 +155,9 @@ impl Reach {
     }
 
     /// Whether a particle that moves from p by u may touch the ball.
-    fn has(self, p: Vec4, u: Vec4) -> bool {
+    fn may_touch(self, p: Vec4, u: Vec4) -> bool {
         let apart = (p - self.middle).truncate();
-        let most = self.radius * 1.00001 + u.truncate().length();
-        apart.length_squared() <= most * most
+        let limit = self.radius * 1.00001 + u.truncate().length();
+        apart.length_squared() <= limit * limit
     }
 }

@@ -119,12 +119,12 @@ impl Swept {
     /// Whether a collider is a mesh.
     #[must_use]
     pub fn has_meshes(&self) -> bool {
-        self.whole().iter().any(|it| it.shape.mesh().is_some())
+        self.whole_tick().iter().any(|it| it.shape.mesh().is_some())
     }
 
     /// Motion over the whole tick.
     #[must_use]
-    pub fn whole(&self) -> &[SweptCollider] {
+    pub fn whole_tick(&self) -> &[SweptCollider] {
         &self.sweeps[self.sweeps.len() - self.colliders..]
     }
 

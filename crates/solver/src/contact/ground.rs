@@ -2,8 +2,8 @@
 
 use super::{
     ContactMultiplier,
-    reference::{self, Pushed},
-    response::{Answer, Response, Touch},
+    reference::{self, ContactDisplacement},
+    response::{ContactPoint, Correction, Response},
 };
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
@@ -61,25 +61,25 @@ fn finite_height<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f32, D::E
     finite("height", height).map_err(D::Error::custom)
 }
 
-/// Time constant τ [s] with which particles that begin a substep below the ground rise: a fraction
+/// Time constant τ [s] with which particles that start a substep below the ground rise: a fraction
 /// h/τ of their depth per substep.
 ///
-/// Moved to the surface at once, a body that begins half below the ground would gain a velocity
+/// Moved to the surface at once, a body that starts half below the ground would gain a velocity
 /// inversely proportional to the substep: half a meter in 1/600 s is 300 m/s.
-const UP_OVER: f64 = 0.4;
+const RISE_TIME: f64 = 0.4;
 
-/// Moves every particle below the ground back onto it; one that began the substep below, towards
-/// it. Its state is the multipliers of earlier passes, or empty.
+/// Moves every particle below the ground onto it; one that started the substep below, towards it.
+/// Its state is the multipliers of earlier passes, or empty.
 impl BodyEffect for Ground {
     type State = Vec<ContactMultiplier>;
     type Scope = EachParticle;
-    type ReferenceState = Vec<Pushed>;
+    type ReferenceState = Vec<ContactDisplacement>;
     const PHASE: BodyPhase = BodyPhase::Contact;
     const WORK: WorkOf = WorkOf::Contact;
 
     fn prepare(&self, kept: &mut Vec<ContactMultiplier>, body: &Resting) {
         let is_read = self.rolling_resistance.get() > 0.0;
-        ContactMultiplier::make_room(kept, body, is_read);
+        ContactMultiplier::allocate(kept, body, is_read);
     }
 
     fn solve(&self, kept: &mut [ContactMultiplier], part: Part, pass: &BodyPass) -> bool {
@@ -87,7 +87,7 @@ impl BodyEffect for Ground {
         let mut none = ContactMultiplier::default();
         let response = Response::new((self.friction, self.restitution), kept, pass);
         let height = f64::from(self.height);
-        let come_up = (f64::from(pass.h) / UP_OVER).min(1.0);
+        let rise = (f64::from(pass.h) / RISE_TIME).min(1.0);
         let state = part
             .positions
             .iter()
@@ -104,21 +104,21 @@ impl BodyEffect for Ground {
                 // count as being below the ground.
                 let below = -base;
                 let surface = if below > 0.0 && !response.bounces(motion.y / response.h) {
-                    -below * (1.0 - come_up)
+                    -below * (1.0 - rise)
                 } else {
                     0.0
                 };
                 let depth = surface - (base + moved.y);
                 if depth > 0.0 || multiplier.normal > 0.0 {
-                    let touch = Touch {
+                    let touch = ContactPoint {
                         motion,
                         normal: DVec3::Y,
                         depth,
                         carried: DVec3::ZERO,
                     };
-                    let Answer { shift, lowered } = response.apply(&touch, multiplier);
+                    let Correction { shift, start_shift } = response.apply(&touch, multiplier);
                     *u = (moved + shift).as_vec3().extend(0.0);
-                    *c = (began + lowered).as_vec3().extend(0.0);
+                    *c = (began + start_shift).as_vec3().extend(0.0);
                     touched = true;
                 }
             }
@@ -126,13 +126,13 @@ impl BodyEffect for Ground {
         touched
     }
 
-    fn begin_reference(&self, pushed: &mut Vec<Pushed>, particles: usize) {
+    fn begin_reference(&self, pushed: &mut Vec<ContactDisplacement>, particles: usize) {
         reference::begin(pushed, particles);
     }
 
     fn solve_reference(
         &self,
-        pushed: &mut Vec<Pushed>,
+        pushed: &mut Vec<ContactDisplacement>,
         body: ReferenceParticles,
         pass: &ReferencePass,
     ) {

@@ -24,7 +24,7 @@ pub struct ContactMultiplier {
 impl ContactMultiplier {
     /// Allocates the multipliers of a body, or frees them if there is only one pass, after which
     /// they are not read.
-    pub(super) fn make_room(kept: &mut Vec<Self>, body: &Resting, is_read: bool) {
+    pub(super) fn allocate(kept: &mut Vec<Self>, body: &Resting, is_read: bool) {
         let count = if is_read || body.step.contact_passes() > 1 {
             body.topology.particles()
         } else {

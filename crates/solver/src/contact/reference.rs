@@ -5,12 +5,12 @@ use super::{ColliderShape, collider::SweptCollider};
 use crate::effects::body_effect::{ReferenceParticles, ReferencePass};
 use glam::DVec3;
 
-/// See the fast solver's constant of the same name.
-const UP_OVER: f64 = 0.4;
+/// The same as in the fast solver.
+const RISE_TIME: f64 = 0.4;
 
 /// Contact displacements of a particle in the current substep.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Pushed {
+pub struct ContactDisplacement {
     /// Displacement by the normal force [m].
     pub normal: f64,
     /// Displacement by friction [m].
@@ -20,9 +20,9 @@ pub struct Pushed {
 }
 
 /// Begins a substep of a body with this number of particles.
-pub(super) fn begin(pushed: &mut Vec<Pushed>, particles: usize) {
+pub(super) fn begin(pushed: &mut Vec<ContactDisplacement>, particles: usize) {
     pushed.clear();
-    pushed.resize(particles, Pushed::default());
+    pushed.resize(particles, ContactDisplacement::default());
 }
 
 /// A pass over a ground of this height [m]; friction µ and restitution e.
@@ -30,7 +30,7 @@ pub(super) fn ground(
     mut body: ReferenceParticles,
     height: f64,
     surface: (f64, f64),
-    pushed: &mut [Pushed],
+    pushed: &mut [ContactDisplacement],
     pass: &ReferencePass,
 ) {
     let ReferencePass { h, gravity, .. } = *pass;
@@ -42,8 +42,8 @@ pub(super) fn ground(
         } else {
             (height - body.from[i].y).max(0.0)
         };
-        let left = below * (1.0 - (h / UP_OVER).min(1.0));
-        let depth = height - left - body.x[i].y;
+        let remaining = below * (1.0 - (h / RISE_TIME).min(1.0));
+        let depth = height - remaining - body.x[i].y;
         if (depth > 0.0 || pushed.normal > 0.0) && body.w[i] > 0.0 {
             respond(
                 &mut body,
@@ -63,7 +63,7 @@ pub(super) fn collide(
     body: &mut ReferenceParticles,
     (number, SweptCollider { shape, from, to }): (usize, &SweptCollider),
     surface: (f64, f64),
-    all: &mut [Pushed],
+    all: &mut [ContactDisplacement],
     pass: &ReferencePass,
 ) {
     for (i, kept) in all.iter_mut().enumerate() {
@@ -78,9 +78,9 @@ pub(super) fn collide(
         };
         if let Some((normal, depth)) = exit(shape, start, end).or_else(lifted) {
             if pushed.surface != number {
-                pushed = Pushed {
+                pushed = ContactDisplacement {
                     surface: number,
-                    ..Pushed::default()
+                    ..ContactDisplacement::default()
                 };
             }
             let touched = end + normal * depth;
@@ -100,7 +100,7 @@ fn respond(
     (friction, restitution): (f64, f64),
     (normal, depth): (DVec3, f64),
     carried: DVec3,
-    pushed: &mut Pushed,
+    pushed: &mut ContactDisplacement,
     ReferencePass { h, gravity, .. }: &ReferencePass,
 ) {
     *body.touched = true;
@@ -116,7 +116,7 @@ fn respond(
         let leave = -restitution * approach * h + carried.dot(normal);
         let now = (body.x[i] - body.p[i]).dot(normal);
         body.p[i] += normal * (now - leave);
-        *pushed = Pushed::default();
+        *pushed = ContactDisplacement::default();
     }
 }
 

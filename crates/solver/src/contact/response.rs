@@ -50,8 +50,8 @@ impl Response {
 
     /// Moves a particle to the surface, within the limits of the multiplier, and reduces its
     /// tangential displacement.
-    pub fn apply(&self, touch: &Touch, multiplier: &mut ContactMultiplier) -> Answer {
-        let Touch {
+    pub fn apply(&self, touch: &ContactPoint, multiplier: &mut ContactMultiplier) -> Correction {
+        let ContactPoint {
             motion,
             normal,
             depth,
@@ -63,20 +63,20 @@ impl Response {
         let depth = depth.max(-pushed);
         let slip = motion + normal * depth - carried;
         let slip = slip - normal * slip.dot(normal);
-        let held = before.friction.as_dvec3();
-        let held = held - normal * held.dot(normal);
-        let wanted = held + slip;
-        let (size, hold) = (wanted.length(), self.friction * (pushed + depth));
-        let all = if size <= hold {
-            wanted
+        let friction_before = before.friction.as_dvec3();
+        let friction_before = friction_before - normal * friction_before.dot(normal);
+        let unlimited = friction_before + slip;
+        let (size, limit) = (unlimited.length(), self.friction * (pushed + depth));
+        let friction = if size <= limit {
+            unlimited
         } else {
-            wanted * (hold / size)
+            unlimited * (limit / size)
         };
-        let shift = normal * depth - (all - held);
+        let shift = normal * depth - (friction - friction_before);
         multiplier.normal = (pushed + depth) as f32;
-        multiplier.friction = all.as_vec3();
+        multiplier.friction = friction.as_vec3();
         let approach = (motion - carried).dot(normal) / self.h;
-        let lowered = if self.bounces(approach) {
+        let start_shift = if self.bounces(approach) {
             *multiplier = ContactMultiplier::default();
             let leave = (-self.restitution * approach) * self.h + carried.dot(normal);
             let now = (motion + shift).dot(normal);
@@ -84,13 +84,13 @@ impl Response {
         } else {
             DVec3::ZERO
         };
-        Answer { shift, lowered }
+        Correction { shift, start_shift }
     }
 }
 
-/// A particle that touches a surface.
+/// Contact of a particle with a surface.
 #[derive(Debug, Clone, Copy)]
-pub struct Touch {
+pub struct ContactPoint {
     /// Displacement of the particle in this substep [m].
     pub motion: DVec3,
     /// Outward normal of the surface.
@@ -104,9 +104,9 @@ pub struct Touch {
 
 /// Result of a contact.
 #[derive(Debug, Clone, Copy)]
-pub struct Answer {
+pub struct Correction {
     /// Displacement of the particle [m].
     pub shift: DVec3,
     /// Displacement of its start position in the substep [m], which produces the bounce.
-    pub lowered: DVec3,
+    pub start_shift: DVec3,
 }

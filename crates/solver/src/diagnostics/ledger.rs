@@ -6,7 +6,7 @@
 //!
 //! ½m(v₁² − v₀²) = Σ m Δvₛ·v̄,
 //!
-//! so the work of contact, friction and grabs is known exactly. The work of gravity and of the
+//! so the work of contact, friction, truncation, recovery and grabs is known exactly. The work of gravity and of the
 //! elastic effects is compared with their stored energies; the remainder is split into
 //!
 //! - **damping**: −(τ/α) ΔC²/h, the dissipation of a dashpot with the given τ at the rate of change
@@ -30,6 +30,7 @@
 use crate::{
     BodyEffectKind, ForceKind, Particles, Substep,
     advance::{Friction, NotFinite, Solve, Stage, StepContext, Stepper},
+    contact::pairs::ContactPart,
     effects::body_effect::{Store, WorkOf},
     elastic::{Elastic, Visit},
     measure::{gravitational_energy, kinetic_energy},
@@ -42,10 +43,14 @@ use std::ops::{AddAssign, Range};
 pub struct Ledger {
     /// By damping of the effects.
     pub damping: f64,
-    /// By friction with ground and colliders, and by rolling resistance.
+    /// By friction and rolling resistance.
     pub friction: f64,
-    /// By ground and colliders, except friction: loss in impacts, gain from moving colliders.
+    /// By contact, except friction: loss in impacts, gain from moving colliders.
     pub contact: f64,
+    /// By truncation of motion that would let surfaces cross, and by returning its momentum.
+    pub truncation: f64,
+    /// By the separation of surfaces that overlap or cross.
+    pub recovery: f64,
     /// By grabs.
     pub grab: f64,
     /// By plastic flow.
@@ -65,11 +70,13 @@ pub struct Ledger {
 impl Ledger {
     /// The rows with their names, in display order.
     #[must_use]
-    pub const fn rows(&self) -> [(&'static str, f64); 10] {
+    pub const fn rows(&self) -> [(&'static str, f64); 12] {
         [
             ("damping", self.damping),
             ("friction", self.friction),
             ("contact", self.contact),
+            ("truncation", self.truncation),
+            ("recovery", self.recovery),
             ("grab", self.grab),
             ("plastic", self.plastic),
             ("forces", self.forces),
@@ -93,6 +100,8 @@ impl AddAssign for Ledger {
             damping,
             friction,
             contact,
+            truncation,
+            recovery,
             grab,
             plastic,
             forces,
@@ -104,6 +113,8 @@ impl AddAssign for Ledger {
         self.damping += damping;
         self.friction += friction;
         self.contact += contact;
+        self.truncation += truncation;
+        self.recovery += recovery;
         self.grab += grab;
         self.plastic += plastic;
         self.forces += forces;
@@ -116,12 +127,17 @@ impl AddAssign for Ledger {
 
 /// Causes of particle motion in the second stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Cause {
+pub(crate) enum Cause {
     Elastic,
     Grab,
     Contact,
     Friction,
+    Truncation,
+    Recovery,
 }
+
+/// Number of causes.
+const CAUSES: usize = 6;
 
 /// Performs some substeps of a tick with the same bits as [`Stepper::advance`], and records the
 /// energy.
@@ -168,10 +184,7 @@ pub(crate) struct EnergyTracker {
     /// Displacements x − p of the particles before the current part [m].
     before: Vec<DVec3>,
     /// Displacements by cause [m].
-    elastic: Vec<DVec3>,
-    grab: Vec<DVec3>,
-    contact: Vec<DVec3>,
-    friction: Vec<DVec3>,
+    causes: [Vec<DVec3>; CAUSES],
     /// The state before a contact, for the same contact without friction.
     smooth: Particles,
 }
@@ -304,7 +317,7 @@ impl EnergyTracker {
         is_near: bool,
     ) -> Result<(), NotFinite> {
         self.start.clone_from(body.particles);
-        body.begin_drawn(step, context, is_near);
+        body.begin_after_repair(step, context, is_near);
         velocities(&mut self.leapt, body.particles);
         for kind in ForceKind::ALL {
             body.stage(Stage::Force(kind), step, 0, context)?;
@@ -339,15 +352,14 @@ impl EnergyTracker {
         Ok(())
     }
 
-    /// Credits motion since the last call to contacts between bodies.
-    pub(crate) fn credit_contact(&mut self, body: &Stepper) {
-        self.credit(body.particles, Cause::Contact);
-    }
-
-    /// Credits the friction part of it [m].
-    pub(crate) fn credit_friction(&mut self, particle: usize, way: DVec3) {
-        self.contact[particle] -= way;
-        self.friction[particle] += way;
+    /// Credits a part of the motion by contacts [m].
+    pub(crate) fn credit_part(&mut self, part: ContactPart, particle: usize, way: DVec3) {
+        let cause = match part {
+            ContactPart::Friction => Cause::Friction,
+            ContactPart::Recovery => Cause::Recovery,
+        };
+        self.causes[Cause::Contact as usize][particle] -= way;
+        self.causes[cause as usize][particle] += way;
     }
 
     /// Performs the last stage and the steps after it.
@@ -369,7 +381,7 @@ impl EnergyTracker {
         self.stores = stores;
         let mut ledger = self.close(body.particles, step, stored);
         let fast = kinetic_energy(body.particles);
-        body.stiffen();
+        body.end_repair();
         let drawn = std::mem::take(&mut self.drawn);
         ledger.repair += drawn + kinetic_energy(body.particles) - fast;
         Ok(ledger)
@@ -381,7 +393,7 @@ impl EnergyTracker {
             kinetic_energy(particles) + gravitational_energy(particles, step.gravity)
         };
         let before = mechanical(body.particles);
-        body.draw_where_damaged(step, context);
+        body.begin_repair(step, context);
         if body.particles.repair.is_empty() {
             return;
         }
@@ -392,31 +404,17 @@ impl EnergyTracker {
     }
 
     fn begin(&mut self, particles: &Particles) {
-        let Self {
-            before,
-            elastic,
-            grab,
-            contact,
-            friction,
-            ..
-        } = self;
-        before.clear();
-        before.extend(ways(particles));
-        for column in [elastic, grab, contact, friction] {
+        self.before.clear();
+        self.before.extend(ways(particles));
+        for column in &mut self.causes {
             column.clear();
             column.resize(particles.len(), DVec3::ZERO);
         }
     }
 
     /// Credits motion since the last call to a cause.
-    fn credit(&mut self, particles: &Particles, cause: Cause) {
-        let column = match cause {
-            Cause::Elastic => &mut self.elastic,
-            Cause::Grab => &mut self.grab,
-            Cause::Contact => &mut self.contact,
-            Cause::Friction => &mut self.friction,
-        };
-        let known = column.iter_mut().zip(&mut self.before);
+    pub(crate) fn credit(&mut self, particles: &Particles, cause: Cause) {
+        let known = self.causes[cause as usize].iter_mut().zip(&mut self.before);
         for ((credited, before), way) in known.zip(ways(particles)) {
             *credited += way - *before;
             *before = way;
@@ -440,7 +438,7 @@ impl EnergyTracker {
         smooth.clone_from(body.particles);
         let rough = body.states.others.clone();
         std::mem::swap(body.particles, &mut smooth);
-        let without = (stage, Friction::IsLeftOut);
+        let without = (stage, Friction::Omitted);
         let result = body.stage_with(without, step, iteration, context);
         std::mem::swap(body.particles, &mut smooth);
         body.states.others = rough;
@@ -492,9 +490,8 @@ impl EnergyTracker {
             let start = self.start.velocity_f64(index);
             let end = particles.velocity_f64(index);
             let (mean, change) = (0.5 * (start + end), end - start);
-            let [elastic, grab, contact, friction] =
-                [&self.elastic, &self.grab, &self.contact, &self.friction]
-                    .map(|column| column[index] / h);
+            let [elastic, grab, contact, friction, truncation, recovery] =
+                self.causes.each_ref().map(|column| column[index] / h);
             let leapt = self.leapt[index];
             let forces = self.forced[index] - leapt;
             let faded = (forces + leapt + fall) * -lost;
@@ -510,6 +507,8 @@ impl EnergyTracker {
                 - grab
                 - contact
                 - friction
+                - truncation
+                - recovery
                 - turned
                 - rolled;
             sum.damping += mass * faded.dot(mean);
@@ -525,6 +524,8 @@ impl EnergyTracker {
             };
             sum.contact += mass * (contact.dot(mean) + lent);
             sum.friction += mass * (friction + rolled).dot(mean);
+            sum.truncation += mass * truncation.dot(mean);
+            sum.recovery += mass * recovery.dot(mean);
             sum.rounding += mass * rounding.dot(mean);
             // Restoring angular momentum compensates a loss by the integrator.
             sum.integrator += mass * (turned.dot(mean) - 0.5 * (fall + elastic).dot(change));

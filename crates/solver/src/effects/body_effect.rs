@@ -160,7 +160,7 @@ pub struct BodyPass<'a> {
     /// Length of the substep [s] for compliances, by the method.
     pub compliant: f32,
     /// Fraction of the correction that constraints apply, by the method, from 0 to 1.
-    pub share: f32,
+    pub relaxation: f32,
     /// Number of the substep, and their count.
     pub substep: (u32, u32),
     /// Number of the iteration, and their count.
@@ -198,7 +198,7 @@ pub struct ReferencePass<'a> {
     /// Length of the substep [s] for compliances, by the method.
     pub compliant: f64,
     /// Fraction of the correction that constraints apply, by the method, from 0 to 1.
-    pub share: f64,
+    pub relaxation: f64,
     /// Number of the substep, and their count.
     pub substep: (u32, u32),
     /// Number of the iteration, and their count.

@@ -118,7 +118,7 @@ pub struct Pass {
     /// Whether it is the first one of a substep, in which λ is 0.
     pub first: bool,
     /// Fraction of the correction that is applied, from 0 to 1.
-    pub share: f64,
+    pub relaxation: f64,
 }
 
 impl MatchedParticle {
@@ -247,7 +247,11 @@ impl ShapeMatchingState {
         &mut self,
         topology: &Topology,
         effect: &ShapeMatching,
-        Pass { h, first, share }: Pass,
+        Pass {
+            h,
+            first,
+            relaxation,
+        }: Pass,
         at: impl Fn(u32) -> MatchedParticle,
     ) -> &[DVec3] {
         let alpha = effect.compliance() / (h * h);
@@ -257,7 +261,7 @@ impl ShapeMatchingState {
         }
         self.push(topology, at, |strain, rate, lambda| {
             let left = strain + alpha * *lambda + gamma * rate;
-            let change = -share * left / (1.0 + gamma + alpha);
+            let change = -relaxation * left / (1.0 + gamma + alpha);
             *lambda += change;
             change
         })
@@ -304,7 +308,7 @@ impl ShapeMatchingState {
             let rate = rates.sum::<f64>() / strain;
             let by = change(strain, rate, lambda) / strain;
             for &(i, _, off) in &*offs {
-                moves[i as usize] += off * (regions.shares()[i as usize] * by);
+                moves[i as usize] += off * (regions.weights()[i as usize] * by);
             }
         }
         moves
@@ -336,7 +340,7 @@ impl BodyEffect for ShapeMatching {
         let own = Pass {
             h: pass.compliant.into(),
             first: pass.iteration.0 == 0,
-            share: pass.share.into(),
+            relaxation: pass.relaxation.into(),
         };
         let moves = state.iterate(pass.topology, self, own, |i| MatchedParticle {
             x: part.predicted(i as usize),
@@ -370,7 +374,7 @@ impl BodyEffect for ShapeMatching {
         let own = Pass {
             h: pass.compliant,
             first: pass.is_anew,
-            share: pass.share,
+            relaxation: pass.relaxation,
         };
         let moves = state.iterate(
             body.topology,
@@ -453,7 +457,7 @@ impl<'a> Fit<'a> {
         at: &impl Fn(u32) -> MatchedParticle,
     ) -> Self {
         let rest = |i: u32| topology.rest[i as usize].as_dvec3();
-        let mass = |i: u32, w: f64| (w > 0.0).then(|| regions.shares()[i as usize] / w);
+        let mass = |i: u32, w: f64| (w > 0.0).then(|| regions.weights()[i as usize] / w);
         let light: f64 = members.iter().filter_map(|&i| mass(i, at(i).w)).sum();
         let pinned = if light > 0.0 { HEAVY * light } else { 1.0 };
         let particles = members.iter().map(|&i| {
@@ -475,7 +479,7 @@ impl<'a> Fit<'a> {
     /// Part of the mass of a particle of inverse mass `w` in the region [kg]; `None` if it is
     /// pinned.
     fn mass(&self, i: u32, w: f64) -> Option<f64> {
-        (w > 0.0).then(|| self.regions.shares()[i as usize] / w)
+        (w > 0.0).then(|| self.regions.weights()[i as usize] / w)
     }
 
     /// Movable particles, with their parts of the mass [kg].

@@ -99,7 +99,7 @@ pub(crate) enum Put<'a> {
     /// In full.
     Whole,
     /// By a fraction.
-    Share(f32),
+    Relaxed(f32),
     /// Not applied; corrections are accumulated in xyz and counted in w. Multipliers do not change.
     Sum {
         /// Sums, one per particle.
@@ -111,9 +111,9 @@ pub(crate) enum Put<'a> {
 
 impl Put<'_> {
     /// Applies a fraction from 0 to 1.
-    pub fn of_share(share: f32) -> Self {
-        if share < 1.0 {
-            Self::Share(share)
+    pub fn relaxed(relaxation: f32) -> Self {
+        if relaxation < 1.0 {
+            Self::Relaxed(relaxation)
         } else {
             Self::Whole
         }
@@ -178,7 +178,7 @@ pub(crate) fn solve_batch<const N: usize, const M: usize, B: Blocks<N, M>>(
     );
     let target = match put {
         Put::Whole => Target::Whole,
-        Put::Share(share) => Target::Share(share),
+        Put::Relaxed(relaxation) => Target::Relaxed(relaxation),
         Put::Sum { sums, masses } => {
             assert!(sums.len() == count, "a sum for each particle");
             let sums = sums.as_mut_ptr().wrapping_sub(base);
@@ -287,7 +287,7 @@ impl<const N: usize, A: Ask<N>> SimdWork for Questioned<'_, N, A> {
 #[derive(Clone, Copy)]
 enum Target {
     Whole,
-    Share(f32),
+    Relaxed(f32),
     Sum { sums: *mut Vec4, masses: Masses },
 }
 
@@ -321,9 +321,9 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>> SimdWork for Any<'_, '_, B
         let Self(pass, mut multipliers) = self;
         let offset = pass.batch.constraints().start;
         let damped = pass.blocks.damped();
-        let share = match pass.target {
+        let relaxation = match pass.target {
             Target::Whole => 1.0,
-            Target::Share(share) => share,
+            Target::Relaxed(relaxation) => relaxation,
             Target::Sum { .. } => 0.0,
         };
         pass.each::<M>(
@@ -338,7 +338,7 @@ impl<const N: usize, const M: usize, B: Blocks<N, M>> SimdWork for Any<'_, '_, B
                 };
                 let change = pass.project_towards::<L, M>(simd, block, damped, lambda);
                 if let Some(kept) = kept {
-                    store_rows(kept, lambda, change.map(|change| change * share));
+                    store_rows(kept, lambda, change.map(|change| change * relaxation));
                 }
             },
         );
@@ -494,8 +494,8 @@ impl<B, const N: usize> Pass<'_, B, N> {
                 .project(simd, block, &shape, moved, Some(lambda));
         let (target, count) = match self.target {
             Target::Whole => (self.origins.displacements, 0.0),
-            Target::Share(share) => {
-                moves = moves.map(|way| way.map(|way| way * share));
+            Target::Relaxed(relaxation) => {
+                moves = moves.map(|way| way.map(|way| way * relaxation));
                 (self.origins.displacements, 0.0)
             }
             Target::Sum { sums, .. } => (sums, 1.0),

@@ -94,7 +94,7 @@ impl Pool {
     ///
     /// # Panics
     /// If `work` panics on any of the threads.
-    pub fn share(&self, work: &Job) {
+    pub fn run(&self, work: &Job) {
         let Some(number) = self.shared.lend(work) else {
             return work(0);
         };
@@ -124,7 +124,7 @@ impl PoolState {
         }
         let work: *const Job = work;
         // SAFETY: only the lifetime changes. Workers call it only between being counted as inside,
-        // under the lock while the work is open, and being counted out. `share` does not end, by
+        // under the lock while the work is open, and being counted out. `run` does not end, by
         // return or by panic, before `recall` has closed the work and no worker is counted as
         // inside.
         let work = unsafe { std::mem::transmute::<*const Job<'_>, *const Job<'static>>(work) };
@@ -187,7 +187,7 @@ mod tests {
         for round in 0..1000 {
             let left = AtomicUsize::new(round % 50);
             let done = AtomicUsize::new(0);
-            pool.share(&|_| {
+            pool.run(&|_| {
                 let take = |left: usize| left.checked_sub(1);
                 while left
                     .fetch_update(Ordering::Relaxed, Ordering::Relaxed, take)
@@ -204,7 +204,7 @@ mod tests {
     fn workers_have_numbers_of_their_own() {
         let pool = Pool::start(3).expect("the system starts threads");
         let came = [const { AtomicUsize::new(0) }; 4];
-        pool.share(&|member| {
+        pool.run(&|member| {
             came[member].fetch_add(1, Ordering::Relaxed);
             // All must have arrived before one leaves.
             while came
@@ -224,8 +224,8 @@ mod tests {
     fn a_worker_that_is_busy_is_not_waited_for() {
         let pool = Pool::start(1).expect("the system starts a thread");
         let inner = AtomicUsize::new(0);
-        pool.share(&|_| {
-            pool.share(&|member| {
+        pool.run(&|_| {
+            pool.run(&|member| {
                 assert_eq!(member, 0, "alone");
                 inner.fetch_add(1, Ordering::Relaxed);
             });
@@ -239,7 +239,7 @@ mod tests {
         for culprit in 0..2 {
             let came = AtomicUsize::new(0);
             let caught = catch_unwind(AssertUnwindSafe(|| {
-                pool.share(&|member| {
+                pool.run(&|member| {
                     came.fetch_add(1, Ordering::Relaxed);
                     // Both must have arrived before one leaves.
                     while came.load(Ordering::Relaxed) < 2 {
@@ -253,7 +253,7 @@ mod tests {
             assert!(caught.is_err(), "member {culprit}");
         }
         let done = AtomicUsize::new(0);
-        pool.share(&|_| {
+        pool.run(&|_| {
             done.fetch_add(1, Ordering::Relaxed);
         });
         assert!(done.into_inner() > 0);
@@ -269,7 +269,7 @@ mod tests {
                 // Until a worker has arrived.
                 while caught.load(Ordering::Relaxed) < 100 {
                     let ended = catch_unwind(AssertUnwindSafe(|| {
-                        pool.share(&|member| {
+                        pool.run(&|member| {
                             if member > 0 {
                                 resume_unwind(Box::new("as meant"));
                             }
@@ -280,7 +280,7 @@ mod tests {
                 }
             });
             for _ in 0..2000 {
-                pool.share(&|_| (0..200).for_each(|_| std::hint::spin_loop()));
+                pool.run(&|_| (0..200).for_each(|_| std::hint::spin_loop()));
             }
         });
         assert_eq!(caught.into_inner(), 100);

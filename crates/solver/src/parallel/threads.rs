@@ -91,10 +91,10 @@ impl Threads {
 
     /// Calls `work` on the caller's thread with 0, and on others, as they join in time, with 1 and
     /// so on. Each call must be able to complete all of the work alone.
-    pub fn share(&self, work: &(dyn Fn(usize) + Sync)) {
+    pub fn run(&self, work: &(dyn Fn(usize) + Sync)) {
         #[cfg(feature = "parallel")]
         if let Some(pool) = &self.pool {
-            return pool.share(work);
+            return pool.run(work);
         }
         work(0);
     }
@@ -131,7 +131,7 @@ impl Threads {
         }
         let rest = Mutex::new(items.iter_mut().filter(|item| !is_large(item)));
         let next = || rest.lock().unwrap_or_else(PoisonError::into_inner).next();
-        self.share(&|_| {
+        self.run(&|_| {
             while let Some(item) = next() {
                 work(item, &one);
             }

@@ -49,7 +49,7 @@ impl Body {
         self.visit_elastic(Pass {
             h,
             first,
-            share: 1.0,
+            relaxation: 1.0,
             averaging: None,
         });
         for kind in [BodyEffectKind::ShapeMatching, BodyEffectKind::Pressure] {
@@ -63,7 +63,7 @@ impl Body {
         self.visit_elastic(Pass {
             h,
             first,
-            share: step.method.share().into(),
+            relaxation: step.method.relaxation().into(),
             averaging: step.averaging(iteration),
         });
     }
@@ -139,7 +139,7 @@ impl Body {
         let iteration = Pass {
             h,
             first,
-            share: 1.0,
+            relaxation: 1.0,
             averaging: None,
         };
         self.solve_by(effect, iteration);
@@ -149,7 +149,10 @@ impl Body {
         &mut self,
         effect: &E,
         Pass {
-            h, first, share, ..
+            h,
+            first,
+            relaxation,
+            ..
         }: Pass,
     ) {
         let topology = Arc::clone(&self.topology);
@@ -165,7 +168,7 @@ impl Body {
             let rows = effect.rows(&topology, index, points);
             let way = corners.map(|i| self.x[i as usize] - self.p[i as usize]);
             let change = xpbd(&rows, points.map(|point| point.w), way, lambda, gamma, h);
-            let change = change.map(|change| change * share);
+            let change = change.map(|change| change * relaxation);
             for (lambda, change) in lambda.iter_mut().zip(change) {
                 *lambda += change;
             }

@@ -26,7 +26,7 @@ use crate::{
     },
     force::Moment,
     method::Averaging,
-    step::together::are_needed,
+    step::together::must_step_together,
 };
 use glam::DVec3;
 use std::sync::Arc;
@@ -103,7 +103,7 @@ struct Pass {
     /// Whether multipliers start at zero.
     first: bool,
     /// Fraction of the correction that constraints apply.
-    share: f64,
+    relaxation: f64,
     /// Averaging of corrections, if any.
     averaging: Option<Averaging>,
 }
@@ -188,7 +188,7 @@ impl World {
         for body in &mut *bodies {
             body.h = whole;
         }
-        let touch = are_needed(bodies.iter().map(|body| (&body.effects, true)), has_meshes);
+        let touch = must_step_together(bodies.iter().map(|body| (&body.effects, true)), has_meshes);
         if touch {
             contacts.begin(bodies, &colliders, step, &Threads::default());
         }
@@ -197,7 +197,7 @@ impl World {
             gravity,
             h,
             compliant: step.method.compliant_seconds(h),
-            share: step.method.share().into(),
+            relaxation: step.method.relaxation().into(),
             substep: (step.index, step.count),
             iteration: (iteration, step.total_iterations()),
             is_anew: iteration == 0 && !*keeps_multipliers,
@@ -205,11 +205,11 @@ impl World {
         for (place, body) in bodies.iter_mut().enumerate() {
             let is_near = touch && contacts.is_near(place);
             if step.index == 0 {
-                body.look_for_damage(settings);
+                body.check_damage(settings);
             }
-            body.draw(whole);
+            body.move_repaired(whole);
             body.h = if settings.order.get() == 2 && !*keeps_multipliers {
-                body.look_back(whole, gravity, is_near, &colliders)
+                body.begin_second_order(whole, gravity, is_near, &colliders)
             } else {
                 whole
             };
@@ -236,6 +236,7 @@ impl World {
             }
             for _ in 0..step.contacts_after(iteration) {
                 if touch {
+                    contacts.separate(bodies);
                     contacts.solve(bodies, Between::Bodies);
                     contacts.solve(bodies, Between::Itself);
                 }
@@ -256,13 +257,14 @@ impl World {
             body.postsolve(h);
             let spin = body.spin.take();
             if let Some(spin) = spin.filter(|_| !body.past.touched) {
-                body.turn_to(spin);
+                body.restore_spin(spin);
             }
             body.resist_rolling(h);
-            body.stiffen();
+            body.end_repair();
             body.flow(start + h, h);
         }
         if touch {
+            contacts.return_momentum(bodies);
             contacts.end(bodies, step);
         }
     }
@@ -356,7 +358,7 @@ impl ReferencePass<'_> {
             gravity: DVec3::ZERO,
             h,
             compliant: h,
-            share: 1.0,
+            relaxation: 1.0,
             substep: (0, 1),
             iteration: (0, 1),
             is_anew,

@@ -4,13 +4,13 @@ use super::{Body, Past};
 use crate::{
     Effects, Settings, Topology, contact::collider::SweptCollider, contact::exit,
     contact::pairs::Tangible, force::Force, force::Moment, force::Mote, force::VisitForces,
-    history::SHARE, repair::Motes, repair::Repairable, rolling::Pressed, spin::Motion,
-    spin::is_free,
+    history::STEP_FRACTION, repair::ParticleAccess, repair::Repairable, rolling::GroundContact,
+    spin::Motion, spin::is_free,
 };
 use glam::DVec3;
 use std::{cell::Cell, sync::Arc};
 
-impl Motes for Body {
+impl ParticleAccess for Body {
     fn inverse_mass(&self, i: usize) -> f64 {
         self.w[i]
     }
@@ -118,7 +118,7 @@ impl Body {
 
     /// Begins a substep of `h` seconds by BDF2, or by implicit Euler at contacts and where no
     /// previous state exists; returns its length for implicit Euler.
-    pub(super) fn look_back(
+    pub(super) fn begin_second_order(
         &mut self,
         h: f64,
         gravity: DVec3,
@@ -144,8 +144,8 @@ impl Body {
         });
         let past = std::mem::take(&mut self.past);
         let unwritten = (0..self.x.len()).filter(|&i| self.w[i] > 0.0).all(|i| {
-            let way = self.x[i] - self.p[i];
-            (way - self.v[i] * past.seconds).length() <= 1e-5 * way.length()
+            let displacement = self.x[i] - self.p[i];
+            (displacement - self.v[i] * past.seconds).length() <= 1e-5 * displacement.length()
         });
         let now = (self.x.clone(), self.v.clone());
         let mut seconds = h;
@@ -160,7 +160,7 @@ impl Body {
                 self.x[i] = (self.x[i] * 4.0 - x[i]) / 3.0;
                 self.v[i] = (self.v[i] * 4.0 - v[i]) / 3.0;
             }
-            seconds = h * SHARE;
+            seconds = h * STEP_FRACTION;
         }
         self.past = Past {
             state: Some(now),
@@ -197,27 +197,27 @@ impl Body {
     }
 
     /// Finds damaged elements at the start of a tick, see [`repair`](crate::repair).
-    pub(super) fn look_for_damage(&mut self, settings: &Settings) {
+    pub(super) fn check_damage(&mut self, settings: &Settings) {
         let mut repair = std::mem::take(&mut self.repair);
         let topology = Arc::clone(&self.topology);
         if let Some(body) = Repairable::of(&self.effects, &topology, settings) {
-            repair.look(&body, settings.tick_seconds(), self, |_| true);
+            repair.check(&body, settings.tick_seconds(), self, |_| true);
             self.repair = repair;
         }
     }
 
-    pub(super) fn draw(&mut self, h: f64) {
+    pub(super) fn move_repaired(&mut self, h: f64) {
         let mut repair = std::mem::take(&mut self.repair);
-        repair.draw(&Arc::clone(&self.topology), h, self);
+        repair.move_regions(&Arc::clone(&self.topology), h, self);
         self.repair = repair;
     }
 
-    pub(super) fn stiffen(&mut self) {
+    pub(super) fn end_repair(&mut self) {
         let mut repair = std::mem::take(&mut self.repair);
         if self.past.touched {
             repair.touch();
         }
-        repair.stiffen(self);
+        repair.make_rigid(self);
         self.repair = repair;
     }
 
@@ -226,9 +226,9 @@ impl Body {
     }
 
     /// Applies the rigid rotation that results in this angular momentum.
-    pub(super) fn turn_to(&mut self, angular: DVec3) {
+    pub(super) fn restore_spin(&mut self, angular: DVec3) {
         let motion = self.motion();
-        let turn = motion.turn_to(angular);
+        let turn = motion.rotation_to(angular);
         for (v, x) in self.v.iter_mut().zip(&self.x) {
             *v += turn.cross(*x - motion.center);
         }
@@ -245,16 +245,16 @@ impl Body {
         let Some(ground) = self.effects.rolling_ground() else {
             return;
         };
-        let mut pressed = Pressed::default();
+        let mut contact = GroundContact::default();
         for (i, pushed) in self.states.ground.iter().enumerate() {
             if pushed.normal > 0.0 {
-                pressed.add(1.0 / self.w[i], self.x[i], pushed.normal, pushed.friction);
+                contact.add(1.0 / self.w[i], self.x[i], pushed.normal, pushed.friction);
             }
         }
         if self.w.contains(&0.0) {
             return;
         }
-        if let Some((turn, center)) = pressed.resist(&ground, &self.motion(), h) {
+        if let Some((turn, center)) = contact.resist(&ground, &self.motion(), h) {
             for (v, x) in self.v.iter_mut().zip(&mut self.x) {
                 let change = turn.cross(*x - center);
                 *v -= change;

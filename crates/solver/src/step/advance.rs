@@ -5,7 +5,7 @@
 //! particle run in the same order as if each task were completed on the whole body before the next
 //! begins.
 
-#![allow(unsafe_code, reason = "pieces are handed out by hand")]
+#![allow(unsafe_code, reason = "threads borrow disjoint pieces")]
 
 pub use super::{
     stage::Stage,
@@ -35,9 +35,9 @@ use std::{iter, ops::Range, sync::Arc};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Friction {
     /// With the friction of the effects.
-    Acts,
+    Included,
     /// Normal forces only.
-    IsLeftOut,
+    Omitted,
 }
 
 /// Tasks with their sides: at most four per stage.
@@ -54,18 +54,18 @@ impl Stage {
     ) -> Tasks {
         let pass = (iteration, step.total_iterations(), step.is_last());
         let substep = step.index;
-        let one = |task, side| [Some((task, side)), None, None, None];
+        let single = |task, side| [Some((task, side)), None, None, None];
         match self {
             // Not a task on pieces: kernels borrow rest values while tasks run. Contacts of bodies
             // act between tasks.
             Self::Flow | Self::Contact | Self::SelfContact => [None; 4],
             _ if !self.acts(effects, stitched, step.method) => [None; 4],
-            Self::Force(kind) => one(Task::Force { kind, substep }, Side::Whole),
+            Self::Force(kind) => single(Task::Force { kind, substep }, Side::Whole),
             Self::Presolve if step.method.keeps_speed().is_some() => {
-                let tasks = [Task::Fade, Task::Begin].map(|task| Some((task, Side::Any)));
+                let tasks = [Task::DampVelocity, Task::Begin].map(|task| Some((task, Side::Any)));
                 [tasks[0], tasks[1], None, None]
             }
-            Self::Presolve => one(Task::Begin, Side::Any),
+            Self::Presolve => single(Task::Begin, Side::Any),
             Self::Elastic(kind) => {
                 let [first, second, overflow] =
                     halves_of(kind, topology, Task::Elastic { kind, pass });
@@ -80,12 +80,12 @@ impl Stage {
                     substep,
                     iteration,
                 };
-                one(task, kind.side())
+                single(task, kind.side())
             }
             // Smoothing iterations skip directly solved effects.
             Self::Direct if iteration >= step.iterations => [None; 4],
-            Self::Direct => one(Task::Direct { iteration }, Side::Whole),
-            Self::Postsolve => one(Task::End { substep }, Side::Any),
+            Self::Direct => single(Task::Direct { iteration }, Side::Whole),
+            Self::Postsolve => single(Task::End { substep }, Side::Any),
         }
         .into_iter()
         .flatten()
@@ -123,29 +123,34 @@ impl Stepper<'_> {
     /// Begins a substep; with second-order steps, from the last two states. Must be called before
     /// anything else in the substep; [`advance`](Self::advance) does so.
     pub fn begin(&mut self, step: &Substep, context: &StepContext) {
-        self.draw_where_damaged(step, context);
-        self.begin_drawn(step, context, false);
+        self.begin_repair(step, context);
+        self.begin_after_repair(step, context, false);
     }
 
     /// Finds damage at the beginning of a tick, and moves particles under repair.
-    pub(crate) fn draw_where_damaged(&mut self, step: &Substep, context: &StepContext) {
+    pub(crate) fn begin_repair(&mut self, step: &Substep, context: &StepContext) {
         if step.index == 0 {
-            self.look_for_damage(context);
+            self.check_damage(context);
         }
-        self.draw(context);
+        self.move_repaired(context);
     }
 
     /// The part of [`begin`](Self::begin) after repair. `is_near` tells whether another surface is
     /// near, in which case second-order steps restart.
-    pub(crate) fn begin_drawn(&mut self, step: &Substep, context: &StepContext, is_near: bool) {
+    pub(crate) fn begin_after_repair(
+        &mut self,
+        step: &Substep,
+        context: &StepContext,
+        is_near: bool,
+    ) {
         if context.settings.order.get() == 1 {
             self.begin_first_order(context);
-            self.note_spin(context);
+            self.store_spin(context);
             return;
         }
-        let restarts = is_near || self.meets(step, context);
+        let restarts = is_near || self.may_touch(step, context);
         let h = context.settings.substep_seconds();
-        self.particles.look_back(h, restarts);
+        self.particles.begin_second_order(h, restarts);
     }
 
     /// Drops the history, which implicit Euler does not need.
@@ -157,7 +162,7 @@ impl Stepper<'_> {
 
     /// Whether a particle touches the ground or a collider, or would at the end of a substep
     /// without constraints.
-    fn meets(&self, step: &Substep, context: &StepContext) -> bool {
+    fn may_touch(&self, step: &Substep, context: &StepContext) -> bool {
         let heights = [
             self.effects.ground.map(|ground| ground.height),
             self.effects.sticky_ground.map(|ground| ground.height),
@@ -200,7 +205,7 @@ impl Stepper<'_> {
             self.begin_first_order(context);
         }
         if substeps.start == 0 {
-            self.look_for_damage(context);
+            self.check_damage(context);
         }
         let repaired = !self.particles.repair.is_empty();
         let flows = self.effects.plasticity.is_some() || self.effects.rolling_ground().is_some();
@@ -209,9 +214,9 @@ impl Stepper<'_> {
         }
         for index in substeps {
             let step = context.settings.substep(index);
-            self.draw(context);
+            self.move_repaired(context);
             if begins {
-                self.begin_drawn(&step, context, false);
+                self.begin_after_repair(&step, context, false);
             }
             self.advance_together(index..index + 1, context)?;
             self.end();
@@ -225,7 +230,7 @@ impl Stepper<'_> {
     pub fn end(&mut self) {
         self.restore_spin();
         self.resist_rolling();
-        self.stiffen();
+        self.end_repair();
     }
 
     /// Performs substeps without plastic flow or second-order steps.
@@ -250,16 +255,16 @@ impl Stepper<'_> {
             .filter(|kind| effects.has_force(*kind));
         let forces: [_; ForceKind::COUNT] = std::array::from_fn(|_| forces.next());
         // A `Watch` cannot distinguish two stages in one pass, and forces act between them.
-        let fades = settings.method.keeps_speed().is_some();
-        let apart = context.watch.is_some() || forces[0].is_some() || fades;
+        let damps = settings.method.keeps_speed().is_some();
+        let separate = context.watch.is_some() || forces[0].is_some() || damps;
         let tasks = substeps.clone().flat_map(|index| {
             let step = settings.substep(index);
             let before = index.checked_sub(1).filter(|_| index > first);
-            let turn = before.filter(|_| !apart);
-            let end = before.filter(|_| apart);
+            let previous = before.filter(|_| !separate);
+            let end = before.filter(|_| separate);
             let end = end.map(|substep| (Task::End { substep }, Side::Any));
-            let start = turn.map_or(Task::Begin, |substep| Task::Turn { substep });
-            let fade = fades.then_some((Task::Fade, Side::Any));
+            let start = previous.map_or(Task::Begin, |substep| Task::EndAndBegin { substep });
+            let damping = damps.then_some((Task::DampVelocity, Side::Any));
             let of_stage = move |stage: Stage, iteration| {
                 stage.tasks(topology, (&effects, stitched), &step, iteration)
             };
@@ -269,7 +274,7 @@ impl Stepper<'_> {
             let forces = forces.into_iter().flatten();
             end.into_iter()
                 .chain(forces.flat_map(move |kind| of_stage(Stage::Force(kind), 0)))
-                .chain(fade)
+                .chain(damping)
                 .chain(iter::once((start, Side::Any)))
                 .chain(Stage::prediction().flat_map(move |stage| of_stage(stage, 0)))
                 .chain(iterations)
@@ -280,7 +285,7 @@ impl Stepper<'_> {
             .map(|substep| (Task::End { substep }, Side::Any));
         self.run(
             topology,
-            (tasks.chain(end), Friction::Acts),
+            (tasks.chain(end), Friction::Included),
             iterations,
             context,
         )
@@ -297,7 +302,7 @@ impl Stepper<'_> {
         iteration: u32,
         context: &StepContext,
     ) -> Result<(), NotFinite> {
-        self.stage_with((stage, Friction::Acts), step, iteration, context)
+        self.stage_with((stage, Friction::Included), step, iteration, context)
     }
 
     /// Performs one stage of a substep, with or without friction on ground and colliders.
@@ -350,13 +355,13 @@ impl Stepper<'_> {
         let tasks = stages.flat_map(move |(stage, iteration)| {
             stage.tasks(topology, (effects, stitched), step, iteration)
         });
-        self.run(topology, (tasks, Friction::Acts), iterations, context)
+        self.run(topology, (tasks, Friction::Included), iterations, context)
     }
 
     /// Performs one stage other than the last, which alone checks for non-finite values.
     pub fn act(&mut self, stage: Stage, step: &Substep, iteration: u32, context: &StepContext) {
         let done = self.stage(stage, step, iteration, context);
-        debug_assert!(done.is_ok(), "{stage:?} looks for what is not finite");
+        debug_assert!(done.is_ok(), "{stage:?} checks for non-finite values");
     }
 
     /// Applies plastic flow at the end of a substep, if it is due.
@@ -368,7 +373,7 @@ impl Stepper<'_> {
         {
             let mut flow = || plasticity.flow(self.effects, self.topology, self.particles, seconds);
             match context.watch {
-                Some(watch) => watch.see(Stage::Flow, &mut flow),
+                Some(watch) => watch.observe(Stage::Flow, &mut flow),
                 None => flow(),
             }
         }
@@ -471,7 +476,7 @@ impl<'a> TaskContext<'a> {
                 continue;
             };
             let mut result = Ok(());
-            watch.see(task.stage(), &mut || {
+            watch.observe(task.stage(), &mut || {
                 // SAFETY: the caller's promise.
                 result = unsafe { self.task(task, shared, phase, piece, part.reborrow()) };
             });
@@ -480,7 +485,7 @@ impl<'a> TaskContext<'a> {
         Ok(())
     }
 
-    /// Performs one of them.
+    /// Performs one task.
     ///
     /// # Safety
     /// As for [`work`](Self::work).
@@ -513,9 +518,9 @@ impl<'a> TaskContext<'a> {
                 };
                 self.effects.push(kind, self.topology, moment, part);
             }
-            Task::Fade => {
+            Task::DampVelocity => {
                 if let Some(kept) = self.any.method.keeps_speed() {
-                    stages::fade(part, self.h, settings.gravity, kept);
+                    stages::damp_velocity(part, self.h, settings.gravity, kept);
                 }
             }
             Task::Begin => {
@@ -523,10 +528,10 @@ impl<'a> TaskContext<'a> {
                 unsafe { shared.states.begin(&piece.particles) };
                 stages::presolve(part, self.h, settings.gravity, instructions);
             }
-            Task::Turn { substep } => {
+            Task::EndAndBegin { substep } => {
                 // SAFETY: the caller's promise.
                 unsafe { shared.states.begin(&piece.particles) };
-                stages::turn(part, self.h, settings.gravity, instructions)
+                stages::end_and_begin(part, self.h, settings.gravity, instructions)
                     .map_err(not_finite(substep))?;
             }
             Task::End { substep } => {
@@ -540,7 +545,7 @@ impl<'a> TaskContext<'a> {
                         sums: unsafe { shared.sums(piece) },
                         masses: averaging.masses,
                     },
-                    None => Put::of_share(self.any.method.share()),
+                    None => Put::relaxed(self.any.method.relaxation()),
                 };
                 let work = ElasticPass {
                     piece,
@@ -566,10 +571,10 @@ impl<'a> TaskContext<'a> {
                     gravity: settings.gravity,
                     h: self.h,
                     compliant: self.compliant,
-                    share: self.any.method.share(),
+                    relaxation: self.any.method.relaxation(),
                     substep: (substep, self.any.count),
                     iteration: (iteration, self.any.total_iterations()),
-                    is_frictionless: self.friction == Friction::IsLeftOut,
+                    is_frictionless: self.friction == Friction::Omitted,
                 };
                 let effect = (&self.effects, kind);
                 let particles = piece.particles.clone();

@@ -116,7 +116,7 @@ impl Body {
     /// Starts a tick: allocates multipliers, checks the input, and stores positions.
     pub fn begin_tick(&mut self) {
         if let Some(particle) = self.particles.first_not_finite() {
-            freeze(&mut self.particles, &self.tick_start.positions);
+            restore_at_rest(&mut self.particles, &self.tick_start.positions);
             self.quarantine = Some(Quarantine {
                 vertex: self.topology.vertex(particle),
                 stage: INPUT,
@@ -144,7 +144,7 @@ impl Body {
         let substeps = 0..context.settings.substeps.get();
         if let Err(error) = self.stepper().advance(substeps, context) {
             self.quarantine = Some(self.find_cause(error, USER, context));
-            freeze(&mut self.particles, &self.tick_start.positions);
+            restore_at_rest(&mut self.particles, &self.tick_start.positions);
         }
     }
 
@@ -161,12 +161,12 @@ impl Body {
             grab.from = grab.target;
             return false;
         }
-        let ways = (
+        let positions = (
             &self.tick_start.positions[..],
             &self.particles.positions[..],
         );
         self.rest
-            .observe(ways, seconds as f32, gravity.length(), settings)
+            .observe(positions, seconds as f32, gravity.length(), settings)
     }
 
     /// Puts the body to sleep.
@@ -192,10 +192,10 @@ impl Body {
         other: &'static str,
         context: &StepContext,
     ) -> Quarantine {
-        let mut again = self.clone();
-        again.particles.clone_from(&self.tick_start);
-        again.stepper().prepare(true);
-        let spoilt_by = |stage, body: &Self| {
+        let mut replay = self.clone();
+        replay.particles.clone_from(&self.tick_start);
+        replay.stepper().prepare(true);
+        let diverged_after = |stage, body: &Self| {
             body.particles
                 .first_not_finite()
                 .map(|particle| Quarantine {
@@ -206,25 +206,28 @@ impl Body {
         let step = context.settings.substep(error.substep);
         // Stitches that broke and plastic flow in the tick are present from its start: the repeated
         // substep may differ.
-        if again.stepper().advance(0..error.substep, context).is_ok() {
-            let mut stepper = again.stepper();
+        let earlier = 0..error.substep;
+        if earlier.is_empty() || replay.stepper().advance(earlier, context).is_ok() {
+            let mut stepper = replay.stepper();
             stepper.begin(&step, context);
             for kind in ForceKind::ALL {
                 let stage = Stage::Force(kind);
                 // Only the last stage checks for non-finite values.
-                let _ = again.stepper().stage(stage, &step, 0, context);
-                if let Some(found) = spoilt_by(stage.name(), &again) {
+                let _ = replay.stepper().stage(stage, &step, 0, context);
+                if let Some(found) = diverged_after(stage.name(), &replay) {
                     return found;
                 }
             }
-            let _ = again.stepper().stage(Stage::Presolve, &step, 0, context);
-            if let Some(found) = spoilt_by(Stage::Presolve.name(), &again) {
-                return found;
+            for stage in std::iter::once(Stage::Presolve).chain(Stage::prediction()) {
+                let _ = replay.stepper().stage(stage, &step, 0, context);
+                if let Some(found) = diverged_after(stage.name(), &replay) {
+                    return found;
+                }
             }
             let solve = Solve::of(&self.effects, !self.stitches.is_empty(), step.method);
             for (stage, iteration) in solve.stages(step) {
-                let _ = again.stepper().stage(stage, &step, iteration, context);
-                if let Some(found) = spoilt_by(stage.name(), &again) {
+                let _ = replay.stepper().stage(stage, &step, iteration, context);
+                if let Some(found) = diverged_after(stage.name(), &replay) {
                     return found;
                 }
             }
@@ -237,7 +240,7 @@ impl Body {
 }
 
 /// Restores particles to finite positions, at rest.
-pub fn freeze(particles: &mut Particles, finite: &[Vec4]) {
+pub fn restore_at_rest(particles: &mut Particles, finite: &[Vec4]) {
     particles.positions.copy_from_slice(finite);
     particles.settle();
 }

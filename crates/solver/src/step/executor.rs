@@ -68,28 +68,28 @@ impl PhaseExecutor {
         work: &(impl Fn(&Phase, usize) -> Result<(), NotFinite> + Sync),
     ) -> Result<(), NotFinite> {
         let count = threads.count();
-        threads.share(&|number| self.member((number, count), phases.clone(), work));
+        threads.run(&|number| self.run_worker((number, count), phases.clone(), work));
         let mut error = self.error.lock().unwrap_or_else(PoisonError::into_inner);
         error.take().map_or(Ok(()), Err)
     }
 
-    fn member<'a>(
+    fn run_worker<'a>(
         &self,
-        (member, members): (usize, usize),
+        (worker, workers): (usize, usize),
         phases: impl Iterator<Item = Phase<'a>>,
         work: &impl Fn(&Phase, usize) -> Result<(), NotFinite>,
     ) {
         let _guard = Guard(self);
-        let queues = members.min(MAX_QUEUES);
+        let queues = workers.min(MAX_QUEUES);
         let mut all = 0;
         for (number, phase) in (1..).zip(phases) {
             let pieces = phase.pieces.len();
             let mut done = 0;
             // The thread's own queue first, so that particles stay in the cache of a core.
-            for share in (0..queues).map(|next| (member + next) % queues) {
-                let first = pieces * share / queues;
-                let count = pieces * (share + 1) / queues - first;
-                while let Some(place) = self.queues[share].take(number, count) {
+            for queue in (0..queues).map(|next| (worker + next) % queues) {
+                let first = pieces * queue / queues;
+                let count = pieces * (queue + 1) / queues - first;
+                while let Some(place) = self.queues[queue].take(number, count) {
                     if let Err(error) = work(&phase, first + place) {
                         self.fail(number, error);
                     }
@@ -108,12 +108,12 @@ impl PhaseExecutor {
     /// Waits until this number of pieces is done; false if a piece of this phase or an earlier one
     /// failed.
     fn wait(&self, pieces: usize, phase: u32) -> bool {
-        let mut turns = 0;
+        let mut spins = 0;
         while self.done.load(Ordering::Acquire) < pieces {
             if self.failed.load(Ordering::Acquire) < phase {
                 return false;
             }
-            pause(&mut turns);
+            pause(&mut spins);
         }
         self.failed.load(Ordering::Acquire) > phase
     }

@@ -20,10 +20,10 @@ use glam::{DVec3, Vec4};
 use serde::{Deserialize, Serialize};
 
 /// Length of a BDF2 step for implicit Euler, as a fraction of its own.
-pub(crate) const SHARE: f64 = 2.0 / 3.0;
+pub(crate) const STEP_FRACTION: f64 = 2.0 / 3.0;
 
 /// Relative tolerance between the displacement of a substep and hv: a few rounding errors.
-const SAME: f64 = 1e-5;
+const TOLERANCE: f64 = 1e-5;
 
 /// State of a body one substep ago; empty with implicit Euler.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -73,7 +73,11 @@ impl History {
     /// Length of the current substep for implicit Euler, for a substep of `h` seconds.
     #[must_use]
     pub fn seconds(&self, h: f64) -> f64 {
-        if self.is_second_order() { h * SHARE } else { h }
+        if self.is_second_order() {
+            h * STEP_FRACTION
+        } else {
+            h
+        }
     }
 
     /// Whether the current substep is second-order.
@@ -126,23 +130,23 @@ impl History {
 impl Past {
     /// Position of a particle at that time [m].
     fn position(&self, i: usize) -> DVec3 {
-        wide(self.positions[i]) + wide(self.carry[i])
+        to_f64(self.positions[i]) + to_f64(self.carry[i])
     }
 }
 
 impl Particles {
     /// Begins a substep of `h` seconds with the BDF2 combination of the last two states, unless it
     /// `restarts` or there is no history.
-    pub(crate) fn look_back(&mut self, h: f64, restarts: bool) {
+    pub(crate) fn begin_second_order(&mut self, h: f64, restarts: bool) {
         let count = self.len();
         let kept = self.history.columns().iter().all(|(_, len)| *len == count);
         let mut history = self.history.0.take().unwrap_or_default();
-        let goes_on = kept
+        let continues = kept
             && !restarts
             && !history.touched
             && history.h == h
             && (0..count).all(|i| self.positions[i].w == 0.0 || self.is_unwritten(&history, i));
-        let seconds = length(h, goes_on);
+        let seconds = length(h, continues);
         history.positions.resize(count, Vec4::ZERO);
         history.carry.resize(count, Vec4::ZERO);
         history.velocities.resize(count, DVec3::ZERO);
@@ -150,11 +154,11 @@ impl Particles {
         for i in 0..count {
             let (x, c, v) = (self.positions[i], self.carry[i], self.velocity_f64(i));
             let mut lead = DVec3::ZERO;
-            if goes_on && x.w > 0.0 {
+            if continues && x.w > 0.0 {
                 lead = (self.position(i) - history.position(i)) / 3.0;
                 let v = v + (v - history.velocities[i]) / 3.0;
-                self.carry[i] = (wide(c) + lead).as_vec3().extend(0.0);
-                let u = wide(self.carry[i]) + v * seconds;
+                self.carry[i] = (to_f64(c) + lead).as_vec3().extend(0.0);
+                let u = to_f64(self.carry[i]) + v * seconds;
                 self.displacements[i] = u.as_vec3().extend(0.0);
             }
             history.positions[i] = x;
@@ -162,13 +166,13 @@ impl Particles {
             history.velocities[i] = v;
             history.lead[i] = lead;
         }
-        if goes_on {
+        if continues {
             self.begin_with_substep(seconds as f32);
         } else {
             self.set_substep_seconds(seconds as f32);
         }
         history.h = h;
-        history.second = goes_on;
+        history.second = continues;
         history.touched = false;
         self.history.0 = Some(history);
     }
@@ -177,17 +181,18 @@ impl Particles {
     /// hv from the start of that.
     fn is_unwritten(&self, history: &Past, i: usize) -> bool {
         let start = history.position(i) + history.lead[i];
-        let way = self.position(i) - start;
-        (way - self.motion(i)).length_squared() <= SAME * SAME * way.length_squared()
+        let displacement = self.position(i) - start;
+        let error = displacement - self.motion(i);
+        error.length_squared() <= TOLERANCE * TOLERANCE * displacement.length_squared()
     }
 }
 
 /// Length of a substep for implicit Euler [s], as stored in particles.
 fn length(h: f64, second: bool) -> f64 {
-    let seconds = if second { h * SHARE } else { h };
+    let seconds = if second { h * STEP_FRACTION } else { h };
     f64::from(seconds as f32)
 }
 
-fn wide(x: Vec4) -> DVec3 {
+fn to_f64(x: Vec4) -> DVec3 {
     x.truncate().as_dvec3()
 }

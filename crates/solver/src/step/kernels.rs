@@ -57,7 +57,7 @@ macro_rules! of_elastic_effects {
             ///
             /// # Safety
             /// No other thread works on the piece, or on one that shares a particle with it.
-            #[allow(unsafe_code, reason = "multipliers are handed out by hand")]
+            #[allow(unsafe_code, reason = "threads borrow disjoint multipliers")]
             pub unsafe fn solve(&self, kind: ElasticKind, work: ElasticPass) {
                 match kind {
                     // SAFETY: the caller's promise.
@@ -104,7 +104,7 @@ pub(crate) struct ElasticPass<'a> {
 impl ElasticPass<'_> {
     /// # Safety
     /// As for [`Kernels::solve`].
-    #[allow(unsafe_code, reason = "multipliers are handed out by hand")]
+    #[allow(unsafe_code, reason = "threads borrow disjoint multipliers")]
     unsafe fn solve<const N: usize, const M: usize>(
         self,
         kind: ElasticKind,

@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Method {
-    /// Extended position-based dynamics: one constraint after the other (Gauss–Seidel), with compliance
-    /// and multipliers. The default.
+    /// Extended position-based dynamics: one constraint after the other (Gauss–Seidel), with
+    /// compliance and multipliers. The default.
     #[default]
     Xpbd,
     /// Classic position-based dynamics: one constraint after the other, each applying a fraction of
@@ -29,7 +29,8 @@ pub enum Method {
         /// Weight s of the particle's own position, in constraints; default 0.2.
         #[serde(default = "Method::own_weight")]
         own_weight: Coefficient,
-        /// Fraction of its velocity that a particle keeps in each substep, after gravity; default 0.99.
+        /// Fraction of its velocity that a particle keeps in each substep, after gravity; default
+        /// 0.99.
         #[serde(default = "Method::kept_speed")]
         kept_speed: Fraction,
     },
@@ -91,7 +92,7 @@ impl Method {
     }
 
     /// Fraction of the correction that constraints apply.
-    pub(crate) fn share(self) -> f32 {
+    pub(crate) fn relaxation(self) -> f32 {
         match self {
             Self::Pbd { stiffness } => stiffness.get(),
             _ => 1.0,

@@ -22,14 +22,14 @@ use std::iter::Peekable;
 pub(crate) enum Task {
     /// An external force.
     Force { kind: ForceKind, substep: u32 },
-    /// Velocities lose a fraction of their values after gravity.
-    Fade,
+    /// Velocities are damped after gravity.
+    DampVelocity,
     /// First stage.
     Begin,
     /// Third stage.
     End { substep: u32 },
     /// Third stage of a substep and first stage of the next.
-    Turn { substep: u32 },
+    EndAndBegin { substep: u32 },
     /// Constraints of an elastic effect: number of the iteration, their count, and whether λ is
     /// stored.
     Elastic {
@@ -49,15 +49,15 @@ pub(crate) enum Task {
 }
 
 impl Task {
-    /// Stage of the task; a turn counts as the stage at its beginning.
+    /// Stage of the task; [`EndAndBegin`](Self::EndAndBegin) counts as the last stage.
     pub fn stage(self) -> Stage {
         match self {
             Self::Force { kind, .. } => Stage::Force(kind),
-            Self::Fade | Self::Begin => Stage::Presolve,
+            Self::DampVelocity | Self::Begin => Stage::Presolve,
             Self::Body { kind, .. } => Stage::Body(kind),
             Self::Direct { .. } => Stage::Direct,
             Self::Elastic { kind, .. } | Self::Average { kind, .. } => Stage::Elastic(kind),
-            Self::Turn { .. } | Self::End { .. } => Stage::Postsolve,
+            Self::EndAndBegin { .. } | Self::End { .. } => Stage::Postsolve,
         }
     }
 }

@@ -19,20 +19,20 @@
 use crate::{
     Ground,
     advance::Stepper,
-    spin::{Motion, mote},
+    spin::{Motion, particle_state},
 };
 use glam::DVec3;
 
 /// Contact of the ground with a body in a substep, as mass times displacement [kg·m].
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Pressed {
+pub(crate) struct GroundContact {
     normal: f64,
     friction: DVec3,
     /// First moment of its position, times `normal`.
     moment: DVec3,
 }
 
-impl Pressed {
+impl GroundContact {
     /// Adds the contact of a particle of a mass [kg] at a position [m]: its displacements by the
     /// normal force and by friction [m].
     pub fn add(&mut self, mass: f64, position: DVec3, normal: f64, friction: DVec3) {
@@ -49,20 +49,21 @@ impl Pressed {
         if self.normal <= 0.0 || radius <= 0.0 {
             return None;
         }
-        let velocity = motion.velocity();
+        let velocity = motion.angular_velocity();
         let rolling = velocity - DVec3::Y * velocity.y;
-        let most = f64::from(ground.rolling_resistance.get()) * self.normal / h * radius;
-        let limited = |momentum: f64| most / momentum.max(most);
+        let max_change = f64::from(ground.rolling_resistance.get()) * self.normal / h * radius;
+        let limited = |momentum: f64| max_change / momentum.max(max_change);
         let contact = (self.moment / self.normal).with_y(height);
         let arm = motion.center - contact;
-        let way = rolling.cross(arm) * motion.mass;
-        let about_contact = rolling * limited((motion.momentum(rolling) + arm.cross(way)).length());
+        let linear = rolling.cross(arm) * motion.mass;
+        let angular = motion.angular_momentum(rolling) + arm.cross(linear);
+        let about_contact = rolling * limited(angular.length());
         let friction = f64::from(ground.friction.get()) * self.normal - self.friction.length();
         let needed = about_contact.cross(arm).length() * motion.mass * h;
         if needed <= friction {
             return Some((about_contact, contact));
         }
-        let about_center = rolling * limited(motion.momentum(rolling).length());
+        let about_center = rolling * limited(motion.angular_momentum(rolling).length());
         Some((about_center, motion.center))
     }
 }
@@ -74,20 +75,25 @@ impl Stepper<'_> {
         let Some(ground) = self.effects.rolling_ground() else {
             return;
         };
-        let mut pressed = Pressed::default();
-        for (i, kept) in self.states.others.ground.iter().enumerate() {
-            if kept.normal > 0.0 {
+        let mut ground_contact = GroundContact::default();
+        for (i, multiplier) in self.states.others.ground.iter().enumerate() {
+            if multiplier.normal > 0.0 {
                 let mass = 1.0 / f64::from(particles.positions[i].w);
-                let friction = kept.friction.as_dvec3();
-                pressed.add(mass, particles.position(i), kept.normal.into(), friction);
+                let friction = multiplier.friction.as_dvec3();
+                ground_contact.add(
+                    mass,
+                    particles.position(i),
+                    multiplier.normal.into(),
+                    friction,
+                );
             }
         }
-        if pressed.normal == 0.0 || particles.positions.iter().any(|x| x.w == 0.0) {
+        if ground_contact.normal == 0.0 || particles.positions.iter().any(|x| x.w == 0.0) {
             return;
         }
         let h = f64::from(particles.substep_seconds());
-        let motion = Motion::of(mote(particles), particles.len());
-        if let Some((turn, center)) = pressed.resist(&ground, &motion, h) {
+        let motion = Motion::of(particle_state(particles), particles.len());
+        if let Some((turn, center)) = ground_contact.resist(&ground, &motion, h) {
             for i in 0..particles.len() {
                 let change = -turn.cross(particles.position(i) - center);
                 particles.accelerate(i, change);

@@ -27,15 +27,16 @@ const LINE: f64 = 1e-12;
 
 impl Stepper<'_> {
     /// Begins a substep in which angular momentum is to be conserved, if any.
-    pub(crate) fn note_spin(&mut self, context: &StepContext) {
+    pub(crate) fn store_spin(&mut self, context: &StepContext) {
         let settings = context.settings;
-        let asked = settings.keep_spin.get() == 1 && settings.order.get() == 1;
-        let free = asked
+        let is_enabled = settings.keep_spin.get() == 1 && settings.order.get() == 1;
+        let free = is_enabled
             && settings.method.keeps_speed().is_none()
             && is_free(self.effects, self.stitches)
             && self.particles.positions.iter().all(|x| x.w > 0.0);
         let particles = &mut *self.particles;
-        particles.spin = free.then(|| Motion::of(mote(particles), particles.len()).angular);
+        particles.spin =
+            free.then(|| Motion::of(particle_state(particles), particles.len()).angular);
     }
 
     /// Ends the substep: restores the lost angular momentum.
@@ -44,8 +45,8 @@ impl Stepper<'_> {
         let Some(before) = particles.spin.take() else {
             return;
         };
-        let motion = Motion::of(mote(particles), particles.len());
-        let turn = motion.turn_to(before);
+        let motion = Motion::of(particle_state(particles), particles.len());
+        let turn = motion.rotation_to(before);
         for i in 0..particles.len() {
             let arm = particles.position(i) - motion.center;
             particles.accelerate(i, turn.cross(arm));
@@ -55,15 +56,18 @@ impl Stepper<'_> {
 
 /// Whether only gravity and internal forces can act on a body that touches nothing.
 pub(crate) fn is_free(effects: &Effects, stitches: &Stitches) -> bool {
-    let held = |end: StitchEnd| matches!(end, StitchEnd::Collider { .. });
-    let stitched = stitches.all().iter().any(|it| !it.broken && held(it.to));
+    let is_collider = |end: StitchEnd| matches!(end, StitchEnd::Collider { .. });
+    let stitched = stitches
+        .all()
+        .iter()
+        .any(|it| !it.broken && is_collider(it.to));
     let mut forces = ForceKind::ALL.into_iter();
     let forced = forces.any(|kind| kind != ForceKind::Uniform && effects.has_force(kind));
     effects.grab.is_none() && !stitched && !forced
 }
 
 /// Mass [kg], position [m] and velocity [m/s] of each particle.
-pub(crate) fn mote(particles: &Particles) -> impl Fn(usize) -> (f64, DVec3, DVec3) {
+pub(crate) fn particle_state(particles: &Particles) -> impl Fn(usize) -> (f64, DVec3, DVec3) {
     |i| {
         let mass = 1.0 / f64::from(particles.positions[i].w);
         (mass, particles.position(i), particles.velocity_f64(i))
@@ -109,18 +113,19 @@ impl Motion {
         }
     }
 
-    /// Angular velocity [rad/s] that adds an angular momentum [kg·m²/s]; zero for a point.
-    pub fn turn_to(&self, angular: DVec3) -> DVec3 {
+    /// Angular velocity [rad/s] whose addition results in an angular momentum [kg·m²/s]; zero for a
+    /// point.
+    pub fn rotation_to(&self, angular: DVec3) -> DVec3 {
         self.turn(angular - self.angular)
     }
 
     /// Angular velocity of the body [rad/s].
-    pub fn velocity(&self) -> DVec3 {
+    pub fn angular_velocity(&self) -> DVec3 {
         self.turn(self.angular)
     }
 
     /// Angular momentum [kg·m²/s] of an angular velocity [rad/s].
-    pub fn momentum(&self, velocity: DVec3) -> DVec3 {
+    pub fn angular_momentum(&self, velocity: DVec3) -> DVec3 {
         self.inertia * velocity
     }
 

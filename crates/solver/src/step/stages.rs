@@ -1,8 +1,9 @@
 //! The first and the last of the three stages; the constraints between them are in
 //! [`effects`](crate::effects) and [`contact`](crate::contact).
 //!
-//! Symplectic Euler on [displacements](crate::particles): with x = p + u and the start of the substep
-//! at p + c, the method's `v += hg; p = x; x += hv`, constraints that move x, and `v = (x − p)/h` are
+//! Symplectic Euler on [displacements](crate::particles): with x = p + u and the start of the
+//! substep at p + c, the method's `v += hg; p = x; x += hv`, constraints that move x, and
+//! `v = (x − p)/h` are
 //!
 //! - first stage: u += h²g, where u = c + hv was left by the substep before;
 //! - last stage: p′ = fl(p + u), c′ = (p + u) − p′, which is exact, and u′ = c′ + (u − c), because
@@ -14,8 +15,9 @@
 //!
 //! Pinned particles (inverse mass 0) are bitwise unaffected.
 //! Sources: Müller and others, *Position Based Dynamics* (2007), algorithm 1; Macklin and others,
-//! *Small Steps in Physics Simulation* (2019), algorithm 1; Knuth, *The Art of Computer Programming*
-//! 2, theorem 4.2.2C (the rounding of a sum is a number itself, and found by two subtractions: Dekker 1971).
+//! *Small Steps in Physics Simulation* (2019), algorithm 1; Knuth, *The Art of Computer
+//! Programming* 2, theorem 4.2.2C (the rounding error of a sum is representable, and found by two
+//! subtractions: Dekker 1971).
 
 use crate::{
     lanes::{Instructions, Lanes, SimdWork},
@@ -45,15 +47,20 @@ pub fn postsolve(part: Part, h: f32, instructions: Instructions) -> Result<(), u
 ///
 /// # Errors
 /// As [`postsolve`].
-pub fn turn(part: Part, h: f32, gravity: Vec3, instructions: Instructions) -> Result<(), usize> {
+pub fn end_and_begin(
+    part: Part,
+    h: f32,
+    gravity: Vec3,
+    instructions: Instructions,
+) -> Result<(), usize> {
     check(&part, h)?;
     instructions.run(Pass::<true, true> { part, h, gravity });
     Ok(())
 }
 
-/// Before the first stage: a velocity keeps a fraction of its value after gravity [m/s²] has acted
-/// over a substep of `h` seconds.
-pub fn fade(part: Part, h: f32, gravity: Vec3, kept: f32) {
+/// Velocity damping before the first stage: keeps a fraction of the velocity after gravity [m/s²]
+/// has acted over a substep of `h` seconds.
+pub fn damp_velocity(part: Part, h: f32, gravity: Vec3, kept: f32) {
     let lost = (gravity * (h * h * (1.0 - kept))).extend(0.0);
     for (u, c) in part.displacements.iter_mut().zip(&*part.carry) {
         *u = *c + ((*u - *c) * kept - lost);
@@ -97,19 +104,19 @@ impl<const END: bool, const BEGIN: bool> SimdWork for Pass<'_, END, BEGIN> {
                 one::<END, BEGIN>(&mut p[1], &mut u[1], &mut c[1], push);
                 continue;
             }
-            let (mut moved, mut left) = (pair(simd, u), pair(simd, c));
+            let (mut moved, mut carried) = (pair(simd, u), pair(simd, c));
             if END {
-                let (place, off) = exact_sum(pair(simd, p), moved);
-                *p = unpair(simd, place);
-                let (next, lost) = exact_sum(moved, off - left);
-                (moved, left) = (next, off - lost);
+                let (position, error) = exact_sum(pair(simd, p), moved);
+                *p = unpair(simd, position);
+                let (next, lost) = exact_sum(moved, error - carried);
+                (moved, carried) = (next, error - lost);
             }
             if BEGIN {
                 let (next, lost) = exact_sum(moved, push_pair);
-                (moved, left) = (next, left - lost);
+                (moved, carried) = (next, carried - lost);
             }
             *u = unpair(simd, moved);
-            *c = unpair(simd, left);
+            *c = unpair(simd, carried);
         }
         for ((p, u), c) in last_position
             .iter_mut()
@@ -128,9 +135,9 @@ fn one<const END: bool, const BEGIN: bool>(p: &mut Vec4, u: &mut Vec4, c: &mut V
         return;
     }
     if END {
-        let (place, off) = exact_sum(*p, *u);
-        let (next, lost) = exact_sum(*u, off - *c);
-        (*p, *u, *c) = (place, next, off - lost);
+        let (position, error) = exact_sum(*p, *u);
+        let (next, lost) = exact_sum(*u, error - *c);
+        (*p, *u, *c) = (position, next, error - lost);
     }
     if BEGIN {
         let (next, lost) = exact_sum(*u, push);

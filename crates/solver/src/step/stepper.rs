@@ -53,5 +53,5 @@ pub struct StepContext<'a> {
 /// Observes each piece of work, for timing: the solver has no clock.
 pub trait Watch: fmt::Debug + Sync {
     /// Performs `work`, a part of `stage`, on the calling thread.
-    fn see(&self, stage: Stage, work: &mut dyn FnMut());
+    fn observe(&self, stage: Stage, work: &mut dyn FnMut());
 }

@@ -12,8 +12,8 @@
 //!   contacts: bounce
 //! ```
 //!
-//! A body without contact goes through the same operations as one that is stepped by itself, with
-//! the same bits.
+//! A body without contact goes through the same operations as one that is stepped by itself: the
+//! results are bitwise equal.
 
 use super::{
     advance::{NotFinite, Stage, StepContext, Stepper},
@@ -22,17 +22,17 @@ use super::{
 };
 use crate::{
     Contacts, Effects, ForceKind, Threads, Topology, WorkEstimate,
-    contact::pairs::{Between, Tangible},
+    contact::pairs::{Between, ContactPart, Tangible},
     effects::body_kinds::BodyEffectKind,
-    ledger::{EnergyTracker, Ledger},
+    ledger::{Cause, EnergyTracker, Ledger},
     measure,
 };
 use glam::DVec3;
 use std::ops::Range;
 
-/// A body in a group.
+/// A body of a group that is stepped together.
 #[derive(Debug)]
-pub struct Companion<'a> {
+pub struct GroupedBody<'a> {
     /// The body.
     pub body: Stepper<'a>,
     /// Whether it is stepped; a sleeping one is only an obstacle.
@@ -44,7 +44,7 @@ pub struct Companion<'a> {
     is_near: bool,
 }
 
-impl<'a> Companion<'a> {
+impl<'a> GroupedBody<'a> {
     /// For a body that is stepped or not.
     #[must_use]
     pub fn new(body: Stepper<'a>, is_stepped: bool) -> Self {
@@ -74,7 +74,7 @@ impl<'a> Companion<'a> {
     }
 }
 
-impl Tangible for Companion<'_> {
+impl Tangible for GroupedBody<'_> {
     fn topology(&self) -> &Topology {
         self.body.topology
     }
@@ -135,11 +135,14 @@ impl Tangible for Companion<'_> {
     }
 }
 
-/// Whether bodies have to be stepped together, given their effects and whether they are stepped at
-/// all: two with contact between bodies, one with self-contact, a rigid one, or one that collides in
-/// a world where a collider is a mesh.
+/// Whether bodies must be stepped together, given their effects and whether they are stepped: two
+/// with contact between bodies, one with self-contact, a rigid one, or one that collides in a world
+/// where a collider is a mesh.
 #[must_use]
-pub fn are_needed<'a>(bodies: impl Iterator<Item = (&'a Effects, bool)>, has_meshes: bool) -> bool {
+pub fn must_step_together<'a>(
+    bodies: impl Iterator<Item = (&'a Effects, bool)>,
+    has_meshes: bool,
+) -> bool {
     let (mut others, mut is_any_stepped) = (0, false);
     let (mut touches_itself, mut touches_meshes, mut is_any_rigid) = (false, false, false);
     for (effects, is_stepped) in bodies {
@@ -155,7 +158,7 @@ pub fn are_needed<'a>(bodies: impl Iterator<Item = (&'a Effects, bool)>, has_mes
 /// Performs some substeps of a tick. A failed body keeps its state, and the others continue without
 /// it. Tracks energy if `tracked`.
 pub fn advance(
-    bodies: &mut [Companion],
+    bodies: &mut [GroupedBody],
     contacts: &mut Contacts,
     substeps: Range<u32>,
     tracked: bool,
@@ -177,7 +180,7 @@ pub fn advance(
                 solve(bodies, contacts, Stage::Contact, context);
                 solve(bodies, contacts, Stage::SelfContact, context);
                 each(bodies, context, |it, context| {
-                    meet_rigid(it, &step, iteration, context);
+                    solve_ground_and_colliders(it, &step, iteration, context);
                 });
                 solve(bodies, contacts, COLLIDE, context);
             }
@@ -189,26 +192,26 @@ pub fn advance(
 /// Begins a substep separately, as [`advance`] does: finds near candidates, and performs the steps
 /// before forces.
 pub fn begin(
-    bodies: &mut [Companion],
+    bodies: &mut [GroupedBody],
     contacts: &mut Contacts,
     step: &Substep,
     context: &StepContext,
 ) {
-    find(bodies, contacts, step, context);
+    find_near(bodies, contacts, step, context);
     each(bodies, context, |it, context| {
-        it.body.draw_where_damaged(step, context);
-        it.body.begin_drawn(step, context, it.is_near);
+        it.body.begin_repair(step, context);
+        it.body.begin_after_repair(step, context, it.is_near);
     });
 }
 
 /// Everything up to the first iteration.
 fn predict(
-    bodies: &mut [Companion],
+    bodies: &mut [GroupedBody],
     contacts: &mut Contacts,
     step: &Substep,
     context: &StepContext,
 ) {
-    find(bodies, contacts, step, context);
+    find_near(bodies, contacts, step, context);
     each(bodies, context, |it, context| {
         let is_near = it.is_near;
         it.work(|body, tracker| {
@@ -216,8 +219,8 @@ fn predict(
                 tracker.draw(body, step, context);
                 return tracker.predict(body, step, context, is_near);
             }
-            body.draw_where_damaged(step, context);
-            body.begin_drawn(step, context, is_near);
+            body.begin_repair(step, context);
+            body.begin_after_repair(step, context, is_near);
             let forces = ForceKind::ALL.map(|kind| (Stage::Force(kind), 0));
             let first = std::iter::once(Stage::Presolve).chain(Stage::prediction());
             let stages = forces.into_iter().chain(first.map(|stage| (stage, 0)));
@@ -228,17 +231,19 @@ fn predict(
 
 /// Steps after the last iteration.
 fn finish(
-    bodies: &mut [Companion],
+    bodies: &mut [GroupedBody],
     contacts: &mut Contacts,
     step: &Substep,
     context: &StepContext,
 ) {
-    cut(bodies, contacts, step, context);
+    truncate(bodies, contacts, step, context);
     if bodies.iter().any(|it| it.tracker.is_some()) {
-        let rubbed: Vec<_> = contacts.rubbed(bodies).collect();
-        for (body, particle, way) in rubbed {
-            if let Some(tracker) = &mut bodies[body].tracker {
-                tracker.credit_friction(particle, way);
+        for part in ContactPart::ALL {
+            let displacements: Vec<_> = contacts.part(part, bodies).collect();
+            for (body, particle, displacement) in displacements {
+                if let Some(tracker) = &mut bodies[body].tracker {
+                    tracker.credit_part(part, particle, displacement);
+                }
             }
         }
     }
@@ -259,7 +264,25 @@ fn finish(
             *ledger += gained;
         }
     });
-    let kinetic = |it: &Companion| match it.tracker {
+    kinetic_change(
+        bodies,
+        |bodies| contacts.return_momentum(bodies),
+        |ledger| &mut ledger.truncation,
+    );
+    kinetic_change(
+        bodies,
+        |bodies| contacts.end(bodies, step),
+        |ledger| &mut ledger.contact,
+    );
+}
+
+/// Changes velocities, and adds the change of kinetic energy of tracked bodies to a row.
+fn kinetic_change(
+    bodies: &mut [GroupedBody],
+    change: impl FnOnce(&mut [GroupedBody]),
+    row: impl Fn(&mut Ledger) -> &mut f64,
+) {
+    let kinetic = |it: &GroupedBody| match it.tracker {
         Some(_) => measure::kinetic_energy(it.body.particles),
         None => 0.0,
     };
@@ -267,17 +290,17 @@ fn finish(
         true => bodies.iter().map(kinetic).collect(),
         false => Vec::new(),
     };
-    end(bodies, contacts, step);
+    change(bodies);
     for (it, before) in bodies.iter_mut().zip(before) {
         let gained = kinetic(it) - before;
         if let Ok(ledger) = &mut it.result {
-            ledger.contact += gained;
+            *row(ledger) += gained;
         }
     }
 }
 
 /// The constraints of an iteration.
-fn iterate(it: &mut Companion, step: &Substep, iteration: u32, context: &StepContext) {
+fn iterate(it: &mut GroupedBody, step: &Substep, iteration: u32, context: &StepContext) {
     it.work(|body, tracker| {
         let solve = Solve::of(body.effects, !body.stitches.is_empty(), step.method);
         if let Some(tracker) = tracker {
@@ -294,7 +317,12 @@ fn iterate(it: &mut Companion, step: &Substep, iteration: u32, context: &StepCon
 }
 
 /// Ground and collider passes after an iteration.
-fn meet_rigid(it: &mut Companion, step: &Substep, iteration: u32, context: &StepContext) {
+fn solve_ground_and_colliders(
+    it: &mut GroupedBody,
+    step: &Substep,
+    iteration: u32,
+    context: &StepContext,
+) {
     it.work(|body, tracker| {
         let solve = Solve::of(body.effects, !body.stitches.is_empty(), step.method);
         if let Some(tracker) = tracker {
@@ -311,13 +339,18 @@ fn meet_rigid(it: &mut Companion, step: &Substep, iteration: u32, context: &Step
 }
 
 /// Finds near candidates, before anything moves: repair moves particles too.
-fn find(bodies: &mut [Companion], contacts: &mut Contacts, step: &Substep, context: &StepContext) {
-    watched(context, Stage::Contact, || {
+fn find_near(
+    bodies: &mut [GroupedBody],
+    contacts: &mut Contacts,
+    step: &Substep,
+    context: &StepContext,
+) {
+    timed(context, Stage::Contact, || {
         contacts.begin(bodies, context.swept.of(step.index), step, context.threads)
     });
-    let looks_back = context.settings.order.get() > 1;
+    let is_second_order = context.settings.order.get() > 1;
     for (place, it) in bodies.iter_mut().enumerate() {
-        it.is_near = looks_back && contacts.is_near(place);
+        it.is_near = is_second_order && contacts.is_near(place);
     }
 }
 
@@ -327,7 +360,7 @@ pub const COLLIDE: Stage = Stage::Body(BodyEffectKind::Collide);
 /// A pass over contacts of one kind: [`Stage::Contact`], [`Stage::SelfContact`], or [`COLLIDE`] for
 /// colliders that are meshes.
 pub fn solve(
-    bodies: &mut [Companion],
+    bodies: &mut [GroupedBody],
     contacts: &mut Contacts,
     stage: Stage,
     context: &StepContext,
@@ -337,56 +370,63 @@ pub fn solve(
         COLLIDE => Between::Colliders,
         _ => Between::Bodies,
     };
-    watched(context, stage, || contacts.solve(bodies, between));
-    credit(bodies);
+    if between == Between::Bodies {
+        timed(context, stage, || contacts.separate(bodies));
+        credit(bodies, Cause::Recovery);
+    }
+    timed(context, stage, || contacts.solve(bodies, between));
+    credit(bodies, Cause::Contact);
 }
 
 /// Truncates motion that would let surfaces cross, before the last stage.
-pub fn cut(
-    bodies: &mut [Companion],
+pub fn truncate(
+    bodies: &mut [GroupedBody],
     contacts: &mut Contacts,
     step: &Substep,
     context: &StepContext,
 ) {
-    watched(context, Stage::Contact, || {
+    timed(context, Stage::Contact, || {
         contacts.truncate(bodies, step, context.threads)
     });
-    credit(bodies);
+    credit(bodies, Cause::Truncation);
 }
 
-/// Ends a substep, after the last stage: applies restitution.
-pub fn end(bodies: &mut [Companion], contacts: &mut Contacts, step: &Substep) {
+/// Ends a substep, after the last stage: returns the momentum that truncation has taken, and applies
+/// restitution.
+pub fn end(bodies: &mut [GroupedBody], contacts: &mut Contacts, step: &Substep) {
+    contacts.return_momentum(bodies);
     contacts.end(bodies, step);
 }
 
-fn credit(bodies: &mut [Companion]) {
+fn credit(bodies: &mut [GroupedBody], cause: Cause) {
     for it in bodies {
         if let Some(tracker) = &mut it.tracker {
-            tracker.credit_contact(&it.body);
+            tracker.credit(it.body.particles, cause);
         }
     }
 }
 
-fn watched(context: &StepContext, stage: Stage, mut work: impl FnMut()) {
+fn timed(context: &StepContext, stage: Stage, mut work: impl FnMut()) {
     match context.watch {
-        Some(watch) => watch.see(stage, &mut work),
+        Some(watch) => watch.observe(stage, &mut work),
         None => work(),
     }
 }
 
 /// Performs a part of a substep for every body that is stepped, on all threads.
 pub fn each(
-    bodies: &mut [Companion],
+    bodies: &mut [GroupedBody],
     context: &StepContext,
-    work: impl Fn(&mut Companion, &StepContext) + Sync,
+    work: impl Fn(&mut GroupedBody, &StepContext) + Sync,
 ) {
-    let load = |it: &Companion| match it.is_active() {
+    let estimate = |it: &GroupedBody| match it.is_active() {
         true => it.body.effects.load(it.body.topology, 1),
         false => WorkEstimate::default(),
     };
-    context
-        .threads
-        .for_each(bodies, load, &|it: &mut Companion, threads: &Threads| {
+    context.threads.for_each(
+        bodies,
+        estimate,
+        &|it: &mut GroupedBody, threads: &Threads| {
             if it.is_active() {
                 work(
                     it,
@@ -396,5 +436,6 @@ pub fn each(
                     },
                 );
             }
-        });
+        },
+    );
 }

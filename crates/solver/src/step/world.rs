@@ -2,8 +2,8 @@
 //! it.
 
 use super::{
-    body::{CONTACT, freeze},
-    together::{self, Companion, are_needed},
+    body::{CONTACT, restore_at_rest},
+    together::{self, GroupedBody, must_step_together},
 };
 use crate::{
     Body, Collider, Contacts, Settings, Threads, WorkEstimate,
@@ -67,13 +67,13 @@ impl World {
             watch: None,
         };
         for body in bodies.iter_mut().filter(|body| body.asleep) {
-            if wakes(body, swept.whole()) {
+            if wakes(body, swept.whole_tick()) {
                 body.wake();
             }
         }
         let has_meshes = swept.has_meshes();
         let all = bodies.iter().map(|body| (&body.effects, body.is_active()));
-        let together = are_needed(all, has_meshes);
+        let together = must_step_together(all, has_meshes);
         let is_alone = |body: &Body| {
             body.is_active() && !(together && body.effects.touches_surfaces(has_meshes))
         };
@@ -88,14 +88,14 @@ impl World {
         };
         let iterations =
             settings.substeps.get() as usize * settings.substep(0).total_iterations() as usize;
-        let load = |body: &Body| match is_alone(body) {
+        let estimate = |body: &Body| match is_alone(body) {
             true => body.effects.load(&body.topology, iterations),
             false => WorkEstimate::default(),
         };
-        threads.for_each(bodies, load, &step);
+        threads.for_each(bodies, estimate, &step);
         if together {
             advance_together(bodies, contacts, &context);
-            rest_together(bodies, contacts, &context, sleep);
+            end_tick_together(bodies, contacts, &context, sleep);
         } else {
             contacts.clear();
         }
@@ -134,23 +134,23 @@ impl World {
 fn advance_together(bodies: &mut [Body], contacts: &mut Contacts, context: &StepContext) {
     let substeps = 0..context.settings.substeps.get();
     let has_meshes = context.swept.has_meshes();
-    let mut all = companions(bodies, has_meshes);
-    together::advance(&mut all, contacts, substeps, false, context);
-    let results: Vec<_> = all.into_iter().map(|it| it.result).collect();
+    let mut group = group(bodies, has_meshes);
+    together::advance(&mut group, contacts, substeps, false, context);
+    let results: Vec<_> = group.into_iter().map(|it| it.result).collect();
     let touching = bodies
         .iter_mut()
         .filter(|body| body.effects.touches_surfaces(has_meshes));
     for (body, result) in touching.zip(results) {
         if let Err(error) = result {
             body.quarantine = Some(body.find_cause(error, CONTACT, context));
-            freeze(&mut body.particles, &body.tick_start.positions);
+            restore_at_rest(&mut body.particles, &body.tick_start.positions);
         }
     }
 }
 
 /// Ends a tick of the bodies with contact: those that touch each other fall asleep and wake
 /// together.
-fn rest_together(
+fn end_tick_together(
     bodies: &mut [Body],
     contacts: &Contacts,
     context: &StepContext,
@@ -179,14 +179,14 @@ fn rest_together(
 }
 
 /// The bodies with contact.
-fn companions(bodies: &mut [Body], has_meshes: bool) -> Vec<Companion<'_>> {
+fn group(bodies: &mut [Body], has_meshes: bool) -> Vec<GroupedBody<'_>> {
     let touching = bodies
         .iter_mut()
         .filter(|body| body.effects.touches_surfaces(has_meshes));
     touching
         .map(|body| {
             let is_active = body.is_active();
-            Companion::new(body.stepper(), is_active)
+            GroupedBody::new(body.stepper(), is_active)
         })
         .collect()
 }

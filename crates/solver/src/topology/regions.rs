@@ -17,7 +17,7 @@ pub struct Regions {
     /// Particles of all regions, ascending within a region.
     members: Vec<u32>,
     /// One over the number of regions of each particle; 0 without any.
-    shares: Vec<f64>,
+    weights: Vec<f64>,
 }
 
 impl Regions {
@@ -47,14 +47,14 @@ impl Regions {
         for &member in &regions.members {
             counts[member as usize] += 1;
         }
-        let share = |count: u32| {
+        let weight = |count: u32| {
             if count > 0 {
                 1.0 / f64::from(count)
             } else {
                 0.0
             }
         };
-        regions.shares = counts.into_iter().map(share).collect();
+        regions.weights = counts.into_iter().map(weight).collect();
         regions
     }
 
@@ -81,8 +81,8 @@ impl Regions {
 
     /// One over the number of regions of each particle; 0 without any.
     #[must_use]
-    pub fn shares(&self) -> &[f64] {
-        &self.shares
+    pub fn weights(&self) -> &[f64] {
+        &self.weights
     }
 
     /// Memory use in bytes.
@@ -90,7 +90,7 @@ impl Regions {
     pub fn bytes(&self) -> usize {
         size_of_val(&self.starts[..])
             + size_of_val(&self.members[..])
-            + size_of_val(&self.shares[..])
+            + size_of_val(&self.weights[..])
     }
 }
 

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use bevy::prelude::*;
 
 use crate::{
-    mesh::{BuildOptions, FileMesh, MeshError, Primitive, SoftMesh, Treatment, asset, build, read},
+    mesh::{BuildOptions, FileMesh, MeshError, Primitive, SoftMesh, Treatment, build, read},
     sandbox::{panel::Addition, ui::message::capitalised},
+    scene::asset,
 };
 
 /// Longest side of a mesh without a plausible size of its own [m].

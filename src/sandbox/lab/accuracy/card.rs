@@ -27,7 +27,7 @@ pub struct Card {
     /// Current substeps and iterations of the scene.
     pub here: (u32, u32),
     /// Completed fraction, 0 to 1, while a measurement runs.
-    pub share: Option<f32>,
+    pub progress: Option<f32>,
     /// Result of the last search or the last error, and whether it is a failure.
     pub said: Option<(String, bool)>,
     /// Relative uncertainty of the reference.
@@ -116,7 +116,7 @@ fn head(ui: &mut Ui, card: &Card, answer: &mut Answer) {
             if close.on_hover_text("Close (A)").clicked() {
                 answer.commands.push(AccuracyCommand::Toggle);
             }
-            let (text, command) = match card.share {
+            let (text, command) = match card.progress {
                 Some(_) => ("Stop", AccuracyCommand::Stop),
                 None => ("Measure", AccuracyCommand::Measure),
             };
@@ -130,7 +130,7 @@ fn head(ui: &mut Ui, card: &Card, answer: &mut Answer) {
             if button.clicked() {
                 answer.commands.push(command);
             }
-            if let Some(fraction) = card.share {
+            if let Some(fraction) = card.progress {
                 ui.add(
                     ProgressBar::new(fraction)
                         .desired_height(6.0)
@@ -161,7 +161,7 @@ fn line(card: &Card, near: Option<Dot>) -> String {
     match (near, here) {
         (Some(dot), _) => format!("{} Click to use it.", words(&dot)),
         (None, Some(dot)) => words(dot),
-        (None, None) if card.dots.is_empty() && card.share.is_none() => {
+        (None, None) if card.dots.is_empty() && card.progress.is_none() => {
             "Not measured yet.".to_owned()
         }
         (None, None) if card.dots.is_empty() => "Computing the reference solution…".to_owned(),
@@ -230,7 +230,13 @@ fn goals(ui: &mut Ui, card: &Card, answer: &mut Answer) {
             .places
             .note("accuracy.milliseconds", &field, ui.clip_rect());
         let goal = Goal::Milliseconds(goals.milliseconds);
-        pick(ui, answer, "accuracy.reach_ms", goal, card.share.is_none());
+        pick(
+            ui,
+            answer,
+            "accuracy.reach_ms",
+            goal,
+            card.progress.is_none(),
+        );
         ui.label("or");
         let field = DragValue::new(&mut goals.percent)
             .range(0.001..=100.0)
@@ -246,7 +252,7 @@ fn goals(ui: &mut Ui, card: &Card, answer: &mut Answer) {
             answer,
             "accuracy.reach_error",
             goal,
-            card.share.is_none(),
+            card.progress.is_none(),
         );
     });
     if goals != card.goals {

@@ -47,7 +47,7 @@ pub fn measure(world: World, task: Task) -> io::Result<Worker<News>> {
     Worker::start("what accuracy costs", move |reporter| {
         let tell = |news: ProbeNews| {
             let news = match news {
-                ProbeNews::Share(fraction) => News::Progress(fraction as f32),
+                ProbeNews::Progress(fraction) => News::Progress(fraction as f32),
                 ProbeNews::Point(point) => News::Point(point),
             };
             match reporter.tell(news) {

@@ -259,7 +259,7 @@ fn card(world: &mut World) -> Result {
     let model = Card {
         dots: accuracy.dots.clone(),
         here: (settings.substeps.get(), settings.iterations.get()),
-        share: accuracy.worker.is_some().then_some(accuracy.progress),
+        progress: accuracy.worker.is_some().then_some(accuracy.progress),
         said: accuracy.said.clone(),
         uncertainty: accuracy.uncertainty,
         goals: accuracy.goals,

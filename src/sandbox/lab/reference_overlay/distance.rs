@@ -14,9 +14,9 @@ pub struct Distance {
     /// Maximum [m].
     pub largest: f64,
     /// Root mean square of the distance relative to the size of the body.
-    pub rms_share: f64,
+    pub rms_fraction: f64,
     /// Maximum of the distance relative to the size of the body.
-    pub largest_share: f64,
+    pub largest_fraction: f64,
 }
 
 /// Accumulates a [`Distance`] particle by particle.
@@ -29,11 +29,11 @@ pub struct Sum {
 impl Sum {
     /// Adds the distance of a particle [m] for a body of the given size [m].
     pub fn add(&mut self, distance: f64, size: f64) {
-        let share = distance / size.max(f64::MIN_POSITIVE);
+        let fraction = distance / size.max(f64::MIN_POSITIVE);
         self.all.rms += distance * distance;
-        self.all.rms_share += share * share;
+        self.all.rms_fraction += fraction * fraction;
         self.all.largest = self.all.largest.max(distance);
-        self.all.largest_share = self.all.largest_share.max(share);
+        self.all.largest_fraction = self.all.largest_fraction.max(fraction);
         self.count += 1;
     }
 
@@ -43,7 +43,7 @@ impl Sum {
         let mean = |sum: f64| (sum / self.count.max(1) as f64).sqrt();
         Distance {
             rms: mean(self.all.rms),
-            rms_share: mean(self.all.rms_share),
+            rms_fraction: mean(self.all.rms_fraction),
             ..self.all
         }
     }
@@ -92,8 +92,8 @@ mod tests {
         let distance = sum.distance();
         // √((9 + 16)/2) and √((9 + 4)/2).
         assert!((distance.rms - 12.5_f64.sqrt()).abs() < 1e-15);
-        assert!((distance.rms_share - 6.5_f64.sqrt()).abs() < 1e-15);
-        assert_eq!((distance.largest, distance.largest_share), (4.0, 3.0));
+        assert!((distance.rms_fraction - 6.5_f64.sqrt()).abs() < 1e-15);
+        assert_eq!((distance.largest, distance.largest_fraction), (4.0, 3.0));
         assert_eq!(Sum::default().distance(), Distance::default());
     }
 

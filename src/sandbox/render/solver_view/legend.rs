@@ -32,7 +32,7 @@ pub fn sentence(view: SolverView, summary: &Summary) -> String {
         SolverView::Lanes => format!(
             "Blocks of {WIDTH} constraints are solved together, one SIMD lane each. Lanes in use: {}.",
             kinds(summary, |filling| {
-                let fraction = filling.share().unwrap_or_default();
+                let fraction = filling.fraction().unwrap_or_default();
                 format!("{:.0} %", fraction * 100.0)
             }),
         ),

@@ -168,7 +168,7 @@ impl Summary {
 impl Filling {
     /// Fraction of the lanes that are used, 0 to 1; `None` without constraints.
     #[must_use]
-    pub fn share(self) -> Option<f64> {
+    pub fn fraction(self) -> Option<f64> {
         (self.lanes > 0).then(|| self.constraints as f64 / self.lanes as f64)
     }
 

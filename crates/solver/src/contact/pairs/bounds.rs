@@ -21,10 +21,10 @@ impl Ball {
     };
 
     /// Bounds a straight motion, enlarged by `more` [m].
-    pub fn around(from: DVec3, way: DVec3, more: f32) -> Self {
+    pub fn around(from: DVec3, displacement: DVec3, more: f32) -> Self {
         Self {
-            center: (from + way * 0.5).as_vec3a(),
-            radius: 0.5 * way.length() as f32 + more,
+            center: (from + displacement * 0.5).as_vec3a(),
+            radius: 0.5 * displacement.length() as f32 + more,
         }
     }
 
@@ -235,30 +235,30 @@ pub struct Grid {
 impl Grid {
     /// Sorts boxes into cells for queries with boxes of about this size [m].
     pub fn fill(&mut self, boxes: &[Bounds], query: f32) {
-        let mut whole = Bounds::EMPTY;
+        let mut centers = Bounds::EMPTY;
         let mut extent = 0.0;
         self.reach = Vec3A::ZERO;
         for each in boxes {
             let center = each.center();
-            whole = whole.with(Bounds::around(center, center));
+            centers = centers.with(Bounds::around(center, center));
             self.reach = self.reach.max(each.half());
             extent += f64::from(each.half().max_element());
         }
         if boxes.is_empty() {
-            whole = Bounds::around(Vec3A::ZERO, Vec3A::ZERO);
+            centers = Bounds::around(Vec3A::ZERO, Vec3A::ZERO);
         }
         let mean = (2.0 * extent / boxes.len().max(1) as f64) as f32;
-        let size = whole.high - whole.low;
+        let size = centers.high - centers.low;
         let mut cell = (mean + query).max(size.max_element() * 1e-3);
-        let most = (boxes.len() as u32 * CELLS).max(64);
+        let max_cells = (boxes.len() as u32 * CELLS).max(64);
         let count = |cell: f32| {
             let along = |length: f32| (length / cell) as u32 + 1;
             UVec3::new(along(size.x), along(size.y), along(size.z))
         };
-        while cell > 0.0 && count(cell).element_product() > most {
+        while cell > 0.0 && count(cell).element_product() > max_cells {
             cell *= 1.25;
         }
-        self.low = whole.low;
+        self.low = centers.low;
         (self.count, self.per_length) = if cell > 0.0 {
             (count(cell), Vec3A::splat(1.0 / cell))
         } else {

@@ -22,8 +22,8 @@ impl Kind {
         }
     }
 
-    /// Weights of the corners, Σ = 0: the closest point of the first primitive minus that of the second is the
-    /// weighted sum of the corners [m].
+    /// Weights of the corners, Σ = 0: the closest point of the first primitive minus that of the
+    /// second is the weighted sum of the corners [m].
     pub fn weights(self, x: [DVec3; 4]) -> [f64; 4] {
         match self {
             Self::VertexTriangle => {
@@ -81,8 +81,8 @@ fn on_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
         let w = along / (along + back);
         return [0.0, 1.0 - w, w];
     }
-    let whole = va + vb + vc;
-    let (v, w) = (vb / whole, vc / whole);
+    let sum = va + vb + vc;
+    let (v, w) = (vb / sum, vc / sum);
     [1.0 - v - w, v, w]
 }
 

@@ -6,7 +6,7 @@ use super::{
     manifold::Manifolds,
     params::{PairParams, Params},
     rigid::Rigid,
-    row::{Active, ContactForce, ContactRow, NOWHERE},
+    row::{Active, ContactForce, ContactPart, ContactRow, NO_INDEX},
     tangible::Tangible,
     tangle::Tangle,
     truncate::Truncation,
@@ -86,8 +86,7 @@ pub struct Contacts {
     pub(super) rigids: Vec<Rigid>,
     pub(super) manifolds: Manifolds,
     pub(super) tangles: Vec<Tangle>,
-    /// Whether nothing crossed when it was last looked for, and nothing has moved since but as
-    /// stepped.
+    /// Whether the last check found no crossing, and nothing has moved since except as stepped.
     pub(super) is_untangled: bool,
     /// Index of each vertex among the active ones.
     pub(super) places: Vec<u32>,
@@ -106,8 +105,8 @@ pub struct Contacts {
 /// Passes over the contacts of rigid bodies in both directions, after the first.
 const RIGID_PASSES: usize = 8;
 
-/// A particle that is farther than this fraction of the thickness from where it was stepped to has
-/// been moved otherwise.
+/// A particle that deviates by more than this fraction of the thickness from its stepped position
+/// was moved externally.
 const MOVED: f32 = 0.01;
 
 /// Number of kinds of contact.
@@ -124,7 +123,7 @@ pub(super) enum Owner {
 #[derive(Debug)]
 pub(super) struct Member {
     pub(super) owner: Owner,
-    /// Index of its body among the rigid ones; [`NOWHERE`] for others.
+    /// Index of its body among the rigid ones; [`NO_INDEX`] for others.
     pub(super) rigid: u32,
     pub(super) surface: Arc<Surface>,
     /// Index of its first surface vertex.
@@ -213,15 +212,15 @@ impl Member {
             vertex,
             body: match self.owner {
                 Owner::Body(body) => body as u32,
-                Owner::Collider(_) => NOWHERE,
+                Owner::Collider(_) => NO_INDEX,
             },
             rigid: self.rigid,
             particle: self.surface.vertices[vertex as usize - self.first],
-            inverse_mass: if self.rigid == NOWHERE { weight } else { 0.0 },
+            inverse_mass: if self.rigid == NO_INDEX { weight } else { 0.0 },
             start,
             now: start,
             motion: end - start,
-            rubbed: DVec3::ZERO,
+            parts: [DVec3::ZERO; 2],
         }
     }
 
@@ -332,7 +331,7 @@ impl Contacts {
         threads: &Threads,
     ) {
         self.h = step.h.into();
-        self.join(bodies, colliders);
+        self.register(bodies, colliders);
         self.predict(bodies, colliders, step);
         self.enclose_or_detect(HORIZON, step.count, threads);
         self.find_tangles(bodies);
@@ -350,10 +349,6 @@ impl Contacts {
     /// One pass over the contacts of one kind, after an iteration.
     pub(crate) fn solve(&mut self, bodies: &mut [impl Tangible], between: Between) {
         // Without contacts, the shape of a rigid body is restored once.
-        let parts = between == Between::Bodies && !self.tangles.is_empty();
-        if parts {
-            self.part(bodies);
-        }
         let restores = between == Between::Bodies && !self.rigids.is_empty();
         if self.rows[between as usize].is_empty() && !restores {
             return;
@@ -383,12 +378,12 @@ impl Contacts {
                 rigid.for_each(|row| row.solve(active, rigids));
             }
         }
-        self.give_back(bodies);
+        self.write_back(bodies);
         self.end_pass(bodies);
     }
 
     /// Copies the positions of the active particles back to the bodies.
-    fn give_back(&self, bodies: &mut [impl Tangible]) {
+    fn write_back(&self, bodies: &mut [impl Tangible]) {
         for it in &self.active {
             let Some(body) = bodies.get_mut(it.body as usize) else {
                 continue;
@@ -426,8 +421,7 @@ impl Contacts {
 
     /// Ends a substep, after the last stage: applies restitution and records which bodies touch.
     pub(crate) fn end(&mut self, bodies: &mut [impl Tangible], step: &Substep) {
-        self.return_momentum(bodies);
-        self.note_touching();
+        self.update_touching();
         let rows = || self.rows.iter().flatten();
         self.counts.near = rows().count();
         self.counts.acting = rows().filter(|row| row.acts()).count();
@@ -451,7 +445,7 @@ impl Contacts {
                 row.bounce(slowest, &mut self.active, &mut self.rigids);
             }
         }
-        let soft = self.active.iter().filter(|it| it.rigid == NOWHERE);
+        let soft = self.active.iter().filter(|it| it.rigid == NO_INDEX);
         for it in soft {
             let Some(body) = bodies.get_mut(it.body as usize) else {
                 continue;
@@ -469,21 +463,28 @@ impl Contacts {
         self.active.iter().any(|it| it.body as usize == body)
     }
 
-    /// Displacements by friction in the substep [m]: body, particle, displacement.
-    pub(crate) fn rubbed<'a, T: Tangible>(
+    /// A part of the displacements in the substep [m]: body, particle, displacement.
+    pub(crate) fn part<'a, T: Tangible>(
         &'a self,
+        part: ContactPart,
         bodies: &'a [T],
     ) -> impl Iterator<Item = (usize, usize, DVec3)> + use<'a, T> {
-        let of_bodies = self.active.iter().filter(|it| it.body != NOWHERE);
-        let particles = of_bodies.map(|it| (it.body as usize, it.particle as usize, it.rubbed));
+        let of_bodies = self.active.iter().filter(|it| it.body != NO_INDEX);
+        let particles = of_bodies.map(move |it| {
+            (
+                it.body as usize,
+                it.particle as usize,
+                it.parts[part as usize],
+            )
+        });
         particles.chain(
             self.rigids
                 .iter()
-                .flat_map(|it| it.rubbed(&bodies[it.body])),
+                .flat_map(move |it| it.part(part, &bodies[it.body])),
         )
     }
 
-    fn note_touching(&mut self) {
+    fn update_touching(&mut self) {
         self.touching.clear();
         let active = &self.active;
         let touching = self.rows[Between::Bodies as usize].iter();
@@ -497,7 +498,7 @@ impl Contacts {
     }
 
     /// Registers the surfaces with contact, if they have changed.
-    fn join(&mut self, bodies: &[impl Tangible], colliders: &[SweptCollider]) {
+    fn register(&mut self, bodies: &[impl Tangible], colliders: &[SweptCollider]) {
         let meshes = || {
             let each = colliders.iter().enumerate();
             each.filter_map(|(place, it)| Some((place, it, it.shape.mesh()?)))
@@ -505,10 +506,10 @@ impl Contacts {
         let has_meshes = meshes().next().is_some();
         let of_bodies = || {
             let each = bodies.iter().enumerate();
-            let joins = each.filter(|(_, body)| {
+            let with_contact = each.filter(|(_, body)| {
                 body.takes_part() && body.effects().touches_surfaces(has_meshes)
             });
-            joins.map(|(place, body)| Joining {
+            with_contact.map(|(place, body)| NewMember {
                 owner: Owner::Body(place),
                 surface: body.topology().surface(),
                 params: params(body, has_meshes),
@@ -517,7 +518,7 @@ impl Contacts {
             })
         };
         let of_colliders = || {
-            meshes().map(|(place, swept, mesh)| Joining {
+            meshes().map(|(place, swept, mesh)| NewMember {
                 owner: Owner::Collider(place),
                 surface: mesh.surface(),
                 params: [None, None, Some(Params::of_collider())],
@@ -527,12 +528,12 @@ impl Contacts {
         };
         let all = || of_bodies().chain(of_colliders());
         let known = self.members.len() == all().count()
-            && self.members.iter().zip(all()).all(|(member, joining)| {
-                member.owner == joining.owner
-                    && (member.rigid != NOWHERE) == joining.is_rigid
-                    && member.is_stepped == joining.is_stepped
-                    && member.params == joining.params
-                    && Arc::ptr_eq(&member.surface, joining.surface)
+            && self.members.iter().zip(all()).all(|(member, new)| {
+                member.owner == new.owner
+                    && (member.rigid != NO_INDEX) == new.is_rigid
+                    && member.is_stepped == new.is_stepped
+                    && member.params == new.params
+                    && Arc::ptr_eq(&member.surface, new.surface)
             });
         if known {
             return;
@@ -542,21 +543,21 @@ impl Contacts {
         self.members.clear();
         self.rigids.clear();
         let mut first = 0;
-        for joining in all() {
-            let mut rigid = NOWHERE;
-            if let (Owner::Body(body), true) = (joining.owner, joining.is_rigid) {
+        for new in all() {
+            let mut rigid = NO_INDEX;
+            if let (Owner::Body(body), true) = (new.owner, new.is_rigid) {
                 rigid = self.rigids.len() as u32;
                 self.rigids.push(Rigid::new(body, self.members.len()));
             }
             self.members.push(Member {
-                owner: joining.owner,
+                owner: new.owner,
                 rigid,
-                surface: Arc::clone(joining.surface),
+                surface: Arc::clone(new.surface),
                 first,
-                params: joining.params,
-                is_stepped: joining.is_stepped,
+                params: new.params,
+                is_stepped: new.is_stepped,
             });
-            first += joining.surface.vertices.len();
+            first += new.surface.vertices.len();
         }
         self.starts.clear();
         self.starts.resize(first, DVec3::ZERO);
@@ -566,7 +567,7 @@ impl Contacts {
         self.inverse_masses.resize(first, 0.0);
         self.active.clear();
         self.places.clear();
-        self.places.resize(first, NOWHERE);
+        self.places.resize(first, NO_INDEX);
         self.cut_into_pieces();
     }
 
@@ -608,8 +609,9 @@ impl Contacts {
     fn find_mean_motion(&mut self) {
         for piece in self.pieces.iter_mut().filter(|piece| piece.is_stepped) {
             let corners = &self.vertices[piece.corners(&self.members)];
-            let way = |&v: &u32| self.ends[v as usize] - self.starts[v as usize];
-            piece.motion = corners.iter().map(way).sum::<DVec3>() / corners.len() as f64;
+            let displacement = |&v: &u32| self.ends[v as usize] - self.starts[v as usize];
+            let sum = corners.iter().map(displacement).sum::<DVec3>();
+            piece.motion = sum / corners.len() as f64;
         }
     }
 
@@ -637,11 +639,12 @@ impl Contacts {
                 let particle = particle as usize;
                 let start = body.start(particle);
                 let weight = body.inverse_mass(particle);
-                // Where it was stepped to, up to rounding; anything else may have crossed a surface.
+                // Where it was stepped to, up to rounding; anything else may have crossed a
+                // surface.
                 let stepped = self.starts[v] + body.motion(particle);
-                let off = (start - stepped).length_squared();
-                let most = f64::from(MOVED * member.half_thickness());
-                self.is_untangled &= off <= most * most;
+                let deviation = (start - stepped).length_squared();
+                let limit = f64::from(MOVED * member.half_thickness());
+                self.is_untangled &= deviation <= limit * limit;
                 self.starts[v] = start;
                 (self.inverse_masses[v], self.ends[v]) = if !member.is_stepped || weight == 0.0 {
                     (0.0, start)
@@ -657,8 +660,8 @@ impl Contacts {
         self.find_mean_motion();
     }
 
-    /// Bounds motion times `horizon` by balls, in a tick of this number of substeps; finds candidates
-    /// anew where one of them is outside of the ball for which they were found.
+    /// Bounds motion times `horizon` by balls, in a tick of this number of substeps; finds
+    /// candidates anew where one of them is outside of the ball for which they were found.
     pub(super) fn enclose_or_detect(&mut self, horizon: f64, substeps: u32, threads: &Threads) {
         if !(self.is_valid && self.enclose_motion(horizon)) {
             self.detect(substeps, threads);
@@ -684,26 +687,26 @@ impl Contacts {
         for piece in pieces.iter_mut().filter(|piece| piece.is_stepped) {
             let frame = piece.frame();
             let path = piece.motion * horizon;
-            let goes = Ball::around(piece.drift, path, piece.slack);
+            let motion = Ball::around(piece.drift, path, piece.slack);
             let (mut longest, mut farthest) = (0.0_f32, 0.0_f32);
             for corner in piece.corners(members) {
                 let v = vertices[corner] as usize;
-                let way = (ends[v] - starts[v]) * horizon - path;
-                let center = (starts[v] - frame + way * 0.5).as_vec3a();
-                longest = longest.max(way.length_squared() as f32);
+                let relative = (ends[v] - starts[v]) * horizon - path;
+                let center = (starts[v] - frame + relative * 0.5).as_vec3a();
+                longest = longest.max(relative.length_squared() as f32);
                 farthest = farthest.max((center - claimed[corner]).length_squared());
                 centers[corner] = center;
             }
             piece.radius = 0.5 * longest.sqrt() + 0.5 * piece.half_thickness;
             piece.travel = farthest.sqrt() + piece.radius + piece.slack;
-            piece.is_lost = !piece.claim.contains(goes) || piece.travel > piece.claimed_radius;
+            piece.is_lost = !piece.claim.contains(motion) || piece.travel > piece.claimed_radius;
             holds &= !piece.is_lost;
         }
         for pair in pairs {
             let [a, b] = pair.pieces.map(|piece| &pieces[piece as usize]);
             let moved = b.frame() - a.frame() - pair.offset;
-            let goes = Ball::around(moved, (b.motion - a.motion) * horizon, a.slack + b.slack);
-            pair.is_lost = a.first != b.first && !pair.claim.contains(goes);
+            let motion = Ball::around(moved, (b.motion - a.motion) * horizon, a.slack + b.slack);
+            pair.is_lost = a.first != b.first && !pair.claim.contains(motion);
             holds &= !pair.is_lost;
         }
         holds
@@ -713,8 +716,8 @@ impl Contacts {
     /// motion.
     fn offset(&self, batch: &Batch, horizon: f64) -> Ball {
         let [a, b] = batch.pieces.map(|piece| &self.pieces[piece as usize]);
-        let way = (b.motion - a.motion) * horizon;
-        Ball::around(b.frame() - a.frame(), way, 0.0)
+        let displacement = (b.motion - a.motion) * horizon;
+        Ball::around(b.frame() - a.frame(), displacement, 0.0)
     }
 
     /// Candidates of a batch whose primitives can come closer than a distance [m] along the motion
@@ -737,7 +740,7 @@ impl Contacts {
                 let by = by(candidate);
                 // The distance moved rejects most candidates, and boxes reject more. Only the last
                 // test decides; it does not depend on when candidates were found.
-                candidate.room + candidate.distance - by <= travel
+                candidate.clearance + candidate.distance - by <= travel
                     && boxes_meet(
                         batch.kind,
                         candidate
@@ -759,7 +762,7 @@ impl Contacts {
     /// Creates rows for near candidates, in a substep of `h` seconds.
     fn make_rows(&mut self, h: f64) {
         for it in self.active.drain(..) {
-            self.places[it.vertex as usize] = NOWHERE;
+            self.places[it.vertex as usize] = NO_INDEX;
         }
         for rows in &mut self.rows {
             rows.clear();
@@ -792,11 +795,11 @@ impl Contacts {
                     let side = usize::from(corner >= batch.kind.split());
                     let member = [a, b][side];
                     let place = &mut self.places[v as usize];
-                    if *place == NOWHERE {
+                    if *place == NO_INDEX {
                         *place = self.active.len() as u32;
-                        let way = [self.starts[v as usize], self.ends[v as usize]];
+                        let ends = [self.starts[v as usize], self.ends[v as usize]];
                         let weight = self.inverse_masses[v as usize];
-                        self.active.push(member.active(v, way, weight));
+                        self.active.push(member.active(v, ends, weight));
                     }
                     *place
                 });
@@ -817,7 +820,7 @@ impl Contacts {
 }
 
 /// A surface with contact in the current substep.
-struct Joining<'a> {
+struct NewMember<'a> {
     owner: Owner,
     surface: &'a Arc<Surface>,
     params: [Option<Params>; KINDS],

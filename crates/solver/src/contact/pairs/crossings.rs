@@ -25,19 +25,19 @@ struct Shape<'a> {
     /// Effects of a body; `None` for a collider.
     effects: Option<&'a Effects>,
     x: Vec<DVec3>,
-    whole: Bounds,
+    bounds: Bounds,
 }
 
 impl<'a> Shape<'a> {
     fn new(surface: &'a Surface, effects: Option<&'a Effects>, x: Vec<DVec3>) -> Self {
-        let whole = x
+        let bounds = x
             .iter()
             .fold(Bounds::EMPTY, |all, &x| all.with(around(&[x])));
         Self {
             surface,
             effects,
             x,
-            whole,
+            bounds,
         }
     }
 
@@ -83,7 +83,7 @@ pub fn crossings<'a>(
             count += between(a, a, &mut grid);
         }
         for b in &shapes[place + 1..] {
-            if a.touches(b) && a.whole.meets(&b.whole) {
+            if a.touches(b) && a.bounds.meets(&b.bounds) {
                 count += between(a, b, &mut grid) + between(b, a, &mut grid);
             }
         }

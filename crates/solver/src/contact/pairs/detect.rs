@@ -54,7 +54,7 @@ pub(super) struct Candidate {
     /// Distance to maintain [m].
     pub distance: f32,
     /// Distance of the primitives beyond that at detection, by the centers of the claims [m].
-    pub room: f32,
+    pub clearance: f32,
 }
 
 /// Buffers for detection, reused.
@@ -64,8 +64,8 @@ pub(super) struct Scratch {
     /// Indices of the pairs of pieces whose candidates are to be found.
     lost: Vec<u32>,
     /// Bounding box of each piece in its frame, and of its motion.
-    wholes: Vec<Bounds>,
-    swept: Vec<Bounds>,
+    piece_boxes: Vec<Bounds>,
+    swept_boxes: Vec<Bounds>,
     order: Vec<(f32, u32)>,
     /// Batches and candidates of the previous detection.
     before: Found,
@@ -143,7 +143,7 @@ impl Contacts {
         let Scratch {
             finders,
             lost,
-            wholes,
+            piece_boxes,
             before,
             ..
         } = &mut scratch;
@@ -160,15 +160,15 @@ impl Contacts {
         for (finder, part) in finders.iter_mut().zip(0..) {
             finder.lost = (part * each).min(lost.len())..((part + 1) * each).min(lost.len());
         }
-        let load = |finder: &Finder| WorkEstimate {
+        let estimate = |finder: &Finder| WorkEstimate {
             projections: finder.lost.len() * PROJECTIONS,
             pieces: 1,
         };
-        threads.for_each(finders, load, &|finder: &mut Finder, _: &Threads| {
+        threads.for_each(finders, estimate, &|finder: &mut Finder, _: &Threads| {
             finder.found.batches.clear();
             finder.found.candidates.clear();
             for number in finder.lost.clone() {
-                finder.find(self, wholes, &pairs[lost[number] as usize]);
+                finder.find(self, piece_boxes, &pairs[lost[number] as usize]);
             }
         });
         std::mem::swap(&mut before.batches, &mut self.batches);
@@ -225,24 +225,24 @@ impl Contacts {
             scratch,
             ..
         } = self;
-        scratch.wholes.resize(pieces.len(), Bounds::EMPTY);
-        let lost = pieces.iter_mut().zip(&mut scratch.wholes);
-        for (piece, whole) in lost.filter(|(piece, _)| piece.is_lost) {
+        scratch.piece_boxes.resize(pieces.len(), Bounds::EMPTY);
+        let lost = pieces.iter_mut().zip(&mut scratch.piece_boxes);
+        for (piece, bounds) in lost.filter(|(piece, _)| piece.is_lost) {
             let corners = piece.corners(members);
             let skin = piece.skin(members);
             piece.origin = starts[vertices[piece.first] as usize];
             piece.drift = DVec3::ZERO;
             let mut size = 0.0_f32;
             let mut longest = 0.0_f64;
-            *whole = Bounds::EMPTY;
+            *bounds = Bounds::EMPTY;
             for corner in corners {
                 let v = vertices[corner] as usize;
-                let way = (ends[v] - starts[v] - piece.motion) * (HORIZON * AHEAD);
+                let relative = (ends[v] - starts[v] - piece.motion) * (HORIZON * AHEAD);
                 let offset = starts[v] - piece.origin;
-                let center = (offset + way * 0.5).as_vec3a();
+                let center = (offset + relative * 0.5).as_vec3a();
                 size = size.max(offset.abs().max_element() as f32);
-                longest = longest.max(way.length_squared());
-                *whole = whole.with(Bounds::around(center, center));
+                longest = longest.max(relative.length_squared());
+                *bounds = bounds.with(Bounds::around(center, center));
                 (claimed[corner], centers[corner]) = (center, center);
             }
             piece.slack = size * SLACK;
@@ -254,7 +254,7 @@ impl Contacts {
                 let thickness = 0.5 * piece.half_thickness + 2.0 * piece.slack;
                 piece.claimed_radius = 0.5 * longest.sqrt() as f32 + skin + thickness;
             }
-            *whole = whole.grown(piece.claimed_radius);
+            *bounds = bounds.grown(piece.claimed_radius);
         }
     }
 
@@ -263,8 +263,8 @@ impl Contacts {
     fn find_pairs(&mut self) {
         let mut scratch = std::mem::take(&mut self.scratch);
         let Scratch {
-            wholes,
-            swept,
+            piece_boxes,
+            swept_boxes,
             order,
             ..
         } = &mut scratch;
@@ -275,25 +275,25 @@ impl Contacts {
             *pair = self.pair(pair.pieces, pair.between);
         }
         order.clear();
-        swept.clear();
-        for ((piece, whole), number) in self.pieces.iter().zip(wholes).zip(0..) {
+        swept_boxes.clear();
+        for ((piece, bounds), number) in self.pieces.iter().zip(piece_boxes).zip(0..) {
             let at = piece.origin.as_vec3a();
             let rounding = at.abs().max_element() * SLACK;
             let reach = piece.half_thickness + piece.slack + rounding;
-            let moved = whole.displaced(&piece.claim.bounds());
+            let moved = bounds.displaced(&piece.claim.bounds());
             let around = moved.displaced(&Bounds::around(at, at)).grown(reach);
             order.push((around.low.x, number));
-            swept.push(around);
+            swept_boxes.push(around);
         }
         order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         for (place, &(_, a)) in order.iter().enumerate() {
-            let around = swept[a as usize];
+            let around = swept_boxes[a as usize];
             for &(low, b) in &order[place..] {
                 if low > around.high.x {
                     break;
                 }
                 if (is_lost(a) || is_lost(b))
-                    && around.meets(&swept[b as usize])
+                    && around.meets(&swept_boxes[b as usize])
                     && let [of_a, of_b] =
                         [a, b].map(|piece| &self.members[self.pieces[piece as usize].member])
                     && let Some(between) = of_a.between(of_b)
@@ -317,12 +317,12 @@ impl Contacts {
             true => 0.5 * piece.skin(&self.members),
             false => 0.0,
         };
-        let way = (b.motion - a.motion) * (HORIZON * FRAMES_AHEAD);
+        let displacement = (b.motion - a.motion) * (HORIZON * FRAMES_AHEAD);
         let more = skin(a) + skin(b) + 2.0 * (a.slack + b.slack);
         let claim = if pieces[0] == pieces[1] {
             Ball::ORIGIN
         } else {
-            Ball::around(DVec3::ZERO, way, more)
+            Ball::around(DVec3::ZERO, displacement, more)
         };
         PiecePair {
             pieces,
@@ -336,21 +336,33 @@ impl Contacts {
 
 impl Finder {
     /// Finds the candidates of a pair of pieces, or within one piece.
-    fn find(&mut self, contacts: &Contacts, wholes: &[Bounds], pair: &PiecePair) {
+    fn find(&mut self, contacts: &Contacts, piece_boxes: &[Bounds], pair: &PiecePair) {
         let vertices = [Part::Vertices, Part::Triangles];
-        self.batch(contacts, wholes, pair, Kind::VertexTriangle, vertices);
+        self.batch(contacts, piece_boxes, pair, Kind::VertexTriangle, vertices);
         if pair.pieces[0] != pair.pieces[1] {
-            let turned = pair.turned();
-            self.batch(contacts, wholes, &turned, Kind::VertexTriangle, vertices);
+            let swapped = pair.swapped();
+            self.batch(
+                contacts,
+                piece_boxes,
+                &swapped,
+                Kind::VertexTriangle,
+                vertices,
+            );
         }
-        self.batch(contacts, wholes, pair, Kind::EdgeEdge, [Part::Edges; 2]);
+        self.batch(
+            contacts,
+            piece_boxes,
+            pair,
+            Kind::EdgeEdge,
+            [Part::Edges; 2],
+        );
     }
 
     /// Finds candidates of one kind.
     fn batch(
         &mut self,
         contacts: &Contacts,
-        wholes: &[Bounds],
+        piece_boxes: &[Bounds],
         pair: &PiecePair,
         kind: Kind,
         parts: [Part; 2],
@@ -394,11 +406,11 @@ impl Finder {
             apart.plus(claim)
         };
         let reach = thickness + a.claimed_radius + b.claimed_radius + offset.radius;
-        let [whole_a, whole_b] = pieces.map(|piece| wholes[piece as usize]);
+        let [box_a, box_b] = pieces.map(|piece| piece_boxes[piece as usize]);
         let shift = Bounds::around(offset.center, offset.center);
         let back = Bounds::around(-offset.center, -offset.center);
-        let near_b = whole_b.displaced(&shift).grown(reach);
-        let near_a = whole_a.displaced(&back).grown(reach);
+        let near_b = box_b.displaced(&shift).grown(reach);
+        let near_a = box_a.displaced(&back).grown(reach);
         ones.collect(
             a.patch(members),
             parts[0],
@@ -450,7 +462,7 @@ impl Finder {
                 candidates.push(Candidate {
                     corners: first,
                     distance: kept,
-                    room: apart as f32 - kept,
+                    clearance: apart as f32 - kept,
                 });
             }
         }
@@ -476,7 +488,7 @@ impl Finder {
 
 impl PiecePair {
     /// The same with the pieces swapped.
-    fn turned(&self) -> Self {
+    fn swapped(&self) -> Self {
         let Self {
             pieces: [a, b],
             between,

@@ -1,11 +1,11 @@
 //! Reduces contacts between rigid surfaces to a few that carry the load.
 //!
 //! Two flat faces touch in as many places as they have vertices and crossing edges, which makes
-//! Gauss–Seidel slow: the rows push against each other, and what is left of the error becomes a
+//! Gauss–Seidel converge slowly: the rows push against each other, and the residual becomes a
 //! creeping motion. Of rows with nearly the same normal between the same bodies, the four that span
 //! the largest area are as good as all.
 
-use super::row::{Active, ContactRow, NOWHERE};
+use super::row::{Active, ContactRow, NO_INDEX};
 use glam::DVec3;
 
 /// Rows whose normals have at least this cosine belong together: 8°.
@@ -93,7 +93,7 @@ impl Manifolds {
                 points.push((row, point - normal * normal.dot(point)));
             }
         }
-        let most = |of: &dyn Fn(DVec3) -> f64| {
+        let farthest = |of: &dyn Fn(DVec3) -> f64| {
             let mut best = (f64::NEG_INFINITY, points[0]);
             for &it in points.iter() {
                 let value = of(it.1);
@@ -105,11 +105,11 @@ impl Manifolds {
         };
         // A corner, the opposite corner, and the farthest on either side of the diagonal.
         let middle = points.iter().map(|it| it.1).sum::<DVec3>() / points.len() as f64;
-        let first = most(&|x| x.distance_squared(middle));
-        let second = most(&|x| x.distance_squared(first.1));
+        let first = farthest(&|x| x.distance_squared(middle));
+        let second = farthest(&|x| x.distance_squared(first.1));
         let across = normal.cross(second.1 - first.1);
-        let third = most(&|x| (x - first.1).dot(across));
-        let fourth = most(&|x| -(x - first.1).dot(across));
+        let third = farthest(&|x| (x - first.1).dot(across));
+        let fourth = farthest(&|x| -(x - first.1).dot(across));
         for (row, _) in [first, second, third, fourth] {
             is_kept[row as usize] = true;
         }
@@ -125,6 +125,6 @@ impl ContactRow {
     /// Bodies of its two sides; `u32::MAX` for a collider.
     fn bodies(&self, active: &[Active]) -> [u32; 2] {
         let [first, last] = self.ends().map(|corner| active[corner as usize].body);
-        [first, if self.is_fixed() { NOWHERE } else { last }]
+        [first, if self.is_fixed() { NO_INDEX } else { last }]
     }
 }

@@ -13,8 +13,8 @@
 //!   (`truncate.rs`), whatever the constraints have done. Surfaces that were apart stay apart at
 //!   any speed.
 //!
-//! Bodies that begin across each other have no sides to stay on: they are parted (`untangle.rs`).
-//! Rigid bodies are moved as wholes (`rigid.rs`), by few contacts (`manifold.rs`).
+//! The sides of surfaces that cross are not defined: their bodies are separated (`untangle.rs`).
+//! Rigid bodies move as a whole (`rigid.rs`), by few contacts (`manifold.rs`).
 //!
 //! Positions are relative to frames that move with pieces of the surfaces, so that rigid motion
 //! requires no new detection. Geometry is computed in `f64`; balls are in `f32`, with a margin
@@ -43,4 +43,5 @@ pub use params::{Contact, SelfContact};
 pub use row::ContactForce;
 
 pub(crate) use contacts::Between;
+pub(crate) use row::ContactPart;
 pub(crate) use tangible::Tangible;

@@ -2,16 +2,16 @@
 //!
 //! The particles of a rigid body keep its shape ([`ShapeMatching`](crate::ShapeMatching) with the
 //! frequency ∞) and store its motion. A contact that moved single particles would act on their
-//! share of the mass. Instead, an impulse p at arm r from the center of mass displaces the body by
-//! p/M and turns it by I⁻¹(r × p), with the mass M and the tensor of inertia I of its particles, so
-//! that the inverse mass along a direction n is 1/M + (r × n)·I⁻¹(r × n).
+//! fraction of the mass. Instead, an impulse p at arm r from the center of mass displaces the body
+//! by p/M and turns it by I⁻¹(r × p), with the mass M and the tensor of inertia I of its particles,
+//! so that the inverse mass along a direction n is 1/M + (r × n)·I⁻¹(r × n).
 //!
 //! A rigid body with pins is not moved by contacts.
 //!
 //! Source: Müller, Macklin and others, *Detailed Rigid Body Simulation with Extended Position Based
 //! Dynamics* (2020), equations 2 to 9.
 
-use super::tangible::Tangible;
+use super::{row::ContactPart, tangible::Tangible};
 use crate::fit::MassFit;
 use glam::{DMat3, DVec3};
 
@@ -19,7 +19,7 @@ use glam::{DMat3, DVec3};
 #[derive(Debug, Clone)]
 pub(super) struct Rigid {
     pub body: usize,
-    /// Its place among the members.
+    /// Its index among the members.
     pub member: usize,
     /// 1/M [1/kg] and I⁻¹ [1/(kg·m²)]; 0 if it sleeps or a particle is pinned.
     inverse_mass: f64,
@@ -29,9 +29,8 @@ pub(super) struct Rigid {
     /// Displacement [m] and rotation vector [rad] by the contacts of a pass.
     shift: DVec3,
     turn: DVec3,
-    /// The same by friction, in the whole substep.
-    rubbed_shift: DVec3,
-    rubbed_turn: DVec3,
+    /// The same by [`ContactPart`], in the whole substep.
+    parts: [(DVec3, DVec3); 2],
 }
 
 impl Rigid {
@@ -44,8 +43,7 @@ impl Rigid {
             center: DVec3::ZERO,
             shift: DVec3::ZERO,
             turn: DVec3::ZERO,
-            rubbed_shift: DVec3::ZERO,
-            rubbed_turn: DVec3::ZERO,
+            parts: [(DVec3::ZERO, DVec3::ZERO); 2],
         }
     }
 
@@ -69,7 +67,7 @@ impl Rigid {
             let outer = DMat3::from_cols(r * r.x, r * r.y, r * r.z);
             inertia += (DMat3::from_diagonal(DVec3::splat(r.length_squared())) - outer) * mass;
         }
-        // A rod or a point does not turn about an axis without inertia.
+        // A rod or a point is not rotated about an axis without inertia.
         let size = inertia.x_axis.x + inertia.y_axis.y + inertia.z_axis.z;
         let is_sound = inertia.determinant() > 1e-9 * size * size * size;
         self.inverse_inertia = match is_sound {
@@ -98,7 +96,7 @@ impl Rigid {
     }
 
     /// Displacement of the body at a point, which was at `x` when the pass began [m].
-    pub fn way(&self, x: DVec3) -> DVec3 {
+    pub fn displacement_at(&self, x: DVec3) -> DVec3 {
         self.shift + self.turn.cross(x - self.center)
     }
 
@@ -114,10 +112,11 @@ impl Rigid {
         self.turn += self.inverse_inertia * arm.cross(impulse);
     }
 
-    /// Records an impulse by friction.
-    pub fn rub(&mut self, impulse: DVec3, arm: DVec3) {
-        self.rubbed_shift += impulse * self.inverse_mass;
-        self.rubbed_turn += self.inverse_inertia * arm.cross(impulse);
+    /// Adds the displacement by an impulse to a part of it.
+    pub fn credit(&mut self, part: ContactPart, impulse: DVec3, arm: DVec3) {
+        let (shift, turn) = &mut self.parts[part as usize];
+        *shift += impulse * self.inverse_mass;
+        *turn += self.inverse_inertia * arm.cross(impulse);
     }
 
     /// Arm of a point at the start of the substep.
@@ -126,7 +125,7 @@ impl Rigid {
     }
 
     /// Moves the particles as the contacts of the pass have moved the body.
-    pub fn give_back(&self, body: &mut impl Tangible) {
+    pub fn write_back(&self, body: &mut impl Tangible) {
         if !self.has_moved() {
             return;
         }
@@ -141,14 +140,16 @@ impl Rigid {
         body.touch();
     }
 
-    /// Displacement by friction in the substep [m], per particle.
-    pub fn rubbed<'a, T: Tangible>(
+    /// A part of the displacement in the substep [m], per particle.
+    pub fn part<'a, T: Tangible>(
         &'a self,
+        part: ContactPart,
         body: &'a T,
     ) -> impl Iterator<Item = (usize, usize, DVec3)> + use<'a, T> {
-        let way = |x: DVec3| self.rubbed_shift + self.rubbed_turn.cross(x - self.center);
+        let (shift, turn) = self.parts[part as usize];
+        let displacement = move |x: DVec3| shift + turn.cross(x - self.center);
         let each = 0..body.topology().particles();
-        each.map(move |i| (self.body, i, way(body.now(i))))
+        each.map(move |i| (self.body, i, displacement(body.now(i))))
     }
 }
 
@@ -168,7 +169,7 @@ pub(super) fn restore_shape(body: &mut impl Tangible) {
     let of = |i| (rest(body, i), body.now(i), 1.0 / body.inverse_mass(i));
     let best = MassFit::of(each.clone().map(of));
     for i in each {
-        let off = best.off(rest(body, i), body.now(i));
-        body.shift(i, -off);
+        let deviation = best.off(rest(body, i), body.now(i));
+        body.shift(i, -deviation);
     }
 }

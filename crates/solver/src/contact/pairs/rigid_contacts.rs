@@ -3,7 +3,7 @@
 use super::{
     contacts::{Between, Contacts},
     rigid::{Rigid, restore_shape},
-    row::{ContactRow, NOWHERE, Plane},
+    row::{ContactRow, NO_INDEX, Plane},
     tangible::Tangible,
 };
 use crate::{
@@ -39,7 +39,7 @@ impl Contacts {
     /// Moves the particles of the rigid bodies after a pass.
     pub(super) fn end_pass(&self, bodies: &mut [impl Tangible]) {
         for rigid in &self.rigids {
-            rigid.give_back(&mut bodies[rigid.body]);
+            rigid.write_back(&mut bodies[rigid.body]);
         }
     }
 
@@ -57,7 +57,7 @@ impl Contacts {
             if rigid.has_moved() {
                 let body = &mut bodies[rigid.body];
                 for i in 0..body.topology().particles() {
-                    body.accelerate(i, rigid.way(body.start(i)));
+                    body.accelerate(i, rigid.displacement_at(body.start(i)));
                 }
             }
         }
@@ -85,7 +85,7 @@ impl Contacts {
                 let near = reach + 1.5 * (end - start).length();
                 let mut add = |plane: Plane| {
                     let place = &mut self.places[v];
-                    if *place == NOWHERE {
+                    if *place == NO_INDEX {
                         *place = self.active.len() as u32;
                         self.active.push(member.active(v as u32, [start, end], 0.0));
                     }

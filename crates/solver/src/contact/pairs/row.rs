@@ -1,7 +1,7 @@
 //! Contact constraint of two near primitives, with friction and restitution.
 //!
-//! With the weights b of the closest points at the start of the substep, their distance there and the unit vector n from
-//! the second primitive to the first,
+//! With the weights b of the closest points at the start of the substep, their distance there and
+//! the unit vector n from the second primitive to the first,
 //!
 //! - normal: C = n·Σbᵢxᵢ − d ≥ 0 [m], W = Σbᵢ²wᵢ, Δλₙ = max(−(C + α̃λₙ)/(W + α̃), −λₙ);
 //! - friction: the tangential displacement in the substep s = (I − nnᵀ) Σbᵢ(xᵢ − xᵢⁿ) is reduced as
@@ -35,6 +35,20 @@ pub struct ContactForce {
     pub friction: DVec3,
 }
 
+/// Parts of the displacement by contacts that are accounted for separately.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum ContactPart {
+    /// Friction.
+    Friction,
+    /// Separation of surfaces that were closer than their recovery speed lets them be apart at the
+    /// end of the substep.
+    Recovery,
+}
+
+impl ContactPart {
+    pub const ALL: [Self; 2] = [Self::Friction, Self::Recovery];
+}
+
 /// A particle of a row.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Active {
@@ -53,15 +67,15 @@ pub(super) struct Active {
     pub now: DVec3,
     /// Displacement by its velocity in a substep [m].
     pub motion: DVec3,
-    /// Displacement by friction in the substep [m].
-    pub rubbed: DVec3,
+    /// Displacement in the substep by [`ContactPart`] [m].
+    pub parts: [DVec3; 2],
 }
 
 impl Active {
     /// A value of the particle, changed as much as the displacement of its rigid body changes it.
     fn moved(&self, value: DVec3, x: DVec3, rigids: &[Rigid]) -> DVec3 {
         match rigids.get(self.rigid as usize) {
-            Some(rigid) => value + rigid.way(x),
+            Some(rigid) => value + rigid.displacement_at(x),
             None => value,
         }
     }
@@ -108,6 +122,8 @@ pub(super) struct ContactRow {
     carried: DVec3,
     /// Whether it is the contact of one particle with a plane.
     is_fixed: bool,
+    /// Whether its surfaces separate at their recovery speed.
+    recovers: bool,
     /// λₙ [kg·m].
     normal_multiplier: f64,
     /// λₜ [kg·m].
@@ -123,7 +139,7 @@ pub(super) struct ContactRow {
 
 /// Index of a particle that is not active, of a body that is not rigid, and of the body of a
 /// collider.
-pub(super) const NOWHERE: u32 = u32::MAX;
+pub(super) const NO_INDEX: u32 = u32::MAX;
 
 /// Gaps below this have no direction [m]: the primitives cross.
 const NO_GAP: f64 = 1e-12;
@@ -162,10 +178,11 @@ impl ContactRow {
             restitution: pair.restitution,
             inverse_mass: soft_inverse_mass,
             soft_inverse_mass,
-            rigids: [NOWHERE; 2],
+            rigids: [NO_INDEX; 2],
             arms: [DVec3::ZERO; 2],
             carried: DVec3::ZERO,
             is_fixed: false,
+            recovers: gap + pair.recovery < distance,
             normal_multiplier: 0.0,
             friction_multiplier: DVec3::ZERO,
             velocity_multiplier: 0.0,
@@ -198,10 +215,11 @@ impl ContactRow {
             restitution: plane.restitution,
             inverse_mass: rigid.weight(arm, plane.normal),
             soft_inverse_mass: 0.0,
-            rigids: [it.rigid, NOWHERE],
+            rigids: [it.rigid, NO_INDEX],
             arms: [arm, DVec3::ZERO],
             carried: plane.carried,
             is_fixed: true,
+            recovers: plane.gap + plane.recovery < 0.0,
             normal_multiplier: 0.0,
             friction_multiplier: DVec3::ZERO,
             velocity_multiplier: 0.0,
@@ -223,7 +241,7 @@ impl ContactRow {
 
     /// Whether a rigid body is involved.
     pub fn is_rigid(&self) -> bool {
-        self.rigids != [NOWHERE; 2]
+        self.rigids != [NO_INDEX; 2]
     }
 
     /// Whether a particle that does not belong to a rigid body can move.
@@ -296,7 +314,7 @@ impl ContactRow {
         let x = of.map(|it| it.now);
         // The corners of the first primitive have positive weights, which add up to 1.
         let first = weighted(self.weights.map(|weight| weight.max(0.0)), x);
-        let body = |it: &Active| (it.body != NOWHERE).then_some(it.body);
+        let body = |it: &Active| (it.body != NO_INDEX).then_some(it.body);
         ContactForce {
             bodies: [body(of[0]), body(of[3]).filter(|_| !self.is_fixed)],
             point: match self.is_fixed {
@@ -331,33 +349,47 @@ impl ContactRow {
         }
         self.normal_multiplier += change;
         self.push(normal * change, active, rigids, |it| &mut it.now);
-        let ways = self.corners.map(|corner| {
+        if self.recovers {
+            self.credit(ContactPart::Recovery, normal * change, active, rigids);
+        }
+        let displacements = self.corners.map(|corner| {
             let it = &active[corner as usize];
             it.moved(it.now, it.now, rigids) - it.start
         });
-        let slip = weighted(weights, ways) - self.carried;
+        let slip = weighted(weights, displacements) - self.carried;
         let slip = slip - normal * slip.dot(normal);
         let weight = match self.rigids {
-            [NOWHERE, NOWHERE] => self.inverse_mass,
+            [NO_INDEX, NO_INDEX] => self.inverse_mass,
             _ => self.weight(slip.normalize_or_zero(), rigids),
         };
-        let held = self.friction_multiplier - slip / weight;
+        let unlimited = self.friction_multiplier - slip / weight;
         let [sticks, slides] = self
             .friction
             .map(|friction| friction * self.normal_multiplier);
-        let size = held.length();
-        let held = if size <= sticks {
-            held
+        let size = unlimited.length();
+        let friction = if size <= sticks {
+            unlimited
         } else {
-            held * (slides / size)
+            unlimited * (slides / size)
         };
-        let change = held - self.friction_multiplier;
-        self.friction_multiplier = held;
+        let change = friction - self.friction_multiplier;
+        self.friction_multiplier = friction;
         self.push(change, active, rigids, |it| &mut it.now);
-        self.push(change, active, &mut [], |it| &mut it.rubbed);
+        self.credit(ContactPart::Friction, change, active, rigids);
+    }
+
+    /// Adds the displacement by an impulse to a part of the displacement by contacts.
+    fn credit(
+        &self,
+        part: ContactPart,
+        impulse: DVec3,
+        active: &mut [Active],
+        rigids: &mut [Rigid],
+    ) {
+        self.push(impulse, active, &mut [], |it| &mut it.parts[part as usize]);
         for (rigid, sign, arm) in self.sides() {
             if let Some(rigid) = rigids.get_mut(rigid as usize) {
-                rigid.rub(change * sign, arm);
+                rigid.credit(part, impulse * sign, arm);
             }
         }
     }
@@ -366,9 +398,9 @@ impl ContactRow {
     /// as a displacement per substep [m]. `motion` gives the displacement of an active particle.
     /// Approaches slower than `slowest` [m] do not bounce.
     ///
-    /// Where a rigid body is involved, the contact also takes back the velocity by which the
-    /// iterations have left too much distance, and no more than it has given: single particles of
-    /// soft bodies lose such velocities, rigid bodies would tremble. Source: Müller, Macklin and
+    /// Where a rigid body is involved, the contact also removes the velocity that results from
+    /// excess separation by the iterations, up to the impulse that it has applied: single particles
+    /// of soft bodies lose such velocities, rigid bodies would jitter. Source: Müller, Macklin and
     /// others (2020), equation 34.
     pub fn bounce(&mut self, slowest: f64, active: &mut [Active], rigids: &mut [Rigid]) {
         let bounces = self.restitution > 0.0 && self.approach < -slowest;
@@ -404,7 +436,7 @@ impl ContactRow {
         impulse: DVec3,
         active: &mut [Active],
         rigids: &mut [Rigid],
-        what: impl Fn(&mut Active) -> &mut DVec3,
+        field: impl Fn(&mut Active) -> &mut DVec3,
     ) {
         for (rigid, sign, arm) in self.sides() {
             if let Some(rigid) = rigids.get_mut(rigid as usize) {
@@ -414,7 +446,7 @@ impl ContactRow {
         for (corner, weight) in self.corners.into_iter().zip(self.weights) {
             let it = &mut active[corner as usize];
             let by = impulse * (weight * it.inverse_mass);
-            *what(it) += by;
+            *field(it) += by;
         }
     }
 }

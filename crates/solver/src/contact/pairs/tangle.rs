@@ -6,7 +6,7 @@ use glam::DVec3;
 /// Two surfaces that cross, or one that crosses itself.
 #[derive(Debug, Clone)]
 pub(super) struct Tangle {
-    /// Places of the members, in ascending order.
+    /// Indices of the members, in ascending order.
     pub members: [u32; 2],
     /// Box around the crossings, and the corners of pairs that are left out.
     pub bounds: Bounds,

@@ -32,7 +32,7 @@ use glam::DVec3;
 const MARGIN: f64 = 0.05;
 
 /// A particle is cut to this fraction of its distance to the plane.
-const WAY: f64 = 0.9;
+const CUT_FRACTION: f64 = 0.9;
 
 /// A gap, above the minimum gap, may shrink to this fraction without further checks.
 const SHRINK: f64 = 0.1;
@@ -74,14 +74,14 @@ struct Common {
 
 impl Common {
     /// Adds a particle with its motion [m] and inverse mass [1/kg].
-    fn add(&mut self, way: DVec3, inverse_mass: f64) {
+    fn add(&mut self, displacement: DVec3, inverse_mass: f64) {
         if inverse_mass > 0.0 {
-            self.momentum += way / inverse_mass;
+            self.momentum += displacement / inverse_mass;
             self.mass += 1.0 / inverse_mass;
         } else {
-            self.sum_of_fixed += way;
+            self.sum_of_fixed += displacement;
             self.fixed += 1.0;
-            self.is_held |= way == DVec3::ZERO;
+            self.is_held |= displacement == DVec3::ZERO;
         }
     }
 
@@ -143,76 +143,77 @@ impl Contacts {
     pub(super) fn cut(&mut self, bodies: &mut [impl Tangible], substeps: u32, threads: &Threads) {
         self.counts.truncated = 0;
         self.counts.failed = 0;
-        let mut room = std::mem::take(&mut self.truncation);
-        room.touches = false;
-        room.roots.clear();
-        room.roots.extend(0..self.members.len() as u32);
-        room.follows.clear();
-        room.follows.resize(self.members.len(), false);
-        self.find_near(&mut room);
+        let mut buffers = std::mem::take(&mut self.truncation);
+        buffers.touches = false;
+        buffers.roots.clear();
+        buffers.roots.extend(0..self.members.len() as u32);
+        buffers.follows.clear();
+        buffers.follows.resize(self.members.len(), false);
+        self.find_near(&mut buffers);
         let mut is_complete = false;
-        while !room.pairs.is_empty() {
+        while !buffers.pairs.is_empty() {
             self.counts.failed = 0;
-            is_complete &= !room.group();
-            self.find_common(&mut room, bodies);
-            let is_any_cut = self.cut_pairs(&mut room);
+            is_complete &= !buffers.group();
+            self.find_common(&mut buffers, bodies);
+            let is_any_cut = self.cut_pairs(&mut buffers);
             if !is_any_cut {
                 break;
             }
             if is_complete {
-                self.apply(&mut room, bodies);
+                self.apply(&mut buffers, bodies);
                 break;
             }
-            // What is cut can come into the way of others that were not near.
-            self.follow(&mut room);
+            // A cut particle can move into the path of others that were not near.
+            self.follow(&mut buffers);
             self.enclose_or_detect(1.0, substeps, threads);
-            self.find_near(&mut room);
+            self.find_near(&mut buffers);
             is_complete = true;
         }
-        self.is_untangled &= !room.touches;
-        self.truncation = room;
+        self.is_untangled &= !buffers.touches;
+        self.truncation = buffers;
     }
 
     /// Finds how much of its motion each particle performs; whether any does not perform all.
-    fn cut_pairs(&mut self, room: &mut Truncation) -> bool {
+    fn cut_pairs(&mut self, buffers: &mut Truncation) -> bool {
         let mut is_any_cut = false;
-        room.t.clear();
-        room.t.resize(self.starts.len(), 1.0);
+        buffers.t.clear();
+        buffers.t.resize(self.starts.len(), 1.0);
         loop {
-            room.before.clone_from(&room.t);
+            buffers.before.clone_from(&buffers.t);
             let mut found = false;
-            for pair in &mut room.pairs {
-                let common = room.common[room.roots[pair.members[0] as usize] as usize].motion;
-                let ways = pair.corners.map(|v| {
+            for pair in &mut buffers.pairs {
+                let common =
+                    buffers.common[buffers.roots[pair.members[0] as usize] as usize].motion;
+                let displacements = pair.corners.map(|v| {
                     let v = v as usize;
                     pair.normal.dot(self.ends[v] - self.starts[v] - common)
                 });
-                if pair.is_cut || pair.stays_apart(ways, &room.before) {
+                if pair.is_cut || pair.stays_apart(displacements, &buffers.before) {
                     continue;
                 }
                 pair.is_cut = true;
                 found = true;
                 let fixed = pair.corners.map(|v| self.inverse_masses[v as usize] == 0.0);
-                let is_kept_apart = pair.cut(ways, fixed, &mut room.t);
+                let is_kept_apart = pair.cut(displacements, fixed, &mut buffers.t);
                 self.counts.failed += usize::from(!is_kept_apart);
             }
             if !found {
                 return is_any_cut;
             }
             is_any_cut = true;
-            self.keep_rigid(&mut room.t);
+            self.keep_rigid(&mut buffers.t);
         }
     }
 
     /// Moves the frames of the pieces along the common motion in groups that have pairs.
-    fn follow(&mut self, room: &mut Truncation) {
+    fn follow(&mut self, buffers: &mut Truncation) {
         let Truncation {
             pairs,
             roots,
             common,
             follows,
             ..
-        } = room;
+        } = buffers;
         for pair in pairs {
             follows[roots[pair.members[0] as usize] as usize] = true;
         }
@@ -228,14 +229,14 @@ impl Contacts {
     fn keep_rigid(&self, t: &mut [f64]) {
         for rigid in &self.rigids {
             let all = &mut t[self.members[rigid.member].vertices()];
-            let least = all.iter().copied().fold(1.0, f64::min);
-            all.fill(least);
+            let smallest = all.iter().copied().fold(1.0, f64::min);
+            all.fill(smallest);
         }
     }
 
     /// Finds pairs that can come closer than their minimum gap.
-    fn find_near(&self, room: &mut Truncation) {
-        let Truncation { pairs, touches, .. } = room;
+    fn find_near(&self, buffers: &mut Truncation) {
+        let Truncation { pairs, touches, .. } = buffers;
         pairs.clear();
         for batch in &self.batches {
             let by = batch.min_gap as f32;
@@ -256,8 +257,8 @@ impl Contacts {
     }
 
     /// Computes the common motion of each group.
-    fn find_common(&self, room: &mut Truncation, bodies: &[impl Tangible]) {
-        let Truncation { roots, common, .. } = room;
+    fn find_common(&self, buffers: &mut Truncation, bodies: &[impl Tangible]) {
+        let Truncation { roots, common, .. } = buffers;
         common.clear();
         common.resize(self.members.len(), Common::default());
         for (member, &root) in self.members.iter().zip(&*roots) {
@@ -283,8 +284,8 @@ impl Contacts {
     }
 
     /// Moves particles to their truncated positions.
-    fn apply(&mut self, room: &mut Truncation, bodies: &mut [impl Tangible]) {
-        for (member, &root) in self.members.iter().zip(&room.roots) {
+    fn apply(&mut self, buffers: &mut Truncation, bodies: &mut [impl Tangible]) {
+        for (member, &root) in self.members.iter().zip(&buffers.roots) {
             let Owner::Body(body) = member.owner else {
                 continue;
             };
@@ -292,22 +293,22 @@ impl Contacts {
                 motion: common,
                 lost,
                 ..
-            } = &mut room.common[root as usize];
+            } = &mut buffers.common[root as usize];
             let common = *common;
             if bodies[body].effects().is_rigid() {
-                let t = room.t[member.first];
+                let t = buffers.t[member.first];
                 if t < 1.0 {
                     self.counts.truncated += member.surface.vertices.len();
-                    *lost += cut_whole(&mut bodies[body], common, t);
+                    *lost += cut_rigid(&mut bodies[body], common, t);
                 }
                 continue;
             }
             let mut touches = false;
             for (&particle, v) in member.surface.vertices.iter().zip(member.vertices()) {
-                let t = room.t[v];
+                let t = buffers.t[v];
                 if t < 1.0 && self.inverse_masses[v] > 0.0 {
-                    let way = self.ends[v] - self.starts[v];
-                    let cut = common + (way - common) * t;
+                    let displacement = self.ends[v] - self.starts[v];
+                    let cut = common + (displacement - common) * t;
                     let (body, particle) = (&mut bodies[body], particle as usize);
                     if body.is_repaired() {
                         // Displacement by repair is not velocity, and neither is the truncated part
@@ -315,8 +316,8 @@ impl Contacts {
                         let drawn = body.began(particle) - self.starts[v];
                         body.shift_start(particle, drawn * (t - 1.0));
                     }
-                    body.shift(particle, cut - way);
-                    *lost += (way - cut) / self.inverse_masses[v];
+                    body.shift(particle, cut - displacement);
+                    *lost += (displacement - cut) / self.inverse_masses[v];
                     self.counts.truncated += 1;
                     touches = true;
                 }
@@ -325,8 +326,9 @@ impl Contacts {
                 bodies[body].touch();
             }
         }
-        for (member, &root) in self.members.iter().zip(&room.roots) {
-            if let (Owner::Body(body), Some(by)) = (member.owner, room.common[root as usize].push())
+        for (member, &root) in self.members.iter().zip(&buffers.roots) {
+            if let (Owner::Body(body), Some(by)) =
+                (member.owner, buffers.common[root as usize].push())
             {
                 self.pushes.push((body, by));
             }
@@ -334,7 +336,7 @@ impl Contacts {
     }
 
     /// Returns the momentum that truncation has taken, as a change of velocity after the substep.
-    pub(super) fn return_momentum(&mut self, bodies: &mut [impl Tangible]) {
+    pub(crate) fn return_momentum(&mut self, bodies: &mut [impl Tangible]) {
         for (body, by) in self.pushes.drain(..) {
             let body = &mut bodies[body];
             for i in 0..body.topology().particles() {
@@ -345,11 +347,11 @@ impl Contacts {
 }
 
 /// Truncates the motion of all particles of a body; returns the lost momentum [kg·m].
-fn cut_whole(body: &mut impl Tangible, common: DVec3, t: f64) -> DVec3 {
+fn cut_rigid(body: &mut impl Tangible, common: DVec3, t: f64) -> DVec3 {
     let mut lost = DVec3::ZERO;
     for i in 0..body.topology().particles() {
-        let way = body.now(i) - body.start(i);
-        let by = (way - common) * (t - 1.0);
+        let displacement = body.now(i) - body.start(i);
+        let by = (displacement - common) * (t - 1.0);
         body.shift(i, by);
         if body.inverse_mass(i) > 0.0 {
             lost -= by / body.inverse_mass(i);
@@ -395,10 +397,10 @@ impl Pair {
 
     /// Whether its sides stay apart at the end of these displacements along the normal [m], scaled
     /// by t.
-    fn stays_apart(&self, ways: [f64; 4], t: &[f64]) -> bool {
+    fn stays_apart(&self, displacements: [f64; 4], t: &[f64]) -> bool {
         let mut ends = [0.0; 4];
         for (i, end) in ends.iter_mut().enumerate() {
-            *end = self.heights[i] + t[self.corners[i] as usize] * ways[i];
+            *end = self.heights[i] + t[self.corners[i] as usize] * displacements[i];
         }
         let (first, second) = ends.split_at(self.split);
         let low = first.iter().copied().fold(f64::INFINITY, f64::min);
@@ -408,7 +410,7 @@ impl Pair {
 
     /// Cuts the displacements of its corners at a plane; those that are `fixed` are performed in
     /// full. False if there is no such plane.
-    fn cut(&self, ways: [f64; 4], fixed: [bool; 4], t: &mut [f64]) -> bool {
+    fn cut(&self, displacements: [f64; 4], fixed: [bool; 4], t: &mut [f64]) -> bool {
         let Self {
             gap,
             min_gap,
@@ -418,34 +420,34 @@ impl Pair {
         } = *self;
         let half = 0.5 * min_gap;
         // Approach of each corner towards the other side.
-        let mut comes = ways;
-        comes[..split].iter_mut().for_each(|way| *way = -*way);
-        let most = |of: &[f64]| of.iter().copied().fold(0.0, f64::max);
-        let [first, second] = [most(&comes[..split]), most(&comes[split..])];
+        let mut approach = displacements;
+        approach[..split].iter_mut().for_each(|it| *it = -*it);
+        let largest = |of: &[f64]| of.iter().copied().fold(0.0, f64::max);
+        let [first, second] = [largest(&approach[..split]), largest(&approach[split..])];
         if first + second == 0.0 {
             return true;
         }
         let (mut low, mut high) = (MARGIN, 1.0 - MARGIN);
-        for i in (0..4).filter(|&i| fixed[i] && comes[i] > 0.0) {
+        for i in (0..4).filter(|&i| fixed[i] && approach[i] > 0.0) {
             if i < split {
-                high = high.min((heights[i] - half - comes[i]) / gap);
+                high = high.min((heights[i] - half - approach[i]) / gap);
             } else {
-                low = low.max((heights[i] + half + comes[i]) / gap);
+                low = low.max((heights[i] + half + approach[i]) / gap);
             }
         }
         if low > high {
             return false;
         }
         let plane = (second / (first + second)).clamp(low, high) * gap;
-        for i in (0..4).filter(|&i| !fixed[i] && comes[i] > 0.0) {
-            let room = if i < split {
+        for i in (0..4).filter(|&i| !fixed[i] && approach[i] > 0.0) {
+            let clearance = if i < split {
                 heights[i] - plane - half
             } else {
                 plane - heights[i] - half
             };
-            if comes[i] >= room {
+            if approach[i] >= clearance {
                 let t = &mut t[self.corners[i] as usize];
-                *t = t.min((WAY * room / comes[i]).max(0.0));
+                *t = t.min((CUT_FRACTION * clearance / approach[i]).max(0.0));
             }
         }
         true

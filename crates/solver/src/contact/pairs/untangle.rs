@@ -1,13 +1,13 @@
-//! Surfaces that cross come apart.
+//! Separates surfaces that cross.
 //!
-//! Surfaces that were apart do not cross, but bodies can begin across each other, be moved there, or
-//! be squeezed where nothing gives way. There, the sides of the surfaces are not known: contacts and
-//! truncation would hold them where they are. While two bodies cross,
+//! Surfaces that were apart do not cross, but bodies can intersect initially, be moved into each
+//! other, or be squeezed between obstacles that do not yield. There, the sides of the surfaces are
+//! not known: contacts and truncation would keep them crossed. While two bodies cross,
 //!
 //! - contacts and truncation leave out pairs in the box around the crossings;
-//! - the bodies part as wholes, at the recovery speed v of their contact, along the direction n in
-//!   which the crossing edges leave the crossed triangles: with the mean displacements D of their
-//!   particles in the substep, C = n·(D₁ − D₂) − vh ≥ 0 and W = 1/M₁ + 1/M₂.
+//! - the bodies separate as a whole, at the recovery speed v of their contact, along the direction
+//!   n in which the crossing edges leave the crossed triangles: with the mean displacements D of
+//!   their particles in the substep, C = n·(D₁ − D₂) − vh ≥ 0 and W = 1/M₁ + 1/M₂.
 //!
 //! Both depend on the positions at the start of the substep alone. A surface that crosses itself is
 //! left to its elasticity.
@@ -25,7 +25,7 @@ use glam::DVec3;
 const UNDECIDED: f64 = 0.1;
 
 impl Contacts {
-    /// Finds the surfaces that cross at the start of the substep, where there may be any.
+    /// Finds the surfaces that cross at the start of the substep, if any may.
     pub(super) fn find_tangles(&mut self, bodies: &[impl Tangible]) {
         let is_repaired = |member: &Member| match member.owner {
             Owner::Body(body) => bodies[body].is_repaired(),
@@ -40,7 +40,7 @@ impl Contacts {
             return;
         }
         self.is_untangled = true;
-        let wholes: Vec<Bounds> = self
+        let boxes: Vec<Bounds> = self
             .members
             .iter()
             .map(|member| around(&self.starts[member.vertices()]))
@@ -48,7 +48,7 @@ impl Contacts {
         let mut grid = Grid::default();
         for (a, of_a) in self.members.iter().enumerate() {
             for (b, of_b) in self.members.iter().enumerate().skip(a) {
-                if of_a.between(of_b).is_some() && wholes[a].meets(&wholes[b]) {
+                if of_a.between(of_b).is_some() && boxes[a].meets(&boxes[b]) {
                     let tangle = self.tangle([a, b], [of_a, of_b], &mut grid);
                     self.tangles.extend(tangle);
                 }
@@ -107,8 +107,8 @@ impl Contacts {
         })
     }
 
-    /// Parts the bodies that cross, after an iteration.
-    pub(super) fn part(&mut self, bodies: &mut [impl Tangible]) {
+    /// Separates the bodies that cross, after an iteration and before their contacts.
+    pub(crate) fn separate(&mut self, bodies: &mut [impl Tangible]) {
         let mut tangles = std::mem::take(&mut self.tangles);
         for tangle in &mut tangles {
             let [a, b] = tangle.members.map(|member| &self.members[member as usize]);
@@ -165,9 +165,9 @@ impl Contacts {
                 };
             }
         }
-        let ways = member.vertices().map(|v| self.ends[v] - self.starts[v]);
+        let displacements = member.vertices().map(|v| self.ends[v] - self.starts[v]);
         Displacement {
-            mean: ways.sum::<DVec3>() / member.surface.vertices.len() as f64,
+            mean: displacements.sum::<DVec3>() / member.surface.vertices.len() as f64,
             inverse_mass: 0.0,
         }
     }

@@ -1,6 +1,6 @@
 //! Damage criteria for repair.
 
-use super::{LITTLE, MANY, Motes, rest};
+use super::{MIN_COLLAPSED_LENGTH, MIN_COLLAPSED_VOLUME, ParticleAccess, rest};
 use crate::{
     Effects, Instructions, Method, Particles, Settings, Stretch, Topology,
     effects::{stretch, volume},
@@ -105,60 +105,68 @@ impl<'a> Repairable<'a> {
     }
 
     /// Minimum collapsed fraction of the body for a repair to begin.
-    pub const fn least(&self) -> f64 {
+    pub const fn min_collapsed(&self) -> f64 {
         match self.elements {
-            Elements::Tetrahedra => LITTLE,
-            Elements::Edges(..) => MANY,
+            Elements::Tetrahedra => MIN_COLLAPSED_VOLUME,
+            Elements::Edges(..) => MIN_COLLAPSED_LENGTH,
         }
     }
 
-    /// Visits the particles of each collapsed element. Returns the fraction of the body that has collapsed.
-    pub fn collapsed(&self, motes: &impl Motes, mut visit: impl FnMut(&[u32])) -> f64 {
-        let (mut lost, mut whole) = (0.0, 0.0);
+    /// Visits the particles of each collapsed element. Returns the collapsed fraction of the body.
+    pub fn collapsed(&self, particles: &impl ParticleAccess, mut visit: impl FnMut(&[u32])) -> f64 {
+        let (mut collapsed, mut total) = (0.0, 0.0);
         self.each(|corners, rest| {
-            whole += rest;
-            let x = |corner: usize| motes.position(corners[corner] as usize);
+            total += rest;
+            let x = |corner: usize| particles.position(corners[corner] as usize);
             let has_collapsed = match self.elements {
                 Elements::Tetrahedra => topology::volume([0, 1, 2, 3].map(x)) < COLLAPSED * rest,
                 Elements::Edges(..) => x(0).distance(x(1)) < CRUSHED * rest,
             };
             if has_collapsed {
-                lost += rest;
+                collapsed += rest;
                 visit(corners);
             }
         });
-        if lost > 0.0 { lost / whole } else { 0.0 }
+        if collapsed > 0.0 {
+            collapsed / total
+        } else {
+            0.0
+        }
     }
 
     /// Visits the particles of each tangled hinge, and the largest strain that a projection would
     /// remove from one of its edges. Returns the fraction of all hinges, by length, for which
     /// `visit` returned true.
-    pub fn tangles(&self, motes: &impl Motes, mut visit: impl FnMut(&[u32], f64) -> bool) -> f64 {
+    pub fn tangles(
+        &self,
+        particles: &impl ParticleAccess,
+        mut visit: impl FnMut(&[u32], f64) -> bool,
+    ) -> f64 {
         let Elements::Edges(stretch, h) = self.elements else {
             return 0.0;
         };
         let projected = |strain: f64, length: f64, weight: f64| {
-            let given = stretch.compliance_of(length as f32) / (h * h);
-            strain * weight / (weight + given).max(f64::MIN_POSITIVE)
+            let compliance = stretch.compliance_of(length as f32) / (h * h);
+            strain * weight / (weight + compliance).max(f64::MIN_POSITIVE)
         };
-        let (mut change, mut whole) = (0.0, 0.0);
+        let (mut change, mut total) = (0.0, 0.0);
         self.each(|ends, length| {
             let [a, b] = [ends[0], ends[1]].map(|i| i as usize);
-            let weight = motes.inverse_mass(a) + motes.inverse_mass(b);
-            let error = motes.position(a).distance(motes.position(b)) - length;
+            let weight = particles.inverse_mass(a) + particles.inverse_mass(b);
+            let error = particles.position(a).distance(particles.position(b)) - length;
             change += projected(error, length, weight);
-            whole += length;
+            total += length;
         });
-        if change > LOADED * whole {
+        if change > LOADED * total {
             return 0.0;
         }
-        let (mut lost, mut whole) = (0.0, 0.0);
+        let (mut tangled, mut total) = (0.0, 0.0);
         for corners in self.topology.hinges().corners() {
-            let x = corners.map(|i| motes.position(i as usize));
+            let x = corners.map(|i| particles.position(i as usize));
             let rest = corners.map(|i| rest(self.topology, i));
-            let weights = corners.map(|i| motes.inverse_mass(i as usize));
+            let weights = corners.map(|i| particles.inverse_mass(i as usize));
             let length = rest[0].distance(rest[1]);
-            whole += length;
+            total += length;
             if !is_folded(x) || is_folded(rest) {
                 continue;
             }
@@ -170,10 +178,10 @@ impl<'a> Repairable<'a> {
             });
             let strain = strains.into_iter().fold(0.0, f64::max);
             if strain > TANGLED && visit(&corners, strain) {
-                lost += length;
+                tangled += length;
             }
         }
-        if lost > 0.0 { lost / whole } else { 0.0 }
+        if tangled > 0.0 { tangled / total } else { 0.0 }
     }
 }
 

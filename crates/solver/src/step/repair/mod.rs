@@ -1,46 +1,49 @@
 //! Recovery of collapsed and inverted elements without added velocity.
 //!
-//! A constraint corrects an inverted element within one substep. The correction is of the order of the
-//! element's size, so it would leave with a velocity of meters per millisecond, make the body explode and
-//! invert neighboring elements. Instead, damaged elements and those that share a particle with them are moved
-//! back to their rest shape. Solids are checked at the start of every tick, sheets without damage once per repair time.
-//! What counts as damaged:
+//! A constraint corrects an inverted element within one substep. The correction is of the order of
+//! the element's size, so it would leave with a velocity of meters per millisecond, make the body
+//! explode and invert neighboring elements. Instead, damaged elements and those that share a
+//! particle with them are moved back to their rest shape. Solids are checked at the start of every
+//! tick, sheets without damage once per repair time. What counts as damaged:
 //!
-//! - of a body with [`Volume`](crate::Volume): a tetrahedron below [`COLLAPSED`] of its rest volume;
+//! - of a body with [`Volume`](crate::Volume): a tetrahedron below [`COLLAPSED`] of its rest
+//!   volume;
 //! - of a sheet (triangles, no tetrahedra) with [`Stretch`](crate::Stretch): an edge shorter than
-//!   [`CRUSHED`] of its rest length; and after [`LASTING`] repair times without change, a tangled
-//!   hinge: two triangles folded over by more than 120°, one of whose edges a single projection
-//!   would still change by more than [`TANGLED`] of its length. Stiff edges that push against each
-//!   other in a tangle neither come to rest nor separate. A fold without strain is no damage, nor
-//!   is strain without a fold: where too few iterations carry a load, edges are stretched, and
-//!   should remain so. For the same reason no hinge counts while the mean strain of the edges
-//!   exceeds [`LOADED`]. Sheets are repaired with XPBD only, not with the methods that exist for
-//!   comparison with other programs.
+//!   [`CRUSHED`] of its rest length; and after [`MIN_TANGLED_TIME`] repair times without change, a
+//!   tangled hinge: two triangles folded over by more than 120°, one of whose edges a single
+//!   projection would still change by more than [`TANGLED`] of its length. Stiff edges that push
+//!   against each other in a tangle neither come to rest nor separate. A fold without strain is no
+//!   damage, nor is strain without a fold: where too few iterations carry a load, edges are
+//!   stretched, and should remain so. For the same reason no hinge counts while the mean strain of
+//!   the edges exceeds [`LOADED`]. Sheets are repaired with XPBD only, not with the methods that
+//!   exist for comparison with other programs.
 //!
-//! Elements that share particles form a region. In each substep of length h, with the repair time T and the
-//! time t that the body has been under repair:
+//! Elements that share particles form a region. In each substep of length h, with the repair time T
+//! and the time t that the body has been under repair:
 //!
-//! 1. The particles of a region move by the fraction 1 − e^(−h(1 + t/T)/T) towards the shape-matching goals
-//!    gᵢ = R(qᵢ − q̄) + x̄ (Müller, Heidelberger, Teschner and Gross 2005), with velocities unchanged. Forces,
-//!    constraints and contacts then act as usual.
-//! 2. After this and after the third stage, velocities of a region are replaced by those of a rigid body of
-//!    the same momentum and angular momentum. A region that is the whole body keeps the angular momentum from
-//!    before the substep, because Σ m r × v does not measure rotation over such large corrections.
-//!    Rotational energy never increases: the angular velocity is scaled down where the region has become
-//!    more compact. If the body has a contact in the substep, contacts can only slow a region down.
+//! 1. The particles of a region move by the fraction 1 − e^(−h(1 + t/T)/T) towards the
+//!    shape-matching goals gᵢ = R(qᵢ − q̄) + x̄ (Müller, Heidelberger, Teschner and Gross 2005),
+//!    with velocities unchanged. Forces, constraints and contacts then act as usual.
+//! 2. After this and after the third stage, velocities of a region are replaced by those of a rigid
+//!    body of the same momentum and angular momentum. A region that is the whole body keeps the
+//!    angular momentum from before the substep, because Σ m r × v does not measure rotation over
+//!    such large corrections. Rotational energy never increases: the angular velocity is scaled
+//!    down where the region has become more compact. If the body has a contact in the substep,
+//!    contacts can only slow a region down.
 //!
-//! A region with pins gets no velocity, and pins dominate the fit. A region is released when it is within
-//! [`DONE`] of its rest shape and nothing in it is tangled.
+//! A region with pins gets no velocity, and pins dominate the fit. A region is released when it is
+//! within [`RELEASE_DEVIATION`] of its rest shape and nothing in it is tangled.
 //!
-//! Nothing is done while less than [`LITTLE`] of a solid or [`MANY`] of the edges of a sheet have collapsed and
-//! less than [`FEW`] of its hinges are tangled: constraints recover single slivers, and moving a region among
-//! vibrating neighbors disturbs them. After [`PATIENCE`] repair times recovery is suspended (pins or contacts
+//! Nothing is done while less than [`MIN_COLLAPSED_VOLUME`] of a solid or [`MIN_COLLAPSED_LENGTH`]
+//! of the edges of a sheet have collapsed and less than [`MIN_TANGLED_LENGTH`] of its hinges are
+//! tangled: constraints recover single slivers, and moving a region among vibrating neighbors
+//! disturbs them. After [`MAX_REPAIR_TIME`] repair times recovery is suspended (pins or contacts
 //! can hold elements inverted) until the body has been without repair for ten times as long.
 //!
-//! Cost for a body without damage: one pass per tick over its tetrahedra, or per repair time (every third tick by
-//! default) over its edges; none with a repair time of ∞. Not for plastic bodies, whose rest positions are not their
-//! equilibrium, and not for
-//! [`NeoHookean`](crate::NeoHookean), which recovers by its own forces.
+//! Cost for a body without damage: one pass per tick over its tetrahedra, or per repair time (every
+//! third tick by default) over its edges; none with a repair time of ∞. Not for plastic bodies,
+//! whose rest positions are not their equilibrium, and not for [`NeoHookean`](crate::NeoHookean),
+//! which recovers by its own forces.
 
 mod damage;
 pub(crate) mod state;
@@ -60,31 +63,31 @@ use crate::{
 };
 use glam::{DMat3, DVec3};
 
-/// Number of repair times for which a hinge may be tangled.
-pub const LASTING: f64 = 3.0;
+/// Number of repair times after which a tangled hinge counts as damaged.
+pub const MIN_TANGLED_TIME: f64 = 3.0;
 
 /// Fraction of the rest volume of a solid that must have collapsed for a repair to begin.
-pub const LITTLE: f64 = 0.02;
+pub const MIN_COLLAPSED_VOLUME: f64 = 0.02;
 
 /// Fraction of the edges of a sheet, by length, that must have collapsed for a repair to begin.
 /// With too few iterations, some edges are briefly crushed where a sheet swings under its weight.
-pub const MANY: f64 = 0.1;
+pub const MIN_COLLAPSED_LENGTH: f64 = 0.1;
 
 /// Change of the strain of a tangled hinge between checks below which it does not separate by
 /// itself.
-pub const STEADY: f64 = 0.05;
+pub const MAX_TANGLE_CHANGE: f64 = 0.05;
 
 /// Fraction of the hinges of a sheet, by length, that must be tangled for a repair to begin.
-pub const FEW: f64 = 0.004;
+pub const MIN_TANGLED_LENGTH: f64 = 0.004;
 
 /// RMS distance from its rest shape, relative to its RMS size, at which a region is released.
-pub const DONE: f64 = 0.01;
+pub const RELEASE_DEVIATION: f64 = 0.01;
 
 /// Number of repair times after which recovery is suspended.
-pub const PATIENCE: f64 = 40.0;
+pub const MAX_REPAIR_TIME: f64 = 40.0;
 
-/// Particles that can be repaired.
-pub(crate) trait Motes {
+/// Access to the particles of a body under repair.
+pub(crate) trait ParticleAccess {
     /// Inverse mass [1/kg].
     fn inverse_mass(&self, i: usize) -> f64;
     /// Position where a substep begins or ends [m].
@@ -97,7 +100,7 @@ pub(crate) trait Motes {
     fn accelerate(&mut self, i: usize, change: DVec3);
 }
 
-impl Motes for Particles {
+impl ParticleAccess for Particles {
     fn inverse_mass(&self, i: usize) -> f64 {
         self.positions[i].w.into()
     }
@@ -123,22 +126,22 @@ impl Repair {
     /// Finds damaged elements, and those still under repair, in a tick of `seconds`.
     ///
     /// An undamaged body is checked once per interval, if it `may_be_damaged`.
-    pub(crate) fn look<M: Motes>(
+    pub(crate) fn check<M: ParticleAccess>(
         &mut self,
         body: &Repairable,
         seconds: f64,
-        motes: &M,
+        particles: &M,
         may_be_damaged: impl FnOnce(&M) -> bool,
     ) {
         let elapsed = match self.is_due(body.interval(), seconds) {
-            Some(elapsed) if !self.is_empty() || may_be_damaged(motes) => elapsed,
-            due => return self.recuperate(seconds, due.is_some()),
+            Some(elapsed) if !self.is_empty() || may_be_damaged(particles) => elapsed,
+            due => return self.cool_down(seconds, due.is_some()),
         };
         let topology = body.topology;
         let mut repair = self.under.take().unwrap_or_default();
         repair.time = body.time;
-        if repair.spent > PATIENCE * body.time {
-            repair.spent = 2.0 * PATIENCE * body.time;
+        if repair.spent > MAX_REPAIR_TIME * body.time {
+            repair.spent = 2.0 * MAX_REPAIR_TIME * body.time;
             repair.drawn.clear();
             repair.regions.clear();
             self.under = Some(repair);
@@ -149,16 +152,18 @@ impl Repair {
         let mut strains = std::mem::take(&mut repair.regions.strains);
         strains.clear();
         strains.resize(topology.particles(), 0.0_f32);
-        body.tangles(motes, |corners, strain| {
+        body.tangles(particles, |corners, strain| {
             for &i in corners {
-                let most = &mut strains[i as usize];
-                *most = most.max(strain as f32);
+                let largest = &mut strains[i as usize];
+                *largest = largest.max(strain as f32);
             }
             true
         });
         for region in repair.regions.each() {
-            let off = || Whole::of(region, motes).off(region, topology, motes);
-            if !region.iter().any(|&i| strains[i as usize] > 0.0) && off() < DONE {
+            let deviation =
+                || RegionMotion::of(region, particles).deviation(region, topology, particles);
+            if !region.iter().any(|&i| strains[i as usize] > 0.0) && deviation() < RELEASE_DEVIATION
+            {
                 for &i in region {
                     repair.drawn[i as usize] = false;
                 }
@@ -168,10 +173,10 @@ impl Repair {
         let mut damaged = std::mem::take(&mut repair.regions.damaged);
         damaged.clear();
         damaged.resize(topology.particles(), false);
-        if body.collapsed(motes, |corners| mark(&mut damaged, corners)) < body.least() {
+        if body.collapsed(particles, |corners| mark(&mut damaged, corners)) < body.min_collapsed() {
             damaged.fill(false);
         }
-        if body.tangles(motes, |corners, _| repair.has_lasted(corners)) >= FEW {
+        if body.tangles(particles, |corners, _| repair.has_lasted(corners)) >= MIN_TANGLED_LENGTH {
             for (damaged, &strain) in damaged.iter_mut().zip(&strains) {
                 *damaged |= strain > 0.0;
             }
@@ -188,56 +193,65 @@ impl Repair {
             repair.find_regions(body);
         } else {
             repair.drawn.clear();
-            repair.recuperate(seconds);
+            repair.cool_down(seconds);
         }
         self.under = Some(repair);
     }
 
     /// Moves all regions towards their rest shapes, in a substep of `h` seconds.
-    pub(crate) fn draw(&mut self, topology: &Topology, h: f64, motes: &mut impl Motes) {
+    pub(crate) fn move_regions(
+        &mut self,
+        topology: &Topology,
+        h: f64,
+        particles: &mut impl ParticleAccess,
+    ) {
         let Some(repair) = &mut self.under else {
             return;
         };
         let mut motions = std::mem::take(&mut repair.regions.motions);
         motions.clear();
-        let share = -(-h * (1.0 + repair.spent / repair.time) / repair.time).exp_m1();
+        let fraction = -(-h * (1.0 + repair.spent / repair.time) / repair.time).exp_m1();
         for region in repair.regions.each() {
-            let whole = Whole::of(region, motes);
-            let (rotation, rest_center) = whole.fit(region, topology, motes);
-            let goal = |i: u32| rotation * (rest(topology, i) - rest_center) + whole.motion.center;
+            let rigid = RegionMotion::of(region, particles);
+            let (rotation, rest_center) = rigid.fit(region, topology, particles);
+            let goal = |i: u32| rotation * (rest(topology, i) - rest_center) + rigid.motion.center;
             for &i in region {
                 let (i, goal) = (i as usize, goal(i));
-                if motes.inverse_mass(i) > 0.0 {
-                    motes.shift(i, (goal - motes.position(i)) * share);
+                if particles.inverse_mass(i) > 0.0 {
+                    particles.shift(i, (goal - particles.position(i)) * fraction);
                 }
             }
-            whole.stiffen(region, motes);
-            motions.push((whole.velocity, whole.motion.angular, whole.turning));
+            rigid.make_rigid(region, particles);
+            motions.push((
+                rigid.velocity,
+                rigid.motion.angular,
+                rigid.rotational_energy,
+            ));
         }
         repair.regions.motions = motions;
         repair.regions.touched = false;
     }
 
     /// Replaces the velocities of all regions by rigid motion.
-    pub(crate) fn stiffen(&self, motes: &mut impl Motes) {
+    pub(crate) fn make_rigid(&self, particles: &mut impl ParticleAccess) {
         let Some(repair) = &self.under else { return };
         let Regions {
             motions, touched, ..
         } = &repair.regions;
-        for (region, &(before, angular, turning)) in repair.regions.each().zip(motions) {
-            let mut whole = Whole::of(region, motes);
-            whole.turning = turning;
+        for (region, &(before, angular, energy)) in repair.regions.each().zip(motions) {
+            let mut rigid = RegionMotion::of(region, particles);
+            rigid.rotational_energy = energy;
             if region.len() == repair.drawn.len() {
-                whole.motion.angular = angular;
+                rigid.motion.angular = angular;
             }
-            let change = whole.velocity - before;
+            let change = rigid.velocity - before;
             let size = change.length_squared();
             if *touched && size > 0.0 {
-                // Only as far as it slows down.
-                let share = (-before.dot(change) / size).clamp(0.0, 1.0);
-                whole.velocity = before + change * share;
+                // Contacts can only slow it down.
+                let fraction = (-before.dot(change) / size).clamp(0.0, 1.0);
+                rigid.velocity = before + change * fraction;
             }
-            whole.stiffen(region, motes);
+            rigid.make_rigid(region, particles);
         }
     }
 }
@@ -252,7 +266,7 @@ impl UnderRepair {
         }
         self.tangled.resize(strains.len(), [0.0; 2]);
         for ([time, before], &strain) in self.tangled.iter_mut().zip(strains) {
-            let steady = strain > 0.0 && f64::from((strain - *before).abs()) < STEADY;
+            let steady = strain > 0.0 && f64::from((strain - *before).abs()) < MAX_TANGLE_CHANGE;
             (*time, *before) = (if steady { *time + seconds as f32 } else { 0.0 }, strain);
         }
     }
@@ -261,12 +275,12 @@ impl UnderRepair {
     fn has_lasted(&self, corners: &[u32]) -> bool {
         corners.iter().all(|&i| {
             let tangled = self.tangled.get(i as usize);
-            tangled.is_some_and(|&[seconds, _]| f64::from(seconds) > LASTING * self.time)
+            tangled.is_some_and(|&[seconds, _]| f64::from(seconds) > MIN_TANGLED_TIME * self.time)
         })
     }
 
-    /// Advances the recovery time of a tick of `seconds` without repair.
-    fn recuperate(&mut self, seconds: f64) {
+    /// Reduces the duration of repair in a tick of `seconds` without repair.
+    fn cool_down(&mut self, seconds: f64) {
         self.spent = (self.spent - 0.1 * seconds).max(0.0);
     }
 
@@ -275,13 +289,13 @@ impl UnderRepair {
     fn find_regions(&mut self, body: &Repairable) {
         let Self { drawn, regions, .. } = self;
         let Regions {
-            members,
+            particles,
             ends,
             parent,
             motions,
             ..
         } = regions;
-        members.reserve(drawn.len());
+        particles.reserve(drawn.len());
         ends.reserve(drawn.len());
         motions.reserve(drawn.len());
         parent.clear();
@@ -295,15 +309,15 @@ impl UnderRepair {
                 }
             }
         });
-        members.clear();
-        members.extend((0..drawn.len() as u32).filter(|&i| drawn[i as usize]));
-        for &i in &*members {
+        particles.clear();
+        particles.extend((0..drawn.len() as u32).filter(|&i| drawn[i as usize]));
+        for &i in &*particles {
             parent[i as usize] = root(parent, i);
         }
-        members.sort_unstable_by_key(|&i| (parent[i as usize], i));
+        particles.sort_unstable_by_key(|&i| (parent[i as usize], i));
         let mut end = 0;
         ends.clear();
-        for region in members.chunk_by(|&a, &b| parent[a as usize] == parent[b as usize]) {
+        for region in particles.chunk_by(|&a, &b| parent[a as usize] == parent[b as usize]) {
             end += region.len();
             ends.push(end);
         }
@@ -329,9 +343,9 @@ fn rest(topology: &Topology, i: u32) -> DVec3 {
 }
 
 /// Rigid motion of a region.
-struct Whole {
+struct RegionMotion {
     /// Mass assigned to a pin [kg].
-    pin: f64,
+    pin_mass: f64,
     pinned: bool,
     /// Total mass [kg].
     mass: f64,
@@ -340,102 +354,115 @@ struct Whole {
     /// Motion relative to it.
     motion: Motion,
     /// Rotational energy of the motion if the region were rigid [J].
-    turning: f64,
+    rotational_energy: f64,
 }
 
-impl Whole {
-    fn of(region: &[u32], motes: &impl Motes) -> Self {
-        let weights = region.iter().map(|&i| motes.inverse_mass(i as usize));
-        let light: f64 = weights.clone().filter(|w| *w > 0.0).map(|w| 1.0 / w).sum();
-        let mut whole = Self {
-            pin: if light > 0.0 { HEAVY * light } else { 1.0 },
+impl RegionMotion {
+    fn of(region: &[u32], particles: &impl ParticleAccess) -> Self {
+        let weights = region.iter().map(|&i| particles.inverse_mass(i as usize));
+        let movable: f64 = weights.clone().filter(|w| *w > 0.0).map(|w| 1.0 / w).sum();
+        let mut rigid = Self {
+            pin_mass: if movable > 0.0 { HEAVY * movable } else { 1.0 },
             pinned: weights.into_iter().any(|w| w == 0.0),
             mass: 0.0,
             velocity: DVec3::ZERO,
             motion: Motion::default(),
-            turning: 0.0,
+            rotational_energy: 0.0,
         };
         for &i in region {
-            let mass = whole.mass_of(i, motes);
-            whole.mass += mass;
-            whole.velocity += motes.velocity(i as usize) * mass;
+            let mass = rigid.mass_of(i, particles);
+            rigid.mass += mass;
+            rigid.velocity += particles.velocity(i as usize) * mass;
         }
-        whole.velocity /= whole.mass;
-        whole.motion = whole.motion_of(region, motes);
-        let angular = whole.motion.angular;
-        let turn = whole.motion.turn_to(angular * 2.0);
-        whole.turning = 0.5 * turn.dot(angular);
-        whole
+        rigid.velocity /= rigid.mass;
+        rigid.motion = rigid.motion_of(region, particles);
+        let angular = rigid.motion.angular;
+        let turn = rigid.motion.rotation_to(angular * 2.0);
+        rigid.rotational_energy = 0.5 * turn.dot(angular);
+        rigid
     }
 
     /// RMS distance from its rest shape, relative to its RMS size.
-    fn off(&self, region: &[u32], topology: &Topology, motes: &impl Motes) -> f64 {
-        let (rotation, rest_center) = self.fit(region, topology, motes);
-        let (mut off, mut size) = (0.0, 0.0);
+    fn deviation(
+        &self,
+        region: &[u32],
+        topology: &Topology,
+        particles: &impl ParticleAccess,
+    ) -> f64 {
+        let (rotation, rest_center) = self.fit(region, topology, particles);
+        let (mut distance, mut size) = (0.0, 0.0);
         for &i in region {
             let arm = rest(topology, i) - rest_center;
             let goal = rotation * arm + self.motion.center;
-            let mass = self.mass_of(i, motes);
-            off += mass * goal.distance_squared(motes.position(i as usize));
+            let mass = self.mass_of(i, particles);
+            distance += mass * goal.distance_squared(particles.position(i as usize));
             size += mass * arm.length_squared();
         }
-        (off / size).sqrt()
+        (distance / size).sqrt()
     }
 
     /// Motion of a region relative to its center of mass.
-    fn motion_of(&self, region: &[u32], motes: &impl Motes) -> Motion {
+    fn motion_of(&self, region: &[u32], particles: &impl ParticleAccess) -> Motion {
         let at = |place: usize| {
             let i = region[place];
-            let (x, v) = (motes.position(i as usize), motes.velocity(i as usize));
-            (self.mass_of(i, motes), x, v - self.velocity)
+            let (x, v) = (
+                particles.position(i as usize),
+                particles.velocity(i as usize),
+            );
+            (self.mass_of(i, particles), x, v - self.velocity)
         };
         Motion::of(at, region.len())
     }
 
     /// Gives a region, at its current positions, the velocities of a rigid body with the momenta
     /// that it had before; zero where it is pinned.
-    fn stiffen(&self, region: &[u32], motes: &mut impl Motes) {
-        let now = self.motion_of(region, motes);
-        let mut turn = now.turn_to(now.angular + self.motion.angular);
-        let turning = 0.5 * turn.dot(self.motion.angular);
-        if turning > self.turning {
-            turn *= (self.turning / turning).sqrt();
+    fn make_rigid(&self, region: &[u32], particles: &mut impl ParticleAccess) {
+        let now = self.motion_of(region, particles);
+        let mut turn = now.rotation_to(now.angular + self.motion.angular);
+        let energy = 0.5 * turn.dot(self.motion.angular);
+        if energy > self.rotational_energy {
+            turn *= (self.rotational_energy / energy).sqrt();
         }
         for &i in region {
             let i = i as usize;
-            if motes.inverse_mass(i) > 0.0 {
+            if particles.inverse_mass(i) > 0.0 {
                 let rigid = match self.pinned {
                     true => DVec3::ZERO,
-                    false => self.velocity + turn.cross(motes.position(i) - now.center),
+                    false => self.velocity + turn.cross(particles.position(i) - now.center),
                 };
-                motes.accelerate(i, rigid - motes.velocity(i));
+                particles.accelerate(i, rigid - particles.velocity(i));
             }
         }
     }
 
-    fn mass_of(&self, i: u32, motes: &impl Motes) -> f64 {
-        match motes.inverse_mass(i as usize) {
+    fn mass_of(&self, i: u32, particles: &impl ParticleAccess) -> f64 {
+        match particles.inverse_mass(i as usize) {
             w if w > 0.0 => 1.0 / w,
-            _ => self.pin,
+            _ => self.pin_mass,
         }
     }
 
     /// Best-fit rotation of the rest shape, and the center of mass of that [m].
-    fn fit(&self, region: &[u32], topology: &Topology, motes: &impl Motes) -> (DMat3, DVec3) {
+    fn fit(
+        &self,
+        region: &[u32],
+        topology: &Topology,
+        particles: &impl ParticleAccess,
+    ) -> (DMat3, DVec3) {
         let terms = region
             .iter()
-            .map(|&i| rest(topology, i) * self.mass_of(i, motes));
+            .map(|&i| rest(topology, i) * self.mass_of(i, particles));
         let center = terms.sum::<DVec3>() / self.mass;
         let each = || region.iter();
-        let from = each().map(|&i| (rest(topology, i) - center) * self.mass_of(i, motes));
-        let to = each().map(|&i| motes.position(i as usize) - self.motion.center);
+        let from = each().map(|&i| (rest(topology, i) - center) * self.mass_of(i, particles));
+        let to = each().map(|&i| particles.position(i as usize) - self.motion.center);
         (fit::rotation_between(from, to), center)
     }
 }
 
 impl Stepper<'_> {
     /// Begins a tick: checks for damage.
-    pub(crate) fn look_for_damage(&mut self, context: &StepContext) {
+    pub(crate) fn check_damage(&mut self, context: &StepContext) {
         let settings = context.settings;
         let Some(body) = Repairable::of(self.effects, self.topology, settings) else {
             self.particles.repair = Repair::default();
@@ -443,29 +470,29 @@ impl Stepper<'_> {
         };
         let seconds = settings.tick_seconds();
         let mut repair = std::mem::take(&mut self.particles.repair);
-        repair.look(&body, seconds, &*self.particles, |particles| {
+        repair.check(&body, seconds, &*self.particles, |particles| {
             body.may_be_damaged(particles, context.instructions)
         });
         self.particles.repair = repair;
     }
 
     /// Begins a substep: moves particles under repair towards their rest shape.
-    pub(crate) fn draw(&mut self, context: &StepContext) {
+    pub(crate) fn move_repaired(&mut self, context: &StepContext) {
         let particles = &mut *self.particles;
         if !particles.repair.is_empty() {
             let mut repair = std::mem::take(&mut particles.repair);
             let h = context.settings.substep_seconds();
-            repair.draw(self.topology, h, particles);
+            repair.move_regions(self.topology, h, particles);
             particles.repair = repair;
         }
     }
 
     /// Ends a substep: makes the motion of particles under repair rigid.
-    pub(crate) fn stiffen(&mut self) {
+    pub(crate) fn end_repair(&mut self) {
         let particles = &mut *self.particles;
         if !particles.repair.is_empty() {
             let repair = std::mem::take(&mut particles.repair);
-            repair.stiffen(particles);
+            repair.make_rigid(particles);
             particles.repair = repair;
         }
     }

@@ -31,7 +31,7 @@ pub(super) struct UnderRepair {
 /// Particles by region, and buffers.
 #[derive(Debug, Default)]
 pub(super) struct Regions {
-    pub(super) members: Vec<u32>,
+    pub(super) particles: Vec<u32>,
     /// End of the range of each region.
     pub(super) ends: Vec<usize>,
     pub(super) damaged: Vec<bool>,
@@ -81,7 +81,7 @@ impl PartialEq for Repair {
 
 impl Regions {
     pub(super) fn clear(&mut self) {
-        self.members.clear();
+        self.particles.clear();
         self.ends.clear();
         self.motions.clear();
     }
@@ -89,7 +89,7 @@ impl Regions {
     pub(super) fn each(&self) -> impl Iterator<Item = &[u32]> {
         let starts = iter::once(&0).chain(&self.ends);
         let bounds = starts.zip(&self.ends);
-        bounds.map(|(&start, &end)| &self.members[start..end])
+        bounds.map(|(&start, &end)| &self.particles[start..end])
     }
 }
 
@@ -113,7 +113,7 @@ impl Repair {
             let regions = &repair.regions;
             size_of_val(&repair.drawn[..])
                 + size_of_val(&repair.tangled[..])
-                + size_of_val(&regions.members[..])
+                + size_of_val(&regions.particles[..])
                 + size_of_val(&regions.ends[..])
                 + size_of_val(&regions.damaged[..])
                 + size_of_val(&regions.strains[..])
@@ -138,14 +138,14 @@ impl Repair {
         is_due.then_some(interval.max(seconds))
     }
 
-    /// Advances the recovery time of a tick of `seconds` without repair; clears tangled hinges if
-    /// it `is_whole`.
-    pub(super) fn recuperate(&mut self, seconds: f64, is_whole: bool) {
+    /// Reduces the duration of repair in a tick of `seconds` without repair; clears tangled hinges
+    /// if the body `is_undamaged`.
+    pub(super) fn cool_down(&mut self, seconds: f64, is_undamaged: bool) {
         if let Some(repair) = &mut self.under {
-            if is_whole {
+            if is_undamaged {
                 repair.tangled.clear();
             }
-            repair.recuperate(seconds);
+            repair.cool_down(seconds);
         }
     }
 

@@ -12,19 +12,19 @@ use std::{
 /// (The compiler enforces that the packages below do not depend on it.) Simulation and effects
 /// share a layer: a schedule holds systems of effects, and an effect's systems belong to sets of
 /// the schedule.
-const FLOORS: [&[&str]; 8] = [
+const LAYERS: [&[&str]; 8] = [
     &["main"],
     &["command"],
     &["sandbox"],
     &["study", "torture"],
-    &["bench", "output", "render"],
+    &["avian", "bench", "output", "render"],
     &["recording"],
     &["scene"],
     &["effect", "simulation"],
 ];
 
 /// Layers of the window's modules.
-const WINDOW_FLOORS: [&[&str]; 6] = [
+const WINDOW_LAYERS: [&[&str]; 6] = [
     &["app"],
     &["panel"],
     &["input", "lab"],
@@ -56,8 +56,8 @@ fn files(folder: &Path) -> Vec<(PathBuf, String)> {
     all
 }
 
-fn floor(floors: &[&[&str]], room: &str) -> Option<usize> {
-    floors.iter().position(|rooms| rooms.contains(&room))
+fn layer_of(layers: &[&[&str]], module_name: &str) -> Option<usize> {
+    layers.iter().position(|names| names.contains(&module_name))
 }
 
 /// Code without comments: each line up to `//`.
@@ -67,20 +67,20 @@ fn code(text: &str) -> impl Iterator<Item = &str> {
 }
 
 /// The modules that a file names: after one of these roots, alone or in braces.
-fn named_rooms(text: &str, roots: &[&str]) -> Vec<String> {
+fn named_modules(text: &str, roots: &[&str]) -> Vec<String> {
     let all: String = code(text).collect::<Vec<_>>().join("\n");
-    let mut rooms = Vec::new();
+    let mut names = Vec::new();
     for root in roots {
         for (start, _) in all.match_indices(root) {
             let rest = &all[start + root.len()..];
             if let Some(braced) = rest.strip_prefix('{') {
-                rooms.extend(heads(braced));
+                names.extend(heads(braced));
             } else {
-                rooms.push(word(rest));
+                names.push(word(rest));
             }
         }
     }
-    rooms
+    names
 }
 
 /// First words of the items of a `use` in braces, up to the closing brace.
@@ -108,7 +108,7 @@ fn word(text: &str) -> String {
 
 /// A program that only steps bodies builds neither Bevy nor the code that reads and draws.
 #[test]
-fn the_solver_package_stands_alone() {
+fn the_solver_package_builds_without_bevy() {
     let tree = Command::new(env!("CARGO"))
         .args(["tree", "--offline", "--edges", "normal", "--prefix", "none"])
         .args(["--package", "pliant_solver"])
@@ -126,10 +126,10 @@ fn the_solver_package_stands_alone() {
 
 /// A module can be understood without those above it, as it does not depend on them.
 #[test]
-fn arrows_between_rooms_point_only_down() {
-    assert_arrows_point_down(
+fn modules_depend_only_on_lower_layers() {
+    assert_downward_dependencies(
         &source(),
-        &FLOORS,
+        &LAYERS,
         &["crate::", "pliant::"],
         // The crate's root and its prelude may name everything.
         &["lib", "prelude"],
@@ -138,28 +138,36 @@ fn arrows_between_rooms_point_only_down() {
 
 /// The same for the modules of the window, except its root, which combines them.
 #[test]
-fn arrows_between_rooms_of_the_window_point_only_down() {
+fn modules_of_the_window_depend_only_on_lower_layers() {
     let roots = ["sandbox::"];
-    assert_arrows_point_down(&source().join("sandbox"), &WINDOW_FLOORS, &roots, &["mod"]);
+    assert_downward_dependencies(&source().join("sandbox"), &WINDOW_LAYERS, &roots, &["mod"]);
 }
 
 #[track_caller]
-fn assert_arrows_point_down(folder: &Path, floors: &[&[&str]], roots: &[&str], others: &[&str]) {
+fn assert_downward_dependencies(
+    folder: &Path,
+    layers: &[&[&str]],
+    roots: &[&str],
+    others: &[&str],
+) {
     let mut found = Vec::new();
     let mut seen = 0;
     for (path, text) in files(folder) {
         let inside = path.strip_prefix(folder).expect("below it");
-        let room = inside
+        let module_name = inside
             .components()
             .next()
             .map(|first| word(&first.as_os_str().to_string_lossy()))
             .unwrap_or_default();
-        let Some(own) = floor(floors, &room) else {
-            assert!(others.contains(&room.as_str()), "an unknown room: {room}");
+        let Some(own) = layer_of(layers, &module_name) else {
+            assert!(
+                others.contains(&module_name.as_str()),
+                "an unknown module: {module_name}"
+            );
             continue;
         };
-        for known in named_rooms(&text, roots) {
-            if let Some(other) = floor(floors, &known) {
+        for known in named_modules(&text, roots) {
+            if let Some(other) = layer_of(layers, &known) {
                 seen += 1;
                 if other < own {
                     found.push(format!("{} knows {known}", inside.display()));
@@ -169,7 +177,7 @@ fn assert_arrows_point_down(folder: &Path, floors: &[&[&str]], roots: &[&str], o
     }
     assert!(
         seen > 50,
-        "only {seen} arrows were found: the scan is blind"
+        "only {seen} dependencies were found: the scan is broken"
     );
     assert!(found.is_empty(), "\n{}\n", found.join("\n"));
 }
@@ -331,7 +339,7 @@ fn imports(module: &str, code: &str) -> Vec<(Vec<String>, bool)> {
 }
 
 /// Dependencies between the modules of the solver.
-fn arrows(modules: &BTreeMap<String, String>) -> BTreeMap<String, BTreeSet<String>> {
+fn dependencies(modules: &BTreeMap<String, String>) -> BTreeMap<String, BTreeSet<String>> {
     let imports: BTreeMap<&String, _> = modules
         .iter()
         .map(|(module, code)| (module, imports(module, code)))
@@ -361,24 +369,24 @@ fn arrows(modules: &BTreeMap<String, String>) -> BTreeMap<String, BTreeSet<Strin
         }
         String::new()
     };
-    let mut arrows = BTreeMap::new();
+    let mut dependencies = BTreeMap::new();
     for (module, all) in imports.iter().filter(|(module, _)| !module.is_empty()) {
         let targets = all.iter().filter(|(_, sign)| !sign);
         let targets = targets.map(|(path, _)| target(path));
         let targets = targets.filter(|other| !other.is_empty() && other != *module);
-        arrows.insert((*module).clone(), targets.collect());
+        dependencies.insert((*module).clone(), targets.collect());
     }
-    arrows
+    dependencies
 }
 
 fn reachable<'a>(
     from: &'a str,
-    arrows: &'a BTreeMap<String, BTreeSet<String>>,
+    dependencies: &'a BTreeMap<String, BTreeSet<String>>,
 ) -> BTreeSet<&'a str> {
     let mut seen = BTreeSet::new();
     let mut open = vec![from];
     while let Some(module) = open.pop() {
-        for other in arrows.get(module).into_iter().flatten() {
+        for other in dependencies.get(module).into_iter().flatten() {
             if seen.insert(&**other) {
                 open.push(other);
             }
@@ -390,12 +398,12 @@ fn reachable<'a>(
 /// Modules of the solver can be read independently: an import cycle has at most three members.
 #[test]
 fn the_solver_has_no_import_cycle_of_more_than_three_modules() {
-    let arrows = arrows(&solver_modules());
-    let count: usize = arrows.values().map(BTreeSet::len).sum();
-    assert!(count > 200, "only {count} arrows: the scan is blind");
-    let reach: BTreeMap<&str, _> = arrows
+    let dependencies = dependencies(&solver_modules());
+    let count: usize = dependencies.values().map(BTreeSet::len).sum();
+    assert!(count > 200, "only {count} dependencies: the scan is broken");
+    let reach: BTreeMap<&str, _> = dependencies
         .keys()
-        .map(|module| (&**module, reachable(module, &arrows)))
+        .map(|module| (&**module, reachable(module, &dependencies)))
         .collect();
     for (module, known) in &reach {
         let cycle: Vec<_> = known

@@ -4,7 +4,7 @@
 
 use std::io;
 
-use super::{FileMesh, MeshError, read};
+use crate::mesh::{FileMesh, MeshError, read};
 
 /// A built-in mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,13 +24,14 @@ macro_rules! asset {
             name: $name,
             file: $file,
             title: $title,
-            bytes: include_bytes!(concat!("../../../assets/meshes/", $file)),
+            bytes: include_bytes!(concat!("../../assets/meshes/", $file)),
         }
     };
 }
 
 /// All built-in meshes, sorted by name.
 pub const ASSETS: &[Asset] = &[
+    asset!("arch", "arch.obj", "a rope over half a cylinder"),
     asset!("bowl", "bowl.obj", "a bowl"),
     asset!("bunny", "bunny.obj", "the Stanford bunny"),
     asset!(
@@ -48,13 +49,13 @@ pub const ASSETS: &[Asset] = &[
 /// Loads the built-in mesh with this name.
 ///
 /// # Errors
-/// [`MeshError::UnknownAsset`], with the list of known names.
+/// [`MeshError::Unusable`] for another name, with the list of known names.
 pub fn load(name: &str) -> Result<FileMesh, MeshError> {
     let Some(asset) = ASSETS.iter().find(|asset| asset.name == name) else {
         let known: Vec<_> = ASSETS.iter().map(|asset| asset.name).collect();
-        return Err(MeshError::UnknownAsset {
-            name: name.into(),
-            known: known.join(", "),
+        return Err(MeshError::Unusable {
+            problem: format!("unknown built-in mesh '{name}'"),
+            remedy: format!("expected one of: {}", known.join(", ")),
         });
     };
     read::bytes(asset.file, asset.bytes, &|_| {
