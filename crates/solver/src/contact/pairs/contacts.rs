@@ -10,6 +10,7 @@ use super::{
     tangible::Tangible,
     tangle::Tangle,
     truncate::Truncation,
+    untangle::CrossingSearch,
 };
 use crate::{
     Effects, Substep, Threads,
@@ -86,8 +87,9 @@ pub struct Contacts {
     pub(super) rigids: Vec<Rigid>,
     pub(super) manifolds: Manifolds,
     pub(super) tangles: Vec<Tangle>,
-    /// Whether the last check found no crossing, and nothing has moved since except as stepped.
-    pub(super) is_untangled: bool,
+    pub(super) search: CrossingSearch,
+    /// Per member: whether it may have crossed another surface since the last check.
+    pub(super) may_cross: Vec<bool>,
     /// Index of each vertex among the active ones.
     pub(super) places: Vec<u32>,
     /// Pairs of bodies in contact at the start of the last substep.
@@ -539,7 +541,6 @@ impl Contacts {
             return;
         }
         self.is_valid = false;
-        self.is_untangled = false;
         self.members.clear();
         self.rigids.clear();
         let mut first = 0;
@@ -568,6 +569,8 @@ impl Contacts {
         self.active.clear();
         self.places.clear();
         self.places.resize(first, NO_INDEX);
+        self.may_cross.clear();
+        self.may_cross.resize(self.members.len(), true);
         self.cut_into_pieces();
     }
 
@@ -619,7 +622,7 @@ impl Contacts {
     fn predict(&mut self, bodies: &[impl Tangible], colliders: &[SweptCollider], step: &Substep) {
         let h = f64::from(step.h);
         let fall = step.gravity.as_dvec3() * (h * h);
-        for member in &self.members {
+        for (member, may_cross) in self.members.iter().zip(&mut self.may_cross) {
             if !member.is_stepped && self.is_valid {
                 continue;
             }
@@ -644,7 +647,7 @@ impl Contacts {
                 let stepped = self.starts[v] + body.motion(particle);
                 let deviation = (start - stepped).length_squared();
                 let limit = f64::from(MOVED * member.half_thickness());
-                self.is_untangled &= deviation <= limit * limit;
+                *may_cross |= deviation > limit * limit;
                 self.starts[v] = start;
                 (self.inverse_masses[v], self.ends[v]) = if !member.is_stepped || weight == 0.0 {
                     (0.0, start)

@@ -102,7 +102,7 @@ fn between(a: &Shape, b: &Shape, grid: &mut Grid) -> usize {
 
 /// Visits the edges of a surface that pass through triangles of another, or of itself, with their
 /// end points and the corners [m].
-pub(super) fn each_crossing(
+fn each_crossing(
     (a, of_a): (&Surface, &[DVec3]),
     (b, of_b): (&Surface, &[DVec3]),
     grid: &mut Grid,
@@ -130,7 +130,7 @@ pub(super) fn each_crossing(
 }
 
 /// Whether a segment passes through a triangle.
-fn crosses([p, q]: [DVec3; 2], [a, b, c]: [DVec3; 3]) -> bool {
+pub(super) fn crosses([p, q]: [DVec3; 2], [a, b, c]: [DVec3; 3]) -> bool {
     let side = |a: DVec3, b: DVec3, c: DVec3, d: DVec3| {
         let [a, b, c, d] = [a, b, c, d].map(|DVec3 { x, y, z }| Coord3D { x, y, z });
         orient3d(a, b, c, d)

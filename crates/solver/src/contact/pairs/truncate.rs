@@ -50,8 +50,8 @@ pub(super) struct Truncation {
     follows: Vec<bool>,
     /// Common motion of each group of members.
     common: Vec<Common>,
-    /// Whether two primitives touch at distance 0, so that they have no sides.
-    touches: bool,
+    /// Members of pairs that touch at distance 0, so that they have no sides.
+    touching: Vec<[u32; 2]>,
 }
 
 /// Common motion of a group of members: that of its particles that cannot be cut, zero if one of
@@ -144,7 +144,7 @@ impl Contacts {
         self.counts.truncated = 0;
         self.counts.failed = 0;
         let mut buffers = std::mem::take(&mut self.truncation);
-        buffers.touches = false;
+        buffers.touching.clear();
         buffers.roots.clear();
         buffers.roots.extend(0..self.members.len() as u32);
         buffers.follows.clear();
@@ -169,7 +169,9 @@ impl Contacts {
             self.find_near(&mut buffers);
             is_complete = true;
         }
-        self.is_untangled &= !buffers.touches;
+        for &member in buffers.touching.iter().flatten() {
+            self.may_cross[member as usize] = true;
+        }
         self.truncation = buffers;
     }
 
@@ -195,7 +197,12 @@ impl Contacts {
                 found = true;
                 let fixed = pair.corners.map(|v| self.inverse_masses[v as usize] == 0.0);
                 let is_kept_apart = pair.cut(displacements, fixed, &mut buffers.t);
-                self.counts.failed += usize::from(!is_kept_apart);
+                if !is_kept_apart {
+                    self.counts.failed += 1;
+                    for member in pair.members {
+                        self.may_cross[member as usize] = true;
+                    }
+                }
             }
             if !found {
                 return is_any_cut;
@@ -236,7 +243,9 @@ impl Contacts {
 
     /// Finds pairs that can come closer than their minimum gap.
     fn find_near(&self, buffers: &mut Truncation) {
-        let Truncation { pairs, touches, .. } = buffers;
+        let Truncation {
+            pairs, touching, ..
+        } = buffers;
         pairs.clear();
         for batch in &self.batches {
             let by = batch.min_gap as f32;
@@ -250,7 +259,9 @@ impl Contacts {
                     return None;
                 }
                 let pair = Pair::new(batch, members, vertices, &self.starts);
-                *touches |= pair.is_none();
+                if pair.is_none() {
+                    touching.push(members);
+                }
                 pair
             }));
         }

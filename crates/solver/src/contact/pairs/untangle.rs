@@ -13,86 +13,152 @@
 //! left to its elasticity.
 
 use super::{
-    bounds::{Bounds, Grid},
-    contacts::{Between, Contacts, Member, Owner},
-    crossings::{around, each_crossing},
+    bounds::{Bounds, Columns},
+    contacts::{Between, Contacts, Member, Owner, Piece},
+    crossings::{around, crosses},
     tangible::Tangible,
     tangle::Tangle,
 };
+use crate::lanes::Instructions;
 use glam::DVec3;
+use std::collections::BTreeMap;
 
 /// Directions shorter than this fraction of their sum of lengths are undecided.
 const UNDECIDED: f64 = 0.1;
 
 impl Contacts {
-    /// Finds the surfaces that cross at the start of the substep, if any may.
+    /// Finds the surfaces that cross at the start of the substep, of members that may have crossed
+    /// others: they have been moved otherwise than stepped, could not be kept apart, are under
+    /// repair, whose displacements are not truncated, or crossed before.
     pub(super) fn find_tangles(&mut self, bodies: &[impl Tangible]) {
-        let is_repaired = |member: &Member| match member.owner {
-            Owner::Body(body) => bodies[body].is_repaired(),
-            Owner::Collider(_) => false,
-        };
-        let may_cross = !self.is_untangled
-            || self.counts.failed > 0
-            || !self.tangles.is_empty()
-            || self.members.iter().any(is_repaired);
-        self.tangles.clear();
-        if !may_cross {
+        for tangle in self.tangles.drain(..) {
+            for member in tangle.members {
+                self.may_cross[member as usize] = true;
+            }
+        }
+        for (member, may_cross) in self.members.iter().zip(&mut self.may_cross) {
+            if let Owner::Body(body) = member.owner {
+                *may_cross |= bodies[body].is_repaired();
+            }
+        }
+        if !self.may_cross.contains(&true) {
             return;
         }
-        self.is_untangled = true;
-        let boxes: Vec<Bounds> = self
-            .members
-            .iter()
-            .map(|member| around(&self.starts[member.vertices()]))
-            .collect();
-        let mut grid = Grid::default();
-        for (a, of_a) in self.members.iter().enumerate() {
-            for (b, of_b) in self.members.iter().enumerate().skip(a) {
-                if of_a.between(of_b).is_some() && boxes[a].meets(&boxes[b]) {
-                    let tangle = self.tangle([a, b], [of_a, of_b], &mut grid);
-                    self.tangles.extend(tangle);
+        let mut search = std::mem::take(&mut self.search);
+        search.crossed.clear();
+        search.boxes.clear();
+        search.boxes.resize(self.pieces.len(), None);
+        for pair in &self.pairs {
+            let members = pair
+                .pieces
+                .map(|piece| self.pieces[piece as usize].member as u32);
+            if members.iter().any(|&it| self.may_cross[it as usize]) {
+                self.find_crossings(pair.pieces, members, &mut search);
+            }
+        }
+        for (&members, crossed) in &search.crossed {
+            let tangle = self.tangle(members, crossed);
+            self.tangles.push(tangle);
+        }
+        self.search = search;
+        self.may_cross.fill(false);
+    }
+
+    /// Adds the crossings of two pieces, or within one. Surfaces that cross have distance 0, so that
+    /// the pairs of pieces contain them.
+    fn find_crossings(&self, pieces: [u32; 2], members: [u32; 2], search: &mut CrossingSearch) {
+        let bounds = pieces.map(|piece| {
+            let known = &mut search.boxes[piece as usize];
+            *known.get_or_insert_with(|| {
+                let corners = self.pieces[piece as usize].corners(&self.members);
+                let all = self.vertices[corners].iter();
+                all.fold(Bounds::EMPTY, |all, &v| {
+                    all.with(around(&[self.starts[v as usize]]))
+                })
+            })
+        });
+        if !bounds[0].meets(&bounds[1]) {
+            return;
+        }
+        for (first, sign) in [(0, 1.0), (1, -1.0)] {
+            if first == 1 && pieces[0] == pieces[1] {
+                break;
+            }
+            let second = 1 - first;
+            let [a, b] = [first, second].map(|side| &self.pieces[pieces[side] as usize]);
+            let vertices = |piece: &Piece, corner: u32| self.vertices[piece.first + corner as usize];
+            let at = |v: u32| self.starts[v as usize];
+            search.edges.clear();
+            search.edge_boxes.clear();
+            for edge in &a.patch(&self.members).edges {
+                let edge = edge.map(|corner| vertices(a, corner));
+                let near = around(&edge.map(at));
+                if near.meets(&bounds[second]) {
+                    search.edges.push(edge);
+                    search.edge_boxes.push(near);
+                }
+            }
+            search.triangles.clear();
+            search.triangle_boxes.clear();
+            for triangle in &b.patch(&self.members).triangles {
+                let triangle = triangle.map(|corner| vertices(b, corner));
+                let near = around(&triangle.map(at));
+                if near.meets(&bounds[first]) {
+                    search.triangles.push(triangle);
+                    search.triangle_boxes.push(near);
+                }
+            }
+            if search.edges.is_empty() || search.triangles.is_empty() {
+                continue;
+            }
+            search.columns.fill(&search.edge_boxes);
+            search.hits.clear();
+            search
+                .columns
+                .near(&search.triangle_boxes, search.instructions, &mut search.hits);
+            for &[triangle, edge] in &search.hits {
+                let edge = search.edges[edge as usize];
+                let triangle = search.triangles[triangle as usize];
+                let meet = edge.iter().any(|end| triangle.contains(end));
+                let (ends, corners) = (edge.map(at), triangle.map(at));
+                if !meet && crosses(ends, corners) {
+                    let crossed = search.crossed.entry(members).or_insert(Crossed {
+                        bounds: Bounds::EMPTY,
+                        direction: DVec3::ZERO,
+                        count: 0,
+                    });
+                    let [p, q, r] = corners;
+                    crossed.bounds = crossed.bounds.with(around(&ends)).with(around(&corners));
+                    crossed.direction += (q - p).cross(r - p).normalize_or_zero() * sign;
+                    crossed.count += 1;
                 }
             }
         }
     }
 
-    fn tangle(&self, [a, b]: [usize; 2], of: [&Member; 2], grid: &mut Grid) -> Option<Tangle> {
-        let [x, y] = of.map(|member| &self.starts[member.vertices()]);
-        let mut bounds = Bounds::EMPTY;
-        let (mut direction, mut count) = (DVec3::ZERO, 0);
-        let mut find = |sign: f64, [first, second]: [(&Member, &[DVec3]); 2]| {
-            let surfaces = [first, second].map(|(member, x)| (&*member.surface, x));
-            each_crossing(surfaces[0], surfaces[1], grid, |edge, [p, q, r]| {
-                bounds = bounds.with(around(&edge)).with(around(&[p, q, r]));
-                direction += (q - p).cross(r - p).normalize_or_zero() * sign;
-                count += 1;
-            });
+    fn tangle(&self, members: [u32; 2], crossed: &Crossed) -> Tangle {
+        let [first, second] = members.map(|member| &self.members[member as usize]);
+        let mean = |member: &Member| {
+            let x = &self.starts[member.vertices()];
+            x.iter().sum::<DVec3>() / x.len() as f64
         };
-        find(1.0, [(of[0], x), (of[1], y)]);
-        if a != b {
-            find(-1.0, [(of[1], y), (of[0], x)]);
-        }
-        if count == 0 {
-            return None;
-        }
-        let mean = |x: &[DVec3]| x.iter().sum::<DVec3>() / x.len() as f64;
-        let apart = mean(x) - mean(y);
-        let is_open = of.iter().any(|member| !member.surface.is_closed());
+        let apart = mean(first) - mean(second);
+        let mut direction = crossed.direction;
+        let is_open = [first, second].iter().any(|it| !it.surface.is_closed());
         if is_open && direction.dot(apart) < 0.0 {
             direction = -direction;
         }
-        if direction.length() < UNDECIDED * f64::from(count) {
+        if direction.length() < UNDECIDED * f64::from(crossed.count) {
             direction = apart;
         }
-        let [first, second] = of;
         let margin = first.half_thickness() + second.half_thickness();
         let edge = first.surface.mean_edge.max(second.surface.mean_edge);
-        Some(Tangle {
-            members: [a as u32, b as u32],
-            bounds: bounds.grown(margin + edge),
+        Tangle {
+            members,
+            bounds: crossed.bounds.grown(margin + edge),
             direction: direction.try_normalize().unwrap_or(DVec3::Y),
             multiplier: 0.0,
-        })
+        }
     }
 
     /// Whether two primitives with these surface vertices are left out, as they lie where two
@@ -171,6 +237,32 @@ impl Contacts {
             inverse_mass: 0.0,
         }
     }
+}
+
+/// Buffers for the search of crossings, reused.
+#[derive(Debug, Default)]
+pub(super) struct CrossingSearch {
+    instructions: Instructions,
+    columns: Columns,
+    hits: Vec<[u32; 2]>,
+    /// Edges and triangles of two pieces by surface vertices, with their boxes.
+    edges: Vec<[u32; 2]>,
+    edge_boxes: Vec<Bounds>,
+    triangles: Vec<[u32; 3]>,
+    triangle_boxes: Vec<Bounds>,
+    /// Boxes of the pieces at the start of the substep, as far as they are known.
+    boxes: Vec<Option<Bounds>>,
+    /// Crossings by members.
+    crossed: BTreeMap<[u32; 2], Crossed>,
+}
+
+/// Crossings of two members.
+#[derive(Debug)]
+struct Crossed {
+    bounds: Bounds,
+    /// Sum of the directions in which the first one leaves the second.
+    direction: DVec3,
+    count: u32,
 }
 
 /// Mean displacement of the movable particles of a member.
