@@ -1,9 +1,10 @@
 //! Contacts of all bodies of a world.
 
 use super::{
-    bounds::{Ball, boxes_meet},
+    bounds::Ball,
     detect::{Batch, Candidate, PiecePair, Scratch},
     manifold::Manifolds,
+    near::NearPart,
     params::{PairParams, Params},
     rigid::Rigid,
     row::{Active, ContactForce, ContactPart, ContactRow, NO_INDEX},
@@ -79,8 +80,10 @@ pub struct Contacts {
     pub(super) pairs: Vec<PiecePair>,
     pub(super) batches: Vec<Batch>,
     pub(super) candidates: Vec<Candidate>,
-    /// Buffer for the near candidates of a batch.
-    pub(super) near: Vec<Candidate>,
+    /// Lower bounds of the gaps of the candidates at the start of the substep [m].
+    pub(super) gaps: Vec<f32>,
+    /// The near candidates, in parts for the threads.
+    pub(super) near: Vec<NearPart>,
     /// Rows of each kind of contact.
     pub(super) rows: [Vec<ContactRow>; KINDS],
     pub(super) active: Vec<Active>,
@@ -156,8 +159,10 @@ pub(super) struct Piece {
     pub(super) claim: Ball,
     /// Margin of its balls against rounding [m].
     pub(super) slack: f32,
-    /// Radius of the balls around the motion of its corners [m], and of those for which candidates
-    /// are valid.
+    /// Half the longest motion of a corner in the frame [m].
+    pub(super) half_motion: f32,
+    /// Radius of the balls around the motion of its corners, with a margin [m], and of those for
+    /// which candidates are valid.
     pub(super) radius: f32,
     pub(super) claimed_radius: f32,
     /// Maximum reach of a ball beyond the center of the claimed one [m].
@@ -338,6 +343,7 @@ impl Contacts {
         self.enclose_or_detect(HORIZON, step.count, threads);
         self.find_tangles(bodies);
         self.begin_rigid(bodies);
+        self.find_near(threads);
         self.make_rows(self.h);
         self.make_fixed_rows(bodies, colliders, step);
         if !self.rigids.is_empty() {
@@ -594,6 +600,7 @@ impl Contacts {
                     motion: DVec3::ZERO,
                     claim: Ball::ORIGIN,
                     slack: 0.0,
+                    half_motion: 0.0,
                     radius: 0.0,
                     claimed_radius: 0.0,
                     travel: 0.0,
@@ -700,7 +707,8 @@ impl Contacts {
                 farthest = farthest.max((center - claimed[corner]).length_squared());
                 centers[corner] = center;
             }
-            piece.radius = 0.5 * longest.sqrt() + 0.5 * piece.half_thickness;
+            piece.half_motion = 0.5 * longest.sqrt();
+            piece.radius = piece.half_motion + 0.5 * piece.half_thickness;
             piece.travel = farthest.sqrt() + piece.radius + piece.slack;
             piece.is_lost = !piece.claim.contains(motion) || piece.travel > piece.claimed_radius;
             holds &= !piece.is_lost;
@@ -715,53 +723,6 @@ impl Contacts {
         holds
     }
 
-    /// Offset of the frame of the second piece of a batch from the first, over the course of the
-    /// motion.
-    fn offset(&self, batch: &Batch, horizon: f64) -> Ball {
-        let [a, b] = batch.pieces.map(|piece| &self.pieces[piece as usize]);
-        let displacement = (b.motion - a.motion) * horizon;
-        Ball::around(b.frame() - a.frame(), displacement, 0.0)
-    }
-
-    /// Candidates of a batch whose primitives can come closer than a distance [m] along the motion
-    /// times `horizon`.
-    pub(super) fn near_in<'a>(
-        &'a self,
-        batch: &'a Batch,
-        horizon: f64,
-        by: impl Fn(&Candidate) -> f32 + 'a,
-    ) -> impl Iterator<Item = &'a Candidate> + 'a {
-        let [a, b] = batch.pieces.map(|piece| &self.pieces[piece as usize]);
-        let slack = a.slack + b.slack;
-        let offset = self.offset(batch, horizon);
-        // Slightly more than the rounding error.
-        let travel = 1.00001 * (a.travel + b.travel + batch.offset.farthest(offset) + slack);
-        let reach = a.radius + b.radius + offset.radius;
-        self.candidates[batch.range.clone()]
-            .iter()
-            .filter(move |candidate| {
-                let by = by(candidate);
-                // The distance moved rejects most candidates, and boxes reject more. Only the last
-                // test decides; it does not depend on when candidates were found.
-                candidate.clearance + candidate.distance - by <= travel
-                    && boxes_meet(
-                        batch.kind,
-                        candidate
-                            .corners
-                            .map(|corner| self.centers[corner as usize]),
-                        offset.center,
-                        by + reach + 2.0 * slack,
-                    )
-                    && {
-                        let half_way = candidate.corners.map(|corner| {
-                            let v = self.vertices[corner as usize] as usize;
-                            self.starts[v] + (self.ends[v] - self.starts[v]) * (0.5 * horizon)
-                        });
-                        batch.kind.distance(half_way) <= (by + reach).into()
-                    }
-            })
-    }
-
     /// Creates rows for near candidates, in a substep of `h` seconds.
     fn make_rows(&mut self, h: f64) {
         for it in self.active.drain(..) {
@@ -770,55 +731,52 @@ impl Contacts {
         for rows in &mut self.rows {
             rows.clear();
         }
-        let mut near = std::mem::take(&mut self.near);
-        for batch in &self.batches {
-            let [a, b] = batch
-                .pieces
-                .map(|piece| &self.members[self.pieces[piece as usize].member]);
-            let Some(pair) = a.pair_params(b, batch.between, h) else {
-                continue;
-            };
-            near.clear();
-            near.extend(self.near_in(batch, HORIZON, |candidate| candidate.distance));
-            let members = batch
-                .pieces
-                .map(|piece| self.pieces[piece as usize].member as u32);
-            for candidate in &near {
-                let vertices = candidate
-                    .corners
-                    .map(|corner| self.vertices[corner as usize]);
-                if self.is_tangled(members, vertices) {
+        let parts = std::mem::take(&mut self.near);
+        for part in &parts {
+            let mut rest = &part.near[..];
+            for (batch, &count) in self.batches[part.batches.clone()].iter().zip(&part.counts) {
+                let near;
+                (near, rest) = rest.split_at(count);
+                if near.is_empty() {
                     continue;
                 }
-                let weights = batch
-                    .kind
-                    .weights(vertices.map(|v| self.starts[v as usize]));
-                let corners = std::array::from_fn(|corner| {
-                    let v = vertices[corner];
-                    let side = usize::from(corner >= batch.kind.split());
-                    let member = [a, b][side];
-                    let place = &mut self.places[v as usize];
-                    if *place == NO_INDEX {
-                        *place = self.active.len() as u32;
-                        let ends = [self.starts[v as usize], self.ends[v as usize]];
-                        let weight = self.inverse_masses[v as usize];
-                        self.active.push(member.active(v, ends, weight));
+                let members = batch
+                    .pieces
+                    .map(|piece| self.pieces[piece as usize].member as u32);
+                let [a, b] = members.map(|member| &self.members[member as usize]);
+                let Some(pair) = a.pair_params(b, batch.between, h) else {
+                    continue;
+                };
+                for it in near {
+                    if self.is_tangled(members, it.vertices) {
+                        continue;
                     }
-                    *place
-                });
-                let distance = f64::from(candidate.distance);
-                let row = ContactRow::new(
-                    corners,
-                    weights,
-                    distance,
-                    &pair,
-                    (batch.kind.split(), &self.rigids),
-                    &self.active,
-                );
-                self.rows[batch.between as usize].extend(row);
+                    let corners = std::array::from_fn(|corner| {
+                        let v = it.vertices[corner];
+                        let side = usize::from(corner >= batch.kind.split());
+                        let member = [a, b][side];
+                        let place = &mut self.places[v as usize];
+                        if *place == NO_INDEX {
+                            *place = self.active.len() as u32;
+                            let ends = [self.starts[v as usize], self.ends[v as usize]];
+                            let weight = self.inverse_masses[v as usize];
+                            self.active.push(member.active(v, ends, weight));
+                        }
+                        *place
+                    });
+                    let row = ContactRow::new(
+                        corners,
+                        it.weights,
+                        it.distance.into(),
+                        &pair,
+                        (batch.kind.split(), &self.rigids),
+                        &self.active,
+                    );
+                    self.rows[batch.between as usize].extend(row);
+                }
             }
         }
-        self.near = near;
+        self.near = parts;
     }
 }
 

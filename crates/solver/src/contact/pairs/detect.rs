@@ -192,6 +192,8 @@ impl Contacts {
         self.pairs = pairs;
         self.scratch = scratch;
         self.counts.candidates = self.candidates.len();
+        self.gaps.clear();
+        self.gaps.resize(self.candidates.len(), 0.0);
     }
 
     /// Adds the batches of a pair of pieces; `next` is the first one not yet visited. Both are in
@@ -246,7 +248,7 @@ impl Contacts {
                 (claimed[corner], centers[corner]) = (center, center);
             }
             piece.slack = size * SLACK;
-            (piece.radius, piece.travel) = (0.0, 0.0);
+            (piece.half_motion, piece.radius, piece.travel) = (0.0, 0.0, 0.0);
             (piece.claim, piece.claimed_radius) = (Ball::ORIGIN, 0.0);
             if piece.is_stepped {
                 let far = piece.motion * f64::from(substeps.max(2));

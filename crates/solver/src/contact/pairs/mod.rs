@@ -28,6 +28,7 @@ mod contacts;
 mod crossings;
 mod detect;
 mod manifold;
+mod near;
 mod params;
 mod rigid;
 mod rigid_contacts;

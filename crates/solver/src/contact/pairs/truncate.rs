@@ -149,7 +149,7 @@ impl Contacts {
         buffers.roots.extend(0..self.members.len() as u32);
         buffers.follows.clear();
         buffers.follows.resize(self.members.len(), false);
-        self.find_near(&mut buffers);
+        self.find_closing(&mut buffers);
         let mut is_complete = false;
         while !buffers.pairs.is_empty() {
             self.counts.failed = 0;
@@ -166,7 +166,7 @@ impl Contacts {
             // A cut particle can move into the path of others that were not near.
             self.follow(&mut buffers);
             self.enclose_or_detect(1.0, substeps, threads);
-            self.find_near(&mut buffers);
+            self.find_closing(&mut buffers);
             is_complete = true;
         }
         for &member in buffers.touching.iter().flatten() {
@@ -242,19 +242,17 @@ impl Contacts {
     }
 
     /// Finds pairs that can come closer than their minimum gap.
-    fn find_near(&self, buffers: &mut Truncation) {
+    fn find_closing(&self, buffers: &mut Truncation) {
         let Truncation {
             pairs, touching, ..
         } = buffers;
         pairs.clear();
         for batch in &self.batches {
-            let by = batch.min_gap as f32;
-            let near = self.near_in(batch, 1.0, |_| by);
+            let closing = self.reaching(batch, batch.min_gap as f32);
             let members = batch
                 .pieces
                 .map(|piece| self.pieces[piece as usize].member as u32);
-            pairs.extend(near.filter_map(|it| {
-                let vertices = it.corners.map(|corner| self.vertices[corner as usize]);
+            pairs.extend(closing.filter_map(|vertices| {
                 if self.is_tangled(members, vertices) {
                     return None;
                 }
