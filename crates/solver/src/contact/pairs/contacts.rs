@@ -75,6 +75,8 @@ pub struct Contacts {
     /// substep in the frame of the piece, and the center for which candidates were found.
     pub(super) vertices: Vec<u32>,
     pub(super) centers: Vec<Vec3A>,
+    /// Half the length of the motion of each corner in the frame of its piece [m].
+    pub(super) half_motions: Vec<f32>,
     pub(super) claimed: Vec<Vec3A>,
     /// Pieces that may come near each other, and the bound on their relative motion.
     pub(super) pairs: Vec<PiecePair>,
@@ -159,8 +161,6 @@ pub(super) struct Piece {
     pub(super) claim: Ball,
     /// Margin of its balls against rounding [m].
     pub(super) slack: f32,
-    /// Half the longest motion of a corner in the frame [m].
-    pub(super) half_motion: f32,
     /// Radius of the balls around the motion of its corners, with a margin [m], and of those for
     /// which candidates are valid.
     pub(super) radius: f32,
@@ -600,7 +600,6 @@ impl Contacts {
                     motion: DVec3::ZERO,
                     claim: Ball::ORIGIN,
                     slack: 0.0,
-                    half_motion: 0.0,
                     radius: 0.0,
                     claimed_radius: 0.0,
                     travel: 0.0,
@@ -611,6 +610,8 @@ impl Contacts {
         }
         self.centers.clear();
         self.centers.resize(self.vertices.len(), Vec3A::ZERO);
+        self.half_motions.clear();
+        self.half_motions.resize(self.vertices.len(), 0.0);
         self.claimed.clear();
         self.claimed.resize(self.vertices.len(), Vec3A::ZERO);
     }
@@ -689,6 +690,7 @@ impl Contacts {
             ends,
             vertices,
             centers,
+            half_motions,
             claimed,
             pairs,
             ..
@@ -703,12 +705,13 @@ impl Contacts {
                 let v = vertices[corner] as usize;
                 let relative = (ends[v] - starts[v]) * horizon - path;
                 let center = (starts[v] - frame + relative * 0.5).as_vec3a();
-                longest = longest.max(relative.length_squared() as f32);
+                let half_motion = 0.5 * relative.length() as f32;
+                longest = longest.max(half_motion);
+                half_motions[corner] = half_motion;
                 farthest = farthest.max((center - claimed[corner]).length_squared());
                 centers[corner] = center;
             }
-            piece.half_motion = 0.5 * longest.sqrt();
-            piece.radius = piece.half_motion + 0.5 * piece.half_thickness;
+            piece.radius = longest + 0.5 * piece.half_thickness;
             piece.travel = farthest.sqrt() + piece.radius + piece.slack;
             piece.is_lost = !piece.claim.contains(motion) || piece.travel > piece.claimed_radius;
             holds &= !piece.is_lost;

@@ -248,7 +248,7 @@ impl Contacts {
                 (claimed[corner], centers[corner]) = (center, center);
             }
             piece.slack = size * SLACK;
-            (piece.half_motion, piece.radius, piece.travel) = (0.0, 0.0, 0.0);
+            (piece.radius, piece.travel) = (0.0, 0.0);
             (piece.claim, piece.claimed_radius) = (Ball::ORIGIN, 0.0);
             if piece.is_stepped {
                 let far = piece.motion * f64::from(substeps.max(2));

@@ -1,8 +1,9 @@
 //! Candidates that are near enough to act in a substep.
 //!
 //! A candidate is near if its primitives can come closer than a distance along their motion: if
-//! their distance half way is below it by no more than the motion from there. Bounds decide most
-//! candidates, without a change of the result:
+//! their distance half way is above it by no more than the motion from there. Contacts use the
+//! longest motion in a piece, with a margin, as constraints change it; truncation uses that of the
+//! primitives. Bounds decide most candidates, without a change of the result:
 //!
 //! - the distance at detection, less what has been moved since;
 //! - the boxes of the primitives half way;
@@ -52,9 +53,8 @@ struct Motion<'a> {
     offset: Ball,
     /// Bound on the distance moved since detection [m].
     travel: f32,
-    /// Bound on the change of a gap from the start of the motion to half way [m].
-    change: f32,
-    /// The same from there to the end, with a margin [m].
+    /// Bound on the change of a gap from half way to either end of the motion, with a margin for
+    /// motion that constraints add [m].
     reach: f32,
     slack: f32,
 }
@@ -83,13 +83,18 @@ impl Motion<'_> {
             )
     }
 
-    /// The same by a lower bound of the gap at the start [m].
-    fn may_reach_from(&self, gap: f32, distance: f32) -> bool {
-        gap <= distance + self.reach + self.change + 2.0 * self.slack
+    /// Bound on the change of the gap of a candidate from the start or the end of its motion to half
+    /// way, whatever fraction of its motion each corner performs [m].
+    fn change(&self, candidate: &Candidate) -> f32 {
+        let of = |corner: u32| self.contacts.half_motions[corner as usize];
+        let (first, second) = candidate.corners.split_at(self.batch.kind.split());
+        let longest = |corners: &[u32]| corners.iter().map(|&it| of(it)).fold(0.0, f32::max);
+        longest(first) + longest(second) + self.offset.radius
     }
 
-    /// Whether they come closer. It does not depend on when candidates were found.
-    fn reaches(&self, vertices: [u32; 4], distance: f32) -> bool {
+    /// Whether the distance of primitives half way is below a limit [m]. It does not depend on when
+    /// candidates were found.
+    fn is_below(&self, vertices: [u32; 4], limit: f32) -> bool {
         let half_way = vertices.map(|v| {
             let (start, end) = (
                 self.contacts.starts[v as usize],
@@ -97,7 +102,7 @@ impl Motion<'_> {
             );
             start + (end - start) * self.half
         });
-        self.batch.kind.distance(half_way) <= (distance + self.reach).into()
+        self.batch.kind.distance(half_way) <= limit.into()
     }
 }
 
@@ -115,7 +120,6 @@ impl Contacts {
             offset,
             // Slightly more than the rounding error.
             travel: 1.00001 * (a.travel + b.travel + batch.offset.farthest(offset) + slack),
-            change: a.half_motion + b.half_motion + offset.radius,
             reach: a.radius + b.radius + offset.radius,
             slack,
         }
@@ -170,11 +174,13 @@ impl Contacts {
         let candidates = &self.candidates[batch.range.clone()];
         let gaps = &self.gaps[batch.range.clone()];
         candidates.iter().zip(gaps).filter_map(move |(it, &gap)| {
-            if !(motion.may_reach_from(gap, distance) && motion.may_reach(it, distance)) {
+            let change = motion.change(it);
+            let limit = distance + change;
+            if gap > limit + change + motion.slack || !motion.may_reach(it, distance) {
                 return None;
             }
             let vertices = motion.corners(it);
-            motion.reaches(vertices, distance).then_some(vertices)
+            motion.is_below(vertices, limit).then_some(vertices)
         })
     }
 }
@@ -199,9 +205,10 @@ impl NearPart {
                     let x = vertices.map(|v| contacts.starts[v as usize]);
                     let weights = batch.kind.weights(x);
                     gap = weighted(weights, x).length() as f32;
+                    let limit = distance + motion.reach;
                     let is_near = gap <= distance
-                        || motion.may_reach_from(gap, distance)
-                            && motion.reaches(vertices, distance);
+                        || gap <= limit + motion.change(candidate) + motion.slack
+                            && motion.is_below(vertices, limit);
                     if is_near {
                         near.push(Near {
                             vertices,
