@@ -93,40 +93,35 @@ pub fn crossings<'a>(
 
 /// Counts edges of `a` through triangles of `b`.
 fn between(a: &Shape, b: &Shape, grid: &mut Grid) -> usize {
-    let mut count = 0;
-    each_crossing((a.surface, &a.x), (b.surface, &b.x), grid, |_, _| {
-        count += 1
-    });
-    count
-}
-
-/// Visits the edges of a surface that pass through triangles of another, or of itself, with their
-/// end points and the corners [m].
-fn each_crossing(
-    (a, of_a): (&Surface, &[DVec3]),
-    (b, of_b): (&Surface, &[DVec3]),
-    grid: &mut Grid,
-    mut visit: impl FnMut([DVec3; 2], [DVec3; 3]),
-) {
-    let is_itself = std::ptr::eq(of_a, of_b);
-    let edges = &a.edges;
-    let triangles = &b.triangles;
-    let ends = |edge: [u32; 2]| edge.map(|v| of_a[v as usize]);
-    let boxes: Vec<Bounds> = edges.iter().map(|&edge| around(&ends(edge))).collect();
+    let is_itself = std::ptr::eq(a, b);
+    let ends = |edge: [u32; 2]| edge.map(|v| a.x[v as usize]);
+    let edges = a.surface.edges.iter();
+    let (edges, boxes): (Vec<[u32; 2]>, Vec<Bounds>) = edges
+        .map(|&edge| (edge, around(&ends(edge))))
+        .filter(|(_, near)| near.meets(&b.bounds))
+        .unzip();
+    if edges.is_empty() {
+        return 0;
+    }
     let length = |bounds: &Bounds| f64::from((bounds.high - bounds.low).max_element());
-    let mean = boxes.iter().map(length).sum::<f64>() / boxes.len().max(1) as f64;
+    let mean = boxes.iter().map(length).sum::<f64>() / boxes.len() as f64;
     grid.fill(&boxes, mean as f32);
-    for &triangle in triangles {
-        let corners = triangle.map(|v| of_b[v as usize]);
+    let mut count = 0;
+    for triangle in &b.surface.triangles {
+        let corners = triangle.map(|v| b.x[v as usize]);
         let bounds = around(&corners);
+        if !bounds.meets(&a.bounds) {
+            continue;
+        }
         grid.near(&bounds, |item| {
             let edge = edges[item as usize];
             let shares = is_itself && edge.iter().any(|end| triangle.contains(end));
             if !shares && boxes[item as usize].meets(&bounds) && crosses(ends(edge), corners) {
-                visit(ends(edge), corners);
+                count += 1;
             }
         });
     }
+    count
 }
 
 /// Whether a segment passes through a triangle.
