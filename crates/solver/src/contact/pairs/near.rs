@@ -59,8 +59,8 @@ struct Motion<'a> {
     slack: f32,
 }
 
-/// Candidates whose check takes about as long as a constraint projection.
-const PER_PROJECTION: usize = 2;
+/// Constraint projections that take about as long as the check of a candidate.
+const PROJECTIONS: usize = 4;
 
 impl Motion<'_> {
     fn corners(&self, candidate: &Candidate) -> [u32; 4] {
@@ -149,7 +149,7 @@ impl Contacts {
             let batches = &self.batches[part.batches.clone()];
             let candidates: usize = batches.iter().map(|batch| batch.range.len()).sum();
             WorkEstimate {
-                projections: candidates / PER_PROJECTION,
+                projections: candidates * PROJECTIONS,
                 pieces: 1,
             }
         };
