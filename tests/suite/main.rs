@@ -2,6 +2,8 @@
 
 mod all_effects;
 mod allocation;
+#[cfg(feature = "avian")]
+mod avian;
 mod bench;
 mod contract_bits;
 mod contract_effects;

@@ -2,16 +2,14 @@
 
 use super::{
     bounds::Ball,
-    detect::{Batch, Candidate, PiecePair, Scratch},
+    detect::{Batch, Candidate, NearPart, PiecePair, Scratch},
     manifold::Manifolds,
-    near::NearPart,
     params::{PairParams, Params},
     rigid::Rigid,
     row::{Active, ContactForce, ContactPart, ContactRow, NO_INDEX},
     tangible::Tangible,
-    tangle::Tangle,
+    tangle::{CrossingSearch, Tangle},
     truncate::Truncation,
-    untangle::CrossingSearch,
 };
 use crate::{
     Effects, Substep, Threads,

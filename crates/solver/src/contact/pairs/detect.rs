@@ -57,6 +57,29 @@ pub(super) struct Candidate {
     pub clearance: f32,
 }
 
+/// A near candidate.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Near {
+    /// Surface vertices of the corners.
+    pub vertices: [u32; 4],
+    /// Weights of the closest points at the start of the substep.
+    pub weights: [f64; 4],
+    /// Distance to maintain [m].
+    pub distance: f32,
+}
+
+/// The near candidates of some batches, found by one thread; reused.
+#[derive(Debug, Default)]
+pub(super) struct NearPart {
+    /// Its batches.
+    pub batches: Range<usize>,
+    /// Number of near candidates of each.
+    pub counts: Vec<usize>,
+    pub near: Vec<Near>,
+    /// Lower bound of the gap of each of its candidates [m].
+    pub gaps: Vec<f32>,
+}
+
 /// Buffers for detection, reused.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {

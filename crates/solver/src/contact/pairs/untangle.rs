@@ -13,15 +13,13 @@
 //! left to its elasticity.
 
 use super::{
-    bounds::{Bounds, Columns},
+    bounds::Bounds,
     contacts::{Between, Contacts, Member, Owner, Piece},
     crossings::{around, crosses},
     tangible::Tangible,
-    tangle::Tangle,
+    tangle::{Crossed, CrossingSearch, Tangle},
 };
-use crate::lanes::Instructions;
 use glam::DVec3;
-use std::collections::BTreeMap;
 
 /// Directions shorter than this fraction of their sum of lengths are undecided.
 const UNDECIDED: f64 = 0.1;
@@ -86,7 +84,8 @@ impl Contacts {
             }
             let second = 1 - first;
             let [a, b] = [first, second].map(|side| &self.pieces[pieces[side] as usize]);
-            let vertices = |piece: &Piece, corner: u32| self.vertices[piece.first + corner as usize];
+            let vertices =
+                |piece: &Piece, corner: u32| self.vertices[piece.first + corner as usize];
             let at = |v: u32| self.starts[v as usize];
             search.edges.clear();
             search.edge_boxes.clear();
@@ -113,9 +112,11 @@ impl Contacts {
             }
             search.columns.fill(&search.edge_boxes);
             search.hits.clear();
-            search
-                .columns
-                .near(&search.triangle_boxes, search.instructions, &mut search.hits);
+            search.columns.near(
+                &search.triangle_boxes,
+                search.instructions,
+                &mut search.hits,
+            );
             for &[triangle, edge] in &search.hits {
                 let edge = search.edges[edge as usize];
                 let triangle = search.triangles[triangle as usize];
@@ -237,32 +238,6 @@ impl Contacts {
             inverse_mass: 0.0,
         }
     }
-}
-
-/// Buffers for the search of crossings, reused.
-#[derive(Debug, Default)]
-pub(super) struct CrossingSearch {
-    instructions: Instructions,
-    columns: Columns,
-    hits: Vec<[u32; 2]>,
-    /// Edges and triangles of two pieces by surface vertices, with their boxes.
-    edges: Vec<[u32; 2]>,
-    edge_boxes: Vec<Bounds>,
-    triangles: Vec<[u32; 3]>,
-    triangle_boxes: Vec<Bounds>,
-    /// Boxes of the pieces at the start of the substep, as far as they are known.
-    boxes: Vec<Option<Bounds>>,
-    /// Crossings by members.
-    crossed: BTreeMap<[u32; 2], Crossed>,
-}
-
-/// Crossings of two members.
-#[derive(Debug)]
-struct Crossed {
-    bounds: Bounds,
-    /// Sum of the directions in which the first one leaves the second.
-    direction: DVec3,
-    count: u32,
 }
 
 /// Mean displacement of the movable particles of a member.

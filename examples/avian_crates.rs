@@ -1,0 +1,68 @@
+//! Rigid bodies of `avian3d` on soft ones: a crate on a jelly, a ball on a cloth.
+//! `cargo run --release --example avian_crates --features avian`
+
+use avian3d::prelude::{self as avian, PhysicsPlugins, RigidBody};
+use bevy::{prelude::*, time::TimeUpdateStrategy};
+use pliant::{avian::AvianPlugin, prelude::*};
+use std::time::Duration;
+
+fn main() {
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, TransformPlugin))
+        .add_plugins(PhysicsPlugins::default())
+        .add_plugins((SoftBodyPlugins::default(), AvianPlugin::default()))
+        .insert_resource(Time::<Fixed>::from_hz(60.0))
+        .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_secs_f64(
+            1.0 / 60.0,
+        )))
+        .add_systems(Startup, setup)
+        .add_systems(Update, report);
+    app.finish();
+    (0..240).for_each(|_| app.update());
+}
+
+fn setup(mut commands: Commands) {
+    commands.spawn((
+        SoftBody::cuboid(Vec3::new(0.6, 0.3, 0.6), UVec3::new(6, 3, 6)) // m
+            .at(Vec3::Y * 0.15)
+            .build(),
+        Stretch {
+            compliance: Compliance::of(1e-5), // m/N
+            damping: Damping::of(0.05),       // s
+            ..default()
+        },
+        Volume::default(),
+        Ground::default(),
+        Contact::default(),
+    ));
+    commands.spawn((
+        SoftBody::cloth(Vec2::ONE, UVec2::splat(16)) // m
+            .at(Vec3::new(1.5, 0.6, 0.0))
+            .pinned([0, 16, 272, 288])
+            .build(),
+        Stretch::default(),
+        Contact::default(),
+    ));
+    let falling = |x, shape, density| {
+        let place = Transform::from_xyz(x, 0.8, 0.0);
+        (
+            RigidBody::Dynamic,
+            shape,
+            avian::ColliderDensity(density),
+            place,
+        )
+    };
+    commands.spawn(falling(0.0, avian::Collider::cuboid(0.3, 0.3, 0.3), 300.0)); // kg/m³
+    commands.spawn(falling(1.5, avian::Collider::sphere(0.1), 300.0));
+}
+
+fn report(bodies: Query<(&avian::Position, &avian::LinearVelocity)>, mut frame: Local<u32>) {
+    *frame += 1;
+    if frame.is_multiple_of(60) {
+        for (place, (position, velocity)) in ["crate", "ball"].iter().zip(&bodies) {
+            let (height, speed) = (position.y, velocity.length());
+            let time = *frame / 60;
+            println!("{time} s: {place} at {height:.3} m, {speed:.3} m/s");
+        }
+    }
+}
