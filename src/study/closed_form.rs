@@ -178,10 +178,8 @@ pub enum Reference {
         /// Time t [s].
         seconds: f64,
     },
-    /// Distance that the uppermost of N equal rigid bodies in a stack sinks [m]: 0. With one
-    /// iteration per substep, and contacts solved from the ground up, each substep pushes body k out
-    /// of body k − 1 by what gravity moved it, and k − 1 yields by the weight above it that has not
-    /// reached it yet.
+    /// Distance that the uppermost of some rigid bodies in a stack sinks [m]: 0. In each substep of
+    /// length h, gravity moves the bodies by gh² before iterations balance their contacts.
     RigidStack {},
 }
 
