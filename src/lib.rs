@@ -102,6 +102,7 @@ pub mod sandbox;
 pub mod scene;
 pub mod simulation;
 pub mod study;
+mod suggestion;
 pub mod torture;
 
 pub use pliant_mesh as mesh;

@@ -90,7 +90,7 @@ fn seconds(text: &str) -> Result<f64, String> {
 impl RunScene {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         let threads = self.threads.start()?;
-        self.check_folders()?;
+        self.check_outputs()?;
         let (current, built, acceptance) = self.open()?;
         let options = RunOptions {
             seconds: self.seconds,
@@ -99,6 +99,7 @@ impl RunScene {
             ledger: self.ledger,
             acceptance,
         };
+        let notes = built.notes.clone();
         let mut app = headless(&built);
         prepare(&mut app, &options)?;
         if let Some(path) = &self.record {
@@ -126,7 +127,7 @@ impl RunScene {
             csv::write(path, &done.history)?;
         }
         if let Some(path) = &self.plot {
-            plot::write(path, &current.scene.title, &done.history)?;
+            plot::write(path, &self.title(&current.scene.title), &done.history)?;
         }
         #[cfg(feature = "window")]
         if let Some(path) = &self.screenshot {
@@ -138,10 +139,12 @@ impl RunScene {
             pliant::sandbox::app::picture::picture(&built, built.camera, path, size)?;
         }
         if self.json {
-            let summary = json::run(&current.name, &done);
+            let mut summary = json::run(&current.name, &done);
+            summary["notes"] = notes.into();
             say_line(serde_json::to_string_pretty(&summary)?)?;
         } else {
-            say(in_words(&current.scene.title, &done))?;
+            let notes = notes.iter().map(|note| format!("note: {note}\n"));
+            say(notes.collect::<String>() + &in_words(&current.scene.title, &done))?;
         }
         Ok(if done.accepted() {
             ExitCode::SUCCESS
@@ -152,6 +155,16 @@ impl RunScene {
 }
 
 impl RunScene {
+    /// Title of a scene with what is set otherwise.
+    fn title(&self, scene: &str) -> String {
+        let set = self.set.iter();
+        let set: Vec<_> = set.map(|it| format!("{}={}", it.name, it.value)).collect();
+        match set.is_empty() {
+            true => scene.to_owned(),
+            false => format!("{scene}: {}", set.join(", ")),
+        }
+    }
+
     /// Loads and builds the scene or snapshot, with its acceptance criteria.
     fn open(&self) -> anyhow::Result<(CurrentScene, BuiltScene, Option<Acceptance>)> {
         let named = self.scene.as_deref().map(Path::new);
@@ -169,8 +182,18 @@ impl RunScene {
         Ok((current, built, acceptance))
     }
 
-    /// Checks that the folders of all output files exist, before anything runs.
-    fn check_folders(&self) -> anyhow::Result<()> {
+    /// Checks the output files, before anything runs: their folders exist, and a plot is SVG.
+    fn check_outputs(&self) -> anyhow::Result<()> {
+        if let Some(plot) = &self.plot
+            && !plot
+                .extension()
+                .is_some_and(|it| it.eq_ignore_ascii_case("svg"))
+        {
+            anyhow::bail!(
+                "cannot write {}: plots are written as SVG; use a name that ends in .svg",
+                plot.display()
+            );
+        }
         let files = [&self.csv, &self.plot, &self.snapshot, &self.record];
         #[cfg(feature = "window")]
         let files = files.into_iter().chain([&self.screenshot]);

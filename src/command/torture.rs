@@ -13,7 +13,7 @@ use std::{path::PathBuf, process::ExitCode};
 
 /// Runs the robustness suite: hard cases, each over a family of bodies, checked against limits.
 ///
-/// Takes about two minutes on two cores, half a minute with --quick. The exit code is 1 if a member
+/// Takes about two minutes on two cores with --quick. The exit code is 1 if a member
 /// fails unexpectedly.
 ///
 /// Example: pliant torture squashed shuffled --quick --report torture

@@ -145,6 +145,12 @@ impl Scene {
                     format!("cannot use the direct solver: {reason}"),
                 ));
             }
+            if number == 0 {
+                let notes = contact_notes(&body.effects, &topology).into_iter();
+                built
+                    .notes
+                    .extend(notes.map(|note| format!("{}: {note}", spec.name)));
+            }
             built.world.bodies.push(body);
             built.skins.push(skin.clone());
             built.looks.push(look);
@@ -546,6 +552,26 @@ fn stitches(spec: &BodySpec, body: &Body, colliders: &[Collider]) -> Result<Stit
     })
 }
 
+/// Notes about thicknesses that a mesh is too fine for.
+fn contact_notes(effects: &Effects, topology: &Topology) -> Vec<String> {
+    let thicknesses = [
+        ("contact", effects.contact.map(|it| it.thickness)),
+        ("self_contact", effects.self_contact.map(|it| it.thickness)),
+    ];
+    let notes = thicknesses.into_iter().filter_map(|(name, thickness)| {
+        let thickness = thickness?.get();
+        let edge = topology.surface().mean_edge;
+        (edge > 0.0 && thickness > edge).then(|| {
+            format!(
+                "{name}.thickness is {thickness} m, above the mean edge length of {edge:.3} m: contacts \
+                 act between distant parts of the surface, which is slow and makes folds stiff; lower \
+                 the thickness, or use fewer cells"
+            )
+        })
+    });
+    notes.collect()
+}
+
 /// Shape of a collider with the triangles of a mesh.
 fn mesh_shape(mesh: SoftMesh) -> Result<(ColliderShape, Vec<String>), ColliderError> {
     let RestShape {
@@ -554,5 +580,13 @@ fn mesh_shape(mesh: SoftMesh) -> Result<(ColliderShape, Vec<String>), ColliderEr
         ..
     } = mesh.shape;
     let shape = ColliderMesh::new(&vertices, &triangles)?;
-    Ok((ColliderShape::Mesh(shape), mesh.notes))
+    let mut notes = mesh.notes;
+    let holes = shape.open_edges();
+    if holes > 0 {
+        notes.push(format!(
+            "the mesh is open, with {holes} edges of one triangle: bodies touch it on both sides, and \
+             may get inside through its openings; close it if it is meant to be solid"
+        ));
+    }
+    Ok((ColliderShape::Mesh(shape), notes))
 }

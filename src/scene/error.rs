@@ -3,6 +3,7 @@
 use crate::{
     mesh::MeshError,
     solver::{ColliderMeshError, InvalidValue, TopologyError},
+    suggestion::similar,
 };
 use std::path::PathBuf;
 
@@ -12,7 +13,8 @@ use std::path::PathBuf;
 pub enum SceneError {
     /// Neither a built-in scene nor a file.
     #[error(
-        "unknown scene “{name}”: expected the path of a scene file, or a built-in scene: {valid}"
+        "unknown scene “{name}”{}: expected the path of a scene file, or a built-in scene: {valid}",
+        similar(.name, .valid)
     )]
     Unknown {
         /// The requested name.
@@ -73,7 +75,7 @@ pub enum SceneError {
         message: String,
     },
     /// An analytic solution refers to a body that does not exist.
-    #[error("answers: unknown body “{body}”; expected one of: {valid}")]
+    #[error("answers: unknown body “{body}”{}; expected one of: {valid}", similar(.body, .valid))]
     Answer {
         /// The name.
         body: String,

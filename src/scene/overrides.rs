@@ -5,6 +5,7 @@ use crate::simulation::{
     action::{Action, ActionError, SETTINGS, perform},
     plain::bodies_in_order,
 };
+use crate::suggestion::similar;
 use bevy::prelude::*;
 use std::str::FromStr;
 
@@ -36,7 +37,8 @@ pub enum OverrideError {
     },
     /// The name is neither a setting nor an effect.
     #[error(
-        "unknown parameter “{name}”; expected one of the settings {settings}, or a parameter of one of the effects {effects}, as in stretch.compliance=1e-5"
+        "unknown parameter “{name}”{}; expected one of the settings {settings}, or a parameter of one of the effects {effects}, as in stretch.compliance=1e-5",
+        similar(.name, .settings)
     )]
     Unknown {
         /// Name of the override.

@@ -13,6 +13,7 @@ use super::{SimulationClock, SpawnOrder};
 use crate::{
     mesh::Skin,
     solver::{Body, Deformation, Density, InvalidValue, ParticleIndex, SurfacePoint, VertexIndex},
+    suggestion::similar,
 };
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -231,7 +232,7 @@ pub enum ActionError {
     #[error(transparent)]
     Setting(InvalidValue),
     /// A name is unknown.
-    #[error("unknown {kind} “{name}”; expected one of: {valid}")]
+    #[error("unknown {kind} “{name}”{}; expected one of: {valid}", similar(.name, .valid))]
     Unknown {
         /// Kind of name: effect, parameter or setting.
         kind: &'static str,

@@ -4,6 +4,7 @@ use crate::{
     output::OutputError,
     scene::SceneError,
     solver::{InvalidValue, ThreadsError},
+    suggestion::similar,
 };
 use std::path::{Path, PathBuf};
 
@@ -13,7 +14,8 @@ use std::path::{Path, PathBuf};
 pub enum StudyError {
     /// Neither a built-in problem nor a file.
     #[error(
-        "unknown problem “{name}”: expected the path of a problem file, or a built-in problem: {valid}"
+        "unknown problem “{name}”{}: expected the path of a problem file, or a built-in problem: {valid}",
+        similar(.name, .valid)
     )]
     Unknown {
         /// The requested name.

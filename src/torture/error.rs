@@ -4,6 +4,7 @@ use crate::{
     mesh::MeshError,
     output::OutputError,
     solver::{InvalidValue, ThreadsError, TopologyError},
+    suggestion::similar,
 };
 
 /// An error of the robustness suite. The message says where it occurred and what was expected.
@@ -11,7 +12,7 @@ use crate::{
 #[non_exhaustive]
 pub enum TortureError {
     /// No case has this name.
-    #[error("unknown case “{name}”; expected one of: {valid}")]
+    #[error("unknown case “{name}”{}; expected one of: {valid}", similar(.name, .valid))]
     NoCase {
         /// The requested name.
         name: String,

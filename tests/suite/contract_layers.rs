@@ -12,7 +12,7 @@ use std::{
 /// (The compiler enforces that the packages below do not depend on it.) Simulation and effects
 /// share a layer: a schedule holds systems of effects, and an effect's systems belong to sets of
 /// the schedule.
-const LAYERS: [&[&str]; 8] = [
+const LAYERS: [&[&str]; 9] = [
     &["main"],
     &["command"],
     &["sandbox"],
@@ -21,6 +21,7 @@ const LAYERS: [&[&str]; 8] = [
     &["recording"],
     &["scene"],
     &["effect", "simulation"],
+    &["suggestion"],
 ];
 
 /// Layers of the window's modules.

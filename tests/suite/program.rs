@@ -226,6 +226,7 @@ fn a_failed_acceptance_is_exit_code_1_with_the_reason() {
 fn bad_usage_is_exit_code_2_and_names_the_word_and_the_choices() {
     for (arguments, words) in [
         (&["run", "nosuch"][..], &["nosuch", "jelly_cube"][..]),
+        (&["run", "buny"], &["“buny” (did you mean “bunny”?)"]),
         (&["nosuch"], &["nosuch", "jelly_cube", "pliant --help"]),
         (
             &["run", "jelly_cube", "--set", "foo=1"],
@@ -268,6 +269,10 @@ fn bad_usage_is_exit_code_2_and_names_the_word_and_the_choices() {
         (
             &["run", "jelly_cube", "--csv", "no/such/folder/x.csv"],
             &["no/such/folder"],
+        ),
+        (
+            &["run", "jelly_cube", "--plot", "x.png"],
+            &["x.png", "ends in .svg"],
         ),
         (
             &["run", "jelly_cube", "--threads", "2000"],

@@ -276,6 +276,38 @@ fn a_name_that_is_no_scene_is_answered_with_the_names_that_are() {
     says(&error.to_string(), &["no/such/file.ron"]);
 }
 
+/// Notes name the body or collider, what is unusual, and what to do; a usual scene has none.
+#[test]
+fn a_thick_contact_and_an_open_collider_are_noted() {
+    let notes = |text: &str| {
+        let scene = Scene::parse("my.ron", text).expect("sound");
+        scene.build().expect("sound").notes
+    };
+    assert!(notes(SOUND).is_empty(), "{:?}", notes(SOUND));
+    let thick = SOUND.replace("ground: ()", "ground: (), contact: (thickness: 0.5)");
+    let thick = notes(&thick).join("\n");
+    says(
+        &thick,
+        &[
+            "b: contact.thickness is 0.5 m",
+            "mean edge length",
+            "lower the thickness",
+        ],
+    );
+    let tube = SOUND.replace(
+        "Sphere(radius: 0.2)",
+        "Surface(Tube(radius: 0.2, height: 1.0, cells: (8, 2)))",
+    );
+    let open = notes(&tube).join("\n");
+    // Both ends have eight edges.
+    says(
+        &open,
+        &["collider 1", "16 edges of one triangle", "close it"],
+    );
+    let closed = SOUND.replace("Sphere(radius: 0.2)", "Mesh(file: \"bowl\")");
+    assert!(notes(&closed).iter().all(|note| !note.contains("open")));
+}
+
 /// Copies are numbered, lie on the grid around the given position, and share one topology.
 #[test]
 fn copies_share_their_mesh_and_stand_on_a_grid() {

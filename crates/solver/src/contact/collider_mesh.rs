@@ -78,6 +78,25 @@ impl ColliderMesh {
         })
     }
 
+    /// Number of edges that do not have two triangles; 0 for a closed surface.
+    #[must_use]
+    pub fn open_edges(&self) -> usize {
+        let Surface {
+            edges, triangles, ..
+        } = &*self.surface;
+        if self.surface.is_closed() {
+            return 0;
+        }
+        let mut sides: Vec<[u32; 2]> = triangles
+            .iter()
+            .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+            .map(|[a, b]| [a.min(b), a.max(b)])
+            .collect();
+        sides.sort_unstable();
+        let closed = sides.chunk_by(|a, b| a == b).filter(|it| it.len() == 2);
+        edges.len() - closed.count()
+    }
+
     /// Its vertices [m].
     #[must_use]
     pub fn vertices(&self) -> &[Vec3] {
