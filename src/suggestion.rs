@@ -4,10 +4,10 @@
 /// ` (did you mean “bunny”?)`; empty if none is similar.
 pub(crate) fn similar(unknown: &str, valid: &str) -> String {
     // Typing errors: a wrong, missing, additional or swapped letter in three.
-    let most = unknown.chars().count().div_ceil(3);
+    let max_distance = unknown.chars().count().div_ceil(3);
     let distance = |name: &&str| strsim::damerau_levenshtein(name, unknown);
     let nearest = valid.split(", ").min_by_key(distance);
-    match nearest.filter(|name| distance(name) <= most) {
+    match nearest.filter(|name| distance(name) <= max_distance) {
         Some(name) => format!(" (did you mean “{name}”?)"),
         None => String::new(),
     }

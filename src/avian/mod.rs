@@ -5,7 +5,7 @@
 //!
 //! - **Static and kinematic** bodies become [colliders](crate::solver::Collider), for soft bodies
 //!   with [`Collide`](crate::effect::Collide).
-//! - Each **dynamic** body gets a double: a rigid body of its mass and shape with
+//! - Each **dynamic** body gets a proxy: a rigid body of its mass and shape with
 //!   [`Contact`](crate::effect::Contact), for soft bodies that carry that, too. A tick begins with
 //!   the pose and the velocity of Avian's body, and ends with the impulse of the contacts on it.
 //!   Momentum is conserved.
@@ -14,17 +14,18 @@
 //!
 //! - Both engines must have the same gravity and tick length
 //!   ([`SimulationSettings`](crate::simulation::SimulationSettings), `Time<Fixed>`).
-//! - Doubles touch each other, too. Contact between two of Avian's bodies is solved by both engines.
-//! - The moments of inertia of a double are those of Avian's body on average over the axes. Impulses on
-//!   Avian's body are exact, but an elongated double turns differently within a tick.
+//! - Proxies touch each other, too. Contact between two of Avian's bodies is solved by both engines.
+//! - The moments of inertia of a proxy are those of Avian's body on average over the axes. Impulses on
+//!   Avian's body are exact, but an elongated proxy turns differently within a tick.
 //! - A kinematic body moves evenly during a tick, but turns at its end. Half-spaces have no surface
 //!   and are not seen; use [`Ground`](crate::effect::Ground).
 //! - Avian's motion is not truncated: where it puts a body across a soft one, they separate at their
 //!   recovery speed.
+//! - A change of mass without a change of colliders is not followed.
 //! - Soft bodies under a moving body of Avian's do not sleep.
 
-mod double;
 mod obstacle;
+mod proxy;
 mod surface;
 
 use crate::{
@@ -72,7 +73,7 @@ impl Default for AvianPlugin {
 
 impl Plugin for AvianPlugin {
     fn build(&self, app: &mut App) {
-        app.insert_resource(DoubleThickness(self.thickness));
+        app.insert_resource(ProxyThickness(self.thickness));
         // Soft bodies first, so that velocities are those after gravity and contacts.
         app.configure_sets(
             self.schedule,
@@ -84,8 +85,8 @@ impl Plugin for AvianPlugin {
         app.add_systems(
             self.schedule,
             (
-                surface::forget,
-                (double::spawn, obstacle::spawn),
+                surface::remove_outdated,
+                (proxy::spawn, obstacle::spawn),
                 obstacle::follow,
             )
                 .chain()
@@ -95,8 +96,8 @@ impl Plugin for AvianPlugin {
         app.add_systems(
             StepSchedule,
             (
-                double::begin_tick.before(StepSystems::Wake),
-                (double::end_tick, double::place)
+                proxy::begin_tick.before(StepSystems::Wake),
+                (proxy::end_tick, proxy::place)
                     .chain()
                     .after(StepSystems::End),
             ),
@@ -106,7 +107,7 @@ impl Plugin for AvianPlugin {
 
 /// Thickness of dynamic bodies.
 #[derive(Resource, Debug, Clone, Copy)]
-struct DoubleThickness(ContactThickness);
+struct ProxyThickness(ContactThickness);
 
 /// Entity that stands for one of Avian's bodies in the soft-body simulation. It is despawned with
 /// the body.

@@ -70,7 +70,7 @@ fn weld(vertices: &[Vec3], triangles: &[[u32; 3]]) -> (Vec<Vec3>, Vec<[u32; 3]>)
 }
 
 /// Removes what stands for bodies whose type or colliders have changed.
-pub(super) fn forget(
+pub(super) fn remove_outdated(
     changed_bodies: Query<Entity, Changed<RigidBody>>,
     changed_colliders: Query<&ColliderOf, Or<(Changed<Collider>, Changed<ColliderOf>)>>,
     mut commands: Commands,

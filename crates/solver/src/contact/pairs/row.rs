@@ -40,8 +40,7 @@ pub struct ContactForce {
 pub(crate) enum ContactPart {
     /// Friction.
     Friction,
-    /// Separation of surfaces that were closer than their recovery speed lets them be apart at the
-    /// end of the substep.
+    /// Separation of overlapping surfaces, limited by the recovery speed.
     Recovery,
 }
 

@@ -1,6 +1,9 @@
 //! Two surfaces that cross, and the search for them.
 
-use super::bounds::{Bounds, Columns};
+use super::{
+    bounds::{Bounds, Columns},
+    crossings::around,
+};
 use crate::lanes::Instructions;
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -24,15 +27,40 @@ pub(super) struct CrossingSearch {
     pub instructions: Instructions,
     pub columns: Columns,
     pub hits: Vec<[u32; 2]>,
-    /// Edges and triangles of two pieces by surface vertices, with their boxes.
-    pub edges: Vec<[u32; 2]>,
-    pub edge_boxes: Vec<Bounds>,
-    pub triangles: Vec<[u32; 3]>,
-    pub triangle_boxes: Vec<Bounds>,
+    /// Of two pieces.
+    pub edges: Elements<2>,
+    pub triangles: Elements<3>,
     /// Boxes of the pieces at the start of the substep, as far as they are known.
     pub boxes: Vec<Option<Bounds>>,
     /// Crossings by members.
     pub crossed: BTreeMap<[u32; 2], Crossed>,
+}
+
+/// Edges or triangles by their surface vertices, with their boxes.
+#[derive(Debug, Default)]
+pub(super) struct Elements<const N: usize> {
+    pub vertices: Vec<[u32; N]>,
+    pub boxes: Vec<Bounds>,
+}
+
+impl<const N: usize> Elements<N> {
+    /// Collects the elements, with vertices at these positions [m], whose boxes overlap another.
+    pub fn collect(
+        &mut self,
+        elements: impl Iterator<Item = [u32; N]>,
+        at: impl Fn(u32) -> DVec3,
+        near: &Bounds,
+    ) {
+        self.vertices.clear();
+        self.boxes.clear();
+        for element in elements {
+            let bounds = around(&element.map(&at));
+            if bounds.meets(near) {
+                self.vertices.push(element);
+                self.boxes.push(bounds);
+            }
+        }
+    }
 }
 
 /// Crossings of two members.

@@ -84,42 +84,24 @@ impl Contacts {
             }
             let second = 1 - first;
             let [a, b] = [first, second].map(|side| &self.pieces[pieces[side] as usize]);
-            let vertices =
-                |piece: &Piece, corner: u32| self.vertices[piece.first + corner as usize];
+            let vertex = |piece: &Piece, corner: u32| self.vertices[piece.first + corner as usize];
             let at = |v: u32| self.starts[v as usize];
-            search.edges.clear();
-            search.edge_boxes.clear();
-            for edge in &a.patch(&self.members).edges {
-                let edge = edge.map(|corner| vertices(a, corner));
-                let near = around(&edge.map(at));
-                if near.meets(&bounds[second]) {
-                    search.edges.push(edge);
-                    search.edge_boxes.push(near);
-                }
-            }
-            search.triangles.clear();
-            search.triangle_boxes.clear();
-            for triangle in &b.patch(&self.members).triangles {
-                let triangle = triangle.map(|corner| vertices(b, corner));
-                let near = around(&triangle.map(at));
-                if near.meets(&bounds[first]) {
-                    search.triangles.push(triangle);
-                    search.triangle_boxes.push(near);
-                }
-            }
-            if search.edges.is_empty() || search.triangles.is_empty() {
-                continue;
-            }
-            search.columns.fill(&search.edge_boxes);
+            let edges = a.patch(&self.members).edges.iter();
+            let edges = edges.map(|it| it.map(|corner| vertex(a, corner)));
+            search.edges.collect(edges, at, &bounds[second]);
+            let triangles = b.patch(&self.members).triangles.iter();
+            let triangles = triangles.map(|it| it.map(|corner| vertex(b, corner)));
+            search.triangles.collect(triangles, at, &bounds[first]);
+            search.columns.fill(&search.edges.boxes);
             search.hits.clear();
             search.columns.near(
-                &search.triangle_boxes,
+                &search.triangles.boxes,
                 search.instructions,
                 &mut search.hits,
             );
             for &[triangle, edge] in &search.hits {
-                let edge = search.edges[edge as usize];
-                let triangle = search.triangles[triangle as usize];
+                let edge = search.edges.vertices[edge as usize];
+                let triangle = search.triangles.vertices[triangle as usize];
                 let meet = edge.iter().any(|end| triangle.contains(end));
                 let (ends, corners) = (edge.map(at), triangle.map(at));
                 if !meet && crosses(ends, corners) {

@@ -1,12 +1,12 @@
-//! Dynamic bodies of Avian's, and their doubles.
+//! Dynamic bodies of Avian's, and their proxies.
 
-use super::{DoubleThickness, Represented, Represents, Unseen, obstacle::pose, surface::Colliders};
+use super::{ProxyThickness, Represented, Represents, Unseen, obstacle::pose, surface::Colliders};
 use crate::{
     effect::{Contact, ShapeMatching},
     simulation::{AddedMass, Asleep, SimulationSettings, SoftBody},
     solver::{
-        Density, Fraction, Frequency, Friction, Mass, Particles, Pose, RecoverySpeed, RestShape,
-        Restitution, VertexIndex,
+        Density, Fraction, Frequency, Friction, Mass, Particles, Pose, RestShape, Restitution,
+        VertexIndex, measure,
     },
 };
 use avian3d::prelude::{
@@ -19,11 +19,13 @@ use bevy::{
     prelude::*,
 };
 
-/// The double of a dynamic body.
+/// The proxy of a dynamic body.
 #[derive(Component, Debug)]
-pub(super) struct Double {
+pub(super) struct Proxy {
     /// Position of each particle in the frame of the body [m].
     rest: Vec<DVec3>,
+    /// Mass [kg].
+    mass: f64,
     /// State at the start of the tick.
     start: Momentum,
     /// Impulse [N·s] and angular impulse about the center of mass [N·m·s] of the last tick.
@@ -32,8 +34,8 @@ pub(super) struct Double {
     frame: [usize; 3],
 }
 
-impl Double {
-    fn new(rest: Vec<DVec3>) -> Self {
+impl Proxy {
+    fn new(rest: Vec<DVec3>, mass: f64) -> Self {
         let farthest = |from: &dyn Fn(DVec3) -> f64| {
             let each = 0..rest.len();
             each.max_by(|&a, &b| from(rest[a]).total_cmp(&from(rest[b])))
@@ -44,6 +46,7 @@ impl Double {
         let c = farthest(&|x| (x - rest[a]).cross(x - rest[b]).length_squared());
         Self {
             frame: [a, b, c],
+            mass,
             rest,
             start: Momentum::default(),
             impulse: Momentum::default(),
@@ -77,8 +80,6 @@ impl Double {
 struct Momentum {
     /// Point of reference of the angular momentum [m].
     about: DVec3,
-    /// Mass [kg].
-    mass: f64,
     /// [kg·m/s]
     linear: DVec3,
     /// [kg·m²/s]
@@ -88,21 +89,16 @@ struct Momentum {
 impl Momentum {
     /// Of particles, about a point.
     fn of(particles: &Particles, about: DVec3) -> Self {
-        let mut all = Self {
+        let linear = measure::momentum(particles);
+        Self {
             about,
-            ..Self::default()
-        };
-        for i in 0..particles.len() {
-            all.mass += mass(particles, i);
-            let momentum = particles.velocity_f64(i) * mass(particles, i);
-            all.linear += momentum;
-            all.angular += (particles.position(i) - about).cross(momentum);
+            linear,
+            angular: measure::angular_momentum(particles) - about.cross(linear),
         }
-        all
     }
 }
 
-/// Distribution of the mass of a double: a surface and a point within, which have mass, center of
+/// Distribution of the mass of a proxy: a surface and a point within, which have mass, center of
 /// mass and trace of the tensor of inertia of the body.
 struct Masses {
     /// Of the surface [kg/m²].
@@ -112,7 +108,7 @@ struct Masses {
     added: f64,
 }
 
-/// Least fraction of the mass of a double in its surface or in its point, so that neither vanishes.
+/// Least fraction of the mass of a proxy in its surface or in its point, so that neither vanishes.
 const MIN_PART: f64 = 1e-3;
 
 impl Masses {
@@ -144,14 +140,9 @@ impl Masses {
 }
 
 /// Change of an impulse below which a sleeping body is not woken, as a fraction of it.
-const SAME: f64 = 0.05;
+const MAX_CHANGE: f64 = 0.05;
 
-/// Mass of a particle [kg].
-fn mass(particles: &Particles, i: usize) -> f64 {
-    1.0 / f64::from(particles.positions[i].w)
-}
-
-/// Spawns doubles of dynamic bodies.
+/// Spawns proxies of dynamic bodies.
 pub(super) fn spawn(
     bodies: Query<
         (
@@ -167,7 +158,7 @@ pub(super) fn spawn(
         (Without<Represented>, Without<Unseen>),
     >,
     mut colliders: Colliders,
-    thickness: Res<DoubleThickness>,
+    thickness: Res<ProxyThickness>,
     mut commands: Commands,
 ) {
     for (entity, kind, of_body, mass, center, inertia, friction, restitution) in &bodies {
@@ -221,7 +212,6 @@ pub(super) fn spawn(
             )
             .unwrap_or_default(),
             restitution: Restitution::new(restitution.coefficient).unwrap_or_default(),
-            recovery_speed: RecoverySpeed::default(),
             ..default()
         };
         let mut rest = vec![DVec3::ZERO; vertices.len()];
@@ -232,11 +222,17 @@ pub(super) fn spawn(
             frequency: Frequency::of(f32::INFINITY),
             ..default()
         };
-        commands.spawn((body, rigid, contact, Double::new(rest), Represents(entity)));
+        commands.spawn((
+            body,
+            rigid,
+            contact,
+            Proxy::new(rest, mass.value().into()),
+            Represents(entity),
+        ));
     }
 }
 
-/// Moves doubles to their bodies.
+/// Moves proxies to their bodies.
 pub(super) fn begin_tick(
     bodies: Query<(
         &Position,
@@ -246,16 +242,10 @@ pub(super) fn begin_tick(
         &ComputedCenterOfMass,
         Has<Sleeping>,
     )>,
-    mut doubles: Query<(
-        Entity,
-        &Represents,
-        &mut Double,
-        &mut Particles,
-        Has<Asleep>,
-    )>,
+    mut proxies: Query<(Entity, &Represents, &mut Proxy, &mut Particles, Has<Asleep>)>,
     mut commands: Commands,
 ) {
-    for (entity, represents, mut double, mut particles, is_asleep) in &mut doubles {
+    for (entity, represents, mut proxy, mut particles, is_asleep) in &mut proxies {
         let Ok((position, rotation, linear, angular, center, sleeps)) = bodies.get(represents.0)
         else {
             continue;
@@ -266,12 +256,12 @@ pub(super) fn begin_tick(
         let pose = pose(position, rotation);
         let center = pose.apply(center.0.as_dvec3());
         let (linear, angular) = (linear.0.as_dvec3(), angular.0.as_dvec3());
-        for (i, rest) in double.rest.iter().enumerate() {
+        for (i, rest) in proxy.rest.iter().enumerate() {
             let x = pose.apply(*rest);
             particles.set_position(i, x);
             particles.set_velocity(i, (linear + angular.cross(x - center)).as_vec3());
         }
-        double.start = Momentum::of(&particles, center);
+        proxy.start = Momentum::of(&particles, center);
         if is_asleep {
             commands.entity(entity).remove::<Asleep>();
         }
@@ -281,33 +271,29 @@ pub(super) fn begin_tick(
 /// Passes the impulses of contacts on to the bodies.
 pub(super) fn end_tick(
     mut bodies: Query<(Forces, Has<Sleeping>)>,
-    mut doubles: Query<(&Represents, &mut Double, &Particles, Has<Asleep>)>,
+    mut proxies: Query<(&Represents, &mut Proxy, &Particles, Has<Asleep>)>,
     settings: Res<SimulationSettings>,
 ) {
     let dt = settings.0.tick_seconds();
     let gravity = settings.0.gravity.as_dvec3();
-    for (represents, mut double, particles, is_asleep) in &mut doubles {
+    for (represents, mut proxy, particles, is_asleep) in &mut proxies {
         let Ok((mut body, sleeps)) = bodies.get_mut(represents.0) else {
             continue;
         };
-        let last = double.impulse;
+        let last = proxy.impulse;
         if !is_asleep {
-            let (start, mut impulse) = (double.start, Momentum::of(particles, double.start.about));
-            impulse.linear -= start.linear;
-            impulse.angular -= start.angular;
-            for i in 0..particles.len() {
-                let fall = gravity * (mass(particles, i) * dt);
-                let arm = particles.position(i) - start.about;
-                impulse.linear -= fall;
-                impulse.angular -= arm.cross(fall);
-            }
-            double.impulse = impulse;
+            let (start, mut impulse) = (proxy.start, Momentum::of(particles, proxy.start.about));
+            let weight = gravity * (proxy.mass * dt);
+            let arm = measure::center_of_mass(particles) - start.about;
+            impulse.linear -= start.linear + weight;
+            impulse.angular -= start.angular + arm.cross(weight);
+            proxy.impulse = impulse;
         }
-        // While a double sleeps, the last impulse goes on holding its body.
+        // While a proxy sleeps, the last impulse goes on holding its body.
         let Momentum {
             linear, angular, ..
-        } = double.impulse;
-        let is_same = linear.distance(last.linear) <= SAME * last.linear.length();
+        } = proxy.impulse;
+        let is_same = linear.distance(last.linear) <= MAX_CHANGE * last.linear.length();
         if sleeps && is_same {
             continue;
         }
@@ -317,9 +303,9 @@ pub(super) fn end_tick(
 }
 
 /// Impulses below this fraction of the weight over a tick leave a body where it is.
-const TOUCHED: f64 = 1e-6;
+const MIN_IMPULSE: f64 = 1e-6;
 
-/// Places bodies that are touched so that their next step ends at the pose of their doubles:
+/// Places bodies that are touched so that their next step ends at the pose of their proxies:
 /// contacts correct positions without velocity.
 pub(super) fn place(
     mut bodies: Query<
@@ -332,16 +318,16 @@ pub(super) fn place(
         ),
         Without<Sleeping>,
     >,
-    doubles: Query<(&Represents, &Double, &Particles), Without<Asleep>>,
+    proxies: Query<(&Represents, &Proxy, &Particles), Without<Asleep>>,
     settings: Res<SimulationSettings>,
     substeps: Res<SubstepCount>,
 ) {
     let dt = settings.0.tick_seconds();
     let gravity = settings.0.gravity.as_dvec3();
     let count = f64::from(substeps.0.max(1));
-    for (represents, double, particles) in &doubles {
-        let weight = double.start.mass * gravity.length() * dt;
-        if double.impulse.linear.length() <= TOUCHED * weight {
+    for (represents, proxy, particles) in &proxies {
+        let weight = proxy.mass * gravity.length() * dt;
+        if proxy.impulse.linear.length() <= MIN_IMPULSE * weight {
             continue;
         }
         let Ok((mut position, mut rotation, linear, angular, center)) =
@@ -349,7 +335,7 @@ pub(super) fn place(
         else {
             continue;
         };
-        let pose = double.pose(particles);
+        let pose = proxy.pose(particles);
         let center = center.0.as_dvec3();
         // What the next step adds, by semi-implicit Euler.
         let fall = gravity * (dt * dt * (count + 1.0) / (2.0 * count));
