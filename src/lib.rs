@@ -102,7 +102,8 @@ pub mod sandbox;
 pub mod scene;
 pub mod simulation;
 pub mod study;
-mod suggestion;
+#[doc(hidden)]
+pub mod suggestion;
 pub mod torture;
 
 pub use pliant_mesh as mesh;

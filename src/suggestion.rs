@@ -2,7 +2,8 @@
 
 /// The name among `valid`, separated by commas, that is most similar to an unknown one, as in
 /// ` (did you mean “bunny”?)`; empty if none is similar.
-pub(crate) fn similar(unknown: &str, valid: &str) -> String {
+#[must_use]
+pub fn similar(unknown: &str, valid: &str) -> String {
     // Typing errors: a wrong, missing, additional or swapped letter in three.
     let max_distance = unknown.chars().count().div_ceil(3);
     let distance = |name: &&str| strsim::damerau_levenshtein(name, unknown);

@@ -120,7 +120,7 @@ fn panel(area: &Area, caption: &str, rows: &[&BenchRow], threads: &[usize]) -> R
                     + PathElement::new([(11, 0), (18, 0)], color.stroke_width(1))
             });
     }
-    label_series(&mut chart)?;
+    label_series(&mut chart, SeriesLabelPosition::UpperRight)?;
     Ok(())
 }
 

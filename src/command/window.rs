@@ -2,13 +2,13 @@
 //! can be opened.
 
 use super::{
-    FAILED,
+    CommandLine, FAILED,
     run::{build, in_words},
     say, say_line,
     threads::ThreadsOption,
 };
 use anyhow::Context;
-use clap::Args;
+use clap::{Args, CommandFactory};
 use pliant::{
     output::{csv, plot},
     recording::{Snapshot, is_snapshot, open},
@@ -18,6 +18,7 @@ use pliant::{
         run::{RunOptions, run},
     },
     solver::Threads,
+    suggestion::similar,
 };
 use std::{
     path::{Path, PathBuf},
@@ -115,8 +116,7 @@ impl Window {
         if let Some(name) = &self.scene
             && !is_snapshot(Path::new(name))
         {
-            let current = Scene::load(name)
-                .context("cannot open the scene (for commands, see `pliant --help`)")?;
+            let current = Scene::load(name).with_context(|| no_scene(name))?;
             build(&current.scene)?;
         } else if let Some(name) = &self.scene {
             Snapshot::read(Path::new(name))?;
@@ -150,6 +150,18 @@ impl Window {
         } else {
             ExitCode::from(FAILED)
         })
+    }
+}
+
+/// What an unknown scene may have been instead: a misspelled command.
+fn no_scene(name: &str) -> String {
+    let program = CommandLine::command();
+    let commands: Vec<&str> = program.get_subcommands().map(|it| it.get_name()).collect();
+    match similar(name, &commands.join(", ")) {
+        similar if similar.is_empty() => {
+            "cannot open the scene (for commands, see `pliant --help`)".to_owned()
+        }
+        similar => format!("no such command or scene{similar}"),
     }
 }
 

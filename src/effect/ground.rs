@@ -35,7 +35,7 @@ impl Effect for Ground {
             (0.0, 1.0), Scale::Linear
         ),
         parameter!(
-            rolling_resistance: RollingResistance, "Rolling friction", "",
+            rolling_resistance: RollingResistance, "Rolling resistance", "",
             "Rolling resistance: lever of the torque that resists rolling, over the radius. A ball rolls down slopes steeper than this.",
             (0.0, 0.1), Scale::Linear
         ),

@@ -96,17 +96,46 @@ fn chart(
             .label(*name)
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], color.stroke_width(2)));
     }
-    label_series(&mut chart)?;
+    label_series(&mut chart, emptiest_corner(curves, times, values))?;
     Ok(())
 }
 
-/// Draws the legend of the series in the upper right corner.
+/// The corner of the plot with the fewest points, for a legend that covers none.
+fn emptiest_corner(
+    curves: &[Curve],
+    times: (f64, f64),
+    values: (f64, f64),
+) -> SeriesLabelPosition {
+    let fraction = |x: f64, (low, high): (f64, f64)| (x - low) / (high - low);
+    // A legend of four lines takes about a sixth of the width and a third of the height.
+    let covers = |right: bool, upper: bool| {
+        let inside = |&(x, y): &(f64, f64)| {
+            let (x, y) = (fraction(x, times), fraction(y, values));
+            (if right { x > 0.8 } else { x < 0.2 }) && (if upper { y > 0.6 } else { y < 0.4 })
+        };
+        let points = curves.iter().flat_map(|(_, points)| points);
+        points.filter(|point| inside(point)).count()
+    };
+    let corners = [
+        (true, true, SeriesLabelPosition::UpperRight),
+        (false, true, SeriesLabelPosition::UpperLeft),
+        (true, false, SeriesLabelPosition::LowerRight),
+        (false, false, SeriesLabelPosition::LowerLeft),
+    ];
+    let emptiest = corners
+        .into_iter()
+        .min_by_key(|&(right, upper, _)| covers(right, upper));
+    emptiest.map_or(SeriesLabelPosition::UpperRight, |(_, _, corner)| corner)
+}
+
+/// Draws the legend of the series.
 pub(crate) fn label_series<'a, DB: DrawingBackend + 'a, CT: CoordTranslate>(
     chart: &mut ChartContext<'a, DB, CT>,
+    position: SeriesLabelPosition,
 ) -> Result<(), DrawingAreaErrorKind<DB::ErrorType>> {
     chart
         .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
+        .position(position)
         .background_style(WHITE.mix(0.85))
         .border_style(RGBColor(200, 200, 200))
         .label_font(("sans-serif", 13))

@@ -150,7 +150,7 @@ fn panel(area: &Area, case: &CaseResult) -> Result<(), Failure> {
             last = Some(place);
         }
     }
-    label_series(&mut chart)?;
+    label_series(&mut chart, SeriesLabelPosition::UpperRight)?;
     Ok(())
 }
 

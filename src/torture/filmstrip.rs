@@ -164,7 +164,7 @@ pub fn energies(watch: &Watch) -> Result<String, Failure> {
                     PathElement::new([(x, y), (x + 18, y)], color.stroke_width(2))
                 });
         }
-        label_series(&mut chart)?;
+        label_series(&mut chart, SeriesLabelPosition::UpperRight)?;
         root.present()?;
     }
     Ok(svg)
