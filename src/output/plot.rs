@@ -101,11 +101,7 @@ fn chart(
 }
 
 /// The corner of the plot with the fewest points, for a legend that covers none.
-fn emptiest_corner(
-    curves: &[Curve],
-    times: (f64, f64),
-    values: (f64, f64),
-) -> SeriesLabelPosition {
+fn emptiest_corner(curves: &[Curve], times: (f64, f64), values: (f64, f64)) -> SeriesLabelPosition {
     let fraction = |x: f64, (low, high): (f64, f64)| (x - low) / (high - low);
     // A legend of four lines takes about a sixth of the width and a third of the height.
     let covers = |right: bool, upper: bool| {

@@ -7,7 +7,7 @@ use super::{
 use crate::{
     effect::EffectRegistry,
     solver::{
-        Effects, Particles,
+        Effects, Particles, Stitches,
         contact::pairs::{Outline, crossings},
         measure::{self, SquareSum},
     },
@@ -165,6 +165,7 @@ pub fn measure(world: &mut World) -> Statistics {
             Some(Outline {
                 effects,
                 topology: &world.get::<SoftBody>(body)?.0,
+                stitches: world.get::<Stitches>(body),
                 particles: world.get::<Particles>(body)?,
             })
         });

@@ -228,7 +228,10 @@ fn bad_usage_is_exit_code_2_and_names_the_word_and_the_choices() {
         (&["run", "nosuch"][..], &["nosuch", "jelly_cube"][..]),
         (&["run", "buny"], &["“buny” (did you mean “bunny”?)"]),
         (&["nosuch"], &["nosuch", "jelly_cube", "pliant --help"]),
-        (&["runn"], &["no such command", "(did you mean “run”?)", "jelly_cube"]),
+        (
+            &["runn"],
+            &["no such command", "(did you mean “run”?)", "jelly_cube"],
+        ),
         (
             &["run", "jelly_cube", "--set", "foo=1"],
             &["foo", "substeps", "stretch"],

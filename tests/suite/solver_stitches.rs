@@ -2,8 +2,8 @@
 
 use crate::{
     support::{
-        G, assert_relative, bits, body, body_of_masses, chain, cube, elastic_on_ground, point,
-        random_vector, run, settings, stretch, volume, with, world,
+        G, assert_relative, bits, body, body_of_masses, chain, cube, damping, elastic_on_ground,
+        point, random_vector, run, settings, stretch, volume, with, world,
     },
     support_app::{app_of, app_with, ticks},
 };
@@ -14,9 +14,9 @@ use pliant::{
     scene::{Scene, run::headless},
     simulation::{SolvePhase, SolveSchedule, plain},
     solver::{
-        Body, Collider, ColliderShape, Compliance, Effects, Force, ParticleIndex, Pose, RestShape,
-        Stitch, StitchEnd, StitchError, Stitches, SurfacePoint, Threads, VertexIndex, World,
-        deform::Random, reference,
+        Body, Collider, ColliderShape, Compliance, ContactThickness, Effects, Force, ParticleIndex,
+        Pose, RestShape, SelfContact, Stitch, StitchEnd, StitchError, Stitches, SurfacePoint,
+        Threads, VertexIndex, World, deform::Random, reference,
     },
 };
 
@@ -327,4 +327,47 @@ fn removing_a_collider_releases_its_stitches() {
     };
     assert!(first.broken && !second.broken);
     assert!(matches!(second.to, StitchEnd::Collider { number: 0, .. }));
+}
+
+/// The last corner of a sheet is stitched to the middle of its first triangle. Within their
+/// thickness self-contact would hold them apart, against the stitch.
+#[test]
+fn stitched_points_have_no_contact_until_the_stitch_breaks() {
+    let mut sheet = crate::solver_tangles::sheet(Vec3::ZERO);
+    let particle = |vertex: u32| sheet.topology.particle(VertexIndex(vertex)) as u32;
+    let (corner, triangle) = (particle(168), [0, 1, 14].map(particle));
+    let point = at(&triangle.map(|it| (it, 1.0)));
+    let to = StitchEnd::Point(at(&[(corner, 1.0)]));
+    sheet = stitched(sheet, &[stitch(point, to, 0.0, 1e9)]);
+    sheet.effects.ground = None;
+    sheet.effects.stretch.as_mut().expect("cloth").damping = damping(0.02);
+    let thickness = 0.01;
+    sheet.effects.self_contact = Some(SelfContact {
+        thickness: ContactThickness::new(thickness as f32).expect("sound"),
+        ..SelfContact::default()
+    });
+    let gap = |world: &World| {
+        let x = &world.bodies[0].particles;
+        let middle = triangle.map(|it| x.position(it as usize));
+        let middle = middle.into_iter().sum::<DVec3>() / 3.0;
+        middle.distance(x.position(corner as usize))
+    };
+    let mut world = world(settings(0.0, 60.0, 10, 1), sheet);
+    for _ in 0..120 {
+        world.tick();
+        assert_eq!(world.crossings(), 0);
+    }
+    // The stitch is solved last but for contact: rounding of positions within 1 m.
+    let held = gap(&world);
+    assert!(held < 1e-6, "{held} m of {thickness} m");
+
+    let mut broken = world.bodies[0].stitches.all()[0];
+    broken.broken = true;
+    let body = world.bodies.remove(0);
+    world.bodies.push(stitched(body, &[broken]));
+    for _ in 0..120 {
+        world.tick();
+    }
+    assert_eq!(world.crossings(), 0);
+    assert!(gap(&world) > 0.9 * thickness, "{} m", gap(&world));
 }

@@ -124,6 +124,15 @@ impl Stitches {
         self.all.is_empty()
     }
 
+    /// Both points of each intact stitch between points of the body.
+    pub(crate) fn intact_pairs(&self) -> impl Iterator<Item = [SurfacePoint; 2]> + '_ {
+        let intact = self.all.iter().filter(|stitch| !stitch.broken);
+        intact.filter_map(|stitch| match stitch.to {
+            StitchEnd::Point(other) => Some([stitch.point, other]),
+            StitchEnd::Collider { .. } => None,
+        })
+    }
+
     /// Number of broken stitches.
     #[must_use]
     pub fn broken(&self) -> usize {

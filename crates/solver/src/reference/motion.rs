@@ -2,7 +2,7 @@
 
 use super::{Body, Past};
 use crate::{
-    Effects, Settings, Topology, contact::collider::SweptCollider, contact::exit,
+    Effects, Settings, Stitches, Topology, contact::collider::SweptCollider, contact::exit,
     contact::pairs::Tangible, force::Force, force::Moment, force::Mote, force::VisitForces,
     history::STEP_FRACTION, repair::ParticleAccess, repair::Repairable, rolling::GroundContact,
     spin::Motion, spin::is_free,
@@ -39,6 +39,10 @@ impl Tangible for Body {
 
     fn effects(&self) -> &Effects {
         &self.effects
+    }
+
+    fn stitches(&self) -> &Stitches {
+        Self::stitches(self)
     }
 
     fn takes_part(&self) -> bool {

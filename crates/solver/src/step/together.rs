@@ -21,7 +21,7 @@ use super::{
     substep::Substep,
 };
 use crate::{
-    Contacts, Effects, ForceKind, Threads, Topology, WorkEstimate,
+    Contacts, Effects, ForceKind, Stitches, Threads, Topology, WorkEstimate,
     contact::pairs::{Between, ContactPart, Tangible},
     effects::body_kinds::BodyEffectKind,
     ledger::{Cause, EnergyTracker, Ledger},
@@ -81,6 +81,10 @@ impl Tangible for GroupedBody<'_> {
 
     fn effects(&self) -> &Effects {
         self.body.effects
+    }
+
+    fn stitches(&self) -> &Stitches {
+        self.body.stitches
     }
 
     fn takes_part(&self) -> bool {

@@ -109,6 +109,7 @@ impl World {
         let outlines = self.bodies.iter().map(|body| Outline {
             effects: &body.effects,
             topology: &body.topology,
+            stitches: Some(&body.stitches),
             particles: &body.particles,
         });
         let meshes = self.colliders.iter().filter_map(|it| it.mesh_at(self.time));

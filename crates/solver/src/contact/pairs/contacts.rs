@@ -7,12 +7,14 @@ use super::{
     params::{PairParams, Params},
     rigid::Rigid,
     row::{Active, ContactForce, ContactPart, ContactRow, NO_INDEX},
+    self_crossing::SelfCrossing,
+    stitched::StitchedVertices,
     tangible::Tangible,
     tangle::{CrossingSearch, Tangle},
     truncate::Truncation,
 };
 use crate::{
-    Effects, Substep, Threads,
+    Effects, Stitches, Substep, Threads,
     contact::collider::SweptCollider,
     topology::surface::{Patch, Surface},
 };
@@ -90,6 +92,7 @@ pub struct Contacts {
     pub(super) rigids: Vec<Rigid>,
     pub(super) manifolds: Manifolds,
     pub(super) tangles: Vec<Tangle>,
+    pub(super) self_crossings: Vec<SelfCrossing>,
     pub(super) search: CrossingSearch,
     /// Per member: whether it may have crossed another surface since the last check.
     pub(super) may_cross: Vec<bool>,
@@ -135,6 +138,8 @@ pub(super) struct Member {
     pub(super) first: usize,
     /// Parameters by kind of contact.
     pub(super) params: [Option<Params>; KINDS],
+    /// Its stitches, if it has contact with itself.
+    pub(super) stitched: StitchedVertices,
     pub(super) is_stepped: bool,
 }
 
@@ -519,6 +524,7 @@ impl Contacts {
                 owner: Owner::Body(place),
                 surface: body.topology().surface(),
                 params: params(body, has_meshes),
+                stitches: body.effects().self_contact.map(|_| body.stitches()),
                 is_rigid: body.effects().is_rigid(),
                 is_stepped: body.is_stepped(),
             })
@@ -528,6 +534,7 @@ impl Contacts {
                 owner: Owner::Collider(place),
                 surface: mesh.surface(),
                 params: [None, None, Some(Params::of_collider())],
+                stitches: None,
                 is_rigid: false,
                 is_stepped: swept.moves(),
             })
@@ -539,6 +546,7 @@ impl Contacts {
                     && (member.rigid != NO_INDEX) == new.is_rigid
                     && member.is_stepped == new.is_stepped
                     && member.params == new.params
+                    && new.stitches.is_none_or(|it| member.stitched.is_current(it))
                     && Arc::ptr_eq(&member.surface, new.surface)
             });
         if known {
@@ -560,6 +568,9 @@ impl Contacts {
                 surface: Arc::clone(new.surface),
                 first,
                 params: new.params,
+                stitched: new.stitches.map_or_else(StitchedVertices::default, |it| {
+                    StitchedVertices::of(it, new.surface)
+                }),
                 is_stepped: new.is_stepped,
             });
             first += new.surface.vertices.len();
@@ -786,6 +797,7 @@ struct NewMember<'a> {
     owner: Owner,
     surface: &'a Arc<Surface>,
     params: [Option<Params>; KINDS],
+    stitches: Option<&'a Stitches>,
     is_rigid: bool,
     is_stepped: bool,
 }

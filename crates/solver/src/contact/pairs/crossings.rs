@@ -1,7 +1,12 @@
 //! Counts crossings of surfaces, as a check that there are none.
 
-use super::bounds::{Bounds, Grid};
-use crate::{ColliderMesh, Effects, Particles, Pose, Topology, topology::surface::Surface};
+use super::{
+    bounds::{Bounds, Grid},
+    stitched::StitchedVertices,
+};
+use crate::{
+    ColliderMesh, Effects, Particles, Pose, Stitches, Topology, topology::surface::Surface,
+};
 use glam::{DVec3, Vec3, Vec3A};
 use robust::{Coord3D, orient3d};
 
@@ -15,6 +20,8 @@ pub struct Outline<'a> {
     pub effects: &'a Effects,
     /// Topology of the body.
     pub topology: &'a Topology,
+    /// Stitches of the body, if any.
+    pub stitches: Option<&'a Stitches>,
     /// Particles of the body.
     pub particles: &'a Particles,
 }
@@ -24,6 +31,7 @@ struct Shape<'a> {
     surface: &'a Surface,
     /// Effects of a body; `None` for a collider.
     effects: Option<&'a Effects>,
+    stitched: StitchedVertices,
     x: Vec<DVec3>,
     bounds: Bounds,
 }
@@ -36,6 +44,7 @@ impl<'a> Shape<'a> {
         Self {
             surface,
             effects,
+            stitched: StitchedVertices::default(),
             x,
             bounds,
         }
@@ -54,7 +63,8 @@ impl<'a> Shape<'a> {
 /// Number of crossing edge–triangle pairs, between bodies that carry [`Contact`](super::Contact),
 /// within those that carry [`SelfContact`](super::SelfContact), and between those that carry
 /// [`Collide`](crate::Collide) and the meshes of colliders, in their poses. Exact for the given
-/// positions (Shewchuk 1997). Pairs that only touch or that share a vertex do not count.
+/// positions (Shewchuk 1997). Pairs that only touch, that share a vertex or that a stitch holds together
+/// do not count.
 #[must_use]
 pub fn crossings<'a>(
     bodies: impl Iterator<Item = Outline<'a>>,
@@ -65,7 +75,12 @@ pub fn crossings<'a>(
         let surface = body.topology.surface();
         let at = |&i: &u32| body.particles.position(i as usize);
         let x = surface.vertices.iter().map(at).collect();
-        Shape::new(surface, Some(body.effects), x)
+        Shape {
+            stitched: body.stitches.map_or_else(StitchedVertices::default, |it| {
+                StitchedVertices::of(it, surface)
+            }),
+            ..Shape::new(surface, Some(body.effects), x)
+        }
     });
     let colliders = colliders.iter().map(|(mesh, pose)| {
         let at = |rest: &Vec3| pose.apply(rest.as_dvec3());
@@ -115,7 +130,9 @@ fn between(a: &Shape, b: &Shape, grid: &mut Grid) -> usize {
         }
         grid.near(&bounds, |item| {
             let edge = edges[item as usize];
-            let shares = is_itself && edge.iter().any(|end| triangle.contains(end));
+            let shares = is_itself
+                && (edge.iter().any(|end| triangle.contains(end))
+                    || a.stitched.hold(edge, *triangle));
             if !shares && boxes[item as usize].meets(&bounds) && crosses(ends(edge), corners) {
                 count += 1;
             }

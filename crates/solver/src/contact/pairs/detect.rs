@@ -462,8 +462,10 @@ impl Finder {
         for &[query, item] in &*hits {
             let (query, item) = (query as usize, item as usize);
             // Most primitives of a surface that are near each other share a vertex.
-            let rest = &others.vertices[query];
-            if between == Between::Itself && ones.vertices[item].iter().any(|v| rest.contains(v)) {
+            let [corners, rest] = [&ones.vertices[item], &others.vertices[query]];
+            if between == Between::Itself
+                && (corners.iter().any(|v| rest.contains(v)) || of_a.stitched.hold(*corners, *rest))
+            {
                 continue;
             }
             let (number, other) = (others.numbers[query], ones.numbers[item]);

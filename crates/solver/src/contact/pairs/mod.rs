@@ -13,7 +13,8 @@
 //!   (`truncate.rs`), whatever the constraints have done. Surfaces that were apart stay apart at
 //!   any speed.
 //!
-//! The sides of surfaces that cross are not defined: their bodies are separated (`untangle.rs`).
+//! The sides of surfaces that cross are not defined: their bodies are separated (`untangle.rs`), and a
+//! surface is pulled out of itself (`self_untangle.rs`).
 //! Rigid bodies move as a whole (`rigid.rs`), by few contacts (`manifold.rs`).
 //!
 //! Positions are relative to frames that move with pieces of the surfaces, so that rigid motion
@@ -33,9 +34,13 @@ mod params;
 mod rigid;
 mod rigid_contacts;
 mod row;
+mod self_crossing;
+mod self_untangle;
+mod stitched;
 mod tangible;
 mod tangle;
 mod truncate;
+mod union;
 mod untangle;
 
 pub use contacts::{ContactCounts, Contacts};

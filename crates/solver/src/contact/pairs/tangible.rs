@@ -1,6 +1,6 @@
 //! Interface between contacts and bodies.
 
-use crate::{Effects, Topology};
+use crate::{Effects, Stitches, Topology};
 use glam::DVec3;
 
 /// A body as contacts see it.
@@ -9,6 +9,8 @@ pub(crate) trait Tangible {
     fn topology(&self) -> &Topology;
     /// Effects of the body.
     fn effects(&self) -> &Effects;
+    /// Stitches of the body.
+    fn stitches(&self) -> &Stitches;
     /// Whether it takes part in contacts: false once it is not finite.
     fn takes_part(&self) -> bool;
     /// Whether it is stepped. A sleeping body is an obstacle that does not move.

@@ -3,12 +3,13 @@
 use super::{
     bounds::{Bounds, Columns},
     crossings::around,
+    self_crossing::{Regions, SelfCrossing},
 };
 use crate::lanes::Instructions;
 use glam::DVec3;
 use std::collections::BTreeMap;
 
-/// Two surfaces that cross, or one that crosses itself.
+/// Two surfaces that cross, or an intersection of one with itself.
 #[derive(Debug, Clone)]
 pub(super) struct Tangle {
     /// Indices of the members, in ascending order.
@@ -32,8 +33,11 @@ pub(super) struct CrossingSearch {
     pub triangles: Elements<3>,
     /// Boxes of the pieces at the start of the substep, as far as they are known.
     pub boxes: Vec<Option<Bounds>>,
-    /// Crossings by members.
+    /// Crossings by two members.
     pub crossed: BTreeMap<[u32; 2], Crossed>,
+    /// Crossings of members with themselves, by member.
+    pub of_itself: Vec<SelfCrossing>,
+    pub regions: Regions,
 }
 
 /// Edges or triangles by their surface vertices, with their boxes.

@@ -24,6 +24,7 @@ use super::{
     contacts::{Contacts, Owner},
     detect::Batch,
     tangible::Tangible,
+    union::root,
 };
 use crate::Threads;
 use glam::DVec3;
@@ -368,14 +369,6 @@ fn cut_rigid(body: &mut impl Tangible, common: DVec3, t: f64) -> DVec3 {
     }
     body.touch();
     lost
-}
-
-/// First member of the group of a member.
-fn root(roots: &[u32], mut member: u32) -> u32 {
-    while roots[member as usize] != member {
-        member = roots[member as usize];
-    }
-    member
 }
 
 impl Pair {

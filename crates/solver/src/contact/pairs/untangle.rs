@@ -9,13 +9,14 @@
 //!   n in which the crossing edges leave the crossed triangles: with the mean displacements D of
 //!   their particles in the substep, C = n·(D₁ − D₂) − vh ≥ 0 and W = 1/M₁ + 1/M₂.
 //!
-//! Both depend on the positions at the start of the substep alone. A surface that crosses itself is
-//! left to its elasticity.
+//! Both depend on the positions at the start of the substep alone. Where a surface crosses itself,
+//! pairs are left out in the same way, and `self_untangle.rs` separates its parts.
 
 use super::{
     bounds::Bounds,
     contacts::{Between, Contacts, Member, Owner, Piece},
     crossings::{around, crosses},
+    self_crossing::SelfCrossing,
     tangible::Tangible,
     tangle::{Crossed, CrossingSearch, Tangle},
 };
@@ -39,11 +40,13 @@ impl Contacts {
                 *may_cross |= bodies[body].is_repaired();
             }
         }
+        self.self_crossings.clear();
         if !self.may_cross.contains(&true) {
             return;
         }
         let mut search = std::mem::take(&mut self.search);
         search.crossed.clear();
+        search.of_itself.clear();
         search.boxes.clear();
         search.boxes.resize(self.pieces.len(), None);
         for pair in &self.pairs {
@@ -58,6 +61,15 @@ impl Contacts {
             let tangle = self.tangle(members, crossed);
             self.tangles.push(tangle);
         }
+        let CrossingSearch {
+            of_itself, regions, ..
+        } = &mut search;
+        for crossings in of_itself.chunk_by_mut(|a, b| a.member == b.member) {
+            self.orient(crossings, regions);
+            let boxes = self.boxes_of_itself(crossings);
+            self.tangles.extend(boxes);
+        }
+        self.self_crossings.clone_from(of_itself);
         self.search = search;
         self.may_cross.fill(false);
     }
@@ -102,9 +114,16 @@ impl Contacts {
             for &[triangle, edge] in &search.hits {
                 let edge = search.edges.vertices[edge as usize];
                 let triangle = search.triangles.vertices[triangle as usize];
-                let meet = edge.iter().any(|end| triangle.contains(end));
+                let meet = edge.iter().any(|end| triangle.contains(end))
+                    || members[0] == members[1] && self.is_stitched(members[0], edge, triangle);
                 let (ends, corners) = (edge.map(at), triangle.map(at));
-                if !meet && crosses(ends, corners) {
+                if meet || !crosses(ends, corners) {
+                    continue;
+                }
+                if members[0] == members[1] {
+                    let crossing = SelfCrossing::new(members[0], edge, triangle);
+                    search.of_itself.push(crossing);
+                } else {
                     let crossed = search.crossed.entry(members).or_insert(Crossed {
                         bounds: Bounds::EMPTY,
                         direction: DVec3::ZERO,
@@ -117,6 +136,29 @@ impl Contacts {
                 }
             }
         }
+    }
+
+    /// The intersections of a member with itself.
+    fn boxes_of_itself(&self, crossings: &[SelfCrossing]) -> Vec<Tangle> {
+        let member = &self.members[crossings[0].member as usize];
+        let margin = 2.0 * member.half_thickness() + member.surface.mean_edge;
+        let boxes = self.boxes_around(crossings, margin).into_iter();
+        let tangle = |bounds| Tangle {
+            members: [crossings[0].member; 2],
+            bounds,
+            direction: DVec3::ZERO,
+            multiplier: 0.0,
+        };
+        boxes.map(tangle).collect()
+    }
+
+    /// Whether a stitch holds an edge and a triangle of a member together.
+    fn is_stitched(&self, member: u32, edge: [u32; 2], triangle: [u32; 3]) -> bool {
+        let member = &self.members[member as usize];
+        let of_surface = |v: u32| v - member.first as u32;
+        member
+            .stitched
+            .hold(edge.map(of_surface), triangle.map(of_surface))
     }
 
     fn tangle(&self, members: [u32; 2], crossed: &Crossed) -> Tangle {
@@ -158,6 +200,7 @@ impl Contacts {
 
     /// Separates the bodies that cross, after an iteration and before their contacts.
     pub(crate) fn separate(&mut self, bodies: &mut [impl Tangible]) {
+        self.separate_itself(bodies);
         let mut tangles = std::mem::take(&mut self.tangles);
         for tangle in &mut tangles {
             let [a, b] = tangle.members.map(|member| &self.members[member as usize]);

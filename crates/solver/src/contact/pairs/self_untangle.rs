@@ -1,0 +1,131 @@
+//! Separates a surface that crosses itself.
+//!
+//! The crossing edges divide a surface into regions. Of the two regions that a crossing edge
+//! connects, the smaller one is on the wrong side: its end of the edge is moved through the crossed
+//! triangle to the side of the other end. The intersection that ends inside the surface divides
+//! nothing; there, the edge moves so that the intersection becomes shorter. In both cases, with the
+//! weights b of the crossing point in edge and triangle and the direction n of the edge,
+//!
+//! C = n·Σbᵢ(xᵢ − xᵢⁿ) − fvh ≥ 0 [m], W = Σbᵢ²wᵢ, with the recovery speed v and a fraction f: 1 between
+//! regions, otherwise the length of the gradient, if below 1.
+//!
+//! Sources: Baraff, Witkin and Kass, *Untangling Cloth* (2003), for the regions; Volino and
+//! Magnenat-Thalmann, *Resolving Surface Collisions through Intersection Contour Minimization*
+//! (2006), for intersections without regions.
+
+use super::{
+    bounds::Bounds,
+    contacts::{Between, Contacts, Owner},
+    self_crossing::{Regions, SelfCrossing},
+    tangible::Tangible,
+};
+use glam::DVec3;
+
+impl Contacts {
+    /// Finds in which direction each crossing of a member with itself is resolved.
+    pub(super) fn orient(&self, crossings: &mut [SelfCrossing], regions: &mut Regions) {
+        let Some(first) = crossings.first() else {
+            return;
+        };
+        let member = &self.members[first.member as usize];
+        let of_surface = |v: u32| v - member.first as u32;
+        regions.cut.clear();
+        for crossing in &*crossings {
+            let [a, b] = crossing.edge.map(of_surface);
+            regions.cut.push([a.min(b), a.max(b)]);
+        }
+        regions.divide(member.surface.vertices.len(), &member.surface.edges);
+        for crossing in crossings {
+            let Some([normal, along]) = crossing.locate(&self.starts, &self.inverse_masses) else {
+                continue;
+            };
+            let towards_end = normal * normal.dot(along).signum();
+            let direction = match regions.is_smaller(crossing.edge.map(of_surface)) {
+                Some(true) => towards_end,
+                Some(false) => -towards_end,
+                None => self.shorten(crossing, normal, along),
+            };
+            crossing.fraction = direction.length().min(1.0);
+            crossing.direction = direction.normalize_or_zero();
+        }
+    }
+
+    /// Direction in which an edge shortens the intersection: Σ (R − 2 (E·R)/(E·N) N) over its
+    /// triangles, with its direction E, the normal N of the crossed triangle, and R along the
+    /// intersection into the triangle.
+    fn shorten(&self, crossing: &SelfCrossing, normal: DVec3, along: DVec3) -> DVec3 {
+        let [p, q] = crossing.edge;
+        let at = |v: u32| self.starts[v as usize];
+        let member = &self.members[crossing.member as usize];
+        let mut sum = DVec3::ZERO;
+        for corners in &member.surface.triangles {
+            let triangle = corners.map(|v| v + member.first as u32);
+            if !triangle.contains(&p) || !triangle.contains(&q) {
+                continue;
+            }
+            let Some(&third) = triangle.iter().find(|&&v| v != p && v != q) else {
+                continue;
+            };
+            let inwards = at(third) - at(p);
+            let line = normal.cross(along.cross(inwards)).normalize_or_zero();
+            let inwards = inwards - along * inwards.dot(along);
+            let line = line * line.dot(inwards).signum();
+            sum += line - normal * (2.0 * along.dot(line) / along.dot(normal));
+        }
+        sum
+    }
+
+    /// Moves the crossings of surfaces with themselves apart, after an iteration.
+    pub(super) fn separate_itself(&mut self, bodies: &mut [impl Tangible]) {
+        let mut crossings = std::mem::take(&mut self.self_crossings);
+        for crossing in &mut crossings {
+            let member = &self.members[crossing.member as usize];
+            let Owner::Body(body) = member.owner else {
+                continue;
+            };
+            let Some(pair) = member.pair_params(member, Between::Itself, self.h) else {
+                continue;
+            };
+            if crossing.inverse_mass == 0.0 || !member.is_stepped {
+                continue;
+            }
+            let body = &mut bodies[body];
+            let corners = crossing.vertices().map(|v| {
+                let v = v as usize;
+                (v, member.surface.vertices[v - member.first] as usize)
+            });
+            let each = corners.iter().zip(crossing.weights);
+            let displacement: DVec3 = each
+                .map(|(&(v, i), weight)| (body.now(i) - self.starts[v]) * weight)
+                .sum();
+            let error = crossing.direction.dot(displacement) - crossing.fraction * pair.recovery;
+            if !error.is_finite() {
+                continue;
+            }
+            let change = (-error / crossing.inverse_mass).max(-crossing.multiplier);
+            crossing.multiplier += change;
+            for ((v, i), weight) in corners.into_iter().zip(crossing.weights) {
+                let by = change * weight * self.inverse_masses[v];
+                if by != 0.0 {
+                    body.shift(i, crossing.direction * by);
+                }
+            }
+            body.touch();
+        }
+        self.self_crossings = crossings;
+    }
+
+    /// Boxes around the intersections of a member with itself [m]: those of crossings whose boxes,
+    /// grown by a margin, overlap.
+    pub(super) fn boxes_around(&self, crossings: &[SelfCrossing], margin: f32) -> Vec<Bounds> {
+        let mut boxes: Vec<Bounds> = Vec::new();
+        for crossing in crossings {
+            let mut all = crossing.bounds(&self.starts).grown(margin);
+            while let Some(place) = boxes.iter().position(|it| it.meets(&all)) {
+                all = all.with(boxes.swap_remove(place));
+            }
+            boxes.push(all);
+        }
+        boxes
+    }
+}
