@@ -3,6 +3,7 @@
 //! [`scenes`] makes the meshes, a [`peer`] builds and ticks them, [`measure`] times the peers in
 //! turn, [`sanity`] rejects runs that diverged, [`table`] writes the results.
 
+mod contact;
 mod machine;
 mod measure;
 #[cfg(any(jolt, bullet))]
@@ -33,6 +34,9 @@ struct Arguments {
     /// Measure only these scenes, for example bunny,cloth64
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     rows: Vec<String>,
+    /// Measure the scenes in which bodies touch: folds64 and pile27
+    #[arg(long)]
+    contact: bool,
     /// Measure fewer and shorter rounds
     #[arg(long)]
     quick: bool,
@@ -80,6 +84,14 @@ fn main() -> anyhow::Result<()> {
     };
     effort.rounds = arguments.rounds.unwrap_or(effort.rounds).max(1);
 
+    if arguments.contact {
+        let table = measure_contact(&peers, &machine, effort.rounds.min(CONTACT_ROUNDS))?;
+        print!("{table}");
+        if let Some(file) = &arguments.out {
+            fs::write(file, &table).with_context(|| format!("writing {}", file.display()))?;
+        }
+        return Ok(());
+    }
     let (mut sizes, mut outcomes) = (Vec::new(), Vec::new());
     for name in rows {
         let scene = scenes::build(name).with_context(|| format!("scene {name}"))?;
@@ -120,6 +132,34 @@ fn main() -> anyhow::Result<()> {
         fs::write(file, json).with_context(|| format!("writing {}", file.display()))?;
     }
     Ok(())
+}
+
+/// Maximum number of rounds of scenes in which bodies touch, each a run of some seconds.
+const CONTACT_ROUNDS: u32 = 3;
+
+fn measure_contact(
+    peers: &[Box<dyn Peer>],
+    machine: &Machine,
+    rounds: u32,
+) -> anyhow::Result<String> {
+    let mut all = Vec::new();
+    for name in scenes::CONTACT {
+        let scene = scenes::build(name).with_context(|| format!("scene {name}"))?;
+        eprintln!("{name}: {} particles", scene.particles());
+        let thickness = scene.thickness.unwrap_or_default();
+        all.extend(contact::measure(
+            &scene,
+            thickness,
+            peers,
+            machine.threads,
+            rounds,
+        ));
+    }
+    let Machine { cpu, os, rustc, .. } = machine;
+    Ok(format!(
+        "{cpu}; {os}; {rustc}.\n{}",
+        contact::markdown(&all)?
+    ))
 }
 
 fn participant(peer: &dyn Peer) -> Participant {

@@ -81,6 +81,10 @@ pub trait Peer {
     fn has_volume(&self) -> bool {
         true
     }
+    /// Whether soft bodies touch each other and themselves.
+    fn has_contact(&self) -> bool {
+        false
+    }
     /// Builds a scene that is ticked by a number of threads.
     ///
     /// # Errors

@@ -11,6 +11,8 @@ mod pliant;
 #[cfg(feature = "rapier")]
 mod rapier;
 
+pub use pliant::CrossingCounter;
+
 use crate::peer::{Peer, PeerError};
 use std::path::Path;
 

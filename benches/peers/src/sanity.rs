@@ -63,6 +63,12 @@ pub fn examine(scene: &Scene, has_volume: bool, report: &Report) -> Result<Resid
     Ok(residual)
 }
 
+/// Root mean square strain of the edges at these positions.
+#[must_use]
+pub fn strain(scene: &Scene, positions: &[Vec3]) -> f64 {
+    residual(scene, positions.chunks(scene.shape.vertices.len())).edge_strain
+}
+
 fn check_body(scene: &Scene, body: &[Vec3], offset: Vec3) -> Result<(), String> {
     let rest = &scene.shape.vertices;
     let slip = |&pin: &u32| body[pin as usize].distance(rest[pin as usize] + offset);

@@ -1,7 +1,7 @@
 //! The scenes: one mesh each, in one or more copies, identical for all peers.
 //!
 //! Bodies hang from one or two pins under gravity, so that all constraints are active, and do not
-//! touch anything. Units are meters, kilograms and seconds.
+//! touch anything; in the scenes of contact they are free, and fall on a floor at height 0. Units are meters, kilograms and seconds.
 
 use glam::{DVec3, UVec2, UVec3, Vec2, Vec3};
 use pliant::{
@@ -39,6 +39,8 @@ pub struct Scene {
     pub offsets: Vec<Vec3>,
     /// Compliance of each edge [m/N].
     pub edge_compliance: f32,
+    /// Distance that surfaces keep [m], with a floor; `None` without contact.
+    pub thickness: Option<f32>,
 }
 
 /// The names of all scenes.
@@ -46,10 +48,14 @@ pub const NAMES: [&str; 8] = [
     "bunny", "bunny10", "bunny100", "block20", "cloth21", "cloth64", "cloth200", "cloth512",
 ];
 
+/// The names of the scenes of contact.
+pub const CONTACT: [&str; 2] = ["folds64", "pile27"];
+
 /// Builds a scene by its name.
 ///
 /// # Errors
-/// [`MeshError`] of the mesh, or [`MeshError::Unusable`] for a name that is not in [`NAMES`].
+/// [`MeshError`] of the mesh, or [`MeshError::Unusable`] for a name that is neither in [`NAMES`] nor
+/// in [`CONTACT`].
 pub fn build(name: &str) -> Result<Scene, MeshError> {
     match name {
         "bunny" => Ok(scene("bunny", bunny()?, 1)),
@@ -60,9 +66,15 @@ pub fn build(name: &str) -> Result<Scene, MeshError> {
         "cloth64" => Ok(scene("cloth64", cloth(64)?, 1)),
         "cloth200" => Ok(scene("cloth200", cloth(200)?, 1)),
         "cloth512" => Ok(scene("cloth512", cloth(512)?, 1)),
+        "folds64" => folds(),
+        "pile27" => pile(),
         unknown => Err(MeshError::Unusable {
             problem: format!("unknown scene '{unknown}'"),
-            remedy: format!("expected one of: {}", NAMES.join(", ")),
+            remedy: format!(
+                "expected one of: {}, {}",
+                NAMES.join(", "),
+                CONTACT.join(", ")
+            ),
         }),
     }
 }
@@ -97,6 +109,31 @@ fn cloth(side: u32) -> Result<RestShape, MeshError> {
     Ok(cloth.build()?.shape)
 }
 
+/// A cloth of 64² particles, 2 cm apart, stands on its edge, slightly curved, and folds over itself.
+fn folds() -> Result<Scene, MeshError> {
+    let mut shape = cloth(64)?;
+    for x in &mut shape.vertices {
+        let along = 0.4 * x.z + 0.63;
+        *x = Vec3::new(0.4 * x.x, 0.01 + along, 0.05 * (5.0 * along).sin());
+    }
+    Ok(scene("folds64", shape, 1).free(0.004))
+}
+
+/// Twenty-seven cubes of 0.3 m, of 125 particles each, fall onto each other.
+fn pile() -> Result<Scene, MeshError> {
+    let cube = Primitive::Box {
+        size: Vec3::splat(0.3),
+        cells: UVec3::splat(4),
+    };
+    let mut scene = scene("pile27", cube.build()?.shape, 27).free(0.008);
+    for (number, offset) in (0_u32..).zip(&mut scene.offsets) {
+        let [x, y, z] = [number % 3, number / 9, number / 3 % 3].map(|it| it as f32);
+        // Each layer lies a quarter of a cube beside the one below.
+        *offset = Vec3::new(0.34 * x + 0.08 * y, 0.2 + 0.4 * y, 0.34 * z + 0.06 * y);
+    }
+    Ok(scene)
+}
+
 fn scene(name: &'static str, shape: RestShape, copies: usize) -> Scene {
     let pins = pins(&shape);
     let masses = masses(&shape);
@@ -110,11 +147,12 @@ fn scene(name: &'static str, shape: RestShape, copies: usize) -> Scene {
     let place = |copy: usize| Vec3::new((copy % side) as f32, 0.0, (copy / side) as f32) * 3.0;
     Scene {
         name,
-        shape,
         inverse_masses,
         pins,
         offsets: (0..copies).map(place).collect(),
         edge_compliance: SOFTNESS * h * h / mean,
+        thickness: None,
+        shape,
     }
 }
 
@@ -164,6 +202,15 @@ pub fn volume([a, b, c, d]: [DVec3; 4]) -> f64 {
 }
 
 impl Scene {
+    /// The scene without pins, with contact at a distance [m].
+    fn free(mut self, thickness: f32) -> Self {
+        let masses = masses(&self.shape);
+        self.inverse_masses = masses.iter().map(|mass| 1.0 / mass).collect();
+        self.pins.clear();
+        self.thickness = Some(thickness);
+        self
+    }
+
     /// Particles over all bodies.
     #[must_use]
     pub fn particles(&self) -> usize {

@@ -7,7 +7,8 @@ use crate::{
 };
 use glam::Vec3;
 use rapier3d::prelude::{
-    PhysicsWorld, Real, SoftBodyBuilder, SoftBodyHandle, SoftBodySolver, SpringCoefficients, Vector,
+    ColliderBuilder, PhysicsWorld, Real, SharedShape, SoftBodyBuilder, SoftBodyHandle,
+    SoftBodySolver, SpringCoefficients, Vector,
 };
 
 /// Solver of Rapier.
@@ -59,6 +60,10 @@ impl Peer for Rapier {
         true
     }
 
+    fn has_contact(&self) -> bool {
+        true
+    }
+
     fn build(&self, scene: &Scene, threads: usize) -> Result<Box<dyn Run>, PeerError> {
         let mut world = PhysicsWorld::new();
         world
@@ -75,6 +80,12 @@ impl Peer for Rapier {
         parameters.num_internal_stabilization_iterations = 0;
         parameters.soft_bodies.max_extra_substeps = 0;
         parameters.soft_bodies.resweep_strain = Real::MAX;
+        if scene.thickness.is_some() {
+            world.insert_collider(
+                ColliderBuilder::new(SharedShape::halfspace(Vector::Y)),
+                None,
+            );
+        }
         let bodies = scene
             .offsets
             .iter()
@@ -94,7 +105,7 @@ impl Rapier {
             Self::Constraints => (SoftBodySolver::Constraints, FREQUENCY),
             Self::Fem => (SoftBodySolver::Fem, FREQUENCY_FEM),
         };
-        SoftBodyBuilder::new(shape.vertices.iter().map(at).collect())
+        let body = SoftBodyBuilder::new(shape.vertices.iter().map(at).collect())
             .masses(scene.inverse_masses.iter().map(mass).collect())
             .pinned_particles(scene.pins.iter().copied())
             .edges(shape.edges.clone())
@@ -103,8 +114,13 @@ impl Rapier {
             .softness(SpringCoefficients::new(frequency, 1.0))
             .solver(solver)
             .additional_pgs_iterations(0)
-            .no_surface_collider()
-            .can_sleep(false)
+            .can_sleep(false);
+        match scene.thickness {
+            None => body.no_surface_collider(),
+            Some(thickness) => body
+                .particle_radius(0.5 * thickness)
+                .self_contacts(shape.tetrahedra.is_empty()),
+        }
     }
 }
 
