@@ -7,14 +7,12 @@ use pliant::{avian::AvianPlugin, prelude::*};
 use std::time::Duration;
 
 fn main() {
+    let step = TimeUpdateStrategy::ManualDuration(Duration::from_secs_f64(1.0 / 60.0));
     let mut app = App::new();
-    app.add_plugins((MinimalPlugins, TransformPlugin))
-        .add_plugins(PhysicsPlugins::default())
+    app.add_plugins((MinimalPlugins, TransformPlugin, PhysicsPlugins::default()))
         .add_plugins((SoftBodyPlugins::default(), AvianPlugin::default()))
         .insert_resource(Time::<Fixed>::from_hz(60.0))
-        .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_secs_f64(
-            1.0 / 60.0,
-        )))
+        .insert_resource(step)
         .add_systems(Startup, setup)
         .add_systems(Update, report);
     app.finish();
@@ -43,26 +41,20 @@ fn setup(mut commands: Commands) {
         Stretch::default(),
         Contact::default(),
     ));
-    let falling = |x, shape, density| {
+    let density = avian::ColliderDensity(300.0); // kg/m³
+    let cube = avian::Collider::cuboid(0.3, 0.3, 0.3); // m
+    let ball = avian::Collider::sphere(0.1);
+    for (x, shape) in [(0.0, cube), (1.5, ball)] {
         let place = Transform::from_xyz(x, 0.8, 0.0);
-        (
-            RigidBody::Dynamic,
-            shape,
-            avian::ColliderDensity(density),
-            place,
-        )
-    };
-    commands.spawn(falling(0.0, avian::Collider::cuboid(0.3, 0.3, 0.3), 300.0)); // kg/m³
-    commands.spawn(falling(1.5, avian::Collider::sphere(0.1), 300.0));
+        commands.spawn((RigidBody::Dynamic, shape, density, place));
+    }
 }
 
 fn report(bodies: Query<(&avian::Position, &avian::LinearVelocity)>, mut frame: Local<u32>) {
     *frame += 1;
     if frame.is_multiple_of(60) {
-        for (place, (position, velocity)) in ["crate", "ball"].iter().zip(&bodies) {
-            let (height, speed) = (position.y, velocity.length());
-            let time = *frame / 60;
-            println!("{time} s: {place} at {height:.3} m, {speed:.3} m/s");
+        for (name, (x, v)) in ["crate", "ball"].iter().zip(&bodies) {
+            println!("{name} at {:.3} m, {:.3} m/s", x.y, v.length()); // every second
         }
     }
 }
