@@ -30,7 +30,7 @@ pub struct Touching {
     /// Number of threads.
     pub threads: usize,
     /// Contact thickness [m].
-    pub thickness: f32,
+    pub thickness: Option<f32>,
     /// The figures, or the reason why there are none.
     pub figures: Result<Figures, String>,
 }
@@ -44,8 +44,8 @@ pub struct Figures {
     pub ticks: u32,
     /// Number of ticks after which surfaces crossed.
     pub crossed_ticks: u32,
-    /// Maximum number of crossings after a tick, and that after the last one.
-    pub most_crossings: usize,
+    /// Maximum number of crossings after a tick.
+    pub max_crossings: usize,
     /// Crossings after the last tick.
     pub last_crossings: usize,
     /// Root mean square strain of the edges after the last tick.
@@ -57,7 +57,6 @@ pub struct Figures {
 /// Runs a scene in all peers that have contact, in turn, in some rounds.
 pub fn measure(
     scene: &Scene,
-    thickness: f32,
     peers: &[Box<dyn Peer>],
     all_threads: usize,
     rounds: u32,
@@ -84,7 +83,7 @@ pub fn measure(
         scene: scene.name,
         peer: peer.name(),
         threads,
-        thickness,
+        thickness: scene.thickness,
         figures: outcome.map(|(figures, ticks): (Figures, Vec<f64>)| Figures {
             tick: Spread::of(&ticks),
             ..figures
@@ -120,7 +119,7 @@ fn run(
         let crossings = counter.count(&positions);
         figures.ticks = ticks;
         figures.crossed_ticks += u32::from(crossings > 0);
-        figures.most_crossings = figures.most_crossings.max(crossings);
+        figures.max_crossings = figures.max_crossings.max(crossings);
         figures.last_crossings = crossings;
         figures.edge_strain = strain(scene, &positions);
         let heights = positions.iter().map(|x| x.y);
@@ -143,7 +142,7 @@ pub fn markdown(all: &[Touching]) -> Result<String, std::fmt::Error> {
         text,
         "\n**Bodies that touch**: {TICKS} ticks from the start, or as many as take {BUDGET} s; mean milliseconds per tick; ticks after \
          which surfaces crossed, maximum and last number of crossings:\n\n\
-         | scene | peer | threads | ms a tick | ticks with crossings | most | last | strain of edges \
+         | scene | peer | threads | ms a tick | ticks with crossings | maximum | last | strain of edges \
          (RMS) | lowest particle |\n|---|---|---|---|---|---|---|---|---|"
     )?;
     for it in all {
@@ -157,7 +156,7 @@ pub fn markdown(all: &[Touching]) -> Result<String, std::fmt::Error> {
                 f.tick.most,
                 f.crossed_ticks,
                 f.ticks,
-                f.most_crossings,
+                f.max_crossings,
                 f.last_crossings,
                 f.edge_strain * 100.0,
                 f.lowest * 1e3

@@ -16,6 +16,7 @@ mod table;
 
 use anyhow::{Context, bail};
 use clap::Parser;
+use contact::Touching;
 use machine::Machine;
 use measure::Effort;
 use peer::Peer;
@@ -35,7 +36,7 @@ struct Arguments {
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     rows: Vec<String>,
     /// Measure the scenes in which bodies touch: folds64 and pile27
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["rows", "quick"])]
     contact: bool,
     /// Measure fewer and shorter rounds
     #[arg(long)]
@@ -85,12 +86,11 @@ fn main() -> anyhow::Result<()> {
     effort.rounds = arguments.rounds.unwrap_or(effort.rounds).max(1);
 
     if arguments.contact {
-        let table = measure_contact(&peers, &machine, effort.rounds.min(CONTACT_ROUNDS))?;
-        print!("{table}");
-        if let Some(file) = &arguments.out {
-            fs::write(file, &table).with_context(|| format!("writing {}", file.display()))?;
-        }
-        return Ok(());
+        let rounds = arguments.rounds.unwrap_or(CONTACT_ROUNDS).max(1);
+        let outcomes = measure_contact(&peers, machine.threads, rounds)?;
+        let Machine { cpu, os, rustc, .. } = &machine;
+        let table = format!("{cpu}; {os}; {rustc}.\n{}", contact::markdown(&outcomes)?);
+        return write_results(&arguments, &table, &outcomes);
     }
     let (mut sizes, mut outcomes) = (Vec::new(), Vec::new());
     for name in rows {
@@ -123,43 +123,41 @@ fn main() -> anyhow::Result<()> {
         outcomes,
     };
     let table = findings.markdown()?;
+    write_results(&arguments, &table, &findings)
+}
+
+/// Prints the table, and writes it and the measurements to the requested files.
+fn write_results(
+    arguments: &Arguments,
+    table: &str,
+    measurements: &impl serde::Serialize,
+) -> anyhow::Result<()> {
     print!("{table}");
     if let Some(file) = &arguments.out {
-        fs::write(file, &table).with_context(|| format!("writing {}", file.display()))?;
+        fs::write(file, table).with_context(|| format!("writing {}", file.display()))?;
     }
     if let Some(file) = &arguments.json {
-        let json = serde_json::to_string_pretty(&findings)?;
+        let json = serde_json::to_string_pretty(measurements)?;
         fs::write(file, json).with_context(|| format!("writing {}", file.display()))?;
     }
     Ok(())
 }
 
-/// Maximum number of rounds of scenes in which bodies touch, each a run of some seconds.
+/// Default number of rounds of scenes in which bodies touch, each a run of some seconds.
 const CONTACT_ROUNDS: u32 = 3;
 
 fn measure_contact(
     peers: &[Box<dyn Peer>],
-    machine: &Machine,
+    threads: usize,
     rounds: u32,
-) -> anyhow::Result<String> {
+) -> anyhow::Result<Vec<Touching>> {
     let mut all = Vec::new();
     for name in scenes::CONTACT {
         let scene = scenes::build(name).with_context(|| format!("scene {name}"))?;
         eprintln!("{name}: {} particles", scene.particles());
-        let thickness = scene.thickness.unwrap_or_default();
-        all.extend(contact::measure(
-            &scene,
-            thickness,
-            peers,
-            machine.threads,
-            rounds,
-        ));
+        all.extend(contact::measure(&scene, peers, threads, rounds));
     }
-    let Machine { cpu, os, rustc, .. } = machine;
-    Ok(format!(
-        "{cpu}; {os}; {rustc}.\n{}",
-        contact::markdown(&all)?
-    ))
+    Ok(all)
 }
 
 fn participant(peer: &dyn Peer) -> Participant {

@@ -568,9 +568,7 @@ impl Contacts {
                 surface: Arc::clone(new.surface),
                 first,
                 params: new.params,
-                stitched: new.stitches.map_or_else(StitchedVertices::default, |it| {
-                    StitchedVertices::of(it, new.surface)
-                }),
+                stitched: StitchedVertices::of(new.stitches, new.surface),
                 is_stepped: new.is_stepped,
             });
             first += new.surface.vertices.len();

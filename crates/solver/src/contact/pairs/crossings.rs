@@ -75,10 +75,9 @@ pub fn crossings<'a>(
         let surface = body.topology.surface();
         let at = |&i: &u32| body.particles.position(i as usize);
         let x = surface.vertices.iter().map(at).collect();
+        let stitched = StitchedVertices::of(body.stitches, surface);
         Shape {
-            stitched: body.stitches.map_or_else(StitchedVertices::default, |it| {
-                StitchedVertices::of(it, surface)
-            }),
+            stitched,
             ..Shape::new(surface, Some(body.effects), x)
         }
     });

@@ -2,6 +2,7 @@
 //! edges divide it.
 
 use super::{bounds::Bounds, crossings::around, union::root};
+use crate::topology::surface::Surface;
 use glam::DVec3;
 
 /// An edge that crosses a triangle of the same surface.
@@ -31,22 +32,31 @@ pub(super) struct Regions {
     parents: Vec<u32>,
     /// Number of vertices of each root.
     sizes: Vec<u32>,
-    /// Crossing edges, sorted.
+    /// Crossing edges, sorted, and the third corners of the triangles of each.
     pub cut: Vec<[u32; 2]>,
+    thirds: Vec<([u32; 2], u32)>,
 }
 
 impl Regions {
-    /// Divides a surface, with its edges, by crossing edges.
-    pub fn divide(&mut self, vertices: usize, edges: &[[u32; 2]]) {
+    /// Divides a surface by crossing edges.
+    pub fn divide(&mut self, surface: &Surface) {
+        let vertices = surface.vertices.len();
         let Self {
             parents,
             sizes,
             cut,
+            thirds,
         } = self;
         cut.sort_unstable();
+        let sides = |&[a, b, c]: &[u32; 3]| [([a, b], c), ([b, c], a), ([c, a], b)];
+        let sides = surface.triangles.iter().flat_map(sides);
+        let sides = sides.map(|([a, b], third)| ([a.min(b), a.max(b)], third));
+        thirds.clear();
+        thirds.extend(sides.filter(|(edge, _)| cut.binary_search(edge).is_ok()));
+        thirds.sort_unstable();
         parents.clear();
         parents.extend(0..vertices as u32);
-        for edge in edges {
+        for edge in &surface.edges {
             if cut.binary_search(edge).is_err() {
                 let [a, b] = edge.map(|vertex| root(parents, vertex));
                 parents[a.max(b) as usize] = a.min(b);
@@ -57,6 +67,16 @@ impl Regions {
         for vertex in 0..vertices as u32 {
             sizes[root(parents, vertex) as usize] += 1;
         }
+    }
+
+    /// Third corners of the triangles of a crossing edge.
+    pub fn thirds(&self, [a, b]: [u32; 2]) -> impl Iterator<Item = u32> + '_ {
+        let edge = [a.min(b), a.max(b)];
+        let from = self.thirds.partition_point(|it| it.0 < edge);
+        let of_edge = self.thirds[from..]
+            .iter()
+            .take_while(move |it| it.0 == edge);
+        of_edge.map(|it| it.1)
     }
 
     /// Whether the region of the first vertex is smaller than that of the second; `None` if both are

@@ -18,6 +18,7 @@ use super::{
     contacts::{Between, Contacts, Owner},
     self_crossing::{Regions, SelfCrossing},
     tangible::Tangible,
+    tangle::Tangle,
 };
 use glam::DVec3;
 
@@ -34,7 +35,7 @@ impl Contacts {
             let [a, b] = crossing.edge.map(of_surface);
             regions.cut.push([a.min(b), a.max(b)]);
         }
-        regions.divide(member.surface.vertices.len(), &member.surface.edges);
+        regions.divide(&member.surface);
         for crossing in crossings {
             let Some([normal, along]) = crossing.locate(&self.starts, &self.inverse_masses) else {
                 continue;
@@ -43,7 +44,11 @@ impl Contacts {
             let direction = match regions.is_smaller(crossing.edge.map(of_surface)) {
                 Some(true) => towards_end,
                 Some(false) => -towards_end,
-                None => self.shorten(crossing, normal, along),
+                None => {
+                    let first = member.first as u32;
+                    let thirds = regions.thirds(crossing.edge.map(of_surface));
+                    self.shorten(crossing.edge, thirds.map(|v| v + first), [normal, along])
+                }
             };
             crossing.fraction = direction.length().min(1.0);
             crossing.direction = direction.normalize_or_zero();
@@ -53,20 +58,16 @@ impl Contacts {
     /// Direction in which an edge shortens the intersection: Σ (R − 2 (E·R)/(E·N) N) over its
     /// triangles, with its direction E, the normal N of the crossed triangle, and R along the
     /// intersection into the triangle.
-    fn shorten(&self, crossing: &SelfCrossing, normal: DVec3, along: DVec3) -> DVec3 {
-        let [p, q] = crossing.edge;
+    fn shorten(
+        &self,
+        edge: [u32; 2],
+        thirds: impl Iterator<Item = u32>,
+        [normal, along]: [DVec3; 2],
+    ) -> DVec3 {
         let at = |v: u32| self.starts[v as usize];
-        let member = &self.members[crossing.member as usize];
         let mut sum = DVec3::ZERO;
-        for corners in &member.surface.triangles {
-            let triangle = corners.map(|v| v + member.first as u32);
-            if !triangle.contains(&p) || !triangle.contains(&q) {
-                continue;
-            }
-            let Some(&third) = triangle.iter().find(|&&v| v != p && v != q) else {
-                continue;
-            };
-            let inwards = at(third) - at(p);
+        for third in thirds {
+            let inwards = at(third) - at(edge[0]);
             let line = normal.cross(along.cross(inwards)).normalize_or_zero();
             let inwards = inwards - along * inwards.dot(along);
             let line = line * line.dot(inwards).signum();
@@ -115,17 +116,27 @@ impl Contacts {
         self.self_crossings = crossings;
     }
 
-    /// Boxes around the intersections of a member with itself [m]: those of crossings whose boxes,
-    /// grown by a margin, overlap.
-    pub(super) fn boxes_around(&self, crossings: &[SelfCrossing], margin: f32) -> Vec<Bounds> {
-        let mut boxes: Vec<Bounds> = Vec::new();
+    /// The intersections of a member with itself: crossings whose boxes, grown by a margin, overlap
+    /// belong to one.
+    pub(super) fn tangles_of_itself(
+        &self,
+        crossings: &[SelfCrossing],
+    ) -> impl Iterator<Item = Tangle> + use<> {
+        let mut boxes: Vec<([u32; 2], Bounds)> = Vec::new();
         for crossing in crossings {
+            let member = &self.members[crossing.member as usize];
+            let margin = 2.0 * member.half_thickness() + member.surface.mean_edge;
             let mut all = crossing.bounds(&self.starts).grown(margin);
-            while let Some(place) = boxes.iter().position(|it| it.meets(&all)) {
-                all = all.with(boxes.swap_remove(place));
+            while let Some(place) = boxes.iter().position(|(_, it)| it.meets(&all)) {
+                all = all.with(boxes.swap_remove(place).1);
             }
-            boxes.push(all);
+            boxes.push(([crossing.member; 2], all));
         }
-        boxes
+        boxes.into_iter().map(|(members, bounds)| Tangle {
+            members,
+            bounds,
+            direction: DVec3::ZERO,
+            multiplier: 0.0,
+        })
     }
 }

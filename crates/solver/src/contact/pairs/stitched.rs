@@ -13,9 +13,12 @@ pub(super) struct StitchedVertices {
 }
 
 impl StitchedVertices {
-    /// Those of a surface.
-    pub fn of(stitches: &Stitches, surface: &Surface) -> Self {
-        let points: Vec<_> = stitches.intact_pairs().collect();
+    /// Those of a surface; none without stitches.
+    pub fn of(stitches: Option<&Stitches>, surface: &Surface) -> Self {
+        let points: Vec<_> = stitches
+            .into_iter()
+            .flat_map(Stitches::intact_pairs)
+            .collect();
         let vertex = |particle: u32| surface.vertices.binary_search(&particle).ok();
         let mut pairs = Vec::new();
         for [point, other] in &points {

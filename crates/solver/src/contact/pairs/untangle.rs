@@ -66,10 +66,10 @@ impl Contacts {
         } = &mut search;
         for crossings in of_itself.chunk_by_mut(|a, b| a.member == b.member) {
             self.orient(crossings, regions);
-            let boxes = self.boxes_of_itself(crossings);
-            self.tangles.extend(boxes);
+            let tangles = self.tangles_of_itself(crossings);
+            self.tangles.extend(tangles);
         }
-        self.self_crossings.clone_from(of_itself);
+        std::mem::swap(&mut self.self_crossings, of_itself);
         self.search = search;
         self.may_cross.fill(false);
     }
@@ -136,20 +136,6 @@ impl Contacts {
                 }
             }
         }
-    }
-
-    /// The intersections of a member with itself.
-    fn boxes_of_itself(&self, crossings: &[SelfCrossing]) -> Vec<Tangle> {
-        let member = &self.members[crossings[0].member as usize];
-        let margin = 2.0 * member.half_thickness() + member.surface.mean_edge;
-        let boxes = self.boxes_around(crossings, margin).into_iter();
-        let tangle = |bounds| Tangle {
-            members: [crossings[0].member; 2],
-            bounds,
-            direction: DVec3::ZERO,
-            multiplier: 0.0,
-        };
-        boxes.map(tangle).collect()
     }
 
     /// Whether a stitch holds an edge and a triangle of a member together.
