@@ -13,7 +13,7 @@ use crate::{
     scene::{Acceptance, BuiltScene, CameraSpec, CurrentScene, Look, Scene},
     simulation::{
         BodySkin, NewBody, SimulationClock, SpawnOrders,
-        plain::{self, bodies_in_order},
+        plain::{self, bodies_in_order, colliders_in_order},
     },
     solver::{self, measure::fnv1a},
 };
@@ -59,7 +59,7 @@ pub struct Snapshot {
 }
 
 const MAGIC: &[u8; 8] = b"PLIANTsn";
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 const HEAD: usize = 28;
 
 impl Snapshot {
@@ -82,10 +82,15 @@ impl Snapshot {
             .iter()
             .map(|&body| world.get::<Look>(body).copied().unwrap_or_default())
             .collect();
+        let collider_looks = colliders_in_order(world)
+            .into_iter()
+            .map(|collider| world.get::<Look>(collider).copied().unwrap_or_default())
+            .collect();
         let built = BuiltScene {
             world: plain::capture(world),
             skins,
             looks,
+            collider_looks,
             places: Some(plain::places(world)),
             camera: about.camera,
             notes: Vec::new(),
@@ -109,6 +114,7 @@ impl Snapshot {
                 world,
                 skins: vec![new.skin.clone()],
                 looks: vec![Look::default()],
+                collider_looks: Vec::new(),
                 places: Some(places),
                 camera: None,
                 notes: Vec::new(),

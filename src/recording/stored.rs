@@ -75,6 +75,8 @@ struct StoredCollider {
     shape: ColliderShape,
     start: Pose,
     path: Path,
+    color: Option<[u8; 3]>,
+    opacity: f32,
 }
 
 impl Stored {
@@ -108,7 +110,12 @@ impl Stored {
             meshes: topologies.0.iter().map(|it| StoredMesh::of(it)).collect(),
             skins: skins.0.iter().map(|skin| Skin::clone(skin)).collect(),
             bodies,
-            colliders: world.colliders.iter().map(StoredCollider::of).collect(),
+            colliders: world
+                .colliders
+                .iter()
+                .zip(&built.collider_looks)
+                .map(|(collider, look)| StoredCollider::of(collider, *look))
+                .collect(),
             places: built.places.clone().unwrap_or_default(),
         }
     }
@@ -142,6 +149,7 @@ impl Stored {
         for stored in self.bodies {
             looks.push(Look {
                 color: stored.color,
+                ..Look::default()
             });
             let skin = stored.skin;
             let body = stored.body(&topologies)?;
@@ -151,7 +159,19 @@ impl Stored {
             );
             world.bodies.push(body);
         }
+        let mut collider_looks = Vec::new();
         for (index, stored) in self.colliders.into_iter().enumerate() {
+            let look = Look {
+                color: stored.color,
+                opacity: stored.opacity,
+            };
+            if !look.is_valid() {
+                return Err(nonsense(format!(
+                    "collider {index}: the opacity is {}, but must be between 0 and 1",
+                    look.opacity
+                )));
+            }
+            collider_looks.push(look);
             let collider = Collider::moving(stored.shape, stored.start, stored.path)
                 .map_err(|error| nonsense(format!("collider {index}: {error}")))?;
             world.colliders.push(collider);
@@ -167,6 +187,7 @@ impl Stored {
                 world,
                 skins: body_skins,
                 looks,
+                collider_looks,
                 places: Some(self.places),
                 camera: self.camera,
                 notes: Vec::new(),
@@ -239,12 +260,14 @@ impl StoredMesh {
 }
 
 impl StoredCollider {
-    fn of(collider: &Collider) -> Self {
+    fn of(collider: &Collider, look: Look) -> Self {
         let Collider { shape, start, path } = collider;
         Self {
             shape: shape.clone(),
             start: *start,
             path: path.clone(),
+            color: look.color,
+            opacity: look.opacity,
         }
     }
 }

@@ -30,6 +30,8 @@ pub struct BuiltScene {
     pub skins: Vec<Option<Arc<Skin>>>,
     /// The appearance of each body.
     pub looks: Vec<Look>,
+    /// Appearances of the colliders, in the order of `world.colliders`.
+    pub collider_looks: Vec<Look>,
     /// Spawn orders of bodies and colliders of a restored state; `None` for a new scene, which
     /// numbers them in order.
     pub places: Option<SpawnOrders>,
@@ -62,6 +64,7 @@ impl Scene {
             },
             skins: Vec::new(),
             looks: Vec::new(),
+            collider_looks: Vec::new(),
             places: None,
             camera: self.camera,
             notes: Vec::new(),
@@ -77,6 +80,11 @@ impl Scene {
                 .notes
                 .extend(notes.map(|note| format!("collider {number}: {note}")));
             built.world.colliders.push(collider);
+            let look = collider_look(spec).map_err(|message| SceneError::Collider {
+                index: number,
+                error: ColliderError::Look(message),
+            })?;
+            built.collider_looks.push(look);
         }
         // A few at a time, so that a limit is detected before many more are built.
         for specs in self.bodies.chunks(MESHES_AT_ONCE) {
@@ -230,6 +238,15 @@ impl Scene {
             mesh::read::file(&self.folder.join(file))
         }
     }
+}
+
+fn collider_look(spec: &ColliderSpec) -> Result<Look, String> {
+    let look = Look {
+        opacity: spec.opacity,
+        ..Look::new(spec.color.as_deref())?
+    };
+    let wrong = || format!("opacity is {}, but must be between 0 and 1", spec.opacity);
+    look.is_valid().then_some(look).ok_or_else(wrong)
 }
 
 fn wrong(spec: &BodySpec, message: String) -> SceneError {

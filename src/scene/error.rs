@@ -94,6 +94,9 @@ pub enum ColliderError {
     /// A parameter is invalid.
     #[error(transparent)]
     Parameter(#[from] InvalidValue),
+    /// Its color or opacity is invalid.
+    #[error("{0}")]
+    Look(String),
     /// Its mesh cannot be loaded or generated.
     #[error(transparent)]
     Mesh(#[from] MeshError),

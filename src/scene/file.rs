@@ -240,6 +240,16 @@ pub struct ColliderSpec {
     /// Motion.
     #[serde(default)]
     pub path: Path,
+    /// Color, as #rrggbb; defaults to pale gray.
+    #[serde(default, alias = "colour")]
+    pub color: Option<String>,
+    /// Opacity, from 0 (clear glass) to 1 (the default); below 1 no shadow is cast.
+    #[serde(default = "opaque")]
+    pub opacity: f32,
+}
+
+const fn opaque() -> f32 {
+    1.0
 }
 
 /// Shape of a collider.

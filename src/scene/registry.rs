@@ -30,6 +30,7 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "many_bodies",
     "pile",
     "bowl",
+    "heap",
     "stairs",
     "crates",
     "jelly_stack",

@@ -5,11 +5,23 @@ use crate::simulation::{BodySkin, SceneEntity, plain};
 use bevy::prelude::*;
 use std::{path::PathBuf, sync::Arc};
 
-/// Appearance of a body.
-#[derive(Component, Debug, Clone, Copy, PartialEq, Default)]
+/// Appearance of a body or a collider.
+#[derive(Component, Debug, Clone, Copy, PartialEq)]
 pub struct Look {
-    /// Color as sRGB from 0 to 255; defaults to the next one of the palette.
+    /// Color as sRGB from 0 to 255; defaults to the next one of the palette for a body, and to
+    /// pale gray for a collider.
     pub color: Option<[u8; 3]>,
+    /// Opacity of a collider, from 0 (clear glass) to 1 (opaque, the default). Bodies are opaque.
+    pub opacity: f32,
+}
+
+impl Default for Look {
+    fn default() -> Self {
+        Self {
+            color: None,
+            opacity: 1.0,
+        }
+    }
 }
 
 /// The scene that is open.
@@ -24,6 +36,12 @@ pub struct CurrentScene {
 }
 
 impl Look {
+    /// Whether the opacity is between 0 and 1.
+    #[must_use]
+    pub fn is_valid(&self) -> bool {
+        (0.0..=1.0).contains(&self.opacity)
+    }
+
     /// Parses a color as #rrggbb.
     ///
     /// # Errors
@@ -40,6 +58,7 @@ impl Look {
         let [_, red, green, blue] = number.to_be_bytes();
         Ok(Self {
             color: Some([red, green, blue]),
+            ..Self::default()
         })
     }
 }
@@ -58,8 +77,8 @@ pub fn spawn(built: &BuiltScene, world: &mut World) -> Vec<Entity> {
             entity.insert(BodySkin(Arc::clone(skin)));
         }
     }
-    for collider in colliders {
-        world.entity_mut(collider).insert(SceneEntity);
+    for (collider, look) in colliders.into_iter().zip(&built.collider_looks) {
+        world.entity_mut(collider).insert((SceneEntity, *look));
     }
     bodies
 }

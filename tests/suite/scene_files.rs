@@ -259,6 +259,14 @@ fn invalid_colliders_and_acceptances_are_refused() {
         &["collider 1", "no triangles", "use a body of triangles"],
     );
     says(
+        &complaint("radius: 0.2)", "radius: 0.2), opacity: 1.5"),
+        &["collider 1", "opacity is 1.5", "between 0 and 1"],
+    );
+    says(
+        &complaint("radius: 0.2)", "radius: 0.2), color: \"glass\""),
+        &["collider 1", "glass", "#e07040"],
+    );
+    says(
         &complaint("seconds: 1.0", "seconds: 0.0"),
         &["acceptance", "seconds is 0", "above 0"],
     );

@@ -1,11 +1,12 @@
 //! Meshes of the colliders, at their interpolated poses between two ticks.
 
-use crate::sandbox::render::material::{Finish, SkinMaterial};
+use crate::sandbox::render::material::{Finish, SkinMaterial, linear};
 use crate::{
+    scene::Look,
     simulation::{SimulationClock, SimulationSettings},
     solver::{Collider, ColliderMesh, ColliderShape, Pose},
 };
-use bevy::{asset::RenderAssetUsages, mesh::PrimitiveTopology, prelude::*};
+use bevy::{asset::RenderAssetUsages, light::NotShadowCaster, mesh::PrimitiveTopology, prelude::*};
 
 /// Draws the colliders.
 pub struct CollidersPlugin;
@@ -21,19 +22,23 @@ impl Plugin for CollidersPlugin {
 
 fn dress(
     mut commands: Commands,
-    new: Query<(Entity, &Collider), Without<Mesh3d>>,
+    new: Query<(Entity, &Collider, Option<&Look>), Without<Mesh3d>>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<SkinMaterial>>,
 ) {
-    for (entity, collider) in &new {
+    for (entity, collider, look) in &new {
         let mesh = mesh(&collider.shape);
-        commands.entity(entity).insert((
+        let look = look.copied().unwrap_or_default();
+        let finish = Finish::collider(look.color.map(linear), look.opacity);
+        let mut entity = commands.entity(entity);
+        entity.insert((
             Mesh3d(meshes.add(mesh)),
-            MeshMaterial3d(materials.add(SkinMaterial {
-                finish: Finish::collider(),
-            })),
+            MeshMaterial3d(materials.add(SkinMaterial { finish })),
             transform(&collider.pose_at(0.0)),
         ));
+        if look.opacity < 1.0 {
+            entity.insert(NotShadowCaster);
+        }
     }
 }
 

@@ -58,6 +58,9 @@ pub struct Finish {
     pub floor: f32,
     /// Color of transmitted light, linear sRGB.
     pub deep: Vec3,
+    /// Opacity where the surface faces the eye, 0 (clear glass) to 1. Grazing surfaces are less
+    /// transparent.
+    pub opacity: f32,
 }
 
 impl Finish {
@@ -79,10 +82,16 @@ impl Finish {
         Self::new(color, 0.4, 0.3, 0.7)
     }
 
-    /// A collider: pale, hard and matt, so that it stays in the background.
+    /// A collider: pale, hard and matt, so that it stays in the background; smooth glass if its
+    /// opacity is below 1. Color: linear sRGB.
     #[must_use]
-    pub fn collider() -> Self {
-        Self::new(linear([196, 202, 206]), 0.45, 0.0, 0.5)
+    pub fn collider(color: Option<Vec3>, opacity: f32) -> Self {
+        let color = color.unwrap_or_else(|| linear([196, 202, 206]));
+        if opacity < 1.0 {
+            let glass = Self::new(color, 0.1, 0.0, 1.0);
+            return Self { opacity, ..glass };
+        }
+        Self::new(color, 0.45, 0.0, 0.5)
     }
 
     fn new(color: Vec3, roughness: f32, translucency: f32, gloss: f32) -> Self {
@@ -95,6 +104,7 @@ impl Finish {
             floor: 0.0,
             // Transmitted light loses most of the components that the color lacks.
             deep: color.powf(1.0 + 0.35 * translucency),
+            opacity: 1.0,
         }
     }
 }
@@ -110,6 +120,14 @@ pub struct SkinMaterial {
 impl Material for SkinMaterial {
     fn fragment_shader() -> ShaderRef {
         "embedded://pliant/sandbox/render/shaders/body.wgsl".into()
+    }
+
+    fn alpha_mode(&self) -> AlphaMode {
+        if self.finish.opacity < 1.0 {
+            AlphaMode::Blend
+        } else {
+            AlphaMode::Opaque
+        }
     }
 
     fn specialize(

@@ -56,6 +56,7 @@ pub fn save(
     let built = BuiltScene {
         skins: vec![None; world.bodies.len()],
         looks: vec![Look::default(); world.bodies.len()],
+        collider_looks: vec![Look::default(); world.colliders.len()],
         world,
         places: None,
         camera: None,

@@ -23,6 +23,8 @@ struct Finish {
     // Height of the floor [m], for the shade near it.
     floor: f32,
     deep: vec3<f32>,
+    // Opacity where the surface faces the eye; 1 except for glass.
+    opacity: f32,
 }
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(0) var<uniform> finish: Finish;
@@ -78,5 +80,7 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> @locatio
 
     let rim = aslant_squared * sqrt(aslant);
     color += finish.highlight * (0.06 * finish.color + rim * (0.35 * finish.color + 0.35));
-    return expose(color, in.position.xy);
+    // Glass: more of it is in the way at grazing angles, and its reflection is opaque.
+    let opacity = mix(finish.opacity, 1.0, 0.6 * rim);
+    return vec4<f32>(expose(color, in.position.xy).rgb, opacity);
 }
