@@ -99,7 +99,7 @@ pub enum RecordingError {
     /// The file is not a recording.
     #[error(
         "{path}: not a Pliant recording: expected a first line like \
-         Recording(version:1,program:\"0.1.0\")"
+         Recording(version:2,program:\"0.1.0\")"
     )]
     Foreign {
         /// The file.
@@ -107,7 +107,7 @@ pub enum RecordingError {
     },
     /// The file has another format version.
     #[error(
-        "{path}: recording format version {found} is not supported; this program reads version {known}"
+        "{path}: recording format version {found} is not supported; this program reads versions 1 to {known}"
     )]
     Version {
         /// The file.
@@ -177,6 +177,9 @@ pub enum LineError {
         /// Ticks between two hashes.
         every: u64,
     },
+    /// A tick ended early without a substep.
+    #[error("a tick cannot end after 0 substeps; expected at least 1")]
+    NoSubstep,
     /// A state is not valid base64.
     #[error("the state is not valid base64")]
     NotBase64,

@@ -5,8 +5,8 @@ use crate::simulation::{Action, SpawnOrder};
 use base64::{Engine, prelude::BASE64_STANDARD as BASE64};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-/// Version of the format.
-pub const VERSION: u32 = 1;
+/// Version of the format. Version 2 added `Early`; version 1 is still read.
+pub const VERSION: u32 = 2;
 
 /// The header line.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -63,6 +63,13 @@ pub enum Line {
         /// Snapshot of the body alone, in base64.
         body: String,
     },
+    /// A tick ended early, so that an action did not wait for its last substep.
+    Early {
+        /// Ticks before it.
+        tick: u64,
+        /// Number of its substeps that were computed, at least 1.
+        substeps: u32,
+    },
     /// Hash of the state.
     Hash {
         /// Tick of the event.
@@ -87,6 +94,7 @@ impl Line {
             | Self::Restart { tick }
             | Self::Do { tick, .. }
             | Self::Add { tick, .. }
+            | Self::Early { tick, .. }
             | Self::Hash { tick, .. }
             | Self::End { tick, .. } => *tick,
         }

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::scene::{BuiltScene, run::headless};
 use crate::simulation::{
-    Action, Applied, SimulationClock, StepSchedule, StepSystems, state_hash, tick,
+    Action, Applied, EndedEarly, SimulationClock, StepSchedule, StepSystems, state_hash, tick,
 };
 use bevy::prelude::*;
 use std::{
@@ -56,6 +56,7 @@ impl Recorder {
     pub fn install(self, app: &mut App) {
         app.insert_resource(self)
             .add_observer(note_action)
+            .add_observer(note_early_end)
             .add_systems(
                 StepSchedule,
                 note_hash
@@ -211,6 +212,14 @@ fn note_action(applied: On<Applied>, mut recorder: ResMut<Recorder>) {
     };
     if let Some(line) = line {
         recorder.write(&line);
+    }
+}
+
+/// Records that a tick ended early.
+fn note_early_end(ended: On<EndedEarly>, mut recorder: ResMut<Recorder>) {
+    if recorder.begun {
+        let EndedEarly { tick, substeps } = *ended;
+        recorder.write(&Line::Early { tick, substeps });
     }
 }
 

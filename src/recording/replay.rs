@@ -9,7 +9,7 @@ use crate::{
     scene::{self, run::headless},
     simulation::{
         Action, NewBody, SimulationClock, SolverThreads, SpawnOrder, action::perform,
-        plain::bodies_in_order, state_hash, tick,
+        plain::bodies_in_order, state_hash, tick, tick_of,
     },
     solver::Threads,
 };
@@ -128,7 +128,7 @@ fn head(path: &Path, text: &str) -> Result<String, RecordingError> {
         path: path.to_owned(),
     })?;
     match head {
-        Head::Recording { version, program } if version == VERSION => Ok(program),
+        Head::Recording { version, program } if (1..=VERSION).contains(&version) => Ok(program),
         Head::Recording { version, .. } => Err(RecordingError::Version {
             path: path.to_owned(),
             found: version,
@@ -189,6 +189,11 @@ impl Player {
             Line::Add { body, .. } => {
                 perform(world, &Action::Spawn(Arc::new(new_body(&body)?)))?;
                 self.replay.actions += 1;
+            }
+            Line::Early { substeps: 0, .. } => return Err(LineError::NoSubstep),
+            Line::Early { substeps, .. } => {
+                tick_of(world, Some(substeps));
+                self.replay.ticks += 1;
             }
             Line::Hash { tick, hash } => return Ok(self.compare(tick, hash, number)),
             Line::End { tick, hash } => {

@@ -20,11 +20,11 @@ pub mod render;
 pub mod state;
 pub mod ui;
 
-use self::app::display::NoDisplay;
+use self::{app::display::NoDisplay, lab::reference_overlay::ReferenceOverlay};
 use crate::{
     SoftBodyPlugins,
     scene::registry::SCENES,
-    simulation::{SimulationClock, SolverThreads},
+    simulation::{EnergyLedger, SimulationClock, SolverThreads},
     solver::Threads,
 };
 use bevy::{
@@ -49,6 +49,10 @@ const MIN_TICK_BUDGET: Duration = Duration::from_millis(16);
 /// Maximum time budget. With slow rendering, ticks may take half of the frame time up to this
 /// limit, so that the simulation does not wait for rendering.
 const MAX_TICK_BUDGET: Duration = Duration::from_millis(100);
+
+/// Real time for which an action waits for the end of a tick. With the rest of a frame's budget,
+/// an action takes effect within 100 ms plus the time of one substep.
+const PATIENCE: Duration = Duration::from_millis(40);
 
 /// Options of the window.
 #[derive(Debug, Clone, Default)]
@@ -187,9 +191,17 @@ fn spawn_camera(mut commands: Commands, adapter: Res<RenderAdapterInfo>) {
     ));
 }
 
-fn bound_ticks(mut clock: ResMut<SimulationClock>, time: Res<Time<Real>>) {
+fn bound_ticks(
+    mut clock: ResMut<SimulationClock>,
+    time: Res<Time<Real>>,
+    ledger: Res<EnergyLedger>,
+    overlay: Option<Res<ReferenceOverlay>>,
+) {
     let half = time.delta() / 2;
     clock.budget = Some(half.clamp(MIN_TICK_BUDGET, MAX_TICK_BUDGET));
+    // Both compare whole ticks.
+    let whole_ticks = ledger.on || overlay.is_some();
+    clock.patience = (!whole_ticks).then_some(PATIENCE);
 }
 
 /// Runs `build` and converts a panic into its message, as window systems and drivers may panic

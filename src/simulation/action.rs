@@ -17,7 +17,10 @@ use crate::{
 };
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
+use std::{
+    sync::Arc,
+    time::{Duration, Instant},
+};
 
 /// A body that is added to a running scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -274,13 +277,22 @@ pub enum ActionError {
 #[derive(Resource, Debug, Default)]
 pub struct Actions {
     waiting: Vec<Action>,
+    /// When the first of them was added.
+    since: Option<Instant>,
     errors: Vec<ActionError>,
 }
 
 impl Actions {
     /// Adds an action, to be carried out before the next tick begins.
     pub fn push(&mut self, action: Action) {
+        self.since.get_or_insert_with(Instant::now);
         self.waiting.push(action);
+    }
+
+    /// Real time for which the first pending action has waited; `None` without one.
+    #[must_use]
+    pub fn waited(&self) -> Option<Duration> {
+        self.since.map(|since| since.elapsed())
     }
 
     /// Takes the errors of rejected actions.
@@ -301,13 +313,20 @@ pub struct Applied {
 }
 
 /// Carries out pending actions, unless a tick is under way.
-pub fn apply(world: &mut World) {
+pub(super) fn apply_pending(world: &mut World) {
+    apply(world);
+}
+
+/// Carries out pending actions, unless a tick is under way. Returns whether there were any.
+pub fn apply(world: &mut World) -> bool {
     let clock = world.resource::<SimulationClock>();
     if clock.mid_tick() || world.resource::<Actions>().waiting.is_empty() {
-        return;
+        return false;
     }
     let tick = clock.tick();
-    let waiting = std::mem::take(&mut world.resource_mut::<Actions>().waiting);
+    let mut actions = world.resource_mut::<Actions>();
+    actions.since = None;
+    let waiting = std::mem::take(&mut actions.waiting);
     for action in waiting {
         let body = action.body().and_then(|&body| world.get_entity(body).ok());
         let place = body.and_then(|body| body.get::<SpawnOrder>().copied());
@@ -324,4 +343,5 @@ pub fn apply(world: &mut World) {
             Err(error) => world.resource_mut::<Actions>().errors.push(error),
         }
     }
+    true
 }

@@ -27,6 +27,11 @@ pub struct SimulationClock {
     /// Real time for ticks in one run of the outer schedule; default none. Longer ticks are spread
     /// over several runs, which keeps a window responsive at any cost of a tick.
     pub budget: Option<Duration>,
+    /// Real time for which an action may wait for the end of a tick that is spread over several
+    /// runs; default none. A tick that takes longer ends early, after a whole substep, and
+    /// triggers [`EndedEarly`](super::EndedEarly): a program remains responsive at any cost of a
+    /// tick, at the price of ticks of unequal length. A substep is never interrupted.
+    pub patience: Option<Duration>,
     /// Whether no tick may begin until a follower of the simulation, such as the reference overlay,
     /// has caught up; default false. A tick under way is finished. Ticks that become due meanwhile
     /// are dropped.
@@ -50,6 +55,7 @@ impl Default for SimulationClock {
             speed: 1.0,
             catch_up: Duration::from_millis(250),
             budget: None,
+            patience: None,
             held: false,
             time: 0.0,
             tick: 0,
@@ -113,6 +119,7 @@ impl SimulationClock {
             speed: self.speed,
             catch_up: self.catch_up,
             budget: self.budget,
+            patience: self.patience,
             ..Self::default()
         };
     }

@@ -38,9 +38,10 @@ pub use schedule::{
     StepSchedule, StepSystems, SubstepSchedule,
 };
 pub use statistics::{Measuring, Statistics, state_hash};
-pub use step::{CurrentSubstep, Sleep, SolverThreads, tick};
+pub use step::{CurrentSubstep, EndedEarly, Sleep, SolverThreads, end_tick, tick};
 
 pub(crate) use begin::wake_changed;
+pub(crate) use step::tick_of;
 
 use crate::solver::Settings;
 use bevy::{
@@ -107,7 +108,7 @@ impl Plugin for SimulationPlugin {
         app.add_systems(
             self.schedule,
             (
-                action::apply.in_set(SoftBodySystems::First),
+                action::apply_pending.in_set(SoftBodySystems::First),
                 crate::effect::follow_bodies.in_set(SoftBodySystems::Prepare),
                 step::advance.in_set(SoftBodySystems::Step),
             ),

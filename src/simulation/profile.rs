@@ -31,6 +31,14 @@ struct Spent {
     measuring: Duration,
 }
 
+impl Spent {
+    /// Extrapolates from a `fraction` of the substeps, above 0, to all of them.
+    fn extrapolate(&mut self, fraction: f64) {
+        self.all = self.all.div_f64(fraction);
+        self.solver = self.solver.div_f64(fraction);
+    }
+}
+
 /// Real time of ticks, and of each effect and stage if `by_part` is on.
 #[derive(Resource, Debug, Clone, Default)]
 pub struct Profile {
@@ -39,6 +47,8 @@ pub struct Profile {
     pub by_part: bool,
     running: Spent,
     tick: Spent,
+    /// Real time of a substep in the last tick, with all that surrounds it.
+    substep: Duration,
     /// Parts of the tick under way.
     running_parts: Vec<(&'static str, Duration)>,
     /// Parts of the last complete tick.
@@ -119,12 +129,32 @@ impl Profile {
         self.running_parts.clear();
     }
 
-    /// Adds real time to the tick under way, and closes the tick if it has `ended`.
-    pub(super) fn spend(&mut self, spent: Duration, ended: bool) {
+    /// Number of substeps that fit into some real time by the last tick; at least 1.
+    pub(super) fn substeps_in(&self, time: Duration) -> u32 {
+        let fitting = time.as_nanos() / self.substep.as_nanos().max(1);
+        match self.substep {
+            Duration::ZERO => 1,
+            _ => u32::try_from(fitting).unwrap_or(u32::MAX).max(1),
+        }
+    }
+
+    /// Adds real time to the tick under way, and closes the tick if it has `ended`: after a number
+    /// of substeps out of the number in a whole one. The times of a tick that ended early are
+    /// extrapolated to a whole one.
+    pub(super) fn spend(&mut self, spent: Duration, ended: Option<[u32; 2]>) {
         self.running.all += spent;
-        if ended {
-            self.tick = self.running;
-            self.parts.clone_from(&self.running_parts);
+        let Some([substeps, all]) = ended else {
+            return;
+        };
+        self.tick = self.running;
+        self.parts.clone_from(&self.running_parts);
+        self.substep = self.tick.all / substeps.max(1);
+        if substeps < all {
+            let fraction = f64::from(substeps.max(1)) / f64::from(all);
+            self.tick.extrapolate(fraction);
+            for (_, spent) in &mut self.parts {
+                *spent = spent.div_f64(fraction);
+            }
         }
     }
 }

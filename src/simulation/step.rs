@@ -1,7 +1,7 @@
 //! Stepping: from real time to ticks, substeps and iterations.
 
 use super::{
-    Asleep, ContactSchedule, EnergyLedger, Measuring, Profile, Quarantined, RestTimer,
+    Actions, Asleep, ContactSchedule, EnergyLedger, Measuring, Profile, Quarantined, RestTimer,
     SimulationClock, SimulationSettings, SolveSchedule, SpawnOrder, StepSchedule, SubstepSchedule,
     SubstepTime, Tick, TickStart,
     jobs::{Bodies, BodyContacts, Outcome},
@@ -93,23 +93,77 @@ pub(super) fn advance(world: &mut World) {
     clock.advance(passed, tick_seconds);
     let deadline = clock.budget.map(|budget| Instant::now() + budget);
     loop {
-        let mut clock = world.resource_mut::<SimulationClock>();
-        if !clock.mid_tick() && !clock.take_tick() {
-            break;
+        if !world.resource::<SimulationClock>().mid_tick() {
+            // Actions that waited for the end of a tick come before the next one.
+            if super::action::apply(world) {
+                effect::follow_bodies(world);
+            }
+            if !world.resource_mut::<SimulationClock>().take_tick() {
+                break;
+            }
         }
-        slice(world, deadline);
+        slice(world, deadline, None);
+        end_early(world);
         if deadline.is_some_and(|deadline| Instant::now() >= deadline) {
             break;
         }
     }
 }
 
+/// Ends the tick under way if an action has waited for longer than the patience of the clock, and
+/// carries out the waiting actions.
+fn end_early(world: &mut World) {
+    let clock = world.resource::<SimulationClock>();
+    let (Some(substeps), Some(patience)) = (clock.next_substep, clock.patience) else {
+        return;
+    };
+    let waited = world.resource::<Actions>().waited();
+    if waited.is_none_or(|waited| waited < patience) {
+        return;
+    }
+    let tick = clock.tick();
+    world.trigger(EndedEarly { tick, substeps });
+    slice(world, None, Some(substeps));
+    super::action::apply(world);
+    effect::follow_bodies(world);
+}
+
+/// Ends the tick under way, if there is one: after the substep that was computed last if the clock
+/// has a [`patience`](SimulationClock::patience), else by computing the rest.
+pub fn end_tick(world: &mut World) {
+    let clock = world.resource::<SimulationClock>();
+    let (tick, patience) = (clock.tick(), clock.patience);
+    let Some(substeps) = clock.next_substep else {
+        return;
+    };
+    let end = patience.map(|_| substeps);
+    if end.is_some() {
+        world.trigger(EndedEarly { tick, substeps });
+    }
+    slice(world, None, end);
+}
+
+/// A tick is about to end before its last substep, so that actions did not wait for longer than the
+/// [`patience`](SimulationClock::patience) of the clock.
+#[derive(Event, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct EndedEarly {
+    /// Number of ticks before it.
+    pub tick: u64,
+    /// Number of substeps that were computed, at least 1.
+    pub substeps: u32,
+}
+
 /// Runs one whole tick now, independent of the clock, as in `pliant run` and tests.
 pub fn tick(world: &mut World) {
+    tick_of(world, None);
+}
+
+/// Runs one tick now, which ends after `substeps` if it has more of them.
+pub(crate) fn tick_of(world: &mut World, substeps: Option<u32>) {
     super::action::apply(world);
     effect::follow_bodies(world);
     loop {
-        slice(world, None);
+        slice(world, None, substeps);
         if !world.resource::<SimulationClock>().mid_tick() {
             break;
         }
@@ -123,12 +177,44 @@ pub(super) struct UnderWay {
     settings: Settings,
     /// End of the time budget of this run.
     deadline: Option<Instant>,
+    /// Number of substeps after which the tick ends, if it ends early.
+    end: Option<u32>,
 }
 
-/// Runs a tick, or the part of it that the deadline allows.
-fn slice(world: &mut World, deadline: Option<Instant>) {
+impl UnderWay {
+    /// Number of substeps that are computed.
+    fn substeps(&self) -> u32 {
+        let all = self.settings.substeps.get();
+        self.end.map_or(all, |end| end.min(all))
+    }
+
+    /// Whether the tick ends before its last substep.
+    fn ends_early(&self) -> bool {
+        self.substeps() < self.settings.substeps.get()
+    }
+
+    /// Computed fraction of the tick, from 0 to 1.
+    fn fraction(&self) -> f32 {
+        self.substeps() as f32 / self.settings.substeps.get() as f32
+    }
+
+    /// Simulated time of the tick [s].
+    fn seconds(&self) -> f64 {
+        if self.ends_early() {
+            self.settings.substep_seconds() * f64::from(self.substeps())
+        } else {
+            self.settings.tick_seconds()
+        }
+    }
+}
+
+/// Runs a tick, or the part of it that the deadline allows. It ends after `end` substeps, if that
+/// is given.
+fn slice(world: &mut World, deadline: Option<Instant>, end: Option<u32>) {
     let started = Instant::now();
-    world.resource_mut::<UnderWay>().deadline = deadline;
+    let mut under_way = world.resource_mut::<UnderWay>();
+    under_way.deadline = deadline;
+    under_way.end = end;
     if !world.resource::<SimulationClock>().mid_tick() {
         let settings = **world.resource::<SimulationSettings>();
         world.resource_mut::<UnderWay>().settings = settings;
@@ -141,9 +227,11 @@ fn slice(world: &mut World, deadline: Option<Instant>) {
     world.run_schedule(StepSchedule);
     leave_clock(world, outer);
     let ended = !world.resource::<SimulationClock>().mid_tick();
+    let under_way = world.resource::<UnderWay>();
+    let substeps = [under_way.substeps(), under_way.settings.substeps.get()];
     world
         .resource_mut::<Profile>()
-        .spend(started.elapsed(), ended);
+        .spend(started.elapsed(), ended.then_some(substeps));
 }
 
 /// Sets `Res<Time>` to the clock of the schedule that is about to run, and returns the surrounding
@@ -177,8 +265,11 @@ pub(super) fn run_substeps(
     mut sorted: Local<Vec<(SpawnOrder, Entity)>>,
     mut outcomes: Local<Vec<Outcome>>,
 ) {
-    let UnderWay { settings, deadline } = *world.resource::<UnderWay>();
-    let count = settings.substeps.get();
+    let under_way = *world.resource::<UnderWay>();
+    let UnderWay {
+        settings, deadline, ..
+    } = under_way;
+    let count = under_way.substeps();
     let clock = world.resource::<SimulationClock>();
     let (start, mut next) = (clock.time, clock.next_substep.unwrap_or(0));
     if next == 0 {
@@ -202,22 +293,16 @@ pub(super) fn run_substeps(
             EnergyLedger::begin_tick(world, &settings, world.resource::<SimulationClock>().tick());
         }
     }
-    let profile = world.resource::<Profile>();
-    let at_once = match deadline {
-        // A tick that may exceed the budget is run in single substeps, so that it can be
-        // interrupted.
-        Some(deadline)
-            if profile.tick() * 2 > deadline.saturating_duration_since(Instant::now()) =>
-        {
-            1
-        }
-        _ => count,
-    };
+    // A tick that may exceed the budget is run in parts, so that it can be interrupted.
+    let at_once = deadline.map_or(count, |deadline| {
+        let left = deadline.saturating_duration_since(Instant::now());
+        world.resource::<Profile>().substeps_in(left / 2)
+    });
     let planned = plan::is_planned(world);
     let mut begun = false;
     while next < count {
         if planned {
-            let substeps = next..count.min(next + at_once);
+            let substeps = next..count.min(next.saturating_add(at_once));
             next = substeps.end;
             advance_all(world, bodies, &mut outcomes, substeps);
         } else {
@@ -246,7 +331,7 @@ pub(super) fn run_substeps(
     let mut clock = world.resource_mut::<SimulationClock>();
     clock.next_substep = (next < count).then_some(next);
     if next == count {
-        clock.time += settings.tick_seconds();
+        clock.time += under_way.seconds();
         clock.tick += 1;
     }
 }
@@ -333,11 +418,18 @@ pub(super) fn postsolve(mut bodies: Bodies, mut commands: Commands) {
     }
 }
 
-/// Starts the next motion of each grab at its current target.
-pub(super) fn settle_grabs(mut grabs: Query<(&mut Grab, &mut RestTimer)>) {
+/// Starts the next motion of each grab where it is: at its target, unless the tick ended early.
+pub(super) fn settle_grabs(
+    mut grabs: Query<(&mut Grab, &mut RestTimer)>,
+    under_way: Res<UnderWay>,
+) {
     for (mut grab, mut timer) in &mut grabs {
         let grab = grab.bypass_change_detection();
-        grab.from = grab.target;
+        grab.from = if under_way.ends_early() {
+            grab.from.lerp(grab.target, under_way.fraction())
+        } else {
+            grab.target
+        };
         timer.0.reset();
     }
 }
@@ -362,7 +454,7 @@ pub(super) fn fall_asleep(
     mut entities: Local<Vec<Entity>>,
     mut pairs: Local<Vec<[u32; 2]>>,
 ) {
-    let seconds = under_way.settings.tick_seconds() as f32;
+    let seconds = under_way.seconds() as f32;
     let gravity = under_way.settings.gravity.length();
     entities.clear();
     group.clear();

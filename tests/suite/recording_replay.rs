@@ -1,11 +1,15 @@
 //! A recording replays to the same hashes on any number of threads, or reports where it differs.
 
 use crate::support_app::{push, set, ticks};
-use bevy::prelude::*;
+use bevy::{prelude::*, time::TimeUpdateStrategy};
 use pliant::{
+    SoftBodyPlugins,
     recording::{About, HASH_EVERY, Recorder, RecordingError, Replay, replay},
     scene::{self, BuiltScene, Scene, run::headless},
-    simulation::{Action, Asleep, NewBody, plain, plain::bodies_in_order, state_hash, tick},
+    simulation::{
+        Action, Asleep, NewBody, SimulationClock, SolvePhase, SolveSchedule, plain,
+        plain::bodies_in_order, state_hash, tick,
+    },
     solver::{Deformation, ParticleIndex, Particles, SurfacePoint, Threads, VertexIndex},
 };
 use proptest::prelude::*;
@@ -13,6 +17,8 @@ use std::{
     fs,
     path::{Path, PathBuf},
     sync::{Arc, OnceLock},
+    thread::sleep,
+    time::Duration,
 };
 
 /// A temporary file for a test, removed when dropped.
@@ -196,6 +202,48 @@ fn a_session_of_everything_replays_to_the_same_hash_on_any_number_of_threads() {
         assert_eq!(done.actions, 43);
         assert_eq!(done.ticks, 7 + 25 + 5 + 11 + 20 + 13 + 33 + 3 + 5 + 24);
         assert!(done.hashes as u64 > done.ticks / HASH_EVERY, "{done:?}");
+    }
+}
+
+#[test]
+fn ticks_that_end_early_are_replayed_as_such() {
+    let file = Temporary::new("early");
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, SoftBodyPlugins::new(Update)));
+    app.finish();
+    app.cleanup();
+    scene::spawn(&built("shapes"), app.world_mut());
+    Recorder::create(&file.0).expect("a file").install(&mut app);
+    Recorder::scene_opened(app.world_mut(), about("first"));
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(
+        17,
+    )));
+    app.add_systems(
+        SolveSchedule,
+        (|| sleep(Duration::from_millis(1))).in_set(SolvePhase::User),
+    );
+    let mut clock = app.world_mut().resource_mut::<SimulationClock>();
+    clock.budget = Some(Duration::from_micros(100));
+    clock.patience = Some(Duration::ZERO);
+    let body = bodies(&mut app)[0];
+    push(&mut app, grab(body, Vec3::new(0.1, 1.0, 0.3)));
+    // The first update has no elapsed time.
+    app.update();
+    // Each update moves the grab, and so ends the tick of the update before.
+    for step in 0..40 {
+        let target = Vec3::new(0.1 + 0.02 * step as f32, 1.0, 0.3);
+        let action = Action::MoveGrab { body, target };
+        push(&mut app, action);
+        app.update();
+    }
+    Recorder::end(app.world_mut());
+    let text = fs::read_to_string(&file.0).expect("a recording");
+    assert!(text.matches("\nEarly(").count() > 10, "{text:.300}");
+    for threads in [1, 2] {
+        let replay = played(&file.0, threads).expect("a recording");
+        assert_eq!(replay.difference, None);
+        assert!(replay.complete && replay.hashes > 2);
+        assert_eq!(replay.state_hash, state_hash(app.world_mut()));
     }
 }
 

@@ -10,8 +10,9 @@ use pliant::{
     SoftBodyPlugins,
     effect::Stretch,
     simulation::{
-        SimulationClock, SimulationSettings, SolvePhase, SolveSchedule, SolverSystems,
-        StepSchedule, StepSystems, SubstepSchedule, SubstepTime, Tick, plain, state_hash,
+        Action, Actions, EndedEarly, SimulationClock, SimulationSettings, SolvePhase,
+        SolveSchedule, SolverSystems, StepSchedule, StepSystems, SubstepSchedule, SubstepTime,
+        Tick, plain, state_hash,
     },
     solver::Compliance,
 };
@@ -283,4 +284,55 @@ fn a_tick_and_a_substep_have_clocks_of_their_own() {
     }
     let outside = app.world().resource::<Time>().elapsed();
     assert_eq!(outside, Duration::ZERO, "between ticks no clock runs");
+}
+
+#[derive(Resource, Default)]
+struct Early(Vec<EndedEarly>);
+
+#[test]
+fn an_action_does_not_wait_for_the_end_of_a_long_tick() {
+    let mut app = slow_app();
+    app.init_resource::<Early>()
+        .add_observer(|ended: On<EndedEarly>, mut early: ResMut<Early>| early.0.push(*ended));
+    clock(&mut app).patience = Some(Duration::ZERO);
+    until_mid_tick(&mut app);
+    assert!(app.world().resource::<Early>().0.is_empty());
+    let (tick, time) = (clock(&mut app).tick(), clock(&mut app).time());
+    let action = Action::SetSetting {
+        name: "substeps".to_owned(),
+        value: 7.0,
+    };
+    app.world_mut().resource_mut::<Actions>().push(action);
+    app.update();
+    let substeps = app.world().resource::<SimulationSettings>().substeps;
+    assert_eq!(substeps.get(), 7);
+    assert_eq!(clock(&mut app).tick(), tick + 1);
+    let [ended] = app.world().resource::<Early>().0[..] else {
+        panic!("one tick ended early");
+    };
+    assert!(ended.tick == tick && (1..4).contains(&ended.substeps));
+    // Four substeps per tick: the time is that of the substeps that were computed.
+    let expected = time + f64::from(ended.substeps) / 240.0;
+    assert!((clock(&mut app).time() - expected).abs() < 1e-12);
+}
+
+#[test]
+fn without_patience_an_action_waits_for_the_whole_tick() {
+    let mut app = slow_app();
+    until_mid_tick(&mut app);
+    let (tick, time) = (clock(&mut app).tick(), clock(&mut app).time());
+    let action = Action::SetSetting {
+        name: "substeps".to_owned(),
+        value: 7.0,
+    };
+    app.world_mut().resource_mut::<Actions>().push(action);
+    for _ in 0..100 {
+        app.update();
+        if app.world().resource::<SimulationSettings>().substeps.get() == 7 {
+            break;
+        }
+    }
+    assert_eq!(clock(&mut app).tick(), tick + 1);
+    let passed = clock(&mut app).time() - time;
+    assert!((passed - 1.0 / 60.0).abs() < 1e-12, "{passed} s");
 }

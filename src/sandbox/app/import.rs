@@ -25,7 +25,7 @@ use crate::{
         },
         ui::message::Notices,
     },
-    simulation::{Action, Actions, NewBody, SimulationClock, action, plain::bodies_in_order, tick},
+    simulation::{Action, Actions, NewBody, action, end_tick, plain::bodies_in_order},
     solver::Topology,
 };
 use place::Place;
@@ -172,10 +172,8 @@ fn welcome(world: &mut World) {
 }
 
 fn enter(world: &mut World, import: Import, place: Place) {
-    // Bodies are added between ticks: first finishes a tick that is spread over frames.
-    if world.resource::<SimulationClock>().mid_tick() {
-        tick(world);
-    }
+    // Bodies are added between ticks: first ends a tick that is spread over frames.
+    end_tick(world);
     let name = free_name(world, &import.name);
     let mut body = body(&name, import.topology);
     body.effects = surroundings(world, body.effects);
