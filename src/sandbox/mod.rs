@@ -30,7 +30,6 @@ use crate::{
 use bevy::{
     app::{AppExit, PluginGroupBuilder},
     prelude::*,
-    render::renderer::RenderAdapterInfo,
     time::TimeSystems,
     window::PresentMode,
 };
@@ -142,6 +141,7 @@ impl PluginGroup for SandboxPlugins {
         PluginGroupBuilder::start::<Self>()
             .add(state::view::ViewPlugin)
             .add(render::stage::StagePlugin)
+            .add(render::quality::QualityPlugin)
             .add(input::pointer::PointerPlugin)
             .add(input::drag::DragPlugin)
             .add(input::steer::SteerPlugin)
@@ -157,6 +157,7 @@ impl PluginGroup for SandboxPlugins {
             .add(app::screenshot::ScreenshotPlugin)
             .add(app::report::ReportPlugin)
             .add(ui::theme::ThemePlugin)
+            .add(ui::scale::ScalePlugin)
             .add(panel::PanelPlugin)
             .add(app::requests::RequestsPlugin)
             .add(lab::throughput::ThroughputPlugin)
@@ -176,18 +177,10 @@ impl PluginGroup for SandboxPlugins {
     }
 }
 
-fn spawn_camera(mut commands: Commands, adapter: Res<RenderAdapterInfo>) {
-    // Four samples per pixel cost a software renderer four times the work, and a graphics card
-    // almost nothing.
-    let smoothing = if render::stage::is_software(&adapter) {
-        Msaa::Off
-    } else {
-        Msaa::Sample4
-    };
+fn spawn_camera(mut commands: Commands) {
     commands.spawn((
         render::camera::OrbitCamera::default(),
         render::stage::lens(),
-        smoothing,
     ));
 }
 

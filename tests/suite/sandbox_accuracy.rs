@@ -1,5 +1,6 @@
 //! The card of accuracy versus cost, drawn and clicked without a window; and its background thread.
 
+use crate::sandbox_panel::beside_the_panel;
 use crate::support::{self, cube, elastic_on_ground, settings, with, world};
 use bevy_egui::egui::{
     Context, Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape, Vec2,
@@ -10,6 +11,7 @@ use pliant::{
             accuracy::{AccuracyCommand, Card, Dot, Goals, News, Task, measure, show},
             worker::Worker,
         },
+        state::display::Theme,
         ui::{WidgetRects, theme},
     },
     study::Goal,
@@ -55,7 +57,7 @@ struct Pointer {
 impl Pointer {
     fn new(card: Card, size: Vec2) -> Self {
         let context = Context::default();
-        theme::apply(&context);
+        theme::apply(&context, Theme::Dark);
         let mut pointer = Self {
             context,
             card,
@@ -80,7 +82,7 @@ impl Pointer {
         self.frames += 1;
         let mut drawn = None;
         let output = self.context.run_ui(input, |ui| {
-            drawn = Some(show(ui.ctx(), &self.card, 344.0));
+            drawn = Some(show(ui.ctx(), &self.card, beside_the_panel(ui.ctx())));
         });
         let answer = drawn.expect("run_ui draws at least once");
         self.places = answer.places;

@@ -2,6 +2,7 @@
 
 use crate::{
     recording_program::Folder,
+    sandbox_panel::beside_the_panel,
     support::{cube, elastic_on_ground, settings, stretch, with},
 };
 use bevy_egui::egui::{
@@ -14,6 +15,7 @@ use pliant::{
             Card, GalleryCommand, Line, News, On, Subject, Verdict, run_case, save, show,
             start_advice,
         },
+        state::display::Theme,
         ui::{WidgetRects, theme},
     },
     solver::{Body, Threads, deform},
@@ -63,7 +65,7 @@ fn drawn(
     press: Option<&str>,
 ) -> (Vec<GalleryCommand>, WidgetRects, String) {
     let context = Context::default();
-    theme::apply(&context);
+    theme::apply(&context, Theme::Dark);
     let mut places = WidgetRects::default();
     let mut commands = Vec::new();
     let mut words = String::new();
@@ -74,7 +76,9 @@ fn drawn(
             ..RawInput::default()
         };
         let mut answer = None;
-        let output = context.run_ui(input, |ui| answer = Some(show(ui.ctx(), card, 344.0)));
+        let output = context.run_ui(input, |ui| {
+            answer = Some(show(ui.ctx(), card, beside_the_panel(ui.ctx())))
+        });
         let answer = answer.expect("run_ui draws at least once");
         *places = answer.places;
         commands.extend(answer.commands);

@@ -21,13 +21,14 @@ use pliant::{
             show,
         },
         state::{
+            display::Theme,
             request::{Distortion, Request},
             selection::Scope,
             spawn::{Spawn, SpawnPlace},
-            view::SolverView,
+            view::{SolverView, ViewSettings},
         },
         ui::{
-            WidgetRects, theme,
+            WidgetRects, area, theme,
             track::{Spread, Track},
         },
     },
@@ -40,6 +41,15 @@ const SIZES: [(Vec2, f32); 4] = [
     (Vec2::new(1280.0, 800.0), 2.0),
     (Vec2::new(960.0, 540.0), 1.5),
 ];
+
+/// The area beside a panel of 344 px.
+pub fn beside_the_panel(context: &Context) -> Rect {
+    let view = ViewSettings {
+        panel_width: 344.0,
+        ..ViewSettings::default()
+    };
+    area::free(context, &view)
+}
 
 fn parameter(name: &'static str, unit: &'static str, track: Track, value: f64) -> Parameter {
     Parameter {
@@ -208,12 +218,13 @@ struct Pointer {
     frames: u32,
     places: WidgetRects,
     requests: Vec<Request>,
+    refusals: Vec<String>,
 }
 
 impl Pointer {
     fn new(model: PanelModel, (size, scale): (Vec2, f32)) -> Self {
         let context = Context::default();
-        theme::apply(&context);
+        theme::apply(&context, Theme::Dark);
         let mut pointer = Self {
             context,
             model,
@@ -222,6 +233,7 @@ impl Pointer {
             frames: 0,
             places: WidgetRects::default(),
             requests: Vec::new(),
+            refusals: Vec::new(),
         };
         // egui knows the position of a widget from the previous frame.
         for _ in 0..3 {
@@ -250,6 +262,7 @@ impl Pointer {
         let panel: Panel = drawn.expect("run_ui draws at least once");
         self.places = panel.places().clone();
         self.requests.extend(panel.requests().iter().cloned());
+        self.refusals.extend(panel.refusals().iter().cloned());
         let FullOutput { shapes, .. } = &output;
         let shapes = shapes.iter().map(|clipped| clipped.shape.clone()).collect();
         output.drop_without_applying_deltas();
@@ -395,13 +408,23 @@ fn a_number_can_be_typed_with_its_unit() {
 }
 
 #[test]
-fn a_typed_word_changes_nothing() {
-    let mut pointer = panel_pointer();
-    pointer.press(pointer.place("world.substeps.entry").center());
-    pointer.draw(vec![Event::Text("many".to_owned())]);
-    // A click elsewhere ends the text input.
-    pointer.press(pos2(100.0, 100.0));
-    assert_eq!(pointer.requests, []);
+fn a_typed_word_changes_nothing_and_says_why() {
+    for (typed, reason) in [
+        ("many", "not a number"),
+        ("nan", "not a number"),
+        ("1/0", "zero"),
+    ] {
+        let mut pointer = panel_pointer();
+        pointer.press(pointer.place("world.substeps.entry").center());
+        pointer.draw(vec![Event::Text(typed.to_owned())]);
+        // A click elsewhere ends the text input.
+        pointer.press(pos2(100.0, 100.0));
+        assert_eq!(pointer.requests, []);
+        let [message] = pointer.refusals.as_slice() else {
+            panic!("{typed}: {:?}", pointer.refusals);
+        };
+        assert!(message.contains(reason), "{message}");
+    }
 }
 
 #[test]

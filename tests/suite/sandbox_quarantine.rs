@@ -1,11 +1,13 @@
 //! The card that lists bodies in quarantine, drawn and clicked without a window.
 
+use crate::sandbox_panel::beside_the_panel;
 use bevy_egui::egui::{
     Context, Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape, Vec2, pos2,
 };
 use pliant::{
     sandbox::{
         lab::quarantine::{QuarantinedBody, draw, reason},
+        state::display::Theme,
         ui::{WidgetRects, theme},
     },
     solver::{Quarantine, VertexIndex},
@@ -32,7 +34,7 @@ struct Card {
 impl Card {
     fn new(bodies: Vec<QuarantinedBody>, size: Vec2) -> Self {
         let context = Context::default();
-        theme::apply(&context);
+        theme::apply(&context, Theme::Dark);
         let mut card = Self {
             context,
             bodies,
@@ -55,7 +57,12 @@ impl Card {
         let mut places = WidgetRects::default();
         let mut pressed = Vec::new();
         let output = self.context.run_ui(input, |ui| {
-            pressed.extend(draw(ui.ctx(), &self.bodies, 344.0, &mut places));
+            pressed.extend(draw(
+                ui.ctx(),
+                &self.bodies,
+                beside_the_panel(ui.ctx()),
+                &mut places,
+            ));
         });
         self.places = places;
         self.pressed.extend(pressed);

@@ -8,13 +8,13 @@ use std::path::Path;
 use bevy::prelude::*;
 use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
-    egui::{self, Align2, Area, Frame, Id, Margin, Order, RichText, Stroke, vec2},
+    egui::{self, Align2, Area, Frame, Id, Margin, Order, Rect, RichText, Stroke},
 };
 
 use crate::sandbox::{
     app::{import::Imports, load::Opening},
     state::view::{ViewCommand, ViewSettings},
-    ui::theme,
+    ui::{area, theme},
 };
 
 /// Handles dropped files.
@@ -88,23 +88,24 @@ fn announce(
         (None, None, 1) => "Building a soft body …".to_owned(),
         (None, None, several) => format!("Building {several} soft bodies …"),
     };
-    draw(contexts.ctx_mut()?, &text, view.panel_width);
+    let context = contexts.ctx_mut()?;
+    draw(context, &text, area::free(context, &view));
     Ok(())
 }
 
-fn draw(context: &egui::Context, text: &str, covered: f32) {
+fn draw(context: &egui::Context, text: &str, free: Rect) {
     Area::new(Id::new("drop"))
         .order(Order::Foreground)
         .interactable(false)
-        .anchor(Align2::CENTER_CENTER, vec2(-covered / 2.0, 0.0))
+        .anchor(Align2::CENTER_CENTER, area::off_center(context, free))
         .show(context, |ui| {
             Frame::new()
-                .fill(theme::VEIL)
-                .stroke(Stroke::new(1.5, theme::ACCENT))
+                .fill(theme::of(ui).veil)
+                .stroke(Stroke::new(1.5, theme::of(ui).accent))
                 .corner_radius(10.0)
                 .inner_margin(Margin::symmetric(24, 16))
                 .show(ui, |ui| {
-                    ui.label(RichText::new(text).heading().color(theme::STRONG));
+                    ui.label(RichText::new(text).heading().color(theme::of(ui).strong));
                 });
         });
 }

@@ -17,6 +17,8 @@ use crate::{
         },
         panel::{SceneDefaults, SceneSettings, energy, gather::track, restart, show_held},
         state::{
+            display::DisplaySettings,
+            first_steps::FirstSteps,
             request::{Distortion, Request, RequestSystems, Requested},
             selection::{Scope, Selection},
             spawn::{self, Spawn},
@@ -153,6 +155,8 @@ fn carry_out_one(world: &mut World, request: Request) {
         Request::Answers(on) => world.resource_mut::<ViewSettings>().answers = on,
         Request::SolverView(view) => world.resource_mut::<ViewSettings>().solver = view,
         Request::Help => world.resource_mut::<ViewSettings>().help_visible = true,
+        Request::FirstSteps => world.resource_mut::<FirstSteps>().again(),
+        Request::Display(change) => world.resource_mut::<DisplaySettings>().change(change),
     }
 }
 

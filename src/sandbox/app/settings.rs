@@ -18,7 +18,14 @@ use bevy::{
 };
 
 use crate::{
-    sandbox::{panel::SceneSettings, state::view::ViewSettings},
+    sandbox::{
+        panel::SceneSettings,
+        state::{
+            display::{DisplayChange, DisplaySettings, Quality, Side, Theme},
+            first_steps::FirstSteps,
+            view::ViewSettings,
+        },
+    },
     scene::CurrentScene,
     simulation::{Action, Actions, SimulationClock, SimulationSettings, action},
 };
@@ -47,6 +54,18 @@ pub struct KeptSettings {
     pub wireframe: bool,
     /// Whether the tetrahedra are drawn.
     pub tetrahedra: bool,
+    /// Quality of the picture: `auto`, `low` or `high`.
+    pub quality: String,
+    /// Scale of the interface; 0 for automatic.
+    pub scale: f32,
+    /// Colors of the interface: `dark` or `light`.
+    pub theme: String,
+    /// Side of the panel: `left` or `right`.
+    pub panel_side: String,
+    /// Width of the panel [logical px].
+    pub panel_width: f32,
+    /// Whether the first steps have been shown.
+    pub first_steps_done: bool,
 }
 
 impl Default for KeptSettings {
@@ -60,8 +79,34 @@ impl Default for KeptSettings {
             panel: true,
             wireframe: false,
             tetrahedra: false,
+            quality: word(&QUALITIES, Quality::Auto),
+            scale: 0.0,
+            theme: word(&THEMES, Theme::Dark),
+            panel_side: word(&SIDES, Side::Right),
+            panel_width: DisplaySettings::default().panel_width,
+            first_steps_done: false,
         }
     }
+}
+
+const QUALITIES: [(&str, Quality); 3] = [
+    ("auto", Quality::Auto),
+    ("low", Quality::Low),
+    ("high", Quality::High),
+];
+const THEMES: [(&str, Theme); 2] = [("dark", Theme::Dark), ("light", Theme::Light)];
+const SIDES: [(&str, Side); 2] = [("left", Side::Left), ("right", Side::Right)];
+
+/// The word for a value.
+fn word<T: PartialEq>(words: &[(&str, T)], value: T) -> String {
+    let found = words.iter().find(|(_, other)| *other == value);
+    found.map_or_else(String::new, |(word, _)| (*word).to_owned())
+}
+
+/// The value of a word; the default for an unknown one.
+fn value<T: Copy + Default>(words: &[(&str, T)], word: &str) -> T {
+    let found = words.iter().find(|(other, _)| *other == word);
+    found.map_or_else(T::default, |(_, value)| *value)
 }
 
 impl KeptSettings {
@@ -69,6 +114,22 @@ impl KeptSettings {
     pub fn size(&self) -> Option<UVec2> {
         let sensible = SIZES.contains(&self.width) && SIZES.contains(&self.height);
         sensible.then_some(UVec2::new(self.width, self.height))
+    }
+
+    /// The kept display settings; the default for what is not valid.
+    pub fn display(&self) -> DisplaySettings {
+        let mut display = DisplaySettings::default();
+        let scale = (self.scale > 0.0).then_some(self.scale);
+        for change in [
+            DisplayChange::Quality(value(&QUALITIES, &self.quality)),
+            DisplayChange::Scale(scale),
+            DisplayChange::Theme(value(&THEMES, &self.theme)),
+            DisplayChange::Side(value(&SIDES, &self.panel_side)),
+            DisplayChange::PanelWidth(self.panel_width),
+        ] {
+            display.change(change);
+        }
+        display
     }
 
     /// The kept scene, if there is one.
@@ -95,7 +156,13 @@ fn restore_view(
     kept: Res<KeptSettings>,
     mut view: ResMut<ViewSettings>,
     mut clock: ResMut<SimulationClock>,
+    mut display: ResMut<DisplaySettings>,
+    mut steps: ResMut<FirstSteps>,
 ) {
+    *display = kept.display();
+    if !kept.first_steps_done {
+        steps.again();
+    }
     view.panel_visible = kept.panel;
     view.wireframe = kept.wireframe;
     view.tetrahedra = kept.tetrahedra;
@@ -132,6 +199,7 @@ fn keep(
     clock: Res<SimulationClock>,
     settings: Res<SimulationSettings>,
     original: Res<SceneSettings>,
+    (display, steps): (Res<DisplaySettings>, Res<FirstSteps>),
     mut commands: Commands,
 ) {
     let (Some(window), Some(scene)) = (window, scene) else {
@@ -145,14 +213,23 @@ fn keep(
         })
         .collect();
     let now = KeptSettings {
-        width: window.width().round() as u32,
-        height: window.height().round() as u32,
+        // The scale of the interface does not change the size of the window.
+        width: (window.physical_width() as f32 / window.resolution.base_scale_factor()).round()
+            as u32,
+        height: (window.physical_height() as f32 / window.resolution.base_scale_factor()).round()
+            as u32,
         scene: scene.name.clone(),
         changes,
         speed: clock.speed,
         panel: view.panel_visible,
         wireframe: view.wireframe,
         tetrahedra: view.tetrahedra,
+        quality: word(&QUALITIES, display.quality),
+        scale: display.scale.unwrap_or(0.0),
+        theme: word(&THEMES, display.theme),
+        panel_side: word(&SIDES, display.side),
+        panel_width: display.panel_width,
+        first_steps_done: steps.now().is_none(),
     };
     if kept.set_if_neq(now) {
         commands.queue(SaveSettingsDeferred(Duration::from_secs(1)));
@@ -187,6 +264,35 @@ mod tests {
         assert_eq!(kept(900, 600).size(), Some(UVec2::new(900, 600)));
         assert_eq!(kept(0, 600).size(), None);
         assert_eq!(kept(900, u32::MAX).size(), None);
+    }
+
+    #[test]
+    fn display_settings_read_back_and_nonsense_is_the_default() {
+        let kept = KeptSettings {
+            quality: "low".to_owned(),
+            scale: 1.5,
+            theme: "light".to_owned(),
+            panel_side: "left".to_owned(),
+            panel_width: 400.0,
+            ..default()
+        };
+        let display = DisplaySettings {
+            quality: Quality::Low,
+            scale: Some(1.5),
+            theme: Theme::Light,
+            side: Side::Left,
+            panel_width: 400.0,
+        };
+        assert_eq!(kept.display(), display);
+        let nonsense = KeptSettings {
+            quality: "best".to_owned(),
+            scale: f32::NAN,
+            theme: String::new(),
+            panel_side: "top".to_owned(),
+            panel_width: f32::NAN,
+            ..default()
+        };
+        assert_eq!(nonsense.display(), DisplaySettings::default());
     }
 
     #[test]

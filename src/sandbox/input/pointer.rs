@@ -172,7 +172,8 @@ fn own(
             || context.any_popup_open()
     });
     if let Some(at) = pointer.position {
-        on_panel |= at.x >= window.width() - settings.panel_width;
+        let (left, right) = settings.free(window.width());
+        on_panel |= at.x < left || at.x >= right;
     }
     let under = match (on_panel, pointer.hit) {
         (true, _) => Under::Panel,

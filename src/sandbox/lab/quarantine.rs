@@ -8,14 +8,15 @@ use bevy::prelude::*;
 use bevy_egui::{
     EguiContext, EguiPrimaryContextPass, PrimaryEguiContext,
     egui::{
-        self, Align2, Area, Button, Frame, Id, Label, Margin, Order, RichText, Stroke, Vec2, vec2,
+        self, Align2, Area, Button, Frame, Id, Label, Margin, Order, Rect, RichText, Stroke, Vec2,
+        vec2,
     },
 };
 
 use crate::{
     sandbox::{
         state::view::ViewSettings,
-        ui::{WidgetRects, theme},
+        ui::{WidgetRects, area, theme},
     },
     simulation::{
         Action, Applied, BodyQuarantined, Quarantined, SimulationClock, plain::bodies_in_order,
@@ -123,8 +124,8 @@ fn show(world: &mut World) -> Result {
             .single_mut(world)?
             .get_mut()
             .clone();
-        let covered = world.resource::<ViewSettings>().panel_width;
-        for key in draw(&context, &quarantine, covered, &mut places) {
+        let free = area::free(&context, world.resource::<ViewSettings>());
+        for key in draw(&context, &quarantine, free, &mut places) {
             world.write_message(Requested(Request::Restore(key)));
         }
     }
@@ -135,22 +136,25 @@ fn show(world: &mut World) -> Result {
     Ok(())
 }
 
-/// Draws the card over the view, left of the panel's `covered` width. Returns the keys of the
-/// bodies to restore.
+/// Draws the card over the area that the panel leaves free. Returns the keys of the bodies to
+/// restore.
 pub fn draw(
     context: &egui::Context,
     bodies: &[QuarantinedBody],
-    covered: f32,
+    free: Rect,
     places: &mut WidgetRects,
 ) -> Vec<u64> {
     let mut pressed = Vec::new();
     Area::new(Id::new("quarantine"))
         .order(Order::Foreground)
-        .anchor(Align2::CENTER_TOP, vec2(-covered / 2.0, 64.0))
+        .anchor(
+            Align2::CENTER_TOP,
+            area::off_center(context, free) + vec2(0.0, 64.0),
+        )
         .show(context, |ui| {
             Frame::new()
-                .fill(theme::VEIL)
-                .stroke(Stroke::new(1.0, theme::ALARM))
+                .fill(theme::of(ui).veil)
+                .stroke(Stroke::new(1.0, theme::of(ui).alarm))
                 .corner_radius(6.0)
                 .inner_margin(Margin::symmetric(14, 10))
                 .show(ui, |ui| {
@@ -161,7 +165,7 @@ pub fn draw(
                         }
                     }
                     if bodies.iter().any(|body| body.again) {
-                        let text = RichText::new(AGAIN).color(theme::CHANGED);
+                        let text = RichText::new(AGAIN).color(theme::of(ui).changed);
                         ui.add(Label::new(text).wrap());
                     }
                     if bodies.len() > 1 && all(ui, bodies.len(), places) {
@@ -177,7 +181,7 @@ fn line(ui: &mut egui::Ui, body: &QuarantinedBody, places: &mut WidgetRects) -> 
     let QuarantinedBody { name, reason, .. } = body;
     let again = if body.again { " again" } else { "" };
     let text = format!("{name} diverged{again} and is paused: {reason}");
-    ui.add(Label::new(RichText::new(text).color(theme::STRONG)).wrap());
+    ui.add(Label::new(RichText::new(text).color(theme::of(ui).strong)).wrap());
     let help = "Resume from the last finite state, the start of the tick in which the body diverged, at zero velocity";
     let button = Button::new("Restore last finite state").min_size(Vec2::new(0.0, theme::ROW));
     let response = ui.add(button).on_hover_text(help);

@@ -36,7 +36,7 @@ fn scope(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         let add_width = 64.0;
         let width = ui.available_width() - add_width - theme::GAP;
         let combo = ComboBox::from_id_salt("scope")
-            .selected_text(RichText::new(shown).color(theme::STRONG))
+            .selected_text(RichText::new(shown).color(theme::of(ui).strong))
             .width(width)
             .truncate()
             .show_ui(ui, |ui| {
@@ -100,7 +100,7 @@ const MAX_NAMED: usize = 2;
 
 fn quarantined(ui: &mut Ui, panel: &mut Panel, stuck: &[(&BodyEntry, &str)]) {
     let alarm = |ui: &mut Ui, text: String| {
-        ui.add(Label::new(RichText::new(text).small().color(theme::ALARM)).wrap());
+        ui.add(Label::new(RichText::new(text).small().color(theme::of(ui).alarm)).wrap());
     };
     for (body, reason) in stuck.iter().take(MAX_NAMED) {
         alarm(

@@ -8,17 +8,18 @@ use super::{
     model::PanelModel,
     reference_overlay, scene,
     section::{self, RowButton},
-    world,
+    settings, world,
 };
 use crate::sandbox::{
     state::view::SolverView,
     ui::{WidgetRects, theme},
 };
 
-/// Result of drawing the panel: requests of the user and widget rectangles.
+/// Result of drawing the panel: requests of the user, refused entries and widget rectangles.
 #[derive(Debug, Default)]
 pub struct Panel {
     requests: Vec<Request>,
+    refusals: Vec<String>,
     places: WidgetRects,
 }
 
@@ -38,6 +39,7 @@ impl Panel {
                 bodies::show(ui, &mut panel, model);
                 effects::show(ui, &mut panel, model);
                 energy::show(ui, &mut panel, model);
+                settings::show(ui, &mut panel, model);
                 ui.add_space(8.0);
             });
         panel.foot(ui, model);
@@ -49,6 +51,11 @@ impl Panel {
         &self.requests
     }
 
+    /// Entries that were refused, each as a message with the reason.
+    pub fn refusals(&self) -> &[String] {
+        &self.refusals
+    }
+
     /// Rectangles of the widgets.
     pub fn places(&self) -> &WidgetRects {
         &self.places
@@ -57,6 +64,11 @@ impl Panel {
     /// Adds a request.
     pub(super) fn ask(&mut self, request: Request) {
         self.requests.push(request);
+    }
+
+    /// Reports that an entry was refused.
+    pub(super) fn refuse(&mut self, message: String) {
+        self.refusals.push(message);
     }
 
     /// Records the rectangle of a widget.

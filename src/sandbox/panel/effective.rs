@@ -92,9 +92,9 @@ pub(super) fn model(world: &World, effect: &str, shown: &[Entity]) -> Option<Eff
 /// Draws the effective compliance below the parameters of the effect.
 pub(super) fn show(ui: &mut Ui, panel: &mut Panel, effect: &str, effective: &EffectiveModel) {
     let color = if effective.limited && effective.factor.is_some() {
-        theme::CHANGED
+        theme::of(ui).changed
     } else {
-        theme::WEAK
+        theme::of(ui).weak
     };
     let text = RichText::new(words(effective)).small().color(color);
     let response = ui.add(Label::new(text).wrap()).on_hover_text(

@@ -43,7 +43,7 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         for stage in &model.stages {
             ui.horizontal(|ui| {
                 ui.add_space(26.0 + theme::GAP);
-                ui.label(RichText::new(&stage.title).color(theme::WEAK));
+                ui.label(RichText::new(&stage.title).color(theme::of(ui).weak));
                 fraction_bar(ui, stage.fraction, history::color(stage.name));
             });
         }
@@ -62,7 +62,7 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
 /// The steps of a substep, in order.
 fn steps(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     let text = format!("Substep: {}", model.steps.join(" · "));
-    let row = ui.add(Label::new(RichText::new(text).small().color(theme::WEAK)).wrap());
+    let row = ui.add(Label::new(RichText::new(text).small().color(theme::of(ui).weak)).wrap());
     panel.note("effects.steps", &row, ui);
     section::hint(ui, &row, |ui| {
         ui.set_max_width(280.0);
@@ -104,7 +104,7 @@ fn running_effect(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &E
         if let Some(range) = effect.overpressure {
             let text = RichText::new(overpressure(range))
                 .small()
-                .color(theme::WEAK);
+                .color(theme::of(ui).weak);
             let response = ui.add(Label::new(text).wrap()).on_hover_text(
                 "Pressure of the filling above ambient pressure, after the last substep",
             );
@@ -122,9 +122,9 @@ fn running_effect(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &E
             ))
             .small()
             .color(if crossings > 0 {
-                theme::ALARM
+                theme::of(ui).alarm
             } else {
-                theme::WEAK
+                theme::of(ui).weak
             });
             let response = ui.add(Label::new(text).wrap()).on_hover_text(
                 "Contacts with a force in the last substep, the smallest distance of two surfaces at \
@@ -167,7 +167,11 @@ fn heading(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &EffectMo
                 on: !on,
             });
         }
-        let color = if runs { theme::STRONG } else { theme::WEAK };
+        let color = if runs {
+            theme::of(ui).strong
+        } else {
+            theme::of(ui).weak
+        };
         let title = Label::new(RichText::new(effect.title).color(color)).sense(Sense::click());
         let title = ui.add(title).on_hover_text(effect.summary);
         let detail = detail(model, effect);
@@ -215,7 +219,7 @@ fn fraction_bar(ui: &mut Ui, fraction: f32, color: Color32) {
         let bar = Rect::from_min_size(rect.left_center() - vec2(0.0, 2.0), vec2(BAR, 4.0));
         let filled = Rect::from_min_size(bar.min, vec2(BAR * fraction, 4.0));
         let painter = ui.painter();
-        painter.rect_filled(bar, 2.0, theme::RAISED);
+        painter.rect_filled(bar, 2.0, theme::of(ui).raised);
         painter.rect_filled(filled, 2.0, color.gamma_multiply(0.8));
         let font = theme::figures().resolve(ui.style());
         let place = rect.right_center();
@@ -224,7 +228,7 @@ fn fraction_bar(ui: &mut Ui, fraction: f32, color: Color32) {
             Align2::RIGHT_CENTER,
             percent(fraction),
             font,
-            theme::TEXT,
+            theme::of(ui).text,
         );
     });
 }

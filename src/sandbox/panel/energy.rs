@@ -222,24 +222,30 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
 fn ledger(ui: &mut Ui, panel: &mut Panel, energy: &EnergyModel) {
     track(ui, panel, energy);
     ui.spacing_mut().item_spacing.y = 2.0;
-    line(ui, None, "Stored", ["now [J]", "change [J]"], theme::WEAK);
+    line(
+        ui,
+        None,
+        "Stored",
+        ["now [J]", "change [J]"],
+        theme::of(ui).weak,
+    );
     for (title, now, change) in &energy.held {
         let figures = [format(*now, 3), signed(*change)];
-        line(ui, Some(color(title)), title, figures, theme::TEXT);
+        line(ui, Some(color(title)), title, figures, theme::of(ui).text);
     }
     let change = ["".to_owned(), signed(energy.change)];
-    line(ui, None, "Total", change, theme::STRONG);
+    line(ui, None, "Total", change, theme::of(ui).strong);
     let over = format!("over {} s", format(energy.seconds, 3));
     line(
         ui,
         None,
         "Sources (−: sinks)",
         ["".to_owned(), over],
-        theme::WEAK,
+        theme::of(ui).weak,
     );
     for (title, help, given) in &energy.rows {
         let figures = ["".to_owned(), signed(*given)];
-        let response = line(ui, None, title, figures, theme::TEXT);
+        let response = line(ui, None, title, figures, theme::of(ui).text);
         panel.note(format!("energy.{}", title.to_lowercase()), &response, ui);
         section::hint(ui, &response, |ui| {
             ui.set_max_width(280.0);
@@ -249,7 +255,7 @@ fn ledger(ui: &mut Ui, panel: &mut Panel, energy: &EnergyModel) {
     }
     let sum: f64 = energy.rows.iter().map(|(.., given)| given).sum();
     let figures = ["".to_owned(), signed(sum)];
-    line(ui, None, "Total", figures, theme::STRONG);
+    line(ui, None, "Total", figures, theme::of(ui).strong);
     let gap = format(energy.gap.abs(), 1);
     section::note(ui, &format!("Balance closes to {gap} of the largest term."));
 }
@@ -327,6 +333,7 @@ fn track(ui: &mut Ui, panel: &mut Panel, energy: &EnergyModel) {
             )),
             HoverPosition::Elsewhere { .. } => None,
         });
+    let colors = theme::of(ui);
     let shown = plot.show(ui, |plot| {
         let last = ticks.0.len() as f64 - 1.0;
         // Room for the figures in the corners.
@@ -334,7 +341,7 @@ fn track(ui: &mut Ui, panel: &mut Panel, energy: &EnergyModel) {
         plot.set_auto_bounds(Vec2b::FALSE);
         plot.set_plot_bounds_x(1.0 - TICKS as f64..=0.0);
         plot.set_plot_bounds_y(f64::from(low) - margin..=f64::from(high) + margin);
-        plot.hline(HLine::new("0 J", 0.0).stroke(Stroke::new(1.0, theme::LINE)));
+        plot.hline(HLine::new("0 J", 0.0).stroke(Stroke::new(1.0, colors.line)));
         for (title, ..) in &energy.held {
             let points = ticks.0.iter().enumerate().filter_map(|(tick, column)| {
                 let (_, value) = column.iter().find(|(name, _)| name == title)?;
@@ -354,7 +361,7 @@ fn track(ui: &mut Ui, panel: &mut Panel, energy: &EnergyModel) {
             align,
             joules(f64::from(value)),
             font.clone(),
-            theme::WEAK,
+            theme::of(ui).weak,
         );
     };
     label(rect.left_top() + vec2(4.0, 1.0), Align2::LEFT_TOP, high);

@@ -20,8 +20,15 @@ use crate::{
     },
     sandbox::{
         lab::{quarantine, throughput::Throughput},
-        state::view::{LastGrab, ViewSettings},
-        ui::track::{Spread, Track},
+        render::quality::EffectiveQuality,
+        state::{
+            display::DisplaySettings,
+            view::{LastGrab, ViewSettings},
+        },
+        ui::{
+            scale::InterfaceScale,
+            track::{Spread, Track},
+        },
     },
     scene::{Answer, CurrentScene, Material},
     simulation::{
@@ -113,6 +120,9 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         answers: (scene.map(answers).unwrap_or_default(), view.answers),
         solver: view.solver,
         reference_overlay: reference_overlay::model(world),
+        display: *world.resource::<DisplaySettings>(),
+        automatic_scale: world.resource::<InterfaceScale>().automatic,
+        low_quality: *world.resource::<EffectiveQuality>() == EffectiveQuality::Low,
     }
 }
 

@@ -56,7 +56,7 @@ pub fn draw(context: &egui::Context) -> bool {
 }
 
 fn columns(ui: &mut egui::Ui) {
-    ui.heading(RichText::new("Keyboard").color(theme::STRONG));
+    ui.heading(RichText::new("Keyboard").color(theme::of(ui).strong));
     ui.add_space(8.0);
     let half = BINDINGS.len().div_ceil(2);
     ui.horizontal_top(|ui| {
@@ -67,7 +67,7 @@ fn columns(ui: &mut egui::Ui) {
         }
     });
     ui.add_space(12.0);
-    ui.heading(RichText::new("Mouse").color(theme::STRONG));
+    ui.heading(RichText::new("Mouse").color(theme::of(ui).strong));
     ui.add_space(8.0);
     ui.horizontal_top(|ui| {
         for (index, gestures) in GESTURES.chunks(GESTURES.len().div_ceil(2)).enumerate() {
@@ -93,11 +93,11 @@ fn table<'a>(ui: &mut egui::Ui, id: (&str, usize), rows: impl Iterator<Item = (&
 
 fn key_cap(ui: &mut egui::Ui, cap: &str) {
     Frame::new()
-        .fill(theme::RAISED)
-        .stroke(Stroke::new(1.0, theme::TICK))
+        .fill(theme::of(ui).raised)
+        .stroke(Stroke::new(1.0, theme::of(ui).tick))
         .corner_radius(4.0)
         .inner_margin(Margin::symmetric(7, 1))
         .show(ui, |ui| {
-            ui.label(RichText::new(cap).small().color(theme::STRONG));
+            ui.label(RichText::new(cap).small().color(theme::of(ui).strong));
         });
 }

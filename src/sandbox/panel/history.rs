@@ -48,6 +48,9 @@ impl History {
     }
 }
 
+/// Color of all other parts.
+const OTHER: Color32 = Color32::from_rgb(112, 120, 136);
+
 /// Color of a part, by its name; from the color-blind safe palette of Okabe and Ito.
 #[must_use]
 pub fn color(part: &str) -> Color32 {
@@ -59,7 +62,7 @@ pub fn color(part: &str) -> Color32 {
         "collide" => Color32::from_rgb(213, 94, 0),
         "presolve" => Color32::from_rgb(240, 228, 66),
         "postsolve" => Color32::from_rgb(0, 114, 178),
-        _ => theme::TICK,
+        _ => OTHER,
     }
 }
 
@@ -99,7 +102,7 @@ pub(super) fn show(ui: &mut Ui, panel: &mut Panel, history: &History) {
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
     panel.note("effects.history", &response, ui);
     let painter = ui.painter();
-    painter.rect_filled(rect, 3.0, theme::SUNKEN);
+    painter.rect_filled(rect, 3.0, theme::of(ui).sunken);
     let width = rect.width() / TICKS as f32;
     let left = rect.right() - width * history.columns.len() as f32;
     let names = Stage::ALL.map(Stage::name);
@@ -121,7 +124,7 @@ pub(super) fn show(ui: &mut Ui, panel: &mut Panel, history: &History) {
         Align2::LEFT_TOP,
         text,
         font,
-        theme::WEAK,
+        theme::of(ui).weak,
     );
     let pointed = response.hover_pos().and_then(|at| {
         let place = ((at.x - left) / width).floor();

@@ -7,13 +7,13 @@
 use bevy::prelude::*;
 use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
-    egui::{self, Area, Frame, Id, Label, Layout, Margin, Order, RichText, pos2, vec2},
+    egui::{self, Area, Frame, Id, Label, Layout, Margin, Order, Rect, RichText, vec2},
 };
 
 use crate::sandbox::{
     lab::{reference_overlay::ReferenceOverlay, throughput::Throughput},
     state::view::ViewSettings,
-    ui::{count, format, theme},
+    ui::{area, count, format, theme},
 };
 use crate::simulation::{SimulationClock, SoftBody, Statistics, statistics};
 
@@ -212,32 +212,27 @@ fn state(clock: &SimulationClock, slow: Option<f64>, reference_overlay_holds: bo
 
 fn show(mut contexts: EguiContexts, head_up: Res<HeadUp>, view: Res<ViewSettings>) -> Result {
     if !head_up.figures.is_empty() {
-        draw(
-            contexts.ctx_mut()?,
-            &head_up.figures,
-            &head_up.state,
-            view.panel_width,
-        );
+        let context = contexts.ctx_mut()?;
+        let free = area::free(context, &view);
+        draw(context, &head_up.figures, &head_up.state, free);
     }
     Ok(())
 }
 
-/// Draws the line in the upper left corner, in the area that the panel's `covered` width leaves
-/// free.
-pub fn draw(context: &egui::Context, figures: &[Figure], state: &str, covered: f32) {
-    let screen = context.content_rect();
+/// Draws the line in the upper left corner of the area that the panel leaves free.
+pub fn draw(context: &egui::Context, figures: &[Figure], state: &str, free: Rect) {
     let margin = 10.0;
-    let width = screen.width() - covered - 2.0 * margin;
+    let width = free.width() - 2.0 * margin;
     // Does not capture the pointer.
     Area::new(Id::new("head-up line"))
         .order(Order::Background)
         .interactable(false)
-        .fixed_pos(pos2(screen.left() + margin, screen.top() + margin))
+        .fixed_pos(free.min + vec2(margin, margin))
         .constrain(false)
         .show(context, |ui| {
             ui.set_max_width(width);
             Frame::new()
-                .fill(theme::VEIL)
+                .fill(theme::of(ui).veil)
                 .corner_radius(8.0)
                 .inner_margin(Margin::symmetric(10, 5))
                 .show(ui, |ui| line(ui, figures, width - 20.0));
@@ -267,13 +262,13 @@ fn cell(ui: &mut egui::Ui, figure: &Figure) {
         ui.set_min_width(CELL);
         ui.spacing_mut().item_spacing.y = 0.0;
         let color = if figure.alarm {
-            theme::ALARM
+            theme::of(ui).alarm
         } else {
-            theme::STRONG
+            theme::of(ui).strong
         };
         let value = RichText::new(&figure.value).monospace().color(color);
         ui.add(Label::new(value).extend());
-        let name = RichText::new(figure.name).small().color(theme::WEAK);
+        let name = RichText::new(figure.name).small().color(theme::of(ui).weak);
         ui.add(Label::new(name).extend());
     });
 }
@@ -281,11 +276,11 @@ fn cell(ui: &mut egui::Ui, figure: &Figure) {
 fn badge(ui: &mut egui::Ui, state: &str) {
     ui.add_space(4.0);
     Frame::new()
-        .fill(theme::VEIL)
+        .fill(theme::of(ui).veil)
         .corner_radius(8.0)
         .inner_margin(Margin::symmetric(10, 3))
         .show(ui, |ui| {
-            ui.label(RichText::new(state).color(theme::CHANGED));
+            ui.label(RichText::new(state).color(theme::of(ui).changed));
         });
 }
 

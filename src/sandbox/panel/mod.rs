@@ -22,6 +22,7 @@ pub(in crate::sandbox) mod restart;
 mod scene;
 mod scene_defaults;
 mod section;
+mod settings;
 mod spawn;
 mod world;
 
@@ -34,17 +35,21 @@ use std::collections::BTreeMap;
 use bevy::prelude::*;
 use bevy_egui::{
     EguiContext, EguiPrimaryContextPass, PrimaryEguiContext,
-    egui::{Area, Context, Frame, Id, Margin, Order, Rect, Stroke, pos2},
+    egui::{
+        Area, Context, CursorIcon, Frame, Id, Margin, Order, Rect, Sense, Stroke, Ui, pos2, vec2,
+    },
 };
 
 use crate::sandbox::{
+    render::quality::EffectiveQuality,
     state::{
+        display::{DisplayChange, DisplaySettings, PANEL_WIDTHS, Side},
         event::SceneLoaded,
-        request::{RequestSystems, Requested},
+        request::{Request, RequestSystems, Requested},
         selection::{Scope, Selection},
         view::{LastGrab, ViewCommand, ViewSettings},
     },
-    ui::{WidgetRects, theme},
+    ui::{WidgetRects, message::Notices, scale::InterfaceScale, theme},
 };
 use crate::simulation::{Measuring, Profile};
 
@@ -75,7 +80,11 @@ impl Plugin for PanelPlugin {
             .init_resource::<Additions>()
             .init_resource::<PanelRects>()
             .init_resource::<ViewSettings>()
+            .init_resource::<DisplaySettings>()
+            .init_resource::<EffectiveQuality>()
+            .init_resource::<InterfaceScale>()
             .init_resource::<LastGrab>()
+            .init_resource::<Notices>()
             .init_resource::<SceneSettings>()
             .init_resource::<picker::Picker>()
             .init_resource::<restart::Carried>()
@@ -131,9 +140,13 @@ fn measure_what_is_shown(
     measuring.0 = true;
 }
 
-/// Width of the panel for a window width [logical px].
-fn width(window: f32) -> f32 {
-    if window < 1000.0 { 328.0 } else { 344.0 }
+/// Width of the panel [logical px] in a window of a width: the chosen one, if it leaves two fifths
+/// of the window to the view.
+fn width(chosen: f32, window: f32) -> f32 {
+    chosen
+        .min(0.6 * window)
+        .max(*PANEL_WIDTHS.start())
+        .min(window)
 }
 
 fn panel(world: &mut World) -> Result {
@@ -154,32 +167,42 @@ fn panel(world: &mut World) -> Result {
         places.0 = panel.places().clone();
     }
     let mut view = world.resource_mut::<ViewSettings>();
-    if view.panel_width != covered {
-        view.panel_width = covered;
+    if (view.panel_width, view.panel_side) != (covered, model.display.side) {
+        (view.panel_width, view.panel_side) = (covered, model.display.side);
     }
     for request in panel.requests() {
         world.write_message(Requested(request.clone()));
     }
+    for message in panel.refusals() {
+        world.resource_mut::<Notices>().warn(message.as_str());
+    }
     Ok(())
 }
 
-/// Draws the panel at the right side of the window, and returns it with the width that it covers.
+/// Draws the panel at one side of the window, and returns it with the width that it covers. Its
+/// inner edge can be dragged.
 ///
 /// A separate area instead of one of egui's side panels: those are in the background layer, where
 /// egui treats a pointer over them as over the scene.
 pub fn show(context: &Context, model: &PanelModel) -> (Panel, f32) {
     let window = context.content_rect();
-    let width = width(window.width()).min(window.width());
-    let rect = Rect::from_min_max(pos2(window.right() - width, window.top()), window.max);
+    let width = width(model.display.panel_width, window.width());
+    let left = match model.display.side {
+        Side::Left => window.left(),
+        Side::Right => window.right() - width,
+    };
+    let rect = Rect::from_min_size(pos2(left, window.top()), vec2(width, window.height()));
     let margin = Margin::symmetric(12, 10);
     let area = Area::new(Id::new("panel"))
         .order(Order::Middle)
         .fixed_pos(rect.min)
         .constrain(false)
+        // A fading panel would show through.
+        .fade_in(false)
         .show(context, |ui| {
-            Frame::new()
-                .fill(theme::GROUND)
-                .stroke(Stroke::new(1.0, theme::LINE))
+            let mut panel = Frame::new()
+                .fill(theme::of(ui).ground)
+                .stroke(Stroke::new(1.0, theme::of(ui).line))
                 .inner_margin(margin)
                 .show(ui, |ui| {
                     let inside = rect.size() - margin.sum() - bevy_egui::egui::Vec2::splat(2.0);
@@ -187,7 +210,40 @@ pub fn show(context: &Context, model: &PanelModel) -> (Panel, f32) {
                     ui.set_height(inside.y);
                     Panel::draw(ui, model)
                 })
-                .inner
+                .inner;
+            drag_edge(ui, &mut panel, rect, model.display.side);
+            panel
         });
     (area.inner, width)
+}
+
+/// The inner edge of the panel, which changes its width when it is dragged.
+fn drag_edge(ui: &Ui, panel: &mut Panel, rect: Rect, side: Side) {
+    /// Width of the part that can be dragged [logical px].
+    const GRIP: f32 = 5.0;
+    let edge = match side {
+        Side::Left => rect.right(),
+        Side::Right => rect.left(),
+    };
+    let grip = match side {
+        Side::Left => Rect::from_x_y_ranges(edge - GRIP..=edge, rect.y_range()),
+        Side::Right => Rect::from_x_y_ranges(edge..=edge + GRIP, rect.y_range()),
+    };
+    let response = ui.interact(grip, ui.id().with("edge"), Sense::drag());
+    panel.note("panel.edge", &response, ui);
+    if response.hovered() || response.dragged() {
+        ui.set_cursor_icon(CursorIcon::ResizeHorizontal);
+        let line = Stroke::new(2.0, theme::of(ui).accent);
+        ui.painter().vline(grip.center().x, rect.y_range(), line);
+    }
+    if let Some(pointer) = response
+        .interact_pointer_pos()
+        .filter(|_| response.dragged())
+    {
+        let width = match side {
+            Side::Left => pointer.x - rect.left(),
+            Side::Right => rect.right() - pointer.x,
+        };
+        panel.ask(Request::Display(DisplayChange::PanelWidth(width)));
+    }
 }

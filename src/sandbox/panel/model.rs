@@ -8,7 +8,7 @@ use super::{energy::EnergyTrack, history::History};
 use crate::{
     sandbox::{
         lab::reference_overlay::distance::Trail,
-        state::{selection::Scope, spawn::Spawn, view::SolverView},
+        state::{display::DisplaySettings, selection::Scope, spawn::Spawn, view::SolverView},
         ui::track::Track,
     },
     scene::Material,
@@ -73,6 +73,12 @@ pub struct PanelModel {
     pub solver: SolverView,
     /// The reference overlay, if it is on.
     pub reference_overlay: Option<ReferenceModel>,
+    /// The display settings.
+    pub display: DisplaySettings,
+    /// Scale of the interface that is chosen automatically.
+    pub automatic_scale: f32,
+    /// Whether the picture is drawn in low quality.
+    pub low_quality: bool,
 }
 
 /// An entry of the scene picker.

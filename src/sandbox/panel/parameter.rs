@@ -2,20 +2,26 @@
 //!
 //! The row never changes the number; it returns the user's edit.
 
+use std::cell::RefCell;
+
 use bevy_egui::egui::{
-    Align2, Button, DragValue, FontSelection, Response, RichText, Sense, Ui, Vec2,
+    Align2, Button, Color32, DragValue, FontSelection, Response, RichText, Sense, Ui, Vec2,
 };
 
 use super::{Panel, model::Parameter, section::hint};
 use crate::sandbox::ui::theme;
 use crate::sandbox::ui::{number, slider::slider, track::Spread};
 
-/// Width of the title column [logical px].
-const TITLE: f32 = 104.0;
 /// Width of the text entry with its unit [logical px].
 const ENTRY: f32 = 86.0;
 /// Width of the reset button [logical px].
 pub(super) const RESET: f32 = 18.0;
+
+/// Width of the title column [logical px]: a part of the row, as wide as the longest title if there
+/// is room. Longer titles are wrapped.
+pub(super) fn title_width(ui: &Ui) -> f32 {
+    (0.36 * ui.available_width()).clamp(104.0, 190.0)
+}
 
 /// The user's edit of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -93,20 +99,19 @@ fn choose(ui: &mut Ui, panel: &mut Panel, name: &str, parameter: &Parameter) -> 
 }
 
 fn title(ui: &mut Ui, parameter: &Parameter) {
-    let (rect, response) = ui.allocate_exact_size(Vec2::new(TITLE, theme::ROW), Sense::hover());
-    let color = if response.hovered() {
-        theme::STRONG
-    } else {
-        theme::TEXT
-    };
     let font = FontSelection::Default.resolve(ui.style());
-    ui.painter_at(rect).text(
-        rect.left_center(),
-        Align2::LEFT_CENTER,
-        parameter.title,
-        font,
-        color,
-    );
+    let width = title_width(ui);
+    let text = parameter.title.to_owned();
+    let text = ui.painter().layout(text, font, Color32::PLACEHOLDER, width);
+    let size = Vec2::new(width, theme::ROW.max(text.size().y));
+    let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
+    let color = if response.hovered() {
+        theme::of(ui).strong
+    } else {
+        theme::of(ui).text
+    };
+    let place = Align2::LEFT_CENTER.anchor_size(rect.left_center(), text.size());
+    ui.painter().galley(place.min, text, color);
     hint(ui, &response, |ui| help(ui, parameter));
 }
 
@@ -120,6 +125,7 @@ fn entry(ui: &mut Ui, panel: &mut Panel, name: &str, parameter: &Parameter) -> O
         Spread::Linear => 0.02,
         Spread::Logarithmic => (parameter.value.abs() * 0.01).max(1e-12),
     };
+    let refused = RefCell::new(None);
     let widget = DragValue::new(&mut value)
         .speed(speed)
         .range(f64::NEG_INFINITY..=f64::INFINITY)
@@ -133,21 +139,33 @@ fn entry(ui: &mut Ui, panel: &mut Panel, name: &str, parameter: &Parameter) -> O
                 format!("{sign}{number} {unit}")
             }
         })
-        .custom_parser(|text| number::parse(text.trim_start_matches('~')));
+        .custom_parser(
+            |text| match number::parse(text.trim_start_matches('~'), unit) {
+                Ok(value) => Some(value),
+                Err(reason) => {
+                    *refused.borrow_mut() = Some(reason);
+                    None
+                }
+            },
+        );
     let response = ui
         .scope(|ui| {
+            let colors = theme::of(ui);
             let visuals = ui.visuals_mut();
-            let ground = theme::SUNKEN;
+            let ground = colors.sunken;
             visuals.widgets.inactive.weak_bg_fill = ground;
             visuals.widgets.inactive.bg_stroke.color = ground;
             if parameter.changed {
-                visuals.widgets.inactive.fg_stroke.color = theme::CHANGED;
+                visuals.widgets.inactive.fg_stroke.color = colors.changed;
             }
             ui.spacing_mut().button_padding.x = 4.0;
             ui.spacing_mut().interact_size.x = ENTRY;
             ui.add_sized([ENTRY, theme::ROW - 2.0], widget)
         })
         .inner;
+    if let Some(reason) = refused.take() {
+        panel.refuse(format!("{} is unchanged: {reason}", parameter.title));
+    }
     panel.note(format!("{name}.entry"), &response, ui);
     let changed = response.changed();
     hint(ui, &response, |ui| help(ui, parameter));
@@ -167,7 +185,7 @@ fn reset(ui: &mut Ui, parameter: &Parameter) -> Response {
     };
     ui.scope(|ui| {
         ui.spacing_mut().button_padding = Vec2::ZERO;
-        let glyph = RichText::new("⟲").color(theme::CHANGED);
+        let glyph = RichText::new("⟲").color(theme::of(ui).changed);
         ui.add_sized(size, Button::new(glyph).frame_when_inactive(false))
     })
     .inner
@@ -191,7 +209,7 @@ fn help(ui: &mut Ui, parameter: &Parameter) {
         ));
     }
     let typed = match parameter.choices {
-        [] => "Click the number to type a value.",
+        [] => "Click the number to type a value, such as 0.02, 1e-4 or 1/3.",
         _ => "",
     };
     match parameter.original {

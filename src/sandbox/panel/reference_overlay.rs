@@ -58,7 +58,7 @@ pub(super) fn show(ui: &mut Ui, panel: &mut Panel, reference_overlay: Option<&Re
             ui.add(Label::new(RichText::new(text).small().color(color)).wrap());
         };
         match (&reference_overlay.trouble, reference_overlay.trail.now()) {
-            (Some(trouble), _) => warn(ui, trouble, theme::ALARM),
+            (Some(trouble), _) => warn(ui, trouble, theme::of(ui).alarm),
             (None, None) => section::note(ui, "Computing the reference…"),
             (None, Some(now)) => {
                 figures(ui, now);
@@ -66,14 +66,14 @@ pub(super) fn show(ui: &mut Ui, panel: &mut Panel, reference_overlay: Option<&Re
                 section::note(ui, &words(reference_overlay));
                 if reference_overlay.holds {
                     let text = "Slowed down: waiting for the reference simulation.";
-                    warn(ui, text, theme::CHANGED);
+                    warn(ui, text, theme::of(ui).changed);
                 }
                 if reference_overlay.lost > 0 {
                     let text = match reference_overlay.lost {
                         1 => "1 reference body diverged and was removed.".to_owned(),
                         lost => format!("{lost} reference bodies diverged and were removed."),
                     };
-                    warn(ui, &text, theme::ALARM);
+                    warn(ui, &text, theme::of(ui).alarm);
                 }
             }
         }
@@ -107,8 +107,8 @@ fn figures(ui: &mut Ui, now: &Distance) {
             painter.line_segment(line, Stroke::new(2.0, color));
             let font = FontSelection::Default.resolve(ui.style());
             let at = line[1] + vec2(6.0, 0.0);
-            painter.text(at, Align2::LEFT_CENTER, name, font, theme::WEAK);
-            ui.label(RichText::new(value).monospace().color(theme::STRONG));
+            painter.text(at, Align2::LEFT_CENTER, name, font, theme::of(ui).weak);
+            ui.label(RichText::new(value).monospace().color(theme::of(ui).strong));
         });
     }
 }
@@ -148,7 +148,7 @@ fn plot(ui: &mut Ui, panel: &mut Panel, trail: &Trail) {
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
     panel.note("reference_overlay.plot", &response, ui);
     let painter = ui.painter().with_clip_rect(rect);
-    painter.rect_filled(rect, 3.0, theme::SUNKEN);
+    painter.rect_filled(rect, 3.0, theme::of(ui).sunken);
     let most = trail.most().max(f64::MIN_POSITIVE);
     let step = rect.width() / (TICKS - 1) as f32;
     let left = rect.right() - step * (trail.iter().len().max(1) - 1) as f32;
@@ -164,7 +164,7 @@ fn plot(ui: &mut Ui, panel: &mut Panel, trail: &Trail) {
     let font = FontSelection::Style(TextStyle::Small).resolve(ui.style());
     let text = format!("peak {} mm", format(most * 1e3, 2));
     let at = rect.left_top() + vec2(4.0, 1.0);
-    painter.text(at, Align2::LEFT_TOP, text, font, theme::WEAK);
+    painter.text(at, Align2::LEFT_TOP, text, font, theme::of(ui).weak);
     let pointed = response.hover_pos().and_then(|at| {
         let place = ((at.x - left) / step).round();
         (place >= 0.0).then(|| trail.iter().nth(place as usize))?

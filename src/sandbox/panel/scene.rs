@@ -64,7 +64,7 @@ fn picker(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
             panel.ask(Request::PreviousScene);
         }
         let width = ui.available_width() - side.x - theme::GAP;
-        let title = RichText::new(&model.scene_title).color(theme::STRONG);
+        let title = RichText::new(&model.scene_title).color(theme::of(ui).strong);
         let chosen = ui
             .scope(|ui| {
                 ui.spacing_mut().interact_size.y = side.y;

@@ -28,9 +28,9 @@ pub fn section(
         state.toggle(ui);
     }
     let color = if response.hovered() {
-        theme::STRONG
+        theme::of(ui).strong
     } else {
-        theme::WEAK
+        theme::of(ui).weak
     };
     let font = FontSelection::Style(TextStyle::Small).resolve(ui.style());
     let painter = ui.painter();
@@ -52,7 +52,7 @@ pub fn section(
     painter.hline(
         text.right() + 8.0..=rect.right() - 16.0,
         rect.center().y,
-        Stroke::new(1.0, theme::LINE),
+        Stroke::new(1.0, theme::of(ui).line),
     );
     state.show_body_unindented(ui, |ui| body(ui, panel));
 }
@@ -125,12 +125,14 @@ pub fn switch(ui: &mut Ui, on: bool, enabled: bool, title: &str) -> (Response, b
     let travel = ui.ctx().animate_bool_responsive(response.id, on);
     let body = Rect::from_center_size(rect.center(), vec2(24.0, 13.0));
     let ground = if on {
-        theme::ACCENT.gamma_multiply(if enabled { 0.75 } else { 0.35 })
+        theme::of(ui)
+            .accent
+            .gamma_multiply(if enabled { 0.75 } else { 0.35 })
     } else {
-        theme::RAISED
+        theme::of(ui).raised
     };
     let line = if response.hovered() && enabled {
-        theme::TEXT
+        theme::of(ui).text
     } else {
         ground
     };
@@ -143,7 +145,11 @@ pub fn switch(ui: &mut Ui, on: bool, enabled: bool, title: &str) -> (Response, b
         StrokeKind::Inside,
     );
     let x = lerp(body.left() + 6.5..=body.right() - 6.5, travel);
-    let knob = if enabled { theme::STRONG } else { theme::WEAK };
+    let knob = if enabled {
+        theme::of(ui).strong
+    } else {
+        theme::of(ui).weak
+    };
     painter.circle_filled(pos2(x, body.center().y), 4.5, knob);
     let pressed = enabled && response.clicked();
     (response, pressed)
@@ -168,5 +174,5 @@ pub fn hint(ui: &Ui, response: &Response, contents: impl FnOnce(&mut Ui)) {
 
 /// A line of weak text with wrapping.
 pub fn note(ui: &mut Ui, text: &str) {
-    ui.add(Label::new(RichText::new(text).small().color(theme::WEAK)).wrap());
+    ui.add(Label::new(RichText::new(text).small().color(theme::of(ui).weak)).wrap());
 }

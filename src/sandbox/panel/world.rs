@@ -72,7 +72,7 @@ fn projections(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             ui.add_space(parameter::RESET + theme::GAP);
             let figure = millions(model.projections);
-            ui.label(RichText::new(figure).small().color(theme::STRONG));
+            ui.label(RichText::new(figure).small().color(theme::of(ui).strong));
         });
     });
     panel.note("world.projections", &row.response, ui);

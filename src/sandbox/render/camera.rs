@@ -18,7 +18,7 @@ pub struct OrbitCamera {
     pub now: Orbit,
     /// Goal, set by user input.
     pub goal: Orbit,
-    /// Shift of the view to the left [px]: half of the width that the panel covers.
+    /// Shift of the view to the left [px]: half of the width that the panel covers on the right.
     shift: f32,
 }
 
@@ -96,7 +96,7 @@ fn glide(
         orbit.now = now;
     }
     transform.set_if_neq(now.transform());
-    let goal = settings.panel_width / 2.0;
+    let goal = settings.shift();
     let shift = orbit.shift + (goal - orbit.shift) * fraction;
     orbit.shift = if (goal - shift).abs() < 0.5 {
         goal

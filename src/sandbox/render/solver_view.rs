@@ -29,7 +29,10 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use crate::{
     effect::{Stretch, Struts, Volume},
     render::{Drawn, MeshSystems},
-    sandbox::state::view::{SolverView, ViewSettings},
+    sandbox::{
+        state::view::{SolverView, ViewSettings},
+        ui::area,
+    },
     simulation::SoftBody,
     solver::{Topology, topology::Edges},
 };
@@ -258,8 +261,9 @@ fn explain(
     let summary = marks
         .iter()
         .fold(Summary::default(), |all, marks| all.and(marks.summary));
-    let covered = settings.panel_width;
-    legend::draw(contexts.ctx_mut()?, settings.solver, &summary, covered);
+    let context = contexts.ctx_mut()?;
+    let free = area::free(context, &settings);
+    legend::draw(context, settings.solver, &summary, free);
     Ok(())
 }
 

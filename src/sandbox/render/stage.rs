@@ -177,7 +177,7 @@ fn build(
     ));
 }
 
-/// Whether a software renderer is used; shadows are coarser then, and edges are not smoothed.
+/// Whether a software renderer is used; shadows are coarser then.
 #[must_use]
 pub fn is_software(adapter: &RenderAdapterInfo) -> bool {
     adapter.device_type == wgpu::DeviceType::Cpu

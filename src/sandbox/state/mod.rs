@@ -1,6 +1,8 @@
 //! Shared state of the window, as plain data: view, selection, requests, events.
 
+pub mod display;
 pub mod event;
+pub mod first_steps;
 pub mod request;
 pub mod selection;
 pub mod spawn;

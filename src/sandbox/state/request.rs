@@ -1,7 +1,7 @@
 //! Requests of the user, from the panel, a key or a card;
 //! [`app::requests`](crate::sandbox::app::requests) carries them out.
 
-use super::{selection::Scope, spawn::SpawnPlace, view::SolverView};
+use super::{display::DisplayChange, selection::Scope, spawn::SpawnPlace, view::SolverView};
 use bevy::prelude::*;
 
 /// A request was made.
@@ -124,4 +124,8 @@ pub enum Request {
     Screenshot,
     /// Show the overlay of keys.
     Help,
+    /// Change a display setting.
+    Display(DisplayChange),
+    /// Show the first steps again.
+    FirstSteps,
 }

@@ -4,6 +4,7 @@
 //! Everything here is plain state. The keys and the panel write it; the camera, the overlays, the
 //! drag and the scene loader read it. It depends on neither egui nor the solver.
 
+use super::display::Side;
 use crate::solver::VertexIndex;
 use bevy::prelude::*;
 
@@ -35,9 +36,11 @@ pub struct ViewSettings {
     pub panel_visible: bool,
     /// Show the overlay of keys.
     pub help_visible: bool,
-    /// Width of the window that the panel covers on its right side [logical px], 0 while it is
-    /// hidden. The camera centers on the remaining area.
+    /// Width of the window that the panel covers at one side [logical px], 0 while it is hidden.
+    /// The camera centers on the remaining area.
     pub panel_width: f32,
+    /// The side that the panel covers.
+    pub panel_side: Side,
 }
 
 impl Default for ViewSettings {
@@ -51,6 +54,29 @@ impl Default for ViewSettings {
             panel_visible: true,
             help_visible: false,
             panel_width: 0.0,
+            panel_side: Side::Right,
+        }
+    }
+}
+
+impl ViewSettings {
+    /// The part of a window of a width [logical px] that the panel leaves free, as its left and
+    /// right end [logical px].
+    #[must_use]
+    pub fn free(&self, window: f32) -> (f32, f32) {
+        match self.panel_side {
+            Side::Left => (self.panel_width, window),
+            Side::Right => (0.0, window - self.panel_width),
+        }
+    }
+
+    /// Shift to the left that moves the center of the view to the center of the free part
+    /// [logical px].
+    #[must_use]
+    pub fn shift(&self) -> f32 {
+        match self.panel_side {
+            Side::Left => -self.panel_width / 2.0,
+            Side::Right => self.panel_width / 2.0,
         }
     }
 }

@@ -6,10 +6,15 @@
 use bevy::prelude::*;
 use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
-    egui::{self, Area, Color32, Frame, Id, Label, Margin, Order, RichText, Sense, Stroke, pos2},
+    egui::{
+        self, Area, Color32, Frame, Id, Label, Margin, Order, Rect, RichText, Sense, Stroke, pos2,
+    },
 };
 
-use crate::sandbox::{state::view::ViewSettings, ui::theme};
+use crate::sandbox::{
+    state::view::ViewSettings,
+    ui::{area, theme},
+};
 
 /// Maximum number of visible notices; the oldest are dropped first.
 const MAX_NOTICES: usize = 5;
@@ -37,11 +42,11 @@ impl Gravity {
         }
     }
 
-    const fn color(self) -> Color32 {
+    const fn color(self, colors: &theme::Palette) -> Color32 {
         match self {
-            Self::Info => theme::ACCENT,
-            Self::Warning => theme::CHANGED,
-            Self::Error => theme::ALARM,
+            Self::Info => colors.accent,
+            Self::Warning => colors.changed,
+            Self::Error => colors.alarm,
         }
     }
 }
@@ -141,23 +146,25 @@ fn show(
     view: Res<ViewSettings>,
 ) -> Result {
     if !notices.0.is_empty() {
-        draw(contexts.ctx_mut()?, &mut notices, view.panel_width);
+        let context = contexts.ctx_mut()?;
+        draw(context, &mut notices, area::free(context, &view));
     }
     Ok(())
 }
 
-/// Draws the notes in the lower left corner, left of the panel's `covered` width.
-pub fn draw(context: &egui::Context, notices: &mut Notices, covered: f32) {
-    let screen = context.content_rect();
-    let width = (screen.width() - covered - 24.0).clamp(120.0, WIDTH);
-    let mut bottom = screen.bottom() - 12.0;
+/// Draws the notes in the lower left corner of the area that the panel leaves free.
+pub fn draw(context: &egui::Context, notices: &mut Notices, free: Rect) {
+    let width = (free.width() - 24.0).clamp(120.0, WIDTH);
+    let mut bottom = free.bottom() - 12.0;
     let mut dismissed = None;
     for (index, notice) in notices.0.iter().enumerate().rev() {
         let area = Area::new(Id::new(("notice", index)))
             .order(Order::Foreground)
-            .fixed_pos(pos2(screen.left() + 12.0, bottom))
+            .fixed_pos(pos2(free.left() + 12.0, bottom))
             .pivot(egui::Align2::LEFT_BOTTOM)
             .constrain(false)
+            // Fading would leave a gray box: see `Palette::veil` about translucent colors.
+            .fade_in(false)
             .show(context, |ui| card(ui, notice, width));
         if area.inner {
             dismissed = Some(index);
@@ -172,10 +179,9 @@ pub fn draw(context: &egui::Context, notices: &mut Notices, covered: f32) {
 /// Draws one notice; `true` if a press closed it.
 fn card(ui: &mut egui::Ui, notice: &Notice, width: f32) -> bool {
     ui.set_max_width(width);
-    ui.multiply_opacity(notice.remaining.clamp(0.0, 1.0));
     let frame = Frame::new()
-        .fill(theme::VEIL)
-        .stroke(Stroke::new(1.0, theme::LINE))
+        .fill(theme::of(ui).veil)
+        .stroke(Stroke::new(1.0, theme::of(ui).line))
         .corner_radius(6.0)
         .inner_margin(Margin {
             left: 14,
@@ -188,13 +194,13 @@ fn card(ui: &mut egui::Ui, notice: &Notice, width: f32) -> bool {
                 1 => notice.text.clone(),
                 times => format!("{} (×{times})", notice.text),
             };
-            ui.add(Label::new(RichText::new(text).color(theme::TEXT)).wrap());
+            ui.add(Label::new(RichText::new(text).color(theme::of(ui).text)).wrap());
         });
     let rect = frame.response.rect;
     let mut stripe = rect.shrink(1.0);
     stripe.set_width(4.0);
     ui.painter()
-        .rect_filled(stripe, 3.0, notice.gravity.color());
+        .rect_filled(stripe, 3.0, notice.gravity.color(theme::of(ui)));
     frame.response.interact(Sense::click()).clicked()
 }
 

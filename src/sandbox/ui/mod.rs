@@ -1,8 +1,11 @@
 //! Theme, widgets, messages.
 
+pub mod area;
+mod expression;
 pub mod message;
 pub mod number;
 pub mod plot;
+pub mod scale;
 pub mod slider;
 pub mod theme;
 pub mod track;

@@ -87,15 +87,15 @@ fn paint(ui: &Ui, rect: Rect, response: &Response, track: &Track, value: f64, ma
     let rail = rail(rect);
     let at = |position: f64| rail.left() + position as f32 * rail.width();
     let painter = ui.painter();
-    let tick = Stroke::new(1.0, theme::TICK);
+    let tick = Stroke::new(1.0, theme::of(ui).tick);
     for position in track.ticks() {
         let x = painter.round_to_pixel_center(at(position));
         painter.vline(x, rail.bottom() + 1.0..=rail.bottom() + 4.0, tick);
     }
-    painter.rect_filled(rail, RAIL / 2.0, theme::RAISED);
+    painter.rect_filled(rail, RAIL / 2.0, theme::of(ui).raised);
     let x = at(track.position(value));
     let enabled = if ui.is_enabled() { 1.0 } else { 0.4 };
-    let accent = theme::ACCENT.gamma_multiply(enabled);
+    let accent = theme::of(ui).accent.gamma_multiply(enabled);
     let origin = at(track.origin());
     let filled = Rect::from_x_y_ranges(origin.min(x)..=origin.max(x), rail.y_range());
     painter.rect_filled(filled, RAIL / 2.0, accent.gamma_multiply(0.7));
@@ -106,14 +106,23 @@ fn paint(ui: &Ui, rect: Rect, response: &Response, track: &Track, value: f64, ma
             pos2(x - 3.5, rail.top() - 6.0),
             pos2(x + 3.5, rail.top() - 6.0),
         ];
-        painter.add(Shape::convex_polygon(points, theme::CHANGED, Stroke::NONE));
+        painter.add(Shape::convex_polygon(
+            points,
+            theme::of(ui).changed,
+            Stroke::NONE,
+        ));
     }
     let lit = response.hovered() || response.dragged() || response.has_focus();
     let radius = if lit { RADIUS } else { RADIUS - 1.0 };
-    let color = if lit { theme::STRONG } else { accent };
+    let color = if lit { theme::of(ui).strong } else { accent };
     let center = pos2(x, rail.center().y);
-    painter.circle(center, radius, color, Stroke::new(2.0, theme::GROUND));
+    painter.circle(
+        center,
+        radius,
+        color,
+        Stroke::new(2.0, theme::of(ui).ground),
+    );
     if response.has_focus() {
-        painter.circle_stroke(center, radius + 1.0, Stroke::new(1.0, theme::ACCENT));
+        painter.circle_stroke(center, radius + 1.0, Stroke::new(1.0, theme::of(ui).accent));
     }
 }

@@ -1,49 +1,109 @@
 //! Colors, sizes and spacing of everything that egui draws.
 //!
-//! Only colors carry meaning: [`ACCENT`] marks editable values, [`CHANGED`] marks differences from
-//! the scene file, [`ALARM`] marks errors. Text has a contrast of at least 4.5 to 1 on the panel,
-//! as verified by a test.
+//! Only colors carry meaning: `accent` marks editable values, `changed` marks differences from the
+//! scene file, `alarm` marks errors. Text has a contrast of at least 4.5 to 1 on the panel, as
+//! verified by a test.
 
-use bevy::prelude::{Added, App, Plugin, PreUpdate, Query};
+use crate::sandbox::state::display::{DisplaySettings, Theme};
+use bevy::{
+    asset::AssetEventSystems,
+    prelude::{Added, App, IntoScheduleConfigs, Local, Plugin, PostUpdate, PreUpdate, Query, Res},
+};
 use bevy_egui::{
-    EguiContext,
+    EguiContext, EguiPostUpdateSet,
     egui::{
         self, Color32, CornerRadius, FontFamily, FontId, Margin, Shadow, Stroke, TextStyle, Vec2,
         style::{HandleShape, ScrollStyle, WidgetVisuals},
     },
 };
 
-/// Background of the panel.
-pub const GROUND: Color32 = Color32::from_rgb(25, 28, 35);
-/// Background of recessed parts: rails, entries, rows.
-pub const SUNKEN: Color32 = Color32::from_rgb(17, 19, 24);
-/// Background of buttons.
-pub const RAISED: Color32 = Color32::from_rgb(43, 48, 59);
-/// Background of hovered buttons.
-pub const RAISED_HOVERED: Color32 = Color32::from_rgb(57, 64, 78);
-/// Lines between parts.
-pub const LINE: Color32 = Color32::from_rgb(50, 56, 68);
-/// Figures and headings.
-pub const STRONG: Color32 = Color32::from_rgb(240, 243, 248);
-/// Text.
-pub const TEXT: Color32 = Color32::from_rgb(205, 211, 221);
-/// Units, notes, and disabled parts.
-pub const WEAK: Color32 = Color32::from_rgb(142, 151, 167);
-/// Background of text over the view. Nearly opaque: the window blends in linear light, where a dark
-/// translucent color appears lighter than its value suggests.
-pub const VEIL: Color32 = Color32::from_rgba_unmultiplied_const(20, 23, 29, 242);
-/// Editable values, and active parts.
-pub const ACCENT: Color32 = Color32::from_rgb(94, 190, 196);
-/// Differences from the scene file.
-pub const CHANGED: Color32 = Color32::from_rgb(245, 184, 92);
-/// Errors.
-pub const ALARM: Color32 = Color32::from_rgb(255, 122, 107);
+/// Colors of a theme.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Palette {
+    /// Background of the panel.
+    pub ground: Color32,
+    /// Background of recessed parts: rails, entries, rows.
+    pub sunken: Color32,
+    /// Background of buttons.
+    pub raised: Color32,
+    /// Background of hovered buttons.
+    pub raised_hovered: Color32,
+    /// Background of selected buttons.
+    pub selected: Color32,
+    /// Lines between parts.
+    pub line: Color32,
+    /// Minor lines, such as the ticks of a rail.
+    pub tick: Color32,
+    /// Figures and headings.
+    pub strong: Color32,
+    /// Text.
+    pub text: Color32,
+    /// Units, notes, and disabled parts.
+    pub weak: Color32,
+    /// Background of text over the view. Nearly opaque: the window blends in linear light, where a
+    /// dark translucent color appears lighter than its value suggests.
+    pub veil: Color32,
+    /// Editable values, and active parts.
+    pub accent: Color32,
+    /// Differences from the scene file.
+    pub changed: Color32,
+    /// Errors.
+    pub alarm: Color32,
+}
+
+/// Colors of the dark theme.
+pub const DARK: Palette = Palette {
+    ground: Color32::from_rgb(25, 28, 35),
+    sunken: Color32::from_rgb(17, 19, 24),
+    raised: Color32::from_rgb(43, 48, 59),
+    raised_hovered: Color32::from_rgb(57, 64, 78),
+    selected: Color32::from_rgb(44, 92, 98),
+    line: Color32::from_rgb(50, 56, 68),
+    tick: Color32::from_rgb(84, 93, 110),
+    strong: Color32::from_rgb(240, 243, 248),
+    text: Color32::from_rgb(205, 211, 221),
+    weak: Color32::from_rgb(142, 151, 167),
+    veil: Color32::from_rgba_unmultiplied_const(20, 23, 29, 242),
+    accent: Color32::from_rgb(94, 190, 196),
+    changed: Color32::from_rgb(245, 184, 92),
+    alarm: Color32::from_rgb(255, 122, 107),
+};
+
+/// Colors of the light theme.
+pub const LIGHT: Palette = Palette {
+    ground: Color32::from_rgb(246, 247, 249),
+    sunken: Color32::from_rgb(232, 235, 240),
+    raised: Color32::from_rgb(220, 224, 231),
+    raised_hovered: Color32::from_rgb(205, 211, 221),
+    selected: Color32::from_rgb(164, 218, 222),
+    line: Color32::from_rgb(203, 208, 217),
+    tick: Color32::from_rgb(146, 154, 168),
+    strong: Color32::from_rgb(14, 17, 23),
+    text: Color32::from_rgb(45, 51, 62),
+    weak: Color32::from_rgb(84, 93, 108),
+    veil: Color32::from_rgba_unmultiplied_const(248, 249, 251, 242),
+    accent: Color32::from_rgb(0, 108, 116),
+    changed: Color32::from_rgb(138, 78, 0),
+    alarm: Color32::from_rgb(176, 30, 18),
+};
+
+/// Colors of the active theme.
+#[must_use]
+pub fn colors(context: &egui::Context) -> &'static Palette {
+    match context.theme() {
+        egui::Theme::Dark => &DARK,
+        egui::Theme::Light => &LIGHT,
+    }
+}
+
+/// Colors of the active theme.
+#[must_use]
+pub fn of(ui: &egui::Ui) -> &'static Palette {
+    colors(ui.ctx())
+}
 
 /// Height of a row of the panel [logical px].
 pub const ROW: f32 = 21.0;
-/// Minor lines, such as the ticks of a rail.
-pub const TICK: Color32 = Color32::from_rgb(84, 93, 110);
-
 /// Gap between neighbors in a row [logical px].
 pub const GAP: f32 = 6.0;
 
@@ -57,23 +117,45 @@ pub struct ThemePlugin;
 
 impl Plugin for ThemePlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(PreUpdate, dress);
+        app.init_resource::<DisplaySettings>();
+        // Glyphs that are drawn for the first time are uploaded with the frame that needs them.
+        app.configure_sets(
+            PostUpdate,
+            EguiPostUpdateSet::PostProcessOutput.before(AssetEventSystems),
+        )
+        .add_systems(PreUpdate, dress);
     }
 }
 
-fn dress(mut contexts: Query<&mut EguiContext, Added<EguiContext>>) {
+fn dress(
+    mut contexts: Query<&mut EguiContext>,
+    new: Query<(), Added<EguiContext>>,
+    settings: Res<DisplaySettings>,
+    mut worn: Local<Theme>,
+) {
+    let changed = *worn != settings.theme;
+    if !changed && new.is_empty() {
+        return;
+    }
+    *worn = settings.theme;
     for mut context in &mut contexts {
-        apply(context.get_mut());
+        apply(context.get_mut(), settings.theme);
     }
 }
 
-/// Applies the theme to a context. Needed once per context.
-pub fn apply(context: &egui::Context) {
-    context.set_theme(egui::Theme::Dark);
-    context.all_styles_mut(style);
+/// Applies a theme to a context.
+pub fn apply(context: &egui::Context, theme: Theme) {
+    context.set_theme(match theme {
+        Theme::Dark => egui::Theme::Dark,
+        Theme::Light => egui::Theme::Light,
+    });
+    // Zooming egui alone would shift everything that is drawn over the picture.
+    context.options_mut(|options| options.zoom_with_keyboard = false);
+    context.style_mut_of(egui::Theme::Dark, |it| style(it, &DARK));
+    context.style_mut_of(egui::Theme::Light, |it| style(it, &LIGHT));
 }
 
-fn style(style: &mut egui::Style) {
+fn style(style: &mut egui::Style, colors: &Palette) {
     let proportional = |size| FontId::new(size, FontFamily::Proportional);
     style.text_styles = [
         (TextStyle::Heading, proportional(17.0)),
@@ -105,11 +187,16 @@ fn style(style: &mut egui::Style) {
     };
     style.interaction.tooltip_delay = 0.35;
     style.interaction.selectable_labels = false;
-    style.visuals = visuals();
+    style.visuals = visuals(colors);
 }
 
-fn visuals() -> egui::Visuals {
-    let mut visuals = egui::Visuals::dark();
+fn visuals(colors: &Palette) -> egui::Visuals {
+    let is_dark = *colors == DARK;
+    let mut visuals = if is_dark {
+        egui::Visuals::dark()
+    } else {
+        egui::Visuals::light()
+    };
     let state = |fill: Color32, line: Color32, text: Color32| WidgetVisuals {
         bg_fill: fill,
         weak_bg_fill: fill,
@@ -118,37 +205,38 @@ fn visuals() -> egui::Visuals {
         fg_stroke: Stroke::new(1.2, text),
         expansion: 0.0,
     };
-    visuals.widgets.noninteractive = state(GROUND, LINE, TEXT);
-    visuals.widgets.inactive = state(RAISED, RAISED, TEXT);
-    visuals.widgets.hovered = state(RAISED_HOVERED, RAISED_HOVERED, STRONG);
-    visuals.widgets.active = state(RAISED_HOVERED, ACCENT, STRONG);
-    visuals.widgets.open = state(RAISED, LINE, STRONG);
-    visuals.selection.bg_fill = Color32::from_rgb(44, 92, 98);
-    visuals.selection.stroke = Stroke::new(1.0, STRONG);
-    visuals.weak_text_color = Some(WEAK);
-    visuals.hyperlink_color = ACCENT;
-    visuals.warn_fg_color = CHANGED;
-    visuals.error_fg_color = ALARM;
-    visuals.panel_fill = GROUND;
-    visuals.window_fill = GROUND;
-    visuals.window_stroke = Stroke::new(1.0, LINE);
-    visuals.extreme_bg_color = SUNKEN;
-    visuals.faint_bg_color = Color32::from_rgb(30, 33, 41);
+    visuals.widgets.noninteractive = state(colors.ground, colors.line, colors.text);
+    visuals.widgets.inactive = state(colors.raised, colors.raised, colors.text);
+    visuals.widgets.hovered = state(colors.raised_hovered, colors.raised_hovered, colors.strong);
+    visuals.widgets.active = state(colors.raised_hovered, colors.accent, colors.strong);
+    visuals.widgets.open = state(colors.raised, colors.line, colors.strong);
+    visuals.selection.bg_fill = colors.selected;
+    visuals.selection.stroke = Stroke::new(1.0, colors.strong);
+    visuals.weak_text_color = Some(colors.weak);
+    visuals.hyperlink_color = colors.accent;
+    visuals.warn_fg_color = colors.changed;
+    visuals.error_fg_color = colors.alarm;
+    visuals.panel_fill = colors.ground;
+    visuals.window_fill = colors.ground;
+    visuals.window_stroke = Stroke::new(1.0, colors.line);
+    visuals.extreme_bg_color = colors.sunken;
+    visuals.faint_bg_color = colors.sunken;
     visuals.slider_trailing_fill = true;
     visuals.handle_shape = HandleShape::Circle;
     visuals.window_corner_radius = CornerRadius::same(8);
     visuals.menu_corner_radius = CornerRadius::same(6);
+    let shade = Color32::from_black_alpha(if is_dark { 110 } else { 40 });
     visuals.window_shadow = Shadow {
         offset: [0, 8],
         blur: 24,
         spread: 0,
-        color: Color32::from_black_alpha(110),
+        color: shade,
     };
     visuals.popup_shadow = Shadow {
         offset: [0, 4],
         blur: 12,
         spread: 0,
-        color: Color32::from_black_alpha(110),
+        color: shade,
     };
     visuals.striped = false;
     visuals
@@ -178,14 +266,27 @@ mod tests {
 
     #[test]
     fn every_text_can_be_read_on_every_ground_that_it_stands_on() {
-        for text in [STRONG, TEXT, WEAK, ACCENT, CHANGED, ALARM] {
-            for ground in [GROUND, SUNKEN] {
-                // WCAG 2 level AA requires 4.5 to 1 for text of this size.
-                assert!(contrast(text, ground) >= 4.5, "{text:?} on {ground:?}");
+        for colors in [DARK, LIGHT] {
+            let Palette {
+                strong,
+                text,
+                weak,
+                accent,
+                changed,
+                alarm,
+                ..
+            } = colors;
+            for text in [strong, text, weak, accent, changed, alarm] {
+                for ground in [colors.ground, colors.sunken] {
+                    // WCAG 2 level AA requires 4.5 to 1 for text of this size.
+                    assert!(contrast(text, ground) >= 4.5, "{text:?} on {ground:?}");
+                }
             }
-        }
-        for text in [STRONG, TEXT] {
-            assert!(contrast(text, RAISED_HOVERED) >= 4.5, "{text:?}");
+            for text in [strong, text] {
+                for ground in [colors.raised_hovered, colors.selected] {
+                    assert!(contrast(text, ground) >= 4.5, "{text:?} on {ground:?}");
+                }
+            }
         }
     }
 }

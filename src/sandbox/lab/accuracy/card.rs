@@ -10,7 +10,7 @@ use crate::{
 };
 use bevy_egui::egui::{
     Align, Area, Button, Context, DragValue, Frame, Id, Label, Layout, Margin, Order, ProgressBar,
-    RichText, Sense, Stroke, Ui, vec2,
+    Rect, RichText, Sense, Stroke, Ui, vec2,
 };
 
 /// Width of the card [logical px].
@@ -50,19 +50,22 @@ pub struct Answer {
     pub places: WidgetRects,
 }
 
-/// Draws the card in the lower left corner, beside the panel of width `covered` [logical px].
-pub fn show(context: &Context, card: &Card, covered: f32) -> Answer {
+/// Draws the card in the lower left corner of the area that the panel leaves free.
+pub fn show(context: &Context, card: &Card, free: Rect) -> Answer {
     let screen = context.content_rect();
-    let width = WIDTH.min(screen.width() - covered - 20.0);
+    let width = WIDTH.min(free.width() - 20.0);
     let mut answer = Answer::default();
     let area = Area::new(Id::new("what accuracy costs"))
         .order(Order::Middle)
-        .anchor(bevy_egui::egui::Align2::LEFT_BOTTOM, vec2(10.0, -10.0))
+        .anchor(
+            bevy_egui::egui::Align2::LEFT_BOTTOM,
+            vec2(free.left() + 10.0, -10.0),
+        )
         .constrain(false)
         .show(context, |ui| {
             Frame::new()
-                .fill(theme::GROUND)
-                .stroke(Stroke::new(1.0, theme::LINE))
+                .fill(theme::of(ui).ground)
+                .stroke(Stroke::new(1.0, theme::of(ui).line))
                 .corner_radius(8.0)
                 .inner_margin(Margin::symmetric(12, 10))
                 .show(ui, |ui| {
@@ -92,24 +95,35 @@ fn contents(ui: &mut Ui, card: &Card, answer: &mut Answer) {
              differences below that.",
             format(card.uncertainty * 100.0, 2)
         );
-        let text = RichText::new(text).small().color(theme::ALARM);
+        let text = RichText::new(text).small().color(theme::of(ui).alarm);
         ui.add(Label::new(text).wrap());
     }
-    ui.add(Label::new(RichText::new(line(card, near)).small().color(theme::TEXT)).wrap());
+    ui.add(
+        Label::new(
+            RichText::new(line(card, near))
+                .small()
+                .color(theme::of(ui).text),
+        )
+        .wrap(),
+    );
     if let Some(half_lives) = card.half_lives {
         damping(ui, half_lives);
     }
     ui.add_space(4.0);
     goals(ui, card, answer);
     if let Some((text, bad)) = &card.said {
-        let color = if *bad { theme::ALARM } else { theme::STRONG };
+        let color = if *bad {
+            theme::of(ui).alarm
+        } else {
+            theme::of(ui).strong
+        };
         ui.add(Label::new(RichText::new(text).small().color(color)).wrap());
     }
 }
 
 fn head(ui: &mut Ui, card: &Card, answer: &mut Answer) {
     ui.horizontal(|ui| {
-        ui.label(RichText::new("Accuracy vs. cost").color(theme::STRONG));
+        ui.label(RichText::new("Accuracy vs. cost").color(theme::of(ui).strong));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let close = ui.add(Button::new("×").frame(false));
             answer.places.note("accuracy.close", &close, ui.clip_rect());
@@ -134,7 +148,7 @@ fn head(ui: &mut Ui, card: &Card, answer: &mut Answer) {
                 ui.add(
                     ProgressBar::new(fraction)
                         .desired_height(6.0)
-                        .fill(theme::ACCENT),
+                        .fill(theme::of(ui).accent),
                 );
             }
         });
@@ -147,11 +161,11 @@ fn legend(ui: &mut Ui) {
         for (marker, text) in Marker::ALL {
             let (rect, _) = ui.allocate_exact_size(vec2(14.0, 14.0), Sense::hover());
             marker.paint(ui.painter(), rect.center());
-            ui.label(RichText::new(text).small().color(theme::WEAK));
+            ui.label(RichText::new(text).small().color(theme::of(ui).weak));
             ui.add_space(6.0);
         }
-        ui.label(RichText::new("○").color(theme::STRONG));
-        ui.label(RichText::new("current").small().color(theme::WEAK));
+        ui.label(RichText::new("○").color(theme::of(ui).strong));
+        ui.label(RichText::new("current").small().color(theme::of(ui).weak));
     });
 }
 
@@ -211,7 +225,7 @@ fn damping(ui: &mut Ui, (stiffest, softest): (f64, Option<f64>)) {
         text.push_str(&format!(", the softest in {}", seconds(softest)));
     }
     text.push('.');
-    let label = Label::new(RichText::new(text).small().color(theme::WEAK)).wrap();
+    let label = Label::new(RichText::new(text).small().color(theme::of(ui).weak)).wrap();
     ui.add(label).on_hover_text(
         "Damping by the implicit integrator, for a converged solve. More substeps reduce it.",
     );

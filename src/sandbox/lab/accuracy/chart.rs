@@ -164,16 +164,17 @@ pub fn draw(
         };
         [dot.milliseconds.1.log10(), y]
     };
+    let colors = theme::of(ui);
     let font = FontSelection::Style(TextStyle::Small).resolve(ui.style());
     let power = |mark: GridMark| format(10_f64.powf(mark.value), 3);
     let hints = |axis: AxisHints<'static>| {
-        axis.tick_label_color(theme::WEAK)
+        axis.tick_label_color(colors.weak)
             .tick_label_font(font.clone())
     };
     let plot = plot::fixed("accuracy vs. cost", HEIGHT)
         .label_formatter(|_| None)
         .sense(Sense::click())
-        .grid_color(theme::LINE)
+        .grid_color(colors.line)
         .x_grid_spacer(|_| marks(across))
         .y_grid_spacer(|_| marks(upwards))
         .custom_x_axes(vec![
@@ -195,7 +196,7 @@ pub fn draw(
             let below = f64::from(upwards.0) - 1.0..=(uncertainty * 100.0).log10();
             let span = Span::new("below the reference's own uncertainty", below)
                 .axis(Axis::Y)
-                .fill(theme::WEAK.gamma_multiply(0.16))
+                .fill(colors.weak.gamma_multiply(0.16))
                 .label_align(Align2::RIGHT_TOP);
             plot.add(span);
         }
@@ -206,7 +207,7 @@ pub fn draw(
         let front = pareto::front(&costs).into_iter();
         let front = front.filter(|&at| dots[at].sound());
         let front: Vec<_> = front.map(|at| place(&dots[at])).collect();
-        plot.line(Line::new("front", front).stroke(Stroke::new(1.2, theme::TICK)));
+        plot.line(Line::new("front", front).stroke(Stroke::new(1.2, colors.tick)));
         for (marker, name) in Marker::ALL {
             let of = sound().filter(|dot| Marker::of(dot.setting.1) == marker);
             let points = Points::new(name, of.map(place).collect::<Vec<_>>());
@@ -220,13 +221,13 @@ pub fn draw(
         let diverged = dots.iter().filter(|dot| !dot.sound());
         let diverged = Points::new("diverged", diverged.map(place).collect::<Vec<_>>());
         let cross = diverged.shape(MarkerShape::Cross).radius(4.5);
-        plot.points(cross.color(theme::ALARM));
+        plot.points(cross.color(colors.alarm));
         let ring = |name: &'static str, dot: &Dot, color| {
             let ring = Points::new(name, vec![place(dot)]).filled(false);
             ring.radius(8.0).color(color)
         };
         if let Some(dot) = dots.iter().find(|dot| dot.setting == current) {
-            plot.points(ring("current", dot, theme::STRONG));
+            plot.points(ring("current", dot, colors.strong));
         }
         let pointer = plot.response().hover_pos()?;
         let distance = |at: &usize| {
@@ -236,7 +237,7 @@ pub fn draw(
         };
         let nearest = (0..dots.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
         let near = nearest.filter(|at| distance(at) <= REACH)?;
-        plot.points(ring("pointer", &dots[near], theme::ACCENT));
+        plot.points(ring("pointer", &dots[near], colors.accent));
         Some(near)
     });
     (shown.response, shown.inner)

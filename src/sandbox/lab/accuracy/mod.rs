@@ -22,7 +22,7 @@ use crate::{
             request::{Request, Requested},
             view::ViewSettings,
         },
-        ui::{WidgetRects, format},
+        ui::{WidgetRects, area, format, message::Notices},
     },
     scene::CurrentScene,
     simulation::{SimulationSettings, plain},
@@ -30,7 +30,7 @@ use crate::{
         Threads,
         modes::{Modes, half_life},
     },
-    study::{Choice, Goal},
+    study::{Choice, Goal, Setting},
 };
 use bevy::prelude::*;
 use bevy_egui::{EguiContext, EguiPrimaryContextPass, PrimaryEguiContext};
@@ -74,6 +74,8 @@ pub struct Accuracy {
     open: bool,
     goals: Goals,
     worker: Option<Worker<News>>,
+    /// Whether the worker searches for a goal, and will change the settings.
+    searches: bool,
     /// Completed fraction of the measurement, from 0 to 1.
     progress: f32,
     dots: Vec<Dot>,
@@ -103,6 +105,7 @@ impl Plugin for AccuracyPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Accuracy>()
             .init_resource::<CardRects>()
+            .init_resource::<Notices>()
             .add_message::<AccuracyCommand>()
             .add_systems(Update, (forget, carry_out, listen).chain())
             .add_systems(EguiPrimaryContextPass, card);
@@ -130,6 +133,13 @@ fn carry_out(world: &mut World) {
         match command {
             AccuracyCommand::Toggle => {
                 accuracy.open = !accuracy.open;
+                // Nothing changes the settings once the card that announces it is closed.
+                if !accuracy.open && accuracy.searches && accuracy.worker.take().is_some() {
+                    accuracy.said = None;
+                    let text = "Accuracy vs. cost: search stopped, settings unchanged";
+                    world.resource_mut::<Notices>().info(text);
+                    continue;
+                }
                 let begin = accuracy.open && accuracy.dots.is_empty() && accuracy.worker.is_none();
                 if begin {
                     start(world, Task::Survey);
@@ -148,8 +158,10 @@ fn start(world: &mut World, task: Task) {
     let mut copy = plain::capture(world);
     // The scene on screen keeps running on its own threads.
     copy.threads = Threads::default();
+    let searches = matches!(task, Task::Reach(_));
     let begun = measure(copy, task);
     let mut accuracy = world.resource_mut::<Accuracy>();
+    accuracy.searches = searches;
     accuracy.said = None;
     accuracy.progress = 0.0;
     match begun {
@@ -172,6 +184,7 @@ fn listen(
     mut accuracy: ResMut<Accuracy>,
     settings: Res<SimulationSettings>,
     mut requests: MessageWriter<Requested>,
+    mut notices: ResMut<Notices>,
 ) {
     let Some(worker) = &accuracy.worker else {
         return;
@@ -203,6 +216,16 @@ fn listen(
                             value: Some(f64::from(value)),
                         }));
                     }
+                }
+                if let Some(choice) = &choice {
+                    let Setting {
+                        substeps,
+                        iterations,
+                        ..
+                    } = choice.setting;
+                    notices.info(format!(
+                        "Accuracy vs. cost: set substeps to {substeps} and iterations to {iterations}"
+                    ));
                 }
                 let words = choice.map_or_else(|| (NOTHING.to_owned(), true), |it| words(&it));
                 accuracy.said = Some(words);
@@ -268,13 +291,13 @@ fn card(world: &mut World) -> Result {
             (of(modes.stiffest), modes.softest.map(of))
         }),
     };
-    let covered = world.resource::<ViewSettings>().panel_width;
     let context = world
         .query_filtered::<&mut EguiContext, With<PrimaryEguiContext>>()
         .single_mut(world)?
         .get_mut()
         .clone();
-    let answer = show(&context, &model, covered);
+    let free = area::free(&context, world.resource::<ViewSettings>());
+    let answer = show(&context, &model, free);
     note(world, answer.places);
     for command in answer.commands {
         world.write_message(command);

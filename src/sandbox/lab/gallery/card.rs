@@ -61,23 +61,22 @@ pub struct Answer {
     pub places: WidgetRects,
 }
 
-/// Draws the card at the left edge, below the head-up line, in the area that the panel's `covered`
-/// width leaves free.
-pub fn show(context: &Context, card: &Card, covered: f32) -> Answer {
+/// Draws the card at the left edge of the area that the panel leaves free, below the head-up line.
+pub fn show(context: &Context, card: &Card, free: Rect) -> Answer {
     let screen = context.content_rect();
-    let width = WIDTH.min(screen.width() - covered - 20.0);
+    let width = WIDTH.min(free.width() - 20.0);
     let pictures = screen.height() >= PICTURES;
     let rest = if pictures { 350.0 } else { 210.0 };
     let list = LIST.min(screen.height() - TOP - rest - NOTICE).max(60.0);
     let mut answer = Answer::default();
     let area = Area::new(Id::new("stress tests"))
         .order(Order::Middle)
-        .anchor(Align2::LEFT_TOP, vec2(10.0, TOP))
+        .anchor(Align2::LEFT_TOP, vec2(free.left() + 10.0, TOP))
         .constrain(false)
         .show(context, |ui| {
             Pane::new()
-                .fill(theme::GROUND)
-                .stroke(Stroke::new(1.0, theme::LINE))
+                .fill(theme::of(ui).ground)
+                .stroke(Stroke::new(1.0, theme::of(ui).line))
                 .corner_radius(8.0)
                 .inner_margin(Margin::symmetric(12, 10))
                 .show(ui, |ui| {
@@ -100,7 +99,7 @@ pub fn show(context: &Context, card: &Card, covered: f32) -> Answer {
 
 fn head(ui: &mut Ui, card: &Card, answer: &mut Answer) {
     ui.horizontal(|ui| {
-        ui.label(RichText::new("Stress tests").color(theme::STRONG));
+        ui.label(RichText::new("Stress tests").color(theme::of(ui).strong));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let close = ui.add(Button::new("×").frame(false));
             answer.places.note("gallery.close", &close, ui.clip_rect());
@@ -126,7 +125,7 @@ fn head(ui: &mut Ui, card: &Card, answer: &mut Answer) {
     });
     let this = card.this.as_deref().unwrap_or("the selected body (none)");
     let text = format!("“This” runs a case on {this}, “Test” on its test bodies.");
-    ui.add(Label::new(RichText::new(text).small().color(theme::WEAK)).wrap());
+    ui.add(Label::new(RichText::new(text).small().color(theme::of(ui).weak)).wrap());
 }
 
 fn case(ui: &mut Ui, card: &Card, (number, line): (usize, &Line), answer: &mut Answer) {
@@ -134,9 +133,9 @@ fn case(ui: &mut Ui, card: &Card, (number, line): (usize, &Line), answer: &mut A
         ui.spacing_mut().item_spacing.x = theme::GAP;
         let looked_at = card.shown.as_ref().is_some_and(|shown| shown.0 == number);
         let color = if looked_at {
-            theme::STRONG
+            theme::of(ui).strong
         } else {
-            theme::TEXT
+            theme::of(ui).text
         };
         let title = RichText::new(line.title).small().color(color);
         let title = ui.add(Label::new(title).sense(Sense::click()));
@@ -163,7 +162,7 @@ fn case(ui: &mut Ui, card: &Card, (number, line): (usize, &Line), answer: &mut A
                 }
                 let mut button = Button::new(RichText::new(text).small());
                 if let Some((passed, expected)) = verdict {
-                    button = button.stroke(Stroke::new(1.5, verdict_color(passed, expected)));
+                    button = button.stroke(Stroke::new(1.5, verdict_color(ui, passed, expected)));
                 }
                 let button = button.min_size(vec2(BUTTON, 18.0));
                 let button = ui.add_enabled(enabled, button);
@@ -175,7 +174,7 @@ fn case(ui: &mut Ui, card: &Card, (number, line): (usize, &Line), answer: &mut A
             }
             if let Some(fraction) = line.running {
                 let bar = ProgressBar::new(fraction).desired_height(6.0);
-                ui.add(bar.desired_width(70.0).fill(theme::ACCENT));
+                ui.add(bar.desired_width(70.0).fill(theme::of(ui).accent));
             }
         });
     });
@@ -183,17 +182,18 @@ fn case(ui: &mut Ui, card: &Card, (number, line): (usize, &Line), answer: &mut A
 
 /// Green for a pass, amber for an expected failure, red for an unexpected one; the text also says
 /// so.
-fn verdict_color(passed: bool, expected: bool) -> Color32 {
+fn verdict_color(ui: &Ui, passed: bool, expected: bool) -> Color32 {
+    let colors = theme::of(ui);
     match (passed, expected) {
-        (true, _) => theme::ACCENT,
-        (false, true) => theme::CHANGED,
-        (false, false) => theme::ALARM,
+        (true, _) => colors.accent,
+        (false, true) => colors.changed,
+        (false, false) => colors.alarm,
     }
 }
 
 fn foot(ui: &mut Ui, card: &Card, pictures: bool, answer: &mut Answer) {
     if let Some(trouble) = &card.trouble {
-        let text = RichText::new(trouble).small().color(theme::ALARM);
+        let text = RichText::new(trouble).small().color(theme::of(ui).alarm);
         ui.add(Label::new(text).wrap());
     }
     let Some((number, on, verdict)) = &card.shown else {
@@ -201,27 +201,27 @@ fn foot(ui: &mut Ui, card: &Card, pictures: bool, answer: &mut Answer) {
     };
     ui.separator();
     let title = card.lines.get(*number).map_or("", |line| line.title);
-    let color = verdict_color(verdict.passed(), verdict.expected.is_some());
+    let color = verdict_color(ui, verdict.passed(), verdict.expected.is_some());
     let text = RichText::new(format!("{title}: {}", words(*on, verdict)));
     ui.add(Label::new(text.color(color)).wrap());
     for figure in verdict.figures.iter().take(4) {
         let color = if figure.holds() {
-            theme::TEXT
+            theme::of(ui).text
         } else {
-            theme::ALARM
+            theme::of(ui).alarm
         };
         let text = RichText::new(figure_words(figure)).small().color(color);
         ui.add(Label::new(text).wrap());
     }
     if let Some(reason) = verdict.expected {
         let text = format!("Known failure: {reason}");
-        ui.add(Label::new(RichText::new(text).small().color(theme::CHANGED)).wrap());
+        ui.add(Label::new(RichText::new(text).small().color(theme::of(ui).changed)).wrap());
     }
     match &verdict.advice {
         Some(advice) => {
             let text = RichText::new(format!("It {advice}."))
                 .small()
-                .color(theme::STRONG);
+                .color(theme::of(ui).strong);
             ui.add(Label::new(text).wrap());
         }
         None if !verdict.passed() => {
@@ -307,7 +307,7 @@ fn strip(ui: &mut Ui, film: &[Frame]) {
         let left = rect.left() + (width + 4.0) * place as f32;
         let picture = Rect::from_min_size(pos2(left, rect.top()), vec2(width, width));
         let painter = ui.painter().with_clip_rect(picture);
-        painter.rect_filled(picture, 3.0, theme::SUNKEN);
+        painter.rect_filled(picture, 3.0, theme::of(ui).sunken);
         let inside = picture.shrink(8.0);
         let at = |[x, y]: [f32; 2]| {
             pos2(
@@ -315,7 +315,7 @@ fn strip(ui: &mut Ui, film: &[Frame]) {
                 inside.bottom() - y * inside.height(),
             )
         };
-        let stroke = Stroke::new(0.7, theme::ACCENT.gamma_multiply(0.8));
+        let stroke = Stroke::new(0.7, theme::of(ui).accent.gamma_multiply(0.8));
         for ends in frame.lines.iter().map(|line| line.map(at)) {
             painter.add(Shape::line_segment(ends, stroke));
         }
@@ -327,7 +327,7 @@ fn strip(ui: &mut Ui, film: &[Frame]) {
         );
         ui.put(
             Rect::from_min_size(pos2(left, picture.bottom()), vec2(width, 14.0)),
-            Label::new(RichText::new(text).small().color(theme::WEAK)).truncate(),
+            Label::new(RichText::new(text).small().color(theme::of(ui).weak)).truncate(),
         );
     }
 }

@@ -21,7 +21,7 @@ use crate::{
             selection::{Scope, Selection},
             view::ViewSettings,
         },
-        ui::{WidgetRects, message::Notices},
+        ui::{WidgetRects, area, message::Notices},
     },
     simulation::{Action, Actions, SimulationSettings, SoftBody, plain},
     solver::{Body, Settings},
@@ -299,13 +299,13 @@ fn card(world: &mut World) -> Result {
         }),
         trouble: gallery.trouble.clone(),
     };
-    let covered = world.resource::<ViewSettings>().panel_width;
     let context = world
         .query_filtered::<&mut EguiContext, With<PrimaryEguiContext>>()
         .single_mut(world)?
         .get_mut()
         .clone();
-    let answer = show(&context, &model, covered);
+    let free = area::free(&context, world.resource::<ViewSettings>());
+    let answer = show(&context, &model, free);
     note(world, answer.places);
     for command in answer.commands {
         world.write_message(command);

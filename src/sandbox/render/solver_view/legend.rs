@@ -2,7 +2,7 @@
 
 use crate::sandbox::state::view::SolverView;
 use bevy_egui::egui::{
-    self, Align2, Area, Color32, Frame, Id, Label, Margin, Order, RichText, Sense, TextStyle, pos2,
+    self, Align2, Area, Color32, Frame, Id, Label, Margin, Order, Rect, RichText, Sense, TextStyle,
     vec2,
 };
 
@@ -77,31 +77,27 @@ fn several(number: usize, one: &str, more: &str) -> String {
     format!("{} {}", count(number), if number == 1 { one } else { more })
 }
 
-/// Draws the legend in the lower right corner of the view, left of the panel's `covered` width.
-pub fn draw(context: &egui::Context, view: SolverView, summary: &Summary, covered: f32) {
-    let screen = context.content_rect();
-    let width = (screen.width() - covered - 44.0).clamp(120.0, WIDEST);
+/// Draws the legend in the lower right corner of the area that the panel leaves free.
+pub fn draw(context: &egui::Context, view: SolverView, summary: &Summary, free: Rect) {
+    let width = (free.width() - 44.0).clamp(120.0, WIDEST);
     // Does not capture the pointer.
     Area::new(Id::new("solver legend"))
         .order(Order::Background)
         .interactable(false)
         .pivot(Align2::RIGHT_BOTTOM)
-        .fixed_pos(pos2(
-            screen.right() - covered - 10.0,
-            screen.bottom() - 10.0,
-        ))
+        .fixed_pos(free.max - vec2(10.0, 10.0))
         .constrain(false)
         .show(context, |ui| {
             ui.set_max_width(width);
             Frame::new()
-                .fill(theme::VEIL)
+                .fill(theme::of(ui).veil)
                 .corner_radius(8.0)
                 .inner_margin(Margin::symmetric(10, 6))
                 .show(ui, |ui| {
                     if view == SolverView::Lanes {
                         lanes(ui);
                     }
-                    let text = RichText::new(sentence(view, summary)).color(theme::TEXT);
+                    let text = RichText::new(sentence(view, summary)).color(theme::of(ui).text);
                     ui.add(Label::new(text.small()).wrap());
                 });
         });
