@@ -21,7 +21,7 @@ use pliant::{
             show,
         },
         state::{
-            display::Theme,
+            display::{DisplaySettings, Theme},
             request::{Distortion, Request},
             selection::Scope,
             spawn::{Spawn, SpawnPlace},
@@ -189,6 +189,9 @@ fn model() -> PanelModel {
         steps: vec!["presolve", "stretch", "ground", "postsolve"],
         energy: Some(energy()),
         reference_overlay: None,
+        display: DisplaySettings::default(),
+        automatic_scale: 1.0,
+        low_quality: false,
     }
 }
 

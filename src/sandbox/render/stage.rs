@@ -35,6 +35,9 @@ use bevy::{
 const KEY_FROM: Vec3 = Vec3::new(-0.62, 0.9, 0.62);
 /// Extent of the floor mesh, in camera distances; the floor has faded out before that.
 const FLOOR_REACH: f32 = 60.0;
+/// Depth of the drawn floor below the ground, in camera distances: about one pixel. Cloth that lies on
+/// the ground has no drawn thickness; in one plane with the floor it would be hidden or flicker.
+const FLOOR_DROP: f32 = 1e-3;
 /// Range of the shadow, in camera distances.
 const SHADOW_REACH: f32 = 2.6;
 
@@ -238,8 +241,9 @@ fn follow(
     if let Some(mut material) = materials.get_mut(&material.0) {
         material.view = view;
     }
-    **transform =
-        Transform::from_translation(center).with_scale(Vec3::splat(FLOOR_REACH * orbit.distance));
+    let drop = FLOOR_DROP * orbit.distance;
+    **transform = Transform::from_translation(center - drop * Vec3::Y)
+        .with_scale(Vec3::splat(FLOOR_REACH * orbit.distance));
     light.bounds = vec![SHADOW_REACH * orbit.distance];
     light.minimum_distance = 0.0;
 }
