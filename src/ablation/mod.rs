@@ -25,6 +25,7 @@ use crate::{
     solver::{Body, Substeps, Threads, topology::bounds},
 };
 use bevy::prelude::*;
+use std::ops::ControlFlow;
 
 /// Largest yardstick for which an effect is advised against, as a fraction of the size of the
 /// scene. A scene that twice the substeps change by more is chaotic or not converged, and does not
@@ -198,15 +199,15 @@ impl Runs {
 }
 
 /// Runs a scene with and without each of its effects; `progress` is called after each run with the
-/// completed fraction, from 0 to 1.
+/// completed fraction, from 0 to 1, and may end the measurement, which then has no result.
 ///
 /// # Errors
 /// [`OverrideError`] if an override is invalid; nothing has run in this case.
 pub fn run(
     built: &BuiltScene,
     options: &Options,
-    mut progress: impl FnMut(f64),
-) -> Result<Ablation, OverrideError> {
+    mut progress: impl FnMut(f64) -> ControlFlow<()>,
+) -> Result<Option<Ablation>, OverrideError> {
     let mut app = prepare(built, options)?;
     let world = app.world_mut();
     let settings = **world.resource::<SimulationSettings>();
@@ -232,7 +233,9 @@ pub fn run(
             if round == 0 {
                 runs.end = end;
             }
-            progress((round * changes.len() + place + 1) as f64 / all);
+            if progress((round * changes.len() + place + 1) as f64 / all).is_break() {
+                return Ok(None);
+            }
         }
     }
     let whole = runs.remove(0);
@@ -244,7 +247,7 @@ pub fn run(
         distance: distance(&whole.end, &runs.end),
     };
     let without = effects.iter().zip(&runs);
-    Ok(Ablation {
+    Ok(Some(Ablation {
         seconds: ticks as f64 / settings.rate.get(),
         ticks,
         substeps: settings.substeps.get(),
@@ -257,7 +260,7 @@ pub fn run(
         finer: runs
             .get(effects.len())
             .map(|runs| variant("substeps", "Twice the substeps", start.len(), runs)),
-    })
+    }))
 }
 
 fn prepare(built: &BuiltScene, options: &Options) -> Result<App, OverrideError> {

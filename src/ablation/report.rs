@@ -208,7 +208,8 @@ fn of_size(distance: f64, size: f64) -> String {
 }
 
 /// A length with three digits: in m from 1 m on, otherwise in mm.
-fn length(meters: f64) -> String {
+#[must_use]
+pub fn length(meters: f64) -> String {
     let (value, unit) = if meters >= 1.0 {
         (meters, "m")
     } else {
@@ -223,7 +224,9 @@ fn length(meters: f64) -> String {
     }
 }
 
-fn per_cent(ratio: f64) -> String {
+/// A ratio in per cent.
+#[must_use]
+pub fn per_cent(ratio: f64) -> String {
     match ratio * 100.0 {
         0.0 => "0 %".to_owned(),
         it if it < 0.01 => format!("{it:.0e} %"),

@@ -173,6 +173,7 @@ impl PluginGroup for SandboxPlugins {
             .add(lab::throughput::ThroughputPlugin)
             .add(lab::resolution::ResolutionPlugin)
             .add(lab::accuracy::AccuracyPlugin)
+            .add(lab::ablation::AblationPlugin)
             .add(lab::gallery::GalleryPlugin)
             .add(lab::reference_overlay::ReferenceOverlayPlugin)
             .add(lab::reference_overlay::form::ReferenceFormPlugin)

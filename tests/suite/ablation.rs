@@ -4,6 +4,7 @@ use pliant::{
     ablation::{Ablation, Advice, Cost, Distance, Options, Variant, report, run},
     scene::Scene,
 };
+use std::ops::ControlFlow;
 
 /// A cube that floats: nothing deforms it, so that its springs change nothing; a constant
 /// acceleration of 1 m/s² moves it.
@@ -27,7 +28,9 @@ fn ablation(seconds: f64) -> Ablation {
         ..Options::default()
     };
     let built = scene.build().expect("a sound scene");
-    run(&built, &options, |_| ()).expect("nothing is overridden")
+    run(&built, &options, |_| ControlFlow::Continue(()))
+        .expect("nothing is overridden")
+        .expect("it is not ended")
 }
 
 #[test]

@@ -33,6 +33,8 @@ mod reference_contacts;
 mod reference_kernels;
 mod reference_support;
 #[cfg(feature = "window")]
+mod sandbox_ablation;
+#[cfg(feature = "window")]
 mod sandbox_accuracy;
 #[cfg(feature = "window")]
 mod sandbox_gallery;

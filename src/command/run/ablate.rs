@@ -5,7 +5,7 @@ use pliant::{
     ablation::{self, Options, report},
     solver::Threads,
 };
-use std::process::ExitCode;
+use std::{ops::ControlFlow, process::ExitCode};
 
 impl RunScene {
     /// Runs the scene with and without each of its effects.
@@ -19,10 +19,14 @@ impl RunScene {
             ..defaults
         };
         let bar = progress_bar();
-        let ablation = ablation::run(&built, &options, |fraction| {
+        let measured = ablation::run(&built, &options, |fraction| {
             bar.set_position((fraction * 1000.0) as u64);
+            ControlFlow::Continue(())
         })?;
         bar.finish_and_clear();
+        let Some(ablation) = measured else {
+            anyhow::bail!("the measurement ended early");
+        };
         if self.json {
             let json = report::json(&current.name, &ablation);
             say_line(serde_json::to_string_pretty(&json)?)?;

@@ -32,7 +32,10 @@ use serde_json::{Value, json};
 
 use crate::{
     sandbox::{
-        lab::{accuracy::CardRects, gallery::GalleryRects, quarantine::QuarantineRects},
+        lab::{
+            ablation::AblationRects, accuracy::CardRects, gallery::GalleryRects,
+            quarantine::QuarantineRects,
+        },
         panel::PanelRects,
         render::camera::OrbitCamera,
         ui::message::Notices,
@@ -136,16 +139,20 @@ fn write_scenes(mut journal: ResMut<Journal>, mut loaded: MessageReader<SceneLoa
 
 fn write_widgets(
     mut journal: ResMut<Journal>,
-    (panel, card, gallery, quarantine): (
+    (panel, card, ablation, gallery, quarantine): (
         Res<PanelRects>,
         Res<CardRects>,
+        Res<AblationRects>,
         Res<GalleryRects>,
         Res<QuarantineRects>,
     ),
     window: Option<Single<&Window, With<PrimaryWindow>>>,
 ) {
-    let changed =
-        panel.is_changed() || card.is_changed() || gallery.is_changed() || quarantine.is_changed();
+    let changed = panel.is_changed()
+        || card.is_changed()
+        || ablation.is_changed()
+        || gallery.is_changed()
+        || quarantine.is_changed();
     let (true, Some(window)) = (changed, window) else {
         return;
     };
@@ -153,6 +160,7 @@ fn write_widgets(
     let now: BTreeMap<String, Rect> = panel
         .iter()
         .chain(card.iter())
+        .chain(ablation.iter())
         .chain(gallery.iter())
         .chain(quarantine.iter())
         .map(|(name, rect)| (name.to_owned(), rect * scale))

@@ -11,6 +11,7 @@ use crate::{
     sandbox::{
         input::drag::Drag,
         lab::{
+            ablation::{AblationCommand, AblationState},
             accuracy::{Accuracy, AccuracyCommand},
             gallery::{Gallery, GalleryCommand},
             reference_overlay::ReferenceCommand,
@@ -76,6 +77,34 @@ fn report_refusals(mut actions: ResMut<Actions>, mut notices: ResMut<Notices>) {
     }
 }
 
+/// A card of the lab. All share the same place on screen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum LabCard {
+    Accuracy,
+    Ablation,
+    Gallery,
+}
+
+/// Opens or closes a card, and closes the others.
+fn toggle(world: &mut World, card: LabCard) {
+    let closes = |other, is_open: Option<bool>| card == other || is_open == Some(true);
+    if closes(
+        LabCard::Accuracy,
+        world.get_resource().map(Accuracy::is_open),
+    ) {
+        world.write_message(AccuracyCommand::Toggle);
+    }
+    if closes(
+        LabCard::Ablation,
+        world.get_resource().map(AblationState::is_open),
+    ) {
+        world.write_message(AblationCommand::Toggle);
+    }
+    if closes(LabCard::Gallery, world.get_resource().map(Gallery::is_open)) {
+        world.write_message(GalleryCommand::Toggle);
+    }
+}
+
 fn carry_out_one(world: &mut World, request: Request) {
     let scope = world.resource::<Selection>().0;
     match request {
@@ -88,19 +117,9 @@ fn carry_out_one(world: &mut World, request: Request) {
         }
         Request::FrameAll => command(world, ViewCommand::FrameAll),
         Request::Screenshot => command(world, ViewCommand::Screenshot),
-        Request::Accuracy => {
-            world.write_message(AccuracyCommand::Toggle);
-            // The two cards share the same place on screen.
-            if world.get_resource().is_some_and(Gallery::is_open) {
-                world.write_message(GalleryCommand::Toggle);
-            }
-        }
-        Request::Gallery => {
-            world.write_message(GalleryCommand::Toggle);
-            if world.get_resource().is_some_and(Accuracy::is_open) {
-                world.write_message(AccuracyCommand::Toggle);
-            }
-        }
+        Request::Accuracy => toggle(world, LabCard::Accuracy),
+        Request::Ablation => toggle(world, LabCard::Ablation),
+        Request::Gallery => toggle(world, LabCard::Gallery),
         Request::Ledger(on) => energy::keep(world, on),
         Request::ReferenceOverlay => {
             world.write_message(ReferenceCommand::Toggle);

@@ -1,5 +1,6 @@
-//! The instruments: accuracy vs. cost, the f64 reference, stress tests, quarantine, warnings.
+//! The instruments: cost and benefit of effects, accuracy vs. cost, the f64 reference, stress tests, quarantine, warnings.
 
+pub mod ablation;
 pub mod accuracy;
 pub mod answer;
 pub mod gallery;

@@ -13,7 +13,7 @@ use super::{
     Panel, effective, history,
     model::{ContactModel, EffectModel, PanelModel},
     parameter::{self, Edit},
-    section::{self, section},
+    section::{self, RowButton, section},
 };
 use crate::{
     effect::{Effect, Stitches},
@@ -49,6 +49,7 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         }
         history::show(ui, panel, &model.history);
         steps(ui, panel, model);
+        cost_and_benefit(ui, panel);
         if !absent.is_empty() {
             ui.add_space(4.0);
             section::note(ui, "Available effects (zero cost until switched on)");
@@ -57,6 +58,18 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
             heading(ui, panel, model, effect);
         }
     });
+}
+
+/// The button that opens the card.
+fn cost_and_benefit(ui: &mut Ui, panel: &mut Panel) {
+    let button = RowButton::new(
+        "effects.ablation",
+        "Cost and benefit of effects",
+        "Measure what each effect costs, and what one would see without it, in the background",
+    );
+    if section::button_row(ui, panel, &[button]).is_some() {
+        panel.ask(Request::Ablation);
+    }
 }
 
 /// The steps of a substep, in order.

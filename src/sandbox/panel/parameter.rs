@@ -163,7 +163,14 @@ fn entry(ui: &mut Ui, panel: &mut Panel, name: &str, parameter: &Parameter) -> O
             ui.add_sized([ENTRY, theme::ROW - 2.0], widget)
         })
         .inner;
-    if let Some(reason) = refused.take() {
+    // A text is read when the entry loses the focus, and once more in the next frame.
+    let reported = response.id.with("refused");
+    if response.has_focus() {
+        ui.data_mut(|data| data.remove::<bool>(reported));
+    }
+    if let Some(reason) = refused.take()
+        && !ui.data_mut(|data| std::mem::replace(data.get_temp_mut_or_default(reported), true))
+    {
         panel.refuse(format!("{} is unchanged: {reason}", parameter.title));
     }
     panel.note(format!("{name}.entry"), &response, ui);

@@ -112,6 +112,8 @@ pub enum Request {
     FrameAll,
     /// Open or close the accuracy card.
     Accuracy,
+    /// Open or close the card with the cost and benefit of effects.
+    Ablation,
     /// Open or close the gallery of hard cases.
     Gallery,
     /// Switch the energy ledger on (`true`) or off.
