@@ -45,6 +45,7 @@ mod sandbox_reference_overlay;
 mod sandbox_solver_view;
 #[cfg(feature = "window")]
 mod sandbox_throughput;
+mod report_browser;
 mod scene_answers;
 mod scene_files;
 mod scene_fuzz;
