@@ -49,9 +49,7 @@ pub(super) fn page(study: &Study, pictures: &[Option<Block>]) -> Page {
 fn verdict(study: &Study) -> Verdict {
     let titles = |which: &dyn Fn(&ProblemResult) -> bool| -> Vec<&str> {
         let problems = study.problems.iter().filter(|problem| which(problem));
-        problems
-            .map(|problem| &problem.problem.title[..])
-            .collect()
+        problems.map(|problem| &problem.problem.title[..]).collect()
     };
     let known = |problem: &ProblemResult| problem.finest_with_errors().is_some();
     let reaches = |problem: &ProblemResult| {
@@ -123,7 +121,10 @@ fn details(problem: &ProblemResult, picture: Option<Block>) -> Part {
             problem.problem.title,
             overview::cheapest(case, TARGETS[1])
         ),
-        None => format!("{} · no errors: no converged solution", problem.problem.title),
+        None => format!(
+            "{} · no errors: no converged solution",
+            problem.problem.title
+        ),
     };
     // The title is the summary.
     let mut blocks = page::problem(problem).split_off(1);

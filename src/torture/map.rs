@@ -145,8 +145,7 @@ pub(super) fn legend(rows: &[SuiteRow]) -> String {
 /// The map.
 pub(super) fn html(rows: &[SuiteRow]) -> String {
     let kinds = rows.chunk_by(|a, b| a.case.name == b.case.name && a.kind == b.kind);
-    let lines: Vec<(&SuiteRow, Vec<Cell>)> =
-        kinds.map(|rows| (&rows[0], cells(rows))).collect();
+    let lines: Vec<(&SuiteRow, Vec<Cell>)> = kinds.map(|rows| (&rows[0], cells(rows))).collect();
     let columns: Vec<(Varied, usize)> = Varied::ALL
         .into_iter()
         .filter_map(|varied| Some((varied, usual_count(&lines, varied)?)))

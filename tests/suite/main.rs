@@ -32,6 +32,7 @@ mod recording_snapshot;
 mod reference_contacts;
 mod reference_kernels;
 mod reference_support;
+mod report_browser;
 #[cfg(feature = "window")]
 mod sandbox_accuracy;
 #[cfg(feature = "window")]
@@ -46,7 +47,6 @@ mod sandbox_reference_overlay;
 mod sandbox_solver_view;
 #[cfg(feature = "window")]
 mod sandbox_throughput;
-mod report_browser;
 mod scene_answers;
 mod scene_files;
 mod scene_fuzz;

@@ -32,7 +32,7 @@ frame.onload = () => {
     return box.width > 0 && box.height > 0 && box.left >= -0.5 && box.right <= width + 0.5;
   };
   // In a card, a cell repeats its column's header.
-  const labeled = cell => cell.tagName == 'TH' && view.getComputedStyle(cell.closest('thead')).display == 'none'
+  const labeled = cell => cell.closest('thead') && view.getComputedStyle(cell.closest('thead')).display == 'none'
     && [...cell.closest('table').querySelectorAll('tbody td')].filter(other => other.cellIndex == cell.cellIndex)
       .every(other => view.getComputedStyle(other, '::before').content.includes(cell.innerText));
   const result = { width, closed: html.scrollWidth, dark: view.matchMedia('(prefers-color-scheme: dark)').matches };
@@ -106,7 +106,14 @@ fn pliant(folder: &Path, arguments: &[&str]) {
 }
 
 /// What a browser shows of a page in a window of this width and height.
-fn measured(browser: &str, folder: &Path, html: &str, width: u32, height: u32, dark: bool) -> Value {
+fn measured(
+    browser: &str,
+    folder: &Path,
+    html: &str,
+    width: u32,
+    height: u32,
+    dark: bool,
+) -> Value {
     // A frame, as a window of a browser cannot be as narrow as a phone.
     let page = format!(
         "<!doctype html><meta charset=\"utf-8\"><title>measure</title>\
@@ -133,7 +140,10 @@ fn measured(browser: &str, folder: &Path, html: &str, width: u32, height: u32, d
             "--dump-dom",
         ])
         .args(dark.then_some("--force-dark-mode"))
-        .arg(format!("--user-data-dir={}", folder.join("profile").display()))
+        .arg(format!(
+            "--user-data-dir={}",
+            folder.join("profile").display()
+        ))
         .arg(format!("file://{}", file.display()));
     let output = command.output().expect("the browser starts");
     let text = String::from_utf8_lossy(&output.stdout);
@@ -162,7 +172,8 @@ fn percent_decoded(text: &str) -> String {
     let mut rest = text.as_bytes();
     while let Some((&first, after)) = rest.split_first() {
         let code = (first == b'%').then(|| after.get(..2)).flatten();
-        let code = code.and_then(|code| u8::from_str_radix(std::str::from_utf8(code).ok()?, 16).ok());
+        let code =
+            code.and_then(|code| u8::from_str_radix(std::str::from_utf8(code).ok()?, 16).ok());
         match code {
             Some(byte) => {
                 bytes.push(byte);
@@ -200,11 +211,13 @@ fn checked(browser: &str, folder: &Path, html: &str) -> [Value; 2] {
     [0, 1].map(|place| {
         let width = WIDTHS[place];
         let seen = measured(browser, folder, html, width, HEIGHTS[place], place == 1);
-        let about = |what: &str| format!("{what} at {width}: {:#}", {
-            let mut seen = seen.clone();
-            seen["text"] = Value::Null;
-            seen
-        });
+        let about = |what: &str| {
+            format!("{what} at {width}: {:#}", {
+                let mut seen = seen.clone();
+                seen["text"] = Value::Null;
+                seen
+            })
+        };
         assert_eq!(seen["width"], width);
         assert_eq!(seen["dark"], place == 1);
         for state in ["closed", "open"] {
@@ -213,11 +226,25 @@ fn checked(browser: &str, folder: &Path, html: &str) -> [Value; 2] {
         }
         assert_eq!(seen["verdict"], true, "{}", about("the verdict is hidden"));
         assert_eq!(seen["picture"], true, "{}", about("no picture in sight"));
-        assert_eq!(seen["hidden"], Value::Array(vec![]), "{}", about("hidden cells"));
-        assert_eq!(seen["clipped"], Value::Array(vec![]), "{}", about("clipped cells"));
+        assert_eq!(
+            seen["hidden"],
+            Value::Array(vec![]),
+            "{}",
+            about("hidden cells")
+        );
+        assert_eq!(
+            seen["clipped"],
+            Value::Array(vec![]),
+            "{}",
+            about("clipped cells")
+        );
         assert_eq!(seen["small"], 0, "{}", about("labels too small to read"));
         let text = seen["text"].as_str().expect("text");
-        assert_eq!(marks(text), Vec::<&str>::new(), "marks of Markdown at {width}");
+        assert_eq!(
+            marks(text),
+            Vec::<&str>::new(),
+            "marks of Markdown at {width}"
+        );
         seen
     })
 }
@@ -226,7 +253,12 @@ fn checked(browser: &str, folder: &Path, html: &str) -> [Value; 2] {
 fn a_study_is_readable_on_a_desktop_and_on_a_phone() {
     let Some(browser) = chromium() else { return };
     let folder = folder("study");
-    let problems = ["hanging_mass", "spring_energy", "cantilever_4", "chain_1e-3"];
+    let problems = [
+        "hanging_mass",
+        "spring_energy",
+        "cantilever_4",
+        "chain_1e-3",
+    ];
     let arguments = [&["study"], &problems[..], &["--quick", "--out", "out"]].concat();
     pliant(&folder, &arguments);
     let html = fs::read_to_string(folder.join("out/report.html")).expect("a report");
@@ -237,7 +269,10 @@ fn a_study_is_readable_on_a_desktop_and_on_a_phone() {
     assert!(wide["tables"].as_u64() > Some(5), "{}", wide["tables"]);
     assert_eq!(wide["first"], narrow["first"]);
     let verdict = wide["first"][1].as_str().expect("a line");
-    assert!(verdict.contains("of 4 problems solved to 1\u{a0}%"), "{verdict}");
+    assert!(
+        verdict.contains("of 4 problems solved to 1\u{a0}%"),
+        "{verdict}"
+    );
     fs::remove_dir_all(folder).expect("it was made here");
 }
 
@@ -247,7 +282,9 @@ fn a_torture_report_is_readable_on_a_desktop_and_on_a_phone() {
     let folder = folder("torture");
     pliant(
         &folder,
-        &["torture", "plates", "edge", "stack", "--quick", "--report", "out"],
+        &[
+            "torture", "plates", "edge", "stack", "--quick", "--report", "out",
+        ],
     );
     let html = fs::read_to_string(folder.join("out/report.html")).expect("a report");
     let [wide, narrow] = checked(browser, &folder, &html);
@@ -256,7 +293,10 @@ fn a_torture_report_is_readable_on_a_desktop_and_on_a_phone() {
     assert_eq!(wide["folded"], 3, "nothing fails unexpectedly");
     for seen in [&wide, &narrow] {
         let verdict = seen["first"][1].as_str().expect("a line");
-        assert!(verdict.contains("Passed: no unexpected failures"), "{verdict}");
+        assert!(
+            verdict.contains("Passed: no unexpected failures"),
+            "{verdict}"
+        );
         let about = seen["about"].as_str().expect("text of the first cell");
         assert!(about.contains("edge 1: passed"), "{about}");
         assert_eq!(seen["aboutPlace"], "fixed");
