@@ -105,7 +105,10 @@ fn worst_members(rows: &[SuiteRow]) -> Block {
         "result",
     ];
     let cells = rows.iter().map(|row| {
-        let [case, body, members, worst, _, _, _, verdict] = table::cells(row);
+        let [case, body, members, .., verdict] = table::cells(row);
+        let worst = row.worst().map_or(String::new(), |outcome| {
+            format!("{}\nmember {}", outcome.member, outcome.number)
+        });
         let figure = row.worst().and_then(|outcome| outcome.worst());
         let cell = |of: &dyn Fn(&Figure) -> String| figure.map_or(String::new(), of);
         vec![

@@ -92,15 +92,16 @@ fn column<'a>(head: &str, cells: impl Iterator<Item = &'a String>) -> Column {
     }
 }
 
-/// A number or a range of numbers with its unit, which may be empty; `None` for words. A number may
-/// be a bound, as in `< 0.1 %`.
+/// A number or a range of numbers with its unit, which may be empty; `None` for words and for names
+/// that begin with a number. A number may be a bound, as in `< 0.1 %`.
 fn quantity(cell: &str) -> Option<(&str, &str)> {
     let bare = cell.strip_prefix(BOUND).unwrap_or(cell);
     let end = bare.find([' ', '×']).unwrap_or(bare.len());
     let (number, unit) = (&bare[..end], bare[end..].trim_start());
     let is_number = number.split('–').all(|end| end.parse::<f64>().is_ok());
     let with_bound = &cell[..cell.len() - bare.len() + end];
-    (is_number && !unit.contains(' ')).then_some((with_bound, unit))
+    let is_unit = !unit.contains([' ', ',']) && !unit.contains(|c: char| c.is_ascii_digit());
+    (is_number && is_unit).then_some((with_bound, unit))
 }
 
 fn contents(cell: &str, column: &Column) -> String {
@@ -176,6 +177,8 @@ mod tests {
             "{text}"
         );
         assert!(text.contains("<th scope=\"col\">b</th>"), "{text}");
+        let names = table(&["member", "mesh"], &[&["3 cube5", "8×1×1"]]);
+        assert!(!names.contains("number"), "{names}");
     }
 
     #[test]
