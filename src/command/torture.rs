@@ -50,7 +50,7 @@ pub struct TortureCommand {
     #[arg(long)]
     json: bool,
 
-    /// Write a report with a filmstrip and the energy of each case into this folder
+    /// Write a report into this folder: a map of all members, and a filmstrip and the energy of the worst
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
 

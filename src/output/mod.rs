@@ -1,10 +1,11 @@
-//! Output of a run: figures as CSV, a plot of them as SVG, a summary as JSON; and documents of
-//! text, tables and figures.
+//! Output of a run: figures as CSV, a plot of them as SVG, a summary as JSON; documents of
+//! text, tables and figures, and pages of HTML.
 
 pub mod csv;
 pub mod document;
 mod free_path;
 pub mod json;
+pub mod page;
 pub mod plot;
 
 pub use free_path::{free_path, plain_name};

@@ -29,6 +29,26 @@ pub(super) fn number(number: f64) -> String {
     }
 }
 
+/// Costs, settings and the two errors of a report.
+pub(super) const TWO_ERRORS: &str = "Costs are median milliseconds of one thread per simulated second; a setting is \
+     *substeps × iterations* per tick. **Solver error** is the distance to the converged \
+     solution on the same mesh: its static equilibrium, or the f64 reference with small \
+     steps. **Mesh error** is the distance of that solution to the continuum. The two are \
+     not added.";
+
+/// The machines of a study whose times cannot be compared.
+pub(super) fn machines(study: &Study) -> Vec<Block> {
+    if study.machines.len() < 2 {
+        return Vec::new();
+    }
+    let machines = study.machines.iter().map(|machine| vec![machine.clone()]);
+    vec![Block::table(
+        "Times are from several machines and cannot be compared across problems",
+        &["machine"],
+        machines.collect(),
+    )]
+}
+
 /// The title, the weaknesses, and the tables over all problems.
 pub(super) fn beginning(study: &Study) -> Vec<Block> {
     let mut blocks = vec![
@@ -38,22 +58,8 @@ pub(super) fn beginning(study: &Study) -> Vec<Block> {
     blocks.extend(weaknesses::tables(study));
     blocks.push(Block::Heading(2, "What 1 % costs".to_owned()));
     blocks.push(overview::table(study));
-    blocks.push(Block::Text(
-        "Costs are median milliseconds of one thread per simulated second; a setting is \
-         *substeps × iterations* per tick. **Solver error** is the distance to the converged \
-         solution on the same mesh: its static equilibrium, or the f64 reference with small \
-         steps. **Mesh error** is the distance of that solution to the continuum. The two are \
-         not added."
-            .to_owned(),
-    ));
-    if study.machines.len() > 1 {
-        let machines = study.machines.iter().map(|machine| vec![machine.clone()]);
-        blocks.push(Block::table(
-            "Times are from several machines and cannot be compared across problems",
-            &["machine"],
-            machines.collect(),
-        ));
-    }
+    blocks.push(Block::Text(TWO_ERRORS.to_owned()));
+    blocks.extend(machines(study));
     blocks.push(Block::Heading(2, "Substeps or iterations".to_owned()));
     blocks.extend(rivalry::tables(study));
     blocks
@@ -309,10 +315,8 @@ pub(super) fn front(result: &ProblemResult) -> Option<Block> {
 }
 
 /// How the figures were obtained.
-pub(super) fn end(study: &Study) -> Vec<Block> {
-    vec![
-        Block::Heading(2, "Method".to_owned()),
-        Block::List(vec![
+pub(super) fn method(study: &Study) -> Block {
+    Block::List(vec![
             format!(
                 "Pliant {}, {} budget, study {}.",
                 study.header.version, study.header.budget, study.header.hash
@@ -334,8 +338,7 @@ pub(super) fn end(study: &Study) -> Vec<Block> {
             "Primal residual: root mean square of C + αλ/h² over rest lengths and volumes. Dual \
              residual: difference of M(x − x̃) and Σ∇C λ, relative to the former."
                 .to_owned(),
-        ]),
-    ]
+    ])
 }
 
 /// Weaknesses, and a line for each problem: the cheapest setting for 1 %.

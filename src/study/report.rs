@@ -2,12 +2,15 @@
 //! self-contained `report.html`, and `study.json`.
 
 use super::{
-    Study, StudyError, page, picture,
+    Study, StudyError, html, page, picture,
     results::{CaseResult, Point, ProblemResult},
 };
 use crate::{
     bench::Spread,
-    output::document::{self, Block},
+    output::{
+        self,
+        document::{self, Block},
+    },
 };
 use serde_json::{Value, json};
 use std::path::Path;
@@ -25,29 +28,44 @@ pub fn write(folder: &Path, study: &Study) -> Result<(), StudyError> {
         std::fs::write(&path, text).map_err(|error| StudyError::unwritable(&path, error))
     };
     let mut blocks = page::beginning(study);
+    let mut pictures = Vec::new();
     for problem in &study.problems {
-        blocks.extend(page::problem(problem));
-        if problem.drawable() {
-            let file = format!("{}.svg", problem.problem.name);
-            let svg = picture::draw(problem)
-                .map_err(|error| StudyError::unwritable(&folder.join(&file), error))?;
-            save(&file, &svg)?;
-            blocks.push(Block::Figure {
-                caption: page::caption(problem),
-                file,
-                svg,
-            });
+        let picture = picture_of(folder, problem)?;
+        if let Some(Block::Figure { file, svg, .. }) = &picture {
+            save(file, svg)?;
         }
+        blocks.extend(page::problem(problem));
+        blocks.extend(picture.clone());
         blocks.extend(page::front(problem));
+        pictures.push(picture);
     }
-    blocks.extend(page::end(study));
+    blocks.push(Block::Heading(2, "Method".to_owned()));
+    blocks.push(page::method(study));
     save("report.md", &document::markdown(&blocks))?;
-    save("report.html", &document::html("Accuracy vs. cost", &blocks))?;
+    save(
+        "report.html",
+        &output::page::html(&html::page(study, &pictures)),
+    )?;
     let object = serde_json::to_string_pretty(&json(study));
     let object =
         object.map_err(|error| StudyError::unwritable(&folder.join("study.json"), error))?;
     save("study.json", &object)?;
     write_csv(&folder.join("points.csv"), study)
+}
+
+/// The diagram of a problem; `None` if it has no point to draw.
+fn picture_of(folder: &Path, problem: &ProblemResult) -> Result<Option<Block>, StudyError> {
+    if !problem.drawable() {
+        return Ok(None);
+    }
+    let file = format!("{}.svg", problem.problem.name);
+    let svg = picture::draw(problem)
+        .map_err(|error| StudyError::unwritable(&folder.join(&file), error))?;
+    Ok(Some(Block::Figure {
+        caption: page::caption(problem),
+        file,
+        svg,
+    }))
 }
 
 /// The study as one JSON object.

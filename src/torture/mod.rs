@@ -23,12 +23,15 @@ mod expected;
 mod family;
 mod figure;
 pub mod filmstrip;
+mod html;
+mod map;
 mod member;
 pub mod report;
 pub mod run;
 mod shape;
 pub mod suite;
 pub mod table;
+pub mod tally;
 pub mod watch;
 
 pub use advice::Advice;

@@ -2,12 +2,12 @@
 //! each row a filmstrip and the energies of its worst member.
 
 use super::{
-    SuiteRow, TortureError, filmstrip,
+    SuiteRow, TortureError, filmstrip, html,
     run::{Crews, run_member},
     table,
 };
 use crate::output::{
-    OutputError,
+    self, OutputError,
     document::{self, Block},
 };
 use std::path::Path;
@@ -34,6 +34,7 @@ pub fn write(folder: &Path, rows: &[SuiteRow]) -> Result<(), TortureError> {
         Block::List(table::slowest(rows).into_iter().collect()),
     ];
     let crews = Crews::start()?;
+    let mut figures = Vec::new();
     let mut last = "";
     for row in rows {
         if row.case.name != last {
@@ -41,47 +42,54 @@ pub fn write(folder: &Path, rows: &[SuiteRow]) -> Result<(), TortureError> {
             blocks.push(Block::Text(row.case.about.to_owned()));
             last = row.case.name;
         }
-        blocks.push(Block::Heading(3, heading(row)));
+        blocks.push(Block::Heading(3, table::heading(row)));
         let failures = table::failures(row);
         if !failures.is_empty() {
             let commands = failures.iter().map(|line| format!("`{line}`"));
             blocks.push(Block::List(commands.collect()));
         }
-        let Some(worst) = row.worst() else { continue };
-        let film = run_member(row.case, (worst.number, &worst.member), &crews, true)?;
-        let caption = format!("Worst member: {} {}", worst.number, worst.member);
-        let name = format!("{}_{}_{}", row.case.name, row.kind.name(), worst.number);
-        let mut figure = |what: &str, svg: String| -> Result<(), TortureError> {
-            let file = format!("{name}_{what}.svg");
-            save(&file, &svg)?;
-            let caption = format!("{caption}: {what}.");
-            blocks.push(Block::Figure { file, caption, svg });
-            Ok(())
-        };
-        if let Some(svg) = filmstrip::strip(&film) {
-            figure("film", svg)?;
+        let pictures = pictures(folder, row, &crews)?;
+        for picture in &pictures {
+            if let Block::Figure { file, svg, .. } = picture {
+                save(file, svg)?;
+            }
         }
-        if let Some(watch) = &film.watch {
-            let svg = filmstrip::energies(watch);
-            let path = folder.join(format!("{name}_energy.svg"));
-            figure(
-                "energy",
-                svg.map_err(|error| OutputError::new(&path, error))?,
-            )?;
-        }
+        blocks.extend(pictures.iter().cloned());
+        figures.push(pictures);
     }
     save("report.md", &document::markdown(&blocks))?;
-    save("report.html", &document::html("Robustness", &blocks))?;
+    save(
+        "report.html",
+        &output::page::html(&html::page(rows, &figures)),
+    )?;
     let text = serde_json::to_string_pretty(&table::json(rows));
     let text = text.map_err(|error| OutputError::new(&folder.join("torture.json"), error))?;
     Ok(save("torture.json", &text)?)
 }
 
-fn heading(row: &SuiteRow) -> String {
-    let count = row.outcomes.len();
-    format!(
-        "{}: {count} members, {}",
-        row.kind.name(),
-        table::verdict(row)
-    )
+/// The filmstrip and the energies of the worst member of a row.
+fn pictures(folder: &Path, row: &SuiteRow, crews: &Crews) -> Result<Vec<Block>, TortureError> {
+    let Some(worst) = row.worst() else {
+        return Ok(Vec::new());
+    };
+    let film = run_member(row.case, (worst.number, &worst.member), crews, true)?;
+    let figure = |what: &str, svg: String| Block::Figure {
+        file: format!(
+            "{}_{}_{}_{what}.svg",
+            row.case.name,
+            row.kind.name(),
+            worst.number
+        ),
+        caption: format!("Worst member: {} {}: {what}.", worst.number, worst.member),
+        svg,
+    };
+    let mut pictures: Vec<Block> = filmstrip::strip(&film)
+        .map(|svg| figure("film", svg))
+        .into_iter()
+        .collect();
+    if let Some(watch) = &film.watch {
+        let svg = filmstrip::energies(watch).map_err(|error| OutputError::new(folder, error))?;
+        pictures.push(figure("energy", svg));
+    }
+    Ok(pictures)
 }

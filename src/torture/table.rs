@@ -1,6 +1,9 @@
 //! The table of outcomes: one row per case, kind of body and reason for failure.
 
-use super::{Figure, Outcome, SuiteRow};
+use super::{
+    Figure, Outcome, SuiteRow,
+    tally::{self, Finding},
+};
 use serde_json::{Value, json};
 
 /// The column headings.
@@ -113,32 +116,15 @@ pub fn json(rows: &[SuiteRow]) -> Value {
 /// Summary: number of members, cases and failures.
 #[must_use]
 pub fn summary(rows: &[SuiteRow]) -> String {
-    let members = |which: &dyn Fn(&SuiteRow) -> usize| rows.iter().map(which).sum::<usize>();
-    let failed = members(&|row| {
-        if row.expected.is_none() {
-            row.failed()
-        } else {
-            0
-        }
-    });
-    let known = members(&|row| {
-        if row.expected.is_some() {
-            row.failed()
-        } else {
-            0
-        }
-    });
-    let passes = members(&|row| row.expected.map_or(0, |_| row.outcomes.len())) - known;
+    let [_, known, failed, passes] = Finding::ALL.map(|finding| tally::count(rows, finding));
     let unexpected = match passes {
         0 => String::new(),
         passes => format!(", {passes} unexpected passes"),
     };
-    let mut cases: Vec<&str> = rows.iter().map(|row| row.case.name).collect();
-    cases.dedup();
     format!(
         "{} members of {} cases: {failed} unexpected failures{unexpected}, {known} expected failures.",
-        members(&|row| row.outcomes.len()),
-        cases.len(),
+        rows.iter().map(|row| row.outcomes.len()).sum::<usize>(),
+        tally::by_case(rows).count(),
     )
 }
 
@@ -157,7 +143,7 @@ pub fn expected_failures(rows: &[SuiteRow]) -> Vec<String> {
                 "{} {} {}{pass}: {}",
                 row.case.name,
                 outcome.number,
-                worst(outcome)?,
+                member_and_figure(outcome)?,
                 expected.reason,
             ))
         })
@@ -166,7 +152,7 @@ pub fn expected_failures(rows: &[SuiteRow]) -> Vec<String> {
 }
 
 /// A member with its worst figure.
-fn worst(outcome: &Outcome) -> Option<String> {
+pub(super) fn member_and_figure(outcome: &Outcome) -> Option<String> {
     let figure = outcome.worst()?;
     Some(format!(
         "{}: {} {} {}, at most {}",
@@ -178,16 +164,29 @@ fn worst(outcome: &Outcome) -> Option<String> {
     ))
 }
 
+/// The command that runs a member again.
+pub(super) fn command(row: &SuiteRow, outcome: &Outcome) -> String {
+    format!(
+        "pliant torture {} --member {}",
+        row.case.name, outcome.number
+    )
+}
+
+/// The kind of body of a row, the number of its members, and the verdict.
+pub(super) fn heading(row: &SuiteRow) -> String {
+    let count = row.outcomes.len();
+    format!("{}: {count} members, {}", row.kind.name(), verdict(row))
+}
+
 /// The members of a row that fail, one per line, each with the command that runs it again.
 #[must_use]
 pub fn failures(row: &SuiteRow) -> Vec<String> {
     let failed = row.outcomes.iter().filter(|outcome| !outcome.passed());
     let lines = failed.filter_map(|outcome| {
         Some(format!(
-            "pliant torture {} --member {}   # {}",
-            row.case.name,
-            outcome.number,
-            worst(outcome)?,
+            "{}   # {}",
+            command(row, outcome),
+            member_and_figure(outcome)?,
         ))
     });
     lines.collect()

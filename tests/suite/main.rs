@@ -32,6 +32,7 @@ mod recording_snapshot;
 mod reference_contacts;
 mod reference_kernels;
 mod reference_support;
+mod report_browser;
 #[cfg(feature = "window")]
 mod sandbox_ablation;
 #[cfg(feature = "window")]
