@@ -231,6 +231,7 @@ fn describe(action: &Action, name: impl Fn(Entity) -> String) -> Value {
         Action::Deform { body, deformation } => {
             json!({"do": "deform", "body": name(*body), "how": format!("{deformation:?}")})
         }
+        Action::ResetShape { body } => json!({"do": "reset shape", "body": name(*body)}),
         Action::Restore { body } => json!({"do": "restore", "body": name(*body)}),
         Action::Spawn(new) => json!({"do": "spawn", "body": new.body.name}),
         Action::Despawn { body } => json!({"do": "despawn", "body": name(*body)}),
