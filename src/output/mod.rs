@@ -6,6 +6,7 @@ pub mod document;
 mod free_path;
 pub mod json;
 pub mod plot;
+pub mod series;
 
 pub use free_path::free_path;
 

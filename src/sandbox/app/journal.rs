@@ -32,8 +32,11 @@ use serde_json::{Value, json};
 
 use crate::{
     sandbox::{
-        lab::{accuracy::CardRects, gallery::GalleryRects, quarantine::QuarantineRects},
+        lab::{
+            accuracy::CardRects, gallery::GalleryRects, plots::PlotRects, quarantine::QuarantineRects,
+        },
         panel::PanelRects,
+        render::coloring::LegendRects,
         render::camera::OrbitCamera,
         ui::message::Notices,
     },
@@ -136,16 +139,18 @@ fn write_scenes(mut journal: ResMut<Journal>, mut loaded: MessageReader<SceneLoa
 
 fn write_widgets(
     mut journal: ResMut<Journal>,
-    (panel, card, gallery, quarantine): (
+    (panel, card, gallery, quarantine, legend, plots): (
         Res<PanelRects>,
         Res<CardRects>,
         Res<GalleryRects>,
         Res<QuarantineRects>,
+        Res<LegendRects>,
+        Res<PlotRects>,
     ),
     window: Option<Single<&Window, With<PrimaryWindow>>>,
 ) {
-    let changed =
-        panel.is_changed() || card.is_changed() || gallery.is_changed() || quarantine.is_changed();
+    let cards = card.is_changed() || gallery.is_changed() || quarantine.is_changed();
+    let changed = panel.is_changed() || cards || legend.is_changed() || plots.is_changed();
     let (true, Some(window)) = (changed, window) else {
         return;
     };
@@ -155,6 +160,8 @@ fn write_widgets(
         .chain(card.iter())
         .chain(gallery.iter())
         .chain(quarantine.iter())
+        .chain(legend.iter())
+        .chain(plots.iter())
         .map(|(name, rect)| (name.to_owned(), rect * scale))
         .collect();
     let before = std::mem::take(&mut journal.places);
