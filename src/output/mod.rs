@@ -8,7 +8,7 @@ pub mod json;
 pub mod plot;
 pub mod series;
 
-pub use free_path::free_path;
+pub use free_path::{free_path, plain_name};
 
 /// Error of writing an output file.
 #[derive(Debug, thiserror::Error)]
