@@ -34,7 +34,8 @@ impl Multiples {
     /// # Errors
     /// [`OutputError`] with the file and the system's message.
     pub fn write_csv(&self, path: &Path) -> Result<(), OutputError> {
-        self.csv(path).map_err(|error| OutputError::new(path, error))
+        self.csv(path)
+            .map_err(|error| OutputError::new(path, error))
     }
 
     fn csv(&self, path: &Path) -> Result<(), Failure> {
@@ -57,7 +58,8 @@ impl Multiples {
     /// # Errors
     /// [`OutputError`] with the file and the system's message.
     pub fn write_svg(&self, path: &Path) -> Result<(), OutputError> {
-        self.svg(path).map_err(|error| OutputError::new(path, error))
+        self.svg(path)
+            .map_err(|error| OutputError::new(path, error))
     }
 
     fn svg(&self, path: &Path) -> Result<(), Failure> {
@@ -132,7 +134,10 @@ mod tests {
         let multiples = Multiples {
             title: "cube".to_owned(),
             axis: series("time_s", &[0.0, 0.5]),
-            curves: vec![series("one_j", &[1.0, 2.0]), series("two_j", &[f64::NAN, 4.0])],
+            curves: vec![
+                series("one_j", &[1.0, 2.0]),
+                series("two_j", &[f64::NAN, 4.0]),
+            ],
         };
         let folder = std::env::temp_dir().join(format!("pliant-series-{}", std::process::id()));
         std::fs::create_dir_all(&folder).expect("a folder for temporary files");

@@ -34,10 +34,12 @@ mod reference_support;
 #[cfg(feature = "window")]
 mod sandbox_accuracy;
 #[cfg(feature = "window")]
+mod sandbox_coloring;
 mod sandbox_gallery;
 #[cfg(feature = "window")]
 mod sandbox_panel;
 #[cfg(feature = "window")]
+mod sandbox_plots;
 mod sandbox_quarantine;
 #[cfg(feature = "window")]
 mod sandbox_reference_overlay;
@@ -71,6 +73,7 @@ mod solver_contact;
 mod solver_direct;
 mod solver_effective;
 mod solver_equilibrium;
+mod solver_field;
 mod solver_force;
 mod solver_friction;
 mod solver_gradients;

@@ -134,6 +134,8 @@ fn session(path: &Path) -> u64 {
     );
     let deformation = Deformation::Shuffle(7);
     push(&mut app, Action::Deform { body, deformation });
+    ticks(&mut app, 2);
+    push(&mut app, Action::ResetShape { body });
     let mut new = plain::body(app.world().entity(all[3])).expect("a body");
     new.translate(Vec3::new(0.0, 1.5, 0.2));
     let skin = None;

@@ -21,6 +21,7 @@ use pliant::{
             show,
         },
         state::{
+            color::ColorMode,
             display::{DisplaySettings, Theme},
             request::{Distortion, Request},
             selection::Scope,
@@ -129,6 +130,7 @@ fn model() -> PanelModel {
         key,
         name: name.to_owned(),
         particles: 343,
+        inverted: 0,
         state,
     };
     let scene = |name: &str| SceneEntry {
@@ -184,6 +186,8 @@ fn model() -> PanelModel {
         material: None,
         answers: ("heavy elastica".to_owned(), true),
         solver: SolverView::Partitions,
+        color: ColorMode::Speed,
+        plots: false,
         threads: Some(parameter("threads", "", whole(8.0), 2.0)),
         projections: Some(212e6),
         steps: vec!["presolve", "stretch", "ground", "postsolve"],
@@ -457,6 +461,8 @@ fn every_button_makes_its_request() {
         ("squash", Request::Distort(Distortion::Squash)),
         ("shuffle", Request::Distort(Distortion::Shuffle)),
         ("mirror", Request::Distort(Distortion::Mirror)),
+        ("reset_shape", Request::Distort(Distortion::RestShape)),
+        ("plots", Request::Plots),
         ("pin", Request::Pin(true)),
         ("unpin_all", Request::UnpinAll),
         (

@@ -33,11 +33,12 @@ use serde_json::{Value, json};
 use crate::{
     sandbox::{
         lab::{
-            accuracy::CardRects, gallery::GalleryRects, plots::PlotRects, quarantine::QuarantineRects,
+            accuracy::CardRects, gallery::GalleryRects, plots::PlotRects,
+            quarantine::QuarantineRects,
         },
         panel::PanelRects,
-        render::coloring::LegendRects,
         render::camera::OrbitCamera,
+        render::coloring::LegendRects,
         ui::message::Notices,
     },
     scene::CurrentScene,

@@ -5,7 +5,7 @@
 
 use bevy::prelude::*;
 
-use super::import;
+use super::{export, import};
 use crate::{
     effect::EffectRegistry,
     sandbox::{
@@ -168,6 +168,7 @@ fn carry_out_one(world: &mut World, request: Request) {
         Request::Plots => {
             world.write_message(PlotCommand::Toggle);
         }
+        Request::ExportPlots => export::plots(world),
         Request::Help => world.resource_mut::<ViewSettings>().help_visible = true,
         Request::FirstSteps => world.resource_mut::<FirstSteps>().again(),
         Request::Display(change) => world.resource_mut::<DisplaySettings>().change(change),

@@ -11,7 +11,7 @@ use super::{
     settings, world,
 };
 use crate::sandbox::{
-    state::view::SolverView,
+    state::{color::ColorMode, view::SolverView},
     ui::{WidgetRects, theme},
 };
 
@@ -29,7 +29,7 @@ impl Panel {
         let mut panel = Self::default();
         scene::show(ui, &mut panel, model);
         ui.add_space(2.0);
-        let foot = 32.0 + theme::ROW + 8.0;
+        let foot = 32.0 + 2.0 * (theme::ROW + 8.0);
         ScrollArea::vertical()
             .auto_shrink([false, false])
             .max_height(ui.available_height() - foot)
@@ -118,7 +118,16 @@ impl Panel {
             _ => {}
         }
         ui.horizontal(|ui| {
-            self.solver_view(ui, model);
+            let width = 0.34 * ui.available_width();
+            self.color(ui, model, width);
+            self.solver_view(ui, model, width);
+            let help = "Plots: figures over the last ten seconds, and force over displacement (I)";
+            let plots = toggle(model.plots, "plots", "Plots", help);
+            if section::button_row(ui, self, &[plots]).is_some() {
+                self.ask(Request::Plots);
+            }
+        });
+        ui.horizontal(|ui| {
             let buttons = [
                 RowButton::new("frame", "Fit all", "Frame all bodies in the view (F)"),
                 RowButton::new(
@@ -137,8 +146,34 @@ impl Panel {
         });
     }
 
+    /// The quantities by which bodies are colored, as a drop-down.
+    fn color(&mut self, ui: &mut Ui, model: &PanelModel, width: f32) {
+        let title = |mode: ColorMode| mode.quantity().map_or("Own colors", |it| it.title);
+        let menu = ComboBox::from_id_salt("color")
+            .selected_text(title(model.color))
+            .width(width)
+            .truncate()
+            .show_ui(ui, |ui| {
+                for mode in ColorMode::ALL {
+                    let line = ui.selectable_label(mode == model.color, title(mode));
+                    let help = mode
+                        .quantity()
+                        .map_or("The bodies' own colors", |it| it.help);
+                    let line = line.on_hover_text(help);
+                    self.note(format!("color.{}", mode.name()), &line, ui);
+                    if line.clicked() {
+                        self.ask(Request::Color(mode));
+                    }
+                }
+            });
+        self.note("color", &menu.response, ui);
+        menu.response.on_hover_text(
+            "Color the bodies by strain, volume change, speed, constraint error or contact force (O)",
+        );
+    }
+
     /// The solver views as a drop-down.
-    fn solver_view(&mut self, ui: &mut Ui, model: &PanelModel) {
+    fn solver_view(&mut self, ui: &mut Ui, model: &PanelModel, width: f32) {
         let views = [
             (
                 SolverView::Off,
@@ -170,7 +205,8 @@ impl Panel {
         let current = views.iter().find(|(view, ..)| *view == model.solver);
         let menu = ComboBox::from_id_salt("solver view")
             .selected_text(current.map_or("", |(_, _, title, _)| title))
-            .width(0.3 * ui.available_width())
+            .width(width)
+            .truncate()
             .show_ui(ui, |ui| {
                 for (view, name, title, help) in views {
                     let line = ui.selectable_label(view == model.solver, title);

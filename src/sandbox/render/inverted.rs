@@ -185,7 +185,8 @@ mod tests {
     #[test]
     fn a_collapsed_tetrahedron_is_drawn_with_a_size() {
         let mesh = tetrahedra(&[[0, 1, 2, 3]], &[Vec4::ONE; 4], 0.1);
-        let Some(VertexAttributeValues::Float32x3(drawn)) = mesh.attribute(Mesh::ATTRIBUTE_POSITION)
+        let Some(VertexAttributeValues::Float32x3(drawn)) =
+            mesh.attribute(Mesh::ATTRIBUTE_POSITION)
         else {
             panic!("it has positions");
         };

@@ -1,7 +1,9 @@
 //! Requests of the user, from the panel, a key or a card;
 //! [`app::requests`](crate::sandbox::app::requests) carries them out.
 
-use super::{color::ColorMode, display::DisplayChange, selection::Scope, spawn::SpawnPlace, view::SolverView};
+use super::{
+    color::ColorMode, display::DisplayChange, selection::Scope, spawn::SpawnPlace, view::SolverView,
+};
 use bevy::prelude::*;
 
 /// A request was made.
@@ -116,6 +118,8 @@ pub enum Request {
     ColorRange(Option<(f32, f32)>),
     /// Open or close the plots.
     Plots,
+    /// Save the plots as CSV and SVG.
+    ExportPlots,
     /// Frame all bodies.
     FrameAll,
     /// Open or close the accuracy card.

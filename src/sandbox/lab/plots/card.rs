@@ -18,6 +18,9 @@ const WIDTH: f32 = 270.0;
 /// Height of a plot over time, and of the force–displacement curve [logical px].
 const HEIGHTS: (f32, f32) = (58.0, 110.0);
 
+/// Maximum height of the list of figures [logical px].
+const MENU: f32 = 320.0;
+
 /// A figure with its points: time [s] and value.
 #[derive(Debug, Clone)]
 pub struct Shown {
@@ -108,7 +111,9 @@ fn force(ui: &mut Ui, curve: &ForceCurve, answer: &mut Answer) {
     head(ui, "Force [N] over displacement [mm]", |ui| {
         let close = ui.add(Button::new("×").frame(false));
         let close = close.on_hover_text("Hide the curve; the plots (I) show it again");
-        answer.places.note("plots.curve.close", &close, ui.clip_rect());
+        answer
+            .places
+            .note("plots.curve.close", &close, ui.clip_rect());
         if close.clicked() {
             answer.commands.push(PlotCommand::Curve(false));
         }
@@ -208,20 +213,24 @@ fn over_time(ui: &mut Ui, card: &Card, figures: &[Shown], height: f32, answer: &
 fn menu(ui: &mut Ui, card: &Card, figures: &[Shown], answer: &mut Answer) {
     let mut curve = card.curve_shown;
     let line = ui.checkbox(&mut curve, "Force over displacement, while dragging");
-    answer.places.note("plots.figure.curve", &line, ui.clip_rect());
+    answer
+        .places
+        .note("plots.figure.curve", &line, ui.clip_rect());
     if line.changed() {
         answer.commands.push(PlotCommand::Curve(curve));
     }
     ui.separator();
-    for figure in &FIGURES {
-        let mut chosen = figures.iter().any(|it| it.figure.name == figure.name);
-        let line = ui.checkbox(&mut chosen, labelled(figure));
-        let name = format!("plots.figure.{}", figure.name);
-        answer.places.note(name, &line, ui.clip_rect());
-        if line.changed() {
-            answer.commands.push(PlotCommand::Figure(figure.name));
+    ScrollArea::vertical().max_height(MENU).show(ui, |ui| {
+        for figure in &FIGURES {
+            let mut chosen = figures.iter().any(|it| it.figure.name == figure.name);
+            let line = ui.checkbox(&mut chosen, labelled(figure));
+            let name = format!("plots.figure.{}", figure.name);
+            answer.places.note(name, &line, ui.clip_rect());
+            if line.changed() {
+                answer.commands.push(PlotCommand::Figure(figure.name));
+            }
         }
-    }
+    });
 }
 
 /// A figure over time, with its last value.

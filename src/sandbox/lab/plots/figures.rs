@@ -61,16 +61,21 @@ pub const FIGURES: [Figure; 20] = [
     figure("volume_error_percent", "Volume error", "%", |it| {
         Some(100.0 * it.statistics.volume_error)
     }),
-    figure("residual", "Residual", "", |it| Some(it.statistics.residual)),
+    figure("residual", "Residual", "", |it| {
+        Some(it.statistics.residual)
+    }),
     figure("overpressure_pa", "Overpressure", "Pa", |it| {
         it.statistics.overpressure
     }),
     figure("momentum_kg_m_s", "Momentum", "kg·m/s", |it| {
         Some(length(it.statistics.momentum))
     }),
-    figure("angular_momentum_kg_m2_s", "Angular momentum", "kg·m²/s", |it| {
-        Some(length(it.statistics.angular_momentum))
-    }),
+    figure(
+        "angular_momentum_kg_m2_s",
+        "Angular momentum",
+        "kg·m²/s",
+        |it| Some(length(it.statistics.angular_momentum)),
+    ),
     figure("inverted", "Inverted elements", "", |it| {
         Some(it.statistics.inverted as f64)
     }),
@@ -92,7 +97,9 @@ pub const FIGURES: [Figure; 20] = [
     figure("projections_m_per_s", "Projections", "M/s", |it| {
         it.projections.map(|count| count / 1e6)
     }),
-    figure("bodies", "Bodies", "", |it| Some(it.statistics.bodies as f64)),
+    figure("bodies", "Bodies", "", |it| {
+        Some(it.statistics.bodies as f64)
+    }),
     figure("asleep", "Sleeping bodies", "", |it| {
         Some(it.statistics.asleep as f64)
     }),
@@ -123,7 +130,11 @@ impl Track {
     /// new one belong to a course of events that was undone, and are dropped too.
     pub fn push(&mut self, sample: Sample) {
         let now = &sample.statistics;
-        while self.0.back().is_some_and(|it| it.statistics.tick >= now.tick) {
+        while self
+            .0
+            .back()
+            .is_some_and(|it| it.statistics.tick >= now.tick)
+        {
             self.0.pop_back();
         }
         let is_old = |it: &Sample| it.statistics.time < now.time - SECONDS;

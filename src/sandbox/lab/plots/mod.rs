@@ -20,10 +20,8 @@ use crate::{
         ui::{WidgetRects, area},
     },
     scene::CurrentScene,
-    simulation::{
-        SimulationSettings, Statistics, StepSchedule, StepSystems, TickStart,
-    },
-    solver::{EffectStates, Grab, Particles},
+    simulation::{SimulationSettings, Statistics, StepSchedule, StepSystems, TickStart},
+    solver::{EffectStates, Grab, Particles, SurfacePoint},
 };
 use bevy::prelude::*;
 use bevy_egui::{EguiContext, EguiPrimaryContextPass, PrimaryEguiContext};
@@ -53,8 +51,8 @@ pub struct Plots {
     chosen: Vec<&'static str>,
     track: Track,
     curve: Option<ForceCurve>,
-    /// The grabbed body.
-    grabbed: Option<Entity>,
+    /// The grabbed body and point.
+    grabbed: Option<(Entity, SurfacePoint)>,
     /// Frames per second, smoothed.
     frame_rate: f64,
 }
@@ -181,7 +179,14 @@ fn take_in(mut plots: ResMut<Plots>, statistics: Res<Statistics>, throughput: Re
 fn pull(
     mut plots: ResMut<Plots>,
     settings: Res<SimulationSettings>,
-    grabs: Query<(Entity, &Grab, &Particles, &TickStart, &EffectStates, Option<&Name>)>,
+    grabs: Query<(
+        Entity,
+        &Grab,
+        &Particles,
+        &TickStart,
+        &EffectStates,
+        Option<&Name>,
+    )>,
 ) {
     let plots = plots.bypass_change_detection();
     let Some((body, grab, particles, start, states, name)) = grabs.iter().next() else {
@@ -191,8 +196,8 @@ fn pull(
         }
         return;
     };
-    if plots.grabbed != Some(body) {
-        plots.grabbed = Some(body);
+    if plots.grabbed != Some((body, grab.point)) {
+        plots.grabbed = Some((body, grab.point));
         let name = name.map_or_else(String::new, |name| name.to_string());
         let from = grab.point.position(&start.positions);
         plots.curve = Some(ForceCurve::new(name, from));
@@ -267,7 +272,7 @@ fn draw(world: &mut World) -> Result {
         curve_shown: plots.curve_shown,
     };
     let free = area::free(&context, world.resource::<ViewSettings>());
-    let answer = card::show(&context, &card, free);
+    let answer = show(&context, &card, free);
     for command in answer.commands {
         world.write_message(command);
     }

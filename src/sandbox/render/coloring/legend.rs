@@ -41,7 +41,10 @@ pub(super) fn show(
     mut rects: ResMut<LegendRects>,
     mut requests: MessageWriter<Requested>,
 ) -> Result {
-    let shown = view.color.quantity().filter(|_| view.solver == SolverView::Off);
+    let shown = view
+        .color
+        .quantity()
+        .filter(|_| view.solver == SolverView::Off);
     let Some(quantity) = shown else {
         rects.0.clear();
         return Ok(());
@@ -128,7 +131,9 @@ fn contents(
         }
         None => "Not defined for these bodies (gray)".to_owned(),
     };
-    let text = RichText::new(text.trim_end()).small().color(theme::of(ui).weak);
+    let text = RichText::new(text.trim_end())
+        .small()
+        .color(theme::of(ui).weak);
     ui.add(Label::new(text).wrap())
         .on_hover_text("Smallest and largest value of all bodies. Values beyond the range are striped; bodies for which the quantity is not defined are gray.");
 }
@@ -154,8 +159,16 @@ fn bar(ui: &mut Ui, quantity: &Quantity, range: (f32, f32)) {
         let slice = Rect::from_min_size(pos2(x, rect.top()), vec2(width, rect.height()));
         painter.rect_filled(slice, 0.0, at((step as f32 + 0.5) / steps as f32));
     }
-    beyond(painter, Rect::from_min_max(rect.min, inner.left_bottom()), at(0.0));
-    beyond(painter, Rect::from_min_max(inner.right_top(), rect.max), at(1.0));
+    beyond(
+        painter,
+        Rect::from_min_max(rect.min, inner.left_bottom()),
+        at(0.0),
+    );
+    beyond(
+        painter,
+        Rect::from_min_max(inner.right_top(), rect.max),
+        at(1.0),
+    );
     let line = Stroke::new(1.0, theme::of(ui).tick);
     painter.rect_stroke(rect, 0.0, line, StrokeKind::Outside);
     let font = TextStyle::Small.resolve(ui.style());
@@ -174,7 +187,13 @@ fn bar(ui: &mut Ui, quantity: &Quantity, range: (f32, f32)) {
             1.0 => whole.right(),
             _ => x,
         };
-        painter.text(pos2(at, rect.bottom() + 2.0), align, format(value, 3), font.clone(), color);
+        painter.text(
+            pos2(at, rect.bottom() + 2.0),
+            align,
+            format(value, 3),
+            font.clone(),
+            color,
+        );
     }
 }
 
@@ -182,7 +201,11 @@ fn bar(ui: &mut Ui, quantity: &Quantity, range: (f32, f32)) {
 fn beyond(painter: &Painter, rect: Rect, color: Color32) {
     painter.rect_filled(rect, 0.0, color);
     let is_light = egui::Rgba::from(color).intensity() > 0.25;
-    let stripe = if is_light { Color32::BLACK } else { Color32::WHITE };
+    let stripe = if is_light {
+        Color32::BLACK
+    } else {
+        Color32::WHITE
+    };
     let painter = painter.with_clip_rect(rect.intersect(painter.clip_rect()));
     let mut x = rect.left() - rect.height();
     while x < rect.right() {
@@ -220,9 +243,8 @@ fn fields(
                     value
                 });
             let field = ui.add_sized([76.0, theme::ROW], field);
-            let field = field.on_hover_text(
-                "End of the range. Drag or type a value to fix the range.",
-            );
+            let field =
+                field.on_hover_text("End of the range. Drag or type a value to fix the range.");
             places.note(format!("legend.{name}"), &field, ui.clip_rect());
             let changed = field.changed() && edited != shown && !refused.get();
             changed.then_some((edited / quantity.factor) as f32)

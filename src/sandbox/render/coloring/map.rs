@@ -44,7 +44,9 @@ pub fn map(signed: bool) -> Map {
     std::array::from_fn(|stop| {
         let at = 2.0 * stop as f32 / (STOPS - 1) as f32 - 1.0;
         let color = middle.mix(if at < 0.0 { &low } else { &high }, at.abs());
-        LinearRgba::from(color).to_vec3().clamp(Vec3::ZERO, Vec3::ONE)
+        LinearRgba::from(color)
+            .to_vec3()
+            .clamp(Vec3::ZERO, Vec3::ONE)
     })
 }
 
@@ -71,7 +73,9 @@ mod tests {
     fn both_maps_have_steps_of_similar_size() {
         let assert_even = |map: &[Vec3], most: f32| {
             let pairs = map.windows(2);
-            let steps: Vec<f32> = pairs.map(|pair| lab(pair[0]).distance(lab(pair[1]))).collect();
+            let steps: Vec<f32> = pairs
+                .map(|pair| lab(pair[0]).distance(lab(pair[1])))
+                .collect();
             let mean = steps.iter().sum::<f32>() / steps.len() as f32;
             let is_even = |step: &f32| *step < most * mean && *step * most > mean;
             assert!(steps.iter().all(is_even), "{steps:?}");

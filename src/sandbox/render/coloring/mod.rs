@@ -4,7 +4,7 @@
 //! and written to a second pair of texture coordinates of its mesh; the material turns them into
 //! colors. While it is off, no mesh has that attribute and no system here runs.
 
-mod legend;
+pub mod legend;
 pub mod map;
 pub mod values;
 
@@ -208,8 +208,10 @@ fn paint(
             .collect();
         if let Some(mut mesh) = meshes.get_mut(&mesh.0) {
             let coordinates = drawn.outline.copies();
-            let coordinates: Vec<[f32; 2]> =
-                coordinates.iter().map(|&point| places[point as usize]).collect();
+            let coordinates: Vec<[f32; 2]> = coordinates
+                .iter()
+                .map(|&point| places[point as usize])
+                .collect();
             mesh.insert_attribute(Mesh::ATTRIBUTE_UV_1, coordinates);
         }
     }

@@ -97,7 +97,11 @@ pub fn follow(range: (f32, f32), goal: (f32, f32), seconds: f32) -> (f32, f32) {
     /// Time constants of growth and of shrinking [s].
     const TIMES: (f32, f32) = (0.1, 1.5);
     let toward = |now: f32, goal: f32| {
-        let time = if goal.abs() > now.abs() { TIMES.0 } else { TIMES.1 };
+        let time = if goal.abs() > now.abs() {
+            TIMES.0
+        } else {
+            TIMES.1
+        };
         let next = goal + (now - goal) * (-seconds / time).exp();
         // The last half per cent at once: otherwise it would change for ever.
         if (next - goal).abs() <= 0.005 * goal.abs() {
