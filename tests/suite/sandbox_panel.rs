@@ -571,6 +571,7 @@ fn quarantined_bodies_are_named_and_one_button_restores_all_that_are_shown() {
         frozen.bodies.push(BodyEntry {
             key,
             name: format!("cube {key}"),
+            inverted: 0,
             particles: 8,
             state: BodyState::Quarantined("non-finite state of vertex 3 after stretch".to_owned()),
         });
