@@ -6,10 +6,10 @@ use super::{
     figures::{FIGURES, Figure, SECONDS},
     labelled,
 };
-use crate::sandbox::ui::{WidgetRects, format, plot, theme};
+use crate::sandbox::ui::{WidgetRects, area, format, plot, theme};
 use bevy_egui::egui::{
     Align, Align2, Area, Button, Context, Frame, Id, Label, Layout, Margin, Order, Rect, RichText,
-    ScrollArea, Sense, Stroke, Ui, Vec2b, vec2,
+    ScrollArea, Sense, Stroke, Ui, Vec2b, pos2,
 };
 use egui_plot::{HoverPosition, Line, PlotPoints, Points};
 
@@ -60,11 +60,16 @@ pub struct Answer {
 pub fn show(context: &Context, card: &Card, free: Rect) -> Answer {
     let mut answer = Answer::default();
     let width = WIDTH.min(free.width() - 40.0);
+    // Above the legend of the solver view.
+    let legend = area::card(context, "solver legend", Order::Background);
+    let bottom = legend.map_or(free.bottom(), |legend| legend.top());
     let area = Area::new(Id::new("plots"))
         .order(Order::Middle)
         .pivot(Align2::RIGHT_BOTTOM)
-        .fixed_pos(free.max - vec2(10.0, 10.0))
+        .fixed_pos(pos2(free.right() - 10.0, bottom - 10.0))
         .constrain(false)
+        // Fading would leave a gray box: see `Palette::veil` about translucent colors.
+        .fade_in(false)
         .show(context, |ui| {
             ui.spacing_mut().item_spacing.y = 6.0;
             if let Some(curve) = &card.curve {
@@ -73,7 +78,7 @@ pub fn show(context: &Context, card: &Card, free: Rect) -> Answer {
             if let Some(figures) = &card.over_time {
                 // Below the head-up line, and the curve.
                 let above = if card.curve.is_some() { 220.0 } else { 60.0 };
-                let height = (free.height() - above - 60.0).max(80.0);
+                let height = (bottom - free.top() - above - 60.0).max(80.0);
                 framed(ui, width, |ui| {
                     over_time(ui, card, figures, height, &mut answer);
                 });

@@ -13,8 +13,8 @@ use bevy::prelude::*;
 use bevy_egui::{
     EguiContexts,
     egui::{
-        self, Align2, Area, Button, Color32, Context, DragValue, Frame, Id, Label, LayerId, Margin,
-        Order, Painter, Rect, RichText, Sense, Stroke, StrokeKind, TextStyle, Ui, pos2, vec2,
+        self, Align2, Area, Button, Color32, Context, DragValue, Frame, Id, Label, Margin, Order,
+        Painter, Rect, RichText, Sense, Stroke, StrokeKind, TextStyle, Ui, pos2, vec2,
     },
 };
 use std::cell::Cell;
@@ -24,7 +24,7 @@ const WIDTH: f32 = 248.0;
 /// Width of the parts of the bar for values beyond the range [logical px].
 const BEYOND: f32 = 14.0;
 /// Cards in the same corner, by the identities of their areas.
-const CARDS: [&str; 2] = ["what accuracy costs", "stress tests"];
+const CARDS: [&str; 3] = ["what accuracy costs", "stress tests", "first steps"];
 
 /// Rectangles of the legend's widgets, for the journal.
 #[derive(Resource, Debug, Default, Deref)]
@@ -77,6 +77,8 @@ pub fn draw(
         .pivot(Align2::LEFT_BOTTOM)
         .fixed_pos(pos2(left + 10.0, free.bottom() - 10.0))
         .constrain(false)
+        // Fading would leave a gray box: see `Palette::veil` about translucent colors.
+        .fade_in(false)
         .show(context, |ui| {
             Frame::new()
                 .fill(theme::of(ui).veil)
@@ -93,16 +95,12 @@ pub fn draw(
 
 /// Left end of the free area, after an open card.
 fn beside_cards(context: &Context, free: Rect) -> f32 {
-    context.memory(|memory| {
-        let open = CARDS.iter().filter_map(|name| {
-            let id = Id::new(*name);
-            let is_open = memory.areas().is_visible(&LayerId::new(Order::Middle, id));
-            memory.area_rect(id).filter(|_| is_open)
-        });
-        let ends = open.map(|card| card.right());
-        let fits = ends.filter(|end| end + WIDTH + 30.0 < free.right());
-        fits.fold(free.left(), f32::max)
-    })
+    let open = CARDS
+        .iter()
+        .filter_map(|name| area::card(context, name, Order::Middle));
+    let ends = open.map(|card| card.right());
+    let fits = ends.filter(|end| end + WIDTH + 30.0 < free.right());
+    fits.fold(free.left(), f32::max)
 }
 
 fn contents(
