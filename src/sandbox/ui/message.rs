@@ -156,7 +156,7 @@ fn show(
 pub fn draw(context: &egui::Context, notices: &mut Notices, free: Rect) {
     let width = (free.width() - 24.0).clamp(120.0, WIDTH);
     // Above the legend of colors, if it is in this corner.
-    let legend = super::area::card(context, "color legend", Order::Middle);
+    let legend = area::card(context, "color legend", Order::Middle);
     let legend = legend.filter(|it| it.left() < free.left() + width);
     let mut bottom = legend.map_or(free.bottom() - 6.0, |it| it.top()) - 6.0;
     let mut dismissed = None;
