@@ -151,7 +151,10 @@ impl Plugin for PlotsPlugin {
             .add_message::<Requested>()
             .add_systems(
                 StepSchedule,
-                (take_in, pull).after(StepSystems::End).run_if(tick_ended),
+                (take_in, pull)
+                    .chain()
+                    .after(StepSystems::End)
+                    .run_if(tick_ended),
             )
             .add_systems(Update, (forget, obey, measure_frames).chain())
             .add_systems(EguiPrimaryContextPass, draw);
