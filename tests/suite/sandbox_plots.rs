@@ -120,7 +120,7 @@ fn the_force_of_a_drag_is_recorded_over_the_displacement_and_kept_after_the_rele
     let last = moved.last().expect("points");
     // It starts at the state before the grab, and positions are in single precision.
     let expected = 1e3 * f64::from(now.distance(start));
-    assert!((last - expected).abs() < 5.0, "{last} mm, not {expected}");
+    assert!((last - expected).abs() < 0.1, "{last} mm, not {expected}");
     app.world_mut()
         .resource_mut::<Actions>()
         .push(Action::Release { body });

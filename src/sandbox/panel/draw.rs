@@ -118,9 +118,9 @@ impl Panel {
             _ => {}
         }
         ui.horizontal(|ui| {
-            let width = 0.34 * ui.available_width();
-            self.color(ui, model, width);
-            self.solver_view(ui, model, width);
+            let width = ui.available_width();
+            self.color(ui, model, 0.43 * width);
+            self.solver_view(ui, model, 0.30 * width);
             let help = "Plots: figures over the last ten seconds, and force over displacement (I)";
             let plots = toggle(model.plots, "plots", "Plots", help);
             if section::button_row(ui, self, &[plots]).is_some() {
