@@ -598,10 +598,24 @@ fn the_pickers_open_and_choose() {
     assert_eq!(pointer.press_widget("scene"), []);
     let chosen = pointer.press_widget("scene.bunny");
     assert_eq!(chosen, [Request::OpenScene("bunny".to_owned())]);
-    assert_eq!(pointer.press_widget("solver"), []);
+    assert_eq!(pointer.press_widget("coloring"), []);
     assert_eq!(
         pointer.press_widget("solver.lanes"),
         [Request::SolverView(SolverView::Lanes)]
+    );
+    assert_eq!(pointer.press_widget("coloring"), []);
+    assert_eq!(
+        pointer.press_widget("color.tension"),
+        [Request::Color(ColorMode::Tension)]
+    );
+    // The model shows the constraints.
+    assert_eq!(pointer.press_widget("coloring"), []);
+    assert_eq!(
+        pointer.press_widget("color.off"),
+        [
+            Request::Color(ColorMode::Off),
+            Request::SolverView(SolverView::Off)
+        ]
     );
     assert_eq!(pointer.press_widget("scope"), []);
     assert_eq!(

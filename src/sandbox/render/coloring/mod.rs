@@ -170,6 +170,10 @@ fn scale(
         (low, high) = (low.min(value), high.max(value));
     }
     let goal = values::automatic(&mut sizes, quantity.signed, quantity.least);
+    if sizes.is_empty() && bodies.iter().any(|it| it.mode != view.color) {
+        // New bodies, whose values come with the next frame.
+        return;
+    }
     let is_new = *of != view.color;
     *of = view.color;
     let automatic = match is_new {
