@@ -67,8 +67,7 @@ mod tests {
         Vec3::new(lab.lightness, lab.a, lab.b)
     }
 
-    /// Of viridis, which is even in another space (CAM02-UCS), the steps in OKLab differ by a factor
-    /// of 1.6 from their mean at most; those of a rainbow by 3.
+    /// Viridis is even in another space (CAM02-UCS): its steps in OKLab differ by up to 13 %.
     #[test]
     fn both_maps_have_steps_of_similar_size() {
         let assert_even = |map: &[Vec3], most: f32| {
@@ -83,7 +82,7 @@ mod tests {
         let both = map(true);
         assert_even(&both[..=STOPS / 2], 1.05);
         assert_even(&both[STOPS / 2..], 1.05);
-        assert_even(&map(false), 1.6);
+        assert_even(&map(false), 1.15);
     }
 
     /// Lightness alone orders the values, so that no kind of color blindness confuses them.
