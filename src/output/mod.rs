@@ -7,6 +7,7 @@ mod free_path;
 pub mod json;
 pub mod page;
 pub mod plot;
+pub mod series;
 
 pub use free_path::{free_path, plain_name};
 

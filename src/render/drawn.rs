@@ -10,7 +10,7 @@ use bevy::{
     mesh::{Indices, PrimitiveTopology, VertexAttributeValues},
     prelude::*,
 };
-use std::sync::Arc;
+use std::{borrow::Cow, sync::Arc};
 
 /// The constant part of a body's drawn surface.
 #[derive(Debug, Default)]
@@ -79,6 +79,15 @@ impl Outline {
         .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, vec![[0.0_f32; 3]; count])
         .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, vec![[0.0_f32; 3]; count])
         .with_inserted_indices(Indices::U32(triangles.into_flattened()))
+    }
+
+    /// For each vertex of [`mesh`](Self::mesh), the point that it belongs to.
+    #[must_use]
+    pub fn copies(&self) -> Cow<'_, [u32]> {
+        match &self.form {
+            Form::Surface(surface) => Cow::Borrowed(&surface.source),
+            Form::Tube(tube) => Cow::Owned(tube.copies()),
+        }
     }
 
     /// Unique pairs of points, the edges of a wireframe.

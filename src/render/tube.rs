@@ -51,6 +51,20 @@ impl Tube {
             .sum()
     }
 
+    /// For each drawn vertex, the point that it belongs to.
+    #[must_use]
+    pub fn copies(&self) -> Vec<u32> {
+        let mut copies = Vec::with_capacity(self.vertices());
+        for chain in &self.chains {
+            let (head, tail) = (chain[0], chain[chain.len() - 1]);
+            for &point in [head].iter().chain(chain).chain(&[tail]) {
+                copies.extend([point; SIDES]);
+            }
+            copies.extend([head, tail]);
+        }
+        copies
+    }
+
     /// Triangles over the drawn vertices.
     #[must_use]
     pub fn triangles(&self) -> Vec<[u32; 3]> {
@@ -191,6 +205,22 @@ mod tests {
                 .flatten()
                 .all(|&v| (v as usize) < count)
         );
+    }
+
+    #[test]
+    fn every_vertex_is_within_reach_of_the_point_that_it_belongs_to() {
+        let tube = Tube::new(&[[0, 1], [1, 2]], 0.1);
+        let points = [Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0)];
+        let mut positions = vec![[0.0; 3]; tube.vertices()];
+        let mut normals = positions.clone();
+        tube.draw(&points, &mut positions, &mut normals);
+        let copies = tube.copies();
+        assert_eq!(copies.len(), positions.len());
+        for (position, point) in positions.iter().zip(copies) {
+            let distance = Vec3::from_array(*position).distance(points[point as usize]);
+            // On the ring around the point, or one radius beyond the end.
+            assert!(distance < 0.1 + 1e-6, "{distance}");
+        }
     }
 
     #[test]

@@ -116,6 +116,12 @@ pub enum Action<B = Entity> {
         /// The deformation.
         deformation: Deformation,
     },
+    /// Returns a body to its rest shape at its present place and mean orientation, at rest. Pinned
+    /// vertices stay.
+    ResetShape {
+        /// The body.
+        body: B,
+    },
     /// Restores a body in quarantine from its last finite state: that at the start of the tick in
     /// which it diverged, at rest.
     Restore {
@@ -148,6 +154,7 @@ impl<B> Action<B> {
             | Self::Pin { body, .. }
             | Self::Unpin { body, .. }
             | Self::Deform { body, .. }
+            | Self::ResetShape { body }
             | Self::Restore { body }
             | Self::Despawn { body } => Some(body),
         }
@@ -206,6 +213,7 @@ impl<B> Action<B> {
                 body: name(body)?,
                 deformation,
             },
+            Self::ResetShape { body } => Action::ResetShape { body: name(body)? },
             Self::Restore { body } => Action::Restore { body: name(body)? },
             Self::Spawn(new) => Action::Spawn(new),
             Self::Despawn { body } => Action::Despawn { body: name(body)? },

@@ -71,6 +71,22 @@ impl Job<'_> {
     }
 }
 
+/// What is kept of a substep to be read later.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Kept {
+    /// Multipliers of elastic effects, for later iterations or statistics.
+    pub multipliers: bool,
+    /// Multipliers of ground and colliders, for [`RecordContacts`](super::RecordContacts).
+    pub contacts: bool,
+}
+
+impl Kept {
+    fn prepare(self, stepper: &mut Stepper) {
+        stepper.states.records_contacts = self.contacts;
+        stepper.prepare(self.multipliers);
+    }
+}
+
 /// Result of stepping a body.
 #[derive(Debug)]
 pub(super) struct Outcome {
@@ -129,6 +145,13 @@ impl BodyContacts {
         })
     }
 
+    /// Forces of the contacts that pushed in the last substep on particles: body, particle, and
+    /// magnitude [N]. A contact acts on up to four particles, by the weights of its points.
+    pub fn particle_forces(&self) -> impl Iterator<Item = (Entity, usize, f64)> {
+        let forces = self.contacts.particle_forces();
+        forces.map(|(body, particle, force)| (self.bodies[body as usize], particle as usize, force))
+    }
+
     /// Pairs of bodies that touched at the start of the last substep, without duplicates.
     #[must_use]
     pub fn touching(&self) -> &[[Entity; 2]] {
@@ -161,18 +184,18 @@ impl Bodies<'_, '_> {
         })
     }
 
-    /// Begins or continues a tick, and begins a substep. Multipliers are kept if they are `read`.
-    pub fn begin(&mut self, step: &Substep, read: bool) {
+    /// Begins or continues a tick, and begins a substep.
+    pub fn begin(&mut self, step: &Substep, kept: Kept) {
         self.work(
             1,
             |_, _| true,
             |stepper, context| {
-                stepper.prepare(read);
+                kept.prepare(stepper);
                 stepper.begin(step, context);
                 Ok(Ledger::default())
             },
             Some(&|group, contacts, context| {
-                together::each(group, context, |it, _| it.body.prepare(read));
+                together::each(group, context, |it, _| kept.prepare(&mut it.body));
                 together::begin(group, contacts, step, context);
             }),
         );
@@ -182,7 +205,7 @@ impl Bodies<'_, '_> {
     pub fn advance(
         &mut self,
         substeps: &Range<u32>,
-        (read, tracked): (bool, bool),
+        (kept, tracked): (Kept, bool),
     ) -> impl Iterator<Item = Outcome> {
         let context = self.current.context(&self.threads);
         let iterations = substeps.len() * context.settings.substep(0).total_iterations() as usize;
@@ -190,7 +213,7 @@ impl Bodies<'_, '_> {
             iterations,
             |_, _| true,
             |stepper, context| {
-                stepper.prepare(read);
+                kept.prepare(stepper);
                 if tracked {
                     ledger::advance(stepper, substeps.clone(), context)
                 } else {
@@ -199,7 +222,7 @@ impl Bodies<'_, '_> {
                 }
             },
             Some(&|group, contacts, context| {
-                together::each(group, context, |it, _| it.body.prepare(read));
+                together::each(group, context, |it, _| kept.prepare(&mut it.body));
                 together::advance(group, contacts, substeps.clone(), tracked, context);
             }),
         );

@@ -37,7 +37,7 @@ pub use schedule::{
     ContactSchedule, EffectSystems, SoftBodySystems, SolvePhase, SolveSchedule, SolverSystems,
     StepSchedule, StepSystems, SubstepSchedule,
 };
-pub use statistics::{Measuring, Statistics, state_hash};
+pub use statistics::{Measuring, RecordContacts, Statistics, state_hash};
 pub use step::{CurrentSubstep, EndedEarly, Sleep, SolverThreads, end_tick, tick};
 
 pub(crate) use begin::wake_changed;
@@ -90,6 +90,7 @@ impl Plugin for SimulationPlugin {
             .init_resource::<plan::Plan>()
             .init_resource::<Actions>()
             .init_resource::<Measuring>()
+            .init_resource::<RecordContacts>()
             .init_resource::<Statistics>()
             .init_resource::<EnergyLedger>()
             .init_resource::<body::NextPlace>()

@@ -1,10 +1,10 @@
 //! Stepping: from real time to ticks, substeps and iterations.
 
 use super::{
-    Actions, Asleep, ContactSchedule, EnergyLedger, Measuring, Profile, Quarantined, RestTimer,
-    SimulationClock, SimulationSettings, SolveSchedule, SpawnOrder, StepSchedule, SubstepSchedule,
-    SubstepTime, Tick, TickStart,
-    jobs::{Bodies, BodyContacts, Outcome},
+    Actions, Asleep, ContactSchedule, EnergyLedger, Measuring, Profile, Quarantined,
+    RecordContacts, RestTimer, SimulationClock, SimulationSettings, SolveSchedule, SpawnOrder,
+    StepSchedule, SubstepSchedule, SubstepTime, Tick, TickStart,
+    jobs::{Bodies, BodyContacts, Kept, Outcome},
     plan,
     quarantine::quarantine,
 };
@@ -307,12 +307,12 @@ pub(super) fn run_substeps(
             advance_all(world, bodies, &mut outcomes, substeps);
         } else {
             let started = Instant::now();
-            let read = are_multipliers_read(world);
+            let kept = kept(world);
             let mut all = all(bodies, world);
             // For implicit Euler without repair and touching bodies, only the first substep needs a
             // start step.
             if !begun || settings.begins_each_substep() || all.begin_each_substep() {
-                all.begin(&settings.substep(next), read);
+                all.begin(&settings.substep(next), kept);
                 begun = true;
             }
             run_schedule(world, settings.substep(next));
@@ -344,9 +344,9 @@ fn advance_all(
     substeps: Range<u32>,
 ) {
     let tracked = world.resource::<EnergyLedger>().on;
-    let read = are_multipliers_read(world);
+    let kept = kept(world);
     let started = Instant::now();
-    outcomes.extend(all(bodies, world).advance(&substeps, (read, tracked)));
+    outcomes.extend(all(bodies, world).advance(&substeps, (kept, tracked)));
     world.resource_mut::<Profile>().solve(started.elapsed());
     let h = world.resource::<UnderWay>().settings.substep_seconds();
     let passed = Duration::from_secs_f64(h * f64::from(substeps.len() as u32));
@@ -369,10 +369,13 @@ fn all<'w, 's>(bodies: &'s mut SystemState<Bodies>, world: &'w mut World) -> Bod
     bodies.expect("the plugin of the simulation adds the resources")
 }
 
-/// Whether multipliers are read, by later iterations or for statistics.
-fn are_multipliers_read(world: &World) -> bool {
+/// What later iterations, statistics and drawing read.
+fn kept(world: &World) -> Kept {
     let settings = &world.resource::<UnderWay>().settings;
-    settings.substep(0).total_iterations() > 1 || world.resource::<Measuring>().0
+    Kept {
+        multipliers: settings.substep(0).total_iterations() > 1 || world.resource::<Measuring>().0,
+        contacts: world.resource::<RecordContacts>().0,
+    }
 }
 
 /// Runs one substep by its schedule.

@@ -38,10 +38,12 @@ mod sandbox_ablation;
 #[cfg(feature = "window")]
 mod sandbox_accuracy;
 #[cfg(feature = "window")]
+mod sandbox_coloring;
 mod sandbox_gallery;
 #[cfg(feature = "window")]
 mod sandbox_panel;
 #[cfg(feature = "window")]
+mod sandbox_plots;
 mod sandbox_quarantine;
 #[cfg(feature = "window")]
 mod sandbox_reference_overlay;
@@ -75,6 +77,7 @@ mod solver_contact;
 mod solver_direct;
 mod solver_effective;
 mod solver_equilibrium;
+mod solver_field;
 mod solver_force;
 mod solver_friction;
 mod solver_gradients;

@@ -21,6 +21,7 @@ use pliant::{
             show,
         },
         state::{
+            color::ColorMode,
             display::{DisplaySettings, Theme},
             request::{Distortion, Request},
             selection::Scope,
@@ -129,6 +130,7 @@ fn model() -> PanelModel {
         key,
         name: name.to_owned(),
         particles: 343,
+        inverted: 0,
         state,
     };
     let scene = |name: &str| SceneEntry {
@@ -184,6 +186,8 @@ fn model() -> PanelModel {
         material: None,
         answers: ("heavy elastica".to_owned(), true),
         solver: SolverView::Partitions,
+        color: ColorMode::Speed,
+        plots: false,
         threads: Some(parameter("threads", "", whole(8.0), 2.0)),
         projections: Some(212e6),
         steps: vec!["presolve", "stretch", "ground", "postsolve"],
@@ -457,6 +461,8 @@ fn every_button_makes_its_request() {
         ("squash", Request::Distort(Distortion::Squash)),
         ("shuffle", Request::Distort(Distortion::Shuffle)),
         ("mirror", Request::Distort(Distortion::Mirror)),
+        ("reset_shape", Request::Distort(Distortion::RestShape)),
+        ("plots", Request::Plots),
         ("pin", Request::Pin(true)),
         ("unpin_all", Request::UnpinAll),
         (
@@ -565,6 +571,7 @@ fn quarantined_bodies_are_named_and_one_button_restores_all_that_are_shown() {
         frozen.bodies.push(BodyEntry {
             key,
             name: format!("cube {key}"),
+            inverted: 0,
             particles: 8,
             state: BodyState::Quarantined("non-finite state of vertex 3 after stretch".to_owned()),
         });
@@ -591,10 +598,24 @@ fn the_pickers_open_and_choose() {
     assert_eq!(pointer.press_widget("scene"), []);
     let chosen = pointer.press_widget("scene.bunny");
     assert_eq!(chosen, [Request::OpenScene("bunny".to_owned())]);
-    assert_eq!(pointer.press_widget("solver"), []);
+    assert_eq!(pointer.press_widget("coloring"), []);
     assert_eq!(
         pointer.press_widget("solver.lanes"),
         [Request::SolverView(SolverView::Lanes)]
+    );
+    assert_eq!(pointer.press_widget("coloring"), []);
+    assert_eq!(
+        pointer.press_widget("color.tension"),
+        [Request::Color(ColorMode::Tension)]
+    );
+    // The model shows the constraints.
+    assert_eq!(pointer.press_widget("coloring"), []);
+    assert_eq!(
+        pointer.press_widget("color.off"),
+        [
+            Request::Color(ColorMode::Off),
+            Request::SolverView(SolverView::Off)
+        ]
     );
     assert_eq!(pointer.press_widget("scope"), []);
     assert_eq!(

@@ -4,8 +4,10 @@ use crate::support_app::{app_of, cubes, done, push, set, ticks};
 use bevy::{ecs::message::Messages, prelude::*};
 use pliant::{
     effect::{Collide, Stretch},
-    simulation::{Action, Applied, BodyDensity, Pins, Quarantined, state_hash},
-    solver::{Deformation, Density, Grab, ParticleIndex, Particles, SurfacePoint, VertexIndex},
+    simulation::{Action, Applied, BodyDensity, Pins, Quarantined, SoftBody, state_hash},
+    solver::{
+        Deformation, Density, Grab, ParticleIndex, Particles, SurfacePoint, VertexIndex, measure,
+    },
 };
 
 fn point() -> SurfacePoint {
@@ -92,6 +94,28 @@ fn a_squashed_body_starts_anew_from_there_and_leaves_quarantine() {
     assert!(app.world().get::<Quarantined>(body).is_none());
     ticks(&mut app, 300);
     assert!(particles(&app, body).first_not_finite().is_none());
+}
+
+#[test]
+fn a_crushed_body_gets_its_shape_back_and_leaves_quarantine() {
+    let (mut app, bodies, _) = app_of(&cubes());
+    let body = bodies[0];
+    let deformation = Deformation::Shuffle(3);
+    assert!(done(&mut app, Action::Deform { body, deformation }).is_empty());
+    ticks(&mut app, 1);
+    app.world_mut()
+        .get_mut::<Particles>(body)
+        .expect("a body")
+        .positions[0]
+        .x = f32::NAN;
+    ticks(&mut app, 1);
+    assert!(app.world().get::<Quarantined>(body).is_some());
+    assert!(done(&mut app, Action::ResetShape { body }).is_empty());
+    assert!(app.world().get::<Quarantined>(body).is_none());
+    let topology = app.world().get::<SoftBody>(body).expect("a body");
+    let error = measure::shape_error(topology, &particles(&app, body).positions);
+    // Positions near 1 m are rounded by 6e-8 m.
+    assert!(error < 1e-6, "{error}");
 }
 
 #[test]

@@ -1,10 +1,11 @@
 //! Deformations for stress tests: squashed, flat, scrambled, inverted.
 //!
 //! They move the particles that are not pinned and set their velocities to zero; rest shapes do not
-//! change.
+//! change. [`reset_shape`] returns a body to its rest shape.
 
-use super::{Particles, topology::bounds};
-use glam::Vec3;
+use super::{Particles, Topology, topology::bounds};
+use crate::kernel::fit::rotation_between;
+use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// A deformation of the current state.
@@ -47,6 +48,38 @@ pub fn deform(particles: &mut Particles, deformation: Deformation) {
             Deformation::Mirror => Vec3::new(2.0 * middle.x - place.x, place.y, place.z),
         };
         if x.w > 0.0 {
+            *x = moved.extend(x.w);
+        }
+    }
+    particles.settle();
+}
+
+/// Moves a body to its rest shape at its present place: about its present mean position, turned by
+/// the best rotation of the rest shape onto its present one (least squares over the particles), and
+/// raised if it would reach below its present lowest point. Velocities are zero afterwards. Pinned
+/// particles stay; plastic flow of rest values is kept.
+pub fn reset_shape(particles: &mut Particles, topology: &Topology) {
+    let count = particles.len();
+    if count == 0 || count != topology.rest.len() {
+        return;
+    }
+    let rest = || topology.rest.iter().map(|x| x.as_dvec3());
+    let now: Vec<DVec3> = (0..count).map(|i| particles.position(i)).collect();
+    let mean = |sum: DVec3| sum / count as f64;
+    let rest_middle = mean(rest().fold(DVec3::ZERO, |sum, x| sum + x));
+    let middle = mean(now.iter().fold(DVec3::ZERO, |sum, &x| sum + x));
+    let rotation = rotation_between(
+        rest().map(|x| x - rest_middle),
+        now.iter().map(|&x| x - middle),
+    );
+    let goal = |x: DVec3| middle + rotation * (x - rest_middle);
+    let lowest = |low: f64, x: DVec3| low.min(x.y);
+    let before = now.iter().copied().fold(f64::INFINITY, lowest);
+    let after = rest().map(goal).fold(f64::INFINITY, lowest);
+    let raised = DVec3::Y * (before - after).max(0.0);
+    for (x, rest) in particles.positions.iter_mut().zip(rest()) {
+        let moved = (goal(rest) + raised).as_vec3();
+        if x.w > 0.0 && moved.is_finite() {
             *x = moved.extend(x.w);
         }
     }

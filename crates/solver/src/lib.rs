@@ -32,7 +32,7 @@ mod reflection;
 pub mod step;
 pub mod topology;
 
-pub use diagnostics::{effective, ledger, measure, memory, modes, resolution};
+pub use diagnostics::{effective, field, ledger, measure, memory, modes, resolution};
 pub use effects::{elastic, force};
 pub use kernel::lanes;
 pub use step::{advance, body, history, method, repair, rest, rolling, spin, stages};
@@ -46,7 +46,7 @@ pub use contact::{
     Collide, Collider, ColliderMesh, ColliderMeshError, ColliderShape, Contact, ContactCounts,
     ContactForce, ContactMultiplier, Contacts, Ground, Path, Pose, SelfContact, StickyGround,
 };
-pub use deform::{Deformation, deform};
+pub use deform::{Deformation, deform, reset_shape};
 pub use direct::{Direct, DirectWorkspace};
 pub use effective::EffectiveCompliance;
 pub use effects::{Effects, all::*};

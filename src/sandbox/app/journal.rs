@@ -24,6 +24,7 @@ use std::{
 
 use bevy::{
     app::AppExit,
+    ecs::system::SystemParam,
     prelude::*,
     window::{ExitSystems, PrimaryWindow},
 };
@@ -33,12 +34,13 @@ use serde_json::{Value, json};
 use crate::{
     sandbox::{
         lab::{
-            ablation::AblationRects, accuracy::CardRects, gallery::GalleryRects,
+            ablation::AblationRects, accuracy::CardRects, gallery::GalleryRects, plots::PlotRects,
             quarantine::QuarantineRects,
         },
         panel::PanelRects,
         render::camera::OrbitCamera,
-        ui::message::Notices,
+        render::coloring::LegendRects,
+        ui::{WidgetRects, message::Notices},
     },
     scene::CurrentScene,
     simulation::{Action, Applied, Statistics},
@@ -137,32 +139,47 @@ fn write_scenes(mut journal: ResMut<Journal>, mut loaded: MessageReader<SceneLoa
     }
 }
 
+/// Rectangles of all widgets.
+#[derive(SystemParam)]
+struct Rects<'w> {
+    panel: Res<'w, PanelRects>,
+    accuracy: Res<'w, CardRects>,
+    ablation: Res<'w, AblationRects>,
+    gallery: Res<'w, GalleryRects>,
+    quarantine: Res<'w, QuarantineRects>,
+    legend: Res<'w, LegendRects>,
+    plots: Res<'w, PlotRects>,
+}
+
+impl Rects<'_> {
+    /// The rectangles of each card, and whether they have changed.
+    fn all(&self) -> [(&WidgetRects, bool); 7] {
+        [
+            (&self.panel, self.panel.is_changed()),
+            (&self.accuracy, self.accuracy.is_changed()),
+            (&self.ablation, self.ablation.is_changed()),
+            (&self.gallery, self.gallery.is_changed()),
+            (&self.quarantine, self.quarantine.is_changed()),
+            (&self.legend, self.legend.is_changed()),
+            (&self.plots, self.plots.is_changed()),
+        ]
+    }
+}
+
 fn write_widgets(
     mut journal: ResMut<Journal>,
-    (panel, card, ablation, gallery, quarantine): (
-        Res<PanelRects>,
-        Res<CardRects>,
-        Res<AblationRects>,
-        Res<GalleryRects>,
-        Res<QuarantineRects>,
-    ),
+    rects: Rects,
     window: Option<Single<&Window, With<PrimaryWindow>>>,
 ) {
-    let changed = panel.is_changed()
-        || card.is_changed()
-        || ablation.is_changed()
-        || gallery.is_changed()
-        || quarantine.is_changed();
+    let all = rects.all();
+    let changed = all.iter().any(|(_, changed)| *changed);
     let (true, Some(window)) = (changed, window) else {
         return;
     };
     let scale = window.scale_factor();
-    let now: BTreeMap<String, Rect> = panel
+    let now: BTreeMap<String, Rect> = all
         .iter()
-        .chain(card.iter())
-        .chain(ablation.iter())
-        .chain(gallery.iter())
-        .chain(quarantine.iter())
+        .flat_map(|(rects, _)| rects.iter())
         .map(|(name, rect)| (name.to_owned(), rect * scale))
         .collect();
     let before = std::mem::take(&mut journal.places);

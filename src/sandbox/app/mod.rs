@@ -2,6 +2,7 @@
 
 pub mod display;
 pub mod drop;
+pub mod export;
 pub mod import;
 pub mod journal;
 pub mod load;

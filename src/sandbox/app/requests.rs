@@ -5,7 +5,7 @@
 
 use bevy::prelude::*;
 
-use super::import;
+use super::{export, import};
 use crate::{
     effect::EffectRegistry,
     sandbox::{
@@ -14,16 +14,18 @@ use crate::{
             ablation::{AblationCommand, AblationState},
             accuracy::{Accuracy, AccuracyCommand},
             gallery::{Gallery, GalleryCommand},
+            plots::PlotCommand,
             reference_overlay::ReferenceCommand,
         },
         panel::{SceneDefaults, SceneSettings, energy, gather::track, restart, show_held},
         state::{
+            color::{ColorMode, ColorScale},
             display::DisplaySettings,
             first_steps::FirstSteps,
             request::{Distortion, Request, RequestSystems, Requested},
             selection::{Scope, Selection},
             spawn::{self, Spawn},
-            view::{LastGrab, ViewCommand, ViewSettings},
+            view::{LastGrab, SolverView, ViewCommand, ViewSettings},
         },
         ui::message::{Notices, capitalised},
     },
@@ -173,6 +175,19 @@ fn carry_out_one(world: &mut World, request: Request) {
         Request::Tetrahedra(on) => world.resource_mut::<ViewSettings>().tetrahedra = on,
         Request::Answers(on) => world.resource_mut::<ViewSettings>().answers = on,
         Request::SolverView(view) => world.resource_mut::<ViewSettings>().solver = view,
+        Request::Color(color) => {
+            let mut view = world.resource_mut::<ViewSettings>();
+            view.color = color;
+            if color != ColorMode::Off {
+                view.solver = SolverView::Off;
+            }
+            world.resource_mut::<ColorScale>().fixed = None;
+        }
+        Request::ColorRange(range) => color_range(world, range),
+        Request::Plots => {
+            world.write_message(PlotCommand::Toggle);
+        }
+        Request::ExportPlots => export::plots(world),
         Request::Help => world.resource_mut::<ViewSettings>().help_visible = true,
         Request::FirstSteps => world.resource_mut::<FirstSteps>().again(),
         Request::Display(change) => world.resource_mut::<DisplaySettings>().change(change),
@@ -251,6 +266,16 @@ fn threads(world: &mut World, count: f64) {
     }
 }
 
+fn color_range(world: &mut World, range: Option<(f32, f32)>) {
+    let is_valid = |&(low, high): &(f32, f32)| low.is_finite() && high.is_finite() && low < high;
+    if range.as_ref().is_none_or(is_valid) {
+        world.resource_mut::<ColorScale>().fixed = range;
+    } else {
+        let text = "The color range is unchanged: its start must be below its end";
+        world.resource_mut::<Notices>().warn(text);
+    }
+}
+
 fn spawn_size(world: &mut World, size: f64) {
     let size = size as f32;
     if spawn::SIZES.contains(&size) {
@@ -319,6 +344,10 @@ fn make_of(world: &mut World, scope: Scope, name: &str) {
 fn distort(world: &mut World, scope: Scope, distortion: Distortion) {
     for body in bodies(world, scope) {
         let deformation = match distortion {
+            Distortion::RestShape => {
+                push(world, Action::ResetShape { body });
+                continue;
+            }
             Distortion::Squash => Deformation::Squash(SQUASHED),
             Distortion::Shuffle => {
                 let mut shuffles = world.resource_mut::<Shuffles>();

@@ -60,6 +60,10 @@ pub enum Command {
     Answers,
     /// Cycles through the solver views: partition, color, lane, off.
     SolverView,
+    /// Cycles through the quantities by which bodies are colored.
+    Color,
+    /// Opens or closes the plots.
+    Plots,
     /// Opens or closes the accuracy card.
     Accuracy,
     /// Opens or closes the gallery of stress tests.
@@ -230,6 +234,13 @@ pub const BINDINGS: &[Binding] = &[
         "solver view: partitions, colors, lanes",
         Command::SolverView,
     ),
+    row(
+        &[Types("o")],
+        "O",
+        "color by strain, volume, speed, error, contact force",
+        Command::Color,
+    ),
+    row(&[Types("i")], "I", "plots over time", Command::Plots),
     row(&[Types("a")], "A", "accuracy vs. cost", Command::Accuracy),
     row(&[Types("c")], "C", "stress tests", Command::Gallery),
     row(

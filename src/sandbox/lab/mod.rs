@@ -4,6 +4,7 @@ pub mod ablation;
 pub mod accuracy;
 pub mod answer;
 pub mod gallery;
+pub mod plots;
 pub mod quarantine;
 pub mod reference_overlay;
 pub mod resolution;

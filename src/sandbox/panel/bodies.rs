@@ -4,7 +4,7 @@ use crate::sandbox::state::{
     request::{Distortion, Request},
     selection::Scope,
 };
-use bevy_egui::egui::{ComboBox, Label, RichText, Ui};
+use bevy_egui::egui::{ComboBox, Label, RichText, Ui, WidgetText};
 
 use super::{
     Panel,
@@ -49,7 +49,7 @@ fn scope(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
                 }
                 for body in &model.bodies {
                     let scope = Scope::Body(body.key);
-                    let line = ui.selectable_label(model.scope == scope, body.name.as_str());
+                    let line = ui.selectable_label(model.scope == scope, listed(ui, body));
                     panel.note(format!("scope.{}", body.name), &line, ui);
                     if line.clicked() {
                         panel.ask(Request::Show(scope));
@@ -65,16 +65,26 @@ fn scope(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     });
 }
 
+/// A body in the list, with the number of its inverted elements.
+fn listed(ui: &Ui, body: &BodyEntry) -> WidgetText {
+    if body.inverted == 0 {
+        return body.name.as_str().into();
+    }
+    let text = format!("{} · {} inverted", body.name, number::count(body.inverted));
+    RichText::new(text).color(theme::of(ui).alarm).into()
+}
+
 /// A line about the selected bodies: size and state.
 fn state(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     let in_scope = model
         .bodies
         .iter()
         .filter(|body| model.scope == Scope::All || model.scope == Scope::Body(body.key));
-    let (mut particles, mut asleep) = (0, 0);
+    let (mut particles, mut asleep, mut inverted) = (0, 0, 0);
     let mut stuck = Vec::new();
     for body in in_scope {
         particles += body.particles;
+        inverted += body.inverted;
         match &body.state {
             BodyState::Awake => {}
             BodyState::Asleep => asleep += 1,
@@ -92,6 +102,19 @@ fn state(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         (n, Scope::All) => text.push_str(&format!(" · {n} asleep")),
     }
     section::note(ui, &text);
+    if inverted > 0 {
+        let text = match inverted {
+            1 => "1 inverted element".to_owned(),
+            _ => format!("{} inverted elements", number::count(inverted)),
+        };
+        let text = RichText::new(text).small().color(theme::of(ui).alarm);
+        let line = ui.add(Label::new(text).wrap());
+        panel.note("inverted", &line, ui);
+        line.on_hover_text(
+            "Tetrahedra that are turned inside out or flat, drawn in magenta. “Reset shape” returns \
+             the selection to its rest shape.",
+        );
+    }
     quarantined(ui, panel, &stuck);
 }
 
@@ -157,8 +180,16 @@ fn buttons(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         "Stress tests",
         "Known hard cases for solvers, on this body or on test bodies, with pass limits (C)",
     );
-    if section::button_row(ui, panel, &[gallery]).is_some() {
-        panel.ask(Request::Gallery);
+    let reset = button(
+        "reset_shape",
+        "Reset shape",
+        "Return the selection to its rest shape, at its present place and mean orientation; pinned \
+         points stay",
+    );
+    match section::button_row(ui, panel, &[gallery, reset]) {
+        Some(0) => panel.ask(Request::Gallery),
+        Some(_) => panel.ask(Request::Distort(Distortion::RestShape)),
+        None => {}
     }
     let help = match &model.grabbed {
         Some(grab) => format!("The point of {} that was grabbed last (P)", grab.body),

@@ -11,7 +11,7 @@ use super::{
     settings, world,
 };
 use crate::sandbox::{
-    state::view::SolverView,
+    state::{color::ColorMode, view::SolverView},
     ui::{WidgetRects, theme},
 };
 
@@ -109,16 +109,23 @@ impl Panel {
                 "Reference overlay: draw a double-precision simulation with smaller substeps over \
                  each body, and plot the distance to it (G)",
             ),
+            toggle(
+                model.plots,
+                "plots",
+                "Plots",
+                "Plots: figures over the last ten seconds, and force over displacement (I)",
+            ),
         ];
         match section::button_row(ui, self, &buttons) {
             Some(0) => self.ask(Request::Wireframe(!model.wireframe)),
             Some(1) => self.ask(Request::Tetrahedra(!model.tetrahedra)),
             Some(2) => self.ask(Request::Contacts(!model.contacts)),
             Some(3) => self.ask(Request::ReferenceOverlay),
+            Some(4) => self.ask(Request::Plots),
             _ => {}
         }
         ui.horizontal(|ui| {
-            self.solver_view(ui, model);
+            self.coloring(ui, model);
             let buttons = [
                 RowButton::new("frame", "Fit all", "Frame all bodies in the view (F)"),
                 RowButton::new(
@@ -137,41 +144,56 @@ impl Panel {
         });
     }
 
-    /// The solver views as a drop-down.
-    fn solver_view(&mut self, ui: &mut Ui, model: &PanelModel) {
+    /// What is drawn, as a drop-down: shaded bodies, bodies colored by a quantity, or the
+    /// constraints.
+    fn coloring(&mut self, ui: &mut Ui, model: &PanelModel) {
+        let color = |mode: ColorMode| mode.quantity().map_or("Shaded", |it| it.title);
         let views = [
-            (
-                SolverView::Off,
-                "solver.off",
-                "Shaded",
-                "Draw the bodies as shaded surfaces",
-            ),
             (
                 SolverView::Partitions,
                 "solver.partitions",
                 "Partitions",
-                "Draw the constraints by partition, the piece of a body that one worker steps",
+                "Draw the constraints by partition, the piece of a body that one worker steps (V)",
             ),
             (
                 SolverView::Colors,
                 "solver.colors",
                 "Colors",
                 "Draw the constraints by graph color: constraints of one color share no particle \
-                 and can be solved at the same time",
+                 and can be solved at the same time (V)",
             ),
             (
                 SolverView::Lanes,
                 "solver.lanes",
                 "Lanes",
                 "Draw the constraints by SIMD lane, their place in a block of eight that is solved \
-                 together",
+                 together (V)",
             ),
         ];
-        let current = views.iter().find(|(view, ..)| *view == model.solver);
-        let menu = ComboBox::from_id_salt("solver view")
-            .selected_text(current.map_or("", |(_, _, title, _)| title))
-            .width(0.3 * ui.available_width())
+        let view = views.iter().find(|(view, ..)| *view == model.solver);
+        let current = view.map_or(color(model.color), |(_, _, title, _)| title);
+        let menu = ComboBox::from_id_salt("coloring")
+            .selected_text(current)
+            .width(0.4 * ui.available_width())
+            .truncate()
             .show_ui(ui, |ui| {
+                for mode in ColorMode::ALL {
+                    let selected = view.is_none() && mode == model.color;
+                    let line = ui.selectable_label(selected, color(mode));
+                    let help = mode
+                        .quantity()
+                        .map_or("The bodies in their own colors", |it| it.help);
+                    let line = line.on_hover_text(help);
+                    self.note(format!("color.{}", mode.name()), &line, ui);
+                    if line.clicked() {
+                        self.ask(Request::Color(mode));
+                        if mode == ColorMode::Off && view.is_some() {
+                            self.ask(Request::SolverView(SolverView::Off));
+                        }
+                    }
+                }
+                ui.separator();
+                ui.weak("Constraints by");
                 for (view, name, title, help) in views {
                     let line = ui.selectable_label(view == model.solver, title);
                     let line = line.on_hover_text(help);
@@ -181,9 +203,10 @@ impl Panel {
                     }
                 }
             });
-        self.note("solver", &menu.response, ui);
+        self.note("coloring", &menu.response, ui);
         menu.response.on_hover_text(
-            "Solver view: the constraints in the order in which they are solved (V)",
+            "Color the bodies by strain, volume change, speed, constraint error or contact force \
+             (O), or draw the constraints in the order in which they are solved (V)",
         );
     }
 }

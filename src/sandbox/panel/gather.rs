@@ -19,7 +19,7 @@ use crate::{
         Contact, Effect, EffectInfo, EffectRegistry, ParameterInfo, Pressure, Scale, SelfContact,
     },
     sandbox::{
-        lab::{quarantine, throughput::Throughput},
+        lab::{plots::Plots, quarantine, throughput::Throughput},
         render::quality::EffectiveQuality,
         state::{
             display::DisplaySettings,
@@ -35,7 +35,7 @@ use crate::{
         Asleep, BodyDensity, Pins, Profile, Quarantined, SimulationClock, SimulationSettings,
         SoftBody, SolverThreads, Statistics, action, carried, plain::bodies_in_order, system_names,
     },
-    solver::{EffectStates, available},
+    solver::{EffectStates, Particles, available, measure},
 };
 
 /// Weight of a new measurement in the smoothed one.
@@ -119,6 +119,8 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         tetrahedra: view.tetrahedra,
         answers: (scene.map(answers).unwrap_or_default(), view.answers),
         solver: view.solver,
+        color: view.color,
+        plots: world.get_resource().is_some_and(Plots::is_open),
         reference_overlay: reference_overlay::model(world),
         display: *world.resource::<DisplaySettings>(),
         automatic_scale: world.resource::<InterfaceScale>().automatic,
@@ -182,8 +184,18 @@ fn entry(world: &World, body: Entity) -> BodyEntry {
             .get::<Name>()
             .map_or_else(|| body.to_string(), |name| name.to_string()),
         particles: entity.get::<SoftBody>().map_or(0, |body| body.particles()),
+        inverted: inverted(world, entity),
         state,
     }
+}
+
+/// Number of inverted elements of a body, which are counted only if there are any.
+fn inverted(world: &World, body: EntityRef) -> usize {
+    let are_there = world.resource::<Statistics>().inverted > 0;
+    let parts = body.get::<SoftBody>().zip(body.get::<Particles>());
+    parts.filter(|_| are_there).map_or(0, |(body, particles)| {
+        measure::inverted(body, &particles.positions)
+    })
 }
 
 fn effect(world: &World, info: &EffectInfo, bodies: &[Entity], shown: &[Entity]) -> EffectModel {

@@ -8,7 +8,10 @@ use super::{energy::EnergyTrack, history::History};
 use crate::{
     sandbox::{
         lab::reference_overlay::distance::Trail,
-        state::{display::DisplaySettings, selection::Scope, spawn::Spawn, view::SolverView},
+        state::{
+            color::ColorMode, display::DisplaySettings, selection::Scope, spawn::Spawn,
+            view::SolverView,
+        },
         ui::track::Track,
     },
     scene::Material,
@@ -71,6 +74,10 @@ pub struct PanelModel {
     pub answers: (String, bool),
     /// The active solver view.
     pub solver: SolverView,
+    /// The quantity by which bodies are colored.
+    pub color: ColorMode,
+    /// Whether the plots over time are open.
+    pub plots: bool,
     /// The reference overlay, if it is on.
     pub reference_overlay: Option<ReferenceModel>,
     /// The display settings.
@@ -137,6 +144,8 @@ pub struct BodyEntry {
     pub name: String,
     /// Number of particles.
     pub particles: usize,
+    /// Number of inverted elements.
+    pub inverted: usize,
     /// State.
     pub state: BodyState,
 }

@@ -4,6 +4,7 @@
 //! which the standard material does not offer, and it costs a software renderer a third of the
 //! standard material.
 
+use super::coloring::map::STOPS;
 use bevy::{
     asset::embedded_asset,
     mesh::MeshVertexBufferLayoutRef,
@@ -61,6 +62,8 @@ pub struct Finish {
     /// Opacity where the surface faces the eye, 0 (clear glass) to 1. Grazing surfaces are less
     /// transparent.
     pub opacity: f32,
+    /// Color map of a surface that is [colored](super::coloring) by a quantity: linear sRGB in xyz.
+    pub map: [Vec4; STOPS],
 }
 
 impl Finish {
@@ -105,6 +108,7 @@ impl Finish {
             // Transmitted light loses most of the components that the color lacks.
             deep: color.powf(1.0 + 0.35 * translucency),
             opacity: 1.0,
+            map: [Vec4::ZERO; STOPS],
         }
     }
 }

@@ -3,8 +3,10 @@
 pub mod bodies;
 pub mod camera;
 pub mod colliders;
+pub mod coloring;
 pub mod contacts;
 pub mod grounding;
+pub mod inverted;
 pub mod material;
 pub mod orbit;
 pub mod overlay;

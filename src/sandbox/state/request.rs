@@ -1,7 +1,9 @@
 //! Requests of the user, from the panel, a key or a card;
 //! [`app::requests`](crate::sandbox::app::requests) carries them out.
 
-use super::{display::DisplayChange, selection::Scope, spawn::SpawnPlace, view::SolverView};
+use super::{
+    color::ColorMode, display::DisplayChange, selection::Scope, spawn::SpawnPlace, view::SolverView,
+};
 use bevy::prelude::*;
 
 /// A request was made.
@@ -21,6 +23,8 @@ pub enum Distortion {
     Shuffle,
     /// Swap left and right, which inverts every element.
     Mirror,
+    /// Return to the rest shape, at the present place and mean orientation.
+    RestShape,
 }
 
 /// A request of the user, from the panel or a key.
@@ -108,6 +112,14 @@ pub enum Request {
     Answers(bool),
     /// Set the solver view.
     SolverView(SolverView),
+    /// Color the bodies by a quantity, and leave the solver view.
+    Color(ColorMode),
+    /// Fix the range of the colors [SI]; `None` for the automatic one.
+    ColorRange(Option<(f32, f32)>),
+    /// Open or close the plots.
+    Plots,
+    /// Save the plots as CSV and SVG.
+    ExportPlots,
     /// Frame all bodies.
     FrameAll,
     /// Open or close the accuracy card.

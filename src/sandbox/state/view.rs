@@ -4,7 +4,7 @@
 //! Everything here is plain state. The keys and the panel write it; the camera, the overlays, the
 //! drag and the scene loader read it. It depends on neither egui nor the solver.
 
-use super::display::Side;
+use super::{color::ColorMode, display::Side};
 use crate::solver::VertexIndex;
 use bevy::prelude::*;
 
@@ -32,6 +32,8 @@ pub struct ViewSettings {
     pub answers: bool,
     /// Draw the constraints instead of the bodies, colored by their solution order.
     pub solver: SolverView,
+    /// The quantity by which bodies are colored, unless the constraints are drawn.
+    pub color: ColorMode,
     /// Show the panel. The head-up line stays.
     pub panel_visible: bool,
     /// Show the overlay of keys.
@@ -51,6 +53,7 @@ impl Default for ViewSettings {
             contacts: false,
             answers: false,
             solver: SolverView::Off,
+            color: ColorMode::Off,
             panel_visible: true,
             help_visible: false,
             panel_width: 0.0,

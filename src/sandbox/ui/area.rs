@@ -1,7 +1,7 @@
 //! The area of the window that the panel leaves free.
 
 use crate::sandbox::state::view::ViewSettings;
-use bevy_egui::egui::{Context, Rect, Vec2, vec2};
+use bevy_egui::egui::{Context, Id, LayerId, Order, Rect, Vec2, vec2};
 
 /// The free area [logical px].
 #[must_use]
@@ -18,4 +18,15 @@ pub fn free(context: &Context, view: &ViewSettings) -> Rect {
 #[must_use]
 pub fn off_center(context: &Context, area: Rect) -> Vec2 {
     vec2(area.center().x - context.content_rect().center().x, 0.0)
+}
+
+/// The rectangle of a card over the view [logical px], by the identity and order of its area; `None`
+/// while it is not shown.
+#[must_use]
+pub fn card(context: &Context, name: &str, order: Order) -> Option<Rect> {
+    let id = Id::new(name);
+    context.memory(|memory| {
+        let is_shown = memory.areas().is_visible(&LayerId::new(order, id));
+        memory.area_rect(id).filter(|_| is_shown)
+    })
 }

@@ -155,7 +155,10 @@ fn show(
 /// Draws the notes in the lower left corner of the area that the panel leaves free.
 pub fn draw(context: &egui::Context, notices: &mut Notices, free: Rect) {
     let width = (free.width() - 24.0).clamp(120.0, WIDTH);
-    let mut bottom = free.bottom() - 12.0;
+    // Above the legend of colors, if it is in this corner.
+    let legend = area::card(context, "color legend", Order::Middle);
+    let legend = legend.filter(|it| it.left() < free.left() + width);
+    let mut bottom = legend.map_or(free.bottom() - 6.0, |it| it.top()) - 6.0;
     let mut dismissed = None;
     for (index, notice) in notices.0.iter().enumerate().rev() {
         let area = Area::new(Id::new(("notice", index)))

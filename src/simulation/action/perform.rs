@@ -9,7 +9,7 @@ use crate::{
     },
     solver::{
         CollisionIterations, Grab, InvalidValue, Iterations, KeepSpin, Order, Particles, Rate,
-        SmoothingIterations, Substeps, SurfacePoint, VertexIndex, deform,
+        SmoothingIterations, Substeps, SurfacePoint, Topology, VertexIndex, deform, reset_shape,
     },
 };
 use bevy::prelude::*;
@@ -78,17 +78,10 @@ pub fn perform(world: &mut World, action: &Action) -> Result<(), ActionError> {
         }
         Action::Pin { body, vertex } => change_pins(world, *body, *vertex, true),
         Action::Unpin { body, vertex } => change_pins(world, *body, *vertex, false),
-        Action::Deform { body, deformation } => {
-            let mut entity = body_mut(world, *body)?;
-            if let Some(mut particles) = entity.get_mut::<Particles>() {
-                deform(&mut particles, *deformation);
-                let start = particles.clone();
-                entity.insert(TickStart(start));
-            }
-            entity.remove::<Quarantined>();
-            wake(&mut entity);
-            Ok(())
-        }
+        Action::Deform { body, deformation } => reshape(world, *body, |particles, _| {
+            deform(particles, *deformation);
+        }),
+        Action::ResetShape { body } => reshape(world, *body, reset_shape),
         Action::Restore { body } => {
             let mut entity = body_mut(world, *body)?;
             entity
@@ -131,6 +124,24 @@ fn rouse(entity: &mut EntityWorldMut) {
     if entity.contains::<Asleep>() {
         wake(entity);
     }
+}
+
+/// Changes the particles of a body between ticks, and ends its quarantine.
+fn reshape(
+    world: &mut World,
+    body: Entity,
+    change: impl FnOnce(&mut Particles, &Topology),
+) -> Result<(), ActionError> {
+    let mut entity = body_mut(world, body)?;
+    let topology = entity.get::<SoftBody>().map(|body| Arc::clone(&body.0));
+    if let (Some(topology), Some(mut particles)) = (topology, entity.get_mut::<Particles>()) {
+        change(&mut particles, &topology);
+        let start = particles.clone();
+        entity.insert(TickStart(start));
+    }
+    entity.remove::<Quarantined>();
+    wake(&mut entity);
+    Ok(())
 }
 
 fn find_effect<'w>(

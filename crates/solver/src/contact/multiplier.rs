@@ -25,6 +25,7 @@ impl ContactMultiplier {
     /// Allocates the multipliers of a body, or frees them if there is only one pass, after which
     /// they are not read.
     pub(super) fn allocate(kept: &mut Vec<Self>, body: &Resting, is_read: bool) {
+        let is_read = is_read || body.records_contacts;
         let count = if is_read || body.step.contact_passes() > 1 {
             body.topology.particles()
         } else {

@@ -111,9 +111,12 @@ pub fn volume_error(topology: &Topology, positions: &[Vec4]) -> f64 {
     tetrahedron_volumes(topology, positions).sum::<f64>() / rest - 1.0
 }
 
-/// Number of inverted tetrahedra.
-#[must_use]
-pub fn inverted(topology: &Topology, positions: &[Vec4]) -> usize {
+/// Corners of the inverted tetrahedra: those whose signed volume is zero or has another sign than at
+/// rest.
+pub fn inverted_elements(
+    topology: &Topology,
+    positions: &[Vec4],
+) -> impl Iterator<Item = [u32; 4]> {
     topology
         .tetrahedra
         .corners()
@@ -122,7 +125,13 @@ pub fn inverted(topology: &Topology, positions: &[Vec4]) -> usize {
             let x = corners.map(|i| positions[i as usize].truncate());
             volume_and_gradients(x).0 * rest <= 0.0
         })
-        .count()
+        .map(|(corners, _)| corners)
+}
+
+/// Number of inverted tetrahedra.
+#[must_use]
+pub fn inverted(topology: &Topology, positions: &[Vec4]) -> usize {
+    inverted_elements(topology, positions).count()
 }
 
 /// Elastic energy ½C²/α of the constraints of an effect [J]; rigid ones store none.

@@ -1,7 +1,8 @@
-//! Measurements of bodies: energies and the energy ledger, residuals, modes, effective compliance,
-//! memory.
+//! Measurements of bodies: energies and the energy ledger, residuals, quantities by particle, modes,
+//! effective compliance, memory.
 
 pub mod effective;
+pub mod field;
 pub mod ledger;
 pub mod measure;
 pub mod memory;

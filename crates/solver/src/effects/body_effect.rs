@@ -142,6 +142,9 @@ pub struct Resting<'a> {
     pub topology: &'a Topology,
     /// The first substep.
     pub step: &'a Substep,
+    /// Whether forces of contacts are measured afterwards, see
+    /// [`EffectStates::records_contacts`](crate::EffectStates::records_contacts).
+    pub records_contacts: bool,
 }
 
 /// A pass over a piece of a body.

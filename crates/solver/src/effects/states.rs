@@ -13,6 +13,9 @@ pub struct EffectStates {
     multipliers: [Vec<f32>; ElasticKind::COUNT],
     /// Sums of the displacements of averaged passes; zeros between them.
     sums: Vec<Vec4>,
+    /// Whether the multipliers of ground and colliders are kept after a substep with one pass over
+    /// them, to be measured; default false. It does not change the motion.
+    pub records_contacts: bool,
     /// States of effects without elements.
     pub others: BodyEffectStates,
 }

@@ -112,6 +112,7 @@ impl Stepper<'_> {
         let body = Resting {
             topology: self.topology,
             step,
+            records_contacts: self.states.records_contacts,
         };
         for &kind in BodyEffectKind::ALL {
             if act(kind) {

@@ -59,6 +59,8 @@ impl Commander<'_, '_> {
             Command::Tetrahedra => self.view.tetrahedra = !self.view.tetrahedra,
             Command::Answers => self.view.answers = !self.view.answers,
             Command::SolverView => self.view.solver = self.view.solver.next(),
+            Command::Color => self.ask(Request::Color(self.view.color.next())),
+            Command::Plots => self.ask(Request::Plots),
             Command::Accuracy => self.ask(Request::Accuracy),
             Command::Gallery => self.ask(Request::Gallery),
             Command::ReferenceOverlay => self.ask(Request::ReferenceOverlay),

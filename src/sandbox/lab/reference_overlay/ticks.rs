@@ -77,7 +77,12 @@ pub(super) fn observe(world: &mut World, mut read: Local<MessageCursor<Applied>>
         return;
     }
     let mut applied = read.read(world.resource::<Messages<Applied>>());
-    let deformed = applied.any(|applied| matches!(applied.action, Action::Deform { .. }));
+    let deformed = applied.any(|applied| {
+        matches!(
+            applied.action,
+            Action::Deform { .. } | Action::ResetShape { .. }
+        )
+    });
     world.resource_scope(|world, mut reference_overlay: Mut<ReferenceOverlay>| {
         if reference_overlay.follower.is_none() && reference_overlay.trouble.is_none() {
             begin(world, &mut reference_overlay);

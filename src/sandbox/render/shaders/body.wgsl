@@ -25,12 +25,33 @@ struct Finish {
     deep: vec3<f32>,
     // Opacity where the surface faces the eye; 1 except for glass.
     opacity: f32,
+    // Colors of values, linear sRGB, evenly spaced from 0 to 1.
+    map: array<vec4<f32>, 11>,
 }
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(0) var<uniform> finish: Finish;
 
 // Minimum cosine between a normal and the direction to the eye.
 const GRAZING: f32 = 0.12;
+
+#ifdef VERTEX_UVS_B
+// The color of a value that is at a place of the color map and at a place of the range, each from 0
+// to 1. A value beyond the range is striped, one that is not defined gray.
+fn value_color(value: vec2<f32>, frag_coord: vec2<f32>) -> vec3<f32> {
+    if (value.x < -100.0) {
+        return vec3<f32>(0.32);
+    }
+    let place = saturate(value.x) * 10.0;
+    let first = min(u32(place), 9u);
+    let color = mix(finish.map[first].rgb, finish.map[first + 1u].rgb, place - f32(first));
+    let is_light = dot(color, vec3<f32>(0.2126, 0.7152, 0.0722)) > 0.25;
+    let stripe = select(vec3<f32>(1.0), vec3<f32>(0.0), is_light);
+    let is_stripe = fract((frag_coord.x + frag_coord.y) / 9.0) < 0.3;
+    // Rounding of a value at an end of the range does not count.
+    let is_beyond = value.y > 1.0001 || value.y < -0.0001;
+    return select(color, mix(color, stripe, 0.7), is_beyond && is_stripe);
+}
+#endif
 
 @fragment
 fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> @location(0) vec4<f32> {
@@ -47,6 +68,12 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> @locatio
     let soft = finish.translucency;
 
     let shadow = key_visibility(in.world_position, normal);
+#ifdef VERTEX_UVS_B
+    // Plain and matt, so that equal values look alike: shading only tells the shape.
+    let lit = 0.68 + 0.22 * saturate(dot(normal, key)) * shadow + 0.10 * normal.y;
+    let rim_light = 0.15 * finish.highlight * (1.0 - facing);
+    return vec4<f32>(value_color(in.uv_b, in.position.xy) * lit + rim_light, 1.0);
+#else
     let wrap = 0.6 * soft;
     let cosine = dot(normal, key);
     let wrapped = saturate((cosine + wrap) / ((1.0 + wrap) * (1.0 + wrap)));
@@ -83,4 +110,5 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> @locatio
     // Glass: more of it is in the way at grazing angles, and its reflection is opaque.
     let opacity = mix(finish.opacity, 1.0, 0.6 * rim);
     return vec4<f32>(expose(color, in.position.xy).rgb, opacity);
+#endif
 }

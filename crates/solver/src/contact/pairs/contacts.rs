@@ -298,6 +298,13 @@ impl Contacts {
         rows.map(|row| row.force(self.h, &self.active))
     }
 
+    /// Forces of the active contacts in the last substep on particles: index of the body, particle,
+    /// and magnitude [N]. A contact acts on up to four particles, by the weights of its points.
+    pub fn particle_forces(&self) -> impl Iterator<Item = (u32, u32, f64)> {
+        let rows = self.rows.iter().flatten().filter(|row| row.acts());
+        rows.flat_map(|row| row.particle_forces(self.h, &self.active))
+    }
+
     /// Smallest distance of two surfaces in contact at the start of the last substep [m]; `None`
     /// without a pair near enough for a constraint.
     #[must_use]

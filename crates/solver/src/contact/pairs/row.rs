@@ -326,6 +326,25 @@ impl ContactRow {
         }
     }
 
+    /// Its force on each of its particles, in the substep of `h` seconds: index of the body,
+    /// particle, and magnitude [N].
+    pub fn particle_forces(
+        &self,
+        h: f64,
+        active: &[Active],
+    ) -> impl Iterator<Item = (u32, u32, f64)> {
+        let force = self.normal * self.normal_multiplier + self.friction_multiplier;
+        let force = force.length() / (h * h);
+        let corners = self.corners.into_iter().zip(self.weights);
+        let on = corners.map(move |(corner, weight)| {
+            let it = &active[corner as usize];
+            (it.body, it.particle, weight.abs() * force)
+        });
+        on.filter(|&(body, _, force)| body != NO_INDEX && force > 0.0)
+            .collect::<Vec<_>>()
+            .into_iter()
+    }
+
     /// Projects the constraint.
     pub fn solve(&mut self, active: &mut [Active], rigids: &mut [Rigid]) {
         let Self {
