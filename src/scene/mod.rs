@@ -33,6 +33,7 @@ pub mod material;
 pub mod overrides;
 pub mod registry;
 pub mod run;
+pub mod save;
 mod spawn;
 
 pub use crate::simulation::{BodySkin, SceneEntity};
