@@ -37,6 +37,8 @@ mod sandbox_accuracy;
 #[cfg(feature = "window")]
 mod sandbox_gallery;
 #[cfg(feature = "window")]
+mod sandbox_keep;
+#[cfg(feature = "window")]
 mod sandbox_panel;
 #[cfg(feature = "window")]
 mod sandbox_quarantine;

@@ -32,6 +32,7 @@ use serde_json::{Value, json};
 
 use crate::{
     sandbox::{
+        app::keep::KeepRects,
         lab::{accuracy::CardRects, gallery::GalleryRects, quarantine::QuarantineRects},
         panel::PanelRects,
         render::camera::OrbitCamera,
@@ -136,16 +137,17 @@ fn write_scenes(mut journal: ResMut<Journal>, mut loaded: MessageReader<SceneLoa
 
 fn write_widgets(
     mut journal: ResMut<Journal>,
-    (panel, card, gallery, quarantine): (
+    (panel, card, gallery, quarantine, keep): (
         Res<PanelRects>,
         Res<CardRects>,
         Res<GalleryRects>,
         Res<QuarantineRects>,
+        Res<KeepRects>,
     ),
     window: Option<Single<&Window, With<PrimaryWindow>>>,
 ) {
-    let changed =
-        panel.is_changed() || card.is_changed() || gallery.is_changed() || quarantine.is_changed();
+    let cards = gallery.is_changed() || quarantine.is_changed() || keep.is_changed();
+    let changed = panel.is_changed() || card.is_changed() || cards;
     let (true, Some(window)) = (changed, window) else {
         return;
     };
@@ -155,6 +157,7 @@ fn write_widgets(
         .chain(card.iter())
         .chain(gallery.iter())
         .chain(quarantine.iter())
+        .chain(keep.iter())
         .map(|(name, rect)| (name.to_owned(), rect * scale))
         .collect();
     let before = std::mem::take(&mut journal.places);

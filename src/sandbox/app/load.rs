@@ -4,6 +4,7 @@
 //! continues. If the scene cannot be built, the open one stays, and [`SceneLoaded`] carries the
 //! reason.
 
+use super::keep;
 use crate::{
     recording::{About, Recorder, SnapshotError, open},
     sandbox::{
@@ -151,6 +152,7 @@ fn finish(world: &mut World) {
             world.insert_resource(current);
             Recorder::scene_ends(world);
             replace(world, &built);
+            keep::scene_opened(world, &built);
             Recorder::scene_opened(world, about);
             look(world, &built, hint, camera);
             world.insert_resource(Beginning(built));

@@ -5,7 +5,7 @@
 
 use bevy::prelude::*;
 
-use super::import;
+use super::{film, import, keep};
 use crate::{
     effect::EffectRegistry,
     sandbox::{
@@ -88,6 +88,8 @@ fn carry_out_one(world: &mut World, request: Request) {
         }
         Request::FrameAll => command(world, ViewCommand::FrameAll),
         Request::Screenshot => command(world, ViewCommand::Screenshot),
+        Request::Keep(request) => keep::carry_out(world, request),
+        Request::Film => film::toggle(world),
         Request::Accuracy => {
             world.write_message(AccuracyCommand::Toggle);
             // The two cards share the same place on screen.

@@ -1,7 +1,8 @@
 //! The keys: one table, used by the handler here and by the help overlay.
 //!
-//! Keys are ignored while text is being typed in the panel, and while Ctrl, Alt or the system key
-//! is held. Letters follow the user's keyboard layout, not physical key positions.
+//! Keys are ignored while text is being typed in the panel, and while Alt or the system key is held;
+//! while Ctrl is held, only combinations with Ctrl count. Letters follow the user's keyboard layout,
+//! not physical key positions.
 
 mod commands;
 
@@ -69,6 +70,14 @@ pub enum Command {
     Panel,
     /// Saves a screenshot of the window.
     Screenshot,
+    /// Saves a picture of the view without the panel.
+    PlainPicture,
+    /// Saves the scene.
+    Save,
+    /// Starts or ends a recording.
+    Record,
+    /// Starts or ends a film.
+    Film,
     /// Shows or hides the overlay of keys.
     Help,
     /// Closes the overlay of keys.
@@ -95,14 +104,20 @@ pub struct Binding {
 pub enum KeyName {
     /// The key that types this letter or sign, in lower case.
     Types(&'static str),
+    /// Ctrl and the key that types this letter or sign, in lower case, without Shift.
+    Ctrl(&'static str),
+    /// Ctrl, Shift and the key that types this letter or sign, in lower case.
+    CtrlShift(&'static str),
     /// The space bar.
     Space,
     /// Escape.
     Escape,
     /// Delete.
     Delete,
-    /// A function key.
+    /// A function key, without Shift.
     Function(u8),
+    /// Shift and a function key.
+    ShiftFunction(u8),
     /// Page up.
     PageUp,
     /// Page down.
@@ -117,7 +132,10 @@ pub enum KeyName {
     Right,
 }
 
-use KeyName::{Delete, Down, Escape, Function, Left, PageDown, PageUp, Right, Space, Types, Up};
+use KeyName::{
+    Ctrl, CtrlShift, Delete, Down, Escape, Function, Left, PageDown, PageUp, Right, ShiftFunction,
+    Space, Types, Up,
+};
 
 const fn row(
     keys: &'static [KeyName],
@@ -238,6 +256,25 @@ pub const BINDINGS: &[Binding] = &[
         Command::Screenshot,
     ),
     row(
+        &[ShiftFunction(12)],
+        "Shift F12",
+        "save a picture without the panel",
+        Command::PlainPicture,
+    ),
+    row(&[Ctrl("s")], "Ctrl S", "save the scene", Command::Save),
+    row(
+        &[Function(9)],
+        "F9",
+        "start / end a recording",
+        Command::Record,
+    ),
+    row(
+        &[Function(10)],
+        "F10",
+        "start / end a film (GIF)",
+        Command::Film,
+    ),
+    row(
         &[Function(1), Types("?")],
         "F1 ?",
         "show / hide this help",
@@ -259,15 +296,32 @@ pub const GESTURES: &[(&str, &str)] = &[
     ),
 ];
 
+/// Modifier keys that are held with a key.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Held {
+    /// Ctrl.
+    pub control: bool,
+    /// Shift. Without Ctrl, it does not matter.
+    pub shift: bool,
+}
+
 /// The binding of a key.
-pub fn binding(key: &Key) -> Option<&'static Binding> {
+pub fn binding(key: &Key, held: Held) -> Option<&'static Binding> {
     BINDINGS
         .iter()
-        .find(|binding| binding.keys.iter().any(|name| name.is(key)))
+        .find(|binding| binding.keys.iter().any(|name| name.is(key, held)))
 }
 
 impl KeyName {
-    fn is(self, key: &Key) -> bool {
+    fn is(self, key: &Key, held: Held) -> bool {
+        if let Ctrl(text) | CtrlShift(text) = self {
+            let shift = matches!(self, CtrlShift(_));
+            let typed = matches!(key, Key::Character(typed) if typed.to_lowercase() == text);
+            return typed && held.control && held.shift == shift;
+        }
+        if held.control {
+            return false;
+        }
         match (self, key) {
             (Types(text), Key::Character(typed)) => typed.to_lowercase() == text,
             (Space, Key::Character(typed)) => typed == " ",
@@ -280,8 +334,11 @@ impl KeyName {
             | (Down, Key::ArrowDown)
             | (Left, Key::ArrowLeft)
             | (Right, Key::ArrowRight)
-            | (Function(1), Key::F1)
-            | (Function(12), Key::F12) => true,
+            | (Function(1), Key::F1) => true,
+            (Function(9), Key::F9) | (Function(10), Key::F10) | (Function(12), Key::F12) => {
+                !held.shift
+            }
+            (ShiftFunction(12), Key::F12) => held.shift,
             _ => false,
         }
     }
@@ -306,14 +363,20 @@ fn obey(
     egui: Res<EguiWantsInput>,
     mut commander: Commander,
 ) {
-    use KeyCode::{AltLeft, ControlLeft, ControlRight, SuperLeft, SuperRight};
+    use KeyCode::{
+        AltLeft, ControlLeft, ControlRight, ShiftLeft, ShiftRight, SuperLeft, SuperRight,
+    };
     let typing = egui.wants_keyboard_input();
-    let modified = held.any_pressed([AltLeft, ControlLeft, ControlRight, SuperLeft, SuperRight]);
+    let modified = held.any_pressed([AltLeft, SuperLeft, SuperRight]);
+    let held = Held {
+        control: held.any_pressed([ControlLeft, ControlRight]),
+        shift: held.any_pressed([ShiftLeft, ShiftRight]),
+    };
     for input in pressed.read() {
         if input.state != ButtonState::Pressed || typing || modified {
             continue;
         }
-        if let Some(binding) = binding(&input.logical_key)
+        if let Some(binding) = binding(&input.logical_key, held)
             && (!input.repeat || binding.repeats)
         {
             commander.carry_out(binding.command);
@@ -345,11 +408,30 @@ mod tests {
 
     #[test]
     fn letters_are_found_whatever_shift_does() {
-        let command = |key: Key| binding(&key).map(|binding| binding.command);
+        let command = |key: Key| binding(&key, Held::default()).map(|binding| binding.command);
         assert_eq!(command(Key::Character("r".into())), Some(Command::Restart));
         assert_eq!(command(Key::Character("R".into())), Some(Command::Restart));
         assert_eq!(command(Key::Space), Some(Command::Pause));
         assert_eq!(command(Key::Character("q".into())), None);
         assert_eq!(command(Key::Tab), None);
+    }
+
+    #[test]
+    fn control_and_shift_distinguish_combinations_of_a_letter() {
+        let z = |text: &str| Key::Character(text.into());
+        let [plain, control, both] = [(false, false), (true, false), (true, true)]
+            .map(|(control, shift)| Held { control, shift });
+        for (name, held) in [
+            (Types("z"), plain),
+            (Ctrl("z"), control),
+            (CtrlShift("z"), both),
+        ] {
+            for other in [plain, control, both] {
+                assert_eq!(name.is(&z("z"), other), other == held, "{name:?} {other:?}");
+                assert_eq!(name.is(&z("Z"), other), other == held, "{name:?} {other:?}");
+            }
+            assert!(!name.is(&z("y"), held));
+        }
+        assert!(!Space.is(&Key::Space, control));
     }
 }

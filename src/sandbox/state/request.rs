@@ -1,7 +1,10 @@
 //! Requests of the user, from the panel, a key or a card;
 //! [`app::requests`](crate::sandbox::app::requests) carries them out.
 
-use super::{display::DisplayChange, selection::Scope, spawn::SpawnPlace, view::SolverView};
+use super::{
+    display::DisplayChange, keep::KeepRequest, selection::Scope, spawn::SpawnPlace,
+    view::SolverView,
+};
 use bevy::prelude::*;
 
 /// A request was made.
@@ -122,6 +125,10 @@ pub enum Request {
     ReferenceAgain,
     /// Save a screenshot.
     Screenshot,
+    /// Open, save or record.
+    Keep(KeepRequest),
+    /// Start a film of the view, or end it.
+    Film,
     /// Show the overlay of keys.
     Help,
     /// Change a display setting.

@@ -76,7 +76,11 @@ impl Definition {
             return 1;
         };
         let (first, built) = first;
-        let members = self.bodies.iter().filter(|it| it.spec == built.spec).count();
+        let members = self
+            .bodies
+            .iter()
+            .filter(|it| it.spec == built.spec)
+            .count();
         let alike = |(copy, one): (usize, &Now)| {
             one.built.is_some_and(|it| {
                 (it.spec, it.copy) == (built.spec, copy)
@@ -172,7 +176,12 @@ impl Definition {
             .map(|(new, _)| &new.body)
             .find(|start| Arc::ptr_eq(original(&start.topology), topology))
             .unwrap_or(body);
-        let points: Vec<Vec3> = begun.particles.positions.iter().map(|x| x.truncate()).collect();
+        let points: Vec<Vec3> = begun
+            .particles
+            .positions
+            .iter()
+            .map(|x| x.truncate())
+            .collect();
         let pose = pose::rigid(&topology.rest, &points);
         if pose.deviation > RIGID {
             notes.push(format!(
@@ -205,7 +214,10 @@ impl Definition {
     fn mesh_of(
         &self,
         topology: &Arc<Topology>,
-    ) -> Option<(Option<crate::mesh::Primitive>, Option<crate::scene::MeshSpec>)> {
+    ) -> Option<(
+        Option<crate::mesh::Primitive>,
+        Option<crate::scene::MeshSpec>,
+    )> {
         let known = self.meshes.iter().find(|(it, _)| Arc::ptr_eq(it, topology));
         if let Some((_, source)) = known {
             return Some(match source.clone() {
