@@ -107,7 +107,7 @@ fn obey(world: &mut World, mut read: Local<bevy::ecs::message::MessageCursor<Vie
                 restart(world);
                 continue;
             }
-            ViewCommand::FrameAll | ViewCommand::Screenshot => continue,
+            ViewCommand::FrameAll | ViewCommand::Screenshot | ViewCommand::PlainPicture => continue,
         };
         let mut opening = world.resource_mut::<Opening>();
         opening.begin(&target, Camera::Glide);

@@ -7,7 +7,7 @@ use crate::{
     recording::{About, Recorder},
     sandbox::{state::keep::RecordingStatus, ui::message::Notices},
     scene::CurrentScene,
-    simulation::{SimulationClock, StepSchedule, StepSystems},
+    simulation::SimulationClock,
 };
 use bevy::{app::AppExit, ecs::message::MessageCursor, prelude::*, window::ExitSystems};
 use std::path::{Path, PathBuf};
@@ -38,9 +38,10 @@ impl Plugin for RecordPlugin {
 /// Adds what records, once it is started.
 pub(super) fn build(app: &mut App) {
     Recorder::add_systems(app);
-    app.init_resource::<RecordingStatus>()
-        .add_systems(StepSchedule, count.after(StepSystems::End))
-        .add_systems(Last, (report, end_with_window.after(ExitSystems)).chain());
+    app.init_resource::<RecordingStatus>().add_systems(
+        Last,
+        (count, report, end_with_window.after(ExitSystems)).chain(),
+    );
 }
 
 /// Counts the recorded time, over restarts and scenes.
