@@ -404,10 +404,11 @@ impl Screen {
         let mut answer = None;
         self.places.clear();
         let places = &mut self.places;
-        let _ = self.context.run_ui(input, |ui| {
+        let output = self.context.run_ui(input, |ui| {
             let free = Rect::from_min_size(pos2(0.0, 0.0), vec2(936.0, 800.0));
-            answer = draw(&ui.ctx().clone(), card, free, places);
+            answer = answer.or(draw(&ui.ctx().clone(), card, free, places));
         });
+        output.drop_without_applying_deltas();
         answer
     }
 

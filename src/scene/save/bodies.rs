@@ -228,7 +228,7 @@ impl Definition {
         let mut bodies = self.bodies.iter();
         let built = bodies.find(|it| Arc::ptr_eq(&it.body.topology, topology))?;
         let spec = &self.scene.bodies[built.spec];
-        Some((spec.primitive.clone(), spec.mesh.clone()))
+        Some((spec.primitive, spec.mesh.clone()))
     }
 }
 

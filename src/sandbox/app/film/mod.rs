@@ -131,7 +131,7 @@ fn begin(world: &mut World) {
         let encoder = Encoder::create(&path).inspect_err(|_| {
             world.despawn(camera);
         })?;
-        Ok((camera, encoder))
+        Ok::<_, String>((camera, encoder))
     });
     match begun {
         Ok((camera, encoder)) => {
@@ -228,10 +228,10 @@ fn take(world: &mut World) {
     if encoder.waiting() <= MAX_WAITING {
         step = Some(Duration::from_secs(1) / RATE as u32);
     }
-    let shot = due.then(|| {
+    let shot = encoder.inlet().filter(|_| due).map(|inlet| {
         let number = *taken;
         *taken += 1;
-        (*camera, encoder.inlet(), number)
+        (*camera, inlet, number)
     });
     // A step of zero length: the simulation waits for the encoder.
     world.resource_mut::<SimulationClock>().film_step = Some(step.unwrap_or(Duration::MAX / 4));
@@ -240,7 +240,7 @@ fn take(world: &mut World) {
             .get::<PlainView>(camera)
             .map(|view| view.image.clone())
     {
-        inlet.expect(number);
+        inlet.announce();
         world
             .spawn(Screenshot::image(image))
             .observe(move |captured: On<ScreenshotCaptured>| {

@@ -59,7 +59,7 @@ impl Source {
     pub(super) fn soft_mesh(&self) -> Result<(SoftMesh, MeshSource), MeshError> {
         let (mesh, size, detail) = match self {
             Self::Primitive(primitive) => {
-                let source = MeshSource::Primitive(primitive.clone());
+                let source = MeshSource::Primitive(*primitive);
                 return Ok((primitive.build()?, source));
             }
             &Self::Asset(name, size, detail) => (asset::load(name)?, Some(size), detail),

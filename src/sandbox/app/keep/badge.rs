@@ -1,6 +1,5 @@
 //! The badges of what is being written: recorded time, and a button to end it.
 
-use super::KeepRects;
 use crate::sandbox::{
     app::film::FilmStatus,
     state::{
@@ -24,7 +23,6 @@ pub(super) fn show(
     recording: Res<RecordingStatus>,
     film: Res<FilmStatus>,
     mut requests: MessageWriter<Requested>,
-    _rects: Res<KeepRects>,
 ) -> Result {
     let mut badges = Vec::new();
     if let Some(file) = &recording.file {

@@ -45,7 +45,9 @@ pub fn folder(scene_file: Option<&Path>) -> PathBuf {
 pub fn file_name(typed: &str, extension: &str) -> Result<String, String> {
     let name = typed.trim();
     let ending = format!(".{extension}");
-    let has_ending = name.to_lowercase().ends_with(&ending) && name.len() > ending.len();
+    let tail = name.len().checked_sub(ending.len());
+    let tail = tail.filter(|at| *at > 0).and_then(|at| name.get(at..));
+    let has_ending = tail.is_some_and(|tail| tail.eq_ignore_ascii_case(&ending));
     let stem = match has_ending {
         true => &name[..name.len() - ending.len()],
         false => name,
