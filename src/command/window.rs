@@ -40,7 +40,8 @@ pub struct Window {
     #[arg(long, value_parser = size)]
     size: Option<(u32, u32)>,
 
-    /// Write the events of the window as JSON lines, for scripted tests and demos
+    /// Write the events of the window as JSON lines, for scripted tests and demos; the window then
+    /// closes without asking about unsaved changes
     #[cfg(feature = "window")]
     #[arg(long, value_name = "FILE")]
     journal: Option<PathBuf>,

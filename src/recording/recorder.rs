@@ -6,7 +6,8 @@ use super::{
 };
 use crate::scene::{BuiltScene, run::headless};
 use crate::simulation::{
-    Action, Applied, EndedEarly, SimulationClock, StepSchedule, StepSystems, state_hash, tick,
+    Action, Applied, EndedEarly, SimulationClock, StepSchedule, StepSystems, end_tick, state_hash,
+    tick,
 };
 use bevy::prelude::*;
 use std::{
@@ -26,6 +27,8 @@ pub struct Recorder {
     hashed: Option<u64>,
     /// Error that stopped the recording.
     failure: Option<String>,
+    /// The scene, if the state of its line is not the one that a restart returns to.
+    midway: Option<About>,
 }
 
 impl Recorder {
@@ -44,6 +47,7 @@ impl Recorder {
             begun: false,
             hashed: None,
             failure: None,
+            midway: None,
         };
         recorder.write(&Head::new());
         match recorder.failure {
@@ -54,15 +58,46 @@ impl Recorder {
 
     /// Adds the recorder to an app. Nothing is written before [`Self::scene_opened`].
     pub fn install(self, app: &mut App) {
-        app.insert_resource(self)
-            .add_observer(note_action)
+        app.insert_resource(self);
+        Self::add_systems(app);
+    }
+
+    /// Adds the systems of a recorder that may be added and removed later. They do nothing without
+    /// one.
+    pub fn add_systems(app: &mut App) {
+        app.add_observer(note_action)
             .add_observer(note_early_end)
             .add_systems(
                 StepSchedule,
                 note_hash
                     .after(StepSystems::End)
+                    .run_if(resource_exists::<Self>)
                     .run_if(|clock: Res<SimulationClock>| !clock.mid_tick()),
             );
+    }
+
+    /// Starts a recording of a scene that is running, from its state after the tick under way. The
+    /// app must have the [systems](Self::add_systems).
+    ///
+    /// # Errors
+    /// [`RecordingError::File`] if the file cannot be written, or the state cannot be encoded.
+    pub fn begin(world: &mut World, about: About, path: &Path) -> Result<(), RecordingError> {
+        end_tick(world);
+        let recorder = Self::create(path)?;
+        world.insert_resource(recorder);
+        Self::scene_opened(world, about.clone());
+        let mut recorder = world.resource_mut::<Self>();
+        recorder.midway = Some(about);
+        match recorder.failure.clone() {
+            None => Ok(()),
+            Some(reason) => {
+                world.remove_resource::<Self>();
+                Err(RecordingError::File {
+                    path: path.to_owned(),
+                    error: std::io::Error::other(reason),
+                })
+            }
+        }
     }
 
     /// The file.
@@ -93,6 +128,7 @@ impl Recorder {
         match line {
             Ok(line) => {
                 recorder.begun = true;
+                recorder.midway = None;
                 recorder.hashed = None;
                 recorder.write(&line);
             }
@@ -102,6 +138,12 @@ impl Recorder {
 
     /// Records that the scene was restarted. Does nothing without a recorder.
     pub fn scene_restarted(world: &mut World) {
+        // The recording does not contain the state at the start of the scene yet.
+        let midway = world.get_resource_mut::<Self>();
+        if let Some(about) = midway.and_then(|mut recorder| recorder.midway.take()) {
+            Self::scene_opened(world, about);
+            return;
+        }
         let tick = world.resource::<SimulationClock>().tick();
         if let Some(mut recorder) = world.get_resource_mut::<Self>() {
             recorder.hashed = None;
@@ -190,10 +232,10 @@ pub fn record(
 }
 
 /// Records an action.
-fn note_action(applied: On<Applied>, mut recorder: ResMut<Recorder>) {
-    if !recorder.begun {
+fn note_action(applied: On<Applied>, recorder: Option<ResMut<Recorder>>) {
+    let Some(mut recorder) = recorder.filter(|recorder| recorder.begun) else {
         return;
-    }
+    };
     let Applied {
         tick,
         action,
@@ -216,8 +258,8 @@ fn note_action(applied: On<Applied>, mut recorder: ResMut<Recorder>) {
 }
 
 /// Records that a tick ended early.
-fn note_early_end(ended: On<EndedEarly>, mut recorder: ResMut<Recorder>) {
-    if recorder.begun {
+fn note_early_end(ended: On<EndedEarly>, recorder: Option<ResMut<Recorder>>) {
+    if let Some(mut recorder) = recorder.filter(|recorder| recorder.begun) {
         let EndedEarly { tick, substeps } = *ended;
         recorder.write(&Line::Early { tick, substeps });
     }

@@ -108,6 +108,8 @@ fn build(options: &SandboxOptions) -> App {
         DefaultPlugins
             .set(WindowPlugin {
                 primary_window: Some(window),
+                // Unsaved changes are asked about first.
+                close_when_requested: false,
                 ..default()
             })
             // What concerns the user; `RUST_LOG=info` shows the messages of Bevy and the driver.
@@ -135,10 +137,11 @@ fn build(options: &SandboxOptions) -> App {
     .add_systems(Startup, spawn_camera)
     .add_systems(First, bound_ticks.after(TimeSystems));
     if let Some(path) = options.journal.clone() {
-        app.add_plugins(app::journal::JournalPlugin { path });
+        app.add_plugins(app::journal::JournalPlugin { path })
+            .insert_resource(app::keep::closing::Scripted(true));
     }
     if let Some(path) = options.record.clone() {
-        app.add_plugins(app::record::RecordPlugin { path });
+        app.add_plugins(app::keep::recording::RecordPlugin { path });
     }
     app
 }
@@ -152,6 +155,7 @@ impl PluginGroup for SandboxPlugins {
             .add(state::view::ViewPlugin)
             .add(render::stage::StagePlugin)
             .add(render::quality::QualityPlugin)
+            .add(render::readiness::ReadinessPlugin)
             .add(input::pointer::PointerPlugin)
             .add(input::drag::DragPlugin)
             .add(input::steer::SteerPlugin)
@@ -167,6 +171,8 @@ impl PluginGroup for SandboxPlugins {
             .add(render::overlay::OverlayPlugin)
             .add(lab::answer::AnswerPlugin)
             .add(app::screenshot::ScreenshotPlugin)
+            .add(app::plain_picture::PlainPicturePlugin)
+            .add(app::film::FilmPlugin)
             .add(app::report::ReportPlugin)
             .add(ui::theme::ThemePlugin)
             .add(ui::scale::ScalePlugin)
@@ -188,6 +194,7 @@ impl PluginGroup for SandboxPlugins {
             .add(app::import::ImportPlugin)
             .add(app::spawn::SpawnPlugin)
             .add(app::drop::DropPlugin)
+            .add(app::keep::KeepPlugin)
     }
 }
 

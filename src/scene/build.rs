@@ -231,13 +231,17 @@ impl Scene {
     }
 
     fn file_mesh(&self, file: &str) -> Result<FileMesh, mesh::MeshError> {
-        let is_asset = asset::ASSETS.iter().any(|asset| asset.name == file);
-        if is_asset || !file.contains('.') {
-            asset::load(file)
-        } else {
+        if is_path(file) {
             mesh::read::file(&self.folder.join(file))
+        } else {
+            asset::load(file)
         }
     }
+}
+
+/// Whether the name of a mesh is the path of a file, and not the name of a built-in mesh.
+pub(super) fn is_path(file: &str) -> bool {
+    file.contains('.') && asset::ASSETS.iter().all(|asset| asset.name != file)
 }
 
 fn collider_look(spec: &ColliderSpec) -> Result<Look, String> {
@@ -316,7 +320,7 @@ fn check_room(
 }
 
 /// Position of each copy: `position` is the center of the lowest layer of the grid.
-fn places(spec: &BodySpec) -> Vec<Vec3> {
+pub(super) fn places(spec: &BodySpec) -> Vec<Vec3> {
     let Some(copies) = spec.copies else {
         return vec![spec.position];
     };

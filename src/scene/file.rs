@@ -141,6 +141,17 @@ macro_rules! named_by_a_scene {
             $($(#[doc = $does3] pub $field3: Option<solver::$kind3>,)*)*
         }
 
+        impl From<Effects> for SceneEffects {
+            /// Without the grab.
+            fn from(effects: Effects) -> Self {
+                Self {
+                    $($($field1: effects.$field1,)*)*
+                    $($($field2: effects.$field2,)*)*
+                    $($($field3: effects.$field3,)*)*
+                }
+            }
+        }
+
         impl From<SceneEffects> for Effects {
             fn from(effects: SceneEffects) -> Self {
                 Self {

@@ -34,6 +34,7 @@ pub mod mesh_file;
 pub mod overrides;
 pub mod registry;
 pub mod run;
+pub mod save;
 mod spawn;
 
 pub use crate::simulation::{BodySkin, SceneEntity};

@@ -3,6 +3,9 @@
 use bevy::prelude::*;
 use std::time::Duration;
 
+/// Durations are whole nanoseconds: a tick that is due within 1 ns [s] counts as due.
+const NANOSECOND: f64 = 1e-9;
+
 /// The clock of a tick: `Res<Time<Tick>>`, and `Res<Time>` inside
 /// [`StepSchedule`](super::StepSchedule).
 #[derive(Debug, Clone, Copy, Default)]
@@ -36,6 +39,10 @@ pub struct SimulationClock {
     /// has caught up; default false. A tick under way is finished. Ticks that become due meanwhile
     /// are dropped.
     pub held: bool,
+    /// Real time by which each run of the outer schedule advances instead of the measured one;
+    /// default none. For films, which run evenly although drawing is slow: a run advances only when
+    /// the ticks of the one before are done, and not sooner than this time after it.
+    pub film_step: Option<Duration>,
     /// Time since the start of the scene [s].
     pub(super) time: f64,
     /// Ticks since the start of the scene.
@@ -46,6 +53,9 @@ pub struct SimulationClock {
     tick_seconds: f64,
     steps_requested: u32,
     dropped: u64,
+    /// Measured time since the last step of a film.
+    film_waited: Duration,
+    film_steps: u64,
 }
 
 impl Default for SimulationClock {
@@ -57,6 +67,7 @@ impl Default for SimulationClock {
             budget: None,
             patience: None,
             held: false,
+            film_step: None,
             time: 0.0,
             tick: 0,
             next_substep: None,
@@ -64,6 +75,8 @@ impl Default for SimulationClock {
             tick_seconds: 1.0 / 60.0,
             steps_requested: 0,
             dropped: 0,
+            film_waited: Duration::ZERO,
+            film_steps: 0,
         }
     }
 }
@@ -93,6 +106,17 @@ impl SimulationClock {
         self.dropped
     }
 
+    /// Number of steps of a film whose ticks are done: see [`film_step`](Self::film_step).
+    #[must_use]
+    pub fn film_steps(&self) -> u64 {
+        self.film_steps - u64::from(self.is_behind() && self.film_steps > 0)
+    }
+
+    /// Whether a tick is under way or due.
+    fn is_behind(&self) -> bool {
+        self.mid_tick() || self.waiting + NANOSECOND >= self.tick_seconds
+    }
+
     /// Requests one tick, even while paused.
     pub fn step_once(&mut self) {
         self.steps_requested += 1;
@@ -120,6 +144,8 @@ impl SimulationClock {
             catch_up: self.catch_up,
             budget: self.budget,
             patience: self.patience,
+            film_step: self.film_step,
+            film_steps: self.film_steps,
             ..Self::default()
         };
     }
@@ -135,7 +161,11 @@ impl SimulationClock {
         } else {
             1.0
         };
-        self.waiting += real.as_secs_f64() * speed;
+        let passed = match self.film_step {
+            None => real,
+            Some(step) => self.film(real, step),
+        };
+        self.waiting += passed.as_secs_f64() * speed;
         // One more than the limit may be pending, so that a tick that is slightly late is not
         // dropped.
         let bound = match self.held {
@@ -151,10 +181,20 @@ impl SimulationClock {
         }
     }
 
+    /// The step of a film, or nothing if it is too early.
+    fn film(&mut self, real: Duration, step: Duration) -> Duration {
+        // What is too late is not caught up.
+        self.film_waited = (self.film_waited + real).min(2 * step);
+        if self.held || self.is_behind() || self.film_waited < step {
+            return Duration::ZERO;
+        }
+        self.film_waited -= step;
+        self.film_steps += 1;
+        step
+    }
+
     /// Whether a tick is due; removes it from the pending ones.
     pub(super) fn take_tick(&mut self) -> bool {
-        // Durations are whole nanoseconds: a tick that is due within 1 ns counts as due.
-        const NANOSECOND: f64 = 1e-9;
         if self.held {
             return false;
         }
@@ -167,5 +207,55 @@ impl SimulationClock {
         }
         self.waiting = (self.waiting - self.tick_seconds).max(0.0);
         true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A film of 25 frames per second of a simulation of 60 ticks per second.
+    #[test]
+    fn a_film_advances_evenly_however_fast_frames_are_drawn() {
+        const TICK: f64 = 1.0 / 60.0;
+        for (real, at_least) in [(4, 19), (16, 19), (40, 50), (300, 50)] {
+            let mut clock = SimulationClock {
+                film_step: Some(Duration::from_millis(40)),
+                ..SimulationClock::default()
+            };
+            let (mut steps, mut ticks) = (0, 0_u32);
+            // At 4 ms a frame, fifty frames are 200 ms.
+            let frames = if real == 4 { 200 } else { 50 };
+            for _ in 0..frames {
+                clock.advance(Duration::from_millis(real), TICK);
+                while clock.take_tick() {
+                    ticks += 1;
+                }
+                steps = clock.film_steps();
+                let due = (steps as f64 * 0.04 / TICK + 1e-6).floor();
+                assert_eq!(f64::from(ticks), due, "{real} ms: step {steps}");
+            }
+            assert!(steps >= at_least, "{real} ms: {steps} steps");
+            assert!(
+                steps <= frames * real.min(40) / 40,
+                "{real} ms: {steps} steps"
+            );
+        }
+    }
+
+    #[test]
+    fn a_film_waits_for_slow_ticks() {
+        let mut clock = SimulationClock {
+            film_step: Some(Duration::from_millis(40)),
+            ..SimulationClock::default()
+        };
+        let slow = Duration::from_millis(500);
+        clock.advance(slow, 1.0 / 60.0);
+        assert!(clock.take_tick());
+        clock.advance(slow, 1.0 / 60.0);
+        assert_eq!(clock.film_steps(), 0, "its second tick is due");
+        assert!(clock.take_tick());
+        assert_eq!(clock.film_steps(), 1);
+        assert!(!clock.take_tick());
     }
 }

@@ -41,6 +41,8 @@ mod sandbox_accuracy;
 mod sandbox_coloring;
 mod sandbox_gallery;
 #[cfg(feature = "window")]
+mod sandbox_keep;
+#[cfg(feature = "window")]
 mod sandbox_panel;
 #[cfg(feature = "window")]
 mod sandbox_plots;

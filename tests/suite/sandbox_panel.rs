@@ -15,14 +15,15 @@ use pliant::{
             history::History,
             model::{
                 Addition, BodyEntry, BodyState, ClockModel, EffectModel, EffectiveModel,
-                EnergyModel, GrabModel, PanelModel, Parameter, ReferenceModel, SceneEntry,
-                StageModel,
+                EnergyModel, FileModel, GrabModel, PanelModel, Parameter, ReferenceModel,
+                SceneEntry, StageModel,
             },
             show,
         },
         state::{
             color::ColorMode,
             display::{DisplaySettings, Theme},
+            keep::{FileKind, KeepRequest, RecentFile},
             request::{Distortion, Request},
             selection::Scope,
             spawn::{Spawn, SpawnPlace},
@@ -139,6 +140,15 @@ fn model() -> PanelModel {
         note: "Look at it.".to_owned(),
     };
     PanelModel {
+        file: FileModel {
+            recent: vec![RecentFile {
+                path: "/home/me/Documents/Pliant/my cube.ron".into(),
+                exists: true,
+            }],
+            scene_file: None,
+            records: false,
+            films: false,
+        },
         is_pinned: true,
         scenes: vec![scene("jelly"), scene("bunny")],
         scene: "jelly".to_owned(),
@@ -326,6 +336,27 @@ fn pressing_a_slider_requests_the_value_at_that_position() {
     // The middle of a logarithmic track from 1e-8 to 1e-1 is 3e-5, slightly less because of the
     // stop at 0.
     assert!((1e-5..1e-4).contains(&value), "{value}");
+}
+
+#[test]
+fn the_entries_of_the_file_menu_request_what_they_say() {
+    use KeepRequest::{OpenCard, PlainPicture, Record, Save, SaveAs};
+    for (entry, request) in [
+        ("file.open", Request::Keep(OpenCard)),
+        ("file.save", Request::Keep(Save)),
+        ("file.save_as", Request::Keep(SaveAs(FileKind::Scene))),
+        ("file.snapshot", Request::Keep(SaveAs(FileKind::Snapshot))),
+        ("file.record", Request::Keep(Record)),
+        ("file.film", Request::Film),
+        ("file.picture", Request::Screenshot),
+        ("file.plain_picture", Request::Keep(PlainPicture)),
+    ] {
+        let mut pointer = panel_pointer();
+        pointer.press_widget("file");
+        assert_eq!(pointer.press_widget(entry), [request], "{entry}");
+        pointer.draw(Vec::new());
+        assert!(pointer.places.get(entry).is_none(), "the menu closes");
+    }
 }
 
 #[test]

@@ -13,7 +13,10 @@ use bevy_egui::{
 
 use crate::sandbox::{
     app::{import::Imports, load::Opening},
-    state::view::{ViewCommand, ViewSettings},
+    state::{
+        keep::{FileKind, RecentFiles},
+        view::{ViewCommand, ViewSettings},
+    },
     ui::{area, theme},
 };
 
@@ -23,6 +26,7 @@ pub struct DropPlugin;
 impl Plugin for DropPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Imports>()
+            .init_resource::<RecentFiles>()
             .init_resource::<Hovering>()
             .init_resource::<ViewSettings>()
             .add_message::<ViewCommand>()
@@ -39,6 +43,7 @@ fn receive(
     mut files: MessageReader<FileDragAndDrop>,
     mut hovering: ResMut<Hovering>,
     mut imports: ResMut<Imports>,
+    mut recent: ResMut<RecentFiles>,
     mut commands: MessageWriter<ViewCommand>,
 ) {
     for file in files.read() {
@@ -53,6 +58,7 @@ fn receive(
                     let path = path_buf.to_string_lossy().into_owned();
                     commands.write(ViewCommand::LoadScene(path));
                 } else {
+                    recent.note(path_buf);
                     imports.read(path_buf);
                 }
             }
@@ -65,11 +71,15 @@ fn file_name(path: &Path) -> String {
         .map_or_else(String::new, |name| name.to_string_lossy().into_owned())
 }
 
-/// Whether a file is opened as a scene. Any other file is read as a mesh; the reader reports
+/// Whether a file is opened as a scene: a scene file or a snapshot. Any other file is read as a mesh; the reader reports
 /// unsupported formats.
 fn is_scene(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|ending| ending.eq_ignore_ascii_case("ron"))
+    let endings = [FileKind::Scene, FileKind::Snapshot].map(FileKind::extension);
+    path.extension().is_some_and(|ending| {
+        endings
+            .iter()
+            .any(|known| ending.eq_ignore_ascii_case(known))
+    })
 }
 
 fn announce(

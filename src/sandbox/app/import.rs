@@ -17,6 +17,7 @@ use bevy::{
 use crate::{
     mesh::Skin,
     sandbox::{
+        app::keep::save::OpenDefinition,
         panel::Additions,
         state::{
             selection::{Scope, Selection},
@@ -25,6 +26,7 @@ use crate::{
         },
         ui::message::Notices,
     },
+    scene::save::MeshSource,
     simulation::{Action, Actions, NewBody, action, end_tick, plain::bodies_in_order},
     solver::Topology,
 };
@@ -41,6 +43,7 @@ struct Import {
     topology: Arc<Topology>,
     skin: Option<Arc<Skin>>,
     notes: Vec<String>,
+    source: MeshSource,
 }
 
 /// A body that is being built, and where it is placed.
@@ -136,13 +139,14 @@ pub fn spawn(world: &mut World, place: SpawnPlace) {
 }
 
 fn make(name: String, source: &Source) -> Result<Import, String> {
-    let mesh = source.soft_mesh().map_err(|error| error.to_string())?;
+    let (mesh, definition) = source.soft_mesh().map_err(|error| error.to_string())?;
     let topology = Topology::new(mesh.shape).map_err(|error| error.to_string())?;
     Ok(Import {
         name,
         topology: Arc::new(topology),
         skin: mesh.skin.map(Arc::new),
         notes: mesh.notes,
+        source: definition,
     })
 }
 
@@ -175,6 +179,10 @@ fn enter(world: &mut World, import: Import, place: Place) {
     // Bodies are added between ticks: first ends a tick that is spread over frames.
     end_tick(world);
     let name = free_name(world, &import.name);
+    let mut definition = world.get_resource_or_init::<OpenDefinition>();
+    if let Some(definition) = &mut definition.0 {
+        definition.note_mesh(&import.topology, import.source);
+    }
     let mut body = body(&name, import.topology);
     body.effects = surroundings(world, body.effects);
     place.put(world, &mut body);

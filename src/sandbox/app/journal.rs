@@ -33,6 +33,7 @@ use serde_json::{Value, json};
 
 use crate::{
     sandbox::{
+        app::keep::KeepRects,
         lab::{
             ablation::AblationRects, accuracy::CardRects, gallery::GalleryRects, plots::PlotRects,
             quarantine::QuarantineRects,
@@ -149,11 +150,12 @@ struct Rects<'w> {
     quarantine: Res<'w, QuarantineRects>,
     legend: Res<'w, LegendRects>,
     plots: Res<'w, PlotRects>,
+    keep: Res<'w, KeepRects>,
 }
 
 impl Rects<'_> {
     /// The rectangles of each card, and whether they have changed.
-    fn all(&self) -> [(&WidgetRects, bool); 7] {
+    fn all(&self) -> [(&WidgetRects, bool); 8] {
         [
             (&self.panel, self.panel.is_changed()),
             (&self.accuracy, self.accuracy.is_changed()),
@@ -162,6 +164,7 @@ impl Rects<'_> {
             (&self.quarantine, self.quarantine.is_changed()),
             (&self.legend, self.legend.is_changed()),
             (&self.plots, self.plots.is_changed()),
+            (&self.keep, self.keep.is_changed()),
         ]
     }
 }

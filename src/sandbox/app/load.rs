@@ -4,6 +4,7 @@
 //! continues. If the scene cannot be built, the open one stays, and [`SceneLoaded`] carries the
 //! reason.
 
+use super::keep;
 use crate::{
     recording::{About, Recorder, SnapshotError, open},
     sandbox::{
@@ -106,7 +107,7 @@ fn obey(world: &mut World, mut read: Local<bevy::ecs::message::MessageCursor<Vie
                 restart(world);
                 continue;
             }
-            ViewCommand::FrameAll | ViewCommand::Screenshot => continue,
+            ViewCommand::FrameAll | ViewCommand::Screenshot | ViewCommand::PlainPicture => continue,
         };
         let mut opening = world.resource_mut::<Opening>();
         opening.begin(&target, Camera::Glide);
@@ -151,6 +152,7 @@ fn finish(world: &mut World) {
             world.insert_resource(current);
             Recorder::scene_ends(world);
             replace(world, &built);
+            keep::scene_opened(world, &built);
             Recorder::scene_opened(world, about);
             look(world, &built, hint, camera);
             world.insert_resource(Beginning(built));

@@ -3,12 +3,15 @@
 pub mod display;
 pub mod drop;
 pub mod export;
+pub mod film;
 pub mod import;
 pub mod journal;
+pub mod keep;
 pub mod load;
 pub mod picture;
 pub mod pictures;
-pub mod record;
+pub mod plain_picture;
+pub mod plain_view;
 pub mod report;
 pub mod requests;
 pub mod screenshot;

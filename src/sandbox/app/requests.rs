@@ -5,7 +5,7 @@
 
 use bevy::prelude::*;
 
-use super::{export, import};
+use super::{export, film, import, keep};
 use crate::{
     effect::EffectRegistry,
     sandbox::{
@@ -119,6 +119,8 @@ fn carry_out_one(world: &mut World, request: Request) {
         }
         Request::FrameAll => command(world, ViewCommand::FrameAll),
         Request::Screenshot => command(world, ViewCommand::Screenshot),
+        Request::Keep(request) => keep::carry_out(world, request),
+        Request::Film => film::toggle(world),
         Request::Accuracy => toggle(world, LabCard::Accuracy),
         Request::Ablation => toggle(world, LabCard::Ablation),
         Request::Gallery => toggle(world, LabCard::Gallery),

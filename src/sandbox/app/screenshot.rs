@@ -3,7 +3,7 @@
 //!
 //! Also converts captured images to files, for images without a window.
 
-use super::pictures;
+use super::{film::Pixels, pictures};
 use crate::{
     sandbox::state::{event::ScreenshotSaved, view::ViewCommand},
     scene::CurrentScene,
@@ -50,6 +50,23 @@ fn obey(
             saved.write(ScreenshotSaved { path, error });
         },
     );
+}
+
+/// The pixels of a captured image.
+///
+/// # Errors
+/// What is wrong with the image, as a message for the user.
+pub(super) fn rgb(image: &Image) -> Result<Pixels, String> {
+    let picture = image
+        .clone()
+        .try_into_dynamic()
+        .map_err(|error| error.to_string())?
+        .to_rgb8();
+    Ok(Pixels {
+        width: picture.width(),
+        height: picture.height(),
+        rgb: picture.into_raw(),
+    })
 }
 
 /// Writes an image as a file, in the format given by its extension.

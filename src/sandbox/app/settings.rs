@@ -19,10 +19,12 @@ use bevy::{
 
 use crate::{
     sandbox::{
+        app::keep::unsaved::Baseline,
         panel::SceneSettings,
         state::{
             display::{DisplayChange, DisplaySettings, Quality, Side, Theme},
             first_steps::FirstSteps,
+            keep::RecentFiles,
             view::ViewSettings,
         },
     },
@@ -66,6 +68,8 @@ pub struct KeptSettings {
     pub panel_width: f32,
     /// Whether the first steps have been shown.
     pub first_steps_done: bool,
+    /// Paths of the files that were opened last, newest first.
+    pub recent: Vec<String>,
 }
 
 impl Default for KeptSettings {
@@ -85,6 +89,7 @@ impl Default for KeptSettings {
             panel_side: word(&SIDES, Side::Right),
             panel_width: DisplaySettings::default().panel_width,
             first_steps_done: false,
+            recent: Vec::new(),
         }
     }
 }
@@ -158,7 +163,9 @@ fn restore_view(
     mut clock: ResMut<SimulationClock>,
     mut display: ResMut<DisplaySettings>,
     mut steps: ResMut<FirstSteps>,
+    mut recent: ResMut<RecentFiles>,
 ) {
+    *recent = RecentFiles::of(&kept.recent);
     *display = kept.display();
     if !kept.first_steps_done {
         steps.again();
@@ -176,6 +183,7 @@ fn restore_world(
     mut loaded: MessageReader<SceneLoaded>,
     kept: Res<KeptSettings>,
     mut actions: ResMut<Actions>,
+    mut baseline: ResMut<Baseline>,
     mut done: Local<bool>,
 ) {
     let Some(scene) = loaded.read().last().filter(|_| !*done) else {
@@ -186,6 +194,7 @@ fn restore_world(
         return;
     }
     for (name, value) in kept.changes.iter().filter_map(|change| parse(change)) {
+        baseline.note_restored(name, value);
         let name = name.to_owned();
         actions.push(Action::SetSetting { name, value });
     }
@@ -199,7 +208,7 @@ fn keep(
     clock: Res<SimulationClock>,
     settings: Res<SimulationSettings>,
     original: Res<SceneSettings>,
-    (display, steps): (Res<DisplaySettings>, Res<FirstSteps>),
+    (display, steps, recent): (Res<DisplaySettings>, Res<FirstSteps>, Res<RecentFiles>),
     mut commands: Commands,
 ) {
     let (Some(window), Some(scene)) = (window, scene) else {
@@ -230,6 +239,7 @@ fn keep(
         panel_side: word(&SIDES, display.side),
         panel_width: display.panel_width,
         first_steps_done: steps.now().is_none(),
+        recent: recent.paths(),
     };
     if kept.set_if_neq(now) {
         commands.queue(SaveSettingsDeferred(Duration::from_secs(1)));

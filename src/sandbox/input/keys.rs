@@ -74,6 +74,14 @@ pub enum Command {
     Panel,
     /// Saves a screenshot of the window.
     Screenshot,
+    /// Saves a picture of the view without the panel.
+    PlainPicture,
+    /// Saves the scene.
+    Save,
+    /// Starts or ends a recording.
+    Record,
+    /// Starts or ends a film.
+    Film,
     /// Shows or hides the overlay of keys.
     Help,
     /// Closes the overlay of keys.
@@ -110,8 +118,10 @@ pub enum KeyName {
     Escape,
     /// Delete.
     Delete,
-    /// A function key.
+    /// A function key, without Shift.
     Function(u8),
+    /// Shift and a function key.
+    ShiftFunction(u8),
     /// Page up.
     PageUp,
     /// Page down.
@@ -127,8 +137,8 @@ pub enum KeyName {
 }
 
 use KeyName::{
-    Ctrl, CtrlShift, Delete, Down, Escape, Function, Left, PageDown, PageUp, Right, Space, Types,
-    Up,
+    Ctrl, CtrlShift, Delete, Down, Escape, Function, Left, PageDown, PageUp, Right, ShiftFunction,
+    Space, Types, Up,
 };
 
 const fn row(
@@ -257,6 +267,25 @@ pub const BINDINGS: &[Binding] = &[
         Command::Screenshot,
     ),
     row(
+        &[ShiftFunction(12)],
+        "Shift F12",
+        "save a picture without the panel",
+        Command::PlainPicture,
+    ),
+    row(&[Ctrl("s")], "Ctrl S", "save the scene", Command::Save),
+    row(
+        &[Function(9)],
+        "F9",
+        "start / end a recording",
+        Command::Record,
+    ),
+    row(
+        &[Function(10)],
+        "F10",
+        "start / end a film (GIF)",
+        Command::Film,
+    ),
+    row(
         &[Function(1), Types("?")],
         "F1 ?",
         "show / hide this help",
@@ -316,8 +345,11 @@ impl KeyName {
             | (Down, Key::ArrowDown)
             | (Left, Key::ArrowLeft)
             | (Right, Key::ArrowRight)
-            | (Function(1), Key::F1)
-            | (Function(12), Key::F12) => true,
+            | (Function(1), Key::F1) => true,
+            (Function(9), Key::F9) | (Function(10), Key::F10) | (Function(12), Key::F12) => {
+                !held.shift
+            }
+            (ShiftFunction(12), Key::F12) => held.shift,
             _ => false,
         }
     }

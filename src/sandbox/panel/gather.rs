@@ -7,8 +7,8 @@ use bevy::prelude::*;
 use super::{
     PanelState, effective, energy, history,
     model::{
-        BodyEntry, BodyState, ClockModel, ContactModel, EffectModel, GrabModel, PanelModel,
-        Parameter, StageModel,
+        BodyEntry, BodyState, ClockModel, ContactModel, EffectModel, FileModel, GrabModel,
+        PanelModel, Parameter, StageModel,
     },
     picker::Picker,
     reference_overlay,
@@ -23,6 +23,7 @@ use crate::{
         render::quality::EffectiveQuality,
         state::{
             display::DisplaySettings,
+            keep::{RecentFiles, RecordingStatus},
             view::{LastGrab, ViewSettings},
         },
         ui::{
@@ -89,6 +90,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         scene: text(|scene| &scene.name),
         scene_title: text(|scene| &scene.scene.title),
         scene_note: text(|scene| &scene.scene.look_at),
+        file: file(world, scene),
         clock: ClockModel {
             paused: clock.paused,
             speed: clock.speed,
@@ -125,6 +127,18 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         display: *world.resource::<DisplaySettings>(),
         automatic_scale: world.resource::<InterfaceScale>().automatic,
         low_quality: *world.resource::<EffectiveQuality>() == EffectiveQuality::Low,
+    }
+}
+
+/// The File menu.
+fn file(world: &World, scene: Option<&CurrentScene>) -> FileModel {
+    let path = scene.and_then(|scene| scene.path.as_ref());
+    let own = path.filter(|path| path.extension().is_some_and(|ending| ending == "ron"));
+    FileModel {
+        recent: world.resource::<RecentFiles>().files().to_vec(),
+        scene_file: own.map(|path| path.display().to_string()),
+        records: world.resource::<RecordingStatus>().file.is_some(),
+        films: world.resource::<ViewSettings>().films,
     }
 }
 

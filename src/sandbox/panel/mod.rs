@@ -10,6 +10,7 @@ mod draw;
 mod effective;
 mod effects;
 pub mod energy;
+mod file;
 pub(in crate::sandbox) mod gather;
 pub mod help;
 pub mod history;
@@ -41,10 +42,11 @@ use bevy_egui::{
 };
 
 use crate::sandbox::{
-    render::quality::EffectiveQuality,
+    render::{quality::EffectiveQuality, readiness::FirstPicture},
     state::{
         display::{DisplayChange, DisplaySettings, PANEL_WIDTHS, Side},
         event::SceneLoaded,
+        keep::{RecentFiles, RecordingStatus},
         request::{Request, RequestSystems, Requested},
         selection::{Scope, Selection},
         view::{LastGrab, ViewCommand, ViewSettings},
@@ -85,6 +87,8 @@ impl Plugin for PanelPlugin {
             .init_resource::<InterfaceScale>()
             .init_resource::<LastGrab>()
             .init_resource::<Notices>()
+            .init_resource::<RecentFiles>()
+            .init_resource::<RecordingStatus>()
             .init_resource::<SceneSettings>()
             .init_resource::<picker::Picker>()
             .init_resource::<restart::Carried>()
@@ -101,6 +105,7 @@ impl Plugin for PanelPlugin {
                     show_held.in_set(RequestSystems),
                     forget_what_was_shown.after(RequestSystems),
                     measure_what_is_shown,
+                    tell_hidden,
                 ),
             )
             .add_systems(EguiPrimaryContextPass, panel);
@@ -138,6 +143,22 @@ fn measure_what_is_shown(
 ) {
     profile.by_part = view.panel_visible;
     measuring.0 = true;
+}
+
+/// Says how a hidden panel is shown, when it is hidden and when the window opens without it.
+fn tell_hidden(
+    view: Res<ViewSettings>,
+    first: Option<Res<FirstPicture>>,
+    mut notices: ResMut<Notices>,
+    mut told: Local<bool>,
+) {
+    let seen = first.is_none_or(|first| first.is_done());
+    if view.panel_visible {
+        *told = false;
+    } else if seen && !*told {
+        *told = true;
+        notices.info("The panel is hidden: H shows it");
+    }
 }
 
 /// Width of the panel [logical px] in a window of a width: the chosen one, if it leaves two fifths

@@ -9,8 +9,8 @@ use crate::{
     sandbox::{
         lab::reference_overlay::distance::Trail,
         state::{
-            color::ColorMode, display::DisplaySettings, selection::Scope, spawn::Spawn,
-            view::SolverView,
+            color::ColorMode, display::DisplaySettings, keep::RecentFile, selection::Scope,
+            spawn::Spawn, view::SolverView,
         },
         ui::track::Track,
     },
@@ -29,6 +29,8 @@ pub struct PanelModel {
     pub scene_title: String,
     /// Description of the open scene.
     pub scene_note: String,
+    /// The File menu.
+    pub file: FileModel,
     /// State of the clock.
     pub clock: ClockModel,
     /// World settings: substeps, iterations, rate, gravity.
@@ -86,6 +88,19 @@ pub struct PanelModel {
     pub automatic_scale: f32,
     /// Whether the picture is drawn in low quality.
     pub low_quality: bool,
+}
+
+/// What the File menu shows.
+#[derive(Debug, Clone, Default)]
+pub struct FileModel {
+    /// Files that were opened or saved, newest first.
+    pub recent: Vec<RecentFile>,
+    /// The scene file that is open; `None` for a built-in scene or a snapshot.
+    pub scene_file: Option<String>,
+    /// Whether a recording is under way.
+    pub records: bool,
+    /// Whether a film is taken.
+    pub films: bool,
 }
 
 /// An entry of the scene picker.

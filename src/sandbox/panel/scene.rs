@@ -4,7 +4,7 @@ use crate::sandbox::state::request::Request;
 use bevy_egui::egui::{Button, ComboBox, Label, RichText, Ui, Vec2};
 
 use super::{
-    Panel,
+    Panel, file,
     model::{PanelModel, Parameter},
     parameter::{self, Edit},
     section::{self, RowButton},
@@ -55,6 +55,7 @@ fn picker(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     ui.horizontal(|ui| {
         ui.spacing_mut().button_padding.x = 6.0;
         let side = Vec2::new(26.0, theme::ROW + 4.0);
+        file::menu(ui, panel, model);
         let arrow = |text: &str| Button::new(text.to_owned()).min_size(side);
         let previous = ui
             .add_sized(side, arrow("⏴"))

@@ -11,6 +11,7 @@ pub mod material;
 pub mod orbit;
 pub mod overlay;
 pub mod quality;
+pub mod readiness;
 pub mod solver_view;
 pub mod stage;
 pub mod wires;

@@ -4,6 +4,7 @@ pub mod color;
 pub mod display;
 pub mod event;
 pub mod first_steps;
+pub mod keep;
 pub mod request;
 pub mod selection;
 pub mod spawn;

@@ -2,7 +2,8 @@
 //! [`app::requests`](crate::sandbox::app::requests) carries them out.
 
 use super::{
-    color::ColorMode, display::DisplayChange, selection::Scope, spawn::SpawnPlace, view::SolverView,
+    color::ColorMode, display::DisplayChange, keep::KeepRequest, selection::Scope,
+    spawn::SpawnPlace, view::SolverView,
 };
 use bevy::prelude::*;
 
@@ -136,6 +137,10 @@ pub enum Request {
     ReferenceAgain,
     /// Save a screenshot.
     Screenshot,
+    /// Open, save or record.
+    Keep(KeepRequest),
+    /// Start a film of the view, or end it.
+    Film,
     /// Show the overlay of keys.
     Help,
     /// Change a display setting.

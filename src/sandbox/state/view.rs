@@ -38,6 +38,8 @@ pub struct ViewSettings {
     pub panel_visible: bool,
     /// Show the overlay of keys.
     pub help_visible: bool,
+    /// A film of the view is taken.
+    pub films: bool,
     /// Width of the window that the panel covers at one side [logical px], 0 while it is hidden.
     /// The camera centers on the remaining area.
     pub panel_width: f32,
@@ -56,6 +58,7 @@ impl Default for ViewSettings {
             color: ColorMode::Off,
             panel_visible: true,
             help_visible: false,
+            films: false,
             panel_width: 0.0,
             panel_side: Side::Right,
         }
@@ -121,6 +124,9 @@ pub enum ViewCommand {
     FrameAll,
     /// Save a screenshot of the window. Handled by the screenshot module.
     Screenshot,
+    /// Save a picture of the view without panel and figures. Handled by the module of such
+    /// pictures.
+    PlainPicture,
     /// Open the next built-in scene. Handled by the scene loader.
     NextScene,
     /// Open the previous built-in scene. Handled by the scene loader.

@@ -7,7 +7,7 @@ use bevy::prelude::*;
 use crate::{
     mesh::{MeshError, Primitive, SoftMesh, read},
     sandbox::{panel::Addition, ui::message::capitalised},
-    scene::{asset, mesh_file},
+    scene::{MeshSpec, asset, mesh_file, save::MeshSource},
 };
 
 /// Fineness of a mesh.
@@ -55,9 +55,13 @@ impl Source {
     }
 
     /// Reads or generates the mesh, and prepares it for simulation. May take seconds.
-    pub(super) fn soft_mesh(&self) -> Result<SoftMesh, MeshError> {
+    /// Also returns how a scene file defines it.
+    pub(super) fn soft_mesh(&self) -> Result<(SoftMesh, MeshSource), MeshError> {
         let (mesh, size, detail) = match self {
-            Self::Primitive(primitive) => return primitive.build(),
+            Self::Primitive(primitive) => {
+                let source = MeshSource::Primitive(*primitive);
+                return Ok((primitive.build()?, source));
+            }
             &Self::Asset(name, size, detail) => (asset::load(name)?, Some(size), detail),
             Self::File(path) => {
                 let mesh = read::file(path)?;
@@ -65,14 +69,32 @@ impl Source {
                 (mesh, size, Detail::Normal)
             }
         };
-        let (mut soft, _) = mesh_file::fit(mesh, size, detail.cells())?;
+        let (mut soft, options) = mesh_file::fit(mesh, size, detail.cells())?;
+        let source = MeshSource::File(MeshSpec {
+            file: self.file(),
+            size: options.size,
+            cells: options.cells,
+            treatment: options.treatment,
+        });
         if let (Some(size), Self::File(_)) = (size, self) {
             let (low, high) = mesh_file::PLAUSIBLE_SIZES.into_inner();
             soft.notes.push(format!(
                 "scaled to {size} m: its size is not between {low} and {high} m"
             ));
         }
-        Ok(soft)
+        Ok((soft, source))
+    }
+
+    /// Name of a built-in mesh, or absolute path of a file.
+    fn file(&self) -> String {
+        match self {
+            Self::Primitive(_) => String::new(),
+            Self::Asset(name, ..) => (*name).to_owned(),
+            Self::File(path) => {
+                let path = std::path::absolute(path).unwrap_or_else(|_| path.clone());
+                path.to_string_lossy().into_owned()
+            }
+        }
     }
 }
 

@@ -4,6 +4,7 @@
 //! view.
 
 use crate::sandbox::state::{
+    keep::KeepRequest,
     request::{Request, Requested},
     selection::{Scope, Selection},
     spawn::SpawnPlace,
@@ -54,6 +55,10 @@ impl Commander<'_, '_> {
             Command::Screenshot => {
                 self.commands.write(ViewCommand::Screenshot);
             }
+            Command::PlainPicture => self.ask(Request::Keep(KeepRequest::PlainPicture)),
+            Command::Save => self.ask(Request::Keep(KeepRequest::Save)),
+            Command::Record => self.ask(Request::Keep(KeepRequest::Record)),
+            Command::Film => self.ask(Request::Film),
             Command::Contacts => self.view.contacts = !self.view.contacts,
             Command::Wireframe => self.view.wireframe = !self.view.wireframe,
             Command::Tetrahedra => self.view.tetrahedra = !self.view.tetrahedra,

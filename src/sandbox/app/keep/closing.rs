@@ -1,0 +1,54 @@
+//! The close button of the window: asks once if something is not saved. A second press while the card
+//! is open closes the window without saving.
+
+use super::{card::Card, save, unsaved::Baseline};
+use bevy::{
+    ecs::message::MessageCursor,
+    prelude::*,
+    window::{ClosingWindow, PrimaryWindow, WindowCloseRequested},
+};
+
+/// Whether a script controls the window, which then closes without asking.
+#[derive(Resource, Debug, Default)]
+pub struct Scripted(pub bool);
+
+/// Closes the window when that is requested, or asks.
+pub(super) fn close(world: &mut World, mut read: Local<MessageCursor<WindowCloseRequested>>) {
+    // Marked in the frame before, as Bevy itself does it.
+    let closing: Vec<Entity> = world
+        .query_filtered::<Entity, With<ClosingWindow>>()
+        .iter(world)
+        .collect();
+    for window in closing {
+        world.despawn(window);
+    }
+    let Some(messages) = world.get_resource::<Messages<WindowCloseRequested>>() else {
+        return;
+    };
+    if read.read(messages).count() == 0 {
+        return;
+    }
+    let scripted = world.resource::<Scripted>().0;
+    let asked = matches!(*world.resource::<Card>(), Card::Closing { .. });
+    let changes = match scripted || asked {
+        true => Vec::new(),
+        false => Baseline::changes(world),
+    };
+    if changes.is_empty() {
+        close_now(world);
+    } else {
+        let file = save::scene_file(world);
+        *world.resource_mut::<Card>() = Card::Closing { changes, file };
+    }
+}
+
+/// Closes the window without asking.
+pub fn close_now(world: &mut World) {
+    let windows: Vec<Entity> = world
+        .query_filtered::<Entity, With<PrimaryWindow>>()
+        .iter(world)
+        .collect();
+    for window in windows {
+        world.entity_mut(window).insert(ClosingWindow);
+    }
+}
