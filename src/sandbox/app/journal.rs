@@ -33,7 +33,7 @@ use serde_json::{Value, json};
 use crate::{
     sandbox::{
         lab::{accuracy::CardRects, gallery::GalleryRects, quarantine::QuarantineRects},
-        panel::PanelRects,
+        panel::{PanelRects, browser::BrowserRects, first_steps::FirstStepRects},
         render::camera::OrbitCamera,
         ui::message::Notices,
     },
@@ -136,22 +136,30 @@ fn write_scenes(mut journal: ResMut<Journal>, mut loaded: MessageReader<SceneLoa
 
 fn write_widgets(
     mut journal: ResMut<Journal>,
-    (panel, card, gallery, quarantine): (
+    (panel, browser, steps, card, gallery, quarantine): (
         Res<PanelRects>,
+        Res<BrowserRects>,
+        Res<FirstStepRects>,
         Res<CardRects>,
         Res<GalleryRects>,
         Res<QuarantineRects>,
     ),
     window: Option<Single<&Window, With<PrimaryWindow>>>,
 ) {
-    let changed =
-        panel.is_changed() || card.is_changed() || gallery.is_changed() || quarantine.is_changed();
+    let changed = panel.is_changed()
+        || browser.is_changed()
+        || steps.is_changed()
+        || card.is_changed()
+        || gallery.is_changed()
+        || quarantine.is_changed();
     let (true, Some(window)) = (changed, window) else {
         return;
     };
     let scale = window.scale_factor();
     let now: BTreeMap<String, Rect> = panel
         .iter()
+        .chain(browser.iter())
+        .chain(steps.iter())
         .chain(card.iter())
         .chain(gallery.iter())
         .chain(quarantine.iter())
