@@ -54,8 +54,7 @@ pub fn save(world: &mut World, scope: &Scope, name: &str) {
         world.resource_mut::<Notices>().warn(text);
         return;
     }
-    let builtin = Material::all().iter();
-    if builtin.into_iter().any(|it| it.title == name) {
+    if Material::all().iter().any(|it| it.title == name) {
         let text =
             format!("Preset is not saved: {name} is a built-in material; choose another name");
         world.resource_mut::<Notices>().warn(text);
