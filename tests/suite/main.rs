@@ -37,6 +37,8 @@ mod report_browser;
 mod sandbox_ablation;
 #[cfg(feature = "window")]
 mod sandbox_accuracy;
+mod sandbox_bodies;
+mod sandbox_browser;
 #[cfg(feature = "window")]
 mod sandbox_coloring;
 mod sandbox_gallery;

@@ -38,7 +38,7 @@ use crate::{
             ablation::AblationRects, accuracy::CardRects, gallery::GalleryRects, plots::PlotRects,
             quarantine::QuarantineRects,
         },
-        panel::PanelRects,
+        panel::{PanelRects, browser::BrowserRects, first_steps::FirstStepRects},
         render::camera::OrbitCamera,
         render::coloring::LegendRects,
         ui::{WidgetRects, message::Notices},
@@ -151,11 +151,13 @@ struct Rects<'w> {
     legend: Res<'w, LegendRects>,
     plots: Res<'w, PlotRects>,
     keep: Res<'w, KeepRects>,
+    browser: Res<'w, BrowserRects>,
+    first_steps: Res<'w, FirstStepRects>,
 }
 
 impl Rects<'_> {
     /// The rectangles of each card, and whether they have changed.
-    fn all(&self) -> [(&WidgetRects, bool); 8] {
+    fn all(&self) -> [(&WidgetRects, bool); 10] {
         [
             (&self.panel, self.panel.is_changed()),
             (&self.accuracy, self.accuracy.is_changed()),
@@ -165,6 +167,8 @@ impl Rects<'_> {
             (&self.legend, self.legend.is_changed()),
             (&self.plots, self.plots.is_changed()),
             (&self.keep, self.keep.is_changed()),
+            (&self.browser, self.browser.is_changed()),
+            (&self.first_steps, self.first_steps.is_changed()),
         ]
     }
 }
@@ -261,6 +265,7 @@ fn describe(action: &Action, name: impl Fn(Entity) -> String) -> Value {
         }
         Action::Restore { body } => json!({"do": "restore", "body": name(*body)}),
         Action::Spawn(new) => json!({"do": "spawn", "body": new.body.name}),
+        Action::ResetShape { body } => json!({"do": "reset shape", "body": name(*body)}),
         Action::Despawn { body } => json!({"do": "despawn", "body": name(*body)}),
     }
 }

@@ -1,5 +1,6 @@
 //! The window as an application: start-up, loading, saved settings, and output files.
 
+pub mod bodies;
 pub mod display;
 pub mod drop;
 pub mod export;
@@ -12,6 +13,7 @@ pub mod picture;
 pub mod pictures;
 pub mod plain_picture;
 pub mod plain_view;
+pub mod presets;
 pub mod report;
 pub mod requests;
 pub mod screenshot;

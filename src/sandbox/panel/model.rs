@@ -9,8 +9,8 @@ use crate::{
     sandbox::{
         lab::reference_overlay::distance::Trail,
         state::{
-            color::ColorMode, display::DisplaySettings, keep::RecentFile, selection::Scope,
-            spawn::Spawn, view::SolverView,
+            color::ColorMode, display::DisplaySettings, keep::RecentFile, search::PanelSearch,
+            selection::Scope, spawn::Spawn, view::SolverView,
         },
         ui::track::Track,
     },
@@ -21,8 +21,6 @@ use bevy::prelude::{Deref, Resource};
 /// All data that the panel shows.
 #[derive(Debug, Clone, Default)]
 pub struct PanelModel {
-    /// Scenes of the picker, in order.
-    pub scenes: Vec<SceneEntry>,
     /// Name of the scene that is open.
     pub scene: String,
     /// Title of the scene that is open.
@@ -31,6 +29,8 @@ pub struct PanelModel {
     pub scene_note: String,
     /// The File menu.
     pub file: FileModel,
+    /// The search of the panel.
+    pub search: PanelSearch,
     /// State of the clock.
     pub clock: ClockModel,
     /// World settings: substeps, iterations, rate, gravity.
@@ -65,6 +65,8 @@ pub struct PanelModel {
     pub materials: Vec<&'static Material>,
     /// The material of the selected bodies, if they have one and the same.
     pub material: Option<&'static Material>,
+    /// Presets of the user that can be applied to the selected bodies: name and parameters as text.
+    pub presets: Vec<(String, String)>,
     /// Whether the wireframe is drawn.
     pub wireframe: bool,
     /// Whether contact forces are drawn.
@@ -101,17 +103,6 @@ pub struct FileModel {
     pub records: bool,
     /// Whether a film is taken.
     pub films: bool,
-}
-
-/// An entry of the scene picker.
-#[derive(Debug, Clone)]
-pub struct SceneEntry {
-    /// Name by which it is opened.
-    pub name: String,
-    /// Title.
-    pub title: String,
-    /// Description, for the tooltip.
-    pub note: String,
 }
 
 /// State of the simulation clock.
@@ -163,6 +154,10 @@ pub struct BodyEntry {
     pub inverted: usize,
     /// State.
     pub state: BodyState,
+    /// Whether it is hidden.
+    pub hidden: bool,
+    /// Its color, sRGB.
+    pub color: [u8; 3],
 }
 
 /// State of a body.
@@ -186,6 +181,8 @@ pub struct EffectModel {
     pub title: &'static str,
     /// Description, in one sentence.
     pub summary: &'static str,
+    /// Names and titles of all of its parameters, for the search.
+    pub words: String,
     /// Number of bodies that carry it; at 0 it has no system in the schedule.
     pub carriers: usize,
     /// Number of selected bodies that carry it.

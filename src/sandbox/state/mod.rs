@@ -1,11 +1,15 @@
 //! Shared state of the window, as plain data: view, selection, requests, events.
 
+pub mod browser;
 pub mod color;
 pub mod display;
 pub mod event;
 pub mod first_steps;
 pub mod keep;
+pub mod look;
+pub mod presets;
 pub mod request;
+pub mod search;
 pub mod selection;
 pub mod spawn;
 pub mod view;

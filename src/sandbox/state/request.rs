@@ -33,6 +33,12 @@ pub enum Distortion {
 pub enum Request {
     /// Open a scene by its name.
     OpenScene(String),
+    /// Open or close the scene browser.
+    Browser,
+    /// Show only what matches this text in the panel; empty shows everything.
+    Search(String),
+    /// Move the keyboard focus to the panel's search.
+    FocusSearch,
     /// Open the next scene.
     NextScene,
     /// Open the previous scene.
@@ -83,6 +89,29 @@ pub enum Request {
     },
     /// Apply a material, by its name, to the bodies of the scope that support it.
     Material(&'static str),
+    /// Apply a preset of the user, by its name, to the bodies of the scope for which it is.
+    Preset(String),
+    /// Save the parameters of the first body of the scope as a preset under this name.
+    SavePreset(String),
+    /// Delete a preset of the user, by its name.
+    DeletePreset(String),
+    /// Add copies of the bodies of the scope beside them.
+    Duplicate,
+    /// Hide (`true`) or show the bodies of the scope; they are simulated all the same.
+    Hide(bool),
+    /// Rename a body.
+    Rename {
+        /// Its key.
+        key: u64,
+        /// The new name.
+        name: String,
+    },
+    /// Color the bodies of the scope, sRGB.
+    Color([u8; 3]),
+    /// Copy the parameters of the first body of the scope to the clipboard.
+    CopyParameters,
+    /// Apply the parameters on the clipboard to the bodies of the scope.
+    PasteParameters,
     /// Deform the bodies of the scope.
     Distort(Distortion),
     /// Choose the body to add, by the name of its [`Addition`].
@@ -114,7 +143,7 @@ pub enum Request {
     /// Set the solver view.
     SolverView(SolverView),
     /// Color the bodies by a quantity, and leave the solver view.
-    Color(ColorMode),
+    ColorMode(ColorMode),
     /// Fix the range of the colors [SI]; `None` for the automatic one.
     ColorRange(Option<(f32, f32)>),
     /// Open or close the plots.
