@@ -80,8 +80,8 @@ fn the_card_fits_every_window_and_says_what_to_remove() {
     };
     for size in [(1280.0, 800.0), (900.0, 600.0), (700.0, 500.0)] {
         let (context, size) = (fresh(), Vec2::from(size));
-        let frames = (0..4).map(|_| draw(&context, &card, size, Vec::new()));
-        let (answer, words) = frames.last().expect("four frames");
+        (0..3).for_each(|_| drop(draw(&context, &card, size, Vec::new())));
+        let (answer, words) = draw(&context, &card, size, Vec::new());
         let place = answer.places.get("ablation").expect("the card");
         let window = Rect::from_min_size(Pos2::ZERO, size);
         assert!(window.contains_rect(place), "{place} in {size}");

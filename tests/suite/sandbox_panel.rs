@@ -157,6 +157,8 @@ fn model() -> PanelModel {
             speed: 1.0,
             ..ClockModel::default()
         },
+        undo: Some("Stretch compliance".to_owned()),
+        redo: None,
         settings: vec![
             parameter("substeps", "", whole(100.0), 10.0),
             parameter(

@@ -38,7 +38,10 @@ use crate::{
             ablation::AblationRects, accuracy::CardRects, gallery::GalleryRects, plots::PlotRects,
             quarantine::QuarantineRects,
         },
-        panel::{PanelRects, browser::BrowserRects, first_steps::FirstStepRects},
+        panel::{
+            PanelRects, browser::BrowserRects, first_steps::FirstStepRects,
+            time_strip::TimeStripRects,
+        },
         render::camera::OrbitCamera,
         render::coloring::LegendRects,
         ui::{WidgetRects, message::Notices},
@@ -153,11 +156,12 @@ struct Rects<'w> {
     keep: Res<'w, KeepRects>,
     browser: Res<'w, BrowserRects>,
     first_steps: Res<'w, FirstStepRects>,
+    time_strip: Res<'w, TimeStripRects>,
 }
 
 impl Rects<'_> {
     /// The rectangles of each card, and whether they have changed.
-    fn all(&self) -> [(&WidgetRects, bool); 10] {
+    fn all(&self) -> [(&WidgetRects, bool); 11] {
         [
             (&self.panel, self.panel.is_changed()),
             (&self.accuracy, self.accuracy.is_changed()),
@@ -169,6 +173,7 @@ impl Rects<'_> {
             (&self.keep, self.keep.is_changed()),
             (&self.browser, self.browser.is_changed()),
             (&self.first_steps, self.first_steps.is_changed()),
+            (&self.time_strip, self.time_strip.is_changed()),
         ]
     }
 }

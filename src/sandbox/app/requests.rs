@@ -5,7 +5,7 @@
 
 use bevy::prelude::*;
 
-use super::{bodies::bodies, export, film, import, keep, presets};
+use super::{bodies::bodies, export, film, import, keep, presets, time};
 use crate::{
     effect::EffectRegistry,
     sandbox::{
@@ -17,7 +17,7 @@ use crate::{
             plots::PlotCommand,
             reference_overlay::ReferenceCommand,
         },
-        panel::{SceneDefaults, SceneSettings, energy, gather::track, restart, show_held},
+        panel::{SceneDefaults, SceneSettings, energy, gather::track, show_held},
         state::{
             browser::Browser,
             color::{ColorMode, ColorScale},
@@ -122,10 +122,7 @@ fn carry_out_one(world: &mut World, request: Request) {
         }
         Request::NextScene => command(world, ViewCommand::NextScene),
         Request::PreviousScene => command(world, ViewCommand::PreviousScene),
-        Request::Restart => {
-            restart::note(world);
-            command(world, ViewCommand::Restart);
-        }
+        Request::Restart => command(world, ViewCommand::Restart),
         Request::FrameAll => command(world, ViewCommand::FrameAll),
         Request::Screenshot => command(world, ViewCommand::Screenshot),
         Request::Keep(request) => keep::carry_out(world, request),
@@ -141,10 +138,14 @@ fn carry_out_one(world: &mut World, request: Request) {
             world.write_message(ReferenceCommand::Again);
         }
         Request::Pause(paused) => world.resource_mut::<SimulationClock>().paused = paused,
-        Request::Step => {
-            let mut clock = world.resource_mut::<SimulationClock>();
-            clock.paused = true;
-            clock.step_once();
+        Request::Step => time::step(world),
+        Request::StepBack => time::step_back(world),
+        Request::Scrub(seconds) => time::scrub(world, seconds),
+        Request::Undo => {
+            time::undo(world);
+        }
+        Request::Redo => {
+            time::redo(world);
         }
         Request::Speed(speed) => {
             if (0.0..=100.0).contains(&speed) {
@@ -340,6 +341,8 @@ fn make_of(world: &mut World, scope: &Scope, name: &str) {
     let Some(material) = Material::find(name) else {
         return;
     };
+    let title = format!("Material {}", material.name);
+    world.resource_mut::<time::History>().label(title);
     for body in bodies(world, scope) {
         let topology = world.get::<SoftBody>(body);
         if !topology.is_some_and(|topology| material.fits(topology.dimension)) {

@@ -86,6 +86,7 @@ fn picker(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
 fn transport(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     let paused = model.clock.paused;
     let buttons = [
+        RowButton::new("step_back", "⏮ Back", "Pause and go back by one tick (,)"),
         RowButton {
             selected: paused,
             ..RowButton::new(
@@ -95,17 +96,46 @@ fn transport(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
             )
         },
         RowButton::new("step", "⏭ Step", "Pause and advance by one tick (.)"),
+    ];
+    match section::button_row(ui, panel, &buttons) {
+        Some(0) => panel.ask(Request::StepBack),
+        Some(1) => panel.ask(Request::Pause(!paused)),
+        Some(2) => panel.ask(Request::Step),
+        _ => {}
+    }
+    let undo = help("Undo", model.undo.as_deref(), "Ctrl+Z");
+    let redo = help("Redo", model.redo.as_deref(), "Ctrl+Y");
+    let buttons = [
+        RowButton {
+            enabled: model.undo.is_some(),
+            ..RowButton::new("undo", "Undo", &undo)
+        },
+        RowButton {
+            enabled: model.redo.is_some(),
+            ..RowButton::new("redo", "Redo", &redo)
+        },
         RowButton::new(
             "restart",
             "⟲ Restart",
-            "Restart the scene with the current parameters (R)",
+            "Restart the scene with the current parameters and settings (R). Undo brings back \
+             everything else: time, added bodies, pins",
         ),
     ];
     match section::button_row(ui, panel, &buttons) {
-        Some(0) => panel.ask(Request::Pause(!paused)),
-        Some(1) => panel.ask(Request::Step),
+        Some(0) => panel.ask(Request::Undo),
+        Some(1) => panel.ask(Request::Redo),
         Some(2) => panel.ask(Request::Restart),
         _ => {}
+    }
+}
+
+/// Tooltip of undo or redo.
+fn help(what: &str, title: Option<&str>, key: &str) -> String {
+    let rule = "A parameter, a setting or an effect gets its previous value while time goes on. \
+                Anything else restores the whole state from before, time included.";
+    match title {
+        Some(title) => format!("{what}: {title} ({key})\n{rule}"),
+        None => format!("Nothing to {} ({key})\n{rule}", what.to_lowercase()),
     }
 }
 

@@ -12,4 +12,5 @@ pub mod request;
 pub mod search;
 pub mod selection;
 pub mod spawn;
+pub mod time;
 pub mod view;
