@@ -153,6 +153,7 @@ impl PluginGroup for SandboxPlugins {
             .add(render::contacts::ContactsPlugin)
             .add(render::solver_view::SolverViewPlugin)
             .add(render::overlay::OverlayPlugin)
+            .add(render::marks::MarksPlugin)
             .add(lab::answer::AnswerPlugin)
             .add(app::screenshot::ScreenshotPlugin)
             .add(app::report::ReportPlugin)

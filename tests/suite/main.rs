@@ -34,6 +34,8 @@ mod reference_support;
 #[cfg(feature = "window")]
 mod sandbox_accuracy;
 #[cfg(feature = "window")]
+mod sandbox_framing;
+#[cfg(feature = "window")]
 mod sandbox_gallery;
 #[cfg(feature = "window")]
 mod sandbox_panel;

@@ -7,7 +7,13 @@
 use crate::{
     recording::{About, Recorder, SnapshotError, open},
     sandbox::{
-        render::{camera::OrbitCamera, orbit::Orbit, stage::FloorHeight},
+        render::{
+            camera::{Framed, OrbitCamera},
+            framing::Subject,
+            free_area::FreeArea,
+            orbit::Orbit,
+            stage::FloorHeight,
+        },
         state::{
             event::SceneLoaded,
             view::{ViewCommand, ViewSettings},
@@ -15,7 +21,6 @@ use crate::{
     },
     scene::{self, BuiltScene, CameraSpec, CurrentScene, registry::SCENES},
     simulation::SimulationClock,
-    solver::{Body, topology::bounds},
 };
 use bevy::{
     prelude::*,
@@ -106,7 +111,7 @@ fn obey(world: &mut World, mut read: Local<bevy::ecs::message::MessageCursor<Vie
                 restart(world);
                 continue;
             }
-            ViewCommand::FrameAll | ViewCommand::Screenshot => continue,
+            ViewCommand::FrameAll | ViewCommand::Frame(_) | ViewCommand::Screenshot => continue,
         };
         let mut opening = world.resource_mut::<Opening>();
         opening.begin(&target, Camera::Glide);
@@ -147,12 +152,12 @@ fn finish(world: &mut World) {
     });
     match made {
         Ok((current, built)) => {
-            let (hint, about) = (current.scene.camera, About::from(&current));
+            let (direction, about) = (current.scene.camera, About::from(&current));
             world.insert_resource(current);
             Recorder::scene_ends(world);
             replace(world, &built);
             Recorder::scene_opened(world, about);
-            look(world, &built, hint, camera);
+            look(world, &built, direction, camera);
             world.insert_resource(Beginning(built));
         }
         // The window is never empty: the default scene always builds, as a test checks.
@@ -194,50 +199,31 @@ fn neighbor(name: &str, step: isize) -> &'static str {
 fn replace(world: &mut World, built: &BuiltScene) {
     scene::despawn(world);
     world.resource_mut::<SimulationClock>().restart();
-    world.insert_resource(FloorHeight(floor(&built.world.bodies)));
+    world.insert_resource(FloorHeight::of(built));
     scene::spawn(built, world);
 }
 
-/// Height of the floor: the lowest ground of any body. Without any ground, the floor is at 0 if all
-/// bodies are above it; otherwise there is no floor.
-fn floor(bodies: &[Body]) -> Option<f32> {
-    let grounds = bodies.iter().filter_map(|body| {
-        let effects = &body.effects;
-        let ground = effects.ground.map(|ground| ground.height);
-        ground.or(effects.sticky_ground.map(|ground| ground.height))
-    });
-    let hovers = extent(bodies).0.y >= 0.0;
-    grounds.reduce(f32::min).or(hovers.then_some(0.0))
-}
-
-/// Bounding box of all particles [m].
-fn extent(bodies: &[Body]) -> (Vec3, Vec3) {
-    let particles = bodies.iter().flat_map(|body| &body.particles.positions);
-    bounds(particles.map(|x| x.truncate()))
-}
-
-fn look(world: &mut World, built: &BuiltScene, hint: Option<CameraSpec>, camera: Camera) {
-    let panel = world.resource::<ViewSettings>().panel_width;
+/// Frames the scene from the direction that it names.
+fn look(world: &mut World, built: &BuiltScene, direction: Option<CameraSpec>, camera: Camera) {
+    let view = world.resource::<ViewSettings>().clone();
     let mut windows = world.query_filtered::<&Window, With<PrimaryWindow>>();
-    let aspect = windows.single(world).map_or(1.6, |window| {
-        (window.width() - panel).max(1.0) / window.height().max(1.0)
-    });
-    let mut cameras = world.query::<&mut OrbitCamera>();
-    let Ok(mut orbit) = cameras.single_mut(world) else {
-        return;
-    };
-    let goal = match hint {
-        Some(hint) => Orbit::look(hint.eye, hint.target),
-        None => {
-            let (low, high) = extent(&built.world.bodies);
-            Orbit::default().framing(low, high, aspect)
+    let size = windows.single(world).map_or(WINDOW, Window::size);
+    let area = FreeArea::new(&view, size);
+    let direction = direction.map_or_else(Orbit::default, |it| Orbit::look(it.eye, it.target));
+    let points = Subject::with_motion(built).points;
+    world.resource_scope(|world, mut framed: Mut<Framed>| {
+        let mut cameras = world.query::<&mut OrbitCamera>();
+        if let Ok(mut orbit) = cameras.single_mut(world) {
+            framed.begin(&mut orbit, direction, points, area);
+            if camera == Camera::Jump {
+                orbit.now = orbit.goal;
+            }
         }
-    };
-    orbit.goal = goal;
-    if camera == Camera::Jump {
-        orbit.now = goal;
-    }
+    });
 }
+
+/// Size of a window that cannot be asked [px].
+const WINDOW: Vec2 = Vec2::new(1280.0, 800.0);
 
 #[cfg(test)]
 mod tests {

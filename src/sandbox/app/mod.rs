@@ -2,6 +2,7 @@
 
 pub mod display;
 pub mod drop;
+mod focus;
 pub mod import;
 pub mod journal;
 pub mod load;

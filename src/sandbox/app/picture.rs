@@ -4,7 +4,6 @@
 
 use crate::{
     SoftBodyPlugins,
-    render::Drawn,
     sandbox::{
         app::{
             display::{self, NoDisplay},
@@ -14,8 +13,10 @@ use crate::{
             bodies::BodiesPlugin,
             camera::OrbitCamera,
             colliders::CollidersPlugin,
+            framing::Subject,
+            free_area::FreeArea,
             orbit::Orbit,
-            stage::{self, StagePlugin},
+            stage::{self, FloorHeight, StagePlugin},
         },
         state::view::ViewSettings,
     },
@@ -61,7 +62,7 @@ pub enum PictureError {
 }
 
 /// Renders the current state of a scene's world and writes the image to `path`, in the format given
-/// by its extension (PNG). Without `camera`, frames all bodies.
+/// by its extension (PNG). Frames all bodies, seen from the direction of `camera` if given.
 ///
 /// # Errors
 /// [`PictureError`] if there is no adapter, or the file cannot be written.
@@ -98,6 +99,7 @@ pub fn picture(
     app.cleanup();
 
     app.world_mut().resource_mut::<SimulationClock>().paused = true;
+    app.insert_resource(FloorHeight::of(built));
     let target = app
         .world_mut()
         .resource_mut::<Assets<Image>>()
@@ -117,9 +119,9 @@ pub fn picture(
         ))
         .id();
     scene::spawn(built, app.world_mut());
-    // The first frame creates the surfaces of the bodies, which framing needs.
+    // The first frame creates the surfaces of the bodies.
     app.update();
-    let orbit = orbit(camera, app.world_mut(), size);
+    let orbit = orbit(built, camera, size);
     app.world_mut()
         .entity_mut(eye)
         .insert((OrbitCamera::at(orbit), orbit.transform()));
@@ -127,20 +129,10 @@ pub fn picture(
     capture(&mut app, target, path)
 }
 
-/// The camera of the scene, or one that frames all bodies.
-fn orbit(camera: Option<CameraSpec>, world: &mut World, size: UVec2) -> Orbit {
-    if let Some(camera) = camera {
-        return Orbit::look(camera.eye, camera.target);
-    }
-    let mut bodies = world.query::<&Drawn>();
-    let aspect = size.x as f32 / size.y.max(1) as f32;
-    bodies
-        .iter(world)
-        .map(|drawn| (drawn.low, drawn.high))
-        .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
-        .map_or_else(Orbit::default, |(low, high)| {
-            Orbit::default().framing(low, high, aspect)
-        })
+/// The view from a direction that shows all bodies in their current state.
+fn orbit(built: &BuiltScene, camera: Option<CameraSpec>, size: UVec2) -> Orbit {
+    let direction = camera.map_or_else(Orbit::default, |it| Orbit::look(it.eye, it.target));
+    direction.fitting(&Subject::of(built).points, &FreeArea::whole(size.as_vec2()))
 }
 
 /// Result of the capture.

@@ -5,7 +5,7 @@
 
 use bevy::prelude::*;
 
-use super::import;
+use super::{focus, import};
 use crate::{
     effect::EffectRegistry,
     sandbox::{
@@ -87,6 +87,9 @@ fn carry_out_one(world: &mut World, request: Request) {
             command(world, ViewCommand::Restart);
         }
         Request::FrameAll => command(world, ViewCommand::FrameAll),
+        Request::Frame(bodies) => focus::frame(world, &bodies),
+        Request::FocusSelected => focus::selected(world),
+        Request::Follow => focus::follow(world),
         Request::Screenshot => command(world, ViewCommand::Screenshot),
         Request::Accuracy => {
             world.write_message(AccuracyCommand::Toggle);

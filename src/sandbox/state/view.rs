@@ -15,6 +15,7 @@ impl Plugin for ViewPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<ViewSettings>()
             .init_resource::<LastGrab>()
+            .init_resource::<Followed>()
             .add_message::<ViewCommand>();
     }
 }
@@ -41,6 +42,8 @@ pub struct ViewSettings {
     pub panel_width: f32,
     /// The side that the panel covers.
     pub panel_side: Side,
+    /// Height from the top of the window that the head-up line covers [logical px].
+    pub head_up_height: f32,
 }
 
 impl Default for ViewSettings {
@@ -55,6 +58,7 @@ impl Default for ViewSettings {
             help_visible: false,
             panel_width: 0.0,
             panel_side: Side::Right,
+            head_up_height: 0.0,
         }
     }
 }
@@ -116,6 +120,8 @@ impl SolverView {
 pub enum ViewCommand {
     /// Frame all bodies. Handled by the camera.
     FrameAll,
+    /// Frame these bodies. Handled by the camera.
+    Frame(Vec<Entity>),
     /// Save a screenshot of the window. Handled by the screenshot module.
     Screenshot,
     /// Open the next built-in scene. Handled by the scene loader.
@@ -135,6 +141,10 @@ pub enum ViewCommand {
 /// or the body is removed.
 #[derive(Resource, Debug, Default, Clone, Copy, PartialEq)]
 pub struct LastGrab(pub Option<GrabbedPoint>);
+
+/// The body that the camera follows, with its name.
+#[derive(Resource, Debug, Default, Clone, PartialEq, Eq)]
+pub struct Followed(pub Option<(Entity, String)>);
 
 /// The body under the pointer, or the body that is being dragged.
 #[derive(Resource, Debug, Default, Clone, Copy, PartialEq, Eq)]
