@@ -208,7 +208,7 @@ fn watch(name: &str, seconds: f64) -> Vec<String> {
         "{name}: {:.1} % of the particles in view, motion from {low} to {high}",
         100.0 * visible
     );
-    if visible < 0.9 {
+    if visible < 0.75 {
         problems.push(format!(
             "{name}: only {:.0} % of it is in view",
             100.0 * visible
