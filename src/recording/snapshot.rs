@@ -93,6 +93,7 @@ impl Snapshot {
             collider_looks,
             places: Some(plain::places(world)),
             camera: about.camera,
+            frame: None,
             notes: Vec::new(),
         };
         Ok(Self { about, built })
@@ -117,6 +118,7 @@ impl Snapshot {
                 collider_looks: Vec::new(),
                 places: Some(places),
                 camera: None,
+                frame: None,
                 notes: Vec::new(),
             },
         }
@@ -135,6 +137,7 @@ impl Snapshot {
                 bodies: Vec::new(),
                 colliders: Vec::new(),
                 camera: self.about.camera,
+                frame: None,
                 answers: Vec::new(),
                 acceptance: Acceptance {
                     seconds: 5.0,

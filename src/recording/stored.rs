@@ -190,6 +190,7 @@ impl Stored {
                 collider_looks,
                 places: Some(self.places),
                 camera: self.camera,
+                frame: None,
                 notes: Vec::new(),
             },
         })

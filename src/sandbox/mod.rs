@@ -169,6 +169,7 @@ impl PluginGroup for SandboxPlugins {
             .add(render::coloring::ColoringPlugin)
             .add(render::inverted::InvertedPlugin)
             .add(render::overlay::OverlayPlugin)
+            .add(render::marks::MarksPlugin)
             .add(lab::answer::AnswerPlugin)
             .add(app::screenshot::ScreenshotPlugin)
             .add(app::plain_picture::PlainPicturePlugin)

@@ -54,6 +54,8 @@ pub enum Check {
     },
     /// The height of the bounding box is between these [m].
     Height(f32, f32),
+    /// The diagonal of the bounding box is at most this multiple of that at rest.
+    Extent(f64),
     /// Root mean square of edge length over rest length minus 1 is below this.
     EdgeStrain(f64),
     /// No particle is closer than this to a point [m].
@@ -204,6 +206,14 @@ impl Check {
                 (
                     (least..=most).contains(&height),
                     format!("is {height} m high"),
+                )
+            }
+            Self::Extent(limit) => {
+                let (rest_low, rest_high) = bounds(topology.rest.iter().copied());
+                let factor = f64::from((high - low).length() / (rest_high - rest_low).length());
+                (
+                    factor <= limit,
+                    format!("has {factor:.3} times its size at rest"),
                 )
             }
             Self::EdgeStrain(limit) => {

@@ -2,7 +2,7 @@
 
 use super::{
     Answer, BodySpec, CameraSpec, ColliderError, ColliderSpec, Look, Material, Pins, PointSpec,
-    Scene, SceneError, ShapeSpec, StitchSpec, StitchTo, asset,
+    Region, Scene, SceneError, ShapeSpec, StitchSpec, StitchTo, asset,
 };
 use crate::{
     mesh::{self, BuildOptions, FileMesh, Skin, SoftMesh, Treatment},
@@ -35,8 +35,10 @@ pub struct BuiltScene {
     /// Spawn orders of bodies and colliders of a restored state; `None` for a new scene, which
     /// numbers them in order.
     pub places: Option<SpawnOrders>,
-    /// Initial camera; `None` frames all bodies.
+    /// Direction of the initial view.
     pub camera: Option<CameraSpec>,
+    /// Region that the initial view shows in addition to bodies and colliders.
+    pub frame: Option<Region>,
     /// Repairs and omissions in meshes, in one sentence each.
     pub notes: Vec<String>,
 }
@@ -67,6 +69,7 @@ impl Scene {
             collider_looks: Vec::new(),
             places: None,
             camera: self.camera,
+            frame: self.frame,
             notes: Vec::new(),
         };
         for (place, spec) in self.colliders.iter().enumerate() {
@@ -93,6 +96,7 @@ impl Scene {
                 self.add(spec, mesh?, &mut built)?;
             }
         }
+        self.check_view()?;
         self.acceptance.check_names(&built.world)?;
         self.check_answers(&built.world)?;
         Ok(built)
@@ -162,6 +166,26 @@ impl Scene {
             built.world.bodies.push(body);
             built.skins.push(skin.clone());
             built.looks.push(look);
+        }
+        Ok(())
+    }
+
+    /// Checks that the view has a direction, and that its region is a box.
+    fn check_view(&self) -> Result<(), SceneError> {
+        if let Some(CameraSpec { eye, target }) = self.camera
+            && !(eye.is_finite() && target.is_finite() && eye != target)
+        {
+            return Err(SceneError::View(format!(
+                "camera looks from {eye} to {target}, but expected two different points with finite \
+                 coordinates"
+            )));
+        }
+        if let Some(Region { low, high }) = self.frame
+            && !(low.is_finite() && high.is_finite() && low.cmple(high).all())
+        {
+            return Err(SceneError::View(format!(
+                "frame reaches from {low} to {high}, but expected finite corners, low not above high"
+            )));
         }
         Ok(())
     }

@@ -82,6 +82,9 @@ pub enum SceneError {
         /// The existing names.
         valid: String,
     },
+    /// The initial view is invalid.
+    #[error("{0}")]
+    View(String),
     /// The acceptance criteria cannot be evaluated.
     #[error("acceptance: {0}")]
     Acceptance(String),

@@ -28,9 +28,14 @@ pub struct Scene {
     /// Rigid colliders.
     #[serde(default)]
     pub colliders: Vec<ColliderSpec>,
-    /// Initial camera; `None` frames all bodies.
+    /// Direction of the initial view; by default from the front right and above. The distance is
+    /// chosen so that everything fits the window.
     #[serde(default)]
     pub camera: Option<CameraSpec>,
+    /// Region that the initial view shows in addition to the bodies and the ground below them: the
+    /// space of the motion to come.
+    #[serde(default)]
+    pub frame: Option<Region>,
     /// Analytic solutions of bodies at rest.
     #[serde(default)]
     pub answers: Vec<Answer>,
@@ -344,7 +349,7 @@ pub enum ShapeSpec {
     Surface(Primitive),
 }
 
-/// Camera position.
+/// Direction of the view: from an eye to a target. Their distance has no effect.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraSpec {
@@ -352,6 +357,16 @@ pub struct CameraSpec {
     pub eye: Vec3,
     /// Point that it looks at [m].
     pub target: Vec3,
+}
+
+/// A box in world space.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Region {
+    /// Minimum corner [m].
+    pub low: Vec3,
+    /// Maximum corner [m].
+    pub high: Vec3,
 }
 
 impl Scene {

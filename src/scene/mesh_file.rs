@@ -190,6 +190,7 @@ impl Scene {
             bodies: vec![spec],
             colliders: Vec::new(),
             camera: None,
+            frame: None,
             answers: Vec::new(),
             acceptance: Acceptance {
                 seconds: SECONDS,

@@ -37,10 +37,15 @@ mod report_browser;
 mod sandbox_ablation;
 #[cfg(feature = "window")]
 mod sandbox_accuracy;
+#[cfg(feature = "window")]
 mod sandbox_bodies;
+#[cfg(feature = "window")]
 mod sandbox_browser;
 #[cfg(feature = "window")]
 mod sandbox_coloring;
+#[cfg(feature = "window")]
+mod sandbox_framing;
+#[cfg(feature = "window")]
 mod sandbox_gallery;
 #[cfg(feature = "window")]
 mod sandbox_keep;
@@ -48,6 +53,7 @@ mod sandbox_keep;
 mod sandbox_panel;
 #[cfg(feature = "window")]
 mod sandbox_plots;
+#[cfg(feature = "window")]
 mod sandbox_quarantine;
 #[cfg(feature = "window")]
 mod sandbox_reference_overlay;
@@ -126,4 +132,5 @@ mod support_app;
 mod torture;
 mod torture_program;
 #[cfg(all(feature = "window", target_os = "linux"))]
+#[cfg(feature = "window")]
 mod window;

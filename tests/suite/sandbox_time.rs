@@ -136,9 +136,9 @@ fn a_long_run_with_sleep_and_contacts_is_repeated_from_any_state() {
             assert_eq!(tick_of(&app), back);
             assert_eq!(hash(&mut app), hashes[back as usize], "{name}, tick {back}");
         }
-        for tick in 1..=240 {
+        for (tick, expected) in hashes.iter().enumerate().skip(1) {
             ticks(&mut app, 1);
-            assert_eq!(hash(&mut app), hashes[tick], "{name}, tick {tick}");
+            assert_eq!(hash(&mut app), *expected, "{name}, tick {tick}");
         }
     }
 }

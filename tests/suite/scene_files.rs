@@ -266,6 +266,18 @@ fn invalid_colliders_and_acceptances_are_refused() {
         &complaint("radius: 0.2)", "radius: 0.2), color: \"glass\""),
         &["collider 1", "glass", "#e07040"],
     );
+    let view = |text: &str| complaint("acceptance: (", &format!("{text}, acceptance: ("));
+    says(
+        &view("frame: (low: (1, 0, 0), high: (0, 1, 1))"),
+        &[
+            "frame reaches from [1, 0, 0] to [0, 1, 1]",
+            "low not above high",
+        ],
+    );
+    says(
+        &view("camera: (eye: (1, 0, 0), target: (1, 0, 0))"),
+        &["camera looks from [1, 0, 0]", "two different points"],
+    );
     says(
         &complaint("seconds: 1.0", "seconds: 0.0"),
         &["acceptance", "seconds is 0", "above 0"],

@@ -159,7 +159,7 @@ fn says_where(error: &SceneError, text: &str) {
         | SceneError::Topology { body, .. }
         | SceneError::Body { body, .. } => text.contains("name") && message.contains(body.as_str()),
         SceneError::Collider { index, .. } => message.contains(&format!("collider {index}")),
-        SceneError::Acceptance(_) => true,
+        SceneError::Acceptance(_) | SceneError::View(_) => true,
         SceneError::Answer { body, .. } => message.contains(body.as_str()),
         _ => false,
     };

@@ -5,11 +5,11 @@ use crate::support::state_bits;
 use pliant::{
     scene::{
         Scene,
-        registry::{BuiltinScene, SCENES},
+        registry::{self, BuiltinScene, SCENES},
         run::{headless, run},
     },
     simulation::{plain, tick},
-    solver::{Substeps, World},
+    solver::{Body, Substeps, World, topology::bounds},
 };
 use std::{
     sync::{
@@ -49,10 +49,43 @@ fn in_every_scene(find: impl Fn(&BuiltinScene, &Scene) -> Vec<String> + Sync) {
 fn every_scene_is_accepted_by_its_own_figures() {
     in_every_scene(|_, scene| {
         let built = scene.build().expect("a sound scene");
-        run(&built, &scene.run_options(), |_| ())
-            .expect("nothing is overridden")
-            .reasons
+        let done = run(&built, &scene.run_options(), |_| ()).expect("nothing is overridden");
+        let torn = done
+            .world
+            .bodies
+            .iter()
+            .filter(|body| growth(body) > MAX_GROWTH);
+        let torn = torn.map(|body| format!("{} has {:.1} times its size", body.name, growth(body)));
+        done.reasons.into_iter().chain(torn).collect()
     });
+}
+
+/// A body that is larger than this multiple of its size at rest fills the picture with shards. The
+/// softest hanging bodies have 2.5 times their size.
+const MAX_GROWTH: f32 = 4.0;
+
+/// Size of a body over its size at rest.
+fn growth(body: &Body) -> f32 {
+    let now = body.particles.positions.iter().map(|x| x.truncate());
+    let [now, rest] = [bounds(now), bounds(body.topology.rest.iter().copied())]
+        .map(|(low, high)| (high - low).length());
+    now / rest
+}
+
+/// Volumes alone without drag: the body runs apart, which its checks notice.
+#[test]
+fn a_body_that_runs_apart_fails_its_acceptance() {
+    let text = registry::find("edges_and_volume").expect("built in").text;
+    let without = text.replace("drag: (linear: 100),", "");
+    assert_ne!(text, without);
+    let scene: Scene = without.parse().expect("a sound scene");
+    let built = scene.build().expect("a sound scene");
+    let reasons = run(&built, &scene.run_options(), |_| ())
+        .expect("nothing is overridden")
+        .reasons
+        .join("; ");
+    assert!(reasons.contains("volume alone: has"), "{reasons}");
+    assert!(reasons.contains("times its size at rest"), "{reasons}");
 }
 
 /// The acceptance of a scene does not depend on its settings: it also holds with 10 and with 100

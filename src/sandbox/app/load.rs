@@ -10,7 +10,13 @@ use crate::{
     sandbox::{
         app::time::{self, OpenScene, SceneContext},
         panel::{restart, scene_defaults},
-        render::{camera::OrbitCamera, orbit::Orbit, stage::FloorHeight},
+        render::{
+            camera::{Framed, OrbitCamera},
+            framing::Subject,
+            free_area::FreeArea,
+            orbit::Orbit,
+            stage::FloorHeight,
+        },
         state::{
             event::SceneLoaded,
             view::{ViewCommand, ViewSettings},
@@ -22,7 +28,6 @@ use crate::{
         Pins, SimulationClock,
         plain::{self, bodies_in_order},
     },
-    solver::{Body, topology::bounds},
 };
 use bevy::{
     prelude::*,
@@ -112,7 +117,10 @@ fn obey(world: &mut World, mut read: Local<bevy::ecs::message::MessageCursor<Vie
                 restart(world);
                 continue;
             }
-            ViewCommand::FrameAll | ViewCommand::Screenshot | ViewCommand::PlainPicture => continue,
+            ViewCommand::FrameAll
+            | ViewCommand::Frame(_)
+            | ViewCommand::Screenshot
+            | ViewCommand::PlainPicture => continue,
         };
         let mut opening = world.resource_mut::<Opening>();
         opening.begin(&target, Camera::Glide);
@@ -180,7 +188,7 @@ fn enter(world: &mut World, current: CurrentScene, built: BuiltScene, camera: Ca
     let context = SceneContext {
         current,
         orders: plain::places(world),
-        floor: floor(&built.world.bodies),
+        floor: FloorHeight::of(&built).0,
         settings,
         beginning: built,
     };
@@ -259,51 +267,33 @@ fn neighbor(name: &str, step: isize) -> &'static str {
 fn replace(world: &mut World, built: &BuiltScene) {
     scene::despawn(world);
     world.resource_mut::<SimulationClock>().restart();
-    world.insert_resource(FloorHeight(floor(&built.world.bodies)));
+    world.insert_resource(FloorHeight::of(built));
     scene::spawn(built, world);
 }
 
-/// Height of the floor: the lowest ground of any body. Without any ground, the floor is at 0 if all
-/// bodies are above it; otherwise there is no floor.
-fn floor(bodies: &[Body]) -> Option<f32> {
-    let grounds = bodies.iter().filter_map(|body| {
-        let effects = &body.effects;
-        let ground = effects.ground.map(|ground| ground.height);
-        ground.or(effects.sticky_ground.map(|ground| ground.height))
-    });
-    let hovers = extent(bodies).0.y >= 0.0;
-    grounds.reduce(f32::min).or(hovers.then_some(0.0))
-}
-
-/// Bounding box of all particles [m].
-fn extent(bodies: &[Body]) -> (Vec3, Vec3) {
-    let particles = bodies.iter().flat_map(|body| &body.particles.positions);
-    bounds(particles.map(|x| x.truncate()))
-}
-
-fn look(world: &mut World, built: &BuiltScene, hint: Option<CameraSpec>, camera: Camera) {
-    let view = world.get_resource::<ViewSettings>();
-    let panel = view.map_or(0.0, |view| view.panel_width);
-    let mut windows = world.query_filtered::<&Window, With<PrimaryWindow>>();
-    let aspect = windows.single(world).map_or(1.6, |window| {
-        (window.width() - panel).max(1.0) / window.height().max(1.0)
-    });
-    let mut cameras = world.query::<&mut OrbitCamera>();
-    let Ok(mut orbit) = cameras.single_mut(world) else {
+/// Frames the scene from the direction that it names.
+fn look(world: &mut World, built: &BuiltScene, direction: Option<CameraSpec>, camera: Camera) {
+    let Some(view) = world.get_resource::<ViewSettings>().cloned() else {
         return;
     };
-    let goal = match hint {
-        Some(hint) => Orbit::look(hint.eye, hint.target),
-        None => {
-            let (low, high) = extent(&built.world.bodies);
-            Orbit::default().framing(low, high, aspect)
+    let mut windows = world.query_filtered::<&Window, With<PrimaryWindow>>();
+    let size = windows.single(world).map_or(WINDOW, Window::size);
+    let area = FreeArea::new(&view, size);
+    let direction = direction.map_or_else(Orbit::default, |it| Orbit::look(it.eye, it.target));
+    let points = Subject::with_motion(built).points;
+    world.resource_scope(|world, mut framed: Mut<Framed>| {
+        let mut cameras = world.query::<&mut OrbitCamera>();
+        if let Ok(mut orbit) = cameras.single_mut(world) {
+            framed.begin(&mut orbit, direction, points, area);
+            if camera == Camera::Jump {
+                orbit.now = orbit.goal;
+            }
         }
-    };
-    orbit.goal = goal;
-    if camera == Camera::Jump {
-        orbit.now = goal;
-    }
+    });
 }
+
+/// Size of a window that cannot be asked [px].
+const WINDOW: Vec2 = Vec2::new(1280.0, 800.0);
 
 #[cfg(test)]
 mod tests {

@@ -5,6 +5,7 @@ pub mod display;
 pub mod drop;
 pub mod export;
 pub mod film;
+mod focus;
 pub mod import;
 pub mod journal;
 pub mod keep;

@@ -5,7 +5,6 @@
 
 use crate::{
     SoftBodyPlugins,
-    render::Drawn,
     sandbox::{
         app::{
             display::{self, NoDisplay},
@@ -16,8 +15,10 @@ use crate::{
             bodies::BodiesPlugin,
             camera::OrbitCamera,
             colliders::CollidersPlugin,
+            framing::Subject,
+            free_area::FreeArea,
             orbit::Orbit,
-            stage::{self, StagePlugin},
+            stage::{self, FloorHeight, StagePlugin},
         },
         state::view::ViewSettings,
     },
@@ -64,7 +65,7 @@ pub enum PictureError {
 }
 
 /// Renders the current state of a scene's world and writes the image to `path`, in the format given
-/// by its extension (PNG). Without `camera`, frames all bodies.
+/// by its extension (PNG). Frames all bodies, seen from the direction of `camera` if given.
 ///
 /// # Errors
 /// [`PictureError`] if there is no adapter, or the file cannot be written.
@@ -74,7 +75,7 @@ pub fn picture(
     path: &Path,
     size: UVec2,
 ) -> Result<(), PictureError> {
-    write(&render(built, camera, size, false)?, path)
+    write(&render(built, camera, size)?, path)
 }
 
 /// Renders a picture for the scene browser: at twice the size, then averaged over squares of four
@@ -88,7 +89,7 @@ pub fn thumbnail(
     path: &Path,
 ) -> Result<(), PictureError> {
     let size = 2 * UVec2::from_array(PICTURE);
-    write(&halved(&render(built, camera, size, true)?), path)
+    write(&halved(&render(built, camera, size)?), path)
 }
 
 /// An image of half the width and height, with the mean of each square of four pixels.
@@ -131,7 +132,6 @@ fn render(
     built: &BuiltScene,
     camera: Option<CameraSpec>,
     size: UVec2,
-    fits: bool,
 ) -> Result<Image, PictureError> {
     display::check_adapter()?;
     let mut app = App::new();
@@ -160,6 +160,7 @@ fn render(
     app.cleanup();
 
     app.world_mut().resource_mut::<SimulationClock>().paused = true;
+    app.insert_resource(FloorHeight::of(built));
     let target = app
         .world_mut()
         .resource_mut::<Assets<Image>>()
@@ -179,9 +180,9 @@ fn render(
         ))
         .id();
     scene::spawn(built, app.world_mut());
-    // The first frame creates the surfaces of the bodies, which framing needs.
+    // The first frame creates the surfaces of the bodies.
     app.update();
-    let orbit = orbit(camera, app.world_mut(), size, fits);
+    let orbit = orbit(built, camera, size);
     app.world_mut()
         .entity_mut(eye)
         .insert((OrbitCamera::at(orbit), orbit.transform()));
@@ -189,21 +190,10 @@ fn render(
     capture(&mut app, target)
 }
 
-/// The camera of the scene, or one that frames all bodies; in the direction of the former if it
-/// `fits`.
-fn orbit(camera: Option<CameraSpec>, world: &mut World, size: UVec2, fits: bool) -> Orbit {
-    let orbit = camera.map(|camera| Orbit::look(camera.eye, camera.target));
-    if let Some(orbit) = orbit.filter(|_| !fits) {
-        return orbit;
-    }
-    let orbit = orbit.unwrap_or_default();
-    let mut bodies = world.query::<&Drawn>();
-    let aspect = size.x as f32 / size.y.max(1) as f32;
-    bodies
-        .iter(world)
-        .map(|drawn| (drawn.low, drawn.high))
-        .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
-        .map_or(orbit, |(low, high)| orbit.framing(low, high, aspect))
+/// The view from a direction that shows all bodies in their current state.
+fn orbit(built: &BuiltScene, camera: Option<CameraSpec>, size: UVec2) -> Orbit {
+    let direction = camera.map_or_else(Orbit::default, |it| Orbit::look(it.eye, it.target));
+    direction.fitting(&Subject::of(built).points, &FreeArea::whole(size.as_vec2()))
 }
 
 /// The captured image.

@@ -5,7 +5,7 @@
 
 use bevy::prelude::*;
 
-use super::{bodies::bodies, export, film, import, keep, presets, time};
+use super::{bodies::bodies, export, film, focus, import, keep, presets, time};
 use crate::{
     effect::EffectRegistry,
     sandbox::{
@@ -124,6 +124,9 @@ fn carry_out_one(world: &mut World, request: Request) {
         Request::PreviousScene => command(world, ViewCommand::PreviousScene),
         Request::Restart => command(world, ViewCommand::Restart),
         Request::FrameAll => command(world, ViewCommand::FrameAll),
+        Request::Frame(bodies) => focus::frame(world, &bodies),
+        Request::FocusSelected => focus::selected(world),
+        Request::Follow => focus::follow(world),
         Request::Screenshot => command(world, ViewCommand::Screenshot),
         Request::Keep(request) => keep::carry_out(world, request),
         Request::Film => film::toggle(world),

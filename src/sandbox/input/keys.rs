@@ -60,6 +60,10 @@ pub enum Command {
     FewerSubsteps,
     /// Frames all bodies.
     FrameAll,
+    /// Frames the selected body.
+    Focus,
+    /// Follows the selected body, or ends it.
+    Follow,
     /// Toggles the contact forces.
     Contacts,
     /// Toggles the wireframe.
@@ -254,6 +258,18 @@ pub const BINDINGS: &[Binding] = &[
         Command::FewerSubsteps,
     )),
     row(&[Types("f")], "F", "frame all", Command::FrameAll),
+    row(
+        &[Types("z")],
+        "Z",
+        "focus on the selected body",
+        Command::Focus,
+    ),
+    row(
+        &[Types("l")],
+        "L",
+        "follow the selected body / stop",
+        Command::Follow,
+    ),
     row(&[Types("w")], "W", "wireframe", Command::Wireframe),
     row(&[Types("t")], "T", "tet mesh", Command::Tetrahedra),
     row(&[Types("k")], "K", "contact forces", Command::Contacts),

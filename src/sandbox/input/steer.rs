@@ -4,7 +4,10 @@
 //! The camera moves only while it owns the pointer, and zooms only while nothing else owns it.
 
 use super::pointer::{Pointer, PointerOwner, PointerSystems};
-use crate::sandbox::render::camera::{CameraSystems, OrbitCamera};
+use crate::sandbox::{
+    render::camera::{CameraSystems, OrbitCamera},
+    state::view::Followed,
+};
 use bevy::{input::mouse::AccumulatedMouseMotion, prelude::*, window::PrimaryWindow};
 
 /// Lets the user control the camera.
@@ -23,6 +26,7 @@ fn steer(
     keys: Res<ButtonInput<KeyCode>>,
     window: Single<&Window, With<PrimaryWindow>>,
     mut camera: Single<&mut OrbitCamera>,
+    mut followed: ResMut<Followed>,
 ) {
     let shift = keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]);
     let right = mouse.pressed(MouseButton::Right);
@@ -30,6 +34,7 @@ fn steer(
     if pointer.owner == PointerOwner::Camera && motion.delta != Vec2::ZERO {
         if middle || (right && shift) {
             camera.goal = camera.goal.panned(motion.delta, window.height());
+            followed.set_if_neq(Followed(None));
         } else if right {
             camera.goal = camera.goal.turned(motion.delta);
         }

@@ -89,12 +89,21 @@ pub(super) fn model(world: &World, effect: &str, shown: &[Entity]) -> Option<Eff
     })
 }
 
-/// Draws the effective compliance below the parameters of the effect.
-pub(super) fn show(ui: &mut Ui, panel: &mut Panel, effect: &str, effective: &EffectiveModel) {
-    let color = if effective.limited && effective.factor.is_some() {
-        theme::of(ui).changed
-    } else {
-        theme::of(ui).weak
+/// Draws the effective compliance below the parameters of the effect. A difference from the
+/// requested one is a warning only after the user `changed` something; at the settings of the scene
+/// it is a figure like others.
+pub(super) fn show(
+    ui: &mut Ui,
+    panel: &mut Panel,
+    effect: &str,
+    effective: &EffectiveModel,
+    changed: bool,
+) {
+    let differs = effective.limited && effective.factor.is_some();
+    let color = match (differs, changed) {
+        (true, true) => theme::of(ui).changed,
+        (true, false) => theme::of(ui).text,
+        (false, _) => theme::of(ui).weak,
     };
     let text = RichText::new(words(effective)).small().color(color);
     let response = ui.add(Label::new(text).wrap()).on_hover_text(

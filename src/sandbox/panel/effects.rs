@@ -148,7 +148,9 @@ fn running_effect(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &E
             section::note(ui, note);
         }
         if let Some(effective) = &effect.effective {
-            effective::show(ui, panel, effect.name, effective);
+            let parameters = effect.parameters.iter().chain(&model.settings);
+            let changed = parameters.into_iter().any(|parameter| parameter.changed);
+            effective::show(ui, panel, effect.name, effective, changed);
         }
         if let Some(range) = effect.overpressure {
             let text = RichText::new(overpressure(range))

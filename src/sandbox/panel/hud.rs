@@ -12,7 +12,7 @@ use bevy_egui::{
 
 use crate::sandbox::{
     lab::{reference_overlay::ReferenceOverlay, throughput::Throughput},
-    state::view::ViewSettings,
+    state::view::{Followed, ViewSettings},
     ui::{area, count, format, theme},
 };
 use crate::simulation::{SimulationClock, SoftBody, Statistics, statistics};
@@ -91,6 +91,7 @@ impl Plugin for HudPlugin {
         app.init_resource::<HeadUp>()
             .init_resource::<ViewSettings>()
             .init_resource::<Throughput>()
+            .init_resource::<Followed>()
             .add_systems(Update, (measure_while_paused, refresh).chain())
             .add_systems(EguiPrimaryContextPass, show);
     }
@@ -112,6 +113,7 @@ fn refresh(
     throughput: Res<Throughput>,
     clock: Res<SimulationClock>,
     reference_overlay: Option<Res<ReferenceOverlay>>,
+    followed: Res<Followed>,
 ) {
     head_up.frames += 1;
     head_up.seconds += time.delta_secs();
@@ -121,6 +123,7 @@ fn refresh(
         &clock,
         slow,
         reference_overlay.is_some_and(|reference_overlay| reference_overlay.holds()),
+        &followed,
     );
     if head_up.seconds >= 1.0 / REFRESH {
         let rate = head_up.frames as f32 / head_up.seconds;
@@ -193,7 +196,12 @@ fn percent(ratio: f64) -> String {
 }
 
 /// The exceptional state; `slow` is the measured speed if the computer does not keep up.
-fn state(clock: &SimulationClock, slow: Option<f64>, reference_overlay_holds: bool) -> String {
+fn state(
+    clock: &SimulationClock,
+    slow: Option<f64>,
+    reference_overlay_holds: bool,
+    followed: &Followed,
+) -> String {
     let mut parts = Vec::new();
     if clock.paused {
         parts.push("paused".to_owned());
@@ -207,20 +215,31 @@ fn state(clock: &SimulationClock, slow: Option<f64>, reference_overlay_holds: bo
     if let Some(pace) = slow {
         parts.push(format!("running at {}× real time", format(pace, 2)));
     }
+    if let Some((_, name)) = &followed.0 {
+        parts.push(format!("following {name} (L to stop)"));
+    }
     parts.join("  ·  ")
 }
 
-fn show(mut contexts: EguiContexts, head_up: Res<HeadUp>, view: Res<ViewSettings>) -> Result {
+fn show(
+    mut contexts: EguiContexts,
+    head_up: Res<HeadUp>,
+    mut view: ResMut<ViewSettings>,
+) -> Result {
     if !head_up.figures.is_empty() {
         let context = contexts.ctx_mut()?;
         let free = area::free(context, &view);
-        draw(context, &head_up.figures, &head_up.state, free);
+        let height = draw(context, &head_up.figures, &head_up.state, free);
+        if view.head_up_height != height {
+            view.head_up_height = height;
+        }
     }
     Ok(())
 }
 
-/// Draws the line in the upper left corner of the area that the panel leaves free.
-pub fn draw(context: &egui::Context, figures: &[Figure], state: &str, free: Rect) {
+/// Draws the line in the upper left corner of the area that the panel leaves free. Returns the height
+/// from the top of the window that it covers, without the badge of the state [logical px].
+pub fn draw(context: &egui::Context, figures: &[Figure], state: &str, free: Rect) -> f32 {
     let margin = 10.0;
     let width = free.width() - 2.0 * margin;
     // Does not capture the pointer.
@@ -231,7 +250,7 @@ pub fn draw(context: &egui::Context, figures: &[Figure], state: &str, free: Rect
         .constrain(false)
         .show(context, |ui| {
             ui.set_max_width(width);
-            Frame::new()
+            let frame = Frame::new()
                 .fill(theme::of(ui).veil)
                 .corner_radius(8.0)
                 .inner_margin(Margin::symmetric(10, 5))
@@ -239,7 +258,9 @@ pub fn draw(context: &egui::Context, figures: &[Figure], state: &str, free: Rect
             if !state.is_empty() {
                 badge(ui, state);
             }
-        });
+            frame.response.rect.bottom() - context.content_rect().top()
+        })
+        .inner
 }
 
 fn line(ui: &mut egui::Ui, figures: &[Figure], width: f32) {
@@ -326,15 +347,22 @@ mod tests {
     #[test]
     fn what_is_out_of_the_ordinary_is_said() {
         let mut clock = SimulationClock::default();
-        assert_eq!(state(&clock, None, false), "");
+        assert_eq!(state(&clock, None, false, &Followed(None)), "");
         let slow = "running at 0.45× real time";
-        assert_eq!(state(&clock, Some(0.451), false), slow);
+        let nobody = &Followed(None);
+        assert_eq!(state(&clock, Some(0.451), false, nobody), slow);
         clock.paused = true;
         clock.speed = 0.1;
-        assert_eq!(state(&clock, None, false), "paused  ·  0.1× speed");
+        assert_eq!(state(&clock, None, false, nobody), "paused  ·  0.1× speed");
         assert_eq!(
-            state(&clock, None, true),
+            state(&clock, None, true, nobody),
             "paused  ·  0.1× speed  ·  waiting for the reference"
+        );
+        let bunny = Followed(Some((Entity::PLACEHOLDER, "bunny".to_owned())));
+        let clock = SimulationClock::default();
+        assert_eq!(
+            state(&clock, None, false, &bunny),
+            "following bunny (L to stop)"
         );
     }
 }

@@ -1,12 +1,18 @@
 //! The camera: glides to its [controlled](crate::sandbox::input::steer) goal. The view is shifted
 //! so that its center is the center of the area that the panel leaves free.
+//!
+//! A framed view stays framed when the window or the panel changes, until the user moves the camera.
 
+use super::{follow, framing::Subject, free_area::FreeArea};
 use crate::render::Drawn;
 use crate::sandbox::{
     render::orbit::Orbit,
-    state::view::{ViewCommand, ViewSettings},
+    state::view::{Followed, ViewCommand, ViewSettings},
 };
+use crate::simulation::SimulationClock;
+use crate::solver::Collider;
 use bevy::{camera::SubCameraView, prelude::*, window::PrimaryWindow};
+use std::f32::consts::TAU;
 
 /// Time constant of the camera motion [s].
 const GLIDE: f32 = 0.07;
@@ -34,6 +40,48 @@ impl OrbitCamera {
     }
 }
 
+/// The points that are framed, as long as the user has not moved the camera.
+#[derive(Resource, Debug, Default)]
+pub struct Framed(Option<Framing>);
+
+#[derive(Debug)]
+struct Framing {
+    points: Vec<Vec3>,
+    area: FreeArea,
+    goal: Orbit,
+}
+
+impl Framed {
+    /// Moves the goal of the camera so that points [m] are framed, seen from a direction.
+    pub fn begin(
+        &mut self,
+        camera: &mut OrbitCamera,
+        direction: Orbit,
+        points: Vec<Vec3>,
+        area: FreeArea,
+    ) {
+        let mut goal = direction.fitting(&points, &area);
+        // The shorter way round.
+        goal.yaw += TAU * ((camera.now.yaw - goal.yaw) / TAU).round();
+        camera.goal = goal;
+        self.0 = Some(Framing { points, area, goal });
+    }
+
+    /// Frames the same points in another area, or forgets them after the user moved the camera.
+    fn refit(&mut self, camera: &mut OrbitCamera, area: FreeArea) {
+        let Some(framing) = &mut self.0 else {
+            return;
+        };
+        if camera.goal != framing.goal {
+            self.0 = None;
+        } else if framing.area != area {
+            framing.area = area;
+            framing.goal = framing.goal.fitting(&framing.points, &area);
+            camera.goal = framing.goal;
+        }
+    }
+}
+
 /// Systems that move the camera, in `Update`.
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct CameraSystems;
@@ -43,38 +91,65 @@ pub struct CameraPlugin;
 
 impl Plugin for CameraPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(Update, (frame_all, glide).chain().in_set(CameraSystems));
+        app.init_resource::<Framed>()
+            .init_resource::<Followed>()
+            .add_systems(
+                Update,
+                (frame, refit, follow::follow, glide)
+                    .chain()
+                    .in_set(CameraSystems),
+            );
     }
 }
 
-fn frame_all(
+fn frame(
     mut commands: MessageReader<ViewCommand>,
-    bodies: Query<&Drawn>,
+    bodies: Query<(Entity, &Drawn)>,
+    colliders: Query<&Collider>,
+    clock: Res<SimulationClock>,
     settings: Res<ViewSettings>,
     window: Single<&Window, With<PrimaryWindow>>,
     mut camera: Single<&mut OrbitCamera>,
+    mut framed: ResMut<Framed>,
+    mut followed: ResMut<Followed>,
 ) {
-    if !commands
-        .read()
-        .any(|command| *command == ViewCommand::FrameAll)
-    {
-        return;
-    }
-    let free = (window.width() - settings.panel_width).max(1.0);
-    if let Some((low, high)) = bounds(&bodies) {
-        camera.goal = camera
-            .goal
-            .framing(low, high, free / window.height().max(1.0));
+    for command in commands.read() {
+        let chosen = match command {
+            ViewCommand::FrameAll => None,
+            ViewCommand::Frame(bodies) => Some(bodies),
+            _ => continue,
+        };
+        let mut subject = Subject::default();
+        for (entity, drawn) in &bodies {
+            if chosen.is_none_or(|chosen| chosen.contains(&entity)) {
+                subject.add(drawn.points.iter().copied());
+            }
+        }
+        match chosen {
+            None => subject.add_colliders(colliders.iter(), clock.time()),
+            Some(_) => subject.add_surroundings(),
+        }
+        let area = FreeArea::new(&settings, window.size());
+        let direction = camera.goal;
+        framed.begin(&mut camera, direction, subject.points, area);
+        let stays = |(body, _): &(Entity, String)| chosen.is_some_and(|it| it[..] == [*body]);
+        if followed.0.as_ref().is_some_and(|it| !stays(it)) {
+            followed.0 = None;
+        }
     }
 }
 
-/// Bounding box of all bodies [m].
-fn bounds(bodies: &Query<&Drawn>) -> Option<(Vec3, Vec3)> {
-    bodies
-        .iter()
-        .map(|drawn| (drawn.low, drawn.high))
-        .filter(|(low, high)| low.is_finite() && high.is_finite())
-        .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+fn refit(
+    settings: Res<ViewSettings>,
+    window: Single<&Window, With<PrimaryWindow>>,
+    mut camera: Single<&mut OrbitCamera>,
+    mut framed: ResMut<Framed>,
+) {
+    let area = FreeArea::new(&settings, window.size());
+    // Compares first, so that the camera is not marked as changed.
+    if framed.0.is_some() {
+        framed.refit(&mut camera, area);
+    }
 }
 
 fn glide(
@@ -116,4 +191,45 @@ fn shifted_view(size: UVec2, shift: f32) -> Option<SubCameraView> {
         offset: Vec2::new(shift.round(), 0.0),
         size,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn area(width: f32) -> FreeArea {
+        FreeArea::whole(Vec2::new(width, 600.0))
+    }
+
+    #[test]
+    fn a_framed_view_follows_the_window_until_the_user_moves_the_camera() {
+        let mut camera = OrbitCamera::at(Orbit::default());
+        let mut framed = Framed::default();
+        let points = vec![Vec3::ZERO, Vec3::new(2.0, 1.0, 0.0)];
+        framed.begin(&mut camera, Orbit::default(), points, area(1000.0));
+        let wide = camera.goal.distance;
+        framed.refit(&mut camera, area(300.0));
+        let narrow = camera.goal.distance;
+        assert!(narrow > 1.5 * wide, "{narrow} m and {wide} m");
+        camera.goal = camera.goal.zoomed(1.0);
+        let zoomed = camera.goal;
+        framed.refit(&mut camera, area(1000.0));
+        framed.refit(&mut camera, area(300.0));
+        assert_eq!(camera.goal, zoomed);
+    }
+
+    #[test]
+    fn the_camera_turns_the_shorter_way() {
+        let from = Orbit {
+            yaw: 3.0,
+            ..default()
+        };
+        let mut camera = OrbitCamera::at(from);
+        let to = Orbit {
+            yaw: -3.0,
+            ..default()
+        };
+        Framed::default().begin(&mut camera, to, vec![Vec3::ONE], area(800.0));
+        assert!((camera.goal.yaw - 3.0).abs() < 0.3, "{}", camera.goal.yaw);
+    }
 }

@@ -86,18 +86,12 @@ impl Orbit {
         }
     }
 
-    /// Frames a box [m] from the same direction, in a view of this aspect (width over height).
-    #[must_use]
-    pub fn framing(self, low: Vec3, high: Vec3, aspect: f32) -> Self {
-        let radius = ((high - low).length() / 2.0).max(1e-3);
-        let half = FIELD_OF_VIEW / 2.0;
-        let narrow = half.min((half.tan() * aspect).atan());
-        Self {
-            focus: low.midpoint(high),
-            // A margin of 10 % around the box.
-            distance: (1.1 * radius / narrow.sin()).clamp(*DISTANCE.start(), *DISTANCE.end()),
-            ..self
-        }
+    /// Minimum distance of the eye from the nearest framed point [m], beyond the near plane.
+    pub(super) const CLEARANCE: f32 = 0.02;
+
+    /// The nearest valid distance [m].
+    pub(super) fn valid_distance(distance: f32) -> f32 {
+        distance.clamp(*DISTANCE.start(), *DISTANCE.end())
     }
 
     /// Interpolates towards another orbit by a fraction from 0 to 1.
@@ -182,15 +176,6 @@ mod tests {
         let seen = 2.0 * orbit.distance * (FIELD_OF_VIEW / 2.0).tan();
         let moved = orbit.panned(Vec2::X * 800.0, 800.0).focus - orbit.focus;
         assert!(moved.distance(Vec3::NEG_X * seen) < CLOSE);
-    }
-
-    #[test]
-    fn a_framed_box_fits_a_narrow_view_too() {
-        let (low, high) = (Vec3::new(-1.0, 0.0, -1.0), Vec3::new(1.0, 2.0, 1.0));
-        let wide = Orbit::default().framing(low, high, 1.6);
-        let narrow = Orbit::default().framing(low, high, 0.5);
-        assert_eq!(wide.focus, Vec3::Y);
-        assert!(narrow.distance > wide.distance);
     }
 
     #[test]

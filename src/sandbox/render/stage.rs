@@ -7,11 +7,13 @@
 use crate::render::Drawn;
 use crate::sandbox::render::{
     camera::{CameraSystems, OrbitCamera},
+    framing::{self, Subject},
     grounding::Grounding,
     material::{SkinMaterial, SkinPlugin},
     orbit::FIELD_OF_VIEW,
 };
 use crate::sandbox::state::look::HiddenBody;
+use crate::scene::BuiltScene;
 use bevy::{
     asset::RenderAssetUsages,
     asset::embedded_asset,
@@ -45,6 +47,17 @@ const SHADOW_REACH: f32 = 2.6;
 /// Height of the floor [m]; `None` if there is no floor because no body would rest on it.
 #[derive(Resource, Debug, Clone, Copy, PartialEq)]
 pub struct FloorHeight(pub Option<f32>);
+
+impl FloorHeight {
+    /// The floor of a scene: the lowest ground of any body. Without any ground, the floor is at 0 if
+    /// all bodies and colliders are above it; otherwise there is no floor.
+    #[must_use]
+    pub fn of(built: &BuiltScene) -> Self {
+        let grounds = built.world.bodies.iter().filter_map(framing::ground);
+        let hovers = || !Subject::with_motion(built).reaches_below(0.0);
+        Self(grounds.reduce(f32::min).or_else(|| hovers().then_some(0.0)))
+    }
+}
 
 impl Default for FloorHeight {
     fn default() -> Self {

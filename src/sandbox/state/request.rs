@@ -160,6 +160,12 @@ pub enum Request {
     ExportPlots,
     /// Frame all bodies.
     FrameAll,
+    /// Frame bodies, by their keys.
+    Frame(Vec<u64>),
+    /// Frame the selected body, or the one under the pointer.
+    FocusSelected,
+    /// Follow the selected body, or the one under the pointer; end following if a body is followed.
+    Follow,
     /// Open or close the accuracy card.
     Accuracy,
     /// Open or close the card with the cost and benefit of effects.

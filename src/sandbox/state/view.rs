@@ -15,6 +15,7 @@ impl Plugin for ViewPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<ViewSettings>()
             .init_resource::<LastGrab>()
+            .init_resource::<Followed>()
             .add_message::<ViewCommand>();
     }
 }
@@ -48,6 +49,8 @@ pub struct ViewSettings {
     /// Height of the window that the timeline covers at the bottom edge, beside the panel
     /// [logical px]; 0 while there is none.
     pub strip_height: f32,
+    /// Height from the top of the window that the head-up line covers [logical px].
+    pub head_up_height: f32,
 }
 
 impl Default for ViewSettings {
@@ -65,6 +68,7 @@ impl Default for ViewSettings {
             panel_width: 0.0,
             panel_side: Side::Right,
             strip_height: 0.0,
+            head_up_height: 0.0,
         }
     }
 }
@@ -126,6 +130,8 @@ impl SolverView {
 pub enum ViewCommand {
     /// Frame all bodies. Handled by the camera.
     FrameAll,
+    /// Frame these bodies. Handled by the camera.
+    Frame(Vec<Entity>),
     /// Save a screenshot of the window. Handled by the screenshot module.
     Screenshot,
     /// Save a picture of the view without panel and figures. Handled by the module of such
@@ -148,6 +154,10 @@ pub enum ViewCommand {
 /// or the body is removed.
 #[derive(Resource, Debug, Default, Clone, Copy, PartialEq)]
 pub struct LastGrab(pub Option<GrabbedPoint>);
+
+/// The body that the camera follows, with its name.
+#[derive(Resource, Debug, Default, Clone, PartialEq, Eq)]
+pub struct Followed(pub Option<(Entity, String)>);
 
 /// The body under the pointer, or the body that is being dragged.
 #[derive(Resource, Debug, Default, Clone, Copy, PartialEq, Eq)]

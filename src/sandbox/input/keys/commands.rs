@@ -57,6 +57,8 @@ impl Commander<'_, '_> {
             Command::FrameAll => {
                 self.commands.write(ViewCommand::FrameAll);
             }
+            Command::Focus => self.ask(Request::FocusSelected),
+            Command::Follow => self.ask(Request::Follow),
             Command::Screenshot => {
                 self.commands.write(ViewCommand::Screenshot);
             }

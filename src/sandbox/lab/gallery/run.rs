@@ -60,6 +60,7 @@ pub fn save(
         world,
         places: None,
         camera: None,
+        frame: None,
         notes: Vec::new(),
     };
     let about = About {
