@@ -184,6 +184,7 @@ impl PluginGroup for SandboxPlugins {
             .add(app::import::ImportPlugin)
             .add(app::spawn::SpawnPlugin)
             .add(app::drop::DropPlugin)
+            .add(app::idle::IdlePlugin)
     }
 }
 

@@ -16,6 +16,7 @@ mod ledger;
 pub mod plain;
 pub(crate) mod plan;
 mod profile;
+pub mod projections;
 mod quarantine;
 mod schedule;
 pub mod statistics;

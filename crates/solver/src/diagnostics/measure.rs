@@ -210,6 +210,63 @@ pub fn residual<const N: usize, const M: usize>(
         })
 }
 
+/// Figures of the constraints of an elastic effect after a substep.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ElementFigures {
+    /// Elastic energy ½C²/α of the requested material at the current strain [J].
+    pub energy: f64,
+    /// The part of the energy that the solver does not hold [J], from 0 to `energy`.
+    ///
+    /// The force F = −λ/h² of a constraint is the true one, and it belongs to a strain
+    /// αF − τ ∇C·v of the requested material. Where iterations have not converged, C exceeds that
+    /// strain: the constraint acts like a softer spring, which at C stores ½CF without damping.
+    pub unresolved: f64,
+    /// See [`residual`].
+    pub residual: SquareSum,
+}
+
+/// Figures of an elastic effect after a substep of `h` seconds with these multipliers; all energy
+/// counts as resolved where they were not kept.
+#[must_use]
+pub fn element_figures<const N: usize, const M: usize>(
+    effect: &impl Elastic<N, M>,
+    topology: &Topology,
+    particles: &Particles,
+    multipliers: &[f32],
+    h: f32,
+) -> ElementFigures {
+    let mut all = ElementFigures::default();
+    let per_step = 1.0 / (f64::from(h) * f64::from(h));
+    let tau = f64::from(effect.damping().get());
+    let mut multipliers = multipliers.iter();
+    let rows = effect.rows_of(topology, particles);
+    for (corners, row) in rows.flat_map(|(corners, rows)| rows.map(|row| (corners, row))) {
+        let energy = spring_energy(row.error, row.compliance);
+        all.energy += energy;
+        let Some(&lambda) = multipliers.next() else {
+            continue;
+        };
+        let strain_of_force = -row.compliance * f64::from(lambda) * per_step;
+        if row.scale != 0.0 {
+            let relative = (row.error - strain_of_force) / row.scale;
+            all.residual.sum += relative * relative;
+            all.residual.count += 1;
+        }
+        if energy > 0.0 {
+            let ends = row.gradients.iter().zip(corners);
+            let speed =
+                |(gradient, i): (&DVec3, u32)| gradient.dot(particles.velocity_f64(i as usize));
+            let damped = match tau > 0.0 {
+                true => tau * ends.map(speed).sum::<f64>(),
+                false => 0.0,
+            };
+            let held = ((strain_of_force - damped) / row.error).clamp(0.0, 1.0);
+            all.unresolved += energy * (1.0 - held);
+        }
+    }
+    all
+}
+
 /// Residual of the equations of all elastic effects of a body, see [`residual`].
 #[must_use]
 pub fn residuals(
