@@ -193,14 +193,15 @@ mod tests {
         };
         let figures = figures(Some(59.7), &statistics, Some(212.34e6));
         let values: Vec<_> = figures.iter().map(|figure| figure.value.as_str()).collect();
+        let constraints = count(1234);
         let wanted = [
-            "60 fps", "1.24 ms", "12 288", "1234", "212 M/s", "12.3 J", "-0.12 %", "1.2e-5",
+            "60 fps", "1.24 ms", "12 288", &constraints, "212 M/s", "12.3 J", "-0.12 %", "1.2e-5",
         ];
         assert_eq!(values, wanted);
         for figure in &figures {
             assert!(!figure.title.is_empty() && !figure.help.is_empty());
         }
-        let parts = [("stretch", "1200".to_owned()), ("volume", "34".to_owned())];
+        let parts = [("stretch", count(1200)), ("volume", count(34))];
         assert_eq!(figures[3].parts, parts);
     }
 

@@ -310,10 +310,13 @@ mod tests {
             let output = self.context.run_ui(input, |ui| {
                 draw(ui.ctx(), &figures, "", screen);
             });
-            let texts = output.shapes.iter().filter_map(|clipped| match &clipped.shape {
-                egui::Shape::Text(text) => Some(text.galley.text().to_owned()),
-                _ => None,
-            });
+            let texts = output
+                .shapes
+                .iter()
+                .filter_map(|clipped| match &clipped.shape {
+                    egui::Shape::Text(text) => Some(text.galley.text().to_owned()),
+                    _ => None,
+                });
             let texts = texts.collect();
             output.drop_without_applying_deltas();
             texts
@@ -333,11 +336,18 @@ mod tests {
             let moved = line.draw(vec![egui::Event::PointerMoved(at)]);
             let is_first = title == "Frame rate";
             // Another tooltip is open already for the second, which needs no delay.
-            assert_eq!(moved.iter().any(|text| text == title), !is_first, "{moved:?}");
+            assert_eq!(
+                moved.iter().any(|text| text == title),
+                !is_first,
+                "{moved:?}"
+            );
             let mut rested = Vec::new();
             (0..6).for_each(|_| rested = line.draw(Vec::new()));
             assert!(rested.iter().any(|text| text == title), "{rested:?}");
-            assert!(!line.context.egui_wants_pointer_input(), "a drag may begin here");
+            assert!(
+                !line.context.egui_wants_pointer_input(),
+                "a drag may begin here"
+            );
         }
         let press = egui::Event::PointerButton {
             pos: egui::pos2(420.0, 26.0),
@@ -347,7 +357,10 @@ mod tests {
         };
         line.draw(vec![press]);
         let dragging = line.draw(Vec::new());
-        assert!(!dragging.iter().any(|text| text == "Energy"), "{dragging:?}");
+        assert!(
+            !dragging.iter().any(|text| text == "Energy"),
+            "{dragging:?}"
+        );
         assert!(!line.context.egui_wants_pointer_input(), "a drag goes on");
     }
 }
