@@ -351,7 +351,11 @@ fn a_mesh_file_is_a_scene_with_one_soft_body_above_the_ground() {
         let path = folder.join(name);
         fs::write(&path, text).expect("it can be written");
         let current = Scene::load(path.to_str().expect("UTF-8")).expect("it is a mesh");
-        assert!(current.scene.look_at.contains(name), "{}", current.scene.look_at);
+        assert!(
+            current.scene.look_at.contains(name),
+            "{}",
+            current.scene.look_at
+        );
         assert_eq!(current.scene.look_at.contains("scaled to 0.6 m"), !is_solid);
         let built = current.scene.build().expect("it can be built");
         let [body] = &built.world.bodies[..] else {
@@ -359,11 +363,19 @@ fn a_mesh_file_is_a_scene_with_one_soft_body_above_the_ground() {
         };
         assert_eq!(!body.topology.tetrahedra.rest_volume.is_empty(), is_solid);
         let lowest = body.particles.positions.iter().map(|x| x.y);
-        assert!(lowest.fold(f32::INFINITY, f32::min) > 0.0, "above the ground");
+        assert!(
+            lowest.fold(f32::INFINITY, f32::min) > 0.0,
+            "above the ground"
+        );
         let done = run(&built, &current.scene.run_options(), |_| ()).expect("it runs");
         assert!(done.accepted(), "{:?}", done.reasons);
         // The scene can be saved as a file of its own.
-        let again: Scene = current.scene.to_text().expect("RON").parse().expect("a scene");
+        let again: Scene = current
+            .scene
+            .to_text()
+            .expect("RON")
+            .parse()
+            .expect("a scene");
         assert_eq!(again.bodies, current.scene.bodies);
     }
     let missing = folder.join("no.obj");

@@ -101,6 +101,7 @@ fn the_landing_of_the_bunny_gains_no_energy() {
         most = most.max(figures.energy() - figures.unresolved);
         most_requested = most_requested.max(figures.energy());
     }
+    // All it has is the potential energy at the start, of which the impact takes some.
     assert!(most <= start, "{most} J after {start} J");
     assert!(most_requested > 2.0 * start, "the solver is not converged");
 }

@@ -195,7 +195,14 @@ mod tests {
         let values: Vec<_> = figures.iter().map(|figure| figure.value.as_str()).collect();
         let constraints = count(1234);
         let wanted = [
-            "60 fps", "1.24 ms", "12 288", &constraints, "212 M/s", "12.3 J", "-0.12 %", "1.2e-5",
+            "60 fps",
+            "1.24 ms",
+            "12 288",
+            &constraints,
+            "212 M/s",
+            "12.3 J",
+            "-0.12 %",
+            "1.2e-5",
         ];
         assert_eq!(values, wanted);
         for figure in &figures {

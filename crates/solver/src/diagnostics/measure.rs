@@ -217,9 +217,11 @@ pub struct ElementFigures {
     pub energy: f64,
     /// The part of the energy that the solver does not hold [J], from 0 to `energy`.
     ///
-    /// The force F = −λ/h² of a constraint is the true one, and it belongs to a strain
-    /// αF − τ ∇C·v of the requested material. Where iterations have not converged, C exceeds that
-    /// strain: the constraint acts like a softer spring, which at C stores ½CF without damping.
+    /// Where iterations have not converged, the constraints act like springs of the
+    /// [effective compliance](crate::effective) e/F, with F = −λ/h² the true force and
+    /// e = C + τ ∇C·v the strain with damping. At a strain C these hold ½C²/(e/F). Over all
+    /// constraints, ½(ΣCF)²/ΣeF: the same for one of them, half of the work ΣCF of the load at
+    /// rest, and not more than `energy`.
     pub unresolved: f64,
     /// See [`residual`].
     pub residual: SquareSum,
@@ -238,6 +240,8 @@ pub fn element_figures<const N: usize, const M: usize>(
     let mut all = ElementFigures::default();
     let per_step = 1.0 / (f64::from(h) * f64::from(h));
     let tau = f64::from(effect.damping().get());
+    // ΣCF and ΣeF [J].
+    let (mut work, mut damped_work) = (0.0, 0.0);
     let mut multipliers = multipliers.iter();
     let rows = effect.rows_of(topology, particles);
     for (corners, row) in rows.flat_map(|(corners, rows)| rows.map(|row| (corners, row))) {
@@ -252,7 +256,8 @@ pub fn element_figures<const N: usize, const M: usize>(
             all.residual.sum += relative * relative;
             all.residual.count += 1;
         }
-        if energy > 0.0 {
+        if row.compliance > 0.0 {
+            let force = -f64::from(lambda) * per_step;
             let ends = row.gradients.iter().zip(corners);
             let speed =
                 |(gradient, i): (&DVec3, u32)| gradient.dot(particles.velocity_f64(i as usize));
@@ -260,9 +265,13 @@ pub fn element_figures<const N: usize, const M: usize>(
                 true => tau * ends.map(speed).sum::<f64>(),
                 false => 0.0,
             };
-            let held = ((strain_of_force - damped) / row.error).clamp(0.0, 1.0);
-            all.unresolved += energy * (1.0 - held);
+            work += row.error * force;
+            damped_work += (row.error + damped) * force;
         }
+    }
+    if damped_work > 0.0 {
+        let held = 0.5 * work * work / damped_work;
+        all.unresolved = (all.energy - held).max(0.0);
     }
     all
 }
