@@ -250,14 +250,13 @@ pub fn element_figures<const N: usize, const M: usize>(
         let Some(&lambda) = multipliers.next() else {
             continue;
         };
-        let strain_of_force = -row.compliance * f64::from(lambda) * per_step;
+        let force = -f64::from(lambda) * per_step;
         if row.scale != 0.0 {
-            let relative = (row.error - strain_of_force) / row.scale;
+            let relative = (row.error - row.compliance * force) / row.scale;
             all.residual.sum += relative * relative;
             all.residual.count += 1;
         }
         if row.compliance > 0.0 {
-            let force = -f64::from(lambda) * per_step;
             let ends = row.gradients.iter().zip(corners);
             let speed =
                 |(gradient, i): (&DVec3, u32)| gradient.dot(particles.velocity_f64(i as usize));
