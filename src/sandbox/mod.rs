@@ -199,6 +199,7 @@ impl PluginGroup for SandboxPlugins {
             .add(app::spawn::SpawnPlugin)
             .add(app::drop::DropPlugin)
             .add(app::keep::KeepPlugin)
+            .add(app::idle::IdlePlugin)
     }
 }
 

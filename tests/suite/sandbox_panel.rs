@@ -16,7 +16,7 @@ use pliant::{
             model::{
                 Addition, BodyEntry, BodyState, ClockModel, EffectModel, EffectiveModel,
                 EnergyModel, FileModel, GrabModel, PanelModel, Parameter, ReferenceModel,
-                StageModel,
+                StageModel, StoredEnergy,
             },
             show,
         },
@@ -204,6 +204,12 @@ fn model() -> PanelModel {
         projections: Some(212e6),
         steps: vec!["presolve", "stretch", "ground", "postsolve"],
         energy: Some(energy()),
+        stored: StoredEnergy {
+            kinetic: 1.5,
+            potential: 20.0,
+            elastic: 3.0,
+            unresolved: 0.1,
+        },
         reference_overlay: None,
         display: DisplaySettings::default(),
         automatic_scale: 1.0,

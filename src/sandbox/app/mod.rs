@@ -6,6 +6,7 @@ pub mod drop;
 pub mod export;
 pub mod film;
 mod focus;
+pub mod idle;
 pub mod import;
 pub mod journal;
 pub mod keep;

@@ -11,7 +11,7 @@ use super::{
     search::Query,
     section::{self, RowButton, section},
 };
-use crate::sandbox::{panel::hud::millions, ui::theme};
+use crate::sandbox::{panel::figures::millions, ui::theme};
 
 /// Shown if only one thread is available.
 const ONE_THREAD: &str = if cfg!(feature = "parallel") {

@@ -1,5 +1,6 @@
 //! Shared state of the window, as plain data: view, selection, requests, events.
 
+pub mod activity;
 pub mod browser;
 pub mod color;
 pub mod display;

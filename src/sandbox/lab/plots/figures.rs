@@ -59,7 +59,7 @@ pub const FIGURES: [Figure; 20] = [
         Some(it.statistics.elastic.values().sum())
     }),
     figure("volume_error_percent", "Volume error", "%", |it| {
-        Some(100.0 * it.statistics.volume_error)
+        it.statistics.volume_error.map(|error| 100.0 * error)
     }),
     figure("residual", "Residual", "", |it| {
         Some(it.statistics.residual)
