@@ -5,8 +5,9 @@ use crate::simulation::{Action, SpawnOrder};
 use base64::{Engine, prelude::BASE64_STANDARD as BASE64};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-/// Version of the format. Version 2 added `Early`; version 1 is still read.
-pub const VERSION: u32 = 2;
+/// Version of the format. Version 2 added `Early`, version 3 the actions on pins, patches and
+/// colliders; earlier versions are still read.
+pub const VERSION: u32 = 3;
 
 /// The header line.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

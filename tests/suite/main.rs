@@ -56,6 +56,7 @@ mod simulation_builder;
 mod simulation_clock;
 mod simulation_components;
 mod simulation_entities;
+mod simulation_hands;
 mod simulation_ledger;
 mod simulation_order;
 mod simulation_plugins;
