@@ -40,6 +40,7 @@
 //! | [`output`] | CSV, SVG, JSON | all above |
 //! | [`bench`] | speed of the solver, and the limits of the machine (roofline) | `solver`, `mesh`, `output` |
 //! | [`study`] | accuracy vs. cost: problems, parameter sweep, Pareto front, report | all above |
+//! | [`ablation`] | cost of each effect of a scene, and what one would see without it | `scene` |
 //! | [`torture`] | robustness suite: hard cases, each over a family of bodies, with figures and limits | all above but `study` |
 //! | `avian` | coupling with the rigid bodies of `avian3d` (feature `avian`) | `simulation`, `effect` |
 //! | `sandbox` | the window (feature `window`, on by default) | all above |
@@ -88,6 +89,7 @@
 //! SI everywhere: meters, kilograms, seconds, newtons. Numbers with a valid range have types that
 //! cannot hold a value outside it ([`solver::quantity`]).
 
+pub mod ablation;
 #[cfg(feature = "avian")]
 pub mod avian;
 pub mod bench;

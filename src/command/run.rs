@@ -1,5 +1,7 @@
 //! `pliant run`.
 
+mod ablate;
+
 use super::{FAILED, check_folder, counted, say, say_line, threads::ThreadsOption};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -27,6 +29,8 @@ use std::{
 ///
 /// Example: pliant run jelly_cube --seconds 1 --snapshot cube.snap, then pliant run --from
 /// cube.snap
+///
+/// Example: pliant run cloth_lab --ablate
 #[derive(Debug, Args)]
 pub struct RunScene {
     /// Name of a built-in scene (see `pliant scenes`), or path of a scene file or snapshot
@@ -75,6 +79,12 @@ pub struct RunScene {
     #[arg(long)]
     ledger: bool,
 
+    /// Run the scene with and without each of its effects: what each costs, and how far the bodies
+    /// end elsewhere without it, after 2 s or --seconds. Close other programs
+    #[arg(long, conflicts_with_all = ["snapshot", "record", "csv", "plot", "ledger"])]
+    #[cfg_attr(feature = "window", arg(conflicts_with = "screenshot"))]
+    ablate: bool,
+
     /// Print one JSON object instead of a text summary
     #[arg(long)]
     json: bool,
@@ -90,6 +100,9 @@ fn seconds(text: &str) -> Result<f64, String> {
 impl RunScene {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         let threads = self.threads.start()?;
+        if self.ablate {
+            return self.ablate(threads);
+        }
         self.check_outputs()?;
         let (current, built, acceptance) = self.open()?;
         let options = RunOptions {

@@ -28,8 +28,8 @@ use std::{
 /// What the window opens with.
 #[derive(Debug, Args)]
 pub struct Window {
-    /// Name of a built-in scene (see `pliant scenes`), or path of a scene file or snapshot, to open
-    /// in the window; defaults to the last scene
+    /// Name of a built-in scene (see `pliant scenes`), or path of a scene file, snapshot or mesh
+    /// (OBJ, glTF, Gmsh, TetGen, Medit), to open in the window; defaults to the last scene
     scene: Option<String>,
 
     #[command(flatten)]

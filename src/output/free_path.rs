@@ -2,18 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
+/// The name without characters that file systems reserve, such as those that separate folders.
+pub fn plain_name(name: &str) -> String {
+    let is_plain = |c: &char| c.is_alphanumeric() || matches!(c, '-' | '_');
+    let plain = |c| Some(c).filter(is_plain).unwrap_or('-');
+    name.chars().map(plain).collect()
+}
+
 /// The first name of name-001.png, name-002.png, … (for `png`) that is not taken.
 pub fn free_path(name: &str, extension: &str, taken: impl Fn(&Path) -> bool) -> PathBuf {
-    let plain: String = name
-        .chars()
-        .map(|c| {
-            if c.is_alphanumeric() || c == '-' || c == '_' {
-                c
-            } else {
-                '-'
-            }
-        })
-        .collect();
+    let plain = plain_name(name);
     (1..)
         .map(|n| PathBuf::from(format!("{plain}-{n:03}.{extension}")))
         .find(|path| !taken(path))

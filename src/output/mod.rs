@@ -7,7 +7,7 @@ mod free_path;
 pub mod json;
 pub mod plot;
 
-pub use free_path::free_path;
+pub use free_path::{free_path, plain_name};
 
 /// Error of writing an output file.
 #[derive(Debug, thiserror::Error)]

@@ -29,6 +29,7 @@ use crate::{
 };
 use bevy::{
     app::{AppExit, PluginGroupBuilder},
+    log::{Level, LogPlugin},
     prelude::*,
     time::TimeSystems,
     window::PresentMode,
@@ -103,10 +104,19 @@ fn build(options: &SandboxOptions) -> App {
         present_mode: PresentMode::AutoVsync,
         ..default()
     };
-    app.add_plugins(DefaultPlugins.set(WindowPlugin {
-        primary_window: Some(window),
-        ..default()
-    }))
+    app.add_plugins(
+        DefaultPlugins
+            .set(WindowPlugin {
+                primary_window: Some(window),
+                ..default()
+            })
+            // What concerns the user; `RUST_LOG=info` shows the messages of Bevy and the driver.
+            .set(LogPlugin {
+                level: Level::ERROR,
+                filter: "pliant=warn".to_owned(),
+                ..default()
+            }),
+    )
     .add_plugins(EguiPlugin::default())
     .insert_resource(
         options

@@ -1,7 +1,7 @@
 //! The scene file: RON, by serde. Numbers with a checked type are validated during parsing, so that
 //! errors have a line and column.
 
-use super::{Acceptance, Answer, SceneError, registry, spawn::CurrentScene};
+use super::{Acceptance, Answer, SceneError, mesh_file::is_mesh, registry, spawn::CurrentScene};
 use crate::{
     mesh::{BuildOptions, Primitive, Treatment},
     solver::{
@@ -296,10 +296,12 @@ pub struct CameraSpec {
 }
 
 impl Scene {
-    /// Loads a built-in scene by its name, or a file by its path.
+    /// Loads a built-in scene by its name, or a file by its path. A mesh file becomes a [scene of
+    /// its own](Self::of_mesh).
     ///
     /// # Errors
-    /// [`SceneError::Unknown`], [`SceneError::Unreadable`] or [`SceneError::Syntax`].
+    /// [`SceneError::Unknown`], [`SceneError::Unreadable`] or [`SceneError::Syntax`]; for a mesh
+    /// those of [`of_mesh`](Self::of_mesh).
     pub fn load(name: &str) -> Result<CurrentScene, SceneError> {
         if let Some(builtin) = registry::find(name) {
             return Ok(CurrentScene {
@@ -309,6 +311,13 @@ impl Scene {
             });
         }
         let path = PathBuf::from(name);
+        if is_mesh(&path) {
+            return Ok(CurrentScene {
+                name: name.to_owned(),
+                scene: Self::of_mesh(&path)?,
+                path: Some(path),
+            });
+        }
         let text = std::fs::read_to_string(&path).map_err(|error| {
             let looks_like_a_path = name.contains(['/', '\\', '.']);
             if error.kind() == std::io::ErrorKind::NotFound && !looks_like_a_path {

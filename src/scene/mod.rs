@@ -30,6 +30,7 @@ mod build;
 mod error;
 mod file;
 pub mod material;
+pub mod mesh_file;
 pub mod overrides;
 pub mod registry;
 pub mod run;

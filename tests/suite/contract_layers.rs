@@ -16,7 +16,7 @@ const LAYERS: [&[&str]; 9] = [
     &["main"],
     &["command"],
     &["sandbox"],
-    &["study", "torture"],
+    &["ablation", "study", "torture"],
     &["avian", "bench", "output", "render"],
     &["recording"],
     &["scene"],

@@ -1,5 +1,6 @@
 //! The test suite: one binary, with a module for each topic.
 
+mod ablation;
 mod all_effects;
 mod allocation;
 #[cfg(feature = "avian")]

@@ -6,6 +6,7 @@ pub mod import;
 pub mod journal;
 pub mod load;
 pub mod picture;
+pub mod pictures;
 pub mod record;
 pub mod report;
 pub mod requests;

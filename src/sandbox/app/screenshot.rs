@@ -1,10 +1,13 @@
-//! The screenshot key: saves an image of the window, including the panel, in the working folder.
+//! The screenshot key: saves an image of the window, including the panel, in the [folder for
+//! pictures](super::pictures).
 //!
 //! Also converts captured images to files, for images without a window.
 
+use super::pictures;
 use crate::{
     sandbox::state::{event::ScreenshotSaved, view::ViewCommand},
     scene::CurrentScene,
+    simulation::SimulationClock,
 };
 use bevy::{
     prelude::*,
@@ -25,20 +28,26 @@ impl Plugin for ScreenshotPlugin {
 fn obey(
     mut orders: MessageReader<ViewCommand>,
     scene: Option<Res<CurrentScene>>,
+    clock: Res<SimulationClock>,
     mut commands: Commands,
 ) {
     if !orders.read().any(|order| *order == ViewCommand::Screenshot) {
         return;
     }
     let name = scene.map_or_else(|| "pliant".to_owned(), |scene| scene.name.clone());
-    let path = crate::output::free_path(&name, "png", |path| path.exists());
+    let time = clock.time();
     commands.spawn(Screenshot::primary_window()).observe(
         move |captured: On<ScreenshotCaptured>, mut saved: MessageWriter<ScreenshotSaved>| {
-            let error = save(&captured.image, &path).err();
-            saved.write(ScreenshotSaved {
-                path: path.clone(),
-                error,
-            });
+            // The file is chosen only now, so that two screenshots in one frame get two files.
+            let (path, error) = match pictures::folder() {
+                Ok(folder) => {
+                    let path = pictures::free_file(&folder, &name, time, "png");
+                    let error = save(&captured.image, &path).err();
+                    (path, error)
+                }
+                Err(error) => (format!("{name}.png").into(), Some(error)),
+            };
+            saved.write(ScreenshotSaved { path, error });
         },
     );
 }

@@ -1,7 +1,8 @@
 //! The keys: one table, used by the handler here and by the help overlay.
 //!
-//! Keys are ignored while text is being typed in the panel, and while Ctrl, Alt or the system key
-//! is held. Letters follow the user's keyboard layout, not physical key positions.
+//! Keys are ignored while text is being typed in the panel, and while Alt or the system key is held;
+//! while Ctrl is held, only combinations with Ctrl count. Letters follow the user's keyboard layout,
+//! not physical key positions.
 
 mod commands;
 
@@ -95,6 +96,10 @@ pub struct Binding {
 pub enum KeyName {
     /// The key that types this letter or sign, in lower case.
     Types(&'static str),
+    /// Ctrl and the key that types this letter or sign, in lower case, without Shift.
+    Ctrl(&'static str),
+    /// Ctrl, Shift and the key that types this letter or sign, in lower case.
+    CtrlShift(&'static str),
     /// The space bar.
     Space,
     /// Escape.
@@ -117,7 +122,10 @@ pub enum KeyName {
     Right,
 }
 
-use KeyName::{Delete, Down, Escape, Function, Left, PageDown, PageUp, Right, Space, Types, Up};
+use KeyName::{
+    Ctrl, CtrlShift, Delete, Down, Escape, Function, Left, PageDown, PageUp, Right, Space, Types,
+    Up,
+};
 
 const fn row(
     keys: &'static [KeyName],
@@ -259,15 +267,32 @@ pub const GESTURES: &[(&str, &str)] = &[
     ),
 ];
 
+/// Modifier keys that are held with a key.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Held {
+    /// Ctrl.
+    pub control: bool,
+    /// Shift. Without Ctrl, it does not matter.
+    pub shift: bool,
+}
+
 /// The binding of a key.
-pub fn binding(key: &Key) -> Option<&'static Binding> {
+pub fn binding(key: &Key, held: Held) -> Option<&'static Binding> {
     BINDINGS
         .iter()
-        .find(|binding| binding.keys.iter().any(|name| name.is(key)))
+        .find(|binding| binding.keys.iter().any(|name| name.is(key, held)))
 }
 
 impl KeyName {
-    fn is(self, key: &Key) -> bool {
+    fn is(self, key: &Key, held: Held) -> bool {
+        if let Ctrl(text) | CtrlShift(text) = self {
+            let shift = matches!(self, CtrlShift(_));
+            let typed = matches!(key, Key::Character(typed) if typed.to_lowercase() == text);
+            return typed && held.control && held.shift == shift;
+        }
+        if held.control {
+            return false;
+        }
         match (self, key) {
             (Types(text), Key::Character(typed)) => typed.to_lowercase() == text,
             (Space, Key::Character(typed)) => typed == " ",
@@ -306,14 +331,20 @@ fn obey(
     egui: Res<EguiWantsInput>,
     mut commander: Commander,
 ) {
-    use KeyCode::{AltLeft, ControlLeft, ControlRight, SuperLeft, SuperRight};
+    use KeyCode::{
+        AltLeft, ControlLeft, ControlRight, ShiftLeft, ShiftRight, SuperLeft, SuperRight,
+    };
     let typing = egui.wants_keyboard_input();
-    let modified = held.any_pressed([AltLeft, ControlLeft, ControlRight, SuperLeft, SuperRight]);
+    let modified = held.any_pressed([AltLeft, SuperLeft, SuperRight]);
+    let held = Held {
+        control: held.any_pressed([ControlLeft, ControlRight]),
+        shift: held.any_pressed([ShiftLeft, ShiftRight]),
+    };
     for input in pressed.read() {
         if input.state != ButtonState::Pressed || typing || modified {
             continue;
         }
-        if let Some(binding) = binding(&input.logical_key)
+        if let Some(binding) = binding(&input.logical_key, held)
             && (!input.repeat || binding.repeats)
         {
             commander.carry_out(binding.command);
@@ -345,11 +376,30 @@ mod tests {
 
     #[test]
     fn letters_are_found_whatever_shift_does() {
-        let command = |key: Key| binding(&key).map(|binding| binding.command);
+        let command = |key: Key| binding(&key, Held::default()).map(|binding| binding.command);
         assert_eq!(command(Key::Character("r".into())), Some(Command::Restart));
         assert_eq!(command(Key::Character("R".into())), Some(Command::Restart));
         assert_eq!(command(Key::Space), Some(Command::Pause));
         assert_eq!(command(Key::Character("q".into())), None);
         assert_eq!(command(Key::Tab), None);
+    }
+
+    #[test]
+    fn control_and_shift_distinguish_combinations_of_a_letter() {
+        let z = |text: &str| Key::Character(text.into());
+        let [plain, control, both] = [(false, false), (true, false), (true, true)]
+            .map(|(control, shift)| Held { control, shift });
+        for (name, held) in [
+            (Types("z"), plain),
+            (Ctrl("z"), control),
+            (CtrlShift("z"), both),
+        ] {
+            for other in [plain, control, both] {
+                assert_eq!(name.is(&z("z"), other), other == held, "{name:?} {other:?}");
+                assert_eq!(name.is(&z("Z"), other), other == held, "{name:?} {other:?}");
+            }
+            assert!(!name.is(&z("y"), held));
+        }
+        assert!(!Space.is(&Key::Space, control));
     }
 }

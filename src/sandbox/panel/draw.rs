@@ -124,7 +124,7 @@ impl Panel {
                 RowButton::new(
                     "screenshot",
                     "Capture",
-                    "Save a screenshot of the window (F12)",
+                    "Save a screenshot of the window in the folder Pliant of your pictures (F12)",
                 ),
                 RowButton::new("help", "Help", "Keyboard and mouse shortcuts (F1)"),
             ];

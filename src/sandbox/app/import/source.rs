@@ -5,15 +5,10 @@ use std::path::PathBuf;
 use bevy::prelude::*;
 
 use crate::{
-    mesh::{BuildOptions, FileMesh, MeshError, Primitive, SoftMesh, Treatment, build, read},
+    mesh::{MeshError, Primitive, SoftMesh, read},
     sandbox::{panel::Addition, ui::message::capitalised},
-    scene::asset,
+    scene::{asset, mesh_file},
 };
-
-/// Longest side of a mesh without a plausible size of its own [m].
-const SIZE: f32 = 0.6;
-/// Plausible longest sides of a mesh file, which are taken as meters [m].
-const SENSIBLE: std::ops::RangeInclusive<f64> = 0.05..=5.0;
 
 /// Fineness of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,7 +24,7 @@ impl Detail {
     /// real time.
     fn cells(self) -> u32 {
         match self {
-            Self::Normal => 16,
+            Self::Normal => mesh_file::CELLS,
             Self::Coarse => 6,
         }
     }
@@ -66,51 +61,24 @@ impl Source {
             &Self::Asset(name, size, detail) => (asset::load(name)?, Some(size), detail),
             Self::File(path) => {
                 let mesh = read::file(path)?;
-                let sensible = SENSIBLE.contains(&extent(&mesh));
-                (mesh, (!sensible).then_some(SIZE), Detail::Normal)
+                let size = mesh_file::size(&mesh);
+                (mesh, size, Detail::Normal)
             }
         };
-        let options = |cells, treatment| BuildOptions {
-            size,
-            cells,
-            treatment,
-        };
-        let (spare, cloth) = (mesh.clone(), mesh.clone());
-        let mut soft = build(mesh, &options(Some(detail.cells()), Treatment::Fill))
-            // Parts finer than these cells may need the mesh's own resolution.
-            .or_else(|_| build(spare, &options(None, Treatment::Fill)))
-            .or_else(|error| {
-                // An open surface cannot be filled; it becomes a cloth.
-                let mut cloth =
-                    build(cloth, &options(None, Treatment::Shell)).map_err(|_| error)?;
-                cloth
-                    .notes
-                    .push("mesh is not closed: imported as cloth".to_owned());
-                Ok::<_, MeshError>(cloth)
-            })?;
+        let (mut soft, _) = mesh_file::fit(mesh, size, detail.cells())?;
         if let (Some(size), Self::File(_)) = (size, self) {
+            let (low, high) = mesh_file::PLAUSIBLE_SIZES.into_inner();
             soft.notes.push(format!(
-                "scaled to {size} m: its size is not between {} and {} m",
-                SENSIBLE.start(),
-                SENSIBLE.end()
+                "scaled to {size} m: its size is not between {low} and {high} m"
             ));
         }
         Ok(soft)
     }
 }
 
-/// Longest side of a mesh, in the unit of its file.
-fn extent(mesh: &FileMesh) -> f64 {
-    let vertices = mesh.vertices();
-    let low = vertices.iter().copied().reduce(|a, b| a.min(b));
-    let high = vertices.iter().copied().reduce(|a, b| a.max(b));
-    low.zip(high)
-        .map_or(0.0, |(low, high)| (high - low).max_element())
-}
-
 /// Entries of the panel's list.
 pub fn additions() -> Vec<Addition> {
-    let primitives = primitives(SIZE, Detail::Normal);
+    let primitives = primitives(mesh_file::DEFAULT_SIZE, Detail::Normal);
     let count = primitives.len();
     let names = primitives.into_iter().map(|(name, _)| name);
     let assets = asset::ASSETS.iter().map(|asset| asset.name);

@@ -1,0 +1,201 @@
+//! A mesh file as a soft body: how its surface is filled, the material that it gets, and a scene of
+//! its own, so that a mesh can be opened like a scene file.
+
+use super::{Acceptance, BodySpec, MeshSpec, Scene, SceneEffects, SceneError};
+use crate::{
+    mesh::{BuildOptions, FileMesh, MeshError, SoftMesh, Treatment, build, read},
+    solver::{
+        Compliance, Contact, Density, Filling, Ground, Pressure, SelfContact, Settings, Stiffness,
+        Stretch, Topology, Volume,
+        topology::{Dimension, bounds},
+    },
+};
+use glam::Vec3;
+use std::{ops::RangeInclusive, path::Path};
+
+/// Longest side of a mesh without a plausible size of its own [m].
+pub const DEFAULT_SIZE: f32 = 0.6;
+/// Plausible longest sides of a mesh file, which are taken as meters [m].
+pub const PLAUSIBLE_SIZES: RangeInclusive<f64> = 0.05..=5.0;
+/// Cells along the longest side of a surface that is filled: few enough to step the body in real
+/// time.
+pub const CELLS: u32 = 16;
+
+/// Young's modulus of the material [Pa]: a firm jelly. An edge of length L carries about L² of it,
+/// so its compliance is 1/(E·L).
+const YOUNG: f32 = 4e4;
+/// Air in a closed surface, which keeps it round.
+const AIR: Pressure = Pressure {
+    factor: Filling::of(1.05),
+    bulk_modulus: Stiffness::of(101_325.0),
+};
+/// Clearance below the body, as a fraction of its height.
+const CLEARANCE: f32 = 0.15;
+/// Simulated time of a run without a window [s].
+const SECONDS: f64 = 5.0;
+
+/// Whether a file is a mesh, by the ending of its name.
+#[must_use]
+pub fn is_mesh(path: &Path) -> bool {
+    let ending = path.extension().map(|it| it.to_ascii_lowercase());
+    ending.is_some_and(|ending| read::ENDINGS.iter().any(|other| ending == *other))
+}
+
+/// The size to which a mesh is scaled [m]: `None` if its own is plausible in meters.
+#[must_use]
+pub fn size(mesh: &FileMesh) -> Option<f32> {
+    let vertices = mesh.vertices();
+    let low = vertices.iter().copied().reduce(|a, b| a.min(b));
+    let high = vertices.iter().copied().reduce(|a, b| a.max(b));
+    let extent = low
+        .zip(high)
+        .map_or(0.0, |(low, high)| (high - low).max_element());
+    (!PLAUSIBLE_SIZES.contains(&extent)).then_some(DEFAULT_SIZE)
+}
+
+/// Prepares a mesh for simulation: fills a closed surface with `cells` along its longest side, or
+/// with as many as its parts need; an open surface becomes a cloth. Returns the options that worked.
+/// May take seconds.
+///
+/// # Errors
+/// Why the surface cannot be filled, if it cannot be a cloth either.
+pub fn fit(
+    mesh: FileMesh,
+    size: Option<f32>,
+    cells: u32,
+) -> Result<(SoftMesh, BuildOptions), MeshError> {
+    let options = |cells, treatment| BuildOptions {
+        size,
+        cells,
+        treatment,
+    };
+    let try_with = |mesh: FileMesh, options: BuildOptions| {
+        let soft = build(mesh, &options)?;
+        Ok::<_, MeshError>((soft, options))
+    };
+    let (spare, cloth) = (mesh.clone(), mesh.clone());
+    try_with(mesh, options(Some(cells), Treatment::Fill))
+        // Parts finer than these cells may need the mesh's own resolution.
+        .or_else(|_| try_with(spare, options(None, Treatment::Fill)))
+        .or_else(|error| {
+            let (mut soft, options) =
+                try_with(cloth, options(None, Treatment::Shell)).map_err(|_| error)?;
+            let note = "mesh is not closed: imported as cloth".to_owned();
+            soft.notes.push(note);
+            Ok((soft, options))
+        })
+}
+
+/// Density and effects of the default soft material, for any mesh size.
+#[must_use]
+pub fn material(topology: &Topology) -> (Density, SceneEffects) {
+    let density = match topology.dimension {
+        Dimension::Solid => 1000.0,
+        Dimension::Sheet => 0.3,
+        Dimension::Line => 0.1,
+    };
+    let edges = topology.edges.ends();
+    let count = edges.len().max(1);
+    let length = |ends: [u32; 2]| {
+        let [a, b] = ends.map(|end| topology.rest[end as usize]);
+        a.distance(b)
+    };
+    let mean = edges.map(length).sum::<f32>() / count as f32;
+    let compliance = match topology.dimension {
+        Dimension::Solid => 1.0 / (YOUNG * mean),
+        Dimension::Sheet | Dimension::Line => 1e-5,
+    };
+    let solid = topology.dimension == Dimension::Solid;
+    let is_hollow = topology.dimension == Dimension::Sheet && topology.enclosure().is_ok();
+    let effects = SceneEffects {
+        stretch: Some(Stretch {
+            compliance: Compliance::new(compliance).unwrap_or_default(),
+            ..Stretch::default()
+        }),
+        volume: solid.then(Volume::default),
+        contact: Some(Contact::default()),
+        self_contact: (!solid).then(SelfContact::default),
+        pressure: is_hollow.then_some(AIR),
+        ..SceneEffects::default()
+    };
+    (Density::new(density).unwrap_or_default(), effects)
+}
+
+/// What to look at: the file, and how it was changed.
+fn look_at(file: &str, options: &BuildOptions) -> String {
+    let kind = match options.treatment {
+        Treatment::Fill => "soft body",
+        Treatment::Shell => "cloth, as its surface is not closed",
+    };
+    let scaled = options.size.map_or_else(String::new, |size| {
+        format!(" It is scaled to {size} m, as its own size is implausible in meters.")
+    });
+    format!("The mesh {file} as a {kind}.{scaled}")
+}
+
+impl Scene {
+    /// A scene with the body of a mesh file above the ground.
+    ///
+    /// # Errors
+    /// [`SceneError::Mesh`] or [`SceneError::Topology`].
+    pub fn of_mesh(path: &Path) -> Result<Self, SceneError> {
+        let name = |part: Option<&std::ffi::OsStr>| {
+            part.map_or_else(|| "mesh".to_owned(), |it| it.to_string_lossy().into_owned())
+        };
+        let (body, file) = (name(path.file_stem()), name(path.file_name()));
+        let failed = |error| SceneError::Mesh {
+            body: body.clone(),
+            error,
+        };
+        let mesh = read::file(path).map_err(failed)?;
+        let size = size(&mesh);
+        let (soft, options) = fit(mesh, size, CELLS).map_err(failed)?;
+        let topology = Topology::new(soft.shape).map_err(|error| SceneError::Topology {
+            body: body.clone(),
+            error,
+        })?;
+        let (low, high) = bounds(topology.rest.iter().copied());
+        let height = (high - low).y.max(0.1 * (high - low).max_element());
+        let (density, effects) = material(&topology);
+        let spec = BodySpec {
+            name: body.clone(),
+            primitive: None,
+            mesh: Some(MeshSpec {
+                file: file.clone(),
+                size: options.size,
+                cells: options.cells,
+                treatment: options.treatment,
+            }),
+            material: None,
+            density: Some(density),
+            added_mass: Vec::new(),
+            position: Vec3::Y * height * (0.5 + CLEARANCE),
+            rotation: Vec3::ZERO,
+            velocity: Vec3::ZERO,
+            spin: Vec3::ZERO,
+            effects: SceneEffects {
+                ground: Some(Ground::default()),
+                ..effects
+            },
+            pins: Vec::new(),
+            stitches: Vec::new(),
+            start: Vec::new(),
+            copies: None,
+            color: None,
+        };
+        Ok(Self {
+            title: body,
+            look_at: look_at(&file, &options),
+            world: Settings::default(),
+            bodies: vec![spec],
+            colliders: Vec::new(),
+            camera: None,
+            answers: Vec::new(),
+            acceptance: Acceptance {
+                seconds: SECONDS,
+                checks: Vec::new(),
+            },
+            folder: path.parent().map(Into::into).unwrap_or_default(),
+        })
+    }
+}
