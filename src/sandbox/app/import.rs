@@ -19,6 +19,7 @@ use crate::{
     sandbox::{
         panel::Additions,
         state::{
+            hands::{Hands, Shot},
             selection::{Scope, Selection},
             spawn::{Spawn, SpawnPlace},
             view::ViewCommand,
@@ -32,6 +33,7 @@ use place::Place;
 use recipe::{body, surroundings};
 use source::{Detail, Source};
 
+pub(super) use place::under_pointer;
 pub use source::additions;
 
 /// A body that is ready to be added to the scene.
@@ -113,9 +115,14 @@ impl Plugin for ImportPlugin {
 
 /// Adds the body that is chosen in [`Spawn`].
 pub fn spawn(world: &mut World, place: SpawnPlace) {
-    let Spawn { body, size, .. } = world.resource::<Spawn>().clone();
+    let Spawn {
+        mut body, mut size, ..
+    } = world.resource::<Spawn>().clone();
+    if place == SpawnPlace::Shot && world.resource::<Hands>().shot == Shot::Ball {
+        (body, size) = ("sphere".to_owned(), 0.5 * size);
+    }
     let detail = match place {
-        SpawnPlace::Rain(_) => Detail::Coarse,
+        SpawnPlace::Rain(_) | SpawnPlace::Pour(_) | SpawnPlace::Shot => Detail::Coarse,
         _ => Detail::Normal,
     };
     let Some(source) = Source::named(&body, size, detail) else {
@@ -187,7 +194,7 @@ fn enter(world: &mut World, import: Import, place: Place) {
     actions.push(Action::Spawn(Arc::new(new)));
     // Applied at once, so that the next body is placed above this one.
     action::apply(world);
-    if place.is_rain() {
+    if place.is_passing() {
         return;
     }
     let added = bodies_in_order(world).last().copied();

@@ -23,6 +23,7 @@ use crate::{
         render::quality::EffectiveQuality,
         state::{
             display::DisplaySettings,
+            hands::Hands,
             view::{LastGrab, ViewSettings},
         },
         ui::{
@@ -112,6 +113,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         }),
         additions: world.resource::<Additions>().0.clone(),
         spawn: world.resource::<Spawn>().clone(),
+        hands: *world.resource::<Hands>(),
         materials: materials(world, &shown),
         material: material(world, &shown),
         wireframe: view.wireframe,

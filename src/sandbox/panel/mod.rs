@@ -11,6 +11,7 @@ mod effective;
 mod effects;
 pub mod energy;
 pub(in crate::sandbox) mod gather;
+mod hands;
 pub mod help;
 pub mod history;
 pub mod hud;

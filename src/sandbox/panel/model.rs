@@ -8,7 +8,10 @@ use super::{energy::EnergyTrack, history::History};
 use crate::{
     sandbox::{
         lab::reference_overlay::distance::Trail,
-        state::{display::DisplaySettings, selection::Scope, spawn::Spawn, view::SolverView},
+        state::{
+            display::DisplaySettings, hands::Hands, selection::Scope, spawn::Spawn,
+            view::SolverView,
+        },
         ui::track::Track,
     },
     scene::Material,
@@ -56,6 +59,8 @@ pub struct PanelModel {
     pub additions: Vec<Addition>,
     /// The body to add, and its size.
     pub spawn: Spawn,
+    /// How the pointer grabs, and what is shot.
+    pub hands: Hands,
     /// Materials that can be applied to the selected bodies.
     pub materials: Vec<&'static Material>,
     /// The material of the selected bodies, if they have one and the same.

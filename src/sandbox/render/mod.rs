@@ -8,6 +8,7 @@ pub mod grounding;
 pub mod material;
 pub mod orbit;
 pub mod overlay;
+pub mod pin_marks;
 pub mod quality;
 pub mod solver_view;
 pub mod stage;

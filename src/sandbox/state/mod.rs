@@ -3,6 +3,7 @@
 pub mod display;
 pub mod event;
 pub mod first_steps;
+pub mod hands;
 pub mod request;
 pub mod selection;
 pub mod spawn;

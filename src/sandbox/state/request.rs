@@ -1,7 +1,14 @@
 //! Requests of the user, from the panel, a key or a card;
 //! [`app::requests`](crate::sandbox::app::requests) carries them out.
 
-use super::{display::DisplayChange, selection::Scope, spawn::SpawnPlace, view::SolverView};
+use super::{
+    display::DisplayChange,
+    hands::HandsChange,
+    selection::Scope,
+    spawn::{ColliderKind, SpawnPlace},
+    view::SolverView,
+};
+use crate::solver::VertexIndex;
 use bevy::prelude::*;
 
 /// A request was made.
@@ -88,6 +95,8 @@ pub enum Request {
     SpawnSize(f64),
     /// Add the chosen body.
     Spawn(SpawnPlace),
+    /// Add a collider under the pointer.
+    AddCollider(ColliderKind),
     /// Drop a body at every click beside the bodies (`true`).
     SpawnOnClick(bool),
     /// Start or stop the rain of bodies.
@@ -98,6 +107,17 @@ pub enum Request {
     Remove,
     /// Pin (`true`) or unpin the point that is or was grabbed.
     Pin(bool),
+    /// Pin (`true`) or unpin a vertex of a body and the region around it.
+    PinVertex {
+        /// The body.
+        body: Entity,
+        /// The vertex of its rest shape.
+        vertex: VertexIndex,
+        /// Whether to pin it.
+        pinned: bool,
+    },
+    /// Change how the pointer grabs, or what is shot.
+    Hands(HandsChange),
     /// Show or hide the contact forces.
     Contacts(bool),
     /// Show or hide the wireframe.
