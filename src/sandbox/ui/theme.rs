@@ -7,7 +7,9 @@
 use crate::sandbox::state::display::{DisplaySettings, Theme};
 use bevy::{
     asset::AssetEventSystems,
-    prelude::{Added, App, IntoScheduleConfigs, Local, Plugin, PostUpdate, PreUpdate, Query, Res},
+    prelude::{
+        App, DetectChanges, IntoScheduleConfigs, Local, Plugin, PostUpdate, PreUpdate, Query, Res,
+    },
 };
 use bevy_egui::{
     EguiContext, EguiPostUpdateSet,
@@ -129,17 +131,15 @@ impl Plugin for ThemePlugin {
 
 fn dress(
     mut contexts: Query<&mut EguiContext>,
-    new: Query<(), Added<EguiContext>>,
     settings: Res<DisplaySettings>,
     mut worn: Local<Theme>,
 ) {
     let changed = *worn != settings.theme;
-    if !changed && new.is_empty() {
-        return;
-    }
     *worn = settings.theme;
     for mut context in &mut contexts {
-        apply(context.get_mut(), settings.theme);
+        if changed || context.is_added() {
+            apply(context.get_mut(), settings.theme);
+        }
     }
 }
 
