@@ -40,7 +40,9 @@ pub enum SnapshotError {
     #[error("not a Pliant snapshot: the file has no snapshot header")]
     Foreign,
     /// The file has another format version.
-    #[error("snapshot format version {found} is not supported; this program reads version {known}")]
+    #[error(
+        "snapshot format version {found} is not supported; this program reads versions 6 to {known}"
+    )]
     Version {
         /// Format version of the file.
         found: u32,

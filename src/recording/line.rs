@@ -5,7 +5,8 @@ use crate::simulation::{Action, SpawnOrder};
 use base64::{Engine, prelude::BASE64_STANDARD as BASE64};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-/// Version of the format. Version 2 added `Early`, version 3 `State`; earlier ones are still read.
+/// Version of the format. Version 2 added `Early`, version 3 `State` and the actions on pins, patches and
+/// colliders; earlier versions are still read.
 pub const VERSION: u32 = 3;
 
 /// The header line.

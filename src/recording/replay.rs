@@ -8,8 +8,10 @@ use super::{
 use crate::{
     scene::{self, run::headless},
     simulation::{
-        Action, NewBody, SimulationClock, SolverThreads, SpawnOrder, action::perform,
-        plain::bodies_in_order, state_hash, tick, tick_of,
+        Action, NewBody, SimulationClock, SolverThreads, SpawnOrder,
+        action::perform,
+        plain::{bodies_in_order, colliders_in_order},
+        state_hash, tick, tick_of,
     },
     solver::Threads,
 };
@@ -267,12 +269,16 @@ fn go_to(world: &mut World, target: u64) -> Result<u64, LineError> {
     Ok(ticks)
 }
 
-/// Carries out an action on the body with the recorded [`SpawnOrder`].
+/// Carries out an action on the body or collider with the recorded [`SpawnOrder`].
 fn act(world: &mut World, action: Action<SpawnOrder>) -> Result<(), LineError> {
-    let place = action.body().copied();
+    let place = action.subject().copied();
     let body = place.and_then(|place| {
-        let bodies = bodies_in_order(world);
-        bodies
+        let subjects = if action.body().is_some() {
+            bodies_in_order(world)
+        } else {
+            colliders_in_order(world)
+        };
+        subjects
             .into_iter()
             .find(|&body| world.get::<SpawnOrder>(body) == Some(&place))
     });

@@ -7,7 +7,7 @@
 
 use super::{
     SnapshotError,
-    stored::{Stored, check_effects},
+    stored::{Stored, check_effects, completion},
 };
 use crate::{
     scene::{Acceptance, BuiltScene, CameraSpec, CurrentScene, Look, Scene},
@@ -59,7 +59,9 @@ pub struct Snapshot {
 }
 
 const MAGIC: &[u8; 8] = b"PLIANTsn";
-const VERSION: u32 = 6;
+const VERSION: u32 = 7;
+/// The oldest version that is read. Version 7 added grabs of patches and pins.
+const OLDEST: u32 = 6;
 const HEAD: usize = 28;
 
 impl Snapshot {
@@ -185,7 +187,8 @@ impl Snapshot {
                 found,
             });
         }
-        let (stored, rest) = postcard::take_from_bytes::<Stored>(content)
+        let content = [content, completion(head.version)].concat();
+        let (stored, rest) = postcard::take_from_bytes::<Stored>(&content)
             .map_err(|error| SnapshotError::Encoding(error.to_string()))?;
         if !rest.is_empty() {
             let rest = rest.len();
@@ -231,6 +234,7 @@ impl Snapshot {
 
 /// The header of a file.
 struct Head {
+    version: u32,
     length: u64,
     checksum: u64,
 }
@@ -249,7 +253,7 @@ impl Head {
         };
         let (version, rest) = rest.split_first_chunk().ok_or_else(short)?;
         let found = u32::from_le_bytes(*version);
-        if found != VERSION {
+        if !(OLDEST..=VERSION).contains(&found) {
             return Err(SnapshotError::Version {
                 found,
                 known: VERSION,
@@ -258,6 +262,7 @@ impl Head {
         let (length, rest) = rest.split_first_chunk().ok_or_else(short)?;
         let (checksum, _) = rest.split_first_chunk().ok_or_else(short)?;
         Ok(Self {
+            version: found,
             length: u64::from_le_bytes(*length),
             checksum: u64::from_le_bytes(*checksum),
         })

@@ -14,8 +14,8 @@ use crate::{
         plain::{CARRIED, bodies_in_order},
     },
     solver::{
-        self, Collider, ColliderShape, Path, Pose, RestShape, Settings, SleepSettings, Topology,
-        numbering::Numbering, topology::LeftOut,
+        self, Collider, ColliderShape, Glide, Grab, Hold, Path, Pose, RestShape, Settings,
+        SleepSettings, Topology, numbering::Numbering, topology::LeftOut,
     },
 };
 use bevy::prelude::{Name, World};
@@ -61,6 +61,22 @@ pub struct Stored {
     bodies: Vec<StoredBody>,
     colliders: Vec<StoredCollider>,
     places: SpawnOrders,
+    /// Since version 7.
+    grabs: Vec<StoredGrab>,
+}
+
+/// What a grab is beyond the grab of one point.
+#[derive(Serialize, Deserialize)]
+struct StoredGrab {
+    /// Index of the body.
+    body: u32,
+    hold: Hold,
+    glide: Glide,
+}
+
+/// Bytes that complete the content of a version before the current one: no grabs.
+pub fn completion(version: u32) -> &'static [u8] {
+    if version < 7 { &[0] } else { &[] }
 }
 
 #[derive(Serialize, Deserialize)]
@@ -117,6 +133,14 @@ impl Stored {
                 .map(|(collider, look)| StoredCollider::of(collider, *look))
                 .collect(),
             places: built.places.clone().unwrap_or_default(),
+            grabs: (0..)
+                .zip(&world.bodies)
+                .filter_map(|(body, it)| {
+                    let Grab { hold, glide, .. } = it.effects.grab?;
+                    let is_plain = hold == Hold::Point && glide == Glide::default();
+                    (!is_plain).then_some(StoredGrab { body, hold, glide })
+                })
+                .collect(),
         }
     }
 
@@ -158,6 +182,21 @@ impl Stored {
                     .transpose()?,
             );
             world.bodies.push(body);
+        }
+        for StoredGrab { body, hold, glide } in self.grabs {
+            let held = world.bodies.get_mut(body as usize);
+            let grab = held.and_then(|body| body.effects.grab.as_mut());
+            let radius = match hold {
+                Hold::Patch { radius } => radius,
+                Hold::Point | Hold::Pins => 0.0,
+            };
+            let sound = radius >= 0.0
+                && glide.seconds >= 0.0
+                && (glide.goal + radius + glide.seconds).is_finite();
+            let Some(grab) = grab.filter(|_| sound) else {
+                return Err(nonsense(format!("the grab of body {body} is invalid")));
+            };
+            (grab.hold, grab.glide) = (hold, glide);
         }
         let mut collider_looks = Vec::new();
         for (index, stored) in self.colliders.into_iter().enumerate() {

@@ -3,6 +3,8 @@
 //! Pointer, panel and keys all act through this list, so that nothing changes in the middle of a
 //! tick and all actions can be recorded.
 
+mod collider;
+mod grab;
 mod perform;
 mod setting;
 
@@ -12,7 +14,10 @@ pub use setting::{SETTINGS, setting};
 use super::{SimulationClock, SpawnOrder};
 use crate::{
     mesh::Skin,
-    solver::{Body, Deformation, Density, InvalidValue, ParticleIndex, SurfacePoint, VertexIndex},
+    solver::{
+        Body, ColliderShape, Deformation, Density, InvalidValue, ParticleIndex, Pose, SurfacePoint,
+        VertexIndex,
+    },
     suggestion::similar,
 };
 use bevy::prelude::*;
@@ -43,6 +48,35 @@ pub enum Action<B = Entity> {
         point: SurfacePoint,
         /// Target [m].
         target: Vec3,
+    },
+    /// Grabs a patch of a body and pulls it to a target [m].
+    Brush {
+        /// The body.
+        body: B,
+        /// The point of its surface in the middle of the patch.
+        point: SurfacePoint,
+        /// Target of the weighted mean of the patch [m].
+        target: Vec3,
+        /// Radius of the patch at rest [m]; 0 grabs the point alone.
+        radius: f32,
+        /// Stiffness relative to that of [`Grab`](Self::Grab), 0.001 to 1000.
+        stiffness: f32,
+    },
+    /// Grabs a pinned vertex, and the pins that are connected to it by edges between pins.
+    GrabPins {
+        /// The body.
+        body: B,
+        /// The vertex of its rest shape.
+        vertex: VertexIndex,
+    },
+    /// Moves grabbed pins at constant velocity.
+    MovePins {
+        /// The body.
+        body: B,
+        /// Target of the vertex that was grabbed [m].
+        target: Vec3,
+        /// Simulated time of the motion [s]; at least one tick.
+        seconds: f32,
     },
     /// Moves the target of the grab [m].
     MoveGrab {
@@ -136,15 +170,56 @@ pub enum Action<B = Entity> {
         /// The body.
         body: B,
     },
+    /// Adds a static collider to the scene.
+    AddCollider {
+        /// Its shape.
+        shape: ColliderShape,
+        /// Its pose.
+        pose: Pose,
+    },
+    /// Moves a collider at constant velocity, which replaces its path.
+    SetCollider {
+        /// The collider.
+        collider: B,
+        /// Its new shape; `None` does not change it.
+        shape: Option<ColliderShape>,
+        /// Pose at the end of the motion.
+        pose: Pose,
+        /// Simulated time of the motion [s]; at least one tick.
+        seconds: f32,
+    },
+    /// Removes a collider.
+    RemoveCollider {
+        /// The collider.
+        collider: B,
+    },
 }
 
 impl<B> Action<B> {
+    /// The existing body or collider that the action applies to, if there is one.
+    #[must_use]
+    pub fn subject(&self) -> Option<&B> {
+        match self {
+            Self::SetCollider { collider, .. } | Self::RemoveCollider { collider } => {
+                Some(collider)
+            }
+            _ => self.body(),
+        }
+    }
+
     /// The existing body that the action applies to, if there is one.
     #[must_use]
     pub fn body(&self) -> Option<&B> {
         match self {
-            Self::SetSetting { .. } | Self::Spawn(_) => None,
+            Self::SetSetting { .. }
+            | Self::Spawn(_)
+            | Self::AddCollider { .. }
+            | Self::SetCollider { .. }
+            | Self::RemoveCollider { .. } => None,
             Self::Grab { body, .. }
+            | Self::Brush { body, .. }
+            | Self::GrabPins { body, .. }
+            | Self::MovePins { body, .. }
             | Self::MoveGrab { body, .. }
             | Self::Release { body }
             | Self::SetParameter { body, .. }
@@ -160,7 +235,7 @@ impl<B> Action<B> {
         }
     }
 
-    /// The same action with another identifier of the body; `None` if it has none.
+    /// The same action with another identifier of the body or collider; `None` if it has none.
     pub fn renamed<C>(self, name: impl FnOnce(B) -> Option<C>) -> Option<Action<C>> {
         Some(match self {
             Self::Grab {
@@ -171,6 +246,47 @@ impl<B> Action<B> {
                 body: name(body)?,
                 point,
                 target,
+            },
+            Self::Brush {
+                body,
+                point,
+                target,
+                radius,
+                stiffness,
+            } => Action::Brush {
+                body: name(body)?,
+                point,
+                target,
+                radius,
+                stiffness,
+            },
+            Self::GrabPins { body, vertex } => Action::GrabPins {
+                body: name(body)?,
+                vertex,
+            },
+            Self::MovePins {
+                body,
+                target,
+                seconds,
+            } => Action::MovePins {
+                body: name(body)?,
+                target,
+                seconds,
+            },
+            Self::AddCollider { shape, pose } => Action::AddCollider { shape, pose },
+            Self::SetCollider {
+                collider,
+                shape,
+                pose,
+                seconds,
+            } => Action::SetCollider {
+                collider: name(collider)?,
+                shape,
+                pose,
+                seconds,
+            },
+            Self::RemoveCollider { collider } => Action::RemoveCollider {
+                collider: name(collider)?,
             },
             Self::MoveGrab { body, target } => Action::MoveGrab {
                 body: name(body)?,
@@ -228,6 +344,18 @@ pub enum ActionError {
     /// The entity does not exist or is not a body.
     #[error("no such body ({0}): it may have been removed")]
     NoBody(Entity),
+    /// The entity does not exist or is not a collider.
+    #[error("no such collider ({0}): it may have been removed")]
+    NoCollider(Entity),
+    /// A number is out of range.
+    #[error(transparent)]
+    Value(InvalidValue),
+    /// The rotation of a pose is not orthonormal.
+    #[error("the rotation of the collider is not orthonormal: expected a rotation matrix")]
+    NoRotation,
+    /// The vertex is not pinned.
+    #[error("vertex {0} is not pinned: pin it before it is dragged as a pin")]
+    NotPinned(VertexIndex),
     /// The body is not in quarantine.
     #[error("the body is not in quarantine: there is nothing to restore")]
     NotInQuarantine,
@@ -341,7 +469,9 @@ pub fn apply(world: &mut World) -> bool {
     actions.since = None;
     let waiting = std::mem::take(&mut actions.waiting);
     for action in waiting {
-        let body = action.body().and_then(|&body| world.get_entity(body).ok());
+        let body = action
+            .subject()
+            .and_then(|&body| world.get_entity(body).ok());
         let place = body.and_then(|body| body.get::<SpawnOrder>().copied());
         world.trigger(Applying(action.clone()));
         world.flush();

@@ -426,13 +426,10 @@ pub(super) fn settle_grabs(
     mut grabs: Query<(&mut Grab, &mut RestTimer)>,
     under_way: Res<UnderWay>,
 ) {
+    let tick = under_way.settings.tick_seconds() as f32;
     for (mut grab, mut timer) in &mut grabs {
-        let grab = grab.bypass_change_detection();
-        grab.from = if under_way.ends_early() {
-            grab.from.lerp(grab.target, under_way.fraction())
-        } else {
-            grab.target
-        };
+        let early = under_way.ends_early().then(|| under_way.fraction());
+        grab.bypass_change_detection().end_tick(early, tick);
         timer.0.reset();
     }
 }

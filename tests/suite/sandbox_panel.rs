@@ -23,11 +23,12 @@ use pliant::{
         state::{
             color::ColorMode,
             display::{DisplaySettings, Theme},
+            hands::{Hands, HandsChange, Shot},
             keep::{FileKind, KeepRequest, RecentFile},
             request::{Distortion, Request},
             search::PanelSearch,
             selection::Scope,
-            spawn::{Spawn, SpawnPlace},
+            spawn::{ColliderKind, Spawn, SpawnPlace},
             view::{SolverView, ViewSettings},
         },
         ui::{
@@ -185,6 +186,7 @@ fn model() -> PanelModel {
             pinned: false,
         }),
         spawn: Spawn::default(),
+        hands: Hands::default(),
         additions: vec![Addition {
             name: "box".to_owned(),
             title: "box".to_owned(),
@@ -675,6 +677,31 @@ fn the_pickers_open_and_choose() {
         [Request::SpawnOnClick(true)]
     );
     assert_eq!(pointer.press_widget("spawn.rain"), [Request::Rain(true)]);
+    let chosen = HandsChange::Shot(Shot::Chosen);
+    assert_eq!(
+        pointer.press_widget("shot.chosen"),
+        [Request::Hands(chosen)]
+    );
+    assert_eq!(
+        pointer.press_widget("collider.box"),
+        [Request::AddCollider(ColliderKind::Box)]
+    );
+}
+
+#[test]
+fn radius_and_stiffness_of_the_grab_are_set_in_the_panel() {
+    let mut pointer = panel_pointer();
+    let requested = pointer.press_widget("hands.radius");
+    let [Request::Hands(HandsChange::Radius(radius))] = requested[..] else {
+        panic!("{requested:?}");
+    };
+    // The middle of a slider from 0 to 2 m, to the pixel.
+    assert!((radius - 1.0).abs() < 0.05, "{radius}");
+    let requested = pointer.press_widget("hands.stiffness");
+    let [Request::Hands(HandsChange::Stiffness(stiffness))] = requested[..] else {
+        panic!("{requested:?}");
+    };
+    assert!((0.7..1.4).contains(&stiffness), "{stiffness}");
 }
 
 #[test]

@@ -107,6 +107,8 @@ fn a_grab_pushes_along_the_central_differences_of_its_distance() {
             compliance: Compliance::default(),
             damping: Damping::default(),
             max_force: Force::default(),
+            hold: Default::default(),
+            glide: Default::default(),
         };
         body.effects.grab = Some(grab);
         act(&mut body, BodyEffectKind::Grab, 0.01, 0);

@@ -21,6 +21,7 @@ use crate::{
         app::keep::save::OpenDefinition,
         panel::Additions,
         state::{
+            hands::{Hands, Shot},
             selection::{Scope, Selection},
             spawn::{Spawn, SpawnPlace},
             view::ViewCommand,
@@ -35,6 +36,7 @@ use place::Place;
 use recipe::{body, surroundings};
 use source::{Detail, Source};
 
+pub(super) use place::under_pointer;
 pub use source::additions;
 
 /// A body that is ready to be added to the scene.
@@ -117,9 +119,14 @@ impl Plugin for ImportPlugin {
 
 /// Adds the body that is chosen in [`Spawn`].
 pub fn spawn(world: &mut World, place: SpawnPlace) {
-    let Spawn { body, size, .. } = world.resource::<Spawn>().clone();
+    let Spawn {
+        mut body, mut size, ..
+    } = world.resource::<Spawn>().clone();
+    if place == SpawnPlace::Shot && world.resource::<Hands>().shot == Shot::Ball {
+        (body, size) = ("sphere".to_owned(), 0.5 * size);
+    }
     let detail = match place {
-        SpawnPlace::Rain(_) => Detail::Coarse,
+        SpawnPlace::Rain(_) | SpawnPlace::Pour(_) | SpawnPlace::Shot => Detail::Coarse,
         _ => Detail::Normal,
     };
     let Some(source) = Source::named(&body, size, detail) else {
@@ -196,7 +203,7 @@ fn enter(world: &mut World, import: Import, place: Place) {
     actions.push(Action::Spawn(Arc::new(new)));
     // Applied at once, so that the next body is placed above this one.
     action::apply(world);
-    if place.is_rain() {
+    if place.is_passing() {
         return;
     }
     let added = bodies_in_order(world).last().copied();

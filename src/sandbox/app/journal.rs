@@ -233,6 +233,27 @@ fn describe(action: &Action, name: impl Fn(Entity) -> String) -> Value {
         Action::Grab { body, target, .. } => {
             json!({"do": "grab", "body": name(*body), "target": target.to_array()})
         }
+        Action::Brush {
+            body,
+            target,
+            radius,
+            ..
+        } => {
+            json!({"do": "grab", "body": name(*body), "target": target.to_array(), "radius": radius})
+        }
+        Action::GrabPins { body, vertex } => {
+            json!({"do": "grab pins", "body": name(*body), "vertex": vertex})
+        }
+        Action::MovePins { body, target, .. } => {
+            json!({"do": "move pins", "body": name(*body), "target": target.to_array()})
+        }
+        Action::AddCollider { pose, .. } => {
+            json!({"do": "add collider", "position": pose.translation.to_array()})
+        }
+        Action::SetCollider { pose, .. } => {
+            json!({"do": "set collider", "position": pose.translation.to_array()})
+        }
+        Action::RemoveCollider { .. } => json!({"do": "remove collider"}),
         Action::MoveGrab { body, target } => {
             json!({"do": "move", "body": name(*body), "target": target.to_array()})
         }

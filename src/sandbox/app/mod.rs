@@ -1,6 +1,7 @@
 //! The window as an application: start-up, loading, saved settings, and output files.
 
 pub mod bodies;
+mod colliders;
 pub mod display;
 pub mod drop;
 pub mod export;
@@ -13,6 +14,7 @@ pub mod keep;
 pub mod load;
 pub mod picture;
 pub mod pictures;
+mod pins;
 pub mod plain_picture;
 pub mod plain_view;
 pub mod presets;

@@ -5,7 +5,7 @@
 
 use bevy::prelude::*;
 
-use super::{bodies::bodies, export, film, focus, import, keep, presets, time};
+use super::{bodies::bodies, colliders, export, film, focus, import, keep, pins, presets, time};
 use crate::{
     effect::EffectRegistry,
     sandbox::{
@@ -23,16 +23,17 @@ use crate::{
             color::{ColorMode, ColorScale},
             display::DisplaySettings,
             first_steps::FirstSteps,
+            hands::Hands,
             request::{Distortion, Request, RequestSystems, Requested},
             search::PanelSearch,
             selection::{Scope, Selection},
             spawn::{self, Spawn},
-            view::{LastGrab, SolverView, ViewCommand, ViewSettings},
+            view::{LastGrab, SelectedCollider, SolverView, ViewCommand, ViewSettings},
         },
         ui::message::{Notices, capitalised},
     },
     scene::Material,
-    simulation::{Action, Actions, Pins, SimulationClock, SoftBody, SolverThreads, action},
+    simulation::{Action, Actions, SimulationClock, SoftBody, SolverThreads, action},
     solver::{Deformation, Threads},
 };
 
@@ -50,6 +51,8 @@ impl Plugin for RequestsPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Shuffles>()
             .init_resource::<Browser>()
+            .init_resource::<SelectedCollider>()
+            .init_resource::<Hands>()
             .add_message::<Requested>()
             .add_systems(
                 Update,
@@ -184,6 +187,7 @@ fn carry_out_one(world: &mut World, request: Request) {
         Request::SpawnBody(name) => world.resource_mut::<Spawn>().body = name,
         Request::SpawnSize(size) => spawn_size(world, size),
         Request::Spawn(place) => import::spawn(world, place),
+        Request::AddCollider(kind) => colliders::add(world, kind),
         Request::SpawnOnClick(on) => world.resource_mut::<Spawn>().on_click = on,
         Request::Rain(on) => world.resource_mut::<Spawn>().rains = on,
         Request::Restore(key) => {
@@ -192,8 +196,22 @@ fn carry_out_one(world: &mut World, request: Request) {
             }
         }
         Request::Remove => remove(world, &scope),
-        Request::Pin(pinned) => pin(world, pinned),
-        Request::UnpinAll => unpin_all(world, &scope),
+        Request::Pin(pinned) => pins::pin_grabbed(world, pinned),
+        Request::PinVertex {
+            body,
+            vertex,
+            pinned,
+        } => pins::pin(world, body, vertex, pinned),
+        Request::UnpinAll => {
+            let bodies = bodies(world, &scope);
+            pins::unpin_all(world, bodies);
+        }
+        Request::Hands(change) => {
+            let changed = world.resource_mut::<Hands>().change(change);
+            if let Err(error) = changed {
+                world.resource_mut::<Notices>().error(error);
+            }
+        }
         Request::Contacts(on) => world.resource_mut::<ViewSettings>().contacts = on,
         Request::Wireframe(on) => world.resource_mut::<ViewSettings>().wireframe = on,
         Request::Tetrahedra(on) => world.resource_mut::<ViewSettings>().tetrahedra = on,
@@ -380,30 +398,10 @@ fn distort(world: &mut World, scope: &Scope, distortion: Distortion) {
     }
 }
 
-fn pin(world: &mut World, pinned: bool) {
-    if let Some(grab) = world.resource::<LastGrab>().0 {
-        let (body, vertex) = (grab.body, grab.vertex);
-        let action = if pinned {
-            Action::Pin { body, vertex }
-        } else {
-            Action::Unpin { body, vertex }
-        };
-        push(world, action);
-    }
-}
-
-fn unpin_all(world: &mut World, scope: &Scope) {
-    for body in bodies(world, scope) {
-        let pins = world
-            .get::<Pins>(body)
-            .map_or(Vec::new(), |pins| pins.0.clone());
-        for vertex in pins {
-            push(world, Action::Unpin { body, vertex });
-        }
-    }
-}
-
 fn remove(world: &mut World, scope: &Scope) {
+    if colliders::remove_selected(world) {
+        return;
+    }
     let grabbed = world.resource::<LastGrab>().0.map(|grab| grab.body);
     // A body that was grabbed is selected, unless others were chosen in the panel since.
     let grabbed = grabbed.filter(|body| scope.contains(*body));
@@ -413,7 +411,8 @@ fn remove(world: &mut World, scope: &Scope) {
         None => scope.keys().filter_map(Entity::try_from_bits).collect(),
     };
     if bodies.is_empty() {
-        let text = "Nothing to delete: grab a body or select one in the panel first";
+        let text =
+            "Nothing to delete: grab a body, select one in the panel, or click a collider first";
         world.resource_mut::<Notices>().info(text);
     }
     for body in bodies {

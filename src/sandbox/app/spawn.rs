@@ -6,7 +6,7 @@ use crate::{
         state::{
             event::SceneLoaded,
             request::{Request, RequestSystems, Requested},
-            spawn::{Spawn, SpawnPlace},
+            spawn::{MAX_BODIES, Spawn, SpawnPlace},
         },
         ui::message::Notices,
     },
@@ -16,8 +16,6 @@ use bevy::prelude::*;
 
 /// Simulated time between two bodies of the rain [s].
 const INTERVAL: f64 = 0.25;
-/// Number of bodies in the scene at which the rain stops.
-const MAX_BODIES: usize = 100;
 
 /// Requests bodies.
 pub struct SpawnPlugin;

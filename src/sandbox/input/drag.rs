@@ -11,18 +11,21 @@ use crate::{
         input::pointer::{Pointer, PointerOwner, PointerSystems},
         render::camera::{CameraSystems, OrbitCamera},
         state::{
+            hands::Hands,
             request::{Request, Requested},
             selection::Selection,
-            view::{GrabbedPoint, LastGrab},
+            view::{GrabbedPoint, HoveredPin, LastGrab},
         },
     },
-    simulation::{Action, Actions, SoftBody},
-    solver::SurfacePoint,
+    simulation::{Action, Actions, SimulationClock, SoftBody},
+    solver::{Grab, Particles, SurfacePoint, Topology},
 };
 use bevy::prelude::*;
 
 /// Factor of depth per wheel step.
 const STEP: f32 = 1.06;
+/// Longest simulated time in which dragged pins and colliders follow the pointer [s].
+const LONGEST: f32 = 0.25;
 /// Minimum depth [m]; below it, the ray of the pointer is not meaningful.
 const NEAREST: f32 = 0.05;
 
@@ -44,6 +47,10 @@ pub struct Held {
     pub target: Vec3,
     /// Depth of the target along the view direction [m].
     pub depth: f32,
+    /// Offset of the weighted mean of the grabbed patch from the point [m].
+    pub offset: Vec3,
+    /// Whether pins are dragged.
+    pub pins: bool,
 }
 
 /// Systems that grab, drag and release, in `Update`.
@@ -58,6 +65,7 @@ impl Plugin for DragPlugin {
         app.init_resource::<Drag>()
             .init_resource::<Selection>()
             .add_message::<Requested>()
+            .init_resource::<Hands>()
             .add_systems(
                 Update,
                 (forget_gone, (take, pull, release).chain())
@@ -85,7 +93,8 @@ fn take(
     selection: Res<Selection>,
     mut requests: MessageWriter<Requested>,
     camera: Single<&GlobalTransform, With<OrbitCamera>>,
-    bodies: Query<&SoftBody>,
+    bodies: Query<(&SoftBody, &Particles)>,
+    (hands, hovered_pin): (Res<Hands>, Res<HoveredPin>),
     mut drag: ResMut<Drag>,
     mut last: ResMut<LastGrab>,
     mut actions: ResMut<Actions>,
@@ -97,7 +106,7 @@ fn take(
     let Some(hit) = pointer.hit.filter(|hit| hit.body == body) else {
         return;
     };
-    let Ok(topology) = bodies.get(body) else {
+    let Ok((topology, particles)) = bodies.get(body) else {
         return;
     };
     // The press selects or deselects the body, and drags nothing.
@@ -108,27 +117,46 @@ fn take(
     }
     let (point, target) = (hit.point, hit.position);
     let depth = (target - camera.translation()).dot(camera.forward().as_vec3());
+    let pin = hovered_pin.0.filter(|(pinned, _)| *pinned == body);
+    let offset = match pin {
+        Some(_) => Vec3::ZERO,
+        None => offset(point, hands.radius, topology, particles),
+    };
     drag.held = Some(Held {
         body,
         point,
         target,
         depth,
+        offset,
+        pins: pin.is_some(),
     });
+    let vertex = topology.numbering.vertex(point.nearest());
     last.0 = Some(GrabbedPoint {
         body,
-        vertex: topology.numbering.vertex(point.nearest()),
+        vertex,
         held: true,
     });
-    actions.push(Action::Grab {
-        body,
-        point,
-        target,
+    actions.push(match pin {
+        Some((_, vertex)) => Action::GrabPins { body, vertex },
+        None if hands.is_point() => Action::Grab {
+            body,
+            point,
+            target,
+        },
+        None => Action::Brush {
+            body,
+            point,
+            target: target + offset,
+            radius: hands.radius,
+            stiffness: hands.stiffness,
+        },
     });
 }
 
 fn pull(
     pointer: Res<Pointer>,
     camera: Single<&GlobalTransform, With<OrbitCamera>>,
+    (time, clock): (Res<Time<Real>>, Res<SimulationClock>),
     mut drag: ResMut<Drag>,
     mut actions: ResMut<Actions>,
 ) {
@@ -146,9 +174,16 @@ fn pull(
         && target != held.target
     {
         held.target = target;
-        actions.push(Action::MoveGrab {
-            body: held.body,
-            target,
+        let body = held.body;
+        actions.push(if held.pins {
+            Action::MovePins {
+                body,
+                target,
+                seconds: simulated(time.delta_secs(), &clock),
+            }
+        } else {
+            let target = target + held.offset;
+            Action::MoveGrab { body, target }
         });
     }
 }
@@ -172,13 +207,28 @@ fn release(
     actions.push(Action::Release { body: held.body });
 }
 
+/// Simulated time of a frame [s], in which what is dragged follows the pointer.
+pub(super) fn simulated(frame: f32, clock: &SimulationClock) -> f32 {
+    (frame * clock.speed as f32).clamp(0.0, LONGEST)
+}
+
+/// Offset of the weighted mean of a patch with a radius [m] around a point of a body [m].
+fn offset(point: SurfacePoint, radius: f32, topology: &Topology, particles: &Particles) -> Vec3 {
+    if radius == 0.0 {
+        return Vec3::ZERO;
+    }
+    let grab = Grab::on(point, Vec3::ZERO, 1.0, 1.0, 1.0).of_patch(radius, 1.0);
+    let mean = grab.mean(topology, |i| particles.position(i)).as_vec3();
+    mean - point.position(&particles.positions)
+}
+
 /// Depth [m] after a number of wheel steps; positive steps increase it.
 fn deepened(depth: f32, steps: f32) -> f32 {
     (depth * STEP.powf(steps.clamp(-20.0, 20.0))).max(NEAREST)
 }
 
 /// The point of a ray at a depth [m] along the view direction, if the ray points that way.
-fn at_depth(ray: Ray3d, forward: Vec3, depth: f32) -> Option<Vec3> {
+pub(super) fn at_depth(ray: Ray3d, forward: Vec3, depth: f32) -> Option<Vec3> {
     let cosine = ray.direction.dot(forward);
     (cosine > 1e-3).then(|| ray.get_point(depth / cosine))
 }

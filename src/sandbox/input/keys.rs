@@ -16,7 +16,8 @@ use bevy::{
 };
 use bevy_egui::input::EguiWantsInput;
 
-use crate::sandbox::state::view::{LastGrab, ViewCommand, ViewSettings};
+use super::pointer::Pointer;
+use crate::sandbox::state::view::{HoveredPin, LastGrab, ViewCommand, ViewSettings};
 use commands::Commander;
 
 /// The command of a key.
@@ -46,8 +47,12 @@ pub enum Command {
     PreviousScene,
     /// Pins or unpins the grabbed point.
     Pin,
-    /// Drops a body under the pointer.
+    /// Unpins everything.
+    UnpinAll,
+    /// Drops a body under the pointer; held, it rains there.
     Drop,
+    /// Shoots a body from the camera towards the pointer.
+    Shoot,
     /// Deletes the grabbed body, or the selected one.
     Remove,
     /// Makes the grabbed body, or the selected bodies, softer by one slider step (about a quarter).
@@ -218,14 +223,21 @@ pub const BINDINGS: &[Binding] = &[
     row(
         &[Types("p")],
         "P",
-        "pin / unpin the grabbed point",
+        "pin / unpin the point under the pointer, or the grabbed one",
         Command::Pin,
     ),
-    row(
+    row(&[Types("u")], "U", "unpin all", Command::UnpinAll),
+    repeated(row(
         &[Types("d")],
         "D",
-        "drop a body under the pointer",
+        "drop a body under the pointer; hold for rain",
         Command::Drop,
+    )),
+    row(
+        &[Types("x")],
+        "X",
+        "shoot a ball towards the pointer",
+        Command::Shoot,
     ),
     row(
         &[Delete],
@@ -337,7 +349,7 @@ pub const BINDINGS: &[Binding] = &[
 
 /// Pointer gestures, for the help.
 pub const GESTURES: &[(&str, &str)] = &[
-    ("Left drag", "grab and drag a body"),
+    ("Left drag", "grab and drag a body, or a pin"),
     ("Ctrl click", "select or deselect a body"),
     ("Wheel", "while dragging: nearer / farther"),
     ("Wheel", "otherwise: zoom"),
@@ -404,6 +416,8 @@ impl Plugin for KeysPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<ViewSettings>()
             .init_resource::<LastGrab>()
+            .init_resource::<HoveredPin>()
+            .init_resource::<Pointer>()
             .add_message::<ViewCommand>()
             .add_message::<Requested>()
             .add_systems(Update, obey.before(RequestSystems));
@@ -432,7 +446,7 @@ fn obey(
         if let Some(binding) = binding(&input.logical_key, held)
             && (!input.repeat || binding.repeats)
         {
-            commander.carry_out(binding.command);
+            commander.carry_out(binding.command, input.repeat);
         }
     }
 }

@@ -1,6 +1,8 @@
 //! Keys, pointer, picking, dragging and camera control.
 
+pub mod collider_cast;
 pub mod drag;
+pub mod gizmo;
 pub mod keys;
 pub mod pointer;
 pub mod spring;

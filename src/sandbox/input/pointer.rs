@@ -4,20 +4,26 @@
 //! order of presses moves the camera while a body or the panel is in use, or vice versa. This
 //! module only decides; the drag and the camera read [`Pointer`] and act only while they own it.
 
-use crate::render::{SoftBodyHit, SoftBodyRayCast};
-use crate::sandbox::{
-    render::camera::OrbitCamera,
-    state::{
-        look::HiddenBody,
-        view::{Hovered, ViewSettings},
+use super::collider_cast::{self, ColliderHit};
+use crate::{
+    render::{Drawn, SoftBodyHit, SoftBodyRayCast},
+    sandbox::{
+        render::{camera::OrbitCamera, overlay::Screen, pin_marks},
+        state::{
+            look::HiddenBody,
+            spawn::Spawn,
+            view::{Hovered, HoveredPin, ViewSettings},
+        },
     },
+    simulation::{Pins, SimulationClock, SoftBody},
+    solver::{Collider, SurfacePoint, VertexIndex},
 };
 use bevy::{
     input::mouse::{AccumulatedMouseScroll, MouseScrollUnit},
     prelude::*,
     window::{CursorMoved, PrimaryWindow},
 };
-use bevy_egui::{EguiContext, PrimaryEguiContext};
+use bevy_egui::{EguiContext, PrimaryEguiContext, egui::Pos2};
 
 /// Owner of the pointer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -31,6 +37,8 @@ pub enum PointerOwner {
     Camera,
     /// A body: it is being dragged.
     Body(Entity),
+    /// A collider: it is being dragged, or one of its handles.
+    Collider(Entity),
     /// None until all buttons are released: a gesture has ended (or began where nothing responds)
     /// with a button still down.
     Spent,
@@ -43,6 +51,8 @@ pub enum Under {
     Panel,
     /// A body.
     Body(Entity),
+    /// A collider.
+    Collider(Entity),
     /// The floor or the backdrop.
     Stage,
 }
@@ -76,11 +86,19 @@ impl PointerOwner {
                         ..
                     },
                 ) => Self::Body(body),
+                (
+                    Under::Collider(collider),
+                    Buttons {
+                        left: true,
+                        other: false,
+                        ..
+                    },
+                ) => Self::Collider(collider),
                 (_, Buttons { left: false, .. }) => Self::Camera,
                 _ => Self::Spent,
             },
-            // The body was released, but another button is still down.
-            Self::Body(_) if !buttons.left => Self::Spent,
+            // It was released, but another button is still down.
+            Self::Body(_) | Self::Collider(_) if !buttons.left => Self::Spent,
             owner => owner,
         }
     }
@@ -97,13 +115,35 @@ pub struct Pointer {
     pub position: Option<Vec2>,
     /// Its ray into the scene.
     pub ray: Option<Ray3d>,
+    /// Where bodies are added: its ray, or that through the middle of the free part of the window
+    /// while it is over the panel.
+    pub aim: Option<Ray3d>,
+    /// Whether it is over the panel or another egui area.
+    pub over_panel: bool,
+    /// The collider that the ray hits in front of the bodies; `None` while the pointer has an owner.
+    pub collider: Option<ColliderHit>,
     /// Wheel steps of this frame that egui does not use; positive is away from the user.
     pub wheel: f32,
+}
+
+/// The collider whose handle is under the pointer, and takes precedence over bodies.
+#[derive(Resource, Debug, Default)]
+pub struct HoveredHandle {
+    /// The collider.
+    pub hovered: Option<Entity>,
 }
 
 /// Systems that update the pointer, in `Update`; systems that act on it run after them.
 #[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct PointerSystems;
+
+/// Systems of [`PointerSystems`] that find out what is under the pointer.
+#[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct LocateSystems;
+
+/// Systems of [`PointerSystems`] that decide who owns the pointer.
+#[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct OwnSystems;
 
 /// Updates [`Pointer`].
 pub struct PointerPlugin;
@@ -112,7 +152,17 @@ impl Plugin for PointerPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Pointer>()
             .init_resource::<Hovered>()
-            .add_systems(Update, (locate, own).chain().in_set(PointerSystems));
+            .init_resource::<HoveredPin>()
+            .init_resource::<HoveredHandle>()
+            .init_resource::<Spawn>()
+            .add_systems(
+                Update,
+                (
+                    locate.in_set(LocateSystems),
+                    own.in_set(OwnSystems).after(LocateSystems),
+                )
+                    .in_set(PointerSystems),
+            );
     }
 }
 
@@ -126,6 +176,12 @@ fn locate(
     camera: Single<(&Camera, &GlobalTransform), With<OrbitCamera>>,
     bodies: SoftBodyRayCast,
     hidden: Query<(), With<HiddenBody>>,
+    (pinned, colliders): (
+        Query<(Entity, &SoftBody, &Pins, &Drawn), Without<HiddenBody>>,
+        Query<(Entity, &Collider)>,
+    ),
+    clock: Res<SimulationClock>,
+    mut hovered_pin: ResMut<HoveredPin>,
 ) {
     let (entity, window) = *window;
     // While a button is down, the window system also reports positions outside the window, which
@@ -152,6 +208,67 @@ fn locate(
         }
         _ => None,
     };
+    if pointer.owner != PointerOwner::None {
+        pointer.collider = None;
+        return;
+    }
+    pointer.collider = pointer.ray.and_then(|ray| {
+        let hit = collider_cast::nearest(ray, clock.time(), colliders.iter());
+        let body = pointer.hit.map_or(f32::INFINITY, |hit| hit.distance);
+        hit.filter(|hit| hit.distance < body)
+    });
+    let pin = pointer.position.zip(pointer.ray).and_then(|(at, ray)| {
+        let screen = Screen { camera, eye };
+        let at = Pos2::new(at.x, at.y);
+        pin_under(at, ray, pointer.hit, &screen, pinned.iter())
+    });
+    hovered_pin.set_if_neq(HoveredPin(pin.map(|(hit, vertex)| (hit.body, vertex))));
+    if let Some((hit, _)) = pin {
+        pointer.hit = Some(hit);
+    }
+}
+
+/// The pin that is nearest to the pointer, unless a body hides it.
+fn pin_under<'a>(
+    at: Pos2,
+    ray: Ray3d,
+    surface: Option<SoftBodyHit>,
+    screen: &Screen,
+    bodies: impl Iterator<Item = (Entity, &'a SoftBody, &'a Pins, &'a Drawn)>,
+) -> Option<(SoftBodyHit, VertexIndex)> {
+    let mut best: Option<(f32, SoftBodyHit, VertexIndex)> = None;
+    for (entity, body, pins, drawn) in bodies {
+        for &vertex in pins.iter() {
+            let particle = body.numbering.particle(vertex);
+            let Some(place) = drawn.particles.get(particle.index()) else {
+                continue;
+            };
+            let position = place.truncate();
+            let beside = screen
+                .at(position)
+                .and_then(|tip| pin_marks::distance(at, tip, pins.len()));
+            let distance = position.distance(ray.origin);
+            // A pin of a filled body may be below its surface.
+            let depth = surface.map_or(f32::INFINITY, |hit| match hit.body == entity {
+                true => hit.distance + 0.25 * body.size,
+                false => 1.02 * hit.distance,
+            });
+            let (Some(beside), Some(point)) = (beside, SurfacePoint::new(&[(particle, 1.0)]))
+            else {
+                continue;
+            };
+            if distance <= depth && best.is_none_or(|(least, ..)| beside < least) {
+                let hit = SoftBodyHit {
+                    body: entity,
+                    distance,
+                    position,
+                    point,
+                };
+                best = Some((beside, hit, vertex));
+            }
+        }
+    }
+    best.map(|(_, hit, vertex)| (hit, vertex))
 }
 
 /// Size of a pixel at a distance of 1 m from the eye [m/px].
@@ -168,6 +285,8 @@ fn own(
     settings: Res<ViewSettings>,
     window: Single<&Window, With<PrimaryWindow>>,
     mut egui: Query<&mut EguiContext, With<PrimaryEguiContext>>,
+    camera: Single<(&Camera, &GlobalTransform), With<OrbitCamera>>,
+    (spawn, handles): (Res<Spawn>, Res<HoveredHandle>),
 ) {
     let mut on_panel = egui.iter_mut().any(|mut context| {
         let context = context.get_mut();
@@ -179,10 +298,21 @@ fn own(
         let (left, right) = settings.free(window.width());
         on_panel |= at.x < left || at.x >= right;
     }
-    let under = match (on_panel, pointer.hit) {
-        (true, _) => Under::Panel,
-        (false, Some(hit)) => Under::Body(hit.body),
-        (false, None) => Under::Stage,
+    pointer.over_panel = on_panel;
+    let (left, right) = settings.free(window.width());
+    let middle = Vec2::new(left.midpoint(right), window.height() / 2.0);
+    let (camera, eye) = *camera;
+    pointer.aim = match on_panel {
+        false => pointer.ray,
+        true => camera.viewport_to_world(eye, middle).ok(),
+    };
+    let handle = handles.hovered.filter(|_| !on_panel);
+    let under = match (on_panel, pointer.hit, pointer.collider) {
+        (true, ..) => Under::Panel,
+        (false, Some(hit), _) if handle.is_none() => Under::Body(hit.body),
+        (false, ..) if handle.is_some() => handle.map_or(Under::Stage, Under::Collider),
+        (false, _, Some(hit)) if !spawn.on_click => Under::Collider(hit.collider),
+        _ => Under::Stage,
     };
     let down = |button| mouse.pressed(button);
     let buttons = Buttons {

@@ -3,20 +3,25 @@
 use super::drag::Drag;
 use crate::{
     render::Drawn,
-    sandbox::render::{
-        camera::OrbitCamera,
-        overlay::{LINE, OverlaySystems, Screen, painter},
+    sandbox::{
+        render::{
+            camera::OrbitCamera,
+            overlay::{LINE, OverlaySystems, Screen, painter},
+        },
+        state::view::ViewSettings,
+        ui::{area, number},
     },
     simulation::SimulationSettings,
-    solver::EffectStates,
+    solver::{EffectStates, Stretch},
 };
 use bevy::prelude::*;
 use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
-    egui::{Align2, Color32, CornerRadius, FontId, Painter, Pos2, Stroke, vec2},
+    egui::{Align2, Color32, CornerRadius, FontId, Painter, Pos2, Rect, Stroke, vec2},
 };
 
 const HALO: Color32 = Color32::from_rgba_premultiplied(150, 150, 150, 150);
+const PATCH: Color32 = Color32::from_rgb(255, 196, 64);
 /// Number of coils of the drawn spring, and their width [px].
 const COILS: (usize, f32) = (9, 5.0);
 
@@ -33,13 +38,14 @@ fn paint(
     mut contexts: EguiContexts,
     camera: Single<(&Camera, &GlobalTransform), With<OrbitCamera>>,
     drag: Res<Drag>,
-    bodies: Query<(&Drawn, &EffectStates)>,
+    bodies: Query<(&Drawn, &EffectStates, Option<&Stretch>)>,
     settings: Res<SimulationSettings>,
+    view: Res<ViewSettings>,
 ) -> Result {
     let Some(held) = drag.held else {
         return Ok(());
     };
-    let Ok((drawn, states)) = bodies.get(held.body) else {
+    let Ok((drawn, states, stretch)) = bodies.get(held.body) else {
         return Ok(());
     };
     let (camera, eye) = *camera;
@@ -51,16 +57,53 @@ fn paint(
     let (Some(from), Some(to)) = ends else {
         return Ok(());
     };
-    let painter = painter(contexts.ctx_mut()?);
+    let context = contexts.ctx_mut()?;
+    let painter = painter(context);
+    let grab = &states.others.grab;
+    patch(&painter, &screen, drawn, grab.patch());
     let line = coil(from, to);
     painter.line(line.clone(), Stroke::new(4.5, HALO));
     painter.line(line, Stroke::new(2.0, LINE));
     painter.circle(from, 4.0, Color32::WHITE, Stroke::new(2.0, LINE));
     painter.circle_stroke(to, 7.0, Stroke::new(4.5, HALO));
     painter.circle_stroke(to, 7.0, Stroke::new(2.0, LINE));
-    let newtons = states.others.grab.force(settings.substep_seconds() as f32);
-    label(&painter, to + vec2(16.0, -18.0), &force(newtons));
+    let first = match held.pins {
+        true => match grab.patch().len() {
+            0 | 1 => "pin".to_owned(),
+            pins => format!("{pins} pins"),
+        },
+        false => force(grab.force(settings.substep_seconds() as f32)),
+    };
+    let compliance = stretch.map(|stretch| stretch.compliance.get());
+    let second = hint(compliance, settings.substeps.get());
+    let free = area::free(context, &view);
+    label(&painter, to + vec2(16.0, -26.0), free, [&first, &second]);
     Ok(())
+}
+
+/// What the arrow keys change, with the current values. The compliance is in m/N.
+fn hint(compliance: Option<f32>, substeps: u32) -> String {
+    let substeps = format!("←→ substeps {substeps}");
+    match compliance {
+        Some(compliance) => {
+            let compliance = number::format(compliance.into(), 2);
+            format!("↑↓ compliance {compliance} m/N · {substeps}")
+        }
+        None => substeps,
+    }
+}
+
+/// Draws the particles of a grabbed patch, by weight.
+fn patch(painter: &Painter, screen: &Screen, drawn: &Drawn, patch: &[(usize, f64)]) {
+    let heaviest = patch.iter().fold(0.0, |most, (_, weight)| weight.max(most));
+    for (i, weight) in patch {
+        let place = drawn.particles.get(*i);
+        if let Some(at) = place.and_then(|x| screen.at(x.truncate())) {
+            let part = (weight / heaviest) as f32;
+            let color = PATCH.gamma_multiply(0.25 + 0.75 * part);
+            painter.circle_filled(at, 1.5 + 2.0 * part, color);
+        }
+    }
 }
 
 /// Formats a force with three digits and a fitting unit.
@@ -102,16 +145,32 @@ fn coil(from: Pos2, to: Pos2) -> Vec<Pos2> {
     points
 }
 
-fn label(painter: &Painter, at: Pos2, text: &str) {
-    let font = FontId::proportional(13.0);
-    let galley = painter.layout_no_wrap(text.to_owned(), font, Color32::WHITE);
-    let rect = Align2::LEFT_CENTER.anchor_size(at, galley.size());
+/// Draws two lines at a point, moved so that they are within the free part of the window.
+fn label(painter: &Painter, at: Pos2, free: Rect, [first, second]: [&str; 2]) {
+    let line = |text: &str, size: f32, color: Color32| {
+        painter.layout_no_wrap(text.to_owned(), FontId::proportional(size), color)
+    };
+    let first = line(first, 13.0, Color32::WHITE);
+    let second = line(second, 11.5, Color32::from_rgb(200, 208, 220));
+    let size = vec2(
+        first.size().x.max(second.size().x),
+        first.size().y + second.size().y,
+    );
+    let rect = Align2::LEFT_CENTER
+        .anchor_size(at, size)
+        .expand2(vec2(7.0, 3.0));
+    let right = (free.right() - rect.right()).min(0.0);
+    let up = (free.top() - rect.top()).max(0.0);
+    let rect = rect.translate(vec2(right.max(free.left() - rect.left()), up));
     painter.rect_filled(
-        rect.expand2(vec2(7.0, 3.0)),
+        rect,
         CornerRadius::same(9),
         Color32::from_rgba_unmultiplied(22, 28, 38, 220),
     );
-    painter.galley(rect.min, galley, Color32::WHITE);
+    let corner = rect.min + vec2(7.0, 3.0);
+    let below = vec2(0.0, first.size().y);
+    painter.galley(corner, first, Color32::WHITE);
+    painter.galley(corner + below, second, Color32::WHITE);
 }
 
 #[cfg(test)]
@@ -132,6 +191,15 @@ mod tests {
         ] {
             assert_eq!(force(newtons), text);
         }
+    }
+
+    #[test]
+    fn the_hint_names_the_keys_with_the_live_values() {
+        assert_eq!(
+            hint(Some(1.5e-4), 10),
+            "↑↓ compliance 1.5e-4 m/N · ←→ substeps 10"
+        );
+        assert_eq!(hint(None, 4), "←→ substeps 4");
     }
 
     #[test]

@@ -155,8 +155,16 @@ fn buttons(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         None => {}
     }
     let help = match &model.grabbed {
-        Some(grab) => format!("The point of {} that was grabbed last (P)", grab.body),
-        None => "Grab a body first, then pin the grabbed point (P)".to_owned(),
+        Some(grab) => format!(
+            "The point of {} that was grabbed last, with all vertices within the grab radius. The key \
+             P does so at the pointer",
+            grab.body
+        ),
+        None => {
+            "Grab a body first, then pin the grabbed point. The key P pins the point under the \
+                 pointer"
+                .to_owned()
+        }
     };
     let pinned = model.grabbed.as_ref().map(|grab| grab.pinned);
     let pins = [
@@ -173,10 +181,11 @@ fn buttons(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
             ..RowButton::new(
                 "unpin_all",
                 "Unpin all",
-                "Release every pin of the selection",
+                "Release every pin of the selection (U)",
             )
         },
     ];
+    super::hands::grab(ui, panel, model);
     match section::button_row(ui, panel, &pins) {
         Some(2) => panel.ask(Request::UnpinAll),
         Some(index) => panel.ask(Request::Pin(index == 0)),

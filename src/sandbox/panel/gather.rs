@@ -22,6 +22,7 @@ use crate::{
         render::{material::SkinMaterial, quality::EffectiveQuality},
         state::{
             display::DisplaySettings,
+            hands::Hands,
             keep::{RecentFiles, RecordingStatus},
             look::HiddenBody,
             presets::{Preset, Presets},
@@ -118,6 +119,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         }),
         additions: world.resource::<Additions>().0.clone(),
         spawn: world.resource::<Spawn>().clone(),
+        hands: *world.resource::<Hands>(),
         materials: materials(world, &shown),
         material: material(world, &shown),
         presets: presets(world, &shown),

@@ -16,6 +16,7 @@ mod file;
 pub mod first_steps;
 mod fractions;
 pub(in crate::sandbox) mod gather;
+mod hands;
 pub mod help;
 pub mod history;
 pub mod hud;

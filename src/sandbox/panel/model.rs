@@ -9,8 +9,8 @@ use crate::{
     sandbox::{
         lab::reference_overlay::distance::Trail,
         state::{
-            color::ColorMode, display::DisplaySettings, keep::RecentFile, search::PanelSearch,
-            selection::Scope, spawn::Spawn, view::SolverView,
+            color::ColorMode, display::DisplaySettings, hands::Hands, keep::RecentFile,
+            search::PanelSearch, selection::Scope, spawn::Spawn, view::SolverView,
         },
         ui::track::Track,
     },
@@ -69,6 +69,8 @@ pub struct PanelModel {
     pub additions: Vec<Addition>,
     /// The body to add, and its size.
     pub spawn: Spawn,
+    /// How the pointer grabs, and what is shot.
+    pub hands: Hands,
     /// Materials that can be applied to the selected bodies.
     pub materials: Vec<&'static Material>,
     /// The material of the selected bodies, if they have one and the same.

@@ -9,7 +9,7 @@ use super::{
 use crate::sandbox::{
     state::{
         request::Request,
-        spawn::{SIZES, Spawn, SpawnPlace},
+        spawn::{ColliderKind, SIZES, Spawn, SpawnPlace},
     },
     ui::track::{Spread, Track},
 };
@@ -33,6 +33,11 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, width: f32) {
             ui.separator();
             size(ui, panel, &model.spawn);
             buttons(ui, panel, &model.spawn);
+            ui.separator();
+            super::hands::shooting(ui, panel, model);
+            ui.separator();
+            colliders(ui, panel);
+            ui.separator();
             section::note(ui, "Or drop a mesh file on the window.");
         });
     panel.note("spawn", &button, ui);
@@ -76,6 +81,23 @@ fn size(ui: &mut Ui, panel: &mut Panel, spawn: &Spawn) {
     }
 }
 
+fn colliders(ui: &mut Ui, panel: &mut Panel) {
+    const HELP: &str = "Add a collider of this size in the middle of the view. Click a collider to \
+                        move, turn and resize it; Del removes it.";
+    let buttons = [
+        RowButton::new("collider.sphere", "✚ Ball", HELP),
+        RowButton::new("collider.box", "✚ Box", HELP),
+        RowButton::new("collider.capsule", "✚ Capsule", HELP),
+    ];
+    section::note(ui, "Colliders");
+    match section::button_row(ui, panel, &buttons) {
+        Some(0) => panel.ask(Request::AddCollider(ColliderKind::Sphere)),
+        Some(1) => panel.ask(Request::AddCollider(ColliderKind::Box)),
+        Some(2) => panel.ask(Request::AddCollider(ColliderKind::Capsule)),
+        _ => {}
+    }
+}
+
 fn buttons(ui: &mut Ui, panel: &mut Panel, spawn: &Spawn) {
     let buttons = [
         RowButton::new("spawn.add", "✚ Add", "Add the body above the others"),
@@ -85,7 +107,7 @@ fn buttons(ui: &mut Ui, panel: &mut Panel, spawn: &Spawn) {
                 "spawn.click",
                 "On click",
                 "Drop the body where you click beside the bodies. The key D drops it under the \
-                 pointer at any time.",
+                 pointer at any time; hold it for rain there.",
             )
         },
         RowButton {

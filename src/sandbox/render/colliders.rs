@@ -15,7 +15,9 @@ impl Plugin for CollidersPlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             PostUpdate,
-            (dress, place).chain().before(TransformSystems::Propagate),
+            (dress, reshape, place)
+                .chain()
+                .before(TransformSystems::Propagate),
         );
     }
 }
@@ -35,9 +37,27 @@ fn dress(
             Mesh3d(meshes.add(mesh)),
             MeshMaterial3d(materials.add(SkinMaterial { finish })),
             transform(&collider.pose_at(0.0)),
+            DrawnShape(collider.shape.clone()),
         ));
         if look.opacity < 1.0 {
             entity.insert(NotShadowCaster);
+        }
+    }
+}
+
+/// The shape of the mesh of a collider.
+#[derive(Component)]
+struct DrawnShape(ColliderShape);
+
+/// Replaces the mesh of a collider whose shape has changed.
+fn reshape(
+    mut changed: Query<(&Collider, &mut DrawnShape, &mut Mesh3d), Changed<Collider>>,
+    mut meshes: ResMut<Assets<Mesh>>,
+) {
+    for (collider, mut drawn, mut shown) in &mut changed {
+        if drawn.0 != collider.shape {
+            shown.0 = meshes.add(mesh(&collider.shape));
+            drawn.0 = collider.shape.clone();
         }
     }
 }

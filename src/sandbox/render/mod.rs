@@ -14,6 +14,7 @@ pub mod marks;
 pub mod material;
 pub mod orbit;
 pub mod overlay;
+pub mod pin_marks;
 pub mod quality;
 pub mod readiness;
 pub mod solver_view;

@@ -1,4 +1,4 @@
-//! Markers over the picture: pins, and intact stitches.
+//! Markers over the picture: intact stitches. Pins are in [`pin_marks`](super::pin_marks).
 //!
 //! Drawn by egui in screen space, so that they are smooth and legible on any adapter and never
 //! capture the pointer.
@@ -6,7 +6,6 @@
 use crate::{
     render::Drawn,
     sandbox::{render::camera::OrbitCamera, state::look::HiddenBody},
-    simulation::{Pins, SoftBody},
     solver::{StitchEnd, Stitches},
 };
 use bevy::prelude::*;
@@ -17,7 +16,6 @@ use bevy_egui::{
 
 /// Color of lines.
 pub(in crate::sandbox) const LINE: Color32 = Color32::from_rgb(30, 38, 52);
-const PIN: Color32 = Color32::from_rgb(214, 60, 48);
 const THREAD: Color32 = Color32::from_rgb(250, 204, 21);
 
 /// Systems that draw markers, in `EguiPrimaryContextPass`.
@@ -36,7 +34,7 @@ impl Plugin for OverlayPlugin {
         )
         .add_systems(
             EguiPrimaryContextPass,
-            (paint_pins, paint_stitches).chain().in_set(OverlaySystems),
+            paint_stitches.in_set(OverlaySystems),
         );
     }
 }
@@ -57,26 +55,6 @@ impl Screen<'_> {
 pub(in crate::sandbox) fn painter(context: &egui::Context) -> Painter {
     // Below every window and panel, above the picture.
     context.layer_painter(LayerId::new(Order::Background, Id::new("marks")))
-}
-
-fn paint_pins(
-    mut contexts: EguiContexts,
-    camera: Single<(&Camera, &GlobalTransform), With<OrbitCamera>>,
-    bodies: Query<(&SoftBody, &Pins, &Drawn), Without<HiddenBody>>,
-) -> Result {
-    let painter = painter(contexts.ctx_mut()?);
-    let (camera, eye) = *camera;
-    let screen = Screen { camera, eye };
-    for (body, pins, drawn) in &bodies {
-        let points = pins
-            .0
-            .iter()
-            .filter_map(|&pin| drawn.particles.get(body.particle(pin)));
-        for at in points.filter_map(|x| screen.at(x.truncate())) {
-            painter.circle(at, 4.0, PIN, Stroke::new(1.5, Color32::WHITE));
-        }
-    }
-    Ok(())
 }
 
 /// Draws the points of intact stitches, and lines between two points of one body.

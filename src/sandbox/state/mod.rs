@@ -6,6 +6,7 @@ pub mod color;
 pub mod display;
 pub mod event;
 pub mod first_steps;
+pub mod hands;
 pub mod keep;
 pub mod look;
 pub mod presets;

@@ -2,9 +2,15 @@
 //! [`app::requests`](crate::sandbox::app::requests) carries them out.
 
 use super::{
-    color::ColorMode, display::DisplayChange, keep::KeepRequest, selection::Scope,
-    spawn::SpawnPlace, view::SolverView,
+    color::ColorMode,
+    display::DisplayChange,
+    hands::HandsChange,
+    keep::KeepRequest,
+    selection::Scope,
+    spawn::{ColliderKind, SpawnPlace},
+    view::SolverView,
 };
+use crate::solver::VertexIndex;
 use bevy::prelude::*;
 
 /// A request was made.
@@ -130,6 +136,8 @@ pub enum Request {
     SpawnSize(f64),
     /// Add the chosen body.
     Spawn(SpawnPlace),
+    /// Add a collider under the pointer.
+    AddCollider(ColliderKind),
     /// Drop a body at every click beside the bodies (`true`).
     SpawnOnClick(bool),
     /// Start or stop the rain of bodies.
@@ -140,6 +148,17 @@ pub enum Request {
     Remove,
     /// Pin (`true`) or unpin the point that is or was grabbed.
     Pin(bool),
+    /// Pin (`true`) or unpin a vertex of a body and the region around it.
+    PinVertex {
+        /// The body.
+        body: Entity,
+        /// The vertex of its rest shape.
+        vertex: VertexIndex,
+        /// Whether to pin it.
+        pinned: bool,
+    },
+    /// Change how the pointer grabs, or what is shot.
+    Hands(HandsChange),
     /// Show or hide the contact forces.
     Contacts(bool),
     /// Show or hide the wireframe.

@@ -6,6 +6,20 @@ use std::ops::RangeInclusive;
 /// Valid sizes of new bodies [m].
 pub const SIZES: RangeInclusive<f32> = 0.05..=2.0;
 
+/// Number of bodies in the scene at which rain stops.
+pub const MAX_BODIES: usize = 100;
+
+/// Kinds of colliders that can be added.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ColliderKind {
+    /// A ball.
+    Sphere,
+    /// A box.
+    Box,
+    /// A capsule.
+    Capsule,
+}
+
 /// Settings for adding bodies.
 #[derive(Resource, Debug, Clone, PartialEq)]
 pub struct Spawn {
@@ -37,6 +51,10 @@ pub enum SpawnPlace {
     Above,
     /// Above the point under the pointer.
     Pointer,
+    /// Above the point under the pointer, the `n`th of many.
+    Pour(u32),
+    /// Shot from the camera towards the pointer.
+    Shot,
     /// Above a random point around the middle of the view, the `n`th of the rain.
     Rain(u32),
 }

@@ -163,6 +163,14 @@ pub struct Followed(pub Option<(Entity, String)>);
 #[derive(Resource, Debug, Default, Clone, Copy, PartialEq, Eq)]
 pub struct Hovered(pub Option<Entity>);
 
+/// The collider that has handles, which the Delete key removes.
+#[derive(Resource, Debug, Default, Clone, Copy, PartialEq, Eq)]
+pub struct SelectedCollider(pub Option<Entity>);
+
+/// The pin under the pointer, or that is being dragged.
+#[derive(Resource, Debug, Default, Clone, Copy, PartialEq, Eq)]
+pub struct HoveredPin(pub Option<(Entity, VertexIndex)>);
+
 /// A grabbed point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GrabbedPoint {

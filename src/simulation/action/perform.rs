@@ -1,6 +1,6 @@
 //! Carries out actions.
 
-use super::{Action, ActionError, SETTINGS};
+use super::{Action, ActionError, SETTINGS, collider, grab};
 use crate::{
     effect::EffectRegistry,
     simulation::{
@@ -9,7 +9,7 @@ use crate::{
     },
     solver::{
         CollisionIterations, Grab, InvalidValue, Iterations, KeepSpin, Order, Particles, Rate,
-        SmoothingIterations, Substeps, SurfacePoint, Topology, VertexIndex, deform, reset_shape,
+        SmoothingIterations, Substeps, Topology, VertexIndex, deform, reset_shape,
     },
 };
 use bevy::prelude::*;
@@ -62,7 +62,28 @@ pub fn perform(world: &mut World, action: &Action) -> Result<(), ActionError> {
             body,
             point,
             target,
-        } => grab(world, *body, *point, *target),
+        } => grab::point(world, *body, *point, *target),
+        Action::Brush {
+            body,
+            point,
+            target,
+            radius,
+            stiffness,
+        } => grab::patch(world, *body, (*point, *target), *radius, *stiffness),
+        Action::GrabPins { body, vertex } => grab::pins(world, *body, *vertex),
+        Action::MovePins {
+            body,
+            target,
+            seconds,
+        } => grab::move_pins(world, *body, *target, *seconds),
+        Action::AddCollider { shape, pose } => collider::add(world, shape, *pose),
+        Action::SetCollider {
+            collider,
+            shape,
+            pose,
+            seconds,
+        } => collider::set(world, *collider, shape.as_ref(), *pose, *seconds),
+        Action::RemoveCollider { collider } => collider::remove(world, *collider),
         Action::MoveGrab { body, target } => {
             let mut entity = body_mut(world, *body)?;
             if let Some(mut grab) = entity.get_mut::<Grab>()
@@ -106,7 +127,7 @@ pub fn perform(world: &mut World, action: &Action) -> Result<(), ActionError> {
     }
 }
 
-fn body_mut(world: &mut World, body: Entity) -> Result<EntityWorldMut<'_>, ActionError> {
+pub(super) fn body_mut(world: &mut World, body: Entity) -> Result<EntityWorldMut<'_>, ActionError> {
     world
         .get_entity_mut(body)
         .ok()
@@ -114,7 +135,7 @@ fn body_mut(world: &mut World, body: Entity) -> Result<EntityWorldMut<'_>, Actio
         .ok_or(ActionError::NoBody(body))
 }
 
-fn wake(entity: &mut EntityWorldMut) {
+pub(super) fn wake(entity: &mut EntityWorldMut) {
     entity.remove::<Asleep>().insert(RestTimer::default());
 }
 
@@ -184,36 +205,6 @@ fn set_parameter(
         }),
         None => Err(ActionError::Absent(effect.to_owned())),
     }
-}
-
-fn grab(
-    world: &mut World,
-    body: Entity,
-    point: SurfacePoint,
-    target: Vec3,
-) -> Result<(), ActionError> {
-    let gravity = world.resource::<SimulationSettings>().gravity.length();
-    let mut entity = body_mut(world, body)?;
-    let (Some(particles), Some(topology)) = (entity.get::<Particles>(), entity.get::<SoftBody>())
-    else {
-        return Err(ActionError::NoBody(body));
-    };
-    if !target.is_finite() || !point.fits(particles.len()) {
-        return Err(ActionError::NoParticle {
-            particle: point.nearest(),
-            particles: particles.len(),
-        });
-    }
-    let mass: f32 = particles
-        .positions
-        .iter()
-        .filter(|x| x.w > 0.0)
-        .map(|x| 1.0 / x.w)
-        .sum();
-    let grab = Grab::on(point, target, mass, topology.size, gravity);
-    entity.insert(grab);
-    wake(&mut entity);
-    Ok(())
 }
 
 fn change_pins(

@@ -2,7 +2,7 @@
 
 use super::{Pose, pose::rotation};
 use crate::quantity::{InvalidValue, finite};
-use glam::{DVec3, Vec3};
+use glam::{DMat3, DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// Motion of a collider from its initial pose. Times are in seconds since the start of the scene.
@@ -38,6 +38,15 @@ pub enum Path {
         /// Whether to start again after the last stop.
         #[serde(default)]
         repeat: bool,
+    },
+    /// From another pose to the initial pose at constant velocity, which is then kept.
+    Glide {
+        /// Pose until `begin`.
+        from: Pose,
+        /// Start of the motion [s].
+        begin: f64,
+        /// End of the motion [s], later than its start.
+        end: f64,
     },
 }
 
@@ -82,6 +91,17 @@ impl Path {
                 }
                 Ok(())
             }
+            Self::Glide { begin, end, .. } => {
+                if begin.is_finite() && end.is_finite() && begin < end {
+                    Ok(())
+                } else {
+                    Err(InvalidValue {
+                        quantity: "end of the motion",
+                        value: *end,
+                        valid: "finite and later than its start",
+                    })
+                }
+            }
         }
     }
 
@@ -116,8 +136,28 @@ impl Path {
                 }
             }
             Self::Stops { stops, repeat } => shifted(between(stops, *repeat, time)),
+            Self::Glide { from, begin, end } => {
+                if time >= *end {
+                    return *start;
+                }
+                let fraction = ((time - begin) / (end - begin)).max(0.0);
+                let way = start.translation - from.translation;
+                let (axis, angle) = axis_angle(start.rotation * from.rotation.transpose());
+                Pose {
+                    rotation: rotation(axis, angle * fraction) * from.rotation,
+                    translation: from.translation + way * fraction,
+                }
+            }
         }
     }
+}
+
+/// Axis, of any length, and angle [rad] from 0 to π of a rotation. At π the axis is 0.
+fn axis_angle(turn: DMat3) -> (DVec3, f64) {
+    let [x, y, z] = [turn.x_axis, turn.y_axis, turn.z_axis];
+    let axis = DVec3::new(y.z - z.y, z.x - x.z, x.y - y.x);
+    let cosine = x.x + y.y + z.z - 1.0;
+    (axis, libm::atan2(axis.length(), cosine))
 }
 
 fn between(stops: &[(f32, Vec3)], repeat: bool, time: f64) -> DVec3 {
@@ -140,4 +180,46 @@ fn between(stops: &[(f32, Vec3)], repeat: bool, time: f64) -> DVec3 {
         }
     }
     last.1.as_dvec3()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A quarter turn about y and a way of 2 m in half a second, at a third of that time.
+    #[test]
+    fn a_glide_turns_and_moves_at_constant_velocity_and_stays_at_its_end() {
+        let quarter = core::f64::consts::FRAC_PI_2;
+        let from = Pose {
+            rotation: rotation(DVec3::X, 0.3),
+            translation: DVec3::new(1.0, 0.0, 0.0),
+        };
+        let start = Pose {
+            rotation: rotation(DVec3::Y, quarter) * from.rotation,
+            translation: DVec3::new(3.0, 0.0, 0.0),
+        };
+        let (begin, end) = (1.0, 1.5);
+        let path = Path::Glide { from, begin, end };
+        assert_eq!(path.check(), Ok(()));
+        let third = path.pose(&start, 1.0 + 0.5 / 3.0);
+        let expected = rotation(DVec3::Y, quarter / 3.0) * from.rotation;
+        assert!(
+            (third.rotation - expected)
+                .to_cols_array()
+                .iter()
+                .all(|x| x.abs() < 1e-14)
+        );
+        assert!((third.translation.x - (1.0 + 2.0 / 3.0)).abs() < 1e-14);
+        assert_eq!(path.pose(&start, 0.5), from);
+        assert_eq!(path.pose(&start, 1.5), start);
+        assert!(
+            Path::Glide {
+                from,
+                begin,
+                end: begin
+            }
+            .check()
+            .is_err()
+        );
+    }
 }

@@ -28,7 +28,7 @@
 //! Rigid effects (α = 0) store no energy; their work belongs to convergence.
 
 use crate::{
-    BodyEffectKind, ForceKind, Particles, Substep,
+    BodyEffectKind, ForceKind, Hold, Particles, Substep,
     advance::{Friction, NotFinite, Solve, Stage, StepContext, Stepper},
     contact::pairs::ContactPart,
     effects::body_effect::{Store, WorkOf},
@@ -380,11 +380,55 @@ impl EnergyTracker {
         let stored = Stored::between(&self.stores, &stores, h);
         self.stores = stores;
         let mut ledger = self.close(body.particles, step, stored);
+        let given = self.work_on_pins(body);
+        ledger.grab += given;
+        ledger.convergence -= given;
         let fast = kinetic_energy(body.particles);
         body.end_repair();
         let drawn = std::mem::take(&mut self.drawn);
         ledger.repair += drawn + kinetic_energy(body.particles) - fast;
         Ok(ledger)
+    }
+
+    /// Work of a grab that moves pins, against the elastic effects at the end of the substep [J].
+    /// Rigid effects and those without elements are left out: that work stays in convergence.
+    fn work_on_pins(&self, body: &Stepper) -> f64 {
+        struct Work<'a> {
+            body: &'a Stepper<'a>,
+            ways: &'a [DVec3],
+            sum: f64,
+        }
+        impl Visit for Work<'_> {
+            fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
+                let (particles, ways) = (&*self.body.particles, self.ways);
+                let is_moved = |i: usize| particles.positions[i].w == 0.0 && ways[i] != DVec3::ZERO;
+                for (corners, rows) in effect.rows_of(self.body.topology, particles) {
+                    for row in rows.iter().filter(|row| row.compliance > 0.0) {
+                        for (&corner, gradient) in corners.iter().zip(row.gradients) {
+                            let i = corner as usize;
+                            if is_moved(i) {
+                                self.sum += row.error / row.compliance * gradient.dot(ways[i]);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        let moves_pins = body
+            .effects
+            .grab
+            .is_some_and(|grab| grab.hold == Hold::Pins);
+        if !moves_pins {
+            return 0.0;
+        }
+        let ways = &self.causes[Cause::Grab as usize];
+        let mut work = Work {
+            body,
+            ways,
+            sum: 0.0,
+        };
+        body.effects.visit(&mut work);
+        work.sum
     }
 
     /// Begins a substep: moves particles under repair.

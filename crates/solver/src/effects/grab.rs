@@ -2,12 +2,21 @@
 //!
 //! C = ‖a − t‖ [m] with a = Σ bᵢxᵢ a weighted point of the body, so ∇ᵢC = bᵢ n. The force is
 //! limited, so that fast motion of the target cannot overpower the constraints of the body.
+//!
+//! A grab of a patch has the same equation with a mean over all particles within a radius, so that
+//! they move together. A grab of pins is no spring: it moves pins that are connected, by the
+//! displacement of its target in each substep.
+
+mod patch;
 
 use super::body_effect::{
     BodyEffect, BodyPass, BodyPhase, ReferenceParticles, ReferencePass, WorkOf,
 };
-use crate::{Compliance, Damping, Force, ParticleIndex, particles::Part, step::scope::WholeBody};
+use crate::{
+    Compliance, Damping, Force, ParticleIndex, Topology, particles::Part, step::scope::WholeBody,
+};
 use glam::{DVec3, Vec3, Vec4};
+use patch::{Patch, mean};
 use serde::{Deserialize, Serialize};
 
 /// A point of a body as a weighted mean of particles.
@@ -73,27 +82,29 @@ impl SurfacePoint {
         })
     }
 
+    /// The same in the types of the solver.
+    fn wide_terms(&self) -> impl Iterator<Item = (usize, f64)> + Clone {
+        let terms = self.particles.into_iter().zip(self.weights);
+        let terms = terms.take(self.count);
+        terms.map(|(particle, weight)| (particle.index(), f64::from(weight)))
+    }
+
     /// Weighted mean of `at` over its particles.
     pub(crate) fn mean(&self, at: impl Fn(usize) -> DVec3) -> DVec3 {
-        self.terms().fold(DVec3::ZERO, |sum, (particle, weight)| {
-            sum + at(particle.index()) * f64::from(weight)
-        })
+        mean(self.wide_terms(), at)
     }
 
     /// Σ b²w of its particles [1/kg].
     pub(crate) fn inverse_mass(&self, positions: &[Vec4]) -> f64 {
-        let terms = self.terms().map(|(particle, b)| {
-            let b = f64::from(b);
-            b * b * f64::from(positions[particle.index()].w)
-        });
+        let terms = self.wide_terms();
+        let terms = terms.map(|(i, b)| b * b * f64::from(positions[i].w));
         terms.sum()
     }
 
     /// Moves its particles by b w Δλ∇C.
     pub(crate) fn push(&self, part: &mut Part, change: DVec3) {
-        for (particle, b) in self.terms() {
-            let i = particle.index();
-            let weight = f64::from(b) * f64::from(part.positions[i].w);
+        for (i, b) in self.wide_terms() {
+            let weight = b * f64::from(part.positions[i].w);
             part.shift(i, change * weight);
         }
     }
@@ -143,7 +154,33 @@ impl TryFrom<Vec<(ParticleIndex, f32)>> for SurfacePoint {
     }
 }
 
-/// A grab at a point of a body.
+/// What a grab holds.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub enum Hold {
+    /// One point.
+    #[default]
+    Point,
+    /// All particles within a radius of the point at rest, weighted by (1 − r²/R²)².
+    Patch {
+        /// Radius R [m].
+        radius: f32,
+    },
+    /// The pinned particle nearest to the point, and the pins that are connected to it by edges
+    /// between pins.
+    Pins,
+}
+
+/// A motion of the target that takes longer than a tick.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Glide {
+    /// End of the motion [m].
+    pub goal: Vec3,
+    /// Time from the end of this tick to the end of the motion [s]; 0 after it.
+    pub seconds: f32,
+}
+
+/// A grab of a body. Serialized without [`hold`](Self::hold) and [`glide`](Self::glide), as in the
+/// first versions of the formats.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "bevy", derive(bevy_ecs::component::Component))]
 pub struct Grab {
@@ -159,13 +196,21 @@ pub struct Grab {
     pub damping: Damping,
     /// Maximum force of the spring [N].
     pub max_force: Force,
+    /// What is held; default one point.
+    #[serde(skip)]
+    pub hold: Hold,
+    /// The rest of the target's motion; default none.
+    #[serde(skip)]
+    pub glide: Glide,
 }
 
 /// State of a grab.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct GrabState {
     /// λ of the last substep.
     multiplier: f32,
+    /// The particles, if it is not one point.
+    patch: Patch,
 }
 
 impl GrabState {
@@ -174,6 +219,21 @@ impl GrabState {
     pub fn force(&self, h: f32) -> f32 {
         self.multiplier.abs() / (h * h)
     }
+
+    /// The held particles with their weights; empty for a grab of one point.
+    #[must_use]
+    pub fn patch(&self) -> &[(usize, f64)] {
+        self.patch.terms()
+    }
+}
+
+/// State of a grab of the reference.
+#[derive(Debug, Clone, Default)]
+pub struct ReferenceGrab {
+    /// λ of the substep.
+    multiplier: f64,
+    /// The particles, if it is not one point.
+    patch: Patch,
 }
 
 impl Grab {
@@ -194,7 +254,73 @@ impl Grab {
             compliance: Compliance::new(compliance).unwrap_or_default(),
             damping: Damping::new(damping).unwrap_or_default(),
             max_force: Force::new(50.0 * weight).unwrap_or_default(),
+            hold: Hold::Point,
+            glide: Glide::default(),
         }
+    }
+
+    /// The same grab of a patch with a radius [m] and a stiffness relative to [`on`](Self::on).
+    /// The target is for the weighted mean of the patch.
+    #[must_use]
+    pub fn of_patch(mut self, radius: f32, stiffness: f32) -> Self {
+        let softened = self.compliance.get() / stiffness;
+        let compliance = softened.clamp(0.0, 1e12);
+        self.damping = Damping::new((self.damping.get() / stiffness.sqrt()).clamp(0.0, 1.0))
+            .unwrap_or_default();
+        self.compliance = Compliance::new(compliance).unwrap_or_default();
+        if radius > 0.0 {
+            self.hold = Hold::Patch { radius };
+        }
+        self
+    }
+
+    /// Weighted mean of `at` over the held particles of a body.
+    #[must_use]
+    pub fn mean(&self, topology: &Topology, at: impl Fn(usize) -> DVec3) -> DVec3 {
+        let mut patch = Patch::default();
+        patch.update(self, topology, |_| false);
+        match patch.terms() {
+            [] => self.point.mean(at),
+            terms => mean(terms.iter().copied(), at),
+        }
+    }
+
+    /// Moves the target to `goal` [m] at constant velocity over a time [s], and at least to the end
+    /// of a tick of `tick` seconds.
+    pub fn glide_to(&mut self, goal: Vec3, seconds: f32, tick: f32) {
+        self.glide = Glide { goal, seconds };
+        self.aim(tick);
+    }
+
+    /// Ends a tick of `tick` seconds, of which a fraction was computed: the next motion begins
+    /// where the target is.
+    pub fn end_tick(&mut self, fraction: Option<f32>, tick: f32) {
+        self.from = match fraction {
+            Some(fraction) => self.from.lerp(self.target, fraction),
+            None => self.target,
+        };
+        if self.glide.seconds > 0.0 {
+            self.aim(tick);
+        }
+    }
+
+    /// Sets the target of the next tick on the way to the goal.
+    fn aim(&mut self, tick: f32) {
+        let Glide { goal, seconds } = self.glide;
+        if seconds > tick {
+            self.target = self.from.lerp(goal, tick / seconds);
+            self.glide.seconds = seconds - tick;
+        } else {
+            self.target = goal;
+            self.glide.seconds = 0.0;
+        }
+    }
+
+    /// Particles and weights, for a patch of this grab.
+    fn terms(&self, patch: &Patch) -> impl Iterator<Item = (usize, f64)> + Clone {
+        let own = patch.terms().is_empty().then(|| self.point.wide_terms());
+        let patch = patch.terms().iter().copied();
+        own.into_iter().flatten().chain(patch)
     }
 
     /// Target at the end of substep number `substep` of `substeps`, and its displacement per
@@ -209,9 +335,14 @@ impl Grab {
 impl BodyEffect for Grab {
     type State = GrabState;
     type Scope = WholeBody;
-    type ReferenceState = f64;
+    type ReferenceState = ReferenceGrab;
     const PHASE: BodyPhase = BodyPhase::IterationEnd;
     const WORK: WorkOf = WorkOf::Grab;
+
+    fn begin_tick(&self, state: &mut GrabState, topology: &Topology, positions: &[Vec4]) {
+        let is_pinned = |i: usize| positions[i].w == 0.0;
+        state.patch.update(self, topology, is_pinned);
+    }
 
     fn solve(&self, state: &mut GrabState, mut part: Part, pass: &BodyPass) -> bool {
         if pass.iteration.0 == 0 {
@@ -219,59 +350,94 @@ impl BodyEffect for Grab {
         }
         let h = f64::from(pass.h);
         let (target, travel) = self.target_in(pass.substep);
-        let held = self.point.mean(|i| part.predicted(i));
+        if self.hold == Hold::Pins {
+            // Substeps begin without motion of pins: once per substep.
+            if pass.iteration.0 == 0 {
+                for &(i, _) in state.patch.terms() {
+                    part.shift(i, travel);
+                }
+            }
+            return false;
+        }
+        let terms = self.terms(&state.patch);
+        let held = mean(terms.clone(), |i| part.predicted(i));
         let d = held - target;
         let distance = d.length();
-        let weight = self.point.inverse_mass(part.positions);
+        let weights = terms.clone();
+        let weights = weights.map(|(i, b)| b * b * f64::from(part.positions[i].w));
+        let weight: f64 = weights.sum();
         if weight == 0.0 || distance == 0.0 {
             return false;
         }
         let direction = d / distance;
         let alpha = f64::from(self.compliance) / (h * h);
         let gamma = f64::from(self.damping.get()) / h;
-        let moved = direction.dot(held - self.point.mean(|i| part.start(i)) - travel);
+        let moved = direction.dot(held - mean(terms.clone(), |i| part.start(i)) - travel);
         let multiplier = f64::from(state.multiplier);
         let change =
             -(distance + alpha * multiplier + gamma * moved) / ((1.0 + gamma) * weight + alpha);
         let limit = f64::from(self.max_force.get()) * h * h;
         let next = (multiplier + change).clamp(-limit, limit);
+        let push = direction * (next - multiplier);
+        for (i, b) in terms {
+            let weight = b * f64::from(part.positions[i].w);
+            part.shift(i, push * weight);
+        }
         state.multiplier = next as f32;
-        self.point.push(&mut part, direction * (next - multiplier));
         false
+    }
+
+    fn prepare_reference(
+        &self,
+        state: &mut ReferenceGrab,
+        topology: &Topology,
+        _: &[DVec3],
+        w: &[f64],
+    ) {
+        state.patch.update(self, topology, |i| w[i] == 0.0);
     }
 
     fn solve_reference(
         &self,
-        multiplier: &mut f64,
+        state: &mut ReferenceGrab,
         body: ReferenceParticles,
         pass: &ReferencePass,
     ) {
         if pass.iteration.0 == 0 {
-            *multiplier = 0.0;
+            state.multiplier = 0.0;
         }
         let h = pass.h;
         let (target, travel) = self.target_in(pass.substep);
-        let held = self.point.mean(|i| body.x[i]);
+        if self.hold == Hold::Pins {
+            if pass.iteration.0 == 0 {
+                for &(i, _) in state.patch.terms() {
+                    body.x[i] += travel;
+                }
+            }
+            return;
+        }
+        let terms = self.terms(&state.patch);
+        let held = mean(terms.clone(), |i| body.x[i]);
         let d = held - target;
-        let terms = || self.point.terms().map(|(i, b)| (i.index(), f64::from(b)));
-        let weight: f64 = terms().map(|(i, b)| b * b * body.w[i]).sum();
+        let weight: f64 = terms.clone().map(|(i, b)| b * b * body.w[i]).sum();
         if weight == 0.0 || d.length() == 0.0 {
             return;
         }
         let direction = d / d.length();
         let alpha = f64::from(self.compliance) / (h * h);
         let gamma = f64::from(self.damping.get()) / h;
-        let moved = direction.dot(held - self.point.mean(|i| body.p[i]) - travel);
-        let left = d.length() + alpha * *multiplier + gamma * moved;
+        let moved = direction.dot(held - mean(terms.clone(), |i| body.p[i]) - travel);
+        let before = state.multiplier;
+        let left = d.length() + alpha * before + gamma * moved;
         let limit = f64::from(self.max_force.get()) * h * h;
-        let before = *multiplier;
-        *multiplier = (before - left / ((1.0 + gamma) * weight + alpha)).clamp(-limit, limit);
-        for (i, b) in terms() {
-            body.x[i] += direction * (body.w[i] * b * (*multiplier - before));
+        let after = (before - left / ((1.0 + gamma) * weight + alpha)).clamp(-limit, limit);
+        for (i, b) in terms {
+            body.x[i] += direction * (body.w[i] * b * (after - before));
         }
+        state.multiplier = after;
     }
 
-    fn bytes(_: &GrabState) -> usize {
-        0
+    fn bytes(state: &GrabState) -> usize {
+        state.patch.bytes()
     }
 }

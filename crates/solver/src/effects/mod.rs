@@ -31,7 +31,7 @@ pub mod weave;
 pub mod all {
     pub use super::{
         bend::Bend,
-        grab::{Grab, GrabState, SurfacePoint},
+        grab::{Glide, Grab, GrabState, Hold, SurfacePoint},
         isometric_bend::IsometricBend,
         membrane::Membrane,
         neo_hookean::NeoHookean,

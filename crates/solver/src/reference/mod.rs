@@ -163,7 +163,7 @@ impl World {
             .iter_mut()
             .filter_map(|body| body.effects.grab.as_mut())
         {
-            grab.from = grab.target;
+            grab.end_tick(None, self.settings.tick_seconds() as f32);
         }
         self.time += self.settings.tick_seconds();
     }

@@ -158,7 +158,7 @@ impl Body {
     ) -> bool {
         if let Some(grab) = &mut self.effects.grab {
             self.rest.reset();
-            grab.from = grab.target;
+            grab.end_tick(None, seconds as f32);
             return false;
         }
         let positions = (

@@ -13,7 +13,8 @@
 //! gravity adds the same amount in each substep. It is added to c instead, so that u − c is exact
 //! and the error goes into the position.
 //!
-//! Pinned particles (inverse mass 0) are bitwise unaffected.
+//! Pinned particles (inverse mass 0) are bitwise unaffected, unless a [grab](crate::Grab) moves
+//! them; they have no velocity.
 //! Sources: Müller and others, *Position Based Dynamics* (2007), algorithm 1; Macklin and others,
 //! *Small Steps in Physics Simulation* (2019), algorithm 1; Knuth, *The Art of Computer
 //! Programming* 2, theorem 4.2.2C (the rounding error of a sum is representable, and found by two
@@ -131,6 +132,10 @@ impl<const END: bool, const BEGIN: bool> SimdWork for Pass<'_, END, BEGIN> {
 #[inline(always)]
 fn one<const END: bool, const BEGIN: bool>(p: &mut Vec4, u: &mut Vec4, c: &mut Vec4, push: Vec4) {
     if p.w == 0.0 {
+        // A grab has moved a pin.
+        if END && *u != *c {
+            (*p, *c) = exact_sum(*p, *u);
+        }
         *u = *c;
         return;
     }

@@ -35,6 +35,11 @@ pub fn undoing(world: &World, action: &Action) -> (Undoing, String) {
             (Undoing::Values(values), title(world, action))
         }
         Action::Grab { .. }
+        | Action::Brush { .. }
+        | Action::GrabPins { .. }
+        | Action::AddCollider { .. }
+        | Action::SetCollider { .. }
+        | Action::RemoveCollider { .. }
         | Action::Pin { .. }
         | Action::Unpin { .. }
         | Action::Deform { .. }
@@ -42,7 +47,9 @@ pub fn undoing(world: &World, action: &Action) -> (Undoing, String) {
         | Action::Restore { .. }
         | Action::Spawn(_)
         | Action::Despawn { .. } => (Undoing::State, title(world, action)),
-        Action::MoveGrab { .. } | Action::Release { .. } => (Undoing::Part, String::new()),
+        Action::MoveGrab { .. } | Action::MovePins { .. } | Action::Release { .. } => {
+            (Undoing::Part, String::new())
+        }
     }
 }
 
@@ -171,8 +178,14 @@ fn title(world: &World, action: &Action) -> String {
         Action::AddEffect { effect, .. } => format!("Add {}", within(&effect_title(effect))),
         Action::RemoveEffect { effect, .. } => format!("Remove {}", within(&effect_title(effect))),
         Action::SetDensity { .. } => "Density".to_owned(),
-        Action::Grab { body, .. } => format!("Drag {}", name(body)),
-        Action::MoveGrab { .. } | Action::Release { .. } => "Drag".to_owned(),
+        Action::Grab { body, .. } | Action::Brush { body, .. } => format!("Drag {}", name(body)),
+        Action::GrabPins { .. } => "Move pins".to_owned(),
+        Action::AddCollider { .. } => "Add collider".to_owned(),
+        Action::SetCollider { .. } => "Move collider".to_owned(),
+        Action::RemoveCollider { .. } => "Delete collider".to_owned(),
+        Action::MoveGrab { .. } | Action::MovePins { .. } | Action::Release { .. } => {
+            "Drag".to_owned()
+        }
         Action::Pin { .. } => "Pin".to_owned(),
         Action::Unpin { .. } => "Unpin".to_owned(),
         Action::Deform { deformation, .. } => match deformation {

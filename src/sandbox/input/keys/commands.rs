@@ -7,15 +7,29 @@ use crate::sandbox::state::{
     keep::KeepRequest,
     request::{Request, Requested},
     selection::{Scope, Selection},
-    spawn::SpawnPlace,
+    spawn::{MAX_BODIES, SpawnPlace},
 };
 use bevy::{ecs::system::SystemParam, prelude::*};
+use std::time::{Duration, Instant};
 
 use super::Command;
 use crate::{
-    sandbox::state::view::{LastGrab, ViewCommand, ViewSettings},
-    simulation::{Pins, SimulationClock, SimulationSettings},
+    sandbox::{
+        input::pointer::Pointer,
+        state::view::{HoveredPin, LastGrab, ViewCommand, ViewSettings},
+    },
+    simulation::{Pins, SimulationClock, SimulationSettings, SoftBody},
 };
+
+/// Shortest real time between two bodies of the rain of a held key.
+const POUR: Duration = Duration::from_millis(150);
+
+/// The rain of a held key.
+#[derive(Debug, Default)]
+pub(super) struct Pour {
+    number: u32,
+    last: Option<Instant>,
+}
 
 /// The state that commands read and change.
 #[derive(SystemParam)]
@@ -25,13 +39,17 @@ pub(super) struct Commander<'w, 's> {
     settings: Res<'w, SimulationSettings>,
     selection: Res<'w, Selection>,
     grab: Res<'w, LastGrab>,
-    pins: Query<'w, 's, &'static Pins>,
+    pointer: Res<'w, Pointer>,
+    hovered_pin: Res<'w, HoveredPin>,
+    bodies: Query<'w, 's, (&'static Pins, &'static SoftBody)>,
+    pour: Local<'s, Pour>,
     requests: MessageWriter<'w, Requested>,
     commands: MessageWriter<'w, ViewCommand>,
 }
 
 impl Commander<'_, '_> {
-    pub(super) fn carry_out(&mut self, command: Command) {
+    /// Carries out a command, of a key that was pressed or is held (`repeat`).
+    pub(super) fn carry_out(&mut self, command: Command, repeat: bool) {
         match command {
             Command::Pause => self.ask(Request::Pause(!self.clock.paused)),
             Command::Step => self.ask(Request::Step),
@@ -48,7 +66,10 @@ impl Commander<'_, '_> {
             Command::NextScene => self.ask(Request::NextScene),
             Command::PreviousScene => self.ask(Request::PreviousScene),
             Command::Pin => self.pin(),
+            Command::UnpinAll => self.ask(Request::UnpinAll),
+            Command::Drop if repeat => self.pour(),
             Command::Drop => self.ask(Request::Spawn(SpawnPlace::Pointer)),
+            Command::Shoot => self.ask(Request::Spawn(SpawnPlace::Shot)),
             Command::Remove => self.ask(Request::Remove),
             Command::Softer => self.compliance(true),
             Command::Stiffer => self.compliance(false),
@@ -86,14 +107,40 @@ impl Commander<'_, '_> {
         self.requests.write(Requested(request));
     }
 
+    /// Pins or unpins the held point, the pin or the point under the pointer, or the point that was
+    /// held last.
     fn pin(&mut self) {
-        if let Some(grab) = self.grab.0 {
-            let pinned = self
-                .pins
-                .get(grab.body)
-                .is_ok_and(|pins| pins.contains(&grab.vertex));
-            self.ask(Request::Pin(!pinned));
+        let held = self.grab.0.filter(|grab| grab.held);
+        let held = held.map(|grab| (grab.body, grab.vertex));
+        let hit = self.pointer.hit.filter(|_| !self.pointer.over_panel);
+        let hit = hit.and_then(|hit| {
+            let (_, topology) = self.bodies.get(hit.body).ok()?;
+            Some((hit.body, topology.numbering.vertex(hit.point.nearest())))
+        });
+        let last = self.grab.0.map(|grab| (grab.body, grab.vertex));
+        let Some((body, vertex)) = held.or(self.hovered_pin.0).or(hit).or(last) else {
+            return;
+        };
+        let pins = self.bodies.get(body);
+        let pinned = !pins.is_ok_and(|(pins, _)| pins.contains(&vertex));
+        self.ask(Request::PinVertex {
+            body,
+            vertex,
+            pinned,
+        });
+    }
+
+    /// Drops one of many bodies, unless the last one fell too recently.
+    fn pour(&mut self) {
+        if self.pour.last.is_some_and(|last| last.elapsed() < POUR) {
+            return;
         }
+        self.pour.last = Some(Instant::now());
+        if self.bodies.iter().count() >= MAX_BODIES {
+            return;
+        }
+        self.pour.number = self.pour.number.wrapping_add(1);
+        self.ask(Request::Spawn(SpawnPlace::Pour(self.pour.number)));
     }
 
     fn compliance(&mut self, softer: bool) {
