@@ -496,6 +496,8 @@ fn every_button_makes_its_request() {
     let wanted = [
         ("pause", Request::Pause(true)),
         ("step", Request::Step),
+        ("step_back", Request::StepBack),
+        ("undo", Request::Undo),
         ("restart", Request::Restart),
         ("scene.next", Request::NextScene),
         ("scene.previous", Request::PreviousScene),
