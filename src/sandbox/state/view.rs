@@ -44,6 +44,9 @@ pub struct ViewSettings {
     pub panel_side: Side,
     /// Height from the top of the window that the head-up line covers [logical px].
     pub head_up_height: f32,
+    /// Height of the window that the timeline covers at the bottom edge, beside the panel
+    /// [logical px]; 0 while there is none.
+    pub strip_height: f32,
 }
 
 impl Default for ViewSettings {
@@ -59,6 +62,7 @@ impl Default for ViewSettings {
             panel_width: 0.0,
             panel_side: Side::Right,
             head_up_height: 0.0,
+            strip_height: 0.0,
         }
     }
 }

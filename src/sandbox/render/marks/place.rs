@@ -86,6 +86,7 @@ mod tests {
             panel_width: 344.0,
             panel_side: Side::Right,
             head_up_height: 52.0,
+            strip_height: 34.0,
             ..default()
         };
         FreeArea::new(&view, Vec2::new(1280.0, 800.0))
