@@ -31,12 +31,12 @@ pub struct Mark {
 }
 
 /// Whether at least one of the points in camera space [m] is in the part of the window beside the
-/// panel.
+/// panel and above the timeline.
 pub fn is_in_view(points: impl IntoIterator<Item = Vec3>, area: &FreeArea) -> bool {
     points
         .into_iter()
         .filter_map(|point| area.project(point))
-        .any(|at| area.beside_panel.contains(at))
+        .any(|at| area.beside_panel.contains(at) && at.y <= area.clear.max.y)
 }
 
 /// One mark for each body, grouped where they would overlap.
