@@ -279,23 +279,23 @@ fn replace(world: &mut World, built: &BuiltScene) {
 
 /// Frames the scene from the direction that it names.
 fn look(world: &mut World, built: &BuiltScene, direction: Option<CameraSpec>, camera: Camera) {
-    let Some(view) = world.get_resource::<ViewSettings>().cloned() else {
-        return;
-    };
+    let view = world.get_resource::<ViewSettings>();
+    let view = view.cloned().unwrap_or_default();
     let mut windows = world.query_filtered::<&Window, With<PrimaryWindow>>();
     let size = windows.single(world).map_or(WINDOW, Window::size);
     let area = FreeArea::new(&view, size);
     let direction = direction.map_or_else(Orbit::default, |it| Orbit::look(it.eye, it.target));
     let points = Subject::with_motion(built).points;
-    world.resource_scope(|world, mut framed: Mut<Framed>| {
-        let mut cameras = world.query::<&mut OrbitCamera>();
-        if let Ok(mut orbit) = cameras.single_mut(world) {
-            framed.begin(&mut orbit, direction, points, area);
-            if camera == Camera::Jump {
-                orbit.now = orbit.goal;
-            }
-        }
-    });
+    let mut framed = Framed::default();
+    let mut cameras = world.query::<&mut OrbitCamera>();
+    let Ok(mut orbit) = cameras.single_mut(world) else {
+        return;
+    };
+    framed.begin(&mut orbit, direction, points, area);
+    if camera == Camera::Jump {
+        orbit.now = orbit.goal;
+    }
+    world.insert_resource(framed);
 }
 
 /// Size of a window that cannot be asked [px].

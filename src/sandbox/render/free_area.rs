@@ -6,8 +6,8 @@ use bevy::prelude::*;
 
 /// Minimum distance of framed points from the edges of the free area, as a fraction of its size.
 const MARGIN: f32 = 0.05;
-/// Height at the lower edge of the window that is kept free of framed points and marks [logical px].
-const FOOT: f32 = 44.0;
+/// Space above the lower edge of the window or the timeline [logical px].
+const FOOT: f32 = 10.0;
 /// Minimum size of the area in which points are framed [logical px].
 const MIN_SIZE: f32 = 40.0;
 
@@ -18,7 +18,7 @@ pub struct FreeArea {
     pub window: Vec2,
     /// The area beside the panel, at full height. Its center is the center of the view.
     pub beside_panel: Rect,
-    /// The area for framed points and marks: without the head-up line and the lower edge.
+    /// The area for framed points and marks: without the head-up line and the timeline.
     pub clear: Rect,
 }
 
@@ -36,7 +36,7 @@ impl FreeArea {
             left,
             view.head_up_height.min(third),
             right,
-            window.y - FOOT.min(third),
+            window.y - (view.strip_height + FOOT).min(third),
         );
         Self {
             window,

@@ -31,12 +31,12 @@ pub struct Mark {
 }
 
 /// Whether at least one of the points in camera space [m] is in the part of the window beside the
-/// panel.
+/// panel and above the timeline.
 pub fn is_in_view(points: impl IntoIterator<Item = Vec3>, area: &FreeArea) -> bool {
     points
         .into_iter()
         .filter_map(|point| area.project(point))
-        .any(|at| area.beside_panel.contains(at))
+        .any(|at| area.beside_panel.contains(at) && at.y <= area.clear.max.y)
 }
 
 /// One mark for each body, grouped where they would overlap.
@@ -86,6 +86,7 @@ mod tests {
             panel_width: 344.0,
             panel_side: Side::Right,
             head_up_height: 52.0,
+            strip_height: 34.0,
             ..default()
         };
         FreeArea::new(&view, Vec2::new(1280.0, 800.0))
