@@ -17,7 +17,7 @@
 pub mod drawn;
 mod from_mesh;
 pub mod gizmos;
-mod hit;
+pub(crate) mod hit;
 mod ray_cast;
 mod surface;
 mod tube;
