@@ -5,9 +5,9 @@ use crate::simulation::{Action, SpawnOrder};
 use base64::{Engine, prelude::BASE64_STANDARD as BASE64};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-/// Version of the format. Version 2 added `Early`, version 3 the actions on pins, patches and
-/// colliders; earlier versions are still read.
-pub const VERSION: u32 = 3;
+/// Version of the format. Version 2 added `Early`, version 3 `State`, version 4 the actions on pins,
+/// patches and colliders; earlier ones are still read.
+pub const VERSION: u32 = 4;
 
 /// The header line.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -49,6 +49,14 @@ pub enum Line {
     Restart {
         /// Ticks before that state was taken.
         tick: u64,
+    },
+    /// The state was replaced by an earlier or later one, by undo, redo or the timeline. The scene
+    /// to which a restart leads stays the same.
+    State {
+        /// Ticks before the state was taken.
+        tick: u64,
+        /// Snapshot of the state, in base64.
+        state: String,
     },
     /// An action was carried out.
     Do {
@@ -93,6 +101,7 @@ impl Line {
         match self {
             Self::Scene { tick, .. }
             | Self::Restart { tick }
+            | Self::State { tick, .. }
             | Self::Do { tick, .. }
             | Self::Add { tick, .. }
             | Self::Early { tick, .. }
