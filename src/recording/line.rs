@@ -5,9 +5,9 @@ use crate::simulation::{Action, SpawnOrder};
 use base64::{Engine, prelude::BASE64_STANDARD as BASE64};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-/// Version of the format. Version 2 added `Early`, version 3 `State` and the actions on pins, patches and
-/// colliders; earlier versions are still read.
-pub const VERSION: u32 = 3;
+/// Version of the format. Version 2 added `Early`, version 3 `State`, version 4 the actions on pins,
+/// patches and colliders; earlier ones are still read.
+pub const VERSION: u32 = 4;
 
 /// The header line.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -5,9 +5,10 @@ use crate::{
     effect::EffectRegistry,
     sandbox::panel::gather,
     simulation::{
-        Action, BodyDensity, SimulationSettings, SpawnOrder, action, plain::bodies_in_order,
+        Action, BodyDensity, SimulationClock, SimulationSettings, SpawnOrder, action,
+        plain::bodies_in_order,
     },
-    solver::Deformation,
+    solver::{Collider, Deformation, Path},
 };
 use bevy::prelude::*;
 
@@ -34,6 +35,9 @@ pub fn undoing(world: &World, action: &Action) -> (Undoing, String) {
             let values = inverse(world, action);
             (Undoing::Values(values), title(world, action))
         }
+        Action::SetCollider { collider, .. } if moves(world, *collider) => {
+            (Undoing::Part, String::new())
+        }
         Action::Grab { .. }
         | Action::Brush { .. }
         | Action::GrabPins { .. }
@@ -51,6 +55,16 @@ pub fn undoing(world: &World, action: &Action) -> (Undoing, String) {
             (Undoing::Part, String::new())
         }
     }
+}
+
+/// Simulated time after which a collider that was dragged is dragged anew [s].
+const PAUSE: f64 = 0.25;
+
+/// Whether a collider is being dragged.
+fn moves(world: &World, collider: Entity) -> bool {
+    let now = world.resource::<SimulationClock>().time();
+    let found = world.get::<Collider>(collider).map(|it| &it.path);
+    matches!(found, Some(Path::Glide { end, .. }) if now < end + PAUSE)
 }
 
 /// Actions that set the values back that an action sets; none for other actions.
@@ -179,13 +193,13 @@ fn title(world: &World, action: &Action) -> String {
         Action::RemoveEffect { effect, .. } => format!("Remove {}", within(&effect_title(effect))),
         Action::SetDensity { .. } => "Density".to_owned(),
         Action::Grab { body, .. } | Action::Brush { body, .. } => format!("Drag {}", name(body)),
-        Action::GrabPins { .. } => "Move pins".to_owned(),
-        Action::AddCollider { .. } => "Add collider".to_owned(),
-        Action::SetCollider { .. } => "Move collider".to_owned(),
-        Action::RemoveCollider { .. } => "Delete collider".to_owned(),
+        Action::GrabPins { .. } => "Drag pins".to_owned(),
         Action::MoveGrab { .. } | Action::MovePins { .. } | Action::Release { .. } => {
             "Drag".to_owned()
         }
+        Action::AddCollider { .. } => "Add collider".to_owned(),
+        Action::SetCollider { .. } => "Move collider".to_owned(),
+        Action::RemoveCollider { .. } => "Delete collider".to_owned(),
         Action::Pin { .. } => "Pin".to_owned(),
         Action::Unpin { .. } => "Unpin".to_owned(),
         Action::Deform { deformation, .. } => match deformation {
