@@ -7,8 +7,8 @@ use crate::sandbox::{
 };
 use bevy::prelude::Resource;
 use bevy_egui::egui::{
-    self, Align2, Area, Button, Context, Frame, Id, Key, Label, Margin, Order, Rect, RichText,
-    Stroke, TextEdit, Ui, Vec2,
+    Align2, Area, Button, Context, Frame, Id, Key, Label, Margin, Order, Rect, RichText, Stroke,
+    TextEdit, Ui, Vec2,
 };
 use std::path::PathBuf;
 
