@@ -11,7 +11,7 @@ use crate::sandbox::{
     },
     ui::theme,
 };
-use bevy_egui::egui::{Button, RichText, Ui, Vec2};
+use bevy_egui::egui::{Button, RichText, Ui};
 
 /// Draws the menu's button.
 pub fn menu(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
@@ -118,9 +118,7 @@ fn entry(
     help: &str,
     request: Request,
 ) {
-    let button = Button::new(text)
-        .shortcut_text(key)
-        .min_size(Vec2::new(ui.available_width(), 0.0));
+    let button = Button::new(text).shortcut_text(key);
     let response = ui.add(button).on_hover_text(help);
     panel.note(name, &response, ui);
     if response.clicked() {

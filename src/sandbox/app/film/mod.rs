@@ -208,7 +208,7 @@ fn take(world: &mut World) {
             }
             true
         }
-        Stage::Taking { start, taken, .. } => steps - *start >= *taken,
+        Stage::Taking { start, taken, .. } => steps.saturating_sub(*start) >= *taken,
         Stage::Off | Stage::Encoding { .. } => return,
     };
     let Stage::Taking {
