@@ -36,7 +36,7 @@ use crate::{
             accuracy::CardRects, gallery::GalleryRects, plots::PlotRects,
             quarantine::QuarantineRects,
         },
-        panel::PanelRects,
+        panel::{PanelRects, time_strip::TimeStripRects},
         render::camera::OrbitCamera,
         render::coloring::LegendRects,
         ui::message::Notices,
@@ -140,8 +140,9 @@ fn write_scenes(mut journal: ResMut<Journal>, mut loaded: MessageReader<SceneLoa
 
 fn write_widgets(
     mut journal: ResMut<Journal>,
-    (panel, card, gallery, quarantine, legend, plots): (
+    (panel, strip, card, gallery, quarantine, legend, plots): (
         Res<PanelRects>,
+        Res<TimeStripRects>,
         Res<CardRects>,
         Res<GalleryRects>,
         Res<QuarantineRects>,
@@ -151,13 +152,15 @@ fn write_widgets(
     window: Option<Single<&Window, With<PrimaryWindow>>>,
 ) {
     let cards = card.is_changed() || gallery.is_changed() || quarantine.is_changed();
-    let changed = panel.is_changed() || cards || legend.is_changed() || plots.is_changed();
+    let shown = strip.is_changed() || legend.is_changed() || plots.is_changed();
+    let changed = panel.is_changed() || cards || shown;
     let (true, Some(window)) = (changed, window) else {
         return;
     };
     let scale = window.scale_factor();
     let now: BTreeMap<String, Rect> = panel
         .iter()
+        .chain(strip.iter())
         .chain(card.iter())
         .chain(gallery.iter())
         .chain(quarantine.iter())
