@@ -38,6 +38,7 @@ pub fn undoing(world: &World, action: &Action) -> (Undoing, String) {
         | Action::Pin { .. }
         | Action::Unpin { .. }
         | Action::Deform { .. }
+        | Action::ResetShape { .. }
         | Action::Restore { .. }
         | Action::Spawn(_)
         | Action::Despawn { .. } => (Undoing::State, title(world, action)),
@@ -181,6 +182,7 @@ fn title(world: &World, action: &Action) -> String {
             _ => "Deform",
         }
         .to_owned(),
+        Action::ResetShape { .. } => "Reset shape".to_owned(),
         Action::Restore { body } => format!("Resume {}", name(body)),
         Action::Spawn(new) => format!("Add {}", new.body.name),
         Action::Despawn { body } => format!("Delete {}", name(body)),
