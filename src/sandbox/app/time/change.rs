@@ -209,7 +209,7 @@ fn title(world: &World, action: &Action) -> String {
             _ => "Deform",
         }
         .to_owned(),
-        Action::ResetShape { body } => format!("Reset the shape of {}", name(body)),
+        Action::ResetShape { .. } => "Reset shape".to_owned(),
         Action::Restore { body } => format!("Resume {}", name(body)),
         Action::Spawn(new) => format!("Add {}", new.body.name),
         Action::Despawn { body } => format!("Delete {}", name(body)),

@@ -154,6 +154,8 @@ impl Plugin for PlotsPlugin {
                 (take_in, pull)
                     .chain()
                     .after(StepSystems::End)
+                    // They only read the simulation, as everything else after the end of a tick.
+                    .ambiguous_with_all()
                     .run_if(tick_ended),
             )
             .add_systems(Update, (forget, obey, measure_frames).chain())
