@@ -257,7 +257,7 @@ fn ropes_of_every_material_stay_whole_at_the_default_substeps() {
             world.tick();
             let body = &world.bodies[0];
             assert!(body.quarantine.is_none(), "{name} diverged in tick {tick}");
-            let ends = [0, 24].map(|end| body.particle(VertexIndex(end)));
+            let ends = [0, 24].map(|end| body.topology.particle(VertexIndex(end)));
             let [pinned, free] = ends.map(|end| body.particles.positions[end].truncate());
             assert!(pinned.distance(free) < 1.5, "{name} in tick {tick}");
         }
