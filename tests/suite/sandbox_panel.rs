@@ -744,7 +744,7 @@ fn a_search_of_the_panel_shows_only_what_matches_and_says_when_nothing_does() {
     let pointer = searched("theme");
     assert!(has(&pointer, "settings.dark") && !has(&pointer, "settings.low"));
     let pointer = searched("duplicate");
-    assert!(has(&pointer, "duplicate") && !has(&pointer, "effect.stretch"));
+    assert!(has(&pointer, "edit") && !has(&pointer, "effect.stretch"));
     let mut pointer = searched("zzz");
     assert!(!has(&pointer, "effect.stretch") && !has(&pointer, "squash"));
     let cleared = pointer.press_widget("search.clear");
@@ -765,9 +765,9 @@ fn typing_into_the_search_asks_for_it_and_the_key_puts_the_cursor_there() {
 #[test]
 fn the_selection_is_edited_by_buttons_and_menus() {
     let mut pointer = panel_pointer();
+    assert_eq!(pointer.press_widget("edit"), []);
     assert_eq!(pointer.press_widget("duplicate"), [Request::Duplicate]);
     assert_eq!(pointer.press_widget("hide"), [Request::Hide(true)]);
-    assert_eq!(pointer.press_widget("edit"), []);
     let color = pointer.press_widget("edit.color.1");
     assert_eq!(color, [Request::Color([0, 158, 142])]);
     let copied = pointer.press_widget("edit.copy");

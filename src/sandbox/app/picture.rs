@@ -77,6 +77,10 @@ pub fn picture(
     write(&render(built, camera, size, false)?, path)
 }
 
+/// Distance of the camera of a small picture, as a fraction of that which frames the ball around
+/// all bodies with a margin.
+const NEARER: f32 = 0.87;
+
 /// Renders a picture for the scene browser: at twice the size, then averaged over squares of four
 /// pixels. `camera` gives the direction; all bodies are framed.
 ///
@@ -203,7 +207,14 @@ fn orbit(camera: Option<CameraSpec>, world: &mut World, size: UVec2, fits: bool)
         .iter(world)
         .map(|drawn| (drawn.low, drawn.high))
         .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
-        .map_or(orbit, |(low, high)| orbit.framing(low, high, aspect))
+        .map_or(orbit, |(low, high)| {
+            let framed = orbit.framing(low, high, aspect);
+            let nearer = if fits { NEARER } else { 1.0 };
+            Orbit {
+                distance: nearer * framed.distance,
+                ..framed
+            }
+        })
 }
 
 /// The captured image.

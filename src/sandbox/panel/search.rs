@@ -59,7 +59,7 @@ pub fn field(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         let button = ui
             .add_enabled(
                 !model.search.text.is_empty(),
-                Button::new("⌫").min_size([clear, theme::ROW].into()),
+                Button::new("×").min_size([clear, theme::ROW].into()),
             )
             .on_hover_text("Clear the search (Esc)");
         panel.note("search.clear", &button, ui);
