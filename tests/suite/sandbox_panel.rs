@@ -731,6 +731,7 @@ fn a_search_of_the_panel_shows_only_what_matches_and_says_when_nothing_does() {
     let searched = |text: &str| {
         let search = PanelSearch {
             text: text.to_owned(),
+            open: true,
             focus: false,
         };
         Pointer::new(PanelModel { search, ..model() }, SIZES[0])
@@ -748,13 +749,14 @@ fn a_search_of_the_panel_shows_only_what_matches_and_says_when_nothing_does() {
     let mut pointer = searched("zzz");
     assert!(!has(&pointer, "effect.stretch") && !has(&pointer, "squash"));
     let cleared = pointer.press_widget("search.clear");
-    assert_eq!(cleared, [Request::Search(String::new())]);
+    assert_eq!(cleared, [Request::CloseSearch]);
 }
 
 #[test]
 fn typing_into_the_search_asks_for_it_and_the_key_puts_the_cursor_there() {
     let mut pointer = panel_pointer();
-    pointer.model.search.focus = true;
+    assert_eq!(pointer.press_widget("search.open"), [Request::FocusSearch]);
+    (pointer.model.search.open, pointer.model.search.focus) = (true, true);
     pointer.draw(Vec::new());
     pointer.model.search.focus = false;
     pointer.requests.clear();

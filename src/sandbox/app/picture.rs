@@ -9,6 +9,7 @@ use crate::{
     sandbox::{
         app::{
             display::{self, NoDisplay},
+            load::floor,
             screenshot,
         },
         panel::browser::card::PICTURE,
@@ -17,7 +18,7 @@ use crate::{
             camera::OrbitCamera,
             colliders::CollidersPlugin,
             orbit::Orbit,
-            stage::{self, StagePlugin},
+            stage::{self, FloorHeight, StagePlugin},
         },
         state::view::ViewSettings,
     },
@@ -182,6 +183,9 @@ fn render(
             RenderTarget::Image(target.clone().into()),
         ))
         .id();
+    // As in the window: no floor hides bodies that hang below it.
+    let floor = FloorHeight(floor(&built.world.bodies));
+    app.world_mut().insert_resource(floor);
     scene::spawn(built, app.world_mut());
     // The first frame creates the surfaces of the bodies, which framing needs.
     app.update();
