@@ -33,7 +33,10 @@ use serde_json::{Value, json};
 use crate::{
     sandbox::{
         lab::{accuracy::CardRects, gallery::GalleryRects, quarantine::QuarantineRects},
-        panel::{PanelRects, browser::BrowserRects, first_steps::FirstStepRects},
+        panel::{
+            PanelRects, browser::BrowserRects, first_steps::FirstStepRects,
+            time_strip::TimeStripRects,
+        },
         render::camera::OrbitCamera,
         ui::message::Notices,
     },
@@ -136,10 +139,11 @@ fn write_scenes(mut journal: ResMut<Journal>, mut loaded: MessageReader<SceneLoa
 
 fn write_widgets(
     mut journal: ResMut<Journal>,
-    (panel, browser, steps, card, gallery, quarantine): (
+    (panel, browser, steps, strip, card, gallery, quarantine): (
         Res<PanelRects>,
         Res<BrowserRects>,
         Res<FirstStepRects>,
+        Res<TimeStripRects>,
         Res<CardRects>,
         Res<GalleryRects>,
         Res<QuarantineRects>,
@@ -149,6 +153,7 @@ fn write_widgets(
     let changed = panel.is_changed()
         || browser.is_changed()
         || steps.is_changed()
+        || strip.is_changed()
         || card.is_changed()
         || gallery.is_changed()
         || quarantine.is_changed();
@@ -160,6 +165,7 @@ fn write_widgets(
         .iter()
         .chain(browser.iter())
         .chain(steps.iter())
+        .chain(strip.iter())
         .chain(card.iter())
         .chain(gallery.iter())
         .chain(quarantine.iter())

@@ -10,4 +10,5 @@ pub mod request;
 pub mod search;
 pub mod selection;
 pub mod spawn;
+pub mod time;
 pub mod view;

@@ -18,7 +18,7 @@ use crate::sandbox::{
 /// Width of the button that adds bodies [logical px].
 const ADD: f32 = 64.0;
 /// Width of the button that edits the selection [logical px].
-const EDIT: f32 = 56.0;
+const EDIT: f32 = 40.0;
 /// Maximum height of the list [logical px].
 const LIST: f32 = 360.0;
 

@@ -283,7 +283,7 @@ impl Card<'_> {
             colors.text
         };
         let text = if is_open {
-            format!("● {title}")
+            format!("⏵ {title}")
         } else {
             title.to_owned()
         };
