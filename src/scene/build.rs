@@ -405,6 +405,7 @@ fn body(
     check_start(spec, &body)?;
     let made = material.map(Material::effects).unwrap_or_default();
     body.effects = Effects {
+        stretch: spec.effects.stretch.or(made.stretch),
         bend: spec.effects.bend.or(made.bend),
         neo_hookean: spec.effects.neo_hookean.or(made.neo_hookean),
         membrane: spec.effects.membrane.or(made.membrane),

@@ -619,6 +619,8 @@ fn quarantined_bodies_are_named_and_one_button_restores_all_that_are_shown() {
             inverted: 0,
             particles: 8,
             state: BodyState::Quarantined("non-finite state of vertex 3 after stretch".to_owned()),
+            hidden: false,
+            color: [0; 3],
         });
     }
     let mut pointer = Pointer::new(frozen, SIZES[0]);
@@ -821,6 +823,7 @@ fn a_search_of_the_panel_shows_only_what_matches_and_says_when_nothing_does() {
     let searched = |text: &str| {
         let search = PanelSearch {
             text: text.to_owned(),
+            open: true,
             focus: false,
         };
         Pointer::new(PanelModel { search, ..model() }, SIZES[0])
@@ -834,17 +837,18 @@ fn a_search_of_the_panel_shows_only_what_matches_and_says_when_nothing_does() {
     let pointer = searched("theme");
     assert!(has(&pointer, "settings.dark") && !has(&pointer, "settings.low"));
     let pointer = searched("duplicate");
-    assert!(has(&pointer, "duplicate") && !has(&pointer, "effect.stretch"));
+    assert!(has(&pointer, "edit") && !has(&pointer, "effect.stretch"));
     let mut pointer = searched("zzz");
     assert!(!has(&pointer, "effect.stretch") && !has(&pointer, "squash"));
     let cleared = pointer.press_widget("search.clear");
-    assert_eq!(cleared, [Request::Search(String::new())]);
+    assert_eq!(cleared, [Request::CloseSearch]);
 }
 
 #[test]
 fn typing_into_the_search_asks_for_it_and_the_key_puts_the_cursor_there() {
     let mut pointer = panel_pointer();
-    pointer.model.search.focus = true;
+    assert_eq!(pointer.press_widget("search.open"), [Request::FocusSearch]);
+    (pointer.model.search.open, pointer.model.search.focus) = (true, true);
     pointer.draw(Vec::new());
     pointer.model.search.focus = false;
     pointer.requests.clear();
@@ -855,9 +859,9 @@ fn typing_into_the_search_asks_for_it_and_the_key_puts_the_cursor_there() {
 #[test]
 fn the_selection_is_edited_by_buttons_and_menus() {
     let mut pointer = panel_pointer();
+    assert_eq!(pointer.press_widget("edit"), []);
     assert_eq!(pointer.press_widget("duplicate"), [Request::Duplicate]);
     assert_eq!(pointer.press_widget("hide"), [Request::Hide(true)]);
-    assert_eq!(pointer.press_widget("edit"), []);
     let color = pointer.press_widget("edit.color.1");
     assert_eq!(color, [Request::Color([0, 158, 142])]);
     let copied = pointer.press_widget("edit.copy");

@@ -8,6 +8,7 @@ use crate::{
     sandbox::{
         app::{
             display::{self, NoDisplay},
+            load::floor,
             screenshot,
         },
         panel::browser::card::PICTURE,

@@ -121,8 +121,10 @@ fn carry_out_one(world: &mut World, request: Request) {
         Request::Search(text) => world.resource_mut::<PanelSearch>().text = text,
         Request::FocusSearch => {
             world.resource_mut::<ViewSettings>().panel_visible = true;
-            world.resource_mut::<PanelSearch>().focus = true;
+            let mut search = world.resource_mut::<PanelSearch>();
+            (search.open, search.focus) = (true, true);
         }
+        Request::CloseSearch => *world.resource_mut::<PanelSearch>() = PanelSearch::default(),
         Request::NextScene => command(world, ViewCommand::NextScene),
         Request::PreviousScene => command(world, ViewCommand::PreviousScene),
         Request::Restart => command(world, ViewCommand::Restart),

@@ -25,7 +25,6 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     section(ui, panel, "Bodies", |ui, panel| {
         selection::show(ui, panel, model);
         state(ui, panel, model);
-        edit::show(ui, panel, model);
         buttons(ui, panel, model);
     });
 }

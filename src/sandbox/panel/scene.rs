@@ -64,7 +64,7 @@ fn picker(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         if previous.clicked() {
             panel.ask(Request::PreviousScene);
         }
-        let width = ui.available_width() - side.x - theme::GAP;
+        let width = ui.available_width() - 2.0 * (side.x + theme::GAP);
         let title = RichText::new(&model.scene_title).color(theme::of(ui).strong);
         let browse = ui
             .add_sized([width, side.y], Button::new(title).truncate())
@@ -79,6 +79,13 @@ fn picker(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         panel.note("scene.next", &next, ui);
         if next.clicked() {
             panel.ask(Request::NextScene);
+        }
+        let search = ui
+            .add_sized(side, arrow("/"))
+            .on_hover_text("Search effects, parameters and settings (/)");
+        panel.note("search.open", &search, ui);
+        if search.clicked() {
+            panel.ask(Request::FocusSearch);
         }
     });
 }

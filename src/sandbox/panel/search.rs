@@ -37,8 +37,11 @@ impl Query {
     }
 }
 
-/// Draws the search field.
+/// Draws the search field while it is open.
 pub fn field(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
+    if !model.search.open {
+        return;
+    }
     let mut text = model.search.text.clone();
     ui.horizontal(|ui| {
         let clear = theme::ROW + 6.0;
@@ -54,17 +57,14 @@ pub fn field(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         if field.changed() {
             panel.ask(Request::Search(text.clone()));
         }
-        let escaped = field.lost_focus() && ui.input(|input| input.key_pressed(Key::Escape));
+        let left = field.lost_focus();
+        let escaped = left && ui.input(|input| input.key_pressed(Key::Escape));
         field.on_hover_text("Effects, parameters and settings by name, title or description");
-        let button = ui
-            .add_enabled(
-                !model.search.text.is_empty(),
-                Button::new("⌫").min_size([clear, theme::ROW].into()),
-            )
-            .on_hover_text("Clear the search (Esc)");
+        let button = Button::new("×").min_size([clear, theme::ROW].into());
+        let button = ui.add(button).on_hover_text("End the search (Esc)");
         panel.note("search.clear", &button, ui);
-        if button.clicked() || (escaped && !model.search.text.is_empty()) {
-            panel.ask(Request::Search(String::new()));
+        if button.clicked() || escaped || (left && text.is_empty()) {
+            panel.ask(Request::CloseSearch);
         }
     });
 }

@@ -43,8 +43,10 @@ pub enum Request {
     Browser,
     /// Show only what matches this text in the panel; empty shows everything.
     Search(String),
-    /// Move the keyboard focus to the panel's search.
+    /// Show the panel's search and move the keyboard focus to it.
     FocusSearch,
+    /// Clear and hide the panel's search.
+    CloseSearch,
     /// Open the next scene.
     NextScene,
     /// Open the previous scene.

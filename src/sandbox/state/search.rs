@@ -7,6 +7,8 @@ use bevy::prelude::*;
 pub struct PanelSearch {
     /// The text; empty shows the whole panel.
     pub text: String,
+    /// Whether the field is shown.
+    pub open: bool,
     /// Whether the field takes the keyboard focus in the next frame.
     pub focus: bool,
 }

@@ -130,10 +130,11 @@ impl State {
             Some(scene) if other => reopen(world, scene),
             _ => Recorder::state_replaced(world),
         }
-        let kept = bodies.into_iter().filter(|body| {
+        let is_chosen = |body: &Entity| {
             let order = world.get::<SpawnOrder>(*body);
             order.is_some_and(|order| chosen.contains(order))
-        });
+        };
+        let kept = bodies.into_iter().filter(is_chosen);
         let scope = Scope::of(kept.map(Entity::to_bits));
         if let Some(mut selection) = world.get_resource_mut::<Selection>() {
             selection.set_if_neq(Selection(scope));
@@ -175,13 +176,12 @@ impl State {
 
 /// Spawn orders of the selected bodies.
 fn chosen(world: &World) -> Vec<SpawnOrder> {
-    let Some(Selection(scope)) = world.get_resource() else {
+    let Some(selection) = world.get_resource::<Selection>() else {
         return Vec::new();
     };
-    let bodies = scope.keys().filter_map(Entity::try_from_bits);
-    let entities = bodies.filter_map(|body| world.get_entity(body).ok());
-    entities
-        .filter_map(|body| body.get::<SpawnOrder>().copied())
+    let bodies = selection.0.keys().filter_map(Entity::try_from_bits);
+    bodies
+        .filter_map(|body| world.get_entity(body).ok()?.get().copied())
         .collect()
 }
 

@@ -1,4 +1,4 @@
-//! Duplicate, hide, and the menu to rename, color, copy and paste.
+//! The menu to rename, duplicate, hide and color bodies, and to copy and paste their parameters.
 
 use bevy_egui::egui::{
     Button, Color32, Grid, Id, PopupCloseBehavior, RichText, TextEdit, Ui, Vec2,
@@ -19,69 +19,59 @@ use crate::sandbox::{
 /// Width of the menu [logical px].
 const WIDTH: f32 = 240.0;
 
-/// Draws the buttons.
-pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
+/// Draws the button that opens the menu.
+pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, width: f32) {
     let selected: Vec<&BodyEntry> = model
         .bodies
         .iter()
         .filter(|body| model.scope.contains_key(body.key))
         .collect();
-    let any = !selected.is_empty();
-    let hidden = any && selected.iter().all(|body| body.hidden);
-    ui.horizontal(|ui| {
-        ui.spacing_mut().item_spacing.x = theme::GAP;
-        let width = (ui.available_width() - 2.0 * theme::GAP) / 3.0;
-        let pair = ui.allocate_ui(Vec2::new(2.0 * width + theme::GAP, theme::ROW), |ui| {
-            let buttons = [
-                RowButton {
-                    enabled: any,
-                    ..RowButton::new(
-                        "duplicate",
-                        "Duplicate",
-                        "Add copies of the selected bodies beside them, with all effects and \
-                         parameters",
-                    )
-                },
-                RowButton {
-                    enabled: any,
-                    selected: hidden,
-                    ..RowButton::new(
-                        "hide",
-                        if hidden { "Show" } else { "Hide" },
-                        "Draw the selected bodies or not. Hidden bodies are still simulated.",
-                    )
-                },
-            ];
-            section::button_row(ui, panel, &buttons)
-        });
-        match pair.inner {
-            Some(0) => panel.ask(Request::Duplicate),
-            Some(1) => panel.ask(Request::Hide(!hidden)),
-            _ => {}
-        }
-        menu(ui, panel, &selected, width);
-    });
-}
-
-fn menu(ui: &mut Ui, panel: &mut Panel, selected: &[&BodyEntry], width: f32) {
     ui.spacing_mut().interact_size.x = width;
-    ui.spacing_mut().button_padding.x = 2.0;
     let stays_open = PopupCloseBehavior::CloseOnClickOutside;
-    let button = Button::new("Edit ⏷").min_size(Vec2::new(width, theme::ROW + 2.0));
-    let (button, _) = MenuButton::from_button(button)
+    let (button, _) = MenuButton::new("Edit")
         .config(MenuConfig::new().close_behavior(stays_open))
         .ui(ui, |ui| {
             ui.set_width(WIDTH);
-            if let [body] = selected {
+            if let [body] = selected.as_slice() {
                 name(ui, panel, body);
                 ui.separator();
             }
-            colors(ui, panel, selected);
+            copies(ui, panel, &selected);
+            ui.separator();
+            colors(ui, panel, &selected);
             ui.separator();
             parameters(ui, panel);
         });
     panel.note("edit", &button, ui);
-    button.on_hover_text("Rename, color, copy and paste parameters");
+    button.on_hover_text(
+        "Rename, duplicate, hide and color the selected bodies; copy and paste their parameters",
+    );
+}
+
+fn copies(ui: &mut Ui, panel: &mut Panel, selected: &[&BodyEntry]) {
+    let any = !selected.is_empty();
+    let hidden = any && selected.iter().all(|body| body.hidden);
+    let help = "Add copies of the selected bodies beside them, with all effects and parameters";
+    let buttons = [
+        RowButton {
+            enabled: any,
+            ..RowButton::new("duplicate", "Duplicate", help)
+        },
+        RowButton {
+            enabled: any,
+            selected: hidden,
+            ..RowButton::new(
+                "hide",
+                if hidden { "Show" } else { "Hide" },
+                "Draw the selected bodies or not. Hidden bodies are still simulated.",
+            )
+        },
+    ];
+    match section::button_row(ui, panel, &buttons) {
+        Some(0) => panel.ask(Request::Duplicate),
+        Some(1) => panel.ask(Request::Hide(!hidden)),
+        _ => {}
+    }
 }
 
 /// The name of the selected body; Enter or leaving the field renames it.

@@ -67,7 +67,7 @@ fn own(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     for (name, text) in &model.presets {
         ui.horizontal(|ui| {
             let delete = ui
-                .add(Button::new("✖").frame_when_inactive(false))
+                .add(Button::new("×").frame_when_inactive(false))
                 .on_hover_text("Delete this preset");
             panel.note(format!("preset.{name}.delete"), &delete, ui);
             if delete.clicked() {

@@ -4,6 +4,7 @@ use bevy_egui::egui::{
     Button, Color32, ComboBox, Id, PopupCloseBehavior, RichText, ScrollArea, Sense, Ui, vec2,
 };
 
+use super::edit;
 use crate::sandbox::{
     panel::{
         Panel,
@@ -16,6 +17,8 @@ use crate::sandbox::{
 
 /// Width of the button that adds bodies [logical px].
 const ADD: f32 = 64.0;
+/// Width of the button that edits the selection [logical px].
+const EDIT: f32 = 40.0;
 /// Maximum height of the list [logical px].
 const LIST: f32 = 360.0;
 
@@ -32,7 +35,7 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         n => format!("{n} of {} bodies", model.bodies.len()),
     };
     ui.horizontal(|ui| {
-        let width = ui.available_width() - ADD - theme::GAP;
+        let width = ui.available_width() - ADD - EDIT - 2.0 * theme::GAP;
         let combo = ComboBox::from_id_salt("scope")
             .selected_text(RichText::new(shown).color(theme::of(ui).strong))
             .width(width)
@@ -44,6 +47,7 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
             "Selection: whose parameters are shown and changed. Grabbing a body selects it; Ctrl \
              click on bodies selects several.",
         );
+        edit::show(ui, panel, model, EDIT);
         spawn::show(ui, panel, model, ADD);
     });
 }

@@ -4,7 +4,7 @@ use bevy_egui::egui::{
     Align2, Area, Button, Color32, Context, CornerRadius, FontSelection, Frame, Id, Key, Label,
     Margin, Modifiers, Order, Pos2, Rect, Response, RichText, ScrollArea, Sense, Stroke,
     StrokeKind, TextEdit, TextStyle, TextureId, Ui, Vec2, WidgetInfo, WidgetText, WidgetType, pos2,
-    vec2,
+    style::ScrollAnimation, vec2,
 };
 
 use super::catalog::SceneEntry;
@@ -20,7 +20,7 @@ const MARGIN: f32 = 20.0;
 /// Minimum width of a tile [logical px].
 const TILE: f32 = 180.0;
 /// Size of the pictures [px].
-pub const PICTURE: [u32; 2] = [240, 150];
+pub const PICTURE: [u32; 2] = [200, 125];
 /// Height of a picture as a fraction of its width.
 const ASPECT: f32 = PICTURE[1] as f32 / PICTURE[0] as f32;
 /// Height of the title below a picture [logical px].
@@ -223,7 +223,7 @@ impl Card<'_> {
                         ui.clip_rect(),
                     );
                     if is_marked && state.scrolls {
-                        response.scroll_to_me(None);
+                        response.scroll_to_me_animation(None, ScrollAnimation::none());
                     }
                     if response.clicked() {
                         outcome.chosen = Some(entry.name.clone());
@@ -283,7 +283,7 @@ impl Card<'_> {
             colors.text
         };
         let text = if is_open {
-            format!("● {title}")
+            format!("⏵ {title}")
         } else {
             title.to_owned()
         };
@@ -321,7 +321,7 @@ fn head(ui: &mut Ui, state: &mut CardState, outcome: &mut Outcome) {
     ui.horizontal(|ui| {
         ui.heading(RichText::new("Scenes").color(theme::of(ui).strong));
         ui.add_space(8.0);
-        let buttons = 2.0 * (theme::ROW + theme::GAP + 8.0);
+        let buttons = 96.0;
         let field = TextEdit::singleline(&mut state.query)
             .hint_text("Search by name, title, description or effect")
             .desired_width(ui.available_width() - buttons);
@@ -336,7 +336,7 @@ fn head(ui: &mut Ui, state: &mut CardState, outcome: &mut Outcome) {
         // All typing goes here while the browser is open.
         field.request_focus();
         let clears = ui
-            .add_enabled(!state.query.is_empty(), Button::new("⌫"))
+            .add_enabled(!state.query.is_empty(), Button::new("Clear"))
             .on_hover_text("Clear the search");
         outcome
             .places
@@ -344,7 +344,7 @@ fn head(ui: &mut Ui, state: &mut CardState, outcome: &mut Outcome) {
         if clears.clicked() {
             state.query.clear();
         }
-        let closes = ui.button("✖").on_hover_text("Close (Esc)");
+        let closes = ui.button("×").on_hover_text("Close (Esc)");
         outcome
             .places
             .note("browser.close", &closes, ui.clip_rect());

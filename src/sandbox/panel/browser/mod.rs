@@ -149,6 +149,6 @@ mod tests {
             bytes += scene.picture.len();
         }
         // They are part of the program.
-        assert!(bytes < 1_500_000, "{bytes} bytes");
+        assert!(bytes < 1_200_000, "{bytes} bytes");
     }
 }
