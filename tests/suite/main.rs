@@ -114,5 +114,6 @@ mod support;
 mod support_app;
 mod torture;
 mod torture_program;
+mod torture_report;
 #[cfg(all(feature = "window", target_os = "linux"))]
 mod window;
