@@ -6,7 +6,8 @@ use super::{
 };
 use crate::scene::{BuiltScene, run::headless};
 use crate::simulation::{
-    Action, Applied, EndedEarly, SimulationClock, StepSchedule, StepSystems, state_hash, tick,
+    Action, Applied, Applying, EndedEarly, SimulationClock, StepSchedule, StepSystems, state_hash,
+    tick,
 };
 use bevy::prelude::*;
 use std::{
@@ -24,6 +25,9 @@ pub struct Recorder {
     begun: bool,
     /// Tick of the last hash.
     hashed: Option<u64>,
+    /// Whether the state was replaced since the last line. The next event writes it, so that
+    /// scrubbing does not write every state on the way.
+    replaced: bool,
     /// Error that stopped the recording.
     failure: Option<String>,
 }
@@ -43,6 +47,7 @@ impl Recorder {
             path: path.to_owned(),
             begun: false,
             hashed: None,
+            replaced: false,
             failure: None,
         };
         recorder.write(&Head::new());
@@ -55,13 +60,23 @@ impl Recorder {
     /// Adds the recorder to an app. Nothing is written before [`Self::scene_opened`].
     pub fn install(self, app: &mut App) {
         app.insert_resource(self)
+            .add_observer(|_: On<Applying>, mut commands: Commands| {
+                commands.queue(Self::write_replaced);
+            })
             .add_observer(note_action)
             .add_observer(note_early_end)
             .add_systems(
                 StepSchedule,
-                note_hash
-                    .after(StepSystems::End)
-                    .run_if(|clock: Res<SimulationClock>| !clock.mid_tick()),
+                (
+                    Self::write_replaced.before(StepSystems::Wake).run_if(
+                        |recorder: Res<Self>, clock: Res<SimulationClock>| {
+                            recorder.replaced && !clock.mid_tick()
+                        },
+                    ),
+                    note_hash
+                        .after(StepSystems::End)
+                        .run_if(|clock: Res<SimulationClock>| !clock.mid_tick()),
+                ),
             );
     }
 
@@ -94,6 +109,7 @@ impl Recorder {
             Ok(line) => {
                 recorder.begun = true;
                 recorder.hashed = None;
+                recorder.replaced = false;
                 recorder.write(&line);
             }
             Err(error) => recorder.failure = Some(error.to_string()),
@@ -105,14 +121,58 @@ impl Recorder {
         let tick = world.resource::<SimulationClock>().tick();
         if let Some(mut recorder) = world.get_resource_mut::<Self>() {
             recorder.hashed = None;
+            recorder.replaced = false;
             recorder.write(&Line::Restart { tick });
+        }
+    }
+
+    /// Records that the state was replaced by an earlier or later one, after
+    /// [`Self::scene_ends`]. The next event writes it. Does nothing without a recorder.
+    pub fn state_replaced(world: &mut World) {
+        if let Some(mut recorder) = world.get_resource_mut::<Self>() {
+            recorder.hashed = None;
+            recorder.replaced = true;
+        }
+    }
+
+    /// Records that a scene that had been open before was opened again, in another state than at
+    /// its beginning, to which a restart leads. Does nothing without a recorder.
+    pub fn scene_returned(world: &mut World, beginning: Snapshot) {
+        if let Some(mut recorder) = world.get_resource_mut::<Self>() {
+            recorder.begun = true;
+            recorder.write(&Line::Scene {
+                tick: beginning.built.world.tick,
+                name: beginning.about.name.clone(),
+                state: line::state(&beginning),
+            });
+        }
+        Self::state_replaced(world);
+    }
+
+    /// Writes the state if it was replaced.
+    fn write_replaced(world: &mut World) {
+        if !world.get_resource::<Self>().is_some_and(|it| it.replaced) {
+            return;
+        }
+        let line = Snapshot::take(world, About::default()).map(|snapshot| Line::State {
+            tick: snapshot.built.world.tick,
+            state: line::state(&snapshot),
+        });
+        let mut recorder = world.resource_mut::<Self>();
+        recorder.replaced = false;
+        match line {
+            Ok(line) if recorder.begun => recorder.write(&line),
+            Ok(_) => {}
+            Err(error) => recorder.failure = Some(error.to_string()),
         }
     }
 
     /// Records the final hash of a scene that is about to be closed. Does nothing without a
     /// recorder.
     pub fn scene_ends(world: &mut World) {
-        if !world.resource::<SimulationClock>().mid_tick() {
+        // A replaced state that nothing followed was not written.
+        let replaced = world.get_resource::<Self>().is_some_and(|it| it.replaced);
+        if !replaced && !world.resource::<SimulationClock>().mid_tick() {
             Self::hash(world, |tick, hash| Line::Hash { tick, hash });
         }
     }
@@ -125,6 +185,7 @@ impl Recorder {
         if world.resource::<SimulationClock>().mid_tick() {
             tick(world);
         }
+        Self::write_replaced(world);
         world.resource_mut::<Self>().hashed = None;
         Self::hash(world, |tick, hash| Line::End { tick, hash });
     }

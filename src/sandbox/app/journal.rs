@@ -33,7 +33,7 @@ use serde_json::{Value, json};
 use crate::{
     sandbox::{
         lab::{accuracy::CardRects, gallery::GalleryRects, quarantine::QuarantineRects},
-        panel::PanelRects,
+        panel::{PanelRects, time_strip::TimeStripRects},
         render::camera::OrbitCamera,
         ui::message::Notices,
     },
@@ -136,22 +136,27 @@ fn write_scenes(mut journal: ResMut<Journal>, mut loaded: MessageReader<SceneLoa
 
 fn write_widgets(
     mut journal: ResMut<Journal>,
-    (panel, card, gallery, quarantine): (
+    (panel, strip, card, gallery, quarantine): (
         Res<PanelRects>,
+        Res<TimeStripRects>,
         Res<CardRects>,
         Res<GalleryRects>,
         Res<QuarantineRects>,
     ),
     window: Option<Single<&Window, With<PrimaryWindow>>>,
 ) {
-    let changed =
-        panel.is_changed() || card.is_changed() || gallery.is_changed() || quarantine.is_changed();
+    let changed = panel.is_changed()
+        || strip.is_changed()
+        || card.is_changed()
+        || gallery.is_changed()
+        || quarantine.is_changed();
     let (true, Some(window)) = (changed, window) else {
         return;
     };
     let scale = window.scale_factor();
     let now: BTreeMap<String, Rect> = panel
         .iter()
+        .chain(strip.iter())
         .chain(card.iter())
         .chain(gallery.iter())
         .chain(quarantine.iter())

@@ -13,3 +13,4 @@ pub mod requests;
 pub mod screenshot;
 pub mod settings;
 pub mod spawn;
+pub mod time;

@@ -20,10 +20,11 @@ mod picker;
 mod reference_overlay;
 pub(in crate::sandbox) mod restart;
 mod scene;
-mod scene_defaults;
+pub(in crate::sandbox) mod scene_defaults;
 mod section;
 mod settings;
 mod spawn;
+pub mod time_strip;
 mod world;
 
 pub use draw::Panel;
@@ -47,6 +48,7 @@ use crate::sandbox::{
         event::SceneLoaded,
         request::{Request, RequestSystems, Requested},
         selection::{Scope, Selection},
+        time::TimeView,
         view::{LastGrab, ViewCommand, ViewSettings},
     },
     ui::{WidgetRects, message::Notices, scale::InterfaceScale, theme},
@@ -87,14 +89,10 @@ impl Plugin for PanelPlugin {
             .init_resource::<Notices>()
             .init_resource::<SceneSettings>()
             .init_resource::<picker::Picker>()
-            .init_resource::<restart::Carried>()
             .add_message::<Requested>()
             .add_message::<ViewCommand>()
             .add_message::<SceneLoaded>()
-            .add_systems(
-                PreUpdate,
-                (restart::begin, scene_defaults::remember).chain(),
-            )
+            .add_systems(PreUpdate, scene_defaults::remember)
             .add_systems(
                 Update,
                 (
@@ -103,7 +101,9 @@ impl Plugin for PanelPlugin {
                     measure_what_is_shown,
                 ),
             )
-            .add_systems(EguiPrimaryContextPass, panel);
+            .init_resource::<TimeView>()
+            .init_resource::<time_strip::TimeStripRects>()
+            .add_systems(EguiPrimaryContextPass, (panel, time_strip::strip).chain());
     }
 }
 

@@ -6,4 +6,5 @@ pub mod first_steps;
 pub mod request;
 pub mod selection;
 pub mod spawn;
+pub mod time;
 pub mod view;
