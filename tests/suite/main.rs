@@ -133,6 +133,7 @@ mod support;
 mod support_app;
 mod torture;
 mod torture_program;
+mod torture_report;
 #[cfg(all(feature = "window", target_os = "linux"))]
 #[cfg(feature = "window")]
 mod window;
