@@ -8,7 +8,6 @@ use crate::{
     sandbox::{
         app::{
             display::{self, NoDisplay},
-            load::floor,
             screenshot,
         },
         panel::browser::card::PICTURE,
