@@ -619,8 +619,6 @@ fn quarantined_bodies_are_named_and_one_button_restores_all_that_are_shown() {
             inverted: 0,
             particles: 8,
             state: BodyState::Quarantined("non-finite state of vertex 3 after stretch".to_owned()),
-            hidden: false,
-            color: [0; 3],
         });
     }
     let mut pointer = Pointer::new(frozen, SIZES[0]);
