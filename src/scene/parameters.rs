@@ -84,7 +84,7 @@ mod tests {
     const TEXT: &str = "density: 0.25,
 effects: (
     stretch: (compliance: 0.0001, damping: 0.02),
-    wind: (velocity: (1, 0, 2)),
+    volume: (compliance: 0.000001),
     ground: (),
 ),
 ";
@@ -92,7 +92,7 @@ effects: (
     #[test]
     fn parameters_survive_writing_and_reading() {
         let parameters = BodyParameters::parse("test", TEXT).expect("sound");
-        assert_eq!(parameters.effects.names(), ["stretch", "wind", "ground"]);
+        assert_eq!(parameters.effects.names(), ["stretch", "volume", "ground"]);
         let written = parameters.to_text().expect("sound");
         let read = BodyParameters::parse("test", &written).expect(&written);
         assert_eq!(read, parameters, "{written}");
