@@ -4,6 +4,8 @@ use super::say_line;
 use clap::Args;
 use pliant::scene::{Scene, registry::SCENES};
 use serde_json::json;
+#[cfg(feature = "window")]
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Lists the built-in scenes.
@@ -11,19 +13,35 @@ use std::process::ExitCode;
 /// Example: pliant scenes --json
 #[derive(Debug, Args)]
 pub struct Scenes {
-    /// Print a JSON array of objects with name, title, look_at, bodies and seconds
+    /// Print a JSON array of objects with name, group, title, look_at, bodies and seconds
     #[arg(long)]
     json: bool,
+
+    /// Write the pictures of the scene browser into this folder, as NAME.png (needs a graphics
+    /// adapter, but no display)
+    #[cfg(feature = "window")]
+    #[arg(long, value_name = "FOLDER", conflicts_with = "json")]
+    pictures: Option<PathBuf>,
+
+    /// With --pictures: only these scenes
+    #[cfg(feature = "window")]
+    #[arg(value_name = "SCENE", requires = "pictures")]
+    only: Vec<String>,
 }
 
 impl Scenes {
     pub fn run(self) -> anyhow::Result<ExitCode> {
+        #[cfg(feature = "window")]
+        if let Some(folder) = &self.pictures {
+            return pictures(folder, &self.only);
+        }
         let mut rows = Vec::new();
         for builtin in SCENES {
             let scene = Scene::load(builtin.name)?.scene;
             if self.json {
                 rows.push(json!({
                     "name": builtin.name,
+                    "group": builtin.group.title(),
                     "title": scene.title,
                     "look_at": scene.look_at,
                     "bodies": scene.bodies.len(),
@@ -38,4 +56,43 @@ impl Scenes {
         }
         Ok(ExitCode::SUCCESS)
     }
+}
+
+/// Renders each scene at the moment that the registry names.
+#[cfg(feature = "window")]
+fn pictures(folder: &Path, only: &[String]) -> anyhow::Result<ExitCode> {
+    use pliant::{
+        sandbox::app::picture,
+        scene::{
+            BuiltScene, SceneError, registry,
+            run::{RunOptions, run},
+        },
+    };
+    if let Some(name) = only.iter().find(|name| registry::find(name).is_none()) {
+        return Err(SceneError::Unknown {
+            name: name.clone(),
+            valid: registry::names(),
+        }
+        .into());
+    }
+    if !folder.is_dir() {
+        anyhow::bail!(
+            "cannot write pictures: the folder {} does not exist",
+            folder.display()
+        );
+    }
+    let wanted = |name: &str| only.is_empty() || only.iter().any(|other| other == name);
+    for builtin in SCENES.iter().filter(|builtin| wanted(builtin.name)) {
+        let built = Scene::load(builtin.name)?.scene.build()?;
+        let options = RunOptions {
+            seconds: Some(builtin.moment),
+            ..RunOptions::default()
+        };
+        let world = run(&built, &options, |_| ())?.world;
+        let built = BuiltScene { world, ..built };
+        let path = folder.join(builtin.name).with_extension("png");
+        picture::thumbnail(&built, built.camera, &path)?;
+        say_line(path.display())?;
+    }
+    Ok(ExitCode::SUCCESS)
 }

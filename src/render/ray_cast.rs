@@ -77,7 +77,18 @@ impl SoftBodyRayCast<'_, '_> {
     /// distance [m/m]: the size of a pixel at 1 m makes thin ropes easy to grab.
     #[must_use]
     pub fn cast(&self, ray: Ray3d, reach: f32) -> Option<SoftBodyHit> {
-        let all = self.bodies.iter();
+        self.cast_among(ray, reach, |_| true)
+    }
+
+    /// Like [`cast`](Self::cast), among the bodies that satisfy `filter`.
+    #[must_use]
+    pub fn cast_among(
+        &self,
+        ray: Ray3d,
+        reach: f32,
+        filter: impl Fn(Entity) -> bool,
+    ) -> Option<SoftBodyHit> {
+        let all = self.bodies.iter().filter(|(body, ..)| filter(*body));
         let (entity, hit) = hit::nearest(ray, reach, all.map(|(body, drawn, ..)| (body, drawn)))?;
         let (_, _, body, skin) = self.bodies.get(entity).ok()?;
         Some(SoftBodyHit {

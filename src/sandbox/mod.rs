@@ -182,6 +182,8 @@ impl PluginGroup for SandboxPlugins {
             .add(lab::quarantine::QuarantinePlugin)
             .add(input::keys::KeysPlugin)
             .add(panel::help::HelpPlugin)
+            .add(panel::first_steps::FirstStepsPlugin)
+            .add(panel::browser::BrowserPlugin)
             .add(app::import::ImportPlugin)
             .add(app::spawn::SpawnPlugin)
             .add(app::drop::DropPlugin)

@@ -376,6 +376,7 @@ fn body(
     check_start(spec, &body)?;
     let made = material.map(Material::effects).unwrap_or_default();
     body.effects = Effects {
+        stretch: spec.effects.stretch.or(made.stretch),
         bend: spec.effects.bend.or(made.bend),
         neo_hookean: spec.effects.neo_hookean.or(made.neo_hookean),
         membrane: spec.effects.membrane.or(made.membrane),
@@ -404,21 +405,19 @@ fn material(spec: &BodySpec, topology: &Topology) -> Result<Option<&'static Mate
     }
     let all = Material::all().iter();
     let valid = names(&mut all.filter(|other| other.fits(topology.dimension)));
-    let message = match topology.dimension {
-        Dimension::Solid => {
-            format!(
-                "{name} is a material for sheets, but the body is solid; expected one of: {valid}"
-            )
-        }
-        Dimension::Sheet => {
-            format!(
-                "{name} is a material for solids, but the body is a sheet; expected one of: {valid}"
-            )
-        }
-        Dimension::Line => {
-            format!("{name} cannot be used: there are no materials for ropes")
-        }
+    let made = match material.dimension() {
+        Dimension::Solid => "solids",
+        Dimension::Sheet => "sheets",
+        Dimension::Line => "ropes",
     };
+    let given = match topology.dimension {
+        Dimension::Solid => "solid",
+        Dimension::Sheet => "a sheet",
+        Dimension::Line => "a rope",
+    };
+    let message = format!(
+        "{name} is a material for {made}, but the body is {given}; expected one of: {valid}"
+    );
     Err(wrong(spec, message))
 }
 

@@ -141,6 +141,52 @@ macro_rules! named_by_a_scene {
             $($(#[doc = $does3] pub $field3: Option<solver::$kind3>,)*)*
         }
 
+        impl SceneEffects {
+            /// Names of the effects that are present, in the order of the solver.
+            #[must_use]
+            pub fn names(&self) -> Vec<&'static str> {
+                let mut names = Vec::new();
+                $($(if self.$field1.is_some() {
+                    names.push(stringify!($field1));
+                })*)*
+                $($(if self.$field2.is_some() {
+                    names.push(stringify!($field2));
+                })*)*
+                $($(if self.$field3.is_some() {
+                    names.push(stringify!($field3));
+                })*)*
+                names
+            }
+
+            /// Each effect that is present, with its parameters in the syntax of scene files.
+            ///
+            /// # Errors
+            /// Errors of RON, which do not occur for valid effects.
+            pub fn to_texts(&self) -> Result<Vec<(&'static str, String)>, ron::Error> {
+                let mut texts = Vec::new();
+                $($(if let Some(effect) = &self.$field1 {
+                    texts.push((stringify!($field1), effect_text(effect)?));
+                })*)*
+                $($(if let Some(effect) = &self.$field2 {
+                    texts.push((stringify!($field2), effect_text(effect)?));
+                })*)*
+                $($(if let Some(effect) = &self.$field3 {
+                    texts.push((stringify!($field3), effect_text(effect)?));
+                })*)*
+                Ok(texts)
+            }
+        }
+
+        impl From<Effects> for SceneEffects {
+            fn from(effects: Effects) -> Self {
+                Self {
+                    $($($field1: effects.$field1,)*)*
+                    $($($field2: effects.$field2,)*)*
+                    $($($field3: effects.$field3,)*)*
+                }
+            }
+        }
+
         impl From<SceneEffects> for Effects {
             fn from(effects: SceneEffects) -> Self {
                 Self {
@@ -155,6 +201,18 @@ macro_rules! named_by_a_scene {
 }
 
 solver::effects!(named_by_a_scene);
+
+/// The parameters of an effect in one line.
+fn effect_text(effect: &impl Serialize) -> Result<String, ron::Error> {
+    let line = ron::ser::PrettyConfig::new()
+        .new_line("")
+        .indentor("")
+        .separator(" ")
+        .compact_structs(true);
+    let options =
+        ron::Options::default().with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
+    options.to_string_pretty(effect, line)
+}
 
 /// Pinned vertices, selected in the initial pose of the body.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

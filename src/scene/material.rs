@@ -4,11 +4,11 @@ use crate::{
     simulation::Action,
     solver::{
         Bend, Density, Effects, FlexuralRigidity, InvalidValue, Membrane, NeoHookean, PoissonRatio,
-        Thickness, YoungsModulus, topology::Dimension,
+        Stiffness, Stretch, Thickness, YoungsModulus, topology::Dimension,
     },
 };
 use serde::{Deserialize, Serialize};
-use std::sync::LazyLock;
+use std::{f32::consts::FRAC_PI_4, sync::LazyLock};
 
 /// A material.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -22,11 +22,14 @@ pub struct Material {
     pub youngs_modulus: YoungsModulus,
     /// Poisson's ratio ν.
     pub poisson_ratio: PoissonRatio,
-    /// Density [kg/m³], for sheets too.
+    /// Density [kg/m³], for sheets and ropes too.
     pub density: Density,
-    /// Parameters of a sheet; `None` for a solid.
+    /// Parameters of a sheet; `None` for a solid or a rope.
     #[serde(default)]
     pub sheet: Option<Sheet>,
+    /// Parameters of a rope; `None` for a solid or a sheet.
+    #[serde(default)]
+    pub rope: Option<Rope>,
     /// Source of the parameters, and assumptions.
     pub source: String,
 }
@@ -39,6 +42,22 @@ pub struct Sheet {
     pub thickness: Thickness,
     /// Bending stiffness B [N·m].
     pub bending_stiffness: FlexuralRigidity,
+}
+
+/// Additional parameters of a rope. Modulus and density refer to the circle around it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Rope {
+    /// Diameter [m].
+    pub diameter: Thickness,
+}
+
+impl Rope {
+    /// Area of the circle around it [m²].
+    fn area(self) -> f32 {
+        let diameter = self.diameter.get();
+        FRAC_PI_4 * diameter * diameter
+    }
 }
 
 static MATERIALS: LazyLock<Vec<Material>> = LazyLock::new(|| {
@@ -73,27 +92,49 @@ impl Material {
     /// Whether a body of the given dimension can have this material.
     #[must_use]
     pub fn fits(&self, dimension: Dimension) -> bool {
-        match dimension {
-            Dimension::Solid => self.sheet.is_none(),
-            Dimension::Sheet => self.sheet.is_some(),
-            Dimension::Line => false,
+        dimension == self.dimension()
+    }
+
+    /// Dimension of the bodies that can have this material.
+    #[must_use]
+    pub fn dimension(&self) -> Dimension {
+        match (self.sheet, self.rope) {
+            (Some(_), _) => Dimension::Sheet,
+            (None, Some(_)) => Dimension::Line,
+            (None, None) => Dimension::Solid,
         }
     }
 
-    /// Mass per measure of a body: kg/m³ of a solid, kg/m² of a sheet.
+    /// Mass per measure of a body: kg/m³ of a solid, kg/m² of a sheet, kg/m of a rope.
     ///
     /// # Errors
-    /// If the mass per area of a sheet is below the valid range.
+    /// If the mass per area of a sheet or per length of a rope is below the valid range.
     pub fn body_density(&self) -> Result<Density, InvalidValue> {
-        let thickness = self.sheet.map_or(1.0, |sheet| sheet.thickness.get());
-        Density::new(self.density.get() * thickness)
+        let thickness = self.sheet.map(|sheet| sheet.thickness.get());
+        let measure = thickness.or(self.rope.map(Rope::area)).unwrap_or(1.0);
+        Density::new(self.density.get() * measure)
     }
 
-    /// Effects of the material: neo-Hookean tetrahedra, or a membrane with bending.
+    /// Axial stiffness EA [N] of a rope; `None` for another body.
+    #[must_use]
+    pub fn axial_stiffness(&self) -> Option<Stiffness> {
+        let area = self.rope?.area();
+        Stiffness::new(self.youngs_modulus.get() * area).ok()
+    }
+
+    /// Effects of the material: neo-Hookean tetrahedra, a membrane with bending, or the axial
+    /// stiffness of a rope, which does not resist bending.
     #[must_use]
     pub fn effects(&self) -> Effects {
         let (youngs_modulus, poisson_ratio) = (self.youngs_modulus, self.poisson_ratio);
         match self.sheet {
+            None if self.rope.is_some() => Effects {
+                stretch: Some(Stretch {
+                    axial_stiffness: self.axial_stiffness().unwrap_or_default(),
+                    ..Stretch::default()
+                }),
+                ..Effects::default()
+            },
             None => Effects {
                 neo_hookean: Some(NeoHookean {
                     youngs_modulus,
@@ -128,6 +169,10 @@ impl Material {
             && effects.neo_hookean.as_ref().map(solid) == made_of.neo_hookean.as_ref().map(solid)
             && effects.membrane.as_ref().map(sheet) == made_of.membrane.as_ref().map(sheet)
             && effects.bend.map(|it| it.stiffness) == made_of.bend.map(|it| it.stiffness)
+            && self.rope.is_none_or(|_| {
+                let cord = |it: &Stretch| (it.compliance, it.axial_stiffness);
+                effects.stretch.as_ref().map(cord) == made_of.stretch.as_ref().map(cord)
+            })
     }
 
     /// Actions that apply the material to a body of a running scene.
@@ -138,6 +183,11 @@ impl Material {
         let modulus = ("youngs_modulus", f64::from(self.youngs_modulus));
         let ratio = ("poisson_ratio", f64::from(self.poisson_ratio));
         let made_of = match self.sheet {
+            None if self.rope.is_some() => {
+                let stiffness = self.axial_stiffness().unwrap_or_default();
+                let stiffness = ("axial_stiffness", f64::from(stiffness));
+                vec![("stretch", vec![("compliance", 0.0), stiffness])]
+            }
             None => vec![("neo_hookean", vec![modulus, ratio])],
             Some(sheet) => {
                 let thickness = ("thickness", f64::from(sheet.thickness));

@@ -32,6 +32,7 @@ mod file;
 pub mod material;
 pub mod mesh_file;
 pub mod overrides;
+mod parameters;
 pub mod registry;
 pub mod run;
 mod spawn;
@@ -46,4 +47,5 @@ pub use file::{
     ShapeSpec, StitchSpec, StitchTo, parse,
 };
 pub use material::Material;
+pub use parameters::BodyParameters;
 pub use spawn::{CurrentScene, Look, despawn, spawn};

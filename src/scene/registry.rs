@@ -1,74 +1,131 @@
 //! The built-in scenes, embedded in the program, so that an installed one needs no data folder.
-//! This list is used by the picker, the command line and the tests, which compare it with
+//! This list is used by the scene browser, the command line and the tests, which compare it with
 //! `docs/scenes.md`.
 
+/// Subject of a built-in scene, by which the scene browser groups it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Group {
+    /// Solid bodies.
+    Solids,
+    /// Cloth.
+    Cloth,
+    /// Ropes and chains.
+    Ropes,
+    /// Closed surfaces under pressure, or held up from inside.
+    Balloons,
+    /// Contact between bodies, with colliders and with the ground.
+    Contact,
+    /// Stiffness and materials of beams and blocks.
+    Stiffness,
+    /// Recovery from an extreme initial state.
+    Stress,
+}
+
+impl Group {
+    /// All groups, in the order of the scene browser.
+    pub const ALL: [Self; 7] = [
+        Self::Solids,
+        Self::Cloth,
+        Self::Ropes,
+        Self::Balloons,
+        Self::Contact,
+        Self::Stiffness,
+        Self::Stress,
+    ];
+
+    /// Title.
+    #[must_use]
+    pub const fn title(self) -> &'static str {
+        match self {
+            Self::Solids => "Solids",
+            Self::Cloth => "Cloth",
+            Self::Ropes => "Ropes",
+            Self::Balloons => "Balloons",
+            Self::Contact => "Contact",
+            Self::Stiffness => "Stiffness",
+            Self::Stress => "Stress",
+        }
+    }
+}
+
 /// A built-in scene.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BuiltinScene {
     /// Name in commands.
     pub name: &'static str,
+    /// Its group.
+    pub group: Group,
+    /// Simulated time that its picture shows [s].
+    pub moment: f64,
     /// The text of its file.
     pub text: &'static str,
+    /// Its picture as PNG, written by `pliant scenes --pictures`.
+    #[cfg(feature = "window")]
+    pub picture: &'static [u8],
 }
 
 macro_rules! scenes {
-    ($($name:literal),* $(,)?) => {
+    ($($name:literal $group:ident $moment:literal),* $(,)?) => {
         &[$(BuiltinScene {
             name: $name,
+            group: Group::$group,
+            moment: $moment,
             text: include_str!(concat!("../../assets/scenes/", $name, ".ron")),
+            #[cfg(feature = "window")]
+            picture: include_bytes!(concat!("../../assets/pictures/", $name, ".png")),
         }),*]
     };
 }
 
 /// All built-in scenes, the default one first.
 pub const SCENES: &[BuiltinScene] = scenes![
-    "jelly_cube",
-    "bunny",
-    "teapot",
-    "dragon",
-    "shapes",
-    "many_bodies",
-    "pile",
-    "bowl",
-    "heap",
-    "stairs",
-    "crates",
-    "jelly_stack",
-    "sheets",
-    "tablecloth",
-    "folds",
-    "sleeve",
-    "ring",
-    "knot",
-    "post",
-    "compliance_ladder",
-    "edges_and_volume",
-    "rubber",
-    "shape_matching",
-    "cantilever",
-    "stiff_beam",
-    "squashed",
-    "shuffled",
-    "mirrored",
-    "hanging_chain",
-    "rope",
-    "drape",
-    "bending",
-    "flag",
-    "whirl",
-    "materials",
-    "weave",
-    "strain_limit",
-    "long_cloth",
-    "balloon",
-    "struts",
-    "cloth_lab",
-    "plasticity",
-    "stitches",
-    "colliders",
-    "slope",
-    "bounce",
-    "sticky",
+    "jelly_cube" Solids 0.42,
+    "bunny" Solids 0.5,
+    "teapot" Solids 0.5,
+    "dragon" Solids 0.6,
+    "shapes" Solids 0.55,
+    "many_bodies" Contact 1.2,
+    "pile" Contact 1.5,
+    "bowl" Contact 2.0,
+    "heap" Contact 3.0,
+    "stairs" Contact 1.0,
+    "crates" Contact 0.6,
+    "jelly_stack" Contact 1.0,
+    "sheets" Contact 0.35,
+    "tablecloth" Contact 1.5,
+    "folds" Contact 4.0,
+    "sleeve" Contact 3.0,
+    "ring" Contact 4.0,
+    "knot" Ropes 3.0,
+    "post" Ropes 1.0,
+    "compliance_ladder" Stiffness 0.6,
+    "edges_and_volume" Stress 0.3,
+    "rubber" Stiffness 2.0,
+    "shape_matching" Stiffness 0.4,
+    "cantilever" Stiffness 0.6,
+    "stiff_beam" Stiffness 1.0,
+    "squashed" Stress 0.02,
+    "shuffled" Stress 0.02,
+    "mirrored" Stress 0.02,
+    "hanging_chain" Ropes 3.0,
+    "rope" Ropes 4.0,
+    "drape" Cloth 2.0,
+    "bending" Cloth 3.0,
+    "flag" Cloth 3.0,
+    "whirl" Cloth 0.7,
+    "materials" Cloth 3.0,
+    "weave" Cloth 1.5,
+    "strain_limit" Cloth 2.0,
+    "long_cloth" Cloth 2.0,
+    "balloon" Balloons 0.6,
+    "struts" Balloons 1.5,
+    "cloth_lab" Cloth 0.5,
+    "plasticity" Stiffness 3.0,
+    "stitches" Cloth 2.0,
+    "colliders" Contact 1.5,
+    "slope" Contact 0.6,
+    "bounce" Contact 0.4,
+    "sticky" Contact 0.4,
 ];
 
 /// Looks up a built-in scene by name.

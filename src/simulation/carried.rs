@@ -47,7 +47,7 @@ macro_rules! carried {
         }
 
         /// Inserts these effects into an entity.
-        pub(super) fn insert_effects(entity: &mut EntityWorldMut, effects: &Effects) {
+        pub(crate) fn insert_effects(entity: &mut EntityWorldMut, effects: &Effects) {
             let Effects { $($effect,)* } = *effects;
             $(if let Some(effect) = $effect {
                 entity.insert(effect);

@@ -175,7 +175,7 @@ fn the_schedules_and_the_plan_that_replaces_them_give_the_same_bits() {
 fn every_scene_has_its_golden_hash() {
     let file = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden_hashes.txt");
     let mut now = String::new();
-    for BuiltinScene { name, text } in SCENES {
+    for BuiltinScene { name, text, .. } in SCENES {
         let scene = Scene::parse(name, text).expect("sound");
         let world = scene.build().expect("sound").world;
         now += &format!("{name} {:016x}\n", run(world, 30));

@@ -34,6 +34,8 @@ mod reference_kernels;
 mod reference_support;
 #[cfg(feature = "window")]
 mod sandbox_accuracy;
+mod sandbox_bodies;
+mod sandbox_browser;
 #[cfg(feature = "window")]
 mod sandbox_gallery;
 #[cfg(feature = "window")]

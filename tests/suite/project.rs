@@ -59,6 +59,9 @@ fn the_documents_list_every_material_with_its_figures() {
         if let Some(sheet) = material.sheet {
             figures.extend([sheet.thickness.get(), sheet.bending_stiffness.get()]);
         }
+        if let Some(rope) = material.rope {
+            figures.push(rope.diameter.get());
+        }
         let listed: Vec<f32> = row.iter().filter_map(|cell| cell.parse().ok()).collect();
         assert_eq!(listed, figures, "{}", material.name);
     }

@@ -15,14 +15,14 @@ use pliant::{
             history::History,
             model::{
                 Addition, BodyEntry, BodyState, ClockModel, EffectModel, EffectiveModel,
-                EnergyModel, GrabModel, PanelModel, Parameter, ReferenceModel, SceneEntry,
-                StageModel,
+                EnergyModel, GrabModel, PanelModel, Parameter, ReferenceModel, StageModel,
             },
             show,
         },
         state::{
             display::{DisplaySettings, Theme},
             request::{Distortion, Request},
+            search::PanelSearch,
             selection::Scope,
             spawn::{Spawn, SpawnPlace},
             view::{SolverView, ViewSettings},
@@ -77,6 +77,7 @@ fn stretch() -> EffectModel {
         name: "stretch",
         title: "Stretch",
         summary: "Edges resist a change of length.",
+        words: "compliance Compliance".to_owned(),
         carriers: 2,
         carriers_shown: 2,
         elements: 1240,
@@ -130,15 +131,12 @@ fn model() -> PanelModel {
         name: name.to_owned(),
         particles: 343,
         state,
-    };
-    let scene = |name: &str| SceneEntry {
-        name: name.to_owned(),
-        title: name.to_owned(),
-        note: "Look at it.".to_owned(),
+        hidden: false,
+        color: [240, 84, 60],
     };
     PanelModel {
         is_pinned: true,
-        scenes: vec![scene("jelly"), scene("bunny")],
+        search: PanelSearch::default(),
         scene: "jelly".to_owned(),
         scene_title: "jelly".to_owned(),
         scene_note: "A cube falls, wobbles, and comes to rest in the end.".to_owned(),
@@ -184,6 +182,7 @@ fn model() -> PanelModel {
         tetrahedra: false,
         materials: pliant::scene::Material::all().iter().collect(),
         material: None,
+        presets: vec![("My jelly".to_owned(), "density: 2,".to_owned())],
         answers: ("heavy elastica".to_owned(), true),
         solver: SolverView::Partitions,
         threads: Some(parameter("threads", "", whole(8.0), 2.0)),
@@ -571,6 +570,8 @@ fn quarantined_bodies_are_named_and_one_button_restores_all_that_are_shown() {
             name: format!("cube {key}"),
             particles: 8,
             state: BodyState::Quarantined("non-finite state of vertex 3 after stretch".to_owned()),
+            hidden: false,
+            color: [0; 3],
         });
     }
     let mut pointer = Pointer::new(frozen, SIZES[0]);
@@ -592,9 +593,7 @@ fn quarantined_bodies_are_named_and_one_button_restores_all_that_are_shown() {
 #[test]
 fn the_pickers_open_and_choose() {
     let mut pointer = panel_pointer();
-    assert_eq!(pointer.press_widget("scene"), []);
-    let chosen = pointer.press_widget("scene.bunny");
-    assert_eq!(chosen, [Request::OpenScene("bunny".to_owned())]);
+    assert_eq!(pointer.press_widget("scene"), [Request::Browser]);
     assert_eq!(pointer.press_widget("solver"), []);
     assert_eq!(
         pointer.press_widget("solver.lanes"),
@@ -603,7 +602,7 @@ fn the_pickers_open_and_choose() {
     assert_eq!(pointer.press_widget("scope"), []);
     assert_eq!(
         pointer.press_widget("scope.ball"),
-        [Request::Show(Scope::Body(2))]
+        [Request::Show(Scope::key(2))]
     );
     assert_eq!(pointer.press_widget("spawn"), []);
     assert_eq!(
@@ -729,4 +728,68 @@ fn a_scene_without_bodies_can_be_shown_and_makes_no_request() {
     ] {
         assert_eq!(pointer.press_widget(name), [], "{name}");
     }
+}
+
+#[test]
+fn a_search_of_the_panel_shows_only_what_matches_and_says_when_nothing_does() {
+    let searched = |text: &str| {
+        let search = PanelSearch {
+            text: text.to_owned(),
+            open: true,
+            focus: false,
+        };
+        Pointer::new(PanelModel { search, ..model() }, SIZES[0])
+    };
+    let has = |pointer: &Pointer, name: &str| pointer.places.get(name).is_some();
+    let pointer = searched("gravity");
+    assert!(has(&pointer, "world.gravity_y.entry"));
+    assert!(!has(&pointer, "world.substeps.entry") && !has(&pointer, "effect.stretch"));
+    let pointer = searched("STRETCH");
+    assert!(has(&pointer, "effect.stretch") && !has(&pointer, "world.gravity_y.entry"));
+    let pointer = searched("theme");
+    assert!(has(&pointer, "settings.dark") && !has(&pointer, "settings.low"));
+    let pointer = searched("duplicate");
+    assert!(has(&pointer, "edit") && !has(&pointer, "effect.stretch"));
+    let mut pointer = searched("zzz");
+    assert!(!has(&pointer, "effect.stretch") && !has(&pointer, "squash"));
+    let cleared = pointer.press_widget("search.clear");
+    assert_eq!(cleared, [Request::CloseSearch]);
+}
+
+#[test]
+fn typing_into_the_search_asks_for_it_and_the_key_puts_the_cursor_there() {
+    let mut pointer = panel_pointer();
+    assert_eq!(pointer.press_widget("search.open"), [Request::FocusSearch]);
+    (pointer.model.search.open, pointer.model.search.focus) = (true, true);
+    pointer.draw(Vec::new());
+    pointer.model.search.focus = false;
+    pointer.requests.clear();
+    pointer.draw(vec![Event::Text("damp".to_owned())]);
+    assert_eq!(pointer.requests, [Request::Search("damp".to_owned())]);
+}
+
+#[test]
+fn the_selection_is_edited_by_buttons_and_menus() {
+    let mut pointer = panel_pointer();
+    assert_eq!(pointer.press_widget("edit"), []);
+    assert_eq!(pointer.press_widget("duplicate"), [Request::Duplicate]);
+    assert_eq!(pointer.press_widget("hide"), [Request::Hide(true)]);
+    let color = pointer.press_widget("edit.color.1");
+    assert_eq!(color, [Request::Color([0, 158, 142])]);
+    let copied = pointer.press_widget("edit.copy");
+    assert_eq!(copied, [Request::CopyParameters]);
+}
+
+#[test]
+fn presets_of_the_user_are_below_the_materials_and_can_be_deleted() {
+    let mut pointer = panel_pointer();
+    assert_eq!(pointer.press_widget("material"), []);
+    assert_eq!(
+        pointer.press_widget("preset.My jelly.delete"),
+        [Request::DeletePreset("My jelly".to_owned())]
+    );
+    assert_eq!(
+        pointer.press_widget("preset.My jelly"),
+        [Request::Preset("My jelly".to_owned())]
+    );
 }

@@ -350,11 +350,11 @@ fn reference_overlays_are_added_and_removed_with_their_bodies() {
 #[test]
 fn a_body_that_is_chosen_has_the_reference_overlay_alone() {
     let (mut app, bodies) = app_of(&cubes());
-    app.world_mut().resource_mut::<Selection>().0 = Scope::Body(bodies[1].to_bits());
+    app.world_mut().resource_mut::<Selection>().0 = Scope::body(bodies[1]);
     command(&mut app, ReferenceCommand::Toggle);
     updates(&mut app, 5);
     assert_eq!(followed(&app), bodies[1..]);
-    app.world_mut().resource_mut::<Selection>().0 = Scope::Body(bodies[0].to_bits());
+    app.world_mut().resource_mut::<Selection>().0 = Scope::body(bodies[0]);
     updates(&mut app, 5);
     assert_eq!(followed(&app), bodies[..1], "another is chosen");
 }

@@ -14,6 +14,7 @@ use bevy::{
     tasks::{AsyncComputeTaskPool, Task, futures::check_ready},
 };
 
+use super::bodies::free_name;
 use crate::{
     mesh::Skin,
     sandbox::{
@@ -192,7 +193,7 @@ fn enter(world: &mut World, import: Import, place: Place) {
     }
     let added = bodies_in_order(world).last().copied();
     if let Some(added) = added {
-        world.resource_mut::<Selection>().0 = Scope::Body(added.to_bits());
+        world.resource_mut::<Selection>().0 = Scope::body(added);
     }
     if place == Place::Above {
         world.write_message(ViewCommand::FrameAll);
@@ -216,37 +217,10 @@ fn enter(world: &mut World, import: Import, place: Place) {
     }
 }
 
-/// The name, with a number appended if it is taken.
-fn free_name(world: &mut World, wanted: &str) -> String {
-    let taken: Vec<String> = world
-        .query::<&Name>()
-        .iter(world)
-        .map(Name::to_string)
-        .collect();
-    numbered(wanted, |name| taken.iter().any(|other| other == name))
-}
-
-fn numbered(wanted: &str, taken: impl Fn(&str) -> bool) -> String {
-    if !taken(wanted) {
-        return wanted.to_owned();
-    }
-    (2_u32..)
-        .map(|number| format!("{wanted} {number}"))
-        .find(|name| !taken(name))
-        .unwrap_or_default()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::solver::topology::bounds;
-
-    #[test]
-    fn a_second_bunny_has_a_name_of_its_own() {
-        let there = ["bunny", "bunny 2"];
-        assert_eq!(numbered("bunny", |name| there.contains(&name)), "bunny 3");
-        assert_eq!(numbered("rope", |name| there.contains(&name)), "rope");
-    }
 
     #[test]
     fn everything_in_the_menu_can_be_made() {

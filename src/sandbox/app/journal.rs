@@ -33,7 +33,10 @@ use serde_json::{Value, json};
 use crate::{
     sandbox::{
         lab::{accuracy::CardRects, gallery::GalleryRects, quarantine::QuarantineRects},
-        panel::{PanelRects, time_strip::TimeStripRects},
+        panel::{
+            PanelRects, browser::BrowserRects, first_steps::FirstStepRects,
+            time_strip::TimeStripRects,
+        },
         render::camera::OrbitCamera,
         ui::message::Notices,
     },
@@ -136,8 +139,10 @@ fn write_scenes(mut journal: ResMut<Journal>, mut loaded: MessageReader<SceneLoa
 
 fn write_widgets(
     mut journal: ResMut<Journal>,
-    (panel, strip, card, gallery, quarantine): (
+    (panel, browser, steps, strip, card, gallery, quarantine): (
         Res<PanelRects>,
+        Res<BrowserRects>,
+        Res<FirstStepRects>,
         Res<TimeStripRects>,
         Res<CardRects>,
         Res<GalleryRects>,
@@ -146,6 +151,8 @@ fn write_widgets(
     window: Option<Single<&Window, With<PrimaryWindow>>>,
 ) {
     let changed = panel.is_changed()
+        || browser.is_changed()
+        || steps.is_changed()
         || strip.is_changed()
         || card.is_changed()
         || gallery.is_changed()
@@ -156,6 +163,8 @@ fn write_widgets(
     let scale = window.scale_factor();
     let now: BTreeMap<String, Rect> = panel
         .iter()
+        .chain(browser.iter())
+        .chain(steps.iter())
         .chain(strip.iter())
         .chain(card.iter())
         .chain(gallery.iter())

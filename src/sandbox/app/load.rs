@@ -263,7 +263,7 @@ fn replace(world: &mut World, built: &BuiltScene) {
 
 /// Height of the floor: the lowest ground of any body. Without any ground, the floor is at 0 if all
 /// bodies are above it; otherwise there is no floor.
-fn floor(bodies: &[Body]) -> Option<f32> {
+pub(super) fn floor(bodies: &[Body]) -> Option<f32> {
     let grounds = bodies.iter().filter_map(|body| {
         let effects = &body.effects;
         let ground = effects.ground.map(|ground| ground.height);

@@ -1,5 +1,6 @@
 //! The window as an application: start-up, loading, saved settings, and output files.
 
+pub mod bodies;
 pub mod display;
 pub mod drop;
 pub mod import;
@@ -7,6 +8,7 @@ pub mod journal;
 pub mod load;
 pub mod picture;
 pub mod pictures;
+pub mod presets;
 pub mod record;
 pub mod report;
 pub mod requests;

@@ -1,4 +1,5 @@
-//! Renders an image of a scene without a window, in the same studio.
+//! Renders an image of a scene without a window, in the same studio: of any size, or as a small one
+//! for the scene browser.
 //!
 //! Needs a graphics adapter but no display. Draws the given state without stepping it.
 
@@ -8,14 +9,16 @@ use crate::{
     sandbox::{
         app::{
             display::{self, NoDisplay},
+            load::floor,
             screenshot,
         },
+        panel::browser::card::PICTURE,
         render::{
             bodies::BodiesPlugin,
             camera::OrbitCamera,
             colliders::CollidersPlugin,
             orbit::Orbit,
-            stage::{self, StagePlugin},
+            stage::{self, FloorHeight, StagePlugin},
         },
         state::view::ViewSettings,
     },
@@ -24,13 +27,14 @@ use crate::{
 };
 use bevy::{
     app::PluginsState,
+    asset::RenderAssetUsages,
     camera::RenderTarget,
     log::LogPlugin,
     prelude::*,
     render::{
         RenderPlugin,
         pipelined_rendering::PipelinedRenderingPlugin,
-        render_resource::TextureFormat,
+        render_resource::{Extent3d, TextureDimension, TextureFormat},
         view::screenshot::{Screenshot, ScreenshotCaptured},
     },
     window::ExitCondition,
@@ -71,6 +75,69 @@ pub fn picture(
     path: &Path,
     size: UVec2,
 ) -> Result<(), PictureError> {
+    write(&render(built, camera, size, false)?, path)
+}
+
+/// Distance of the camera of a small picture, as a fraction of that which frames the ball around
+/// all bodies with a margin.
+const NEARER: f32 = 0.87;
+
+/// Renders a picture for the scene browser: at twice the size, then averaged over squares of four
+/// pixels. `camera` gives the direction; all bodies are framed.
+///
+/// # Errors
+/// As for [`picture`].
+pub fn thumbnail(
+    built: &BuiltScene,
+    camera: Option<CameraSpec>,
+    path: &Path,
+) -> Result<(), PictureError> {
+    let size = 2 * UVec2::from_array(PICTURE);
+    write(&halved(&render(built, camera, size, true)?), path)
+}
+
+/// An image of half the width and height, with the mean of each square of four pixels.
+fn halved(image: &Image) -> Image {
+    let size = image.size() / 2;
+    let row = 4 * image.size().x as usize;
+    let pixels = image.data.as_deref().unwrap_or_default();
+    let mut data = Vec::with_capacity(4 * size.element_product() as usize);
+    for y in 0..size.y as usize {
+        for x in 0..size.x as usize {
+            let first = 2 * y * row + 8 * x;
+            for channel in first..first + 4 {
+                let four = [channel, channel + 4, channel + row, channel + row + 4];
+                let sum: u32 = four
+                    .iter()
+                    .map(|&at| pixels.get(at).copied().map_or(0, u32::from))
+                    .sum();
+                data.push(((sum + 2) / 4) as u8);
+            }
+        }
+    }
+    let extent = Extent3d {
+        width: size.x,
+        height: size.y,
+        ..default()
+    };
+    let format = image.texture_descriptor.format;
+    let usage = RenderAssetUsages::default();
+    Image::new(extent, TextureDimension::D2, data, format, usage)
+}
+
+fn write(image: &Image, path: &Path) -> Result<(), PictureError> {
+    screenshot::save(image, path).map_err(|reason| PictureError::NotWritten {
+        path: path.to_owned(),
+        reason,
+    })
+}
+
+fn render(
+    built: &BuiltScene,
+    camera: Option<CameraSpec>,
+    size: UVec2,
+    fits: bool,
+) -> Result<Image, PictureError> {
     display::check_adapter()?;
     let mut app = App::new();
     app.add_plugins(
@@ -116,50 +183,84 @@ pub fn picture(
             RenderTarget::Image(target.clone().into()),
         ))
         .id();
+    // As in the window: no floor hides bodies that hang below it.
+    let floor = FloorHeight(floor(&built.world.bodies));
+    app.world_mut().insert_resource(floor);
     scene::spawn(built, app.world_mut());
     // The first frame creates the surfaces of the bodies, which framing needs.
     app.update();
-    let orbit = orbit(camera, app.world_mut(), size);
+    let orbit = orbit(camera, app.world_mut(), size, fits);
     app.world_mut()
         .entity_mut(eye)
         .insert((OrbitCamera::at(orbit), orbit.transform()));
     app.update();
-    capture(&mut app, target, path)
+    capture(&mut app, target)
 }
 
-/// The camera of the scene, or one that frames all bodies.
-fn orbit(camera: Option<CameraSpec>, world: &mut World, size: UVec2) -> Orbit {
-    if let Some(camera) = camera {
-        return Orbit::look(camera.eye, camera.target);
+/// The camera of the scene, or one that frames all bodies; in the direction of the former if it
+/// `fits`.
+fn orbit(camera: Option<CameraSpec>, world: &mut World, size: UVec2, fits: bool) -> Orbit {
+    let orbit = camera.map(|camera| Orbit::look(camera.eye, camera.target));
+    if let Some(orbit) = orbit.filter(|_| !fits) {
+        return orbit;
     }
+    let orbit = orbit.unwrap_or_default();
     let mut bodies = world.query::<&Drawn>();
     let aspect = size.x as f32 / size.y.max(1) as f32;
     bodies
         .iter(world)
         .map(|drawn| (drawn.low, drawn.high))
         .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
-        .map_or_else(Orbit::default, |(low, high)| {
-            Orbit::default().framing(low, high, aspect)
+        .map_or(orbit, |(low, high)| {
+            let framed = orbit.framing(low, high, aspect);
+            let nearer = if fits { NEARER } else { 1.0 };
+            Orbit {
+                distance: nearer * framed.distance,
+                ..framed
+            }
         })
 }
 
-/// Result of the capture.
+/// The captured image.
 #[derive(Resource)]
-struct Outcome(Result<(), String>);
+struct Outcome(Image);
 
-fn capture(app: &mut App, target: Handle<Image>, path: &Path) -> Result<(), PictureError> {
-    let file = path.to_owned();
+fn capture(app: &mut App, target: Handle<Image>) -> Result<Image, PictureError> {
     app.world_mut().spawn(Screenshot::image(target)).observe(
         move |captured: On<ScreenshotCaptured>, mut commands: Commands| {
-            commands.insert_resource(Outcome(screenshot::save(&captured.image, &file)));
+            commands.insert_resource(Outcome(captured.image.clone()));
         },
     );
     for _ in 0..PATIENCE {
         app.update();
-        if let Some(Outcome(outcome)) = app.world_mut().remove_resource::<Outcome>() {
-            let path = path.to_owned();
-            return outcome.map_err(|reason| PictureError::NotWritten { path, reason });
+        if let Some(Outcome(image)) = app.world_mut().remove_resource::<Outcome>() {
+            return Ok(image);
         }
     }
     Err(PictureError::NoAnswer)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_halved_image_has_the_mean_of_four_pixels() {
+        let image = Image::new(
+            Extent3d {
+                width: 4,
+                height: 2,
+                ..default()
+            },
+            TextureDimension::D2,
+            (0..32).collect(),
+            TextureFormat::Rgba8UnormSrgb,
+            RenderAssetUsages::default(),
+        );
+        let half = halved(&image);
+        assert_eq!(half.size(), UVec2::new(2, 1));
+        // (0 + 4 + 16 + 20)/4 = 10 in the first channel of the first square.
+        let expected = [10, 11, 12, 13, 18, 19, 20, 21];
+        assert_eq!(half.data.as_deref(), Some(&expected[..]));
+    }
 }

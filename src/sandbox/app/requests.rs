@@ -5,7 +5,7 @@
 
 use bevy::prelude::*;
 
-use super::{import, time};
+use super::{bodies::bodies, import, presets, time};
 use crate::{
     effect::EffectRegistry,
     sandbox::{
@@ -17,9 +17,11 @@ use crate::{
         },
         panel::{SceneDefaults, SceneSettings, energy, gather::track, show_held},
         state::{
+            browser::Browser,
             display::DisplaySettings,
             first_steps::FirstSteps,
             request::{Distortion, Request, RequestSystems, Requested},
+            search::PanelSearch,
             selection::{Scope, Selection},
             spawn::{self, Spawn},
             view::{LastGrab, ViewCommand, ViewSettings},
@@ -27,10 +29,7 @@ use crate::{
         ui::message::{Notices, capitalised},
     },
     scene::Material,
-    simulation::{
-        Action, Actions, Pins, SimulationClock, SoftBody, SolverThreads, action,
-        plain::bodies_in_order,
-    },
+    simulation::{Action, Actions, Pins, SimulationClock, SoftBody, SolverThreads, action},
     solver::{Deformation, Threads},
 };
 
@@ -47,6 +46,7 @@ pub struct RequestsPlugin;
 impl Plugin for RequestsPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Shuffles>()
+            .init_resource::<Browser>()
             .add_message::<Requested>()
             .add_systems(
                 Update,
@@ -77,9 +77,20 @@ fn report_refusals(mut actions: ResMut<Actions>, mut notices: ResMut<Notices>) {
 }
 
 fn carry_out_one(world: &mut World, request: Request) {
-    let scope = world.resource::<Selection>().0;
+    let scope = world.resource::<Selection>().0.clone();
     match request {
         Request::OpenScene(name) => command(world, ViewCommand::LoadScene(name)),
+        Request::Browser => {
+            let mut browser = world.resource_mut::<Browser>();
+            browser.open = !browser.open;
+        }
+        Request::Search(text) => world.resource_mut::<PanelSearch>().text = text,
+        Request::FocusSearch => {
+            world.resource_mut::<ViewSettings>().panel_visible = true;
+            let mut search = world.resource_mut::<PanelSearch>();
+            (search.open, search.focus) = (true, true);
+        }
+        Request::CloseSearch => *world.resource_mut::<PanelSearch>() = PanelSearch::default(),
         Request::NextScene => command(world, ViewCommand::NextScene),
         Request::PreviousScene => command(world, ViewCommand::PreviousScene),
         Request::Restart => command(world, ViewCommand::Restart),
@@ -129,14 +140,23 @@ fn carry_out_one(world: &mut World, request: Request) {
             effect,
             parameter,
             value,
-        } => parameter_of(world, scope, effect, parameter, |_, original| {
+        } => parameter_of(world, &scope, effect, parameter, |_, original| {
             value.or(original)
         }),
-        Request::Soften { scope, softer } => soften(world, scope, softer),
+        Request::Soften { scope, softer } => soften(world, &scope, softer),
         Request::Show(scope) => world.resource_mut::<Selection>().0 = scope,
-        Request::Effect { effect, on } => switch(world, scope, effect, on),
-        Request::Material(name) => make_of(world, scope, name),
-        Request::Distort(distortion) => distort(world, scope, distortion),
+        Request::Effect { effect, on } => switch(world, &scope, effect, on),
+        Request::Material(name) => make_of(world, &scope, name),
+        Request::Preset(name) => presets::apply(world, &scope, &name),
+        Request::SavePreset(name) => presets::save(world, &scope, &name),
+        Request::DeletePreset(name) => presets::delete(world, &name),
+        Request::Duplicate => super::bodies::duplicate(world, &scope),
+        Request::Hide(hidden) => super::bodies::hide(world, &scope, hidden),
+        Request::Rename { key, name } => super::bodies::rename(world, key, &name),
+        Request::Color(color) => super::bodies::color(world, &scope, color),
+        Request::CopyParameters => super::bodies::copy(world, &scope),
+        Request::PasteParameters => super::bodies::paste(world, &scope),
+        Request::Distort(distortion) => distort(world, &scope, distortion),
         Request::SpawnBody(name) => world.resource_mut::<Spawn>().body = name,
         Request::SpawnSize(size) => spawn_size(world, size),
         Request::Spawn(place) => import::spawn(world, place),
@@ -147,9 +167,9 @@ fn carry_out_one(world: &mut World, request: Request) {
                 push(world, Action::Restore { body });
             }
         }
-        Request::Remove => remove(world, scope),
+        Request::Remove => remove(world, &scope),
         Request::Pin(pinned) => pin(world, pinned),
-        Request::UnpinAll => unpin_all(world, scope),
+        Request::UnpinAll => unpin_all(world, &scope),
         Request::Contacts(on) => world.resource_mut::<ViewSettings>().contacts = on,
         Request::Wireframe(on) => world.resource_mut::<ViewSettings>().wireframe = on,
         Request::Tetrahedra(on) => world.resource_mut::<ViewSettings>().tetrahedra = on,
@@ -169,12 +189,6 @@ fn push(world: &mut World, action: Action) {
     world.resource_mut::<Actions>().push(action);
 }
 
-fn bodies(world: &mut World, scope: Scope) -> Vec<Entity> {
-    let mut bodies = bodies_in_order(world);
-    bodies.retain(|body| scope.contains(*body));
-    bodies
-}
-
 fn setting(world: &mut World, name: &'static str, value: Option<f64>) {
     let original = action::setting(&world.resource::<SceneSettings>().0, name);
     if let Some(value) = value.or(original) {
@@ -187,7 +201,7 @@ fn setting(world: &mut World, name: &'static str, value: Option<f64>) {
 /// and the scene default of each body to the new value.
 fn parameter_of(
     world: &mut World,
-    scope: Scope,
+    scope: &Scope,
     effect: &'static str,
     parameter: &'static str,
     choose: impl Fn(f64, Option<f64>) -> Option<f64>,
@@ -244,7 +258,7 @@ fn spawn_size(world: &mut World, size: f64) {
     }
 }
 
-fn soften(world: &mut World, scope: Scope, softer: bool) {
+fn soften(world: &mut World, scope: &Scope, softer: bool) {
     let (effect, parameter) = ("stretch", "compliance");
     let track = world
         .resource::<EffectRegistry>()
@@ -257,7 +271,7 @@ fn soften(world: &mut World, scope: Scope, softer: bool) {
     }
 }
 
-fn switch(world: &mut World, scope: Scope, effect: &'static str, on: bool) {
+fn switch(world: &mut World, scope: &Scope, effect: &'static str, on: bool) {
     let Some(present) = world
         .resource::<EffectRegistry>()
         .get(effect)
@@ -279,7 +293,7 @@ fn switch(world: &mut World, scope: Scope, effect: &'static str, on: bool) {
     }
 }
 
-fn make_of(world: &mut World, scope: Scope, name: &str) {
+fn make_of(world: &mut World, scope: &Scope, name: &str) {
     let Some(material) = Material::find(name) else {
         return;
     };
@@ -300,7 +314,7 @@ fn make_of(world: &mut World, scope: Scope, name: &str) {
     }
 }
 
-fn distort(world: &mut World, scope: Scope, distortion: Distortion) {
+fn distort(world: &mut World, scope: &Scope, distortion: Distortion) {
     for body in bodies(world, scope) {
         let deformation = match distortion {
             Distortion::Squash => Deformation::Squash(SQUASHED),
@@ -327,7 +341,7 @@ fn pin(world: &mut World, pinned: bool) {
     }
 }
 
-fn unpin_all(world: &mut World, scope: Scope) {
+fn unpin_all(world: &mut World, scope: &Scope) {
     for body in bodies(world, scope) {
         let pins = world
             .get::<Pins>(body)
@@ -338,20 +352,24 @@ fn unpin_all(world: &mut World, scope: Scope) {
     }
 }
 
-fn remove(world: &mut World, scope: Scope) {
-    let held = world.resource::<LastGrab>().0.map(|grab| grab.body);
-    let shown = match scope {
-        Scope::All => None,
-        Scope::Body(key) => Entity::try_from_bits(key),
+fn remove(world: &mut World, scope: &Scope) {
+    let grabbed = world.resource::<LastGrab>().0.map(|grab| grab.body);
+    // A body that was grabbed is selected, unless others were chosen in the panel since.
+    let grabbed = grabbed.filter(|body| scope.contains(*body));
+    let several = scope.keys().count() > 1;
+    let bodies: Vec<Entity> = match grabbed.filter(|_| !several) {
+        Some(body) => vec![body],
+        None => scope.keys().filter_map(Entity::try_from_bits).collect(),
     };
-    let Some(body) = held.or(shown) else {
+    if bodies.is_empty() {
         let text = "Nothing to delete: grab a body or select one in the panel first";
         world.resource_mut::<Notices>().info(text);
-        return;
-    };
-    // Releases the grab before the body is removed.
-    if let Some(mut drag) = world.get_resource_mut::<Drag>() {
-        drag.held = drag.held.filter(|held| held.body != body);
     }
-    push(world, Action::Despawn { body });
+    for body in bodies {
+        // Releases the grab before the body is removed.
+        if let Some(mut drag) = world.get_resource_mut::<Drag>() {
+            drag.held = drag.held.filter(|held| held.body != body);
+        }
+        push(world, Action::Despawn { body });
+    }
 }

@@ -146,7 +146,7 @@ impl Plugin for KeptSettingsPlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<KeptSettings>()
             .add_plugins(SettingsPlugin::new("pliant"))
-            .add_systems(Startup, restore_view)
+            .add_systems(Startup, (restore_view, super::presets::load))
             .add_systems(Update, restore_world)
             .add_systems(Last, (keep, save_at_the_end.after(ExitSystems)).chain());
     }

@@ -10,7 +10,11 @@ use crate::{
     sandbox::{
         input::pointer::{Pointer, PointerOwner, PointerSystems},
         render::camera::{CameraSystems, OrbitCamera},
-        state::view::{GrabbedPoint, LastGrab},
+        state::{
+            request::{Request, Requested},
+            selection::Selection,
+            view::{GrabbedPoint, LastGrab},
+        },
     },
     simulation::{Action, Actions, SoftBody},
     solver::SurfacePoint,
@@ -51,14 +55,17 @@ pub struct DragPlugin;
 
 impl Plugin for DragPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Drag>().add_systems(
-            Update,
-            (forget_gone, (take, pull, release).chain())
-                .chain()
-                .in_set(DragSystems)
-                .after(PointerSystems)
-                .before(CameraSystems),
-        );
+        app.init_resource::<Drag>()
+            .init_resource::<Selection>()
+            .add_message::<Requested>()
+            .add_systems(
+                Update,
+                (forget_gone, (take, pull, release).chain())
+                    .chain()
+                    .in_set(DragSystems)
+                    .after(PointerSystems)
+                    .before(CameraSystems),
+            );
     }
 }
 
@@ -74,6 +81,9 @@ fn forget_gone(mut drag: ResMut<Drag>, mut last: ResMut<LastGrab>, bodies: Query
 
 fn take(
     pointer: Res<Pointer>,
+    keys: Res<ButtonInput<KeyCode>>,
+    selection: Res<Selection>,
+    mut requests: MessageWriter<Requested>,
     camera: Single<&GlobalTransform, With<OrbitCamera>>,
     bodies: Query<&SoftBody>,
     mut drag: ResMut<Drag>,
@@ -90,6 +100,12 @@ fn take(
     let Ok(topology) = bodies.get(body) else {
         return;
     };
+    // The press selects or deselects the body, and drags nothing.
+    if keys.any_pressed([KeyCode::ControlLeft, KeyCode::ControlRight]) {
+        let scope = selection.0.toggled(body.to_bits());
+        requests.write(Requested(Request::Show(scope)));
+        return;
+    }
     let (point, target) = (hit.point, hit.position);
     let depth = (target - camera.translation()).dot(camera.forward().as_vec3());
     drag.held = Some(Held {

@@ -36,6 +36,10 @@ pub enum Command {
     Restart,
     /// Toggles between a tenth of the speed and full speed.
     Slow,
+    /// Opens or closes the scene browser.
+    Browser,
+    /// Moves the keyboard focus to the panel's search.
+    Search,
     /// The next scene.
     NextScene,
     /// The previous scene.
@@ -179,6 +183,8 @@ pub const BINDINGS: &[Binding] = &[
         "slow motion (0.1× speed)",
         Command::Slow,
     ),
+    row(&[Types("e")], "E", "browse scenes", Command::Browser),
+    row(&[Types("/")], "/", "search the panel", Command::Search),
     row(
         &[Types("n"), PageDown],
         "N",
@@ -276,6 +282,7 @@ pub const BINDINGS: &[Binding] = &[
 /// Pointer gestures, for the help.
 pub const GESTURES: &[(&str, &str)] = &[
     ("Left drag", "grab and drag a body"),
+    ("Ctrl click", "select or deselect a body"),
     ("Wheel", "while dragging: nearer / farther"),
     ("Wheel", "otherwise: zoom"),
     ("Right drag", "orbit the camera"),

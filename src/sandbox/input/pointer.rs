@@ -7,7 +7,10 @@
 use crate::render::{SoftBodyHit, SoftBodyRayCast};
 use crate::sandbox::{
     render::camera::OrbitCamera,
-    state::view::{Hovered, ViewSettings},
+    state::{
+        look::HiddenBody,
+        view::{Hovered, ViewSettings},
+    },
 };
 use bevy::{
     input::mouse::{AccumulatedMouseScroll, MouseScrollUnit},
@@ -122,6 +125,7 @@ fn locate(
     window: Single<(Entity, &Window), With<PrimaryWindow>>,
     camera: Single<(&Camera, &GlobalTransform), With<OrbitCamera>>,
     bodies: SoftBodyRayCast,
+    hidden: Query<(), With<HiddenBody>>,
 ) {
     let (entity, window) = *window;
     // While a button is down, the window system also reports positions outside the window, which
@@ -144,7 +148,7 @@ fn locate(
     pointer.hit = match (pointer.owner, pointer.ray) {
         (PointerOwner::None, Some(ray)) => {
             let per_pixel = pixel_size(camera, window.height());
-            bodies.cast(ray, REACH * per_pixel)
+            bodies.cast_among(ray, REACH * per_pixel, |body| !hidden.contains(body))
         }
         _ => None,
     };

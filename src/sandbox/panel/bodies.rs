@@ -1,67 +1,31 @@
 //! The section of the bodies: the selection, and operations on it.
 
-use crate::sandbox::state::{
-    request::{Distortion, Request},
-    selection::Scope,
+mod edit;
+mod materials;
+mod selection;
+
+use crate::sandbox::{
+    state::request::{Distortion, Request},
+    ui::{number, theme},
 };
-use bevy_egui::egui::{ComboBox, Label, RichText, Ui};
+use bevy_egui::egui::{Label, RichText, Ui};
 
 use super::{
     Panel,
     model::{BodyEntry, BodyState, PanelModel},
     section::{self, RowButton, section},
-    spawn,
 };
-use crate::{
-    sandbox::ui::{number, theme},
-    scene::Material,
-};
+
+/// Words by which the search of the panel finds the section.
+pub const WORDS: &str = "squash scramble invert material preset stress tests pin unpin duplicate hide \
+                         show rename name color copy paste parameters add";
 
 /// Draws the section.
 pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     section(ui, panel, "Bodies", |ui, panel| {
-        scope(ui, panel, model);
+        selection::show(ui, panel, model);
         state(ui, panel, model);
         buttons(ui, panel, model);
-    });
-}
-
-fn scope(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
-    let all = format!("All bodies ({})", model.bodies.len());
-    let shown = match model.scope {
-        Scope::All => all.clone(),
-        Scope::Body(key) => name(model, key).to_owned(),
-    };
-    ui.horizontal(|ui| {
-        let add_width = 64.0;
-        let width = ui.available_width() - add_width - theme::GAP;
-        let combo = ComboBox::from_id_salt("scope")
-            .selected_text(RichText::new(shown).color(theme::of(ui).strong))
-            .width(width)
-            .truncate()
-            .show_ui(ui, |ui| {
-                ui.set_min_width(200.0);
-                let line = ui.selectable_label(model.scope == Scope::All, all.as_str());
-                panel.note("scope.all", &line, ui);
-                if line.clicked() {
-                    panel.ask(Request::Show(Scope::All));
-                    ui.close();
-                }
-                for body in &model.bodies {
-                    let scope = Scope::Body(body.key);
-                    let line = ui.selectable_label(model.scope == scope, body.name.as_str());
-                    panel.note(format!("scope.{}", body.name), &line, ui);
-                    if line.clicked() {
-                        panel.ask(Request::Show(scope));
-                        ui.close();
-                    }
-                }
-            });
-        panel.note("scope", &combo.response, ui);
-        combo.response.on_hover_text(
-            "Selection: whose parameters are shown and changed. Grabbing a body selects it.",
-        );
-        spawn::show(ui, panel, model, add_width);
     });
 }
 
@@ -70,11 +34,13 @@ fn state(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     let in_scope = model
         .bodies
         .iter()
-        .filter(|body| model.scope == Scope::All || model.scope == Scope::Body(body.key));
-    let (mut particles, mut asleep) = (0, 0);
+        .filter(|body| model.scope.contains_key(body.key));
+    let (mut selected, mut particles, mut asleep, mut hidden) = (0, 0, 0, 0);
     let mut stuck = Vec::new();
     for body in in_scope {
+        selected += 1;
         particles += body.particles;
+        hidden += usize::from(body.hidden);
         match &body.state {
             BodyState::Awake => {}
             BodyState::Asleep => asleep += 1,
@@ -85,11 +51,16 @@ fn state(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         1 => "1 particle".to_owned(),
         _ => format!("{} particles", number::count(particles)),
     };
-    match (asleep, model.scope) {
-        (0, _) => {}
-        (_, Scope::Body(_)) => text.push_str(" · asleep"),
-        (n, Scope::All) if n == model.bodies.len() => text.push_str(" · all asleep"),
-        (n, Scope::All) => text.push_str(&format!(" · {n} asleep")),
+    match asleep {
+        0 => {}
+        _ if model.scope.single().is_some() => text.push_str(" · asleep"),
+        n if n == selected => text.push_str(" · all asleep"),
+        n => text.push_str(&format!(" · {n} asleep")),
+    }
+    match hidden {
+        0 => {}
+        _ if model.scope.single().is_some() => text.push_str(" · hidden, still simulated"),
+        n => text.push_str(&format!(" · {n} hidden, still simulated")),
     }
     section::note(ui, &text);
     quarantined(ui, panel, &stuck);
@@ -151,7 +122,7 @@ fn buttons(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     if let Some(distortion) = distortion {
         panel.ask(Request::Distort(distortion));
     }
-    materials(ui, panel, model);
+    materials::show(ui, panel, model);
     let gallery = RowButton::new(
         "gallery",
         "Stress tests",
@@ -188,62 +159,4 @@ fn buttons(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         Some(index) => panel.ask(Request::Pin(index == 0)),
         None => {}
     }
-}
-
-/// The material of the selection as a drop-down.
-fn materials(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
-    if model.materials.is_empty() {
-        return;
-    }
-    ui.horizontal(|ui| {
-        ui.label("Material");
-        let current = model.material.map_or("custom", |it| it.title.as_str());
-        let menu = ComboBox::from_id_salt("material")
-            .selected_text(current)
-            .width(ui.available_width())
-            .truncate()
-            .show_ui(ui, |ui| {
-                for material in &model.materials {
-                    let is_current = model.material == Some(*material);
-                    let line = ui.selectable_label(is_current, &material.title);
-                    let line = line.on_hover_ui(|ui| {
-                        ui.set_max_width(320.0);
-                        ui.label(figures(material));
-                        ui.add(Label::new(RichText::new(&material.source).small().weak()).wrap());
-                    });
-                    panel.note(format!("material.{}", material.name), &line, ui);
-                    if line.clicked() {
-                        panel.ask(Request::Material(&material.name));
-                    }
-                }
-            });
-        panel.note("material", &menu.response, ui);
-        menu.response.on_hover_text(
-            "Assign the density and stiffness of a real material to the selection. The result does \
-             not depend on the mesh.",
-        );
-    });
-}
-
-/// The parameters of a material with their units.
-fn figures(material: &Material) -> String {
-    let mut text = format!(
-        "E {} Pa, ν {}, {} kg/m³",
-        number::format(material.youngs_modulus.into(), 3),
-        number::format(material.poisson_ratio.into(), 3),
-        number::format(material.density.into(), 3),
-    );
-    if let Some(sheet) = material.sheet {
-        text.push_str(&format!(
-            ", {} mm thick, bending stiffness {} N·m",
-            number::format(1e3 * f64::from(sheet.thickness), 3),
-            number::format(sheet.bending_stiffness.into(), 3),
-        ));
-    }
-    text
-}
-
-fn name(model: &PanelModel, key: u64) -> &str {
-    let body = model.bodies.iter().find(|body| body.key == key);
-    body.map_or("(removed)", |body| body.name.as_str())
 }

@@ -7,6 +7,7 @@ use super::{
     bodies, effects, energy,
     model::PanelModel,
     reference_overlay, scene,
+    search::{self, Query},
     section::{self, RowButton},
     settings, world,
 };
@@ -29,11 +30,17 @@ impl Panel {
         let mut panel = Self::default();
         scene::show(ui, &mut panel, model);
         ui.add_space(2.0);
+        search::field(ui, &mut panel, model);
+        let query = Query::new(&model.search.text);
         let foot = 32.0 + theme::ROW + 8.0;
         ScrollArea::vertical()
             .auto_shrink([false, false])
             .max_height(ui.available_height() - foot)
             .show(ui, |ui| {
+                if let Some(query) = &query {
+                    search::results(ui, &mut panel, model, query);
+                    return;
+                }
                 reference_overlay::show(ui, &mut panel, model.reference_overlay.as_ref());
                 world::show(ui, &mut panel, model);
                 bodies::show(ui, &mut panel, model);

@@ -11,8 +11,9 @@ use bevy_egui::egui::{
 
 use super::{
     Panel, effective, history,
-    model::{ContactModel, EffectModel, PanelModel},
+    model::{ContactModel, EffectModel, PanelModel, Parameter},
     parameter::{self, Edit},
+    search::Query,
     section::{self, section},
 };
 use crate::{
@@ -75,6 +76,51 @@ fn steps(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     });
 }
 
+/// Draws the effects and parameters that match a search, and returns whether there are any. An
+/// effect that matches has all of its parameters.
+pub fn found(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, query: &Query) -> bool {
+    let mut any = false;
+    for effect in &model.effects {
+        let whole = query.matches(&[effect.name, effect.title, effect.summary]);
+        let parameters = effect.parameters.iter();
+        let parameters: Vec<_> = parameters
+            .filter(|parameter| {
+                let texts = [effect.name, effect.title, parameter.name];
+                let more = [parameter.title, parameter.help];
+                whole || query.matches(&[&texts[..], &more[..]].concat())
+            })
+            .collect();
+        let in_words = query.matches(&[effect.name, effect.title, &effect.words]);
+        if !whole && parameters.is_empty() && !in_words {
+            continue;
+        }
+        if !any {
+            section::heading(ui, "Effects");
+            any = true;
+        }
+        heading(ui, panel, model, effect);
+        for parameter in parameters {
+            parameter_row(ui, panel, effect, parameter);
+        }
+        ui.add_space(3.0);
+    }
+    any
+}
+
+fn parameter_row(ui: &mut Ui, panel: &mut Panel, effect: &EffectModel, parameter: &Parameter) {
+    let name = format!("{}.{}", effect.name, parameter.name);
+    if let Some(edit) = parameter::row(ui, panel, &name, parameter) {
+        panel.ask(Request::Parameter {
+            effect: effect.name,
+            parameter: parameter.name,
+            value: match edit {
+                Edit::Set(value) => Some(value),
+                Edit::Reset => None,
+            },
+        });
+    }
+}
+
 fn running_effect(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &EffectModel) {
     let id = Id::new(("effect", effect.name));
     let mut state = CollapsingState::load_with_default_open(ui.ctx(), id, true);
@@ -83,17 +129,7 @@ fn running_effect(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &E
     }
     state.show_body_unindented(ui, |ui| {
         for parameter in &effect.parameters {
-            let name = format!("{}.{}", effect.name, parameter.name);
-            if let Some(edit) = parameter::row(ui, panel, &name, parameter) {
-                panel.ask(Request::Parameter {
-                    effect: effect.name,
-                    parameter: parameter.name,
-                    value: match edit {
-                        Edit::Set(value) => Some(value),
-                        Edit::Reset => None,
-                    },
-                });
-            }
+            parameter_row(ui, panel, effect, parameter);
         }
         if let Some(note) = effect.note {
             section::note(ui, note);

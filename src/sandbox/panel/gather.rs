@@ -10,7 +10,6 @@ use super::{
         BodyEntry, BodyState, ClockModel, ContactModel, EffectModel, GrabModel, PanelModel,
         Parameter, StageModel,
     },
-    picker::Picker,
     reference_overlay,
     scene_defaults::{SceneDefaults, SceneSettings},
 };
@@ -20,9 +19,12 @@ use crate::{
     },
     sandbox::{
         lab::{quarantine, throughput::Throughput},
-        render::quality::EffectiveQuality,
+        render::{material::SkinMaterial, quality::EffectiveQuality},
         state::{
             display::DisplaySettings,
+            look::HiddenBody,
+            presets::{Preset, Presets},
+            search::PanelSearch,
             time::TimeView,
             view::{LastGrab, ViewSettings},
         },
@@ -47,7 +49,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
     let bodies = bodies_in_order(world);
     smooth_fractions(world);
     let ticked = history::gather(world);
-    let scope = world.resource::<Selection>().0;
+    let scope = world.resource::<Selection>().0.clone();
     let shown: Vec<Entity> = bodies
         .iter()
         .copied()
@@ -86,10 +88,10 @@ pub(super) fn model(world: &mut World) -> PanelModel {
     let scene = world.get_resource::<CurrentScene>();
     let text = |field: fn(&CurrentScene) -> &String| scene.map(field).cloned().unwrap_or_default();
     PanelModel {
-        scenes: world.resource::<Picker>().to_vec(),
         scene: text(|scene| &scene.name),
         scene_title: text(|scene| &scene.scene.title),
         scene_note: text(|scene| &scene.scene.look_at),
+        search: world.resource::<PanelSearch>().clone(),
         clock: ClockModel {
             paused: clock.paused,
             speed: clock.speed,
@@ -117,6 +119,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         spawn: world.resource::<Spawn>().clone(),
         materials: materials(world, &shown),
         material: material(world, &shown),
+        presets: presets(world, &shown),
         wireframe: view.wireframe,
         contacts: view.contacts,
         tetrahedra: view.tetrahedra,
@@ -137,6 +140,23 @@ fn materials(world: &World, bodies: &[Entity]) -> Vec<&'static Material> {
     };
     let all = Material::all().iter();
     all.filter(|material| bodies.iter().any(|body| can_be(body, material)))
+        .collect()
+}
+
+/// Presets of the user that can be applied to at least one of the bodies.
+fn presets(world: &World, bodies: &[Entity]) -> Vec<(String, String)> {
+    let can_be = |preset: &&Preset| {
+        bodies.iter().any(|body| {
+            let topology = world.get::<SoftBody>(*body);
+            topology.is_some_and(|topology| topology.dimension == preset.dimension)
+        })
+    };
+    let fitting = world.resource::<Presets>().iter().filter(can_be);
+    fitting
+        .map(|preset| {
+            let text = preset.parameters.to_text();
+            (preset.name.clone(), text.unwrap_or_default())
+        })
         .collect()
 }
 
@@ -186,7 +206,21 @@ fn entry(world: &World, body: Entity) -> BodyEntry {
             .map_or_else(|| body.to_string(), |name| name.to_string()),
         particles: entity.get::<SoftBody>().map_or(0, |body| body.particles()),
         state,
+        hidden: entity.contains::<HiddenBody>(),
+        color: color(world, &entity),
     }
+}
+
+/// The drawn color of a body, sRGB; black before it is first drawn.
+fn color(world: &World, body: &EntityRef) -> [u8; 3] {
+    let materials = world.get_resource::<Assets<SkinMaterial>>();
+    let skin = body.get::<MeshMaterial3d<SkinMaterial>>();
+    let finish = materials.and_then(|all| Some(all.get(skin?)?.finish));
+    let color = finish.map_or(Vec3::ZERO, |finish| finish.color);
+    let [red, green, blue, _] = Color::linear_rgb(color.x, color.y, color.z)
+        .to_srgba()
+        .to_u8_array();
+    [red, green, blue]
 }
 
 fn effect(world: &World, info: &EffectInfo, bodies: &[Entity], shown: &[Entity]) -> EffectModel {
@@ -214,6 +248,7 @@ fn effect(world: &World, info: &EffectInfo, bodies: &[Entity], shown: &[Entity])
         name: info.name,
         title: info.title,
         summary: info.summary,
+        words: words_of(info),
         carriers: bodies.iter().filter(carries).count(),
         carriers_shown: carriers.len(),
         elements: 0,
@@ -227,6 +262,11 @@ fn effect(world: &World, info: &EffectInfo, bodies: &[Entity], shown: &[Entity])
         switchable: info.insert_default.is_some(),
         parameters,
     }
+}
+
+fn words_of(info: &EffectInfo) -> String {
+    let words = info.parameters.iter().flat_map(|it| [it.name, it.title]);
+    words.collect::<Vec<_>>().join(" ")
 }
 
 fn contacts(statistics: &Statistics, effect: &str) -> Option<ContactModel> {

@@ -6,21 +6,23 @@
 //! second uses egui.
 
 mod bodies;
+pub mod browser;
 mod draw;
 mod effective;
 mod effects;
 pub mod energy;
+pub mod first_steps;
 pub(in crate::sandbox) mod gather;
 pub mod help;
 pub mod history;
 pub mod hud;
 pub mod model;
 mod parameter;
-mod picker;
 mod reference_overlay;
 pub(in crate::sandbox) mod restart;
 mod scene;
 pub(in crate::sandbox) mod scene_defaults;
+pub mod search;
 mod section;
 mod settings;
 mod spawn;
@@ -28,7 +30,7 @@ pub mod time_strip;
 mod world;
 
 pub use draw::Panel;
-pub use model::{Addition, Additions, PanelModel, SceneEntry};
+pub use model::{Addition, Additions, PanelModel};
 pub use scene_defaults::{SceneDefaults, SceneSettings};
 
 use std::collections::BTreeMap;
@@ -46,7 +48,9 @@ use crate::sandbox::{
     state::{
         display::{DisplayChange, DisplaySettings, PANEL_WIDTHS, Side},
         event::SceneLoaded,
+        presets::Presets,
         request::{Request, RequestSystems, Requested},
+        search::PanelSearch,
         selection::{Scope, Selection},
         time::TimeView,
         view::{LastGrab, ViewCommand, ViewSettings},
@@ -88,7 +92,8 @@ impl Plugin for PanelPlugin {
             .init_resource::<LastGrab>()
             .init_resource::<Notices>()
             .init_resource::<SceneSettings>()
-            .init_resource::<picker::Picker>()
+            .init_resource::<PanelSearch>()
+            .init_resource::<Presets>()
             .add_message::<Requested>()
             .add_message::<ViewCommand>()
             .add_message::<SceneLoaded>()
@@ -107,19 +112,21 @@ impl Plugin for PanelPlugin {
     }
 }
 
-/// Selects a body when it is grabbed, and deselects a body that was removed.
+/// Selects a body when it is grabbed, unless it is selected with others, and deselects bodies that
+/// were removed.
 pub(in crate::sandbox) fn show_held(
     grab: Res<LastGrab>,
     mut selection: ResMut<Selection>,
     bodies: Query<()>,
 ) {
-    if let Some(grab) = grab.0.filter(|point| point.held && grab.is_changed()) {
-        selection.0 = Scope::Body(grab.body.to_bits());
-    }
-    if let Scope::Body(key) = selection.0
-        && Entity::try_from_bits(key).is_none_or(|body| !bodies.contains(body))
+    if let Some(grab) = grab.0.filter(|point| point.held && grab.is_changed())
+        && !selection.0.names(grab.body.to_bits())
     {
-        selection.0 = Scope::All;
+        selection.0 = Scope::body(grab.body);
+    }
+    let exists = |key| Entity::try_from_bits(key).is_some_and(|body| bodies.contains(body));
+    if selection.0.keys().any(|key| !exists(key)) {
+        selection.0 = selection.0.retained(exists);
     }
 }
 
@@ -162,6 +169,9 @@ fn panel(world: &mut World) -> Result {
     }
     let model = gather::model(world);
     let (panel, covered) = show(&context, &model);
+    if model.search.focus {
+        world.resource_mut::<PanelSearch>().focus = false;
+    }
     let mut places = world.resource_mut::<PanelRects>();
     if places.0 != *panel.places() {
         places.0 = panel.places().clone();

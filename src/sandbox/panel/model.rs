@@ -8,7 +8,10 @@ use super::{energy::EnergyTrack, history::History};
 use crate::{
     sandbox::{
         lab::reference_overlay::distance::Trail,
-        state::{display::DisplaySettings, selection::Scope, spawn::Spawn, view::SolverView},
+        state::{
+            display::DisplaySettings, search::PanelSearch, selection::Scope, spawn::Spawn,
+            view::SolverView,
+        },
         ui::track::Track,
     },
     scene::Material,
@@ -18,14 +21,14 @@ use bevy::prelude::{Deref, Resource};
 /// All data that the panel shows.
 #[derive(Debug, Clone, Default)]
 pub struct PanelModel {
-    /// Scenes of the picker, in order.
-    pub scenes: Vec<SceneEntry>,
     /// Name of the scene that is open.
     pub scene: String,
     /// Title of the scene that is open.
     pub scene_title: String,
     /// Description of the open scene.
     pub scene_note: String,
+    /// The search of the panel.
+    pub search: PanelSearch,
     /// State of the clock.
     pub clock: ClockModel,
     /// Title of the action that undo takes back; `None` without one.
@@ -64,6 +67,8 @@ pub struct PanelModel {
     pub materials: Vec<&'static Material>,
     /// The material of the selected bodies, if they have one and the same.
     pub material: Option<&'static Material>,
+    /// Presets of the user that can be applied to the selected bodies: name and parameters as text.
+    pub presets: Vec<(String, String)>,
     /// Whether the wireframe is drawn.
     pub wireframe: bool,
     /// Whether contact forces are drawn.
@@ -83,17 +88,6 @@ pub struct PanelModel {
     pub automatic_scale: f32,
     /// Whether the picture is drawn in low quality.
     pub low_quality: bool,
-}
-
-/// An entry of the scene picker.
-#[derive(Debug, Clone)]
-pub struct SceneEntry {
-    /// Name by which it is opened.
-    pub name: String,
-    /// Title.
-    pub title: String,
-    /// Description, for the tooltip.
-    pub note: String,
 }
 
 /// State of the simulation clock.
@@ -143,6 +137,10 @@ pub struct BodyEntry {
     pub particles: usize,
     /// State.
     pub state: BodyState,
+    /// Whether it is hidden.
+    pub hidden: bool,
+    /// Its color, sRGB.
+    pub color: [u8; 3],
 }
 
 /// State of a body.
@@ -166,6 +164,8 @@ pub struct EffectModel {
     pub title: &'static str,
     /// Description, in one sentence.
     pub summary: &'static str,
+    /// Names and titles of all of its parameters, for the search.
+    pub words: String,
     /// Number of bodies that carry it; at 0 it has no system in the schedule.
     pub carriers: usize,
     /// Number of selected bodies that carry it.

@@ -163,7 +163,9 @@ fn entry(ui: &mut Ui, panel: &mut Panel, name: &str, parameter: &Parameter) -> O
             ui.add_sized([ENTRY, theme::ROW - 2.0], widget)
         })
         .inner;
-    if let Some(reason) = refused.take() {
+    // egui parses once more in the frame after the focus is lost.
+    let had_focus = ui.memory(|memory| memory.had_focus_last_frame(response.id));
+    if let Some(reason) = refused.take().filter(|_| had_focus) {
         panel.refuse(format!("{} is unchanged: {reason}", parameter.title));
     }
     panel.note(format!("{name}.entry"), &response, ui);

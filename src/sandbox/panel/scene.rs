@@ -1,7 +1,7 @@
-//! The head of the panel: scene picker and clock.
+//! The head of the panel: the open scene and the clock.
 
 use crate::sandbox::state::request::Request;
-use bevy_egui::egui::{Button, ComboBox, Label, RichText, Ui, Vec2};
+use bevy_egui::egui::{Button, RichText, Ui, Vec2};
 
 use super::{
     Panel,
@@ -14,7 +14,7 @@ use crate::sandbox::ui::{
     track::{Spread, Track},
 };
 
-/// Draws the picker, the note, and the clock buttons.
+/// Draws the open scene, the note, and the clock buttons.
 pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     picker(ui, panel, model);
     if !model.scene_note.is_empty() {
@@ -63,22 +63,15 @@ fn picker(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         if previous.clicked() {
             panel.ask(Request::PreviousScene);
         }
-        let width = ui.available_width() - side.x - theme::GAP;
+        let width = ui.available_width() - 2.0 * (side.x + theme::GAP);
         let title = RichText::new(&model.scene_title).color(theme::of(ui).strong);
-        let chosen = ui
-            .scope(|ui| {
-                ui.spacing_mut().interact_size.y = side.y;
-                ComboBox::from_id_salt("scene")
-                    .selected_text(title)
-                    .width(width)
-                    .truncate()
-                    .show_ui(ui, |ui| scenes(ui, panel, model))
-            })
-            .inner;
-        panel.note("scene", &chosen.response, ui);
-        chosen
-            .response
-            .on_hover_text("Current scene. Click to choose another.");
+        let browse = ui
+            .add_sized([width, side.y], Button::new(title).truncate())
+            .on_hover_text("Browse scenes (E)");
+        panel.note("scene", &browse, ui);
+        if browse.clicked() {
+            panel.ask(Request::Browser);
+        }
         let next = ui
             .add_sized(side, arrow("⏵"))
             .on_hover_text("Next scene (Page down)");
@@ -86,26 +79,14 @@ fn picker(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         if next.clicked() {
             panel.ask(Request::NextScene);
         }
-    });
-}
-
-fn scenes(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
-    ui.set_min_width(240.0);
-    for scene in &model.scenes {
-        let open = scene.name == model.scene;
-        let line = ui
-            .selectable_label(open, scene.title.as_str())
-            .on_hover_ui(|ui| {
-                ui.set_max_width(280.0);
-                ui.label(&scene.note);
-                ui.add(Label::new(RichText::new(&scene.name).monospace().weak()));
-            });
-        panel.note(format!("scene.{}", scene.name), &line, ui);
-        if line.clicked() {
-            panel.ask(Request::OpenScene(scene.name.clone()));
-            ui.close();
+        let search = ui
+            .add_sized(side, arrow("/"))
+            .on_hover_text("Search effects, parameters and settings (/)");
+        panel.note("search.open", &search, ui);
+        if search.clicked() {
+            panel.ask(Request::FocusSearch);
         }
-    }
+    });
 }
 
 fn transport(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {

@@ -57,6 +57,13 @@ pub fn section(
     state.show_body_unindented(ui, |ui| body(ui, panel));
 }
 
+/// The heading of a section of search results.
+pub fn heading(ui: &mut Ui, title: &str) {
+    ui.add_space(6.0);
+    let text = RichText::new(title.to_uppercase()).small();
+    ui.label(text.color(theme::of(ui).weak));
+}
+
 /// A button of a row.
 pub struct RowButton<'a> {
     /// Name among the widget rectangles.

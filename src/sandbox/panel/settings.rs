@@ -6,6 +6,7 @@ use super::{
     Panel,
     model::PanelModel,
     parameter::title_width,
+    search::Query,
     section::{self, RowButton, section},
 };
 use crate::sandbox::{
@@ -16,38 +17,100 @@ use crate::sandbox::{
     ui::theme,
 };
 
+/// A row of the section.
+struct Row {
+    /// Title.
+    title: &'static str,
+    /// Description.
+    help: &'static str,
+    /// Draws it.
+    draw: fn(&mut Ui, &mut Panel, &PanelModel, &str),
+}
+
+const ROWS: &[Row] = &[
+    Row {
+        title: "Quality",
+        help: "Low draws no shadows and does not smooth edges. Auto measures the time of a frame \
+               and lowers the quality if drawing is slow.",
+        draw: quality,
+    },
+    Row {
+        title: "UI scale",
+        help: "Size of text and controls (Ctrl + and Ctrl -, Ctrl 0 for automatic). Auto follows \
+               the system, or else the size of the window.",
+        draw: scale,
+    },
+    Row {
+        title: "Theme",
+        help: "Colors of the panel and of everything that is written over the view",
+        draw: theme_row,
+    },
+    Row {
+        title: "Panel side",
+        help: "Side of the window. Drag the edge of the panel to change its width.",
+        draw: side,
+    },
+    Row {
+        title: "First steps",
+        help: "Show the three first steps again",
+        draw: first_steps,
+    },
+];
+
 /// Draws the section.
 pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     section(ui, panel, "Settings", |ui, panel| {
-        quality(ui, panel, model);
-        scale(ui, panel, model);
-        let themes = [
-            ("dark", "Dark", Theme::Dark),
-            ("light", "Light", Theme::Light),
-        ];
-        let help = "Colors of the panel and of everything that is written over the view";
-        let current = model.display.theme;
-        if let Some(theme) = choice(ui, panel, ("Theme", help), &themes, current) {
-            panel.ask(Request::Display(DisplayChange::Theme(theme)));
-        }
-        let sides = [
-            ("left", "Left", Side::Left),
-            ("right", "Right", Side::Right),
-        ];
-        let help = "Side of the window. Drag the edge of the panel to change its width.";
-        let current = model.display.side;
-        if let Some(side) = choice(ui, panel, ("Panel side", help), &sides, current) {
-            panel.ask(Request::Display(DisplayChange::Side(side)));
-        }
-        let help = "Show the three first steps again";
-        let steps = RowButton::new("settings.first_steps", "First steps", help);
-        if section::button_row(ui, panel, &[steps]).is_some() {
-            panel.ask(Request::FirstSteps);
+        for row in ROWS {
+            (row.draw)(ui, panel, model, row.help);
         }
     });
 }
 
-fn quality(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
+/// Draws the rows that match a search, and returns whether there are any.
+pub fn found(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, query: &Query) -> bool {
+    let rows = ROWS.iter();
+    let rows: Vec<&Row> = rows
+        .filter(|row| query.matches(&["Settings", row.title, row.help]))
+        .collect();
+    if !rows.is_empty() {
+        section::heading(ui, "Settings");
+    }
+    for row in &rows {
+        (row.draw)(ui, panel, model, row.help);
+    }
+    !rows.is_empty()
+}
+
+fn theme_row(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, help: &str) {
+    let themes = [
+        ("dark", "Dark", Theme::Dark),
+        ("light", "Light", Theme::Light),
+    ];
+    let current = model.display.theme;
+    if let Some(theme) = choice(ui, panel, ("Theme", help), &themes, current) {
+        panel.ask(Request::Display(DisplayChange::Theme(theme)));
+    }
+}
+
+fn side(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, help: &str) {
+    let sides = [
+        ("left", "Left", Side::Left),
+        ("right", "Right", Side::Right),
+    ];
+    let current = model.display.side;
+    if let Some(side) = choice(ui, panel, ("Panel side", help), &sides, current) {
+        panel.ask(Request::Display(DisplayChange::Side(side)));
+    }
+}
+
+fn first_steps(ui: &mut Ui, panel: &mut Panel, _: &PanelModel, help: &str) {
+    let steps = RowButton::new("settings.first_steps", "First steps", help);
+    if section::button_row(ui, panel, &[steps]).is_some() {
+        panel.ask(Request::FirstSteps);
+    }
+}
+
+fn quality(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, help: &str) {
     let automatic = match (model.display.quality, model.low_quality) {
         (Quality::Auto, true) => "Auto: low",
         (Quality::Auto, false) => "Auto: high",
@@ -58,8 +121,6 @@ fn quality(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         ("low", "Low", Quality::Low),
         ("high", "High", Quality::High),
     ];
-    let help = "Low draws no shadows and does not smooth edges. Auto measures the time of a frame \
-                and lowers the quality if drawing is slow.";
     let current = model.display.quality;
     if let Some(quality) = choice(ui, panel, ("Quality", help), &choices, current) {
         panel.ask(Request::Display(DisplayChange::Quality(quality)));
@@ -67,7 +128,7 @@ fn quality(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
 }
 
 /// The scale as a drop-down.
-fn scale(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
+fn scale(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, help: &str) {
     let percent = |scale: f32| format!("{:.0} %", 100.0 * scale);
     let automatic = format!("Auto ({})", percent(model.automatic_scale));
     let chosen = model.display.scale;
@@ -89,8 +150,6 @@ fn scale(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
                 }
             });
         panel.note("settings.scale", &menu.response, ui);
-        let help = "Size of text and controls (Ctrl + and Ctrl -, Ctrl 0 for automatic). Auto \
-                    follows the system, or else the size of the window.";
         name.on_hover_text(help);
         menu.response.on_hover_text(help);
     });

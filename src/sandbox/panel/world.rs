@@ -6,8 +6,9 @@ use bevy_egui::egui::{Align, Layout, RichText, Ui};
 
 use super::{
     Panel,
-    model::PanelModel,
+    model::{PanelModel, Parameter},
     parameter::{self, Edit},
+    search::Query,
     section::{self, RowButton, section},
 };
 use crate::sandbox::{panel::hud::millions, ui::theme};
@@ -23,28 +24,53 @@ const ONE_THREAD: &str = if cfg!(feature = "parallel") {
 pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     section(ui, panel, "World", |ui, panel| {
         for setting in &model.settings {
-            let name = format!("world.{}", setting.name);
-            if let Some(edit) = parameter::row(ui, panel, &name, setting) {
-                panel.ask(Request::Setting {
-                    name: setting.name,
-                    value: match edit {
-                        Edit::Set(value) => Some(value),
-                        Edit::Reset => None,
-                    },
-                });
-            }
+            row(ui, panel, setting);
         }
-        threads(ui, panel, model);
+        match &model.threads {
+            Some(threads) => threads_row(ui, panel, threads),
+            None => section::note(ui, ONE_THREAD),
+        }
         projections(ui, panel, model);
         accuracy(ui, panel);
     });
 }
 
-fn threads(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
-    let Some(threads) = &model.threads else {
-        section::note(ui, ONE_THREAD);
-        return;
-    };
+/// Draws the settings that match a search, and returns whether there are any.
+pub fn found(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, query: &Query) -> bool {
+    let settings = model.settings.iter().filter(|it| query.finds(it));
+    let settings: Vec<_> = settings.collect();
+    let threads = model.threads.as_ref().filter(|it| query.finds(it));
+    let accuracy_found = query.matches(&["Accuracy vs. cost error"]);
+    let any = !settings.is_empty() || threads.is_some() || accuracy_found;
+    if any {
+        section::heading(ui, "World");
+        for setting in settings {
+            row(ui, panel, setting);
+        }
+        if let Some(threads) = threads {
+            threads_row(ui, panel, threads);
+        }
+        if accuracy_found {
+            accuracy(ui, panel);
+        }
+    }
+    any
+}
+
+fn row(ui: &mut Ui, panel: &mut Panel, setting: &Parameter) {
+    let name = format!("world.{}", setting.name);
+    if let Some(edit) = parameter::row(ui, panel, &name, setting) {
+        panel.ask(Request::Setting {
+            name: setting.name,
+            value: match edit {
+                Edit::Set(value) => Some(value),
+                Edit::Reset => None,
+            },
+        });
+    }
+}
+
+fn threads_row(ui: &mut Ui, panel: &mut Panel, threads: &Parameter) {
     if let Some(edit) = parameter::row(ui, panel, "world.threads", threads) {
         panel.ask(Request::Threads(match edit {
             Edit::Set(value) => Some(value),

@@ -5,7 +5,7 @@ use crate::sandbox::{
         material::{Finish, SkinMaterial, linear, palette},
         stage::FloorHeight,
     },
-    state::view::Hovered,
+    state::{look::HiddenBody, view::Hovered},
 };
 use crate::{
     render::{Drawn, MeshSystems, SoftBodyMeshPlugin},
@@ -13,7 +13,10 @@ use crate::{
     simulation::{SoftBody, SoftBodySystems},
     solver::topology::Dimension,
 };
-use bevy::prelude::*;
+use bevy::{
+    camera::visibility::{RenderLayers, VisibilitySystems::CheckVisibility},
+    prelude::*,
+};
 
 /// Time constant of the highlight [s].
 const FADE: f32 = 0.06;
@@ -25,10 +28,11 @@ impl Plugin for BodiesPlugin {
     fn build(&self, app: &mut App) {
         app.add_plugins(SoftBodyMeshPlugin)
             .init_resource::<Hovered>()
-            .add_systems(Update, highlight)
+            .add_systems(Update, (highlight, recolor))
             .add_systems(
                 PostUpdate,
-                dress.after(SoftBodySystems::Last).before(MeshSystems),
+                (dress.before(MeshSystems), hide.before(CheckVisibility))
+                    .after(SoftBodySystems::Last),
             );
     }
 }
@@ -56,6 +60,45 @@ fn dress(
         };
         let material = MeshMaterial3d(materials.add(SkinMaterial { finish }));
         commands.entity(entity).insert(material);
+    }
+}
+
+/// Applies a color that was changed.
+fn recolor(
+    bodies: Query<(&Look, &MeshMaterial3d<SkinMaterial>), (With<SoftBody>, Changed<Look>)>,
+    mut materials: ResMut<Assets<SkinMaterial>>,
+) {
+    for (look, material) in &bodies {
+        if let Some(color) = look.color
+            && let Some(mut material) = materials.get_mut(&material.0)
+        {
+            material.finish = material.finish.colored(linear(color));
+        }
+    }
+}
+
+/// Takes hidden bodies, and all that is drawn over them, out of the picture. By layers and not by
+/// visibility, which the solver view uses.
+fn hide(
+    mut commands: Commands,
+    hidden: Query<(Entity, Option<&Children>), With<HiddenBody>>,
+    mut shown: RemovedComponents<HiddenBody>,
+    bodies: Query<Option<&Children>, With<SoftBody>>,
+    layers: Query<(), With<RenderLayers>>,
+) {
+    for body in shown.read() {
+        if let Ok(children) = bodies.get(body) {
+            for entity in children.into_iter().flatten().copied().chain([body]) {
+                commands.entity(entity).remove::<RenderLayers>();
+            }
+        }
+    }
+    for (body, children) in &hidden {
+        for entity in children.into_iter().flatten().copied().chain([body]) {
+            if !layers.contains(entity) {
+                commands.entity(entity).insert(RenderLayers::none());
+            }
+        }
     }
 }
 

@@ -5,7 +5,7 @@
 //! pixel.
 
 use crate::render::Drawn;
-use crate::sandbox::render::material::SkinMaterial;
+use crate::sandbox::{render::material::SkinMaterial, state::look::HiddenBody};
 use bevy::{prelude::*, render::render_resource::ShaderType};
 
 /// Maximum number of bodies that shade the floor; those nearest to the focus are chosen.
@@ -26,7 +26,7 @@ impl Grounding {
     /// Shading by the bodies nearest to a focus [m].
     pub(in crate::sandbox) fn of(
         focus: Vec3,
-        bodies: &Query<(&Drawn, &MeshMaterial3d<SkinMaterial>)>,
+        bodies: &Query<(&Drawn, &MeshMaterial3d<SkinMaterial>), Without<HiddenBody>>,
         materials: &Assets<SkinMaterial>,
     ) -> Self {
         let mut near: Vec<(f32, Vec4, Vec4)> = bodies

@@ -94,6 +94,16 @@ impl Finish {
         Self::new(color, 0.45, 0.0, 0.5)
     }
 
+    /// The same surface in another color, linear sRGB.
+    #[must_use]
+    pub fn colored(self, color: Vec3) -> Self {
+        Self {
+            color,
+            deep: deep(color, self.translucency),
+            ..self
+        }
+    }
+
     fn new(color: Vec3, roughness: f32, translucency: f32, gloss: f32) -> Self {
         Self {
             color,
@@ -102,11 +112,15 @@ impl Finish {
             gloss,
             highlight: 0.0,
             floor: 0.0,
-            // Transmitted light loses most of the components that the color lacks.
-            deep: color.powf(1.0 + 0.35 * translucency),
+            deep: deep(color, translucency),
             opacity: 1.0,
         }
     }
+}
+
+/// Color of transmitted light, which loses most of the components that the color lacks.
+fn deep(color: Vec3, translucency: f32) -> Vec3 {
+    color.powf(1.0 + 0.35 * translucency)
 }
 
 /// The skin of a body or collider.

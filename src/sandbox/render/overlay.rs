@@ -5,7 +5,7 @@
 
 use crate::{
     render::Drawn,
-    sandbox::render::camera::OrbitCamera,
+    sandbox::{render::camera::OrbitCamera, state::look::HiddenBody},
     simulation::{Pins, SoftBody},
     solver::{StitchEnd, Stitches},
 };
@@ -62,7 +62,7 @@ pub(in crate::sandbox) fn painter(context: &egui::Context) -> Painter {
 fn paint_pins(
     mut contexts: EguiContexts,
     camera: Single<(&Camera, &GlobalTransform), With<OrbitCamera>>,
-    bodies: Query<(&SoftBody, &Pins, &Drawn)>,
+    bodies: Query<(&SoftBody, &Pins, &Drawn), Without<HiddenBody>>,
 ) -> Result {
     let painter = painter(contexts.ctx_mut()?);
     let (camera, eye) = *camera;
@@ -83,7 +83,7 @@ fn paint_pins(
 fn paint_stitches(
     mut contexts: EguiContexts,
     camera: Single<(&Camera, &GlobalTransform), With<OrbitCamera>>,
-    bodies: Query<(&Stitches, &Drawn)>,
+    bodies: Query<(&Stitches, &Drawn), Without<HiddenBody>>,
 ) -> Result {
     let painter = painter(contexts.ctx_mut()?);
     let (camera, eye) = *camera;

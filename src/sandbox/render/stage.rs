@@ -11,6 +11,7 @@ use crate::sandbox::render::{
     material::{SkinMaterial, SkinPlugin},
     orbit::FIELD_OF_VIEW,
 };
+use crate::sandbox::state::look::HiddenBody;
 use bevy::{
     asset::RenderAssetUsages,
     asset::embedded_asset,
@@ -213,7 +214,7 @@ fn follow(
     >,
     mut light: Single<&mut CascadeShadowConfig>,
     mut materials: ResMut<Assets<FloorMaterial>>,
-    bodies: Query<(&Drawn, &MeshMaterial3d<SkinMaterial>)>,
+    bodies: Query<(&Drawn, &MeshMaterial3d<SkinMaterial>), Without<HiddenBody>>,
     skins: Res<Assets<SkinMaterial>>,
 ) {
     let orbit = camera.now;

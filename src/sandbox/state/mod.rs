@@ -1,9 +1,13 @@
 //! Shared state of the window, as plain data: view, selection, requests, events.
 
+pub mod browser;
 pub mod display;
 pub mod event;
 pub mod first_steps;
+pub mod look;
+pub mod presets;
 pub mod request;
+pub mod search;
 pub mod selection;
 pub mod spawn;
 pub mod time;

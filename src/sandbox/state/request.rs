@@ -28,6 +28,14 @@ pub enum Distortion {
 pub enum Request {
     /// Open a scene by its name.
     OpenScene(String),
+    /// Open or close the scene browser.
+    Browser,
+    /// Show only what matches this text in the panel; empty shows everything.
+    Search(String),
+    /// Show the panel's search and move the keyboard focus to it.
+    FocusSearch,
+    /// Clear and hide the panel's search.
+    CloseSearch,
     /// Open the next scene.
     NextScene,
     /// Open the previous scene.
@@ -86,6 +94,29 @@ pub enum Request {
     },
     /// Apply a material, by its name, to the bodies of the scope that support it.
     Material(&'static str),
+    /// Apply a preset of the user, by its name, to the bodies of the scope for which it is.
+    Preset(String),
+    /// Save the parameters of the first body of the scope as a preset under this name.
+    SavePreset(String),
+    /// Delete a preset of the user, by its name.
+    DeletePreset(String),
+    /// Add copies of the bodies of the scope beside them.
+    Duplicate,
+    /// Hide (`true`) or show the bodies of the scope; they are simulated all the same.
+    Hide(bool),
+    /// Rename a body.
+    Rename {
+        /// Its key.
+        key: u64,
+        /// The new name.
+        name: String,
+    },
+    /// Color the bodies of the scope, sRGB.
+    Color([u8; 3]),
+    /// Copy the parameters of the first body of the scope to the clipboard.
+    CopyParameters,
+    /// Apply the parameters on the clipboard to the bodies of the scope.
+    PasteParameters,
     /// Deform the bodies of the scope.
     Distort(Distortion),
     /// Choose the body to add, by the name of its [`Addition`].

@@ -118,7 +118,7 @@ impl State {
             (Some(open), Some(own)) => !Arc::ptr_eq(open, own),
             _ => false,
         };
-        let chosen = if other { None } else { chosen(world) };
+        let chosen = if other { Vec::new() } else { chosen(world) };
         Recorder::scene_ends(world);
         if other {
             scene::despawn(world);
@@ -130,13 +130,13 @@ impl State {
             Some(scene) if other => reopen(world, scene),
             _ => Recorder::state_replaced(world),
         }
-        let kept = chosen.and_then(|order| {
-            bodies
-                .into_iter()
-                .find(|body| world.get(*body) == Some(&order))
-        });
+        let is_chosen = |body: &Entity| {
+            let order = world.get::<SpawnOrder>(*body);
+            order.is_some_and(|order| chosen.contains(order))
+        };
+        let kept = bodies.into_iter().filter(is_chosen);
+        let scope = Scope::of(kept.map(Entity::to_bits));
         if let Some(mut selection) = world.get_resource_mut::<Selection>() {
-            let scope = kept.map_or(Scope::All, |body| Scope::Body(body.to_bits()));
             selection.set_if_neq(Selection(scope));
         }
         if world.resource::<EnergyLedger>().on {
@@ -174,15 +174,15 @@ impl State {
     }
 }
 
-/// Spawn order of the selected body.
-fn chosen(world: &World) -> Option<SpawnOrder> {
-    match world.get_resource::<Selection>()?.0 {
-        Scope::All => None,
-        Scope::Body(key) => {
-            let body = world.get_entity(Entity::try_from_bits(key)?).ok()?;
-            body.get::<SpawnOrder>().copied()
-        }
-    }
+/// Spawn orders of the selected bodies.
+fn chosen(world: &World) -> Vec<SpawnOrder> {
+    let Some(selection) = world.get_resource::<Selection>() else {
+        return Vec::new();
+    };
+    let bodies = selection.0.keys().filter_map(Entity::try_from_bits);
+    bodies
+        .filter_map(|body| world.get_entity(body).ok()?.get().copied())
+        .collect()
 }
 
 /// Ends all drags: the restored state has a grab if it is from the middle of one.

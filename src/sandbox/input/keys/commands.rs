@@ -42,6 +42,8 @@ impl Commander<'_, '_> {
                 let slow = self.clock.speed < 1.0;
                 self.ask(Request::Speed(if slow { 1.0 } else { 0.1 }));
             }
+            Command::Browser => self.ask(Request::Browser),
+            Command::Search => self.ask(Request::FocusSearch),
             Command::NextScene => self.ask(Request::NextScene),
             Command::PreviousScene => self.ask(Request::PreviousScene),
             Command::Pin => self.pin(),
@@ -87,7 +89,11 @@ impl Commander<'_, '_> {
 
     fn compliance(&mut self, softer: bool) {
         let held = self.grab.0.filter(|grab| grab.held);
-        let scope = held.map_or(self.selection.0, |grab| Scope::Body(grab.body.to_bits()));
+        let selected = &self.selection.0;
+        let scope = match held {
+            Some(grab) if !selected.names(grab.body.to_bits()) => Scope::body(grab.body),
+            _ => selected.clone(),
+        };
         self.ask(Request::Soften { scope, softer });
     }
 

@@ -17,13 +17,10 @@ use crate::{
     output::free_path,
     sandbox::{
         lab::worker::Worker,
-        state::{
-            selection::{Scope, Selection},
-            view::ViewSettings,
-        },
+        state::{selection::Selection, view::ViewSettings},
         ui::{WidgetRects, area, message::Notices},
     },
-    simulation::{Action, Actions, SimulationSettings, SoftBody, plain},
+    simulation::{Action, Actions, SimulationSettings, plain},
     solver::{Body, Settings},
     torture::{CASES, Case, run::given},
 };
@@ -213,13 +210,9 @@ fn advise(world: &mut World, number: usize, on: On) {
 
 /// The body that is selected in the panel, or else the first one.
 fn subject(world: &mut World) -> Option<Entity> {
-    match world.resource::<Selection>().0 {
-        Scope::Body(key) => Entity::try_from_bits(key).filter(|body| {
-            let entity = world.get_entity(*body);
-            entity.is_ok_and(|entity| entity.contains::<SoftBody>())
-        }),
-        Scope::All => plain::bodies_in_order(world).first().copied(),
-    }
+    let scope = world.resource::<Selection>().0.clone();
+    let bodies = plain::bodies_in_order(world);
+    bodies.into_iter().find(|body| scope.contains(*body))
 }
 
 /// Receives messages of the thread, and starts the next waiting case.

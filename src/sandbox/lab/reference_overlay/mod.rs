@@ -203,7 +203,7 @@ fn carry_out(world: &mut World) {
 /// while they are behind.
 fn attend(world: &mut World) {
     let bodies = bodies_in_order(world);
-    let scope = world.resource::<Selection>().0;
+    let scope = world.resource::<Selection>().0.clone();
     world.resource_scope(|world, mut reference_overlay: Mut<ReferenceOverlay>| {
         let comparisons = reference_overlay
             .follower
@@ -218,12 +218,9 @@ fn attend(world: &mut World) {
             reference_overlay.compared.swap(0, 1);
             reference_overlay.compared[1] = Some(comparison);
         }
-        let strange = match scope {
-            Scope::Body(_) if scope != reference_overlay.chosen => {
-                !reference_overlay.follows(scope)
-            }
-            _ => false,
-        };
+        let strange = scope != Scope::All
+            && scope != reference_overlay.chosen
+            && !reference_overlay.follows(&scope);
         if strange || reference_overlay.bodies != bodies {
             reference_overlay.again();
         }
@@ -240,11 +237,12 @@ fn attend(world: &mut World) {
 }
 
 impl ReferenceOverlay {
-    fn follows(&self, scope: Scope) -> bool {
+    fn follows(&self, scope: &Scope) -> bool {
         let gaps = self.compared().map(|comparison| &comparison.gaps);
         gaps.is_none_or(|gaps| {
-            gaps.iter()
-                .any(|(body, _)| scope == Scope::Body(body.to_bits()))
+            scope
+                .keys()
+                .all(|key| gaps.iter().any(|(body, _)| body.to_bits() == key))
         })
     }
 }

@@ -26,7 +26,7 @@ fn room(world: &World) -> f64 {
 /// distance from the camera.
 pub(super) fn begin(world: &mut World, reference_overlay: &mut ReferenceOverlay) {
     reference_overlay.bodies = bodies_in_order(world);
-    reference_overlay.chosen = world.resource::<Selection>().0;
+    reference_overlay.chosen = world.resource::<Selection>().0.clone();
     let room = room(world);
     let eye = world
         .query_filtered::<&GlobalTransform, With<Camera3d>>()
