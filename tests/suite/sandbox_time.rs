@@ -3,6 +3,7 @@
 
 use crate::support_app::{push, set, ticks};
 use bevy::prelude::*;
+use bevy_egui::egui;
 use pliant::{
     recording::{About, Recorder, Snapshot, replay},
     sandbox::{
@@ -13,8 +14,14 @@ use pliant::{
             state::State,
             timeline::SPAN,
         },
-        state::{event::SceneLoaded, selection::Selection, time::Gesture},
-        ui::message::Notices,
+        panel::time_strip,
+        state::{
+            display::Theme,
+            event::SceneLoaded,
+            selection::Selection,
+            time::{Gesture, TimeStrip},
+        },
+        ui::{message::Notices, theme},
     },
     scene::{self, BuiltScene, CurrentScene, Scene, registry::SCENES, run::headless},
     simulation::{
@@ -651,4 +658,56 @@ fn cost_of_the_timeline() {
             (600 / every * bytes) as f64 / 1e6,
         );
     }
+}
+
+#[test]
+fn dragging_on_the_strip_asks_for_the_time_under_the_pointer() {
+    let strip = TimeStrip {
+        states: 601,
+        start: 5.0,
+        end: 15.0,
+        now: 15.0,
+        every: 1,
+        marks: vec![(7.5, "Pin".to_owned())],
+    };
+    for place in [0.0, 0.25, 1.0] {
+        assert!((strip.place(strip.time(place)) - place).abs() < 1e-6);
+    }
+    let context = egui::Context::default();
+    theme::apply(&context, Theme::Dark);
+    let window = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(900.0, 600.0));
+    let rect = egui::Rect::from_min_max(
+        egui::pos2(0.0, window.bottom() - time_strip::HEIGHT),
+        window.max,
+    );
+    let draw = |events: Vec<egui::Event>| {
+        let input = egui::RawInput {
+            screen_rect: Some(window),
+            events,
+            ..egui::RawInput::default()
+        };
+        let mut scrubbed = None;
+        let output = context.run_ui(input, |ui| {
+            scrubbed = time_strip::show(ui.ctx(), rect, &strip).1;
+        });
+        output.drop_without_applying_deltas();
+        scrubbed
+    };
+    (0..3).for_each(|_| drop(draw(Vec::new())));
+    let button = |x, pressed| egui::Event::PointerButton {
+        pos: egui::pos2(x, rect.center().y),
+        button: egui::PointerButton::Primary,
+        pressed,
+        modifiers: egui::Modifiers::NONE,
+    };
+    let moved = |x| egui::Event::PointerMoved(egui::pos2(x, rect.center().y));
+    draw(vec![moved(450.0)]);
+    draw(vec![button(450.0, true)]);
+    let middle = draw(vec![moved(451.0), moved(450.0)]).expect("it is dragged");
+    // A pixel is a hundredth of a second.
+    assert!((middle - 10.0).abs() < 0.02, "{middle}");
+    let start = draw(vec![moved(-50.0)]).expect("still dragged");
+    assert_eq!(start, 5.0);
+    draw(vec![button(-50.0, false)]);
+    assert_eq!(draw(Vec::new()), None);
 }

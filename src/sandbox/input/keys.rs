@@ -429,26 +429,34 @@ fn obey(
     held: Res<ButtonInput<KeyCode>>,
     egui: Res<EguiWantsInput>,
     mut commander: Commander,
+    mut modifiers: Local<Held>,
 ) {
     use KeyCode::{
         AltLeft, ControlLeft, ControlRight, ShiftLeft, ShiftRight, SuperLeft, SuperRight,
     };
     let typing = egui.wants_keyboard_input();
     let modified = held.any_pressed([AltLeft, SuperLeft, SuperRight]);
-    let held = Held {
-        control: held.any_pressed([ControlLeft, ControlRight]),
-        shift: held.any_pressed([ShiftLeft, ShiftRight]),
-    };
     for input in pressed.read() {
+        // In the order of the events: in a long frame, Ctrl may be released already.
+        let down = input.state == ButtonState::Pressed;
+        match input.key_code {
+            ControlLeft | ControlRight => modifiers.control = down,
+            ShiftLeft | ShiftRight => modifiers.shift = down,
+            _ => {}
+        }
         if input.state != ButtonState::Pressed || typing || modified {
             continue;
         }
-        if let Some(binding) = binding(&input.logical_key, held)
+        if let Some(binding) = binding(&input.logical_key, *modifiers)
             && (!input.repeat || binding.repeats)
         {
             commander.carry_out(binding.command, input.repeat);
         }
     }
+    *modifiers = Held {
+        control: held.any_pressed([ControlLeft, ControlRight]),
+        shift: held.any_pressed([ShiftLeft, ShiftRight]),
+    };
 }
 
 #[cfg(test)]

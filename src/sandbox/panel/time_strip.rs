@@ -116,7 +116,7 @@ fn track(ui: &mut Ui, rect: Rect, strip: &TimeStrip) -> (Response, Option<f64>) 
         Align2::RIGHT_CENTER,
         format!("−{:.1} s", strip.end - strip.start),
         font.clone(),
-        colors.weak,
+        colors.text,
     );
     painter.text(
         pos2(bar.right() + 12.0, middle),
