@@ -62,6 +62,7 @@ fn summary(replay: &Replay, threads: usize) -> Value {
         "program": replay.program,
         "scenes": replay.scenes,
         "restarts": replay.restarts,
+        "jumps": replay.jumps,
         "actions": replay.actions,
         "ticks": replay.ticks,
         "hashes": replay.hashes,

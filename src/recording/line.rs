@@ -5,8 +5,8 @@ use crate::simulation::{Action, SpawnOrder};
 use base64::{Engine, prelude::BASE64_STANDARD as BASE64};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-/// Version of the format. Version 2 added `Early`; version 1 is still read.
-pub const VERSION: u32 = 2;
+/// Version of the format. Version 2 added `Early`, version 3 `State`; earlier ones are still read.
+pub const VERSION: u32 = 3;
 
 /// The header line.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -48,6 +48,14 @@ pub enum Line {
     Restart {
         /// Ticks before that state was taken.
         tick: u64,
+    },
+    /// The state was replaced by an earlier or later one, by undo, redo or the timeline. The scene
+    /// to which a restart leads stays the same.
+    State {
+        /// Ticks before the state was taken.
+        tick: u64,
+        /// Snapshot of the state, in base64.
+        state: String,
     },
     /// An action was carried out.
     Do {
@@ -92,6 +100,7 @@ impl Line {
         match self {
             Self::Scene { tick, .. }
             | Self::Restart { tick }
+            | Self::State { tick, .. }
             | Self::Do { tick, .. }
             | Self::Add { tick, .. }
             | Self::Early { tick, .. }

@@ -11,7 +11,7 @@
 //! one event per line, in the notation of scene files:
 //!
 //! ```text
-//! Recording(version:2,program:"0.1.0")
+//! Recording(version:3,program:"0.1.0")
 //! Scene(tick:0,name:"jelly_cube",state:"UExJQU5Uc24BAAAA…")
 //! Do(tick:12,action:Grab(body:1,point:[(3,1.0)],target:(0.1,0.5,0.0)))
 //! Hash(tick:20,hash:"8c3b6e0f12a4d957")
@@ -21,7 +21,7 @@
 //!
 //! Bodies are identified by their [`SpawnOrder`](crate::simulation::SpawnOrder). Opening another
 //! scene writes another `Scene`, restarting a scene writes a `Restart`; ticks then count from the
-//! start of that scene. A tick that a window ended early, to carry out an action in time, writes an
+//! start of that scene. Undo, redo and the timeline write a `State`, which replaces the state and holds it whole. A tick that a window ended early, to carry out an action in time, writes an
 //! `Early` with its number of substeps. Adding a body writes an `Add` with its mesh. Each line is written at once,
 //! so that a crash loses no earlier line.
 

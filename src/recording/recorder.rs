@@ -6,8 +6,8 @@ use super::{
 };
 use crate::scene::{BuiltScene, run::headless};
 use crate::simulation::{
-    Action, Applied, EndedEarly, SimulationClock, StepSchedule, StepSystems, end_tick, state_hash,
-    tick,
+    Action, Applied, Applying, EndedEarly, SimulationClock, StepSchedule, StepSystems, end_tick,
+    state_hash, tick,
 };
 use bevy::prelude::*;
 use std::{
@@ -25,6 +25,9 @@ pub struct Recorder {
     begun: bool,
     /// Tick of the last hash.
     hashed: Option<u64>,
+    /// Whether the state was replaced since the last line. The next event writes it, so that
+    /// scrubbing does not write every state on the way.
+    replaced: bool,
     /// Error that stopped the recording.
     failure: Option<String>,
     /// The scene, if the state of its line is not the one that a restart returns to.
@@ -46,6 +49,7 @@ impl Recorder {
             path: path.to_owned(),
             begun: false,
             hashed: None,
+            replaced: false,
             failure: None,
             midway: None,
         };
@@ -65,15 +69,25 @@ impl Recorder {
     /// Adds the systems of a recorder that may be added and removed later. They do nothing without
     /// one.
     pub fn add_systems(app: &mut App) {
-        app.add_observer(note_action)
-            .add_observer(note_early_end)
-            .add_systems(
-                StepSchedule,
+        app.add_observer(|_: On<Applying>, mut commands: Commands| {
+            commands.queue(Self::write_replaced);
+        })
+        .add_observer(note_action)
+        .add_observer(note_early_end)
+        .add_systems(
+            StepSchedule,
+            (
+                Self::write_replaced.before(StepSystems::Wake).run_if(
+                    |recorder: Option<Res<Self>>, clock: Res<SimulationClock>| {
+                        recorder.is_some_and(|it| it.replaced) && !clock.mid_tick()
+                    },
+                ),
                 note_hash
                     .after(StepSystems::End)
                     .run_if(resource_exists::<Self>)
                     .run_if(|clock: Res<SimulationClock>| !clock.mid_tick()),
-            );
+            ),
+        );
     }
 
     /// Starts a recording of a scene that is running, from its state after the tick under way. The
@@ -130,6 +144,7 @@ impl Recorder {
                 recorder.begun = true;
                 recorder.midway = None;
                 recorder.hashed = None;
+                recorder.replaced = false;
                 recorder.write(&line);
             }
             Err(error) => recorder.failure = Some(error.to_string()),
@@ -147,14 +162,58 @@ impl Recorder {
         let tick = world.resource::<SimulationClock>().tick();
         if let Some(mut recorder) = world.get_resource_mut::<Self>() {
             recorder.hashed = None;
+            recorder.replaced = false;
             recorder.write(&Line::Restart { tick });
+        }
+    }
+
+    /// Records that the state was replaced by an earlier or later one, after
+    /// [`Self::scene_ends`]. The next event writes it. Does nothing without a recorder.
+    pub fn state_replaced(world: &mut World) {
+        if let Some(mut recorder) = world.get_resource_mut::<Self>() {
+            recorder.hashed = None;
+            recorder.replaced = true;
+        }
+    }
+
+    /// Records that a scene that had been open before was opened again, in another state than at
+    /// its beginning, to which a restart leads. Does nothing without a recorder.
+    pub fn scene_returned(world: &mut World, beginning: Snapshot) {
+        if let Some(mut recorder) = world.get_resource_mut::<Self>() {
+            recorder.begun = true;
+            recorder.write(&Line::Scene {
+                tick: beginning.built.world.tick,
+                name: beginning.about.name.clone(),
+                state: line::state(&beginning),
+            });
+        }
+        Self::state_replaced(world);
+    }
+
+    /// Writes the state if it was replaced.
+    fn write_replaced(world: &mut World) {
+        if !world.get_resource::<Self>().is_some_and(|it| it.replaced) {
+            return;
+        }
+        let line = Snapshot::take(world, About::default()).map(|snapshot| Line::State {
+            tick: snapshot.built.world.tick,
+            state: line::state(&snapshot),
+        });
+        let mut recorder = world.resource_mut::<Self>();
+        recorder.replaced = false;
+        match line {
+            Ok(line) if recorder.begun => recorder.write(&line),
+            Ok(_) => {}
+            Err(error) => recorder.failure = Some(error.to_string()),
         }
     }
 
     /// Records the final hash of a scene that is about to be closed. Does nothing without a
     /// recorder.
     pub fn scene_ends(world: &mut World) {
-        if !world.resource::<SimulationClock>().mid_tick() {
+        // A replaced state that nothing followed was not written.
+        let replaced = world.get_resource::<Self>().is_some_and(|it| it.replaced);
+        if !replaced && !world.resource::<SimulationClock>().mid_tick() {
             Self::hash(world, |tick, hash| Line::Hash { tick, hash });
         }
     }
@@ -167,6 +226,7 @@ impl Recorder {
         if world.resource::<SimulationClock>().mid_tick() {
             tick(world);
         }
+        Self::write_replaced(world);
         world.resource_mut::<Self>().hashed = None;
         Self::hash(world, |tick, hash| Line::End { tick, hash });
     }

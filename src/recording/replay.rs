@@ -30,6 +30,8 @@ pub struct Replay {
     pub scenes: Vec<String>,
     /// Number of restarts.
     pub restarts: usize,
+    /// Number of times that undo, redo or the timeline replaced the state.
+    pub jumps: usize,
     /// Number of actions.
     pub actions: usize,
     /// Number of ticks of all scenes together.
@@ -176,6 +178,16 @@ impl Player {
                 self.agreed = None;
                 return Ok(false);
             }
+            Line::State { state, .. } => {
+                let built = line::snapshot(&state)?.built;
+                let open = self.open.as_mut().ok_or(LineError::NoScene)?;
+                let world = open.app.world_mut();
+                scene::despawn(world);
+                scene::spawn(&built, world);
+                self.replay.jumps += 1;
+                self.agreed = None;
+                return Ok(false);
+            }
             _ => {}
         }
         let open = self.open.as_mut().ok_or(LineError::NoScene)?;
@@ -201,7 +213,7 @@ impl Player {
                 self.replay.complete = true;
                 return Ok(differs);
             }
-            Line::Scene { .. } | Line::Restart { .. } => {}
+            Line::Scene { .. } | Line::Restart { .. } | Line::State { .. } => {}
         }
         Ok(false)
     }

@@ -175,6 +175,7 @@ impl PluginGroup for SandboxPlugins {
             .add(ui::theme::ThemePlugin)
             .add(ui::scale::ScalePlugin)
             .add(panel::PanelPlugin)
+            .add(app::time::TimePlugin)
             .add(app::requests::RequestsPlugin)
             .add(lab::throughput::ThroughputPlugin)
             .add(lab::resolution::ResolutionPlugin)

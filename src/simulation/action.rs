@@ -301,6 +301,11 @@ impl Actions {
     }
 }
 
+/// An action is about to be carried out, unless it is rejected. Observers, and the commands that
+/// they queue, see the state before it.
+#[derive(Event, Debug, Clone, PartialEq)]
+pub struct Applying(pub Action);
+
 /// An action was carried out before this tick. Both a message and an event for observers.
 #[derive(Message, Event, Debug, Clone, PartialEq)]
 pub struct Applied {
@@ -330,6 +335,8 @@ pub fn apply(world: &mut World) -> bool {
     for action in waiting {
         let body = action.body().and_then(|&body| world.get_entity(body).ok());
         let place = body.and_then(|body| body.get::<SpawnOrder>().copied());
+        world.trigger(Applying(action.clone()));
+        world.flush();
         match perform(world, &action) {
             Ok(()) => {
                 let applied = Applied {
@@ -338,6 +345,7 @@ pub fn apply(world: &mut World) -> bool {
                     place,
                 };
                 world.trigger(applied.clone());
+                world.flush();
                 world.write_message(applied);
             }
             Err(error) => world.resource_mut::<Actions>().errors.push(error),

@@ -53,6 +53,15 @@ macro_rules! carried {
                 entity.insert(effect);
             })*
         }
+
+        /// Gives an entity these effects, and removes all other built-in ones.
+        pub(super) fn set_effects(entity: &mut EntityWorldMut, effects: &Effects) {
+            let Effects { $($effect,)* } = *effects;
+            $(match $effect {
+                Some(effect) => entity.insert(effect),
+                None => entity.remove::<$component>(),
+            };)*
+        }
     };
 }
 

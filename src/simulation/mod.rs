@@ -13,6 +13,7 @@ pub(crate) mod carried;
 mod clock;
 mod jobs;
 mod ledger;
+mod moment;
 pub mod plain;
 pub(crate) mod plan;
 mod profile;
@@ -21,7 +22,7 @@ mod schedule;
 pub mod statistics;
 pub(crate) mod step;
 
-pub use action::{Action, ActionError, Actions, Applied, NewBody};
+pub use action::{Action, ActionError, Actions, Applied, Applying, NewBody};
 pub use body::{
     Active, AddedMass, Asleep, BodyDensity, BodyDirectWorkspace, BodyQuarantined, BodySkin,
     JustRestored, Pins, Quarantined, RestTimer, SceneEntity, SoftBody, SpawnOrder, SpawnOrders,
@@ -31,6 +32,7 @@ pub use builder::SoftBodyBuilder;
 pub use clock::{SimulationClock, SubstepTime, Tick};
 pub use jobs::{BodyContact, BodyContacts};
 pub use ledger::{Energies, EnergyLedger};
+pub use moment::Moment;
 pub use plan::system_names;
 pub use profile::Profile;
 pub use schedule::{

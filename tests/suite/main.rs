@@ -48,6 +48,8 @@ mod sandbox_reference_overlay;
 mod sandbox_solver_view;
 #[cfg(feature = "window")]
 mod sandbox_throughput;
+#[cfg(feature = "window")]
+mod sandbox_time;
 mod scene_answers;
 mod scene_files;
 mod scene_fuzz;

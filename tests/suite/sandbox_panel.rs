@@ -156,6 +156,8 @@ fn model() -> PanelModel {
             speed: 1.0,
             ..ClockModel::default()
         },
+        undo: Some("Stretch compliance".to_owned()),
+        redo: None,
         settings: vec![
             parameter("substeps", "", whole(100.0), 10.0),
             parameter(
@@ -482,6 +484,8 @@ fn every_button_makes_its_request() {
     let wanted = [
         ("pause", Request::Pause(true)),
         ("step", Request::Step),
+        ("step_back", Request::StepBack),
+        ("undo", Request::Undo),
         ("restart", Request::Restart),
         ("scene.next", Request::NextScene),
         ("scene.previous", Request::PreviousScene),

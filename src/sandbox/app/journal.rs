@@ -34,7 +34,7 @@ use crate::{
     sandbox::{
         app::keep::KeepRects,
         lab::{accuracy::CardRects, gallery::GalleryRects, quarantine::QuarantineRects},
-        panel::PanelRects,
+        panel::{PanelRects, time_strip::TimeStripRects},
         render::camera::OrbitCamera,
         ui::message::Notices,
     },
@@ -137,8 +137,9 @@ fn write_scenes(mut journal: ResMut<Journal>, mut loaded: MessageReader<SceneLoa
 
 fn write_widgets(
     mut journal: ResMut<Journal>,
-    (panel, card, gallery, quarantine, keep): (
+    (panel, strip, card, gallery, quarantine, keep): (
         Res<PanelRects>,
+        Res<TimeStripRects>,
         Res<CardRects>,
         Res<GalleryRects>,
         Res<QuarantineRects>,
@@ -147,13 +148,14 @@ fn write_widgets(
     window: Option<Single<&Window, With<PrimaryWindow>>>,
 ) {
     let cards = gallery.is_changed() || quarantine.is_changed() || keep.is_changed();
-    let changed = panel.is_changed() || card.is_changed() || cards;
+    let changed = panel.is_changed() || strip.is_changed() || card.is_changed() || cards;
     let (true, Some(window)) = (changed, window) else {
         return;
     };
     let scale = window.scale_factor();
     let now: BTreeMap<String, Rect> = panel
         .iter()
+        .chain(strip.iter())
         .chain(card.iter())
         .chain(gallery.iter())
         .chain(quarantine.iter())

@@ -8,14 +8,20 @@ use super::keep;
 use crate::{
     recording::{About, Recorder, SnapshotError, open},
     sandbox::{
+        app::time::{self, OpenScene, SceneContext},
+        panel::{restart, scene_defaults},
         render::{camera::OrbitCamera, orbit::Orbit, stage::FloorHeight},
         state::{
             event::SceneLoaded,
             view::{ViewCommand, ViewSettings},
         },
+        ui::message::Notices,
     },
     scene::{self, BuiltScene, CameraSpec, CurrentScene, registry::SCENES},
-    simulation::SimulationClock,
+    simulation::{
+        Pins, SimulationClock,
+        plain::{self, bodies_in_order},
+    },
     solver::{Body, topology::bounds},
 };
 use bevy::{
@@ -23,7 +29,10 @@ use bevy::{
     tasks::{AsyncComputeTaskPool, Task, futures::check_ready},
     window::PrimaryWindow,
 };
-use std::time::{Duration, Instant};
+use std::{
+    sync::Arc,
+    time::{Duration, Instant},
+};
 
 /// Opens scenes.
 pub struct LoadPlugin {
@@ -60,10 +69,6 @@ impl Opening {
 
 /// Scenes that load faster than this show no message.
 const SLOW: Duration = Duration::from_millis(300);
-
-/// Initial state of the open scene, for an immediate restart.
-#[derive(Resource)]
-struct Beginning(BuiltScene);
 
 impl Plugin for LoadPlugin {
     fn build(&self, app: &mut App) {
@@ -148,14 +153,10 @@ fn finish(world: &mut World) {
     });
     match made {
         Ok((current, built)) => {
-            let (hint, about) = (current.scene.camera, About::from(&current));
-            world.insert_resource(current);
-            Recorder::scene_ends(world);
-            replace(world, &built);
-            keep::scene_opened(world, &built);
-            Recorder::scene_opened(world, about);
-            look(world, &built, hint, camera);
-            world.insert_resource(Beginning(built));
+            if world.contains_resource::<OpenScene>() {
+                time::before_scene(world, &format!("Open {}", current.scene.title));
+            }
+            enter(world, current, built, camera);
         }
         // The window is never empty: the default scene always builds, as a test checks.
         Err(_) if !world.contains_resource::<CurrentScene>() && name != SCENES[0].name => {
@@ -166,22 +167,84 @@ fn finish(world: &mut World) {
     }
 }
 
-/// Restarts the current scene, without reading or building it again.
-fn restart(world: &mut World) {
-    let Some(name) = world
-        .get_resource::<CurrentScene>()
-        .map(|it| it.name.clone())
-    else {
-        return;
-    };
-    let Some(Beginning(built)) = world.remove_resource() else {
-        return;
-    };
-    world.write_message(SceneLoaded { name, error: None });
+/// Opens a scene that has been built.
+fn enter(world: &mut World, current: CurrentScene, built: BuiltScene, camera: Camera) {
+    let (hint, about) = (current.scene.camera, About::from(&current));
+    world.insert_resource(current.clone());
     Recorder::scene_ends(world);
     replace(world, &built);
+    Recorder::scene_opened(world, about);
+    look(world, &built, hint, camera);
+    let settings = built.world.settings;
+    let context = SceneContext {
+        current,
+        orders: plain::places(world),
+        floor: floor(&built.world.bodies),
+        settings,
+        beginning: built,
+    };
+    world.insert_resource(OpenScene(Arc::new(context)));
+    keep::scene_opened(world);
+    scene_defaults::begin(world, settings);
+    time::begin(world);
+}
+
+/// Restarts the current scene, without reading or building it again. Changed parameters and
+/// settings are kept, so that the same motion can be repeated with others; undo brings back the
+/// rest.
+fn restart(world: &mut World) {
+    let Some(OpenScene(scene)) = world.get_resource().cloned() else {
+        return;
+    };
+    let changes = restart::changes(world);
+    let lost = lost(world, &scene.beginning);
+    time::before_scene(world, "Restart");
+    let name = scene.current.name.clone();
+    world.write_message(SceneLoaded { name, error: None });
+    Recorder::scene_ends(world);
+    replace(world, &scene.beginning);
     Recorder::scene_restarted(world);
-    world.insert_resource(Beginning(built));
+    scene_defaults::begin(world, scene.settings);
+    restart::repeat(world, changes);
+    time::quietly(world);
+    time::begin(world);
+    let what = if lost.is_empty() {
+        "the state before".to_owned()
+    } else {
+        lost.join(" and ")
+    };
+    world
+        .resource_mut::<Notices>()
+        .info(format!("Restarted. Ctrl+Z brings back {what}"));
+}
+
+/// What a restart takes away besides time: added bodies, deleted bodies and pins.
+fn lost(world: &mut World, beginning: &BuiltScene) -> Vec<String> {
+    let counted = |count: usize, one: &str, more: &str| match count {
+        1 => format!("1 {one}"),
+        count => format!("{count} {more}"),
+    };
+    let bodies = bodies_in_order(world);
+    let pins = bodies.iter().filter_map(|body| world.get::<Pins>(*body));
+    let pins: usize = pins.map(|pins| pins.len()).sum();
+    let at_start = &beginning.world.bodies;
+    let pins_at_start: usize = at_start.iter().map(|body| body.pins.len()).sum();
+    let added = bodies.len().saturating_sub(at_start.len());
+    let pinned = pins.saturating_sub(pins_at_start);
+    let mut lost = Vec::new();
+    if added > 0 {
+        lost.push(counted(added, "added body", "added bodies"));
+    }
+    if pinned > 0 {
+        lost.push(counted(pinned, "pin", "pins"));
+    }
+    lost
+}
+
+/// Points the camera at a scene that is open again.
+pub(super) fn look_again(world: &mut World, scene: &SceneContext) {
+    let hint = scene.current.scene.camera;
+    look(world, &scene.beginning, hint, Camera::Glide);
 }
 
 /// The built-in scene at an offset from the named one, with wrap-around.
@@ -219,7 +282,8 @@ fn extent(bodies: &[Body]) -> (Vec3, Vec3) {
 }
 
 fn look(world: &mut World, built: &BuiltScene, hint: Option<CameraSpec>, camera: Camera) {
-    let panel = world.resource::<ViewSettings>().panel_width;
+    let view = world.get_resource::<ViewSettings>();
+    let panel = view.map_or(0.0, |view| view.panel_width);
     let mut windows = world.query_filtered::<&Window, With<PrimaryWindow>>();
     let aspect = windows.single(world).map_or(1.6, |window| {
         (window.width() - panel).max(1.0) / window.height().max(1.0)

@@ -16,3 +16,4 @@ pub mod requests;
 pub mod screenshot;
 pub mod settings;
 pub mod spawn;
+pub mod time;

@@ -5,7 +5,7 @@
 
 use bevy::prelude::*;
 
-use super::{film, import, keep};
+use super::{film, import, keep, time};
 use crate::{
     effect::EffectRegistry,
     sandbox::{
@@ -15,7 +15,7 @@ use crate::{
             gallery::{Gallery, GalleryCommand},
             reference_overlay::ReferenceCommand,
         },
-        panel::{SceneDefaults, SceneSettings, energy, gather::track, restart, show_held},
+        panel::{SceneDefaults, SceneSettings, energy, gather::track, show_held},
         state::{
             display::DisplaySettings,
             first_steps::FirstSteps,
@@ -82,10 +82,7 @@ fn carry_out_one(world: &mut World, request: Request) {
         Request::OpenScene(name) => command(world, ViewCommand::LoadScene(name)),
         Request::NextScene => command(world, ViewCommand::NextScene),
         Request::PreviousScene => command(world, ViewCommand::PreviousScene),
-        Request::Restart => {
-            restart::note(world);
-            command(world, ViewCommand::Restart);
-        }
+        Request::Restart => command(world, ViewCommand::Restart),
         Request::FrameAll => command(world, ViewCommand::FrameAll),
         Request::Screenshot => command(world, ViewCommand::Screenshot),
         Request::Keep(request) => keep::carry_out(world, request),
@@ -111,10 +108,14 @@ fn carry_out_one(world: &mut World, request: Request) {
             world.write_message(ReferenceCommand::Again);
         }
         Request::Pause(paused) => world.resource_mut::<SimulationClock>().paused = paused,
-        Request::Step => {
-            let mut clock = world.resource_mut::<SimulationClock>();
-            clock.paused = true;
-            clock.step_once();
+        Request::Step => time::step(world),
+        Request::StepBack => time::step_back(world),
+        Request::Scrub(seconds) => time::scrub(world, seconds),
+        Request::Undo => {
+            time::undo(world);
+        }
+        Request::Redo => {
+            time::redo(world);
         }
         Request::Speed(speed) => {
             if (0.0..=100.0).contains(&speed) {
@@ -284,6 +285,8 @@ fn make_of(world: &mut World, scope: Scope, name: &str) {
     let Some(material) = Material::find(name) else {
         return;
     };
+    let title = format!("Material {}", material.name);
+    world.resource_mut::<time::History>().label(title);
     for body in bodies(world, scope) {
         let topology = world.get::<SoftBody>(body);
         if !topology.is_some_and(|topology| material.fits(topology.dimension)) {

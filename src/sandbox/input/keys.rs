@@ -26,6 +26,12 @@ pub enum Command {
     Pause,
     /// One tick.
     Step,
+    /// One tick back.
+    StepBack,
+    /// Takes the last action back.
+    Undo,
+    /// Repeats the action that was taken back last.
+    Redo,
     /// Restarts the scene.
     Restart,
     /// Toggles between a tenth of the speed and full speed.
@@ -163,6 +169,19 @@ const fn repeated(binding: Binding) -> Binding {
 pub const BINDINGS: &[Binding] = &[
     row(&[Space], "Space", "run / pause", Command::Pause),
     repeated(row(&[Types(".")], ".", "advance one tick", Command::Step)),
+    repeated(row(
+        &[Types(",")],
+        ",",
+        "go back one tick",
+        Command::StepBack,
+    )),
+    repeated(row(&[Ctrl("z")], "Ctrl+Z", "undo", Command::Undo)),
+    repeated(row(
+        &[CtrlShift("z"), Ctrl("y")],
+        "Ctrl+Y",
+        "redo (also Ctrl+Shift+Z)",
+        Command::Redo,
+    )),
     row(&[Types("r")], "R", "restart the scene", Command::Restart),
     row(
         &[Types("s")],

@@ -24,6 +24,7 @@ use crate::{
         state::{
             display::DisplaySettings,
             keep::{RecentFiles, RecordingStatus},
+            time::TimeView,
             view::{LastGrab, ViewSettings},
         },
         ui::{
@@ -96,6 +97,8 @@ pub(super) fn model(world: &mut World) -> PanelModel {
             speed: clock.speed,
             time: clock.time(),
         },
+        undo: world.resource::<TimeView>().undo.clone(),
+        redo: world.resource::<TimeView>().redo.clone(),
         settings: settings(world),
         threads: threads(world),
         projections: world.resource::<Throughput>().per_second(),
@@ -358,6 +361,11 @@ fn choices(setting: &str) -> &'static [&'static str] {
         "keep_spin" => &["Off", "On"],
         _ => &[],
     }
+}
+
+/// Title of a setting.
+pub(in crate::sandbox) fn setting_title(setting: &str) -> Option<&'static str> {
+    words(setting).map(|(title, ..)| title)
 }
 
 /// Title, description and slider track of a setting.

@@ -21,10 +21,11 @@ mod picker;
 mod reference_overlay;
 pub(in crate::sandbox) mod restart;
 mod scene;
-mod scene_defaults;
+pub(in crate::sandbox) mod scene_defaults;
 mod section;
 mod settings;
 mod spawn;
+pub mod time_strip;
 mod world;
 
 pub use draw::Panel;
@@ -49,6 +50,7 @@ use crate::sandbox::{
         keep::{RecentFiles, RecordingStatus},
         request::{Request, RequestSystems, Requested},
         selection::{Scope, Selection},
+        time::TimeView,
         view::{LastGrab, ViewCommand, ViewSettings},
     },
     ui::{WidgetRects, message::Notices, scale::InterfaceScale, theme},
@@ -91,14 +93,10 @@ impl Plugin for PanelPlugin {
             .init_resource::<RecordingStatus>()
             .init_resource::<SceneSettings>()
             .init_resource::<picker::Picker>()
-            .init_resource::<restart::Carried>()
             .add_message::<Requested>()
             .add_message::<ViewCommand>()
             .add_message::<SceneLoaded>()
-            .add_systems(
-                PreUpdate,
-                (restart::begin, scene_defaults::remember).chain(),
-            )
+            .add_systems(PreUpdate, scene_defaults::remember)
             .add_systems(
                 Update,
                 (
@@ -108,7 +106,9 @@ impl Plugin for PanelPlugin {
                     tell_hidden,
                 ),
             )
-            .add_systems(EguiPrimaryContextPass, panel);
+            .init_resource::<TimeView>()
+            .init_resource::<time_strip::TimeStripRects>()
+            .add_systems(EguiPrimaryContextPass, (panel, time_strip::strip).chain());
     }
 }
 

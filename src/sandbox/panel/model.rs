@@ -33,6 +33,10 @@ pub struct PanelModel {
     pub file: FileModel,
     /// State of the clock.
     pub clock: ClockModel,
+    /// Title of the action that undo takes back; `None` without one.
+    pub undo: Option<String>,
+    /// Title of the action that redo repeats; `None` without one.
+    pub redo: Option<String>,
     /// World settings: substeps, iterations, rate, gravity.
     pub settings: Vec<Parameter>,
     /// Number of solver threads; `None` if only one is available.

@@ -6,7 +6,6 @@ use bevy::prelude::*;
 use super::scene_defaults::{SceneDefaults, SceneSettings};
 use crate::{
     effect::EffectRegistry,
-    sandbox::state::event::SceneLoaded,
     simulation::{Action, Actions, SimulationSettings, action, plain::bodies_in_order},
 };
 
@@ -19,18 +18,15 @@ struct ChangedParameter {
     value: f64,
 }
 
-/// Changes to apply after a restart; `None` while no restart is under way.
-#[derive(Resource, Debug, Default)]
-pub(super) struct Carried(Option<Changes>);
-
+/// Changes of the scene defaults.
 #[derive(Debug, Default)]
-struct Changes {
+pub(in crate::sandbox) struct Changes {
     settings: Vec<(&'static str, f64)>,
     parameters: Vec<ChangedParameter>,
 }
 
-/// Stores the differences from the scene defaults, before the scene is restarted.
-pub(in crate::sandbox) fn note(world: &mut World) {
+/// The differences from the scene defaults.
+pub(in crate::sandbox) fn changes(world: &mut World) -> Changes {
     let bodies = bodies_in_order(world);
     let now = &world.resource::<SimulationSettings>().0;
     let scene = &world.resource::<SceneSettings>().0;
@@ -46,11 +42,10 @@ pub(in crate::sandbox) fn note(world: &mut World) {
         .enumerate()
         .flat_map(|(place, body)| changed(world, place, *body))
         .collect();
-    let changes = Changes {
+    Changes {
         settings,
         parameters,
-    };
-    world.resource_mut::<Carried>().0 = Some(changes);
+    }
 }
 
 fn changed(world: &World, place: usize, body: Entity) -> Vec<ChangedParameter> {
@@ -78,23 +73,8 @@ fn changed(world: &World, place: usize, body: Entity) -> Vec<ChangedParameter> {
     changes
 }
 
-/// Stores the settings of a scene as its defaults when it is opened, and applies the stored changes
-/// after a restart.
-pub(super) fn begin(
-    world: &mut World,
-    mut read: Local<bevy::ecs::message::MessageCursor<SceneLoaded>>,
-) {
-    let opened = read
-        .read(world.resource::<Messages<SceneLoaded>>())
-        .any(|scene| scene.error.is_none());
-    if !opened {
-        return;
-    }
-    let settings = **world.resource::<SimulationSettings>();
-    world.insert_resource(SceneSettings(settings));
-    let Some(changes) = world.resource_mut::<Carried>().0.take() else {
-        return;
-    };
+/// Makes the changes again, by actions.
+pub(in crate::sandbox) fn repeat(world: &mut World, changes: Changes) {
     let bodies = bodies_in_order(world);
     let mut actions = world.resource_mut::<Actions>();
     for (name, value) in changes.settings {

@@ -111,27 +111,52 @@ fn scenes(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
 
 fn transport(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     let paused = model.clock.paused;
+    let undo = help("Undo", model.undo.as_deref(), "Ctrl+Z");
+    let redo = help("Redo", model.redo.as_deref(), "Ctrl+Y");
     let buttons = [
+        RowButton::new("step_back", "⏮", "Pause and go back by one tick (,)"),
         RowButton {
             selected: paused,
             ..RowButton::new(
                 "pause",
-                if paused { "▶ Run" } else { "⏸ Pause" },
+                if paused { "▶" } else { "⏸" },
                 "Run or pause the simulation (Space)",
             )
         },
-        RowButton::new("step", "⏭ Step", "Pause and advance by one tick (.)"),
+        RowButton::new("step", "⏭", "Pause and advance by one tick (.)"),
         RowButton::new(
             "restart",
-            "⟲ Restart",
-            "Restart the scene with the current parameters (R)",
+            "⟲",
+            "Restart the scene with the current parameters and settings (R). Undo brings back \
+             everything else: time, added bodies, pins",
         ),
+        RowButton {
+            enabled: model.undo.is_some(),
+            ..RowButton::new("undo", "Undo", &undo)
+        },
+        RowButton {
+            enabled: model.redo.is_some(),
+            ..RowButton::new("redo", "Redo", &redo)
+        },
     ];
     match section::button_row(ui, panel, &buttons) {
-        Some(0) => panel.ask(Request::Pause(!paused)),
-        Some(1) => panel.ask(Request::Step),
-        Some(2) => panel.ask(Request::Restart),
+        Some(0) => panel.ask(Request::StepBack),
+        Some(1) => panel.ask(Request::Pause(!paused)),
+        Some(2) => panel.ask(Request::Step),
+        Some(3) => panel.ask(Request::Restart),
+        Some(4) => panel.ask(Request::Undo),
+        Some(5) => panel.ask(Request::Redo),
         _ => {}
+    }
+}
+
+/// Tooltip of undo or redo.
+fn help(what: &str, title: Option<&str>, key: &str) -> String {
+    let rule = "A parameter, a setting or an effect gets its previous value while time goes on. \
+                Anything else restores the whole state from before, time included.";
+    match title {
+        Some(title) => format!("{what}: {title} ({key})\n{rule}"),
+        None => format!("Nothing to {} ({key})\n{rule}", what.to_lowercase()),
     }
 }
 

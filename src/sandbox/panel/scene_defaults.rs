@@ -1,6 +1,6 @@
 //! Scene defaults: the initial values of a scene, used by the panel's resets.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
 use bevy::prelude::*;
 
@@ -12,7 +12,7 @@ pub struct SceneSettings(pub Settings);
 
 /// Initial parameters of a body, by effect and parameter.
 #[derive(Component, Debug, Clone, Default, PartialEq)]
-pub struct SceneDefaults(BTreeMap<(&'static str, &'static str), f64>);
+pub struct SceneDefaults(Arc<BTreeMap<(&'static str, &'static str), f64>>);
 
 impl SceneDefaults {
     /// The initial value; `None` if the body did not carry the effect.
@@ -30,18 +30,25 @@ impl SceneDefaults {
                 }
             }
         }
-        Self(values)
+        Self(Arc::new(values))
     }
 }
 
 /// Stores the parameters of new bodies.
-pub(super) fn remember(
-    mut commands: Commands,
-    registry: Res<EffectRegistry>,
-    new: Query<EntityRef, (With<SoftBody>, Without<SceneDefaults>)>,
+pub(in crate::sandbox) fn remember(
+    world: &mut World,
+    new: &mut QueryState<Entity, (With<SoftBody>, Without<SceneDefaults>)>,
 ) {
-    for body in &new {
-        let scene_defaults = SceneDefaults::of(&body, &registry);
-        commands.entity(body.id()).insert(scene_defaults);
+    for body in new.iter(world).collect::<Vec<_>>() {
+        let registry = world.resource::<EffectRegistry>();
+        let scene_defaults = SceneDefaults::of(&world.entity(body), registry);
+        world.entity_mut(body).insert(scene_defaults);
     }
+}
+
+/// Stores the settings and the parameters of a scene that was opened or restarted.
+pub(in crate::sandbox) fn begin(world: &mut World, settings: Settings) {
+    world.insert_resource(SceneSettings(settings));
+    let mut new = world.query_filtered();
+    remember(world, &mut new);
 }

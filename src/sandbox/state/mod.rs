@@ -7,4 +7,5 @@ pub mod keep;
 pub mod request;
 pub mod selection;
 pub mod spawn;
+pub mod time;
 pub mod view;

@@ -41,8 +41,16 @@ pub enum Request {
     Restart,
     /// Pause or resume.
     Pause(bool),
-    /// One tick.
+    /// Pause, and go on by one tick, or to the next kept state if an earlier one is shown.
     Step,
+    /// Pause, and go back to the previous kept state.
+    StepBack,
+    /// Pause, and show the kept state nearest to a simulated time [s].
+    Scrub(f64),
+    /// Take the last action back.
+    Undo,
+    /// Repeat the action that was taken back last.
+    Redo,
     /// Set the speed: simulated seconds per real second.
     Speed(f64),
     /// Set a world setting.

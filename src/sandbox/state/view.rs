@@ -43,6 +43,9 @@ pub struct ViewSettings {
     pub panel_width: f32,
     /// The side that the panel covers.
     pub panel_side: Side,
+    /// Height of the window that the timeline covers at the bottom edge, beside the panel
+    /// [logical px]; 0 while there is none.
+    pub strip_height: f32,
 }
 
 impl Default for ViewSettings {
@@ -58,6 +61,7 @@ impl Default for ViewSettings {
             films: false,
             panel_width: 0.0,
             panel_side: Side::Right,
+            strip_height: 0.0,
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The area of the window that the panel leaves free.
+//! The area of the window that the panel and the timeline leave free.
 
 use crate::sandbox::state::view::ViewSettings;
 use bevy_egui::egui::{Context, Rect, Vec2, vec2};
@@ -10,7 +10,7 @@ pub fn free(context: &Context, view: &ViewSettings) -> Rect {
     let (left, right) = view.free(window.width());
     Rect::from_x_y_ranges(
         window.left() + left..=window.left() + right.max(left),
-        window.y_range(),
+        window.top()..=window.bottom() - view.strip_height,
     )
 }
 

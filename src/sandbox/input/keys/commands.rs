@@ -35,6 +35,9 @@ impl Commander<'_, '_> {
         match command {
             Command::Pause => self.ask(Request::Pause(!self.clock.paused)),
             Command::Step => self.ask(Request::Step),
+            Command::StepBack => self.ask(Request::StepBack),
+            Command::Undo => self.ask(Request::Undo),
+            Command::Redo => self.ask(Request::Redo),
             Command::Restart => self.ask(Request::Restart),
             Command::Slow => {
                 let slow = self.clock.speed < 1.0;
