@@ -85,10 +85,8 @@ pub(super) fn scene_opened(world: &mut World) {
     let built = &scene.beginning;
     // A snapshot has bodies, but no definition of them.
     let is_snapshot = built.places.is_some();
-    let current = world
-        .get_resource::<CurrentScene>()
-        .filter(|_| !is_snapshot);
-    let definition = current.map(|current| Definition::new(&current.scene, built));
+    let definition = (!is_snapshot).then(|| Definition::new(&scene.current.scene, built));
+    world.insert_resource(Known(Arc::clone(&scene)));
     world.insert_resource(OpenDefinition(definition));
     Baseline::take(world);
 }
