@@ -108,7 +108,7 @@ fn pin(body: Entity, vertex: u32) -> Action {
 fn add_ball(app: &mut App, place: Vec3) {
     let primitive = Primitive::Sphere {
         radius: 0.2,
-        cells: 3,
+        cells: 4,
     };
     let shape = primitive.build().expect("it can be made").shape;
     let topology = Arc::new(Topology::new(shape).expect("sound"));
@@ -280,7 +280,7 @@ fn moved_and_added_colliders_are_saved_and_a_mesh_of_unknown_source_is_a_reason(
 
 #[test]
 fn analytic_solutions_and_criteria_of_removed_bodies_are_left_out() {
-    let mut app = opened("hanging_chain");
+    let mut app = opened("rope");
     let scene = app.world().resource::<CurrentScene>().scene.clone();
     assert!(!scene.answers.is_empty());
     for body in bodies_in_order(app.world_mut()) {

@@ -199,6 +199,7 @@ fn enter(world: &mut World, current: CurrentScene, built: BuiltScene, camera: Ca
         beginning: built,
     };
     world.insert_resource(OpenScene(Arc::new(context)));
+    keep::scene_opened(world);
     scene_defaults::begin(world, settings);
     time::begin(world);
 }

@@ -27,7 +27,11 @@ impl Definition {
 
     /// Index in the file of the collider with an index now; `None` for an added one.
     pub(super) fn origin(&self, now: &BuiltScene, index: usize) -> Option<usize> {
-        let order = now.places.as_ref()?.colliders.get(index)?;
+        let Some(places) = &now.places else {
+            // A scene that was just built.
+            return (index < self.colliders.len()).then_some(index);
+        };
+        let order = places.colliders.get(index)?;
         // Colliders are numbered after the bodies.
         let first = self.bodies.len() as u64 + 1;
         let index = order.get().checked_sub(first)? as usize;

@@ -14,6 +14,7 @@ pub mod recording;
 pub mod save;
 pub mod unsaved;
 
+use super::time::{OpenScene, SceneContext};
 use crate::{
     output::plain_name,
     sandbox::{
@@ -27,13 +28,13 @@ use crate::{
             message::{Notices, capitalised},
         },
     },
-    scene::{BuiltScene, CurrentScene, save::Definition},
+    scene::{CurrentScene, save::Definition},
 };
 use bevy::prelude::*;
 use bevy_egui::{EguiContext, EguiPrimaryContextPass, PrimaryEguiContext};
 use card::{Answer, Card, SaveCard};
 use save::{OpenDefinition, SaveError};
-use std::path::Path;
+use std::{path::Path, sync::Arc};
 use unsaved::Baseline;
 
 /// Rectangles of the cards' widgets, for the journal.
@@ -53,21 +54,39 @@ impl Plugin for KeepPlugin {
             .init_resource::<closing::Scripted>()
             .add_message::<SceneLoaded>()
             .add_observer(save::note_added)
-            .add_systems(PreUpdate, note_recent)
+            .add_systems(PreUpdate, (note_recent, follow_undo))
             .add_systems(Update, (closing::close, refresh_recent))
             .add_systems(EguiPrimaryContextPass, (show, badge::show));
         recording::build(app);
     }
 }
 
+/// The scene whose definition is known.
+#[derive(Resource, Debug)]
+struct Known(Arc<SceneContext>);
+
+/// Follows undo and redo to another scene. Sources of meshes that were added there are not known
+/// any more.
+fn follow_undo(world: &mut World) {
+    let Some(OpenScene(scene)) = world.get_resource::<OpenScene>() else {
+        return;
+    };
+    let known = world.get_resource::<Known>();
+    if !known.is_some_and(|Known(known)| Arc::ptr_eq(known, scene)) {
+        scene_opened(world);
+    }
+}
+
 /// Notes the definition of a scene that was opened, for saving it later.
-pub(super) fn scene_opened(world: &mut World, built: &BuiltScene) {
+pub(super) fn scene_opened(world: &mut World) {
+    let Some(OpenScene(scene)) = world.get_resource::<OpenScene>().cloned() else {
+        return;
+    };
+    let built = &scene.beginning;
     // A snapshot has bodies, but no definition of them.
     let is_snapshot = built.places.is_some();
-    let current = world
-        .get_resource::<CurrentScene>()
-        .filter(|_| !is_snapshot);
-    let definition = current.map(|current| Definition::new(&current.scene, built));
+    let definition = (!is_snapshot).then(|| Definition::new(&scene.current.scene, built));
+    world.insert_resource(Known(Arc::clone(&scene)));
     world.insert_resource(OpenDefinition(definition));
     Baseline::take(world);
 }
