@@ -33,7 +33,7 @@ use std::{
 /// Example: pliant run cloth_lab --ablate
 #[derive(Debug, Args)]
 pub struct RunScene {
-    /// Name of a built-in scene (see `pliant scenes`), or path of a scene file or snapshot
+    /// Name of a built-in scene (see `pliant scenes`), or path of a scene file, snapshot or mesh
     #[arg(required_unless_present = "from")]
     scene: Option<String>,
 
@@ -279,7 +279,7 @@ pub fn in_words(title: &str, run: &Run) -> String {
     format!(
         "{title}: {:.3} s in {} of {} and {}\n\
          {} ({} asleep), {}, constraints: {}\n\
-         {:.3} ms per tick in the solver (median, {}; measuring {:.3}, ECS {:.3}), energy {:.6} J, volume error {:.3} %, residual {:.2e}\n\
+         {:.3} ms per tick in the solver (median, {}; measuring {:.3}, ECS {:.3}), energy {:.6} J, {}residual {:.2e}\n\
          {}{}state {:016x}, {verdict}\n",
         last.time,
         counted(last.tick as usize, "tick"),
@@ -297,7 +297,10 @@ pub fn in_words(title: &str, run: &Run) -> String {
         times.measuring,
         times.ecs,
         last.energy(),
-        last.volume_error * 100.0,
+        last.volume_error.map_or_else(String::new, |error| format!(
+            "volume error {:.3} %, ",
+            error * 100.0
+        )),
         last.residual,
         unresolved(run),
         run.ledger.as_ref().map(ledger_text).unwrap_or_default(),

@@ -3,7 +3,10 @@
 use super::Figures;
 use crate::{
     simulation::{SoftBody, plain::effects},
-    solver::{BodyEffectKind, EffectStates, Particles, advance::Stage, elastic::Elastic, measure},
+    solver::{
+        BodyEffectKind, EffectStates, ElasticKind, Particles, advance::Stage, elastic::Elastic,
+        measure,
+    },
 };
 use bevy::prelude::*;
 
@@ -26,12 +29,29 @@ pub(super) fn figures<const N: usize, const M: usize, E: Elastic<N, M>>(
     let multipliers = body
         .get::<EffectStates>()
         .map_or(&[][..], |states| states.multipliers(E::KIND));
+    let all = measure::element_figures(effect, topology, particles, multipliers, h);
     Figures {
         elements: E::KIND.elements(topology),
-        energy: Some(measure::elastic_energy(effect, topology, particles)),
-        residual: measure::residual(effect, topology, particles, multipliers, h),
+        energy: Some(all.energy),
+        unresolved: all.unresolved,
+        residual: all.residual,
         ..Figures::default()
     }
+}
+
+/// Number of elements of an elastic effect on a body.
+pub(super) fn elements(kind: ElasticKind, body: &EntityRef) -> usize {
+    body.get::<SoftBody>()
+        .map_or(0, |topology| kind.elements(topology))
+}
+
+/// Number of elements of another effect on a body.
+pub(super) fn body_elements(kind: BodyEffectKind, body: &EntityRef) -> usize {
+    let parts = body.get::<SoftBody>().zip(body.get::<EffectStates>());
+    let effects = effects(*body);
+    parts.map_or(0, |(topology, states)| {
+        states.others.elements((&effects, kind), topology)
+    })
 }
 
 /// Figures of an effect without elements on a body, after a substep of `h` seconds.
@@ -47,7 +67,7 @@ pub(super) fn body_figures(kind: BodyEffectKind, body: &EntityRef, h: f32) -> Fi
     let effect = (&effects, kind);
     let h = particles.history.seconds(h.into());
     Figures {
-        elements: states.others.elements(effect, topology),
+        elements: body_elements(kind, body),
         energy: Some(measure::body_effect_energy(
             effect,
             topology,
@@ -55,6 +75,7 @@ pub(super) fn body_figures(kind: BodyEffectKind, body: &EntityRef, h: f32) -> Fi
         )),
         residual: states.others.residual(effect, topology, particles, h),
         overpressure: states.others.pressure.overpressure(h),
+        ..Figures::default()
     }
 }
 
@@ -68,6 +89,11 @@ macro_rules! elastic {
 
         fn when_added() -> Option<Self> {
             Some(Self::default())
+        }
+
+        fn elements(&self, body: &bevy::prelude::EntityRef) -> usize {
+            use crate::solver::elastic::Elastic;
+            super::elastic::elements(Self::KIND, body)
         }
 
         fn figures(&self, body: &bevy::prelude::EntityRef, h: f32) -> super::Figures {

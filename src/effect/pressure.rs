@@ -1,6 +1,10 @@
 //! Pressure: a gas or liquid inside a closed surface.
 
-use super::{Effect, Figures, Parameter, Scale, elastic::body_figures, parameter};
+use super::{
+    Effect, Figures, Parameter, Scale,
+    elastic::{body_elements, body_figures},
+    parameter,
+};
 use crate::{
     simulation::SoftBody,
     solver::{BodyEffectKind, Filling, Pressure, Settings, Stiffness, advance::Stage},
@@ -34,6 +38,10 @@ impl Effect for Pressure {
     fn unfit(body: &EntityRef, _: &Settings) -> Option<String> {
         let topology = &body.get::<SoftBody>()?.0;
         topology.enclosure().err().map(|reason| reason.to_string())
+    }
+
+    fn elements(&self, body: &EntityRef) -> usize {
+        body_elements(BodyEffectKind::Pressure, body)
     }
 
     fn figures(&self, body: &EntityRef, h: f32) -> Figures {

@@ -74,8 +74,12 @@ pub struct ParameterInfo {
 pub struct Figures {
     /// Number of constraints.
     pub elements: usize,
-    /// Stored elastic energy [J]; `None` if the effect stores none by its nature.
+    /// Stored elastic energy of the requested material at its current strain [J]; `None` if the
+    /// effect stores none by its nature.
     pub energy: Option<f64>,
+    /// The part of it that the unconverged solver does not hold [J], see
+    /// [`ElementFigures`](crate::solver::measure::ElementFigures).
+    pub unresolved: f64,
     /// Residual of the constraint equations.
     pub residual: SquareSum,
     /// Pressure above ambient [Pa], for effects that have one.
@@ -113,6 +117,11 @@ pub trait Effect: Component<Mutability = Mutable> + Sized {
     /// Reason why a body cannot carry the effect under these settings; `None` by default.
     fn unfit(_body: &EntityRef, _settings: &Settings) -> Option<String> {
         None
+    }
+
+    /// Number of its constraints on a body that carries it; by default that of the figures.
+    fn elements(&self, body: &EntityRef) -> usize {
+        self.figures(body, 1.0).elements
     }
 
     /// Figures of the effect on a body that carries it, after a substep of `h` seconds.
@@ -156,6 +165,8 @@ pub struct EffectInfo {
     pub unfit: fn(&EntityRef, &Settings) -> Option<String>,
     /// Removes the effect from a body.
     pub remove: fn(&mut EntityWorldMut),
+    /// Number of constraints on a body; `None` if the body does not carry the effect.
+    pub elements: fn(&EntityRef) -> Option<usize>,
     /// Figures of the effect on a body; `None` if the body does not carry it.
     pub figures: fn(&EntityRef, f32) -> Option<Figures>,
     /// Advice on the effect for a body under these settings, in one sentence.
@@ -212,6 +223,7 @@ impl EffectInfo {
             remove: |body| {
                 body.remove::<E>();
             },
+            elements: |body| body.get::<E>().map(|effect| effect.elements(body)),
             figures: |body, h| body.get::<E>().map(|effect| effect.figures(body, h)),
             note: |body, settings| {
                 body.get::<E>()

@@ -1,6 +1,10 @@
 //! Shape matching: pulls particles towards the rest shape, rotated and moved to fit them best.
 
-use super::{Effect, Figures, Parameter, Scale, elastic::body_figures, parameter};
+use super::{
+    Effect, Figures, Parameter, Scale,
+    elastic::{body_elements, body_figures},
+    parameter,
+};
 use crate::solver::{
     BodyEffectKind, Damping, Frequency, RegionSize, ShapeMatching, advance::Stage,
 };
@@ -33,6 +37,10 @@ impl Effect for ShapeMatching {
 
     fn when_added() -> Option<Self> {
         Some(Self::default())
+    }
+
+    fn elements(&self, body: &EntityRef) -> usize {
+        body_elements(BodyEffectKind::ShapeMatching, body)
     }
 
     fn figures(&self, body: &EntityRef, h: f32) -> Figures {

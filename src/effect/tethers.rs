@@ -1,6 +1,10 @@
 //! Tethers: long-range attachments to the nearest pin.
 
-use super::{Effect, Figures, Parameter, Scale, elastic::body_figures, parameter};
+use super::{
+    Effect, Figures, Parameter, Scale,
+    elastic::{body_elements, body_figures},
+    parameter,
+};
 use crate::solver::{BodyEffectKind, Slack, Tethers, advance::Stage};
 use bevy::prelude::*;
 
@@ -19,6 +23,10 @@ impl Effect for Tethers {
 
     fn when_added() -> Option<Self> {
         Some(Self::default())
+    }
+
+    fn elements(&self, body: &EntityRef) -> usize {
+        body_elements(BodyEffectKind::Tethers, body)
     }
 
     fn figures(&self, body: &EntityRef, h: f32) -> Figures {

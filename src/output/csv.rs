@@ -5,7 +5,7 @@ use crate::simulation::Statistics;
 use std::path::Path;
 
 /// Names of the columns, with units.
-pub const COLUMNS: [&str; 23] = [
+pub const COLUMNS: [&str; 24] = [
     "tick",
     "time_s",
     "ms_per_tick",
@@ -16,6 +16,7 @@ pub const COLUMNS: [&str; 23] = [
     "kinetic_j",
     "potential_j",
     "elastic_j",
+    "unresolved_j",
     "energy_j",
     "momentum_x_kg_m_s",
     "momentum_y_kg_m_s",
@@ -46,7 +47,8 @@ pub fn row(figures: &Statistics) -> [String; COLUMNS.len()] {
         figures.constraint_count().to_string(),
         figures.kinetic.to_string(),
         figures.potential.to_string(),
-        figures.elastic.values().sum::<f64>().to_string(),
+        figures.elastic_sum().to_string(),
+        figures.unresolved.to_string(),
         figures.energy().to_string(),
         px.to_string(),
         py.to_string(),
@@ -54,7 +56,7 @@ pub fn row(figures: &Statistics) -> [String; COLUMNS.len()] {
         lx.to_string(),
         ly.to_string(),
         lz.to_string(),
-        figures.volume_error.to_string(),
+        optional(figures.volume_error),
         figures.residual.to_string(),
         figures.inverted.to_string(),
         optional(figures.contacts),

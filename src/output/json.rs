@@ -31,6 +31,7 @@ pub fn run(scene: &str, run: &Run) -> Value {
         "kinetic_j": last.kinetic,
         "potential_j": last.potential,
         "elastic_j": last.elastic,
+        "unresolved_j": last.unresolved,
         "momentum": last.momentum,
         "angular_momentum": last.angular_momentum,
         "volume_error": last.volume_error,

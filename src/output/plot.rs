@@ -46,7 +46,7 @@ fn draw(path: &Path, title: &str, history: &[Statistics]) -> Result<(), Failure>
         &[
             curve("kinetic", &|row| row.kinetic),
             curve("potential", &|row| row.potential),
-            curve("elastic", &|row| row.elastic.values().sum()),
+            curve("elastic", &Statistics::elastic_sum),
             curve("total", &Statistics::energy),
         ],
     )?;
@@ -54,7 +54,9 @@ fn draw(path: &Path, title: &str, history: &[Statistics]) -> Result<(), Failure>
         &panels[1],
         "error [% of rest]",
         &[
-            curve("volume", &|row| row.volume_error * 100.0),
+            curve("volume", &|row| {
+                row.volume_error.map_or(f64::NAN, |error| error * 100.0)
+            }),
             curve("residual", &|row| row.residual * 100.0),
         ],
     )?;

@@ -4,7 +4,10 @@
 
 use std::io;
 
-use crate::mesh::{FileMesh, MeshError, read};
+use crate::{
+    mesh::{FileMesh, MeshError, read},
+    suggestion::similar,
+};
 
 /// A built-in mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,9 +56,10 @@ pub const ASSETS: &[Asset] = &[
 pub fn load(name: &str) -> Result<FileMesh, MeshError> {
     let Some(asset) = ASSETS.iter().find(|asset| asset.name == name) else {
         let known: Vec<_> = ASSETS.iter().map(|asset| asset.name).collect();
+        let known = known.join(", ");
         return Err(MeshError::Unusable {
-            problem: format!("unknown built-in mesh '{name}'"),
-            remedy: format!("expected one of: {}", known.join(", ")),
+            problem: format!("unknown built-in mesh '{name}'{}", similar(name, &known)),
+            remedy: format!("expected one of: {known}"),
         });
     };
     read::bytes(asset.file, asset.bytes, &|_| {

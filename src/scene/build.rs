@@ -16,6 +16,7 @@ use crate::{
         quantity::finite,
         topology::{Dimension, bounds},
     },
+    suggestion::similar,
 };
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
@@ -396,7 +397,10 @@ fn material(spec: &BodySpec, topology: &Topology) -> Result<Option<&'static Mate
     };
     let Some(material) = Material::find(name) else {
         let valid = names(&mut Material::all().iter());
-        let message = format!("unknown material “{name}”; expected one of: {valid}");
+        let message = format!(
+            "unknown material “{name}”{}; expected one of: {valid}",
+            similar(name, &valid)
+        );
         return Err(wrong(spec, message));
     };
     if material.fits(topology.dimension) {

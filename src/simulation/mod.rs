@@ -17,6 +17,7 @@ mod moment;
 pub mod plain;
 pub(crate) mod plan;
 mod profile;
+pub mod projections;
 mod quarantine;
 mod schedule;
 pub mod statistics;

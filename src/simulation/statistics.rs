@@ -7,7 +7,7 @@ use super::{
 use crate::{
     effect::EffectRegistry,
     solver::{
-        Effects, Particles, Stitches,
+        Effects, Particles, Pressure, Stitches, Topology,
         contact::pairs::{Outline, crossings},
         measure::{self, SquareSum},
     },
@@ -41,14 +41,18 @@ pub struct Statistics {
     pub kinetic: f64,
     /// Potential energy of gravity, zero at height 0 [J].
     pub potential: f64,
-    /// Elastic energy by effect [J].
+    /// Elastic energy by effect [J], of the requested material at its current strain.
     pub elastic: BTreeMap<&'static str, f64>,
+    /// The part of the elastic energy that the unconverged solver does not hold [J]; see
+    /// [`measure::ElementFigures`].
+    pub unresolved: f64,
     /// Linear momentum [kg·m/s].
     pub momentum: [f64; 3],
     /// Angular momentum about the origin [kg·m²/s].
     pub angular_momentum: [f64; 3],
-    /// Largest relative change of a body's volume, signed.
-    pub volume_error: f64,
+    /// Largest relative change of a body's volume, signed; `None` if no body has a volume to keep.
+    /// Bodies of triangles with pressure have none: they are inflated on purpose.
+    pub volume_error: Option<f64>,
     /// Root mean square residual of the constraints, relative to rest lengths and volumes.
     pub residual: f64,
     /// Pressure inside a filled body above ambient [Pa], the largest by absolute value; `None` if
@@ -73,7 +77,13 @@ impl Statistics {
     /// Sum of kinetic, potential and elastic energy [J].
     #[must_use]
     pub fn energy(&self) -> f64 {
-        self.kinetic + self.potential + self.elastic.values().sum::<f64>()
+        self.kinetic + self.potential + self.elastic_sum()
+    }
+
+    /// Elastic energy of all effects [J].
+    #[must_use]
+    pub fn elastic_sum(&self) -> f64 {
+        self.elastic.values().sum()
     }
 
     /// Number of constraints of all effects.
@@ -124,9 +134,11 @@ pub fn measure(world: &mut World) -> Statistics {
         all.potential += measure::gravitational_energy(particles, settings.gravity);
         momentum += measure::momentum(particles);
         angular += measure::angular_momentum(particles);
-        let volume_error = measure::volume_error(body, &particles.positions);
-        if volume_error.abs() > all.volume_error.abs() {
-            all.volume_error = volume_error;
+        if has_volume(body, entity.contains::<Pressure>()) {
+            let error = measure::volume_error(body, &particles.positions);
+            if all.volume_error.is_none_or(|most| error.abs() > most.abs()) {
+                all.volume_error = Some(error);
+            }
         }
         all.inverted += measure::inverted(body, &particles.positions);
         for effect in world.resource::<EffectRegistry>().iter() {
@@ -137,6 +149,7 @@ pub fn measure(world: &mut World) -> Statistics {
                 if let Some(energy) = figures.energy {
                     *all.elastic.entry(effect.name).or_default() += energy;
                 }
+                all.unresolved += figures.unresolved;
                 residual.add(figures.residual);
                 if let Some(pressure) = figures.overpressure
                     && all
@@ -175,6 +188,11 @@ pub fn measure(world: &mut World) -> Statistics {
     all.angular_momentum = angular.to_array();
     all.residual = residual.rms();
     all
+}
+
+/// Whether a body has a volume that it should keep.
+fn has_volume(topology: &Topology, is_inflated: bool) -> bool {
+    !topology.tetrahedra.rest_volume.is_empty() || !is_inflated && topology.enclosure().is_ok()
 }
 
 /// Hash of the state of all bodies; the same as

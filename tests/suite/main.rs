@@ -59,6 +59,7 @@ mod simulation_builder;
 mod simulation_clock;
 mod simulation_components;
 mod simulation_entities;
+mod simulation_figures;
 mod simulation_ledger;
 mod simulation_order;
 mod simulation_plugins;

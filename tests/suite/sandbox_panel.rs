@@ -16,7 +16,7 @@ use pliant::{
             model::{
                 Addition, BodyEntry, BodyState, ClockModel, EffectModel, EffectiveModel,
                 EnergyModel, GrabModel, PanelModel, Parameter, ReferenceModel, SceneEntry,
-                StageModel,
+                StageModel, StoredEnergy,
             },
             show,
         },
@@ -190,6 +190,12 @@ fn model() -> PanelModel {
         projections: Some(212e6),
         steps: vec!["presolve", "stretch", "ground", "postsolve"],
         energy: Some(energy()),
+        stored: StoredEnergy {
+            kinetic: 1.5,
+            potential: 20.0,
+            elastic: 3.0,
+            unresolved: 0.1,
+        },
         reference_overlay: None,
         display: DisplaySettings::default(),
         automatic_scale: 1.0,

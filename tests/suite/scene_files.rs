@@ -1,8 +1,8 @@
 //! Contracts of the scene file: the registry matches the folder, a scene survives writing and
 //! reading, and an error in a file is reported with its position and the expected input.
 
-use pliant::scene::{Scene, registry};
-use std::{collections::BTreeSet, path::Path};
+use pliant::scene::{Scene, registry, run::run};
+use std::{collections::BTreeSet, fs, path::Path};
 
 /// A scene with a line for every kind of error.
 const SOUND: &str = r##"Scene(
@@ -57,7 +57,7 @@ fn names_of_earlier_versions_are_read() {
 #[test]
 fn the_registry_is_the_folder_of_scenes() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes");
-    let files: BTreeSet<String> = std::fs::read_dir(folder)
+    let files: BTreeSet<String> = fs::read_dir(folder)
         .expect("the folder is there")
         .map(|entry| entry.expect("it can be listed").file_name())
         .map(|name| name.into_string().expect("names are ASCII"))
@@ -336,4 +336,50 @@ fn copies_share_their_mesh_and_stand_on_a_grid() {
     let corner = |i: usize| bodies[i].particles.positions[0].truncate();
     assert_eq!(corner(1) - corner(0), glam::Vec3::new(1.0, 0.0, 0.0));
     assert_eq!(corner(2) - corner(0), glam::Vec3::new(0.0, 0.0, 3.0));
+}
+
+/// A unit cube and a unit square, as OBJ files.
+const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
+    f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+const SQUARE: &str = "v 0 0 0\nv 100 0 0\nv 100 0 100\nv 0 0 100\nf 1 2 3 4\n";
+
+#[test]
+fn a_mesh_file_is_a_scene_with_one_soft_body_above_the_ground() {
+    let folder = std::env::temp_dir().join(format!("pliant-mesh-scene-{}", std::process::id()));
+    fs::create_dir_all(&folder).expect("a folder for temporary files");
+    for (name, text, is_solid) in [("cube.obj", CUBE, true), ("square.OBJ", SQUARE, false)] {
+        let path = folder.join(name);
+        fs::write(&path, text).expect("it can be written");
+        let current = Scene::load(path.to_str().expect("UTF-8")).expect("it is a mesh");
+        assert!(
+            current.scene.look_at.contains(name),
+            "{}",
+            current.scene.look_at
+        );
+        assert_eq!(current.scene.look_at.contains("scaled to 0.6 m"), !is_solid);
+        let built = current.scene.build().expect("it can be built");
+        let [body] = &built.world.bodies[..] else {
+            panic!("one body");
+        };
+        assert_eq!(!body.topology.tetrahedra.rest_volume.is_empty(), is_solid);
+        let lowest = body.particles.positions.iter().map(|x| x.y);
+        assert!(
+            lowest.fold(f32::INFINITY, f32::min) > 0.0,
+            "above the ground"
+        );
+        let done = run(&built, &current.scene.run_options(), |_| ()).expect("it runs");
+        assert!(done.accepted(), "{:?}", done.reasons);
+        // The scene can be saved as a file of its own.
+        let again: Scene = current
+            .scene
+            .to_text()
+            .expect("RON")
+            .parse()
+            .expect("a scene");
+        assert_eq!(again.bodies, current.scene.bodies);
+    }
+    let missing = folder.join("no.obj");
+    let error = Scene::load(missing.to_str().expect("UTF-8")).expect_err("it does not exist");
+    assert!(error.to_string().contains("no.obj"), "{error}");
+    fs::remove_dir_all(&folder).expect("it was made here");
 }

@@ -1,15 +1,11 @@
 //! Throughput of the solver: constraint projections per second.
 //!
-//! A projection solves one constraint once. Their number in a tick is the number of constraints of
-//! all awake bodies, times substeps, times iterations. The time is that of the solver alone,
-//! without the ECS and without taking statistics.
+//! Their number in a tick is that of [`projections`], with all effects and contacts. The time is that
+//! of the solver alone, without the ECS and without taking statistics.
 
 use bevy::prelude::*;
 
-use crate::simulation::{
-    Active, Profile, SimulationClock, SimulationSettings, SoftBody, SoftBodySystems,
-    carried::Carried,
-};
+use crate::simulation::{Active, Profile, SimulationClock, SoftBody, SoftBodySystems, projections};
 
 /// Weight of a new tick in the smoothed figure: a tick from one second ago has a tenth of the
 /// weight.
@@ -62,35 +58,37 @@ impl Plugin for ThroughputPlugin {
     }
 }
 
+/// State of [`follow`].
+#[derive(Debug, Default)]
+struct Followed {
+    /// The last tick that was seen.
+    tick: u64,
+    /// Time since the figure was updated [s].
+    age: f32,
+}
+
 fn follow(
-    mut throughput: ResMut<Throughput>,
-    clock: Res<SimulationClock>,
-    settings: Res<SimulationSettings>,
-    profile: Res<Profile>,
-    time: Res<Time<Real>>,
-    bodies: Query<(&SoftBody, Carried), Active>,
-    mut last: Local<u64>,
-    mut age: Local<f32>,
+    world: &mut World,
+    awake: &mut QueryState<(), (With<SoftBody>, Active)>,
+    mut followed: Local<Followed>,
 ) {
-    let before = std::mem::replace(&mut *last, clock.tick());
-    if clock.paused || bodies.is_empty() || clock.tick() < before {
-        throughput.clear();
+    let clock = world.resource::<SimulationClock>();
+    let (tick, paused) = (clock.tick(), clock.paused);
+    let before = std::mem::replace(&mut followed.tick, tick);
+    if paused || awake.iter(world).next().is_none() || tick < before {
+        world.resource_mut::<Throughput>().clear();
         return;
     }
-    if clock.tick() > before {
-        let constraints: usize = bodies
-            .iter()
-            .map(|(body, carried)| carried.effects().constraints(body))
-            .sum();
-        let iterations = f64::from(settings.substeps.get()) * f64::from(settings.iterations.get());
-        throughput.tick(
-            constraints as f64 * iterations,
-            profile.solver().as_secs_f64(),
-        );
+    if tick > before {
+        let projections = projections::per_tick(world);
+        let seconds = world.resource::<Profile>().solver().as_secs_f64();
+        world
+            .resource_mut::<Throughput>()
+            .tick(projections, seconds);
     }
-    *age += time.delta_secs();
-    if *age >= 1.0 / REFRESH {
-        *age = 0.0;
-        throughput.refresh();
+    followed.age += world.resource::<Time<Real>>().delta_secs();
+    if followed.age >= 1.0 / REFRESH {
+        followed.age = 0.0;
+        world.resource_mut::<Throughput>().refresh();
     }
 }

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     sandbox::ui::{number::format, theme},
-    simulation::{Active, SimulationSettings, SoftBody, plain::effects},
+    simulation::{Active, SimulationClock, SimulationSettings, SoftBody, plain::effects},
     solver::{
         EffectStates, ElasticKind, Particles,
         effective::ConstraintWork,
@@ -23,8 +23,41 @@ use crate::{
 /// Decay of the sums per tick: they cover about the last second.
 const KEPT: f64 = 0.95;
 
+/// Ticks between evaluations, which cost as much as a few substeps.
+const EVERY: u64 = 10;
+
 /// Exponentially weighted sums over ticks for the selected bodies, by effect.
-pub(super) type Works = BTreeMap<&'static str, ConstraintWork>;
+#[derive(Debug, Default)]
+pub(super) struct Works {
+    sums: BTreeMap<&'static str, ConstraintWork>,
+    /// The tick that was evaluated last.
+    tick: Option<u64>,
+}
+
+impl Works {
+    /// Forgets everything, so that the next tick is evaluated.
+    pub fn clear(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Whether a tick is to be evaluated: the first one, and one in [`EVERY`].
+    fn is_due(&self, tick: u64) -> bool {
+        self.tick
+            .is_none_or(|last| tick < last || tick >= last + EVERY)
+    }
+
+    /// Takes in the works of a tick.
+    fn push(&mut self, tick: u64, works: BTreeMap<&'static str, ConstraintWork>) {
+        let passed = tick.saturating_sub(self.tick.unwrap_or(tick));
+        let kept = KEPT.powi(i32::try_from(passed).unwrap_or(i32::MAX));
+        self.tick = Some(tick);
+        for (name, new) in works {
+            let sum = self.sums.entry(name).or_default();
+            sum.fade(kept);
+            sum.add(new);
+        }
+    }
+}
 
 /// Adds up the works of all elastic effects of a body.
 struct Gather<'a> {
@@ -32,7 +65,7 @@ struct Gather<'a> {
     particles: &'a Particles,
     states: &'a EffectStates,
     h: f64,
-    fresh: &'a mut Works,
+    fresh: &'a mut BTreeMap<&'static str, ConstraintWork>,
 }
 
 impl Visit for Gather<'_> {
@@ -43,12 +76,16 @@ impl Visit for Gather<'_> {
     }
 }
 
-/// Evaluates the last substep of a tick; to be called between ticks, as multipliers and positions
+/// Evaluates the last substep of one tick in ten; to be called between ticks, as multipliers and positions
 /// belong to different times in the middle of a tick. Sleeping bodies are skipped.
 pub(super) fn gather(world: &mut World, shown: &[Entity]) {
+    let tick = world.resource::<SimulationClock>().tick();
+    if !world.resource::<PanelState>().works.is_due(tick) {
+        return;
+    }
     let h = world.resource::<SimulationSettings>().substep_seconds();
     let mut bodies = world.query_filtered::<(&SoftBody, &Particles, &EffectStates), Active>();
-    let mut fresh = Works::new();
+    let mut fresh = BTreeMap::new();
     for &entity in shown {
         if let Ok((body, particles, states)) = bodies.get(world, entity) {
             effects(world.entity(entity)).visit(&mut Gather {
@@ -61,11 +98,7 @@ pub(super) fn gather(world: &mut World, shown: &[Entity]) {
         }
     }
     let works = &mut world.resource_mut::<PanelState>().works;
-    for (name, new) in fresh {
-        let sum = works.entry(name).or_default();
-        sum.fade(KEPT);
-        sum.add(new);
-    }
+    works.push(tick, fresh);
 }
 
 /// The effective compliance of an effect on the selected bodies.
@@ -73,6 +106,7 @@ pub(super) fn model(world: &World, effect: &str, shown: &[Entity]) -> Option<Eff
     let effective = world
         .resource::<PanelState>()
         .works
+        .sums
         .get(effect)?
         .compliance()?;
     let kind = ElasticKind::ALL
@@ -142,6 +176,32 @@ fn words(effective: &EffectiveModel) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_tick_in_ten_is_evaluated_and_weighs_as_much_as_the_last_second() {
+        let mut works = Works::default();
+        let work = |effective| ConstraintWork {
+            force_squared: 1.0,
+            requested: 1.0,
+            effective,
+            ..ConstraintWork::default()
+        };
+        let mut evaluated = 0;
+        for tick in 1..=600 {
+            if works.is_due(tick) {
+                evaluated += 1;
+                let effective = if tick <= 300 { 2.0 } else { 4.0 };
+                works.push(tick, [("stretch", work(effective))].into());
+            }
+        }
+        assert_eq!(evaluated, 60);
+        let compliance = works.sums["stretch"].compliance().expect("it is known");
+        // 0.95^300 = 2e-7 of the older value remains.
+        assert!((compliance.effective - 4.0).abs() < 1e-5, "{compliance:?}");
+        assert!(works.is_due(3), "the scene was restarted");
+        works.clear();
+        assert!(works.is_due(601), "other bodies were selected");
+    }
 
     #[test]
     fn what_the_solver_limits_is_said_with_what_would_help() {

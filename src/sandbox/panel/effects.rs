@@ -214,7 +214,11 @@ fn fraction_bar(ui: &mut Ui, fraction: f32, color: Color32) {
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
         let size = vec2(BAR + FIGURE, theme::ROW);
         let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
-        response.on_hover_text("Fraction of the tick time");
+        response.on_hover_text(
+            "Fraction of the real time of a tick; all fractions add up to 100 %. Where threads run \
+             side by side, the time is divided in proportion to the time that each part took on all \
+             threads.",
+        );
         let fraction = fraction.clamp(0.0, 1.0);
         let bar = Rect::from_min_size(rect.left_center() - vec2(0.0, 2.0), vec2(BAR, 4.0));
         let filled = Rect::from_min_size(bar.min, vec2(BAR * fraction, 4.0));

@@ -10,8 +10,10 @@ use egui_plot::{HLine, HoverPosition, Line};
 use std::collections::VecDeque;
 
 use super::{
-    Panel, PanelState, history,
-    model::{EnergyModel, PanelModel},
+    Panel, PanelState,
+    figures::{UNRESOLVED, prefixed},
+    history,
+    model::{EnergyModel, PanelModel, StoredEnergy},
     section::{self, RowButton, section},
 };
 use crate::{
@@ -188,6 +190,9 @@ fn words(row: &str) -> (&'static str, &'static str) {
 /// Draws the section.
 pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     section(ui, panel, "Energy", |ui, panel| {
+        if model.energy.is_none() {
+            stored(ui, &model.stored);
+        }
         let on = model.energy.is_some();
         let buttons = [
             RowButton {
@@ -216,6 +221,45 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         if let Some(energy) = &model.energy {
             ledger(ui, panel, energy);
         }
+        if model.stored.is_unresolved() {
+            unresolved(ui, panel, &model.stored);
+        }
+    });
+}
+
+/// The energy of all bodies, by kind.
+fn stored(ui: &mut Ui, stored: &StoredEnergy) {
+    let rows = [
+        (KINETIC, stored.kinetic),
+        (POTENTIAL, stored.potential),
+        ("Elastic", stored.elastic),
+        ("Total", stored.sum()),
+    ];
+    for (title, energy) in rows {
+        let color = match title {
+            "Total" => theme::of(ui).strong,
+            _ => theme::of(ui).text,
+        };
+        line(
+            ui,
+            None,
+            title,
+            ["".to_owned(), prefixed(energy, "J")],
+            color,
+        );
+    }
+}
+
+/// The elastic energy that the solver does not hold.
+fn unresolved(ui: &mut Ui, panel: &mut Panel, stored: &StoredEnergy) {
+    let figures = ["".to_owned(), prefixed(stored.unresolved, "J")];
+    let response = line(ui, None, "* Unresolved", figures, theme::of(ui).changed);
+    panel.note("energy.unresolved", &response, ui);
+    section::hint(ui, &response, |ui| {
+        ui.set_max_width(theme::TOOLTIP);
+        ui.label(RichText::new("Unresolved").strong());
+        ui.label(UNRESOLVED);
+        ui.label("The ledger counts it as stored, and its change as convergence.");
     });
 }
 

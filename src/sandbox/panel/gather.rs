@@ -8,7 +8,7 @@ use super::{
     PanelState, effective, energy, history,
     model::{
         BodyEntry, BodyState, ClockModel, ContactModel, EffectModel, GrabModel, PanelModel,
-        Parameter, StageModel,
+        Parameter, StageModel, StoredEnergy,
     },
     picker::Picker,
     reference_overlay,
@@ -39,13 +39,9 @@ use crate::{
     solver::{EffectStates, available},
 };
 
-/// Weight of a new measurement in the smoothed one.
-const FRESH: f32 = 0.04;
-
 /// The model of the current state.
 pub(super) fn model(world: &mut World) -> PanelModel {
     let bodies = bodies_in_order(world);
-    smooth_fractions(world);
     let ticked = history::gather(world);
     let scope = world.resource::<Selection>().0;
     let shown: Vec<Entity> = bodies
@@ -54,6 +50,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         .filter(|body| scope.contains(*body))
         .collect();
     if ticked {
+        push_fractions(world);
         effective::gather(world, &shown);
         energy::gather(world);
     }
@@ -63,8 +60,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
     let effects = registry
         .iter()
         .map(|info| EffectModel {
-            elements: statistics.constraints.get(info.name).copied().unwrap_or(0),
-            fraction: state.fractions.get(info.name).copied(),
+            fraction: state.fractions.of(info.name),
             effective: effective::model(world, info.name, &shown),
             overpressure: overpressure(world, info.name, &shown),
             contacts: contacts(statistics, info.name),
@@ -73,12 +69,14 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         .collect();
     let stages = state
         .fractions
-        .iter()
-        .filter(|(name, _)| registry.get(name).is_none())
-        .map(|(name, fraction)| StageModel {
-            name,
-            title: stage_title(name),
-            fraction: *fraction,
+        .parts()
+        .filter(|name| registry.get(name).is_none())
+        .filter_map(|name| {
+            Some(StageModel {
+                name,
+                title: stage_title(name),
+                fraction: state.fractions.of(name)?,
+            })
         })
         .collect();
     let clock = world.resource::<SimulationClock>();
@@ -107,6 +105,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
         stages,
         history: world.resource::<PanelState>().history.clone(),
         energy: energy::model(world),
+        stored: StoredEnergy::from(world.resource::<Statistics>()),
         grabbed: grabbed(world),
         is_pinned: shown.iter().any(|body| {
             world
@@ -216,7 +215,10 @@ fn effect(world: &World, info: &EffectInfo, bodies: &[Entity], shown: &[Entity])
         summary: info.summary,
         carriers: bodies.iter().filter(carries).count(),
         carriers_shown: carriers.len(),
-        elements: 0,
+        elements: carriers
+            .iter()
+            .filter_map(|body| (info.elements)(&world.entity(*body)))
+            .sum(),
         fraction: None,
         note: carriers
             .iter()
@@ -420,29 +422,18 @@ fn grabbed(world: &World) -> Option<GrabModel> {
     })
 }
 
-fn smooth_fractions(world: &mut World) {
+/// Adds the tick that has just ended.
+fn push_fractions(world: &mut World) {
     let profile = world.resource::<Profile>();
-    let total = profile.tick().as_secs_f32();
-    let mut parts: Vec<(&'static str, f32)> = Vec::new();
-    if total > 0.0 && profile.by_part {
-        parts = profile
-            .parts()
-            .iter()
-            .map(|(name, spent)| (*name, spent.as_secs_f32() / total))
-            .collect();
-        let named: f32 = parts.iter().map(|(_, fraction)| fraction).sum();
-        parts.push((REST, (1.0 - named).max(0.0)));
-    }
+    let (parts, tick) = (profile.parts().to_vec(), profile.tick());
+    let by_part = profile.by_part;
     let fractions = &mut world.resource_mut::<PanelState>().fractions;
-    fractions.retain(|name, _| parts.iter().any(|(part, _)| part == name));
-    for (name, fraction) in parts {
-        let smoothed = fractions.entry(name).or_insert(fraction);
-        *smoothed += (fraction - *smoothed) * FRESH;
+    if by_part && !parts.is_empty() {
+        fractions.push(&parts, tick);
+    } else {
+        fractions.clear();
     }
 }
-
-/// Time of a tick outside the named parts: schedules, masses, sleep, statistics.
-const REST: &str = "other";
 
 fn stage_title(name: &str) -> String {
     let mut letters = name.chars();

@@ -1,19 +1,20 @@
 //! The head-up line: cost and state of the simulation, over the view.
 //!
-//! The figures are those of [`Statistics`], the same as in the CSV; the frame rate and the
-//! [`Throughput`] are measured by the window. They are updated a few times per second to remain
-//! legible.
+//! It shows [`figures`], which are updated a few times per second to remain legible, each with a
+//! tooltip. It does not capture the pointer: a drag or an orbit may begin over it.
 
 use bevy::prelude::*;
 use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
     egui::{self, Area, Frame, Id, Label, Layout, Margin, Order, Rect, RichText, vec2},
 };
+use std::time::Duration;
 
+use super::figures::{Figure, figures};
 use crate::sandbox::{
     lab::{reference_overlay::ReferenceOverlay, throughput::Throughput},
-    state::view::ViewSettings,
-    ui::{area, count, format, theme},
+    state::{activity::Activity, view::ViewSettings},
+    ui::{area, format, theme},
 };
 use crate::simulation::{SimulationClock, SoftBody, Statistics, statistics};
 
@@ -21,17 +22,6 @@ use crate::simulation::{SimulationClock, SoftBody, Statistics, statistics};
 const REFRESH: f32 = 5.0;
 /// Width of a figure [logical px].
 const CELL: f32 = 74.0;
-
-/// A figure of the line.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Figure {
-    /// The number with its unit.
-    pub value: String,
-    /// Label.
-    pub name: &'static str,
-    /// Whether it indicates a problem.
-    pub alarm: bool,
-}
 
 /// Content of the line.
 #[derive(Resource, Debug, Default)]
@@ -91,6 +81,7 @@ impl Plugin for HudPlugin {
         app.init_resource::<HeadUp>()
             .init_resource::<ViewSettings>()
             .init_resource::<Throughput>()
+            .init_resource::<Activity>()
             .add_systems(Update, (measure_while_paused, refresh).chain())
             .add_systems(EguiPrimaryContextPass, show);
     }
@@ -110,85 +101,28 @@ fn refresh(
     time: Res<Time<Real>>,
     statistics: Res<Statistics>,
     throughput: Res<Throughput>,
-    clock: Res<SimulationClock>,
+    (clock, activity): (Res<SimulationClock>, Res<Activity>),
     reference_overlay: Option<Res<ReferenceOverlay>>,
 ) {
     head_up.frames += 1;
     head_up.seconds += time.delta_secs();
-    head_up.pace.pass(&clock, time.delta_secs_f64());
+    if activity.is_idle() {
+        head_up.pace = Pace::default();
+    } else {
+        head_up.pace.pass(&clock, time.delta_secs_f64());
+    }
     let slow = head_up.pace.slow(&clock);
     head_up.state = state(
         &clock,
         slow,
         reference_overlay.is_some_and(|reference_overlay| reference_overlay.holds()),
     );
-    if head_up.seconds >= 1.0 / REFRESH {
+    if head_up.seconds >= 1.0 / REFRESH || activity.is_idle() {
         let rate = head_up.frames as f32 / head_up.seconds;
+        let rate = (!activity.is_idle()).then_some(rate);
         head_up.figures = figures(rate, &statistics, throughput.per_second());
         head_up.frames = 0;
         head_up.seconds = 0.0;
-    }
-}
-
-/// The figures of the line, in order; `projections` are per second.
-pub fn figures(
-    frames_per_second: f32,
-    statistics: &Statistics,
-    projections: Option<f64>,
-) -> Vec<Figure> {
-    let figure = |value: String, name| Figure {
-        value,
-        name,
-        alarm: false,
-    };
-    vec![
-        figure(format!("{frames_per_second:.0} fps"), "frame rate"),
-        figure(format!("{:.2} ms", statistics.ms_per_tick), "per tick"),
-        figure(count(statistics.particles), "particles"),
-        figure(count(statistics.constraint_count()), "constraints"),
-        figure(millions(projections), "projections"),
-        figure(prefixed(statistics.energy(), "J"), "energy"),
-        figure(percent(statistics.volume_error), "volume error"),
-        Figure {
-            alarm: !statistics.finite,
-            ..figure(format(statistics.residual, 2), "residual")
-        },
-    ]
-}
-
-/// Projections per second in millions; a dash if there are none, which keeps the layout.
-pub fn millions(projections: Option<f64>) -> String {
-    projections.map_or_else(
-        || "–".to_owned(),
-        |projections| format!("{} M/s", format(projections / 1e6, 3)),
-    )
-}
-
-/// A quantity with three digits and an SI prefix: `1.25 mJ`.
-fn prefixed(value: f64, unit: &str) -> String {
-    const PREFIXES: [(f64, &str); 7] = [
-        (1e9, "G"),
-        (1e6, "M"),
-        (1e3, "k"),
-        (1.0, ""),
-        (1e-3, "m"),
-        (1e-6, "µ"),
-        (1e-9, "n"),
-    ];
-    let size = value.abs();
-    match PREFIXES.iter().find(|(factor, _)| size >= *factor) {
-        Some((factor, prefix)) => format!("{} {prefix}{unit}", format(value / factor, 3)),
-        None => format!("0 {unit}"),
-    }
-}
-
-/// A ratio in per cent with its sign, to 0.01 %.
-fn percent(ratio: f64) -> String {
-    let percent = ratio * 100.0;
-    if percent.abs() < 0.005 {
-        "0 %".to_owned()
-    } else {
-        format!("{percent:+.2} %")
     }
 }
 
@@ -223,6 +157,7 @@ fn show(mut contexts: EguiContexts, head_up: Res<HeadUp>, view: Res<ViewSettings
 pub fn draw(context: &egui::Context, figures: &[Figure], state: &str, free: Rect) {
     let margin = 10.0;
     let width = free.width() - 2.0 * margin;
+    let mut cells = Vec::new();
     // Does not capture the pointer.
     Area::new(Id::new("head-up line"))
         .order(Order::Background)
@@ -235,30 +170,80 @@ pub fn draw(context: &egui::Context, figures: &[Figure], state: &str, free: Rect
                 .fill(theme::of(ui).veil)
                 .corner_radius(8.0)
                 .inner_margin(Margin::symmetric(10, 5))
-                .show(ui, |ui| line(ui, figures, width - 20.0));
+                .show(ui, |ui| cells = line(ui, figures, width - 20.0));
             if !state.is_empty() {
                 badge(ui, state);
             }
         });
+    tooltip(context, figures, &cells);
 }
 
-fn line(ui: &mut egui::Ui, figures: &[Figure], width: f32) {
+/// Shows the tooltip of the figure under the pointer, after the usual delay. As the line does not
+/// capture the pointer, egui does not know that it is hovered.
+fn tooltip(context: &egui::Context, figures: &[Figure], cells: &[Rect]) {
+    let id = Id::new("tooltip of the head-up line");
+    let (at, is_down, rests) = context.input(|input| {
+        let pointer = &input.pointer;
+        let rests = pointer.time_since_last_movement();
+        (pointer.hover_pos(), pointer.any_down(), rests)
+    });
+    let is_free = |at: &egui::Pos2| {
+        let above = context.layer_id_at(*at);
+        !is_down && above.is_none_or(|layer| layer.order == Order::Background)
+    };
+    let hovered = at
+        .filter(is_free)
+        .and_then(|at| cells.iter().position(|cell| cell.contains(at)));
+    let was_shown = context.data(|data| data.get_temp::<bool>(id).unwrap_or(false));
+    let delay = context.global_style().interaction.tooltip_delay;
+    let shown = hovered.filter(|_| was_shown || rests >= delay);
+    context.data_mut(|data| data.insert_temp(id, shown.is_some()));
+    if hovered.is_some() && shown.is_none() {
+        context.request_repaint_after(Duration::from_secs_f32((delay - rests).max(0.0)));
+    }
+    let (Some(figure), Some(cell)) = (
+        shown.and_then(|index| figures.get(index)),
+        shown.and_then(|index| cells.get(index)),
+    ) else {
+        return;
+    };
+    Area::new(id)
+        .order(Order::Tooltip)
+        .interactable(false)
+        .fade_in(false)
+        .fixed_pos(cell.left_bottom() + vec2(0.0, 8.0))
+        .show(context, |ui| {
+            Frame::popup(&context.global_style()).show(ui, |ui| {
+                ui.set_max_width(theme::TOOLTIP);
+                ui.label(RichText::new(figure.title).strong());
+                ui.label(&figure.help);
+                for (part, value) in &figure.parts {
+                    ui.horizontal(|ui| {
+                        ui.label(RichText::new(*part).color(theme::of(ui).weak));
+                        let end = Layout::right_to_left(egui::Align::Center);
+                        ui.with_layout(end, |ui| ui.label(RichText::new(value).monospace()));
+                    });
+                }
+            });
+        });
+}
+
+/// Draws the figures in as many rows as they need, and returns their places.
+fn line(ui: &mut egui::Ui, figures: &[Figure], width: f32) -> Vec<Rect> {
     let most = ((width / CELL) as usize).clamp(1, figures.len());
     // The same number of figures in each row, so that the last one is not nearly empty.
     let a_row = figures.len().div_ceil(figures.len().div_ceil(most));
     ui.spacing_mut().item_spacing = vec2(0.0, 4.0);
+    let mut cells = Vec::new();
     for row in figures.chunks(a_row) {
-        ui.horizontal(|ui| {
-            for figure in row {
-                cell(ui, figure);
-            }
-        });
+        ui.horizontal(|ui| cells.extend(row.iter().map(|figure| cell(ui, figure))));
     }
+    cells
 }
 
-fn cell(ui: &mut egui::Ui, figure: &Figure) {
+fn cell(ui: &mut egui::Ui, figure: &Figure) -> Rect {
     let layout = Layout::top_down(egui::Align::Min);
-    ui.allocate_ui_with_layout(vec2(CELL, 28.0), layout, |ui| {
+    let cell = ui.allocate_ui_with_layout(vec2(CELL, 28.0), layout, |ui| {
         ui.set_min_width(CELL);
         ui.spacing_mut().item_spacing.y = 0.0;
         let color = if figure.alarm {
@@ -271,6 +256,7 @@ fn cell(ui: &mut egui::Ui, figure: &Figure) {
         let name = RichText::new(figure.name).small().color(theme::of(ui).weak);
         ui.add(Label::new(name).extend());
     });
+    cell.response.rect
 }
 
 fn badge(ui: &mut egui::Ui, state: &str) {
@@ -286,42 +272,7 @@ fn badge(ui: &mut egui::Ui, state: &str) {
 
 #[cfg(test)]
 mod tests {
-    use crate::sandbox::panel::hud::*;
-
-    #[test]
-    fn the_line_has_the_eight_figures_with_their_units() {
-        let statistics = Statistics {
-            ms_per_tick: 1.236,
-            particles: 12_288,
-            kinetic: 12.0,
-            potential: 0.345,
-            volume_error: -0.001_24,
-            residual: 1.24e-5,
-            finite: true,
-            ..Statistics::default()
-        };
-        let values: Vec<_> = figures(59.7, &statistics, Some(212.34e6))
-            .into_iter()
-            .map(|figure| figure.value)
-            .collect();
-        let wanted = [
-            "60 fps", "1.24 ms", "12 288", "0", "212 M/s", "12.3 J", "-0.12 %", "1.2e-5",
-        ];
-        assert_eq!(values, wanted);
-    }
-
-    #[test]
-    fn no_projections_are_a_dash() {
-        assert_eq!(millions(None), "–");
-        assert_eq!(millions(Some(0.834e6)), "0.834 M/s");
-    }
-
-    #[test]
-    fn an_energy_has_the_prefix_of_its_size() {
-        assert_eq!(prefixed(-1.254e-3, "J"), "-1.25 mJ");
-        assert_eq!(prefixed(0.0, "J"), "0 J");
-        assert_eq!(prefixed(98_100.0, "J"), "98.1 kJ");
-    }
+    use crate::sandbox::{panel::hud::*, state::display::Theme};
 
     #[test]
     fn what_is_out_of_the_ordinary_is_said() {
@@ -336,5 +287,80 @@ mod tests {
             state(&clock, None, true),
             "paused  ·  0.1× speed  ·  waiting for the reference"
         );
+    }
+
+    /// A line over an empty view, with a pointer.
+    struct Line {
+        context: egui::Context,
+        frames: u32,
+    }
+
+    impl Line {
+        /// Draws a frame after 0.1 s, and returns all texts in it.
+        fn draw(&mut self, events: Vec<egui::Event>) -> Vec<String> {
+            let screen = Rect::from_min_size(egui::Pos2::ZERO, vec2(1000.0, 600.0));
+            self.frames += 1;
+            let input = egui::RawInput {
+                screen_rect: Some(screen),
+                time: Some(f64::from(self.frames) * 0.1),
+                events,
+                ..egui::RawInput::default()
+            };
+            let figures = figures(Some(60.0), &Statistics::default(), None);
+            let output = self.context.run_ui(input, |ui| {
+                draw(ui.ctx(), &figures, "", screen);
+            });
+            let texts = output
+                .shapes
+                .iter()
+                .filter_map(|clipped| match &clipped.shape {
+                    egui::Shape::Text(text) => Some(text.galley.text().to_owned()),
+                    _ => None,
+                });
+            let texts = texts.collect();
+            output.drop_without_applying_deltas();
+            texts
+        }
+    }
+
+    #[test]
+    fn a_figure_under_a_resting_pointer_has_a_tooltip_and_the_pointer_stays_free() {
+        let mut line = Line {
+            context: egui::Context::default(),
+            frames: 0,
+        };
+        theme::apply(&line.context, Theme::Dark);
+        (0..3).for_each(|_| drop(line.draw(Vec::new())));
+        for (x, title) in [(30.0, "Frame rate"), (420.0, "Energy")] {
+            let at = egui::pos2(x, 26.0);
+            let moved = line.draw(vec![egui::Event::PointerMoved(at)]);
+            let is_first = title == "Frame rate";
+            // Another tooltip is open already for the second, which needs no delay.
+            assert_eq!(
+                moved.iter().any(|text| text == title),
+                !is_first,
+                "{moved:?}"
+            );
+            let mut rested = Vec::new();
+            (0..6).for_each(|_| rested = line.draw(Vec::new()));
+            assert!(rested.iter().any(|text| text == title), "{rested:?}");
+            assert!(
+                !line.context.egui_wants_pointer_input(),
+                "a drag may begin here"
+            );
+        }
+        let press = egui::Event::PointerButton {
+            pos: egui::pos2(420.0, 26.0),
+            button: egui::PointerButton::Primary,
+            pressed: true,
+            modifiers: egui::Modifiers::NONE,
+        };
+        line.draw(vec![press]);
+        let dragging = line.draw(Vec::new());
+        assert!(
+            !dragging.iter().any(|text| text == "Energy"),
+            "{dragging:?}"
+        );
+        assert!(!line.context.egui_wants_pointer_input(), "a drag goes on");
     }
 }

@@ -10,6 +10,8 @@ mod draw;
 mod effective;
 mod effects;
 pub mod energy;
+pub mod figures;
+mod fractions;
 pub(in crate::sandbox) mod gather;
 pub mod help;
 pub mod history;
@@ -30,8 +32,6 @@ mod world;
 pub use draw::Panel;
 pub use model::{Addition, Additions, PanelModel, SceneEntry};
 pub use scene_defaults::{SceneDefaults, SceneSettings};
-
-use std::collections::BTreeMap;
 
 use bevy::prelude::*;
 use bevy_egui::{
@@ -58,8 +58,8 @@ use crate::simulation::{Measuring, Profile};
 /// State of the panel.
 #[derive(Resource, Debug, Default)]
 pub struct PanelState {
-    /// Fractions of the time by effect and stage, smoothed over about a second.
-    fractions: BTreeMap<&'static str, f32>,
+    /// Fractions of the time by effect and stage.
+    fractions: fractions::Fractions,
     /// Effective compliance of the last ticks, by effect.
     works: effective::Works,
     /// Time of the last ticks by part.

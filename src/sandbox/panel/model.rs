@@ -12,6 +12,8 @@ use crate::{
         ui::track::Track,
     },
     scene::Material,
+    simulation::Statistics,
+    solver::effective::CLOSE,
 };
 use bevy::prelude::{Deref, Resource};
 
@@ -50,6 +52,8 @@ pub struct PanelModel {
     pub stages: Vec<StageModel>,
     /// Time of the last ticks by part.
     pub history: History,
+    /// The energy of all bodies.
+    pub stored: StoredEnergy,
     /// The energy ledger, while it is on.
     pub energy: Option<EnergyModel>,
     /// The point that is or was grabbed.
@@ -170,7 +174,7 @@ pub struct EffectModel {
     pub carriers: usize,
     /// Number of selected bodies that carry it.
     pub carriers_shown: usize,
-    /// Number of constraints in the scene.
+    /// Number of its constraints on the selected bodies.
     pub elements: usize,
     /// Fraction of the time of a tick, 0 to 1, if measured.
     pub fraction: Option<f32>,
@@ -212,6 +216,46 @@ pub struct EffectiveModel {
     pub limited: bool,
     /// Substeps per tick that would reach the requested compliance, if any number would.
     pub substeps: Option<u32>,
+}
+
+/// The energy of all bodies.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct StoredEnergy {
+    /// Kinetic energy [J].
+    pub kinetic: f64,
+    /// Potential energy of gravity, zero at height 0 [J].
+    pub potential: f64,
+    /// Elastic energy that the solver holds: that of the material which it effectively simulates
+    /// [J].
+    pub elastic: f64,
+    /// What the requested material would store at the same strain beyond that [J].
+    pub unresolved: f64,
+}
+
+impl StoredEnergy {
+    /// Kinetic, potential and held elastic energy [J].
+    #[must_use]
+    pub fn sum(&self) -> f64 {
+        self.kinetic + self.potential + self.elastic
+    }
+
+    /// Whether the unresolved part is a substantial one of the elastic energy: a tenth, as where an
+    /// effective compliance is said to differ from the requested one.
+    #[must_use]
+    pub fn is_unresolved(&self) -> bool {
+        self.unresolved > (CLOSE - 1.0) * self.elastic
+    }
+}
+
+impl From<&Statistics> for StoredEnergy {
+    fn from(statistics: &Statistics) -> Self {
+        Self {
+            kinetic: statistics.kinetic,
+            potential: statistics.potential,
+            elastic: statistics.elastic_sum() - statistics.unresolved,
+            unresolved: statistics.unresolved,
+        }
+    }
 }
 
 /// The energy ledger of the scene.

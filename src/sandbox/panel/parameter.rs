@@ -163,13 +163,26 @@ fn entry(ui: &mut Ui, panel: &mut Panel, name: &str, parameter: &Parameter) -> O
             ui.add_sized([ENTRY, theme::ROW - 2.0], widget)
         })
         .inner;
-    if let Some(reason) = refused.take() {
+    if let Some(reason) = refused.take()
+        && is_first_refusal(ui, &response)
+    {
         panel.refuse(format!("{} is unchanged: {reason}", parameter.title));
     }
     panel.note(format!("{name}.entry"), &response, ui);
     let changed = response.changed();
     hint(ui, &response, |ui| help(ui, parameter));
     (changed && value as f32 != parameter.value as f32).then_some(value)
+}
+
+/// Whether a text was not refused in the previous frame already: egui reads it when the entry loses
+/// the focus, and once more in the next frame.
+fn is_first_refusal(ui: &Ui, response: &Response) -> bool {
+    let (id, frame) = (response.id.with("refused"), ui.ctx().cumulative_pass_nr());
+    ui.data_mut(|data| {
+        let last = data.get_temp::<u64>(id);
+        data.insert_temp(id, frame);
+        last.is_none_or(|last| last + 1 < frame)
+    })
 }
 
 /// The reset button. Keeps its space while the value is the scene default, so that the row does not

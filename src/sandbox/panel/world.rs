@@ -10,7 +10,7 @@ use super::{
     parameter::{self, Edit},
     section::{self, RowButton, section},
 };
-use crate::sandbox::{panel::hud::millions, ui::theme};
+use crate::sandbox::{panel::figures::millions, ui::theme};
 
 /// Shown if only one thread is available.
 const ONE_THREAD: &str = if cfg!(feature = "parallel") {

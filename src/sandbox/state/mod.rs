@@ -1,5 +1,6 @@
 //! Shared state of the window, as plain data: view, selection, requests, events.
 
+pub mod activity;
 pub mod display;
 pub mod event;
 pub mod first_steps;

@@ -106,6 +106,8 @@ pub fn of(ui: &egui::Ui) -> &'static Palette {
 
 /// Height of a row of the panel [logical px].
 pub const ROW: f32 = 21.0;
+/// Maximum width of a tooltip [logical px].
+pub const TOOLTIP: f32 = 280.0;
 /// Gap between neighbors in a row [logical px].
 pub const GAP: f32 = 6.0;
 
@@ -178,7 +180,7 @@ fn style(style: &mut egui::Style, colors: &Palette) {
     spacing.interact_size = Vec2::new(28.0, ROW);
     spacing.window_margin = Margin::same(12);
     spacing.menu_margin = Margin::same(6);
-    spacing.tooltip_width = 280.0;
+    spacing.tooltip_width = TOOLTIP;
     spacing.combo_height = 480.0;
     spacing.icon_width = 14.0;
     spacing.scroll = ScrollStyle {

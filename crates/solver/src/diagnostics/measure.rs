@@ -210,6 +210,71 @@ pub fn residual<const N: usize, const M: usize>(
         })
 }
 
+/// Figures of the constraints of an elastic effect after a substep.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ElementFigures {
+    /// Elastic energy ½C²/α of the requested material at the current strain [J].
+    pub energy: f64,
+    /// The part of the energy that the solver does not hold [J], from 0 to `energy`.
+    ///
+    /// Where iterations have not converged, the constraints act like springs of the
+    /// [effective compliance](crate::effective) e/F, with F = −λ/h² the true force and
+    /// e = C + τ ∇C·v the strain with damping. At a strain C these hold ½C²/(e/F). Over all
+    /// constraints, ½(ΣCF)²/ΣeF: the same for one of them, half of the work ΣCF of the load at
+    /// rest, and not more than `energy`.
+    pub unresolved: f64,
+    /// See [`residual`].
+    pub residual: SquareSum,
+}
+
+/// Figures of an elastic effect after a substep of `h` seconds with these multipliers; all energy
+/// counts as resolved where they were not kept.
+#[must_use]
+pub fn element_figures<const N: usize, const M: usize>(
+    effect: &impl Elastic<N, M>,
+    topology: &Topology,
+    particles: &Particles,
+    multipliers: &[f32],
+    h: f32,
+) -> ElementFigures {
+    let mut all = ElementFigures::default();
+    let per_step = 1.0 / (f64::from(h) * f64::from(h));
+    let tau = f64::from(effect.damping().get());
+    // ΣCF and ΣeF [J].
+    let (mut work, mut damped_work) = (0.0, 0.0);
+    let mut multipliers = multipliers.iter();
+    let rows = effect.rows_of(topology, particles);
+    for (corners, row) in rows.flat_map(|(corners, rows)| rows.map(|row| (corners, row))) {
+        let energy = spring_energy(row.error, row.compliance);
+        all.energy += energy;
+        let Some(&lambda) = multipliers.next() else {
+            continue;
+        };
+        let force = -f64::from(lambda) * per_step;
+        if row.scale != 0.0 {
+            let relative = (row.error - row.compliance * force) / row.scale;
+            all.residual.sum += relative * relative;
+            all.residual.count += 1;
+        }
+        if row.compliance > 0.0 {
+            let ends = row.gradients.iter().zip(corners);
+            let speed =
+                |(gradient, i): (&DVec3, u32)| gradient.dot(particles.velocity_f64(i as usize));
+            let damped = match tau > 0.0 {
+                true => tau * ends.map(speed).sum::<f64>(),
+                false => 0.0,
+            };
+            work += row.error * force;
+            damped_work += (row.error + damped) * force;
+        }
+    }
+    if damped_work > 0.0 {
+        let held = 0.5 * work * work / damped_work;
+        all.unresolved = (all.energy - held).max(0.0);
+    }
+    all
+}
+
 /// Residual of the equations of all elastic effects of a body, see [`residual`].
 #[must_use]
 pub fn residuals(

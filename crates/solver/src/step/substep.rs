@@ -218,7 +218,8 @@ impl Substep {
     }
 
     /// Total number of passes over all contacts.
-    pub(crate) fn contact_passes(&self) -> u32 {
+    #[must_use]
+    pub fn contact_passes(&self) -> u32 {
         let after_iterations = match self.collision_iterations.get() {
             0 => self.iterations,
             passes => passes,
