@@ -185,6 +185,7 @@ impl PluginGroup for SandboxPlugins {
             .add(app::import::ImportPlugin)
             .add(app::spawn::SpawnPlugin)
             .add(app::drop::DropPlugin)
+            .add(app::idle::IdlePlugin)
     }
 }
 

@@ -14,12 +14,14 @@
 //!
 //! Pixels are physical, from the upper left corner of the window, as pointer drivers expect them.
 
+use super::idle::MaxWait;
 use crate::sandbox::state::event::SceneLoaded;
 use std::{
     collections::BTreeMap,
     fs::File,
     io::{BufWriter, Write},
     path::PathBuf,
+    time::Duration,
 };
 
 use bevy::{
@@ -84,6 +86,8 @@ impl Plugin for JournalPlugin {
                 return;
             }
         };
+        // Bodies and ticks are written while nothing moves, too.
+        app.insert_resource(MaxWait(Duration::from_secs_f32(1.0 / RATE)));
         app.insert_resource(Journal {
             file: BufWriter::new(file),
             places: BTreeMap::new(),

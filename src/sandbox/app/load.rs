@@ -58,6 +58,12 @@ struct Pending {
 }
 
 impl Opening {
+    /// Whether a scene is being built.
+    #[must_use]
+    pub const fn is_pending(&self) -> bool {
+        self.0.is_some()
+    }
+
     /// Name of the scene, if it takes long enough to be shown to the user.
     #[must_use]
     pub fn slow(&self) -> Option<&str> {

@@ -2,6 +2,7 @@
 
 pub mod display;
 pub mod drop;
+pub mod idle;
 pub mod import;
 pub mod journal;
 pub mod load;

@@ -11,6 +11,9 @@ use bevy::{camera::SubCameraView, prelude::*, window::PrimaryWindow};
 /// Time constant of the camera motion [s].
 const GLIDE: f32 = 0.07;
 
+/// Maximum time of a step of the motion [s]: a frame of a slow renderer.
+const MAX_STEP: f32 = 0.15;
+
 /// The camera's orbit: current and goal.
 #[derive(Component, Debug, Clone, Copy, Default)]
 pub struct OrbitCamera {
@@ -84,7 +87,9 @@ fn glide(
     mut camera: Single<(&mut OrbitCamera, &mut Transform, &mut Camera)>,
 ) {
     let (orbit, transform, camera) = &mut *camera;
-    let fraction = 1.0 - (-time.delta_secs() / GLIDE).exp();
+    // The first frame after a rest has the duration of the rest.
+    let seconds = time.delta_secs().min(MAX_STEP);
+    let fraction = 1.0 - (-seconds / GLIDE).exp();
     let now = orbit.now.towards(orbit.goal, fraction);
     // Stops within a fraction of a pixel, so that nothing is recomputed.
     let now = if now.is_near(orbit.goal) {

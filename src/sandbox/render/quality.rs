@@ -7,7 +7,10 @@
 use crate::{
     sandbox::{
         render::{camera::OrbitCamera, stage::is_software},
-        state::display::{DisplaySettings, Quality},
+        state::{
+            activity::Activity,
+            display::{DisplaySettings, Quality},
+        },
     },
     simulation::SoftBodySystems,
 };
@@ -94,6 +97,7 @@ impl Plugin for QualityPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<DisplaySettings>()
             .init_resource::<EffectiveQuality>()
+            .init_resource::<Activity>()
             .init_resource::<Governor>()
             .init_resource::<TickTime>()
             .add_systems(Startup, start)
@@ -123,11 +127,12 @@ fn start(adapter: Option<Res<RenderAdapterInfo>>, mut governor: ResMut<Governor>
 fn choose(
     settings: Res<DisplaySettings>,
     time: Res<Time<Real>>,
-    ticks: Res<TickTime>,
+    (ticks, activity): (Res<TickTime>, Res<Activity>),
     mut governor: ResMut<Governor>,
     mut quality: ResMut<EffectiveQuality>,
 ) {
     let low = match settings.quality {
+        Quality::Auto if activity.is_idle() => governor.low,
         Quality::Auto => {
             governor.pass(time.delta_secs(), ticks.spent.as_secs_f32());
             governor.low

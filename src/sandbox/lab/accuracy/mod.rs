@@ -92,6 +92,12 @@ impl Accuracy {
     pub const fn is_open(&self) -> bool {
         self.open
     }
+
+    /// Whether it measures.
+    #[must_use]
+    pub const fn is_measuring(&self) -> bool {
+        self.worker.is_some()
+    }
 }
 
 /// Widget rectangles of the card, for the journal.

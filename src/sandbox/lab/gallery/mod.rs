@@ -82,6 +82,12 @@ impl Gallery {
     pub const fn is_open(&self) -> bool {
         self.open
     }
+
+    /// Whether a case runs.
+    #[must_use]
+    pub const fn is_running(&self) -> bool {
+        self.running.is_some()
+    }
 }
 
 /// Rectangles of the card's widgets, for the journal.
