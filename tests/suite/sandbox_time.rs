@@ -693,7 +693,9 @@ fn dragging_on_the_strip_asks_for_the_time_under_the_pointer() {
         output.drop_without_applying_deltas();
         scrubbed
     };
-    (0..3).for_each(|_| drop(draw(Vec::new())));
+    for _ in 0..3 {
+        draw(Vec::new());
+    }
     let button = |x, pressed| egui::Event::PointerButton {
         pos: egui::pos2(x, rect.center().y),
         button: egui::PointerButton::Primary,

@@ -187,7 +187,6 @@ fn enter(world: &mut World, current: CurrentScene, built: BuiltScene, camera: Ca
     world.insert_resource(current.clone());
     Recorder::scene_ends(world);
     replace(world, &built);
-    keep::scene_opened(world, &built);
     Recorder::scene_opened(world, about);
     look(world, &built, hint, camera);
     let settings = built.world.settings;

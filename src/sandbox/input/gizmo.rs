@@ -441,7 +441,13 @@ mod tests {
         let (_, pose) = up
             .at(ray(EYE, Vec3::new(1.0, 1.5, 0.0)), Vec3::NEG_Z)
             .expect("ahead");
-        assert!(pose.translation.distance(DVec3::new(0.0, 1.5, 0.0)) < 1e-5);
+        // The point of the axis x = z = 0 nearest to the ray (t, 1 + t/2, 5 − 5t): t = 25/26.
+        let nearest = DVec3::new(0.0, 1.0 + 0.5 * 25.0 / 26.0, 0.0);
+        assert!(
+            pose.translation.distance(nearest) < 1e-5,
+            "{}",
+            pose.translation
+        );
         let press = ray(EYE, Vec3::new(1.0, 1.0, 0.0));
         let turn = held(Handle::Turn(2), sphere, press);
         let (_, pose) = turn

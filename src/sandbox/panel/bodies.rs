@@ -184,7 +184,6 @@ fn buttons(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
             )
         },
     ];
-    super::hands::grab(ui, panel, model);
     match section::button_row(ui, panel, &pins) {
         Some(2) => panel.ask(Request::UnpinAll),
         Some(index) => panel.ask(Request::Pin(index == 0)),

@@ -10,7 +10,7 @@ use bevy_egui::egui::{
 };
 
 use super::{
-    Panel, effective, history,
+    Panel, effective, hands, history,
     model::{ContactModel, EffectModel, PanelModel, Parameter},
     parameter::{self, Edit},
     search::Query,
@@ -41,6 +41,7 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
         for effect in &grabs {
             heading(ui, panel, model, effect);
         }
+        hands::grab(ui, panel, model);
         for stage in &model.stages {
             ui.horizontal(|ui| {
                 ui.add_space(26.0 + theme::GAP);

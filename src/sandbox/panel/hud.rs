@@ -251,7 +251,6 @@ fn tooltip(context: &egui::Context, figures: &[Figure], cells: &[Rect]) {
                 }
             });
         });
-    tooltip(context, figures, &cells);
 }
 
 /// Draws the figures in as many rows as they need, and returns their places.
@@ -320,81 +319,6 @@ mod tests {
             state(&clock, None, false, &bunny),
             "following bunny (L to stop)"
         );
-    }
-
-    /// A line over an empty view, with a pointer.
-    struct Line {
-        context: egui::Context,
-        frames: u32,
-    }
-
-    impl Line {
-        /// Draws a frame after 0.1 s, and returns all texts in it.
-        fn draw(&mut self, events: Vec<egui::Event>) -> Vec<String> {
-            let screen = Rect::from_min_size(egui::Pos2::ZERO, vec2(1000.0, 600.0));
-            self.frames += 1;
-            let input = egui::RawInput {
-                screen_rect: Some(screen),
-                time: Some(f64::from(self.frames) * 0.1),
-                events,
-                ..egui::RawInput::default()
-            };
-            let figures = figures(Some(60.0), &Statistics::default(), None);
-            let output = self.context.run_ui(input, |ui| {
-                draw(ui.ctx(), &figures, "", screen);
-            });
-            let texts = output
-                .shapes
-                .iter()
-                .filter_map(|clipped| match &clipped.shape {
-                    egui::Shape::Text(text) => Some(text.galley.text().to_owned()),
-                    _ => None,
-                });
-            let texts = texts.collect();
-            output.drop_without_applying_deltas();
-            texts
-        }
-    }
-
-    #[test]
-    fn a_figure_under_a_resting_pointer_has_a_tooltip_and_the_pointer_stays_free() {
-        let mut line = Line {
-            context: egui::Context::default(),
-            frames: 0,
-        };
-        theme::apply(&line.context, Theme::Dark);
-        (0..3).for_each(|_| drop(line.draw(Vec::new())));
-        for (x, title) in [(30.0, "Frame rate"), (420.0, "Energy")] {
-            let at = egui::pos2(x, 26.0);
-            let moved = line.draw(vec![egui::Event::PointerMoved(at)]);
-            let is_first = title == "Frame rate";
-            // Another tooltip is open already for the second, which needs no delay.
-            assert_eq!(
-                moved.iter().any(|text| text == title),
-                !is_first,
-                "{moved:?}"
-            );
-            let mut rested = Vec::new();
-            (0..6).for_each(|_| rested = line.draw(Vec::new()));
-            assert!(rested.iter().any(|text| text == title), "{rested:?}");
-            assert!(
-                !line.context.egui_wants_pointer_input(),
-                "a drag may begin here"
-            );
-        }
-        let press = egui::Event::PointerButton {
-            pos: egui::pos2(420.0, 26.0),
-            button: egui::PointerButton::Primary,
-            pressed: true,
-            modifiers: egui::Modifiers::NONE,
-        };
-        line.draw(vec![press]);
-        let dragging = line.draw(Vec::new());
-        assert!(
-            !dragging.iter().any(|text| text == "Energy"),
-            "{dragging:?}"
-        );
-        assert!(!line.context.egui_wants_pointer_input(), "a drag goes on");
     }
 
     /// A line over an empty view, with a pointer.
