@@ -62,7 +62,7 @@ fn figures_are_chosen_and_plots_can_be_frozen() {
     let (mut app, _) = app();
     (0..4).for_each(|_| app.update());
     app.world_mut()
-        .write_message(PlotCommand::Figure("energy_j"));
+        .write_message(PlotCommand::Figure("held_energy_j"));
     app.world_mut()
         .write_message(PlotCommand::Figure("kinetic_j"));
     app.world_mut().write_message(PlotCommand::Freeze(true));
@@ -211,7 +211,7 @@ fn card() -> Card {
             .collect(),
     };
     Card {
-        over_time: Some(vec![figure("energy_j"), figure("residual")]),
+        over_time: Some(vec![figure("held_energy_j"), figure("residual")]),
         end: 9.9,
         frozen: false,
         curve: Some(curve),

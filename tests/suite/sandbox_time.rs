@@ -705,7 +705,9 @@ fn dragging_on_the_strip_asks_for_the_time_under_the_pointer() {
     let moved = |x| egui::Event::PointerMoved(egui::pos2(x, rect.center().y));
     draw(vec![moved(450.0)]);
     draw(vec![button(450.0, true)]);
-    let middle = draw(vec![moved(451.0), moved(450.0)]).expect("it is dragged");
+    // A press becomes a drag when the pointer has moved by a few pixels.
+    draw(vec![moved(470.0)]);
+    let middle = draw(vec![moved(450.0)]).expect("it is dragged");
     // A pixel is a hundredth of a second.
     assert!((middle - 10.0).abs() < 0.02, "{middle}");
     let start = draw(vec![moved(-50.0)]).expect("still dragged");

@@ -96,8 +96,10 @@ fn a_brush_with_a_radius_moves_a_patch_and_not_a_spike() {
         ticks(&mut app, 2);
         moved(&app, bodies[0], &before)
     });
-    // A quarter disk of 0.25 m has 20 of these particles, or a half disk 40.
-    assert!(counts[0] < 5 && counts[1] > 8, "{counts:?}");
+    // The weights (1 − r²/R²)² are above one half where r < 0.54 R: 0.135 m or 2.7 cells, which is at
+    // least the quarter disk of a corner with 8 particles. Elasticity and one tick of motion take
+    // from its rim, so that half of them is asked for.
+    assert!(counts[0] <= 2 && counts[1] >= 4, "{counts:?}");
 }
 
 #[test]

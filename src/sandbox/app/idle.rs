@@ -24,7 +24,10 @@ use bevy::{
     window::WindowEvent,
     winit::{UpdateMode, WinitSettings},
 };
-use bevy_egui::{EguiFullOutput, EguiPostUpdateSet};
+use bevy_egui::{
+    EguiFullOutput, EguiInput, EguiPostUpdateSet, EguiPreUpdateSet, PrimaryEguiContext,
+    egui::{Event, Modifiers},
+};
 use std::time::Duration;
 
 /// Time for which every frame is drawn after input: longer than any animation that it starts.
@@ -54,6 +57,12 @@ impl Plugin for IdlePlugin {
         app.init_resource::<Activity>()
             .init_resource::<MaxWait>()
             .add_systems(PreUpdate, notice_input)
+            .add_systems(
+                PreUpdate,
+                drop_repeated_modifiers
+                    .after(EguiPreUpdateSet::ProcessInput)
+                    .before(EguiPreUpdateSet::BeginPass),
+            )
             .add_systems(
                 PostUpdate,
                 choose_mode
@@ -131,6 +140,20 @@ fn notice_input(
     }
     if scene.is_some_and(|it| it.is_changed()) || quality.is_some_and(|it| it.is_changed()) {
         activity.draw_for(AFTER_LOADING);
+    }
+}
+
+/// Drops modifiers that have not changed: `bevy_egui` reports them in every frame, and egui asks for
+/// another frame after any event.
+fn drop_repeated_modifiers(
+    mut inputs: Query<&mut EguiInput, With<PrimaryEguiContext>>,
+    mut last: Local<Modifiers>,
+) {
+    for mut input in &mut inputs {
+        input.events.retain(|event| match event {
+            Event::ModifiersChanged(now) => std::mem::replace(&mut *last, *now) != *now,
+            _ => true,
+        });
     }
 }
 

@@ -83,11 +83,11 @@ fn paint(
 
 /// What the arrow keys change, with the current values. The compliance is in m/N.
 fn hint(compliance: Option<f32>, substeps: u32) -> String {
-    let substeps = format!("←→ substeps {substeps}");
+    let substeps = format!("⏴⏵ substeps {substeps}");
     match compliance {
         Some(compliance) => {
             let compliance = number::format(compliance.into(), 2);
-            format!("↑↓ compliance {compliance} m/N · {substeps}")
+            format!("⏶⏷ compliance {compliance} m/N · {substeps}")
         }
         None => substeps,
     }
@@ -197,9 +197,9 @@ mod tests {
     fn the_hint_names_the_keys_with_the_live_values() {
         assert_eq!(
             hint(Some(1.5e-4), 10),
-            "↑↓ compliance 1.5e-4 m/N · ←→ substeps 10"
+            "⏶⏷ compliance 1.5e-4 m/N · ⏴⏵ substeps 10"
         );
-        assert_eq!(hint(None, 4), "←→ substeps 4");
+        assert_eq!(hint(None, 4), "⏴⏵ substeps 4");
     }
 
     #[test]

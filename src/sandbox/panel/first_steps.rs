@@ -103,7 +103,7 @@ const fn words(step: FirstStep) -> (&'static str, &'static str) {
         ),
         FirstStep::Turn => (
             "Change a parameter",
-            "Drag a slider in the panel, or press ↑ and ↓ to make the body softer and stiffer.",
+            "Drag a slider in the panel, or press Up and Down to make the body softer and stiffer.",
         ),
         FirstStep::Reference => (
             "Compare with the reference",

@@ -47,8 +47,14 @@ const fn figure(
 }
 
 /// All figures, in the order of the menu.
-pub const FIGURES: [Figure; 20] = [
-    figure("energy_j", "Energy", "J", |it| Some(it.statistics.energy())),
+pub const FIGURES: [Figure; 21] = [
+    // As in the status line: without what the unconverged solver does not hold.
+    figure("held_energy_j", "Energy", "J", |it| {
+        Some(it.statistics.energy() - it.statistics.unresolved)
+    }),
+    figure("unresolved_j", "Unresolved energy", "J", |it| {
+        Some(it.statistics.unresolved)
+    }),
     figure("kinetic_j", "Kinetic energy", "J", |it| {
         Some(it.statistics.kinetic)
     }),

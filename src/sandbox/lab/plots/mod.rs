@@ -63,7 +63,7 @@ impl Default for Plots {
             open: false,
             curve_shown: true,
             frozen: false,
-            chosen: vec!["energy_j", "volume_error_percent", "residual"],
+            chosen: vec!["held_energy_j", "volume_error_percent", "residual"],
             track: Track::default(),
             curve: None,
             grabbed: None,

@@ -6,9 +6,13 @@ use super::{Grab, Hold};
 use crate::{Topology, topology::TopologyId};
 use glam::DVec3;
 
-/// Particles and weights; empty for a grab of one point, which has its own.
+/// Particles and weights; empty for a grab of one point, which has its own. In a box, as few bodies
+/// have one.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Patch {
+pub struct Patch(Option<Box<Found>>);
+
+#[derive(Debug, Clone, Default, PartialEq)]
+struct Found {
     terms: Vec<(usize, f64)>,
     of: Option<(TopologyId, super::SurfacePoint, f32)>,
 }
@@ -16,34 +20,35 @@ pub struct Patch {
 impl Patch {
     /// Particles with their weights, which sum to 1, or with 1 for each pin.
     pub fn terms(&self) -> &[(usize, f64)] {
-        &self.terms
+        self.0.as_ref().map_or(&[], |found| &found.terms)
     }
 
     /// Finds the particles of a grab on a body whose pins have an inverse mass of 0.
     pub fn update(&mut self, grab: &Grab, topology: &Topology, is_pinned: impl Fn(usize) -> bool) {
         match grab.hold {
-            Hold::Point => {
-                self.terms.clear();
-                self.of = None;
-            }
+            Hold::Point => self.0 = None,
             Hold::Patch { radius } => {
                 let of = Some((topology.id(), grab.point, radius));
-                if self.of != of {
-                    self.of = of;
-                    self.terms = around(grab, topology, radius.into());
+                let found = self.0.get_or_insert_default();
+                if found.of != of {
+                    found.of = of;
+                    found.terms = around(grab, topology, radius.into());
                 }
             }
             // Pins may be added and removed while they are dragged.
             Hold::Pins => {
-                self.of = None;
-                self.terms = connected(grab.point.nearest().index(), topology, is_pinned);
+                let found = self.0.get_or_insert_default();
+                found.of = None;
+                found.terms = connected(grab.point.nearest().index(), topology, is_pinned);
             }
         }
     }
 
     /// Heap memory in bytes.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.terms[..])
+        self.0.as_ref().map_or(0, |found| {
+            size_of::<Found>() + size_of_val(&found.terms[..])
+        })
     }
 }
 
