@@ -28,7 +28,8 @@ use serde::{Deserialize, Serialize};
 pub struct SurfacePoint {
     particles: [ParticleIndex; Self::MAX_PARTICLES],
     weights: [f32; Self::MAX_PARTICLES],
-    count: usize,
+    /// Number of particles; small, as every body has room for a grab.
+    count: u32,
 }
 
 impl SurfacePoint {
@@ -47,16 +48,15 @@ impl SurfacePoint {
             count: 0,
         };
         for &(particle, weight) in terms {
-            let known = point.particles[..point.count]
-                .iter()
-                .position(|&p| p == particle);
-            let slot = known.unwrap_or(point.count);
+            let count = point.count as usize;
+            let known = point.particles[..count].iter().position(|&p| p == particle);
+            let slot = known.unwrap_or(count);
             if slot == Self::MAX_PARTICLES {
                 return None;
             }
             point.particles[slot] = particle;
             point.weights[slot] += weight;
-            point.count = point.count.max(slot + 1);
+            point.count = point.count.max(slot as u32 + 1);
         }
         let sum: f32 = point.weights.iter().sum();
         if point.count == 0 || !sum.is_finite() || sum.abs() < 1e-6 {
@@ -71,7 +71,7 @@ impl SurfacePoint {
         self.particles
             .into_iter()
             .zip(self.weights)
-            .take(self.count)
+            .take(self.count as usize)
     }
 
     /// Position of the point [m].
@@ -85,7 +85,7 @@ impl SurfacePoint {
     /// The same in the types of the solver.
     fn wide_terms(&self) -> impl Iterator<Item = (usize, f64)> + Clone {
         let terms = self.particles.into_iter().zip(self.weights);
-        let terms = terms.take(self.count);
+        let terms = terms.take(self.count as usize);
         terms.map(|(particle, weight)| (particle.index(), f64::from(weight)))
     }
 
@@ -140,7 +140,7 @@ impl TryFrom<Vec<(ParticleIndex, f32)>> for SurfacePoint {
 
     fn try_from(terms: Vec<(ParticleIndex, f32)>) -> Result<Self, &'static str> {
         let mut point = Self::new(&terms)
-            .filter(|point| point.count == terms.len())
+            .filter(|point| point.count as usize == terms.len())
             .ok_or("a point needs 1 to 12 different particles with weights")?;
         let sum: f32 = terms.iter().map(|(_, weight)| weight).sum();
         // Twelve rounding errors of weights up to 4, as those of a skin.
