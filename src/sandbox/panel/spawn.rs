@@ -14,10 +14,12 @@ use crate::sandbox::{
     ui::track::{Spread, Track},
 };
 use bevy_egui::egui::{
-    PopupCloseBehavior, Ui,
+    PopupCloseBehavior, ScrollArea, Ui,
     containers::menu::{MenuButton, MenuConfig},
 };
 
+/// Height of the list of bodies [logical px]: with what is below it, the menu fits above its button.
+const LIST: f32 = 190.0;
 /// Width of the menu [logical px].
 const WIDTH: f32 = 320.0;
 
@@ -45,6 +47,12 @@ pub fn show(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, width: f32) {
 }
 
 fn bodies(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
+    ScrollArea::vertical().max_height(LIST).show(ui, |ui| {
+        list(ui, panel, model);
+    });
+}
+
+fn list(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
     for addition in &model.additions {
         if addition.begins_group {
             ui.separator();
