@@ -2,7 +2,7 @@
 //! what one would see without it.
 //!
 //! A background thread runs copies of the current state with and without each effect, see
-//! [`ablation`](crate::ablation), while the scene keeps running. A button removes an effect.
+//! [`ablation`], while the scene keeps running. A button removes an effect.
 
 mod card;
 
