@@ -304,13 +304,16 @@ mod tests {
         let mut clock = SimulationClock::default();
         assert_eq!(state(&clock, None, false, &Followed(None)), "");
         let slow = "running at 0.45× real time";
-        let nobody = &Followed(None);
-        assert_eq!(state(&clock, Some(0.451), false, nobody), slow);
+        let not_following = &Followed(None);
+        assert_eq!(state(&clock, Some(0.451), false, not_following), slow);
         clock.paused = true;
         clock.speed = 0.1;
-        assert_eq!(state(&clock, None, false, nobody), "paused  ·  0.1× speed");
         assert_eq!(
-            state(&clock, None, true, nobody),
+            state(&clock, None, false, not_following),
+            "paused  ·  0.1× speed"
+        );
+        assert_eq!(
+            state(&clock, None, true, not_following),
             "paused  ·  0.1× speed  ·  waiting for the reference"
         );
         let bunny = Followed(Some((Entity::PLACEHOLDER, "bunny".to_owned())));

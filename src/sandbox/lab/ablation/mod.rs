@@ -152,7 +152,7 @@ fn measure(built: &BuiltScene, reporter: &crate::sandbox::lab::worker::Reporter<
             false => ControlFlow::Break(()),
         }
     });
-    // A stopped thread has nobody to report to.
+    // A stopped thread reports nothing.
     let _ = match measured {
         Ok(Some(ablation)) => reporter.tell(News::Measured(ablation)),
         Ok(None) => false,
