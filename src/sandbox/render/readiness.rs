@@ -1,5 +1,5 @@
 //! Whether the graphics pipelines are compiled, and the first picture of the window: the simulation
-//! waits for it, so that nobody misses how a scene begins.
+//! waits for it, so that the beginning of a scene is seen.
 
 use crate::{render::Drawn, simulation::SimulationClock};
 use bevy::{

@@ -20,6 +20,16 @@ pub fn off_center(context: &Context, area: Rect) -> Vec2 {
     vec2(area.center().x - context.content_rect().center().x, 0.0)
 }
 
+/// Offset of a card in the lower left corner of an area from that corner of the window [logical px].
+#[must_use]
+pub fn lower_left(context: &Context, area: Rect) -> Vec2 {
+    let window = context.content_rect();
+    vec2(
+        area.left() - window.left() + 10.0,
+        area.bottom() - window.bottom() - 10.0,
+    )
+}
+
 /// The rectangle of a card over the view [logical px], by the identity and order of its area; `None`
 /// while it is not shown.
 #[must_use]

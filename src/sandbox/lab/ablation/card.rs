@@ -8,7 +8,7 @@ use crate::{
     },
     sandbox::{
         state::{request::Request, selection::Scope},
-        ui::{WidgetRects, format, theme},
+        ui::{WidgetRects, area, format, theme},
     },
 };
 use bevy_egui::egui::{
@@ -50,7 +50,7 @@ pub fn show(context: &Context, card: &Card, free: Rect) -> Answer {
     let mut answer = Answer::default();
     let area = Area::new(Id::new("cost of effects"))
         .order(Order::Middle)
-        .anchor(Align2::LEFT_BOTTOM, vec2(free.left() + 10.0, -10.0))
+        .anchor(Align2::LEFT_BOTTOM, area::lower_left(context, free))
         .constrain(false)
         .show(context, |ui| {
             Frame::new()

@@ -5,7 +5,7 @@ use super::{
     chart::{self, Dot, Marker},
 };
 use crate::{
-    sandbox::ui::{WidgetRects, format, theme},
+    sandbox::ui::{WidgetRects, area, format, theme},
     study::Goal,
 };
 use bevy_egui::egui::{
@@ -59,7 +59,7 @@ pub fn show(context: &Context, card: &Card, free: Rect) -> Answer {
         .order(Order::Middle)
         .anchor(
             bevy_egui::egui::Align2::LEFT_BOTTOM,
-            vec2(free.left() + 10.0, -10.0),
+            area::lower_left(context, free),
         )
         .constrain(false)
         .show(context, |ui| {

@@ -24,7 +24,12 @@ const WIDTH: f32 = 248.0;
 /// Width of the parts of the bar for values beyond the range [logical px].
 const BEYOND: f32 = 14.0;
 /// Cards in the same corner, by the identities of their areas.
-const CARDS: [&str; 3] = ["what accuracy costs", "stress tests", "first steps"];
+const CARDS: [&str; 4] = [
+    "what accuracy costs",
+    "cost of effects",
+    "stress tests",
+    "first steps",
+];
 
 /// Rectangles of the legend's widgets, for the journal.
 #[derive(Resource, Debug, Default, Deref)]
