@@ -61,7 +61,9 @@ pub fn show(context: &Context, card: &Card, free: Rect) -> Answer {
                 .show(ui, |ui| {
                     ui.set_width(width - 26.0);
                     head(ui, card, &mut answer);
+                    // An area that is anchored at the bottom offers no height of its own.
                     ScrollArea::vertical()
+                        .min_scrolled_height(free.height() * 0.6)
                         .max_height(free.height() * 0.6)
                         .show(ui, |ui| contents(ui, card, &mut answer));
                 });
