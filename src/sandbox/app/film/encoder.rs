@@ -9,7 +9,7 @@ use std::{
     io::BufWriter,
     path::{Path, PathBuf},
     sync::{
-        Arc, Mutex,
+        Arc, Mutex, Weak,
         atomic::{AtomicUsize, Ordering},
         mpsc::{Receiver, Sender, channel},
     },
@@ -32,14 +32,22 @@ pub struct Pixels {
     pub rgb: Vec<u8>,
 }
 
-/// A frame on its way: its number, and its pixels or why there are none.
-type Sent = (u64, Result<Pixels, String>);
+/// What is sent to the encoder.
+#[derive(Debug)]
+enum Sent {
+    /// A frame: its number, and its pixels or why there are none.
+    Frame(u64, Result<Pixels, String>),
+    /// The film ends without the frames that are still missing.
+    Cut,
+}
 
 /// A film that is being encoded.
 #[derive(Debug)]
 pub struct Encoder {
     path: PathBuf,
     inlet: Option<Inlet>,
+    /// Of the inlets that still exist.
+    sender: Weak<Mutex<Sender<Sent>>>,
     waiting: Arc<AtomicUsize>,
     thread: JoinHandle<Result<u32, String>>,
 }
@@ -61,7 +69,7 @@ impl Inlet {
     pub fn send(&self, number: u64, pixels: Result<Pixels, String>) {
         if let Ok(sender) = self.sender.lock() {
             // An encoder that has failed takes nothing more.
-            let _ = sender.send((number, pixels));
+            let _ = sender.send(Sent::Frame(number, pixels));
         }
     }
 }
@@ -92,10 +100,12 @@ impl Encoder {
             }
             written
         });
+        let sender = Arc::new(Mutex::new(sender));
         Ok(Self {
             path: path.to_owned(),
+            sender: Arc::downgrade(&sender),
             inlet: Some(Inlet {
-                sender: Arc::new(Mutex::new(sender)),
+                sender,
                 waiting: Arc::clone(&waiting),
             }),
             waiting,
@@ -136,6 +146,17 @@ impl Encoder {
     #[must_use]
     pub fn is_finished(&self) -> bool {
         self.thread.is_finished()
+    }
+
+    /// Ends the film without the frames that were announced and have not arrived: when the window
+    /// closes, they never will.
+    pub fn cut(&mut self) {
+        self.inlet = None;
+        let sender = self.sender.upgrade();
+        if let Some(sender) = sender.as_ref().and_then(|sender| sender.lock().ok()) {
+            // An encoder that has ended takes nothing more.
+            let _ = sender.send(Sent::Cut);
+        }
     }
 
     /// Waits for the end of encoding. Returns the number of frames.
@@ -182,7 +203,10 @@ fn encode(file: File, frames: &Receiver<Sent>, waiting: &AtomicUsize) -> Result<
         count += 1;
         Ok(())
     };
-    for (number, pixels) in frames {
+    for sent in frames {
+        let Sent::Frame(number, pixels) = sent else {
+            break;
+        };
         early.insert(number, pixels?);
         while let Some(pixels) = early.remove(&next) {
             write(pixels)?;
@@ -250,6 +274,22 @@ mod tests {
         }
         assert!(film.read_next_frame().expect("it is whole").is_none());
         assert!(!beside(&path).exists());
+        fs::remove_file(&path).expect("it was made here");
+    }
+
+    /// When the window closes, frames that the renderer has not delivered keep their inlet.
+    #[test]
+    fn a_film_that_is_cut_does_not_wait_for_frames_that_never_arrive() {
+        let path = file("cut");
+        let mut encoder = Encoder::create(&path).expect("it can be written");
+        let inlet = encoder.inlet().expect("it has not ended");
+        inlet.announce();
+        inlet.send(0, Ok(picture(10)));
+        inlet.announce();
+        encoder.end();
+        encoder.cut();
+        assert_eq!(encoder.finish(), Ok(1));
+        drop(inlet);
         fs::remove_file(&path).expect("it was made here");
     }
 

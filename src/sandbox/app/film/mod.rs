@@ -287,9 +287,10 @@ fn finish_with_window(world: &mut World, mut read: Local<MessageCursor<AppExit>>
         end(world);
     }
     let stage = std::mem::take(&mut world.resource_mut::<FilmStatus>().0);
-    if let Stage::Encoding { encoder } = stage
-        && let Err(error) = encoder.finish()
-    {
-        error!("the film was not saved: {error}");
+    if let Stage::Encoding { mut encoder } = stage {
+        encoder.cut();
+        if let Err(error) = encoder.finish() {
+            error!("the film was not saved: {error}");
+        }
     }
 }
