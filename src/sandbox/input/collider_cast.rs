@@ -20,14 +20,14 @@ const FARTHEST: f64 = 1e4;
 /// Largest number of steps along a ray.
 const MAX_STEPS: usize = 256;
 
-/// The nearest collider that a ray from outside meets at a time [s].
+/// The nearest collider that a ray from outside meets, at the poses that `pose` gives.
 pub fn nearest<'a>(
     ray: Ray3d,
-    time: f64,
+    pose: impl Fn(&Collider) -> Pose,
     colliders: impl Iterator<Item = (Entity, &'a Collider)>,
 ) -> Option<ColliderHit> {
     let hits = colliders.filter_map(|(collider, it)| {
-        let distance = meets(ray, &it.shape, &it.pose_at(time))?;
+        let distance = meets(ray, &it.shape, &pose(it))?;
         Some(ColliderHit { collider, distance })
     });
     hits.min_by(|a, b| a.distance.total_cmp(&b.distance))

@@ -16,6 +16,7 @@ use crate::{
             orbit::FIELD_OF_VIEW,
             overlay::{OverlaySystems, Screen, painter},
         },
+        state::collider::shown_pose,
         state::view::SelectedCollider,
     },
     simulation::{Action, Actions, SimulationClock},
@@ -262,7 +263,7 @@ fn hover(
     };
     let (camera, eye) = *camera;
     let screen = Screen { camera, eye };
-    let pose = collider.pose_at(clock.time());
+    let pose = shown_pose(collider, clock.time(), &clock);
     let arm = arm(eye, pose.translation.as_vec3(), window.height());
     let at = Pos2::new(at.x, at.y);
     let near = handles(&collider.shape, &pose, arm)
@@ -295,7 +296,7 @@ fn select(
                 return;
             };
             selected.0 = Some(collider);
-            let pose = found.pose_at(clock.time());
+            let pose = shown_pose(found, clock.time(), &clock);
             let place = pointer
                 .collider
                 .filter(|hit| hit.collider == collider)
@@ -365,7 +366,7 @@ fn paint(
     let painter = painter(contexts.ctx_mut()?);
     let (camera, eye) = *camera;
     let screen = Screen { camera, eye };
-    let pose = collider.pose_at(clock.time());
+    let pose = shown_pose(collider, clock.time(), &clock);
     let center = pose.translation.as_vec3();
     let arm = arm(eye, center, window.height());
     let active = drag.held.as_ref().map(|held| held.handle).or(drag.hovered);

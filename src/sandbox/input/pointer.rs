@@ -9,6 +9,7 @@ use crate::{
     render::{Drawn, SoftBodyHit, SoftBodyRayCast},
     sandbox::{
         render::{camera::OrbitCamera, overlay::Screen, pin_marks},
+        state::collider::shown_pose,
         state::{
             look::HiddenBody,
             spawn::Spawn,
@@ -213,7 +214,11 @@ fn locate(
         return;
     }
     pointer.collider = pointer.ray.and_then(|ray| {
-        let hit = collider_cast::nearest(ray, clock.time(), colliders.iter());
+        let hit = collider_cast::nearest(
+            ray,
+            |it| shown_pose(it, clock.time(), &clock),
+            colliders.iter(),
+        );
         let body = pointer.hit.map_or(f32::INFINITY, |hit| hit.distance);
         hit.filter(|hit| hit.distance < body)
     });

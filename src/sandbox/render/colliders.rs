@@ -1,6 +1,9 @@
 //! Meshes of the colliders, at their interpolated poses between two ticks.
 
-use crate::sandbox::render::material::{Finish, SkinMaterial, linear};
+use crate::sandbox::{
+    render::material::{Finish, SkinMaterial, linear},
+    state::collider::shown_pose,
+};
 use crate::{
     scene::Look,
     simulation::{SimulationClock, SimulationSettings},
@@ -100,7 +103,7 @@ fn place(
 ) {
     let time = drawn_time(&clock, settings.tick_seconds());
     for (collider, mut place) in &mut colliders {
-        place.set_if_neq(transform(&collider.pose_at(time)));
+        place.set_if_neq(transform(&shown_pose(collider, time, &clock)));
     }
 }
 

@@ -2,6 +2,7 @@
 
 pub mod activity;
 pub mod browser;
+pub mod collider;
 pub mod color;
 pub mod display;
 pub mod event;

@@ -15,7 +15,7 @@ use bevy_egui::{
     EguiContext, EguiPostUpdateSet,
     egui::{
         self, Color32, CornerRadius, FontFamily, FontId, Margin, Shadow, Stroke, TextStyle, Vec2,
-        style::{HandleShape, ScrollStyle, WidgetVisuals},
+        style::{HandleShape, ScrollFadeStyle, ScrollStyle, WidgetVisuals},
     },
 };
 
@@ -185,6 +185,11 @@ fn style(style: &mut egui::Style, colors: &Palette) {
     spacing.icon_width = 14.0;
     spacing.scroll = ScrollStyle {
         bar_width: 8.0,
+        // bevy_egui blends the fade to transparent as a gray edge.
+        fade: ScrollFadeStyle {
+            strength: 0.0,
+            ..ScrollFadeStyle::default()
+        },
         ..ScrollStyle::thin()
     };
     style.interaction.tooltip_delay = 0.35;
