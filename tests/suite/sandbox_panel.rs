@@ -840,6 +840,8 @@ fn a_search_of_the_panel_shows_only_what_matches_and_says_when_nothing_does() {
     assert!(has(&pointer, "effect.stretch") && !has(&pointer, "world.gravity_y.entry"));
     let pointer = searched("theme");
     assert!(has(&pointer, "settings.dark") && !has(&pointer, "settings.low"));
+    let pointer = searched("grab radius");
+    assert!(has(&pointer, "hands.radius") && !has(&pointer, "effect.stretch"));
     let pointer = searched("duplicate");
     assert!(has(&pointer, "edit") && !has(&pointer, "effect.stretch"));
     let mut pointer = searched("zzz");

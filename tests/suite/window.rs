@@ -3,6 +3,8 @@
 //! Requires an X11 display and `xdotool`; without them each test reports that it was skipped,
 //! unless `PLIANT_WINDOW_TESTS=required`. The program's journal records its events.
 
+mod random;
+
 use serde_json::Value;
 use std::{
     path::PathBuf,
@@ -79,6 +81,8 @@ impl Window {
             .arg(&journal)
             .args(arguments)
             .env("XDG_CONFIG_HOME", &folder)
+            // What is saved without a name goes here.
+            .current_dir(&folder)
             .env_remove("WAYLAND_DISPLAY")
             .stderr(Stdio::from(errors))
             .stdout(Stdio::null())

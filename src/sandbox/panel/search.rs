@@ -3,7 +3,7 @@
 use bevy_egui::egui::{Button, Key, Label, RichText, TextEdit, Ui};
 
 use super::{
-    Panel, bodies, effects, energy,
+    Panel, bodies, effects, energy, hands,
     model::{PanelModel, Parameter},
     section, settings, world,
 };
@@ -75,6 +75,7 @@ pub fn results(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, query: &Query
         world::found(ui, panel, model, query),
         found_bodies(ui, panel, model, query),
         effects::found(ui, panel, model, query),
+        found_grab(ui, panel, model, query),
         found_energy(ui, panel, model, query),
         settings::found(ui, panel, model, query),
     ];
@@ -94,6 +95,15 @@ fn found_bodies(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, query: &Quer
     let found = query.matches(&["Bodies selection", bodies::WORDS]);
     if found {
         bodies::show(ui, panel, model);
+    }
+    found
+}
+
+fn found_grab(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, query: &Query) -> bool {
+    let found = query.matches(&["Grab radius stiffness brush patch drag mouse pointer"]);
+    if found {
+        section::heading(ui, "Grab");
+        hands::grab(ui, panel, model);
     }
     found
 }
