@@ -4,8 +4,8 @@ pub use crate::{
     SoftBodyPlugins,
     effect::{
         Bend, Collide, Contact, Direct, Ground, IsometricBend, Membrane, NeoHookean, Plasticity,
-        Pressure, SelfContact, ShapeMatching, StickyGround, StrainLimit, Stretch, Struts, Tethers,
-        Volume, Weave, Wind,
+        Pressure, Rod, SelfContact, ShapeMatching, StickyGround, StrainLimit, Stretch, Struts,
+        Tethers, Volume, Weave, Wind,
     },
     simulation::{
         Action, Actions, BodyDensity, Pins, SimulationClock, SimulationSettings, SoftBody,

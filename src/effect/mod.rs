@@ -82,6 +82,7 @@ mod neo_hookean;
 mod plasticity;
 mod pressure;
 mod registry;
+mod rod;
 mod shape_matching;
 mod stitches;
 mod strain_limit;

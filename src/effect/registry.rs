@@ -23,6 +23,8 @@ use std::marker::PhantomData;
 pub enum Scale {
     /// Linear.
     Linear,
+    /// Logarithmic.
+    Logarithmic,
     /// Logarithmic, with a stop for 0 below the range.
     LogarithmicFromZero,
     /// Logarithmic, with a stop for ∞ above the range.

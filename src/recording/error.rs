@@ -40,9 +40,7 @@ pub enum SnapshotError {
     #[error("not a Pliant snapshot: the file has no snapshot header")]
     Foreign,
     /// The file has another format version.
-    #[error(
-        "snapshot format version {found} is not supported; this program reads versions 6 to {known}"
-    )]
+    #[error("snapshot format version {found} is not supported; this program reads version {known}")]
     Version {
         /// Format version of the file.
         found: u32,

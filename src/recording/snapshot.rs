@@ -59,9 +59,9 @@ pub struct Snapshot {
 }
 
 const MAGIC: &[u8; 8] = b"PLIANTsn";
-const VERSION: u32 = 7;
-/// The oldest version that is read. Version 7 added grabs of patches and pins.
-const OLDEST: u32 = 6;
+const VERSION: u32 = 8;
+/// The oldest version that is read. Version 8 added rods and the orientations of their segments.
+const OLDEST: u32 = 8;
 const HEAD: usize = 28;
 
 impl Snapshot {

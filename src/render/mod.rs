@@ -29,7 +29,7 @@ pub use ray_cast::{SoftBodyHit, SoftBodyPickingPlugin, SoftBodyRayCast};
 use crate::{
     scene::BodySkin,
     simulation::{Asleep, SimulationClock, SoftBody, SoftBodySystems, TickStart},
-    solver::{Particles, Topology, topology::Dimension},
+    solver::{Particles, Rod, Topology, topology::Dimension},
 };
 use bevy::{
     camera::{
@@ -56,7 +56,7 @@ impl Plugin for SoftBodyMeshPlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             PostUpdate,
-            (make, interpolate, upload)
+            (make, thicken, interpolate, upload)
                 .chain()
                 .in_set(MeshSystems)
                 .after(SoftBodySystems::Last)
@@ -78,11 +78,11 @@ struct Shown {
 /// Adds a mesh to new bodies.
 fn make(
     mut commands: Commands,
-    new: Query<(Entity, &SoftBody, Option<&BodySkin>), Without<Drawn>>,
+    new: Query<(Entity, &SoftBody, Option<&BodySkin>, Option<&Rod>), Without<Drawn>>,
     mut meshes: ResMut<Assets<Mesh>>,
 ) {
-    for (entity, body, skin) in &new {
-        let outline = Arc::new(outline(&body.0, skin));
+    for (entity, body, skin, rod) in &new {
+        let outline = Arc::new(outline(&body.0, skin, rod));
         commands.entity(entity).insert((
             Mesh3d(meshes.add(outline.mesh())),
             (Drawn::new(outline), Shown::default()),
@@ -91,12 +91,28 @@ fn make(
     }
 }
 
+/// Draws a rod with its new radius.
+fn thicken(
+    mut commands: Commands,
+    changed: Query<(Entity, &SoftBody, Option<&BodySkin>, &Rod), (Changed<Rod>, With<Drawn>)>,
+    mut meshes: ResMut<Assets<Mesh>>,
+) {
+    for (entity, body, skin, rod) in &changed {
+        let outline = Arc::new(outline(&body.0, skin, Some(rod)));
+        commands.entity(entity).insert((
+            Mesh3d(meshes.add(outline.mesh())),
+            (Drawn::new(outline), Shown::default()),
+        ));
+    }
+}
+
 /// A cube with fewer triangles than this keeps its sharp edges: its cells are too large for
 /// rounding.
 const FINE: usize = 96;
 
-/// The constant part of a body's drawn surface: its skin, its coarse surface, or its edges.
-fn outline(topology: &Topology, skin: Option<&BodySkin>) -> Outline {
+/// The constant part of a body's drawn surface: its skin, its coarse surface, or its edges, as thick
+/// as the rod.
+fn outline(topology: &Topology, skin: Option<&BodySkin>, rod: Option<&Rod>) -> Outline {
     if let Some(BodySkin(skin)) = skin {
         let mut points = Vec::new();
         skin.deform(
@@ -121,7 +137,10 @@ fn outline(topology: &Topology, skin: Option<&BodySkin>) -> Outline {
         .iter()
         .copied()
         .fold(f32::MAX, f32::min);
-    let radius = (ROPE.0 * topology.size).min(ROPE.1 * shortest);
+    let radius = rod.map_or_else(
+        || (ROPE.0 * topology.size).min(ROPE.1 * shortest),
+        |rod| rod.radius.get(),
+    );
     Outline::rope(topology.edges.ends().collect::<Vec<_>>(), radius)
 }
 
@@ -222,7 +241,8 @@ mod tests {
         }));
         let plain = Topology::new(shape.clone()).expect("sound");
         let renumbered = Topology::numbered(shape, turned).expect("sound");
-        let [one, other] = [plain, renumbered].map(|it| format!("{:?}", outline(&it, Some(&skin))));
+        let [one, other] =
+            [plain, renumbered].map(|it| format!("{:?}", outline(&it, Some(&skin), None)));
         assert_eq!(one, other);
     }
 }

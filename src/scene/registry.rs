@@ -109,6 +109,8 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "mirrored" Stress 0.02,
     "hanging_chain" Ropes 3.0,
     "rope" Ropes 4.0,
+    "rods" Ropes 2.0,
+    "coil_springs" Ropes 1.0,
     "drape" Cloth 2.0,
     "bending" Cloth 3.0,
     "flag" Cloth 3.0,

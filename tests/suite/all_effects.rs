@@ -7,7 +7,7 @@ use pliant::{
     solver::{
         Attract, Bend, Body, Coefficient, Collide, Compliance, Contact, Creep, Damping, Direct,
         Drag, Effects, Finite, FlexuralRigidity, Frequency, Grab, Ground, IsometricBend, Membrane,
-        MembraneCompliance, NeoHookean, ParticleIndex, Plasticity, Pressure, RestShape,
+        MembraneCompliance, NeoHookean, ParticleIndex, Plasticity, Pressure, RestShape, Rod,
         SelfContact, ShapeMatching, Slack, StickyGround, Stiffness, Strain, StrainLimit, Stretch,
         Struts, SurfacePoint, Tethers, Thickness, Uniform, Volume, Vortex, Weave, Wind, Yield,
         YoungsModulus,
@@ -19,6 +19,8 @@ pub enum On {
     Solid,
     Sheet,
     Shell,
+    /// Open chains.
+    Chain,
 }
 
 /// An effect with parameters whose action is visible.
@@ -65,6 +67,7 @@ samples! {
     StrainLimit on Sheet { limit: of::<Strain>(0.01) }
     ShapeMatching on Solid { frequency: of::<Frequency>(8.0); damping }
     Pressure on Shell { bulk_modulus: of::<Stiffness>(1e5) }
+    Rod on Chain { youngs_modulus: of::<YoungsModulus>(1e7); damping }
     Tethers on Sheet { slack: of::<Slack>(0.01) }
     Contact on Solid {}
     SelfContact on Sheet {}
@@ -109,6 +112,13 @@ fn shape(on: &On) -> (RestShape, f32) {
         On::Shell => {
             let radius = 0.25;
             (built(Primitive::Sphere { radius, cells: 4 }), 0.3)
+        }
+        On::Chain => {
+            let rope = Primitive::Rope {
+                length: 0.5,
+                segments: 12,
+            };
+            (built(rope), 0.1)
         }
     }
 }

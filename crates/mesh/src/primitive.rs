@@ -108,6 +108,19 @@ pub enum Primitive {
         #[serde(default = "defaults::rope")]
         segments: u32,
     },
+    /// A helix about y, downwards from vertex 0: a chain of edges without surface.
+    Coil {
+        /// Radius of the helix [m].
+        radius: f32,
+        /// Height along y [m].
+        height: f32,
+        /// Number of turns, from 1/8 to 1e4; 6 by default.
+        #[serde(default = "defaults::turns")]
+        turns: f32,
+        /// Edges, from 1; 96 by default. Sixteen or more per turn follow the helix closely.
+        #[serde(default = "defaults::coil")]
+        segments: u32,
+    },
 }
 
 /// Split of the cells of a cloth into triangles.
@@ -146,6 +159,12 @@ mod defaults {
     }
     pub fn rope() -> u32 {
         32
+    }
+    pub fn turns() -> f32 {
+        6.0
+    }
+    pub fn coil() -> u32 {
+        96
     }
 }
 
@@ -232,6 +251,24 @@ impl Primitive {
                 count("segments", segments, 1)?;
                 particles(u64::from(segments) + 1)?;
                 sheet::rope(length, segments)
+            }
+            Self::Coil {
+                radius,
+                height,
+                turns,
+                segments,
+            } => {
+                sizes([("radius", radius), ("height", height)])?;
+                count("segments", segments, 1)?;
+                particles(u64::from(segments) + 1)?;
+                if !(0.125..=1e4).contains(&turns) {
+                    return Err(MeshError::parameter(
+                        "turns",
+                        turns.to_string(),
+                        "a number from 0.125 to 10000",
+                    ));
+                }
+                sheet::coil(radius, height, turns, segments)
             }
         };
         Ok(SoftMesh {

@@ -63,7 +63,7 @@ pub use quantity::{
     Coefficient, CollisionIterations, Compliance, ContactThickness, Creep, Damping, Density,
     Filling, Finite, FlexuralRigidity, Force, Fraction, Frequency, Friction, InvalidValue,
     Iterations, KeepSpin, Length, Mass, MembraneCompliance, Order, PlasticLimit, PoissonRatio,
-    Rate, RecoverySpeed, RegionSize, RepairTime, Restitution, RollingResistance, Slack,
+    Rate, RecoverySpeed, RegionSize, RepairTime, Restitution, RodRadius, RollingResistance, Slack,
     SmoothingIterations, Stiffness, Strain, Substeps, Thickness, Yield, YoungsModulus,
 };
 pub use repair::Repair;

@@ -10,7 +10,7 @@
 //! adds gravity to u, constraints and contacts write u, and the third stage advances the position
 //! by it.
 
-use super::{History, Repair};
+use super::{History, Repair, SegmentState};
 use glam::{DVec3, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
@@ -34,6 +34,8 @@ pub struct Particles {
     pub history: History,
     /// [Repair](super::repair) state of the body.
     pub repair: Repair,
+    /// The segments of a [rod](crate::Rod); empty without one, and until its first tick.
+    pub segments: Vec<SegmentState>,
     /// Angular momentum about the center of mass at the start of the substep [kg·m²/s], if it is
     /// conserved.
     #[serde(skip)]
@@ -56,6 +58,7 @@ impl Clone for Particles {
             h,
             history,
             repair,
+            segments,
             spin,
         } = self;
         positions.clone_from(&from.positions);
@@ -64,6 +67,7 @@ impl Clone for Particles {
         *h = from.h;
         history.clone_from(&from.history);
         repair.clone_from(&from.repair);
+        segments.clone_from(&from.segments);
         *spin = from.spin;
     }
 }
@@ -77,6 +81,7 @@ impl Default for Particles {
             h: FIRST_SUBSTEP,
             history: History::default(),
             repair: Repair::default(),
+            segments: Vec::new(),
             spin: None,
         }
     }
@@ -169,6 +174,9 @@ impl Particles {
     /// Sets the velocity of all particles to zero.
     pub fn stop(&mut self) {
         self.displacements.clone_from(&self.carry);
+        for segment in &mut self.segments {
+            segment.angular_velocity = DVec3::ZERO;
+        }
     }
 
     /// Sets all particles to rest exactly at `positions`; must be called after writing these.
@@ -178,6 +186,7 @@ impl Particles {
             column.clear();
             column.resize(count, Vec4::ZERO);
         }
+        self.segments.clear();
         self.history.forget();
         self.repair = Repair::default();
     }
@@ -226,6 +235,7 @@ impl Particles {
             positions: &mut self.positions,
             displacements: &mut self.displacements,
             carry: &mut self.carry,
+            segments: &mut self.segments,
         }
     }
 
@@ -289,6 +299,8 @@ pub struct Part<'a> {
     pub displacements: &'a mut [Vec4],
     /// As [`Particles::carry`].
     pub carry: &'a mut [Vec4],
+    /// As [`Particles::segments`] where the part is the whole body; otherwise empty.
+    pub segments: &'a mut [SegmentState],
 }
 
 impl<'a> Part<'a> {
@@ -306,11 +318,13 @@ impl<'a> Part<'a> {
                 positions,
                 displacements,
                 carry,
+                segments: &mut [],
             },
             Part {
                 positions: more_positions,
                 displacements: more_displacements,
                 carry: more_carry,
+                segments: &mut [],
             },
         )
     }
@@ -322,6 +336,7 @@ impl<'a> Part<'a> {
             positions: self.positions,
             displacements: self.displacements,
             carry: self.carry,
+            segments: self.segments,
         }
     }
 

@@ -167,6 +167,11 @@ quantity!(
     "between 0 and 0.499", |v| 0.0 <= v && v <= 0.499
 );
 quantity!(
+    /// Radius of the section of a rod in m.
+    RodRadius(f32), "rod radius", default 5e-3,
+    "between 1e-6 and 1 m", |v| 1e-6 <= v && v <= 1.0
+);
+quantity!(
     /// Thickness of a sheet in m.
     Thickness(f32), "thickness", default 1e-3,
     "between 1e-9 and 1e3 m", |v| 1e-9 <= v && v <= 1e3
@@ -360,6 +365,7 @@ from_float!(
     Stiffness,
     FlexuralRigidity,
     YoungsModulus,
+    RodRadius,
     PoissonRatio,
     Thickness,
     MembraneCompliance,

@@ -204,6 +204,7 @@ pub(in crate::sandbox) fn track(info: &ParameterInfo) -> Track {
     let range = info.range.0..=info.range.1;
     match info.scale {
         Scale::Linear => Track::new(range, Spread::Linear),
+        Scale::Logarithmic => Track::new(range, Spread::Logarithmic),
         Scale::LogarithmicFromZero => Track::new(range, Spread::Logarithmic).with_zero(true),
         Scale::LogarithmicToInfinity => Track::new(range, Spread::Logarithmic).with_infinity(true),
     }

@@ -176,3 +176,17 @@ pub(super) fn rope(length: f32, segments: u32) -> RestShape {
         ..RestShape::default()
     }
 }
+
+pub(super) fn coil(radius: f32, height: f32, turns: f32, segments: u32) -> RestShape {
+    let place = |i: u32| {
+        let part = f64::from(i) / f64::from(segments);
+        let angle = f64::from(turns) * part * TAU;
+        let [x, z] = [libm::cos(angle), libm::sin(angle)].map(|it| it as f32 * radius);
+        Vec3::new(x, (f64::from(height) * (0.5 - part)) as f32, z)
+    };
+    RestShape {
+        vertices: (0..=segments).map(place).collect(),
+        edges: (0..segments).map(|i| [i, i + 1]).collect(),
+        ..RestShape::default()
+    }
+}

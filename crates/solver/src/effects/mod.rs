@@ -16,6 +16,7 @@ pub mod multipliers;
 pub mod neo_hookean;
 pub mod plasticity;
 pub mod pressure;
+pub mod rod;
 pub mod shape_matching;
 pub mod states;
 pub mod stitches;
@@ -37,6 +38,7 @@ pub mod all {
         neo_hookean::NeoHookean,
         plasticity::Plasticity,
         pressure::Pressure,
+        rod::{Chains, NotChains, Rod, RodState, SegmentState},
         shape_matching::{ShapeMatching, ShapeMatchingState},
         stitches::{Stitch, StitchEnd, StitchError, Stitches},
         strain_limit::StrainLimit,
@@ -93,6 +95,7 @@ macro_rules! effects {
                     ShapeMatching shape_matching
                         "Particles are pulled towards the fitted rest shape.";
                     Pressure pressure "Gas or liquid inside the closed surface.";
+                    Rod rod "Chains of edges resist stretching, shear, bending and twist.";
                 }
             }
             Stitches stitches

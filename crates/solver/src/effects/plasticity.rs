@@ -120,6 +120,7 @@ impl Plasticity {
             positions,
             displacements: carry,
             carry: displacements,
+            segments: &mut [],
         };
         let law = |yields, limit| Law::new(yields, limit, self.creep, seconds);
         if effects.stretch.is_some()

@@ -166,6 +166,7 @@ pub(crate) fn solve_batch<const N: usize, const M: usize, B: Blocks<N, M>>(
         positions,
         displacements,
         carry,
+        ..
     } = part;
     let count = positions.len();
     assert!(

@@ -18,7 +18,8 @@ mod elastic;
 mod motion;
 
 use crate::{
-    Contacts, Effects, ElasticKind, Repair, Settings, Stitches, Substep, Threads, Topology,
+    Contacts, Effects, ElasticKind, Repair, RodState, Settings, Stitches, Substep, Threads,
+    Topology,
     contact::{Collider, pairs::Between},
     effects::{
         body_effect::{BodyPhase, ReferenceParticles, ReferencePass},
@@ -294,6 +295,7 @@ impl Body {
             effects: Effects::default(),
             states: ReferenceStates {
                 stitches: (body.stitches.clone(), Vec::new()),
+                rod: RodState::resumed(&body.topology, &body.particles.segments),
                 ..ReferenceStates::default()
             },
             lambdas: Default::default(),

@@ -17,7 +17,10 @@ pub(crate) use super::stage::Solve;
 use crate::{
     BodyEffectKind, Effects, ElasticKind, ForceKind, Substep, Topology,
     direct::Iteration,
-    effects::body_effect::{BodyPass, Resting},
+    effects::{
+        body_effect::{BodyPass, Resting},
+        rod,
+    },
     executor::PhaseExecutor,
     force::Moment,
     kernel::block::Put,
@@ -102,6 +105,11 @@ impl Stepper<'_> {
         for kind in ElasticKind::ALL {
             let kept = read && effects.has(kind);
             self.states.make_room(kind, topology, kept);
+        }
+        if effects.rod.is_some() {
+            rod::place(self.particles, topology, &mut self.states.others.rod);
+        } else {
+            self.particles.segments.clear();
         }
         let positions = &self.particles.positions;
         self.states.others.begin_tick(effects, topology, positions);

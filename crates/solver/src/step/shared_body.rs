@@ -8,7 +8,7 @@
 
 use super::{scope::Column, stepper::Stepper};
 use crate::{
-    DirectWorkspace, ElasticKind, effects::body_kinds::SharedStates, particles::Part,
+    DirectWorkspace, ElasticKind, SegmentState, effects::body_kinds::SharedStates, particles::Part,
     partitions::Piece,
 };
 use glam::Vec4;
@@ -25,6 +25,8 @@ pub(crate) struct SharedBody<'a> {
     displacements: *mut Vec4,
     carry: *mut Vec4,
     particles: usize,
+    segments: *mut SegmentState,
+    segment_count: usize,
     multipliers: [Column<f32>; ElasticKind::COUNT],
     sums: Column<Vec4>,
     /// States of effects without elements.
@@ -52,6 +54,8 @@ impl<'a> SharedBody<'a> {
             displacements: particles.displacements.as_mut_ptr(),
             carry: particles.carry.as_mut_ptr(),
             particles: count,
+            segments: particles.segments.as_mut_ptr(),
+            segment_count: particles.segments.len(),
             sums: Column::of(body.states.sums()),
             multipliers: body
                 .states
@@ -80,12 +84,19 @@ impl<'a> SharedBody<'a> {
             self.particles
         );
         let count = end - start;
-        // SAFETY: in bounds by the assertion; exclusive by the caller's promise.
+        let segments = if count == self.particles {
+            self.segment_count
+        } else {
+            0
+        };
+        // SAFETY: in bounds by the assertion; exclusive by the caller's promise, segments because
+        // any other part would share a particle with the whole body.
         unsafe {
             Part {
                 positions: slice::from_raw_parts_mut(self.positions.add(start), count),
                 displacements: slice::from_raw_parts_mut(self.displacements.add(start), count),
                 carry: slice::from_raw_parts_mut(self.carry.add(start), count),
+                segments: slice::from_raw_parts_mut(self.segments, segments),
             }
         }
     }

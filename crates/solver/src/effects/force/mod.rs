@@ -32,6 +32,7 @@ fn on_particles(force: &impl Force, topology: &Topology, moment: Moment, part: P
         positions,
         displacements,
         carry,
+        ..
     } = part;
     let wide = |x: Vec4| x.truncate().as_dvec3();
     let displacements = Cell::from_mut(displacements).as_slice_of_cells();

@@ -1,0 +1,303 @@
+//! Rods: chains of edges with stiffness against stretching, shear, bending and twist, after
+//! Cosserat (Kugelstadt and Schömer, *Position and Orientation Based Cosserat Rods*, 2016; Deul,
+//! Kugelstadt, Weiler and Bender, *Direct Position-Based Solver for Stiff Rods*, 2018).
+//!
+//! Each segment has an orientation q, a unit quaternion, beside the particles at its ends. Its
+//! section is a circle with A = πr², I = πr⁴/4, J = πr⁴/2, and G = E/(2(1 + ν)). The equations are
+//!
+//! - per segment C_s = xᵢ₊₁ − xᵢ − l d₃ [m], with its axis d₃ = q e₃ and the compliances l/(κGA)
+//!   across and l/(EA) along it, κ = 0.9;
+//! - per joint C_b = Im(q̄ᵢqᵢ₊₁) − Im(Ω₀), half of the angle by which the joint is bent and twisted
+//!   from its rest rotation Ω₀, with the compliances l̄/(4EI) and l̄/(4GJ), l̄ being the mean of both
+//!   lengths.
+//!
+//! They are solved together: an iteration is a Newton step of the whole chain, a block-tridiagonal
+//! system that is [eliminated](elimination) from root to tip. The stiffness of a rod thus depends
+//! neither on its number of segments nor on the iterations, and one iteration is enough.
+//!
+//! A segment rotates like a cylinder of its mass, without the gyroscopic moment, and with implicit
+//! Euler also where the particles have second-order steps. One between two pins is clamped. As C_b
+//! is the sine of half an angle, a joint is too soft by a fraction of θ²/6 at an angle θ: 0.3 % at
+//! 15°, 4.5 % at 30°.
+
+mod chains;
+mod elimination;
+mod system;
+
+pub use chains::{Chains, NotChains};
+pub use system::SegmentState;
+
+use super::body_effect::{BodyEffect, BodyPass, ReferenceParticles, ReferencePass, Resting, Store};
+#[cfg(feature = "bevy")]
+use crate::reflection::*;
+use crate::{
+    Damping, Particles, PoissonRatio, RodRadius, Topology, YoungsModulus, kernel::sum::SquareSum,
+    particles::Part, step::scope::WholeBody, topology::Identity,
+};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+use system::{Node, Pass, System};
+
+/// Stiffness of a chain of edges against stretching, shear, bending and twist.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(
+    feature = "bevy",
+    derive(Component, Reflect),
+    reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize),
+    type_path = "pliant::effect"
+)]
+pub struct Rod {
+    /// Young's modulus E [Pa]; default 1e6, soft rubber; ∞ is rigid.
+    pub youngs_modulus: YoungsModulus,
+    /// Poisson's ratio ν; default 0.3. It gives the shear modulus G = E/(2(1 + ν)).
+    pub poisson_ratio: PoissonRatio,
+    /// Radius r of the section [m]; default 5e-3. It does not affect the mass.
+    pub radius: RodRadius,
+    /// Damping τ [s], see [`multipliers`](super::multipliers); default 0.
+    pub damping: Damping,
+}
+
+/// State of a rod from iteration to iteration, derived from its topology and its particles.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RodState {
+    made_for: Option<Identity>,
+    system: System,
+}
+
+impl RodState {
+    /// For a body; a body that is not a set of chains has no segments.
+    #[must_use]
+    pub fn of(topology: &Topology) -> Self {
+        Self {
+            made_for: Some(topology.identity()),
+            system: System::new(
+                Chains::of(topology).unwrap_or_default(),
+                topology.particles(),
+            ),
+        }
+    }
+
+    /// For a body with these segments.
+    pub(crate) fn resumed(topology: &Topology, segments: &[SegmentState]) -> Self {
+        let mut state = Self::of(topology);
+        if segments.len() == state.system.chains.segments.len() {
+            state.system.segments = segments.to_vec();
+        }
+        state
+    }
+
+    fn is_of(&self, topology: &Topology) -> bool {
+        let own = self.made_for.as_ref();
+        own.is_some_and(|identity| identity.id() == topology.id())
+    }
+
+    fn update(&mut self, topology: &Topology) {
+        if !self.is_of(topology) {
+            *self = Self::of(topology);
+        }
+    }
+
+    /// Takes the segments of a body, or those that fit positions `at` [m] where it has none yet.
+    fn take(&mut self, segments: &[SegmentState], at: impl Fn(u32) -> DVec3) {
+        let own = &mut self.system.segments;
+        own.clear();
+        if segments.len() == self.system.chains.segments.len() {
+            own.extend_from_slice(segments);
+            return;
+        }
+        let fitted = self.system.chains.fit(at).into_iter();
+        own.extend(fitted.map(|orientation| SegmentState {
+            orientation,
+            angular_velocity: DVec3::ZERO,
+        }));
+    }
+
+    /// The state of a body, or a new one before the first substep.
+    fn known(state: Option<&Self>, topology: &Topology, at: impl Fn(u32) -> DVec3) -> Self {
+        let own = state.filter(|state| state.is_of(topology));
+        let mut known = own.map_or_else(|| Self::of(topology), Self::clone);
+        if known.system.segments.len() != known.system.chains.segments.len() {
+            known.take(&[], at);
+        }
+        known
+    }
+
+    /// The segments after the last substep, chain by chain from root to tip; empty before the
+    /// first.
+    #[must_use]
+    pub fn segments(&self) -> &[SegmentState] {
+        &self.system.segments
+    }
+
+    /// Force [N] in each segment, and bending and twisting moment [N·m] in the joint behind it, in
+    /// its frame, after a substep of `h` seconds.
+    pub fn loads(&self, h: f64) -> impl Iterator<Item = (DVec3, DVec3)> {
+        let system = &self.system;
+        let all = system.segments.iter().zip(&system.lambdas);
+        all.map(move |(segment, [s, b])| {
+            let force = segment.orientation.conjugate() * *s;
+            (-force / (h * h), -*b / (2.0 * h * h))
+        })
+    }
+}
+
+/// Writes the orientations of the segments of a rod into its particles, if they have none.
+pub(crate) fn place(
+    particles: &mut Particles,
+    topology: &Topology,
+    state: &mut Option<Box<RodState>>,
+) {
+    let state = state.get_or_insert_default();
+    state.update(topology);
+    let count = state.system.chains.segments.len();
+    if particles.segments.len() != count {
+        state.take(&[], |i| particles.position(i as usize));
+        particles.segments.clone_from(&state.system.segments);
+    }
+}
+
+impl BodyEffect for Rod {
+    type State = Option<Box<RodState>>;
+    type Scope = WholeBody;
+    type ReferenceState = RodState;
+
+    fn prepare(&self, state: &mut Option<Box<RodState>>, body: &Resting) {
+        state.get_or_insert_default().update(body.topology);
+    }
+
+    fn solve(&self, state: &mut Option<Box<RodState>>, mut part: Part, pass: &BodyPass) -> bool {
+        let Some(RodState { system, .. }) = state.as_deref_mut() else {
+            return false;
+        };
+        if part.segments.len() != system.chains.segments.len()
+            || system.moves.len() != part.positions.len()
+        {
+            return false;
+        }
+        let own = Pass {
+            h: pass.h.into(),
+            compliant: pass.compliant.into(),
+            first: pass.iteration.0 == 0,
+            last: pass.iteration.0 + 1 == pass.iteration.1,
+            relaxation: pass.relaxation.into(),
+        };
+        if own.first {
+            system.segments.clear();
+            system.segments.extend_from_slice(part.segments);
+        }
+        system.iterate(
+            self,
+            &own,
+            |i| Node {
+                x: part.predicted(i as usize),
+                w: part.positions[i as usize].w.into(),
+            },
+            |i| part.start(i as usize),
+        );
+        for (i, &by) in system.moves.iter().enumerate() {
+            if by != DVec3::ZERO {
+                part.shift(i, by);
+            }
+        }
+        if own.last {
+            part.segments.copy_from_slice(&system.segments);
+        }
+        false
+    }
+
+    fn prepare_reference(&self, state: &mut RodState, topology: &Topology, x: &[DVec3], _: &[f64]) {
+        state.update(topology);
+        if state.system.segments.len() != state.system.chains.segments.len() {
+            state.take(&[], |i| x[i as usize]);
+        }
+    }
+
+    fn solve_reference(
+        &self,
+        state: &mut RodState,
+        body: ReferenceParticles,
+        pass: &ReferencePass,
+    ) {
+        let own = Pass {
+            h: pass.h,
+            compliant: pass.compliant,
+            first: pass.iteration.0 == 0,
+            last: pass.iteration.0 + 1 == pass.iteration.1,
+            relaxation: pass.relaxation,
+        };
+        state.system.iterate(
+            self,
+            &own,
+            |i| Node {
+                x: body.x[i as usize],
+                w: body.w[i as usize],
+            },
+            |i| body.from[i as usize],
+        );
+        for (x, by) in body.x.iter_mut().zip(&state.system.moves) {
+            *x += *by;
+        }
+    }
+
+    fn constraints(&self, topology: &Topology) -> usize {
+        2 * topology.edges.ends().len()
+    }
+
+    /// A direct solve of a segment costs as much as about thirty springs.
+    fn load(&self, topology: &Topology) -> usize {
+        30 * topology.edges.ends().len()
+    }
+
+    fn stores(
+        &self,
+        state: &Option<Box<RodState>>,
+        topology: &Topology,
+        at: &dyn Fn(u32) -> (DVec3, f64),
+        store: &mut dyn FnMut(Store),
+    ) {
+        let known = RodState::known(state.as_deref(), topology, |i| at(i).0);
+        let damping = f64::from(self.damping.get());
+        for (errors, compliances) in known.system.errors(self, |i| at(i).0) {
+            for (error, compliance) in errors.into_iter().zip(compliances) {
+                for axis in 0..3 {
+                    store(Store::Spring {
+                        error: error[axis],
+                        compliance: compliance[axis],
+                        damping,
+                    });
+                }
+            }
+        }
+    }
+
+    /// Relative to the length of a segment, and to a half angle of 1 rad.
+    fn residual(
+        &self,
+        state: &Option<Box<RodState>>,
+        topology: &Topology,
+        particles: &Particles,
+        h: f64,
+    ) -> SquareSum {
+        let known = RodState::known(state.as_deref(), topology, |i| {
+            particles.position(i as usize)
+        });
+        let system = &known.system;
+        let mut all = SquareSum::default();
+        let errors = system.errors(self, |i| particles.position(i as usize));
+        for (i, ([stretch, bend], [along, about])) in errors.enumerate() {
+            let segment = &system.chains.segments[i];
+            let local = system.segments[i].orientation.conjugate() * system.lambdas[i][0];
+            let left = (stretch + along * local / (h * h)) / segment.length;
+            let turn = bend + about * system.lambdas[i][1] / (h * h);
+            all.sum += left.length_squared() + turn.length_squared();
+            all.count += 2;
+        }
+        all
+    }
+
+    fn bytes(state: &Option<Box<RodState>>) -> usize {
+        let bytes = |state: &RodState| size_of::<RodState>() + state.system.bytes();
+        state.as_deref().map_or(0, bytes)
+    }
+}

@@ -1,0 +1,64 @@
+//! Rods: chains of edges with stiffness against stretching, shear, bending and twist.
+
+use super::{
+    Effect, Figures, Parameter, Scale,
+    elastic::{body_elements, body_figures},
+    parameter,
+};
+use crate::{
+    simulation::SoftBody,
+    solver::{
+        BodyEffectKind, Chains, Damping, PoissonRatio, Rod, RodRadius, Settings, YoungsModulus,
+        advance::Stage,
+    },
+};
+use bevy::prelude::*;
+
+impl Effect for Rod {
+    const NAME: &'static str = "rod";
+    const TITLE: &'static str = "Rod";
+    const SUMMARY: &'static str =
+        "Chains of edges resist stretching, shear, bending and twist. Solved directly.";
+    const PARAMETERS: &'static [Parameter<Self>] = &[
+        parameter!(
+            youngs_modulus: YoungsModulus, "Young's modulus", "Pa",
+            "Stiffness of the material: rubber 1e6, nylon 3e9, steel 2e11 Pa.",
+            (1e3, 1e12), Scale::LogarithmicToInfinity
+        ),
+        parameter!(
+            poisson_ratio: PoissonRatio, "Poisson's ratio", "",
+            "Transverse contraction over axial extension; it gives the stiffness against twist, G = E/(2(1 + ν)).",
+            (0.0, 0.499), Scale::Linear
+        ),
+        parameter!(
+            radius: RodRadius, "Radius", "m",
+            "Radius of the circular section. Stiffness against bending and twist grows with its fourth power; the mass does not change.",
+            (1e-4, 0.1), Scale::Logarithmic
+        ),
+        parameter!(
+            damping: Damping, "Damping", "s",
+            "Damping time constant of all deformation. 0 leaves only numerical damping.",
+            (1e-4, 1.0), Scale::LogarithmicFromZero
+        ),
+    ];
+
+    type State = ();
+    const STAGE: Option<Stage> = Some(Stage::Body(BodyEffectKind::Rod));
+
+    fn when_added() -> Option<Self> {
+        Some(Self::default())
+    }
+
+    fn unfit(body: &EntityRef, _: &Settings) -> Option<String> {
+        let topology = &body.get::<SoftBody>()?.0;
+        Chains::of(topology).err().map(|reason| reason.to_string())
+    }
+
+    fn elements(&self, body: &EntityRef) -> usize {
+        body_elements(BodyEffectKind::Rod, body)
+    }
+
+    fn figures(&self, body: &EntityRef, h: f32) -> Figures {
+        body_figures(BodyEffectKind::Rod, body, h)
+    }
+}

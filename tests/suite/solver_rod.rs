@@ -1,0 +1,392 @@
+//! Rods against closed forms of beams, and their conservation laws.
+
+use crate::support::{body, damping, pinned, settings, world as world_of};
+use glam::{DQuat, DVec3, Vec3};
+use pliant::{
+    mesh::Primitive,
+    solver::{
+        Body, Chains, Effects, Mass, NotChains, PoissonRatio, RestShape, Rod, RodRadius, Settings,
+        Topology, VertexIndex, World, YoungsModulus, analytic::Elastica, reference,
+    },
+};
+use std::f64::consts::PI;
+
+const RADIUS: f32 = 0.01;
+const MODULUS: f32 = 1e8;
+const RATIO: f32 = 0.3;
+
+/// EI [N·m²].
+fn bending() -> f64 {
+    f64::from(MODULUS) * PI * f64::from(RADIUS).powi(4) / 4.0
+}
+
+/// GJ [N·m²].
+fn twisting() -> f64 {
+    f64::from(MODULUS) / (2.0 * (1.0 + f64::from(RATIO))) * PI * f64::from(RADIUS).powi(4) / 2.0
+}
+
+fn rod(tau: f32) -> Rod {
+    Rod {
+        youngs_modulus: YoungsModulus::new(MODULUS).expect("sound"),
+        poisson_ratio: PoissonRatio::new(RATIO).expect("sound"),
+        radius: RodRadius::new(RADIUS).expect("sound"),
+        damping: damping(tau),
+    }
+}
+
+/// A chain through these points [m].
+fn line(points: &[DVec3]) -> RestShape {
+    let count = u32::try_from(points.len()).expect("few");
+    RestShape {
+        vertices: points.iter().map(|point| point.as_vec3()).collect(),
+        edges: (1..count).map(|i| [i - 1, i]).collect(),
+        ..RestShape::default()
+    }
+}
+
+/// A rod of 1 kg/m; a force [N] pulls its tip down if gravity is `g` [m/s²] and `weightless` the
+/// density.
+fn beam(points: &[DVec3], density: f32, effect: Rod) -> Body {
+    let mut body = pinned(body("beam", line(points), density), &[0, 1]);
+    body.effects = Effects {
+        rod: Some(effect),
+        ..Effects::default()
+    };
+    body
+}
+
+fn loaded(mut body: Body, mass: f32) -> Body {
+    let tip = body.topology.particles() as u32 - 1;
+    let mass = Mass::new(mass).expect("sound");
+    body.added_mass.push((VertexIndex(tip), mass));
+    body.update_masses();
+    body
+}
+
+fn world(body: Body, substeps: u32, gravity: Vec3) -> World {
+    let settings = Settings {
+        gravity,
+        ..settings(0.0, 60.0, substeps, 1)
+    };
+    world_of(settings, body)
+}
+
+fn tip(world: &World) -> DVec3 {
+    let particles = &world.bodies[0].particles;
+    particles.position(particles.len() - 1)
+}
+
+fn run(world: &mut World, seconds: f64) {
+    for _ in 0..(seconds * 60.0).round() as u32 {
+        world.tick();
+        assert!(world.bodies[0].quarantine.is_none());
+    }
+}
+
+fn straight(count: usize, length: f64) -> Vec<DVec3> {
+    // The first segment is clamped, and the beam begins in its middle.
+    let part = length / (count as f64 - 0.5);
+    (0..=count).map(|i| DVec3::X * (i as f64 * part)).collect()
+}
+
+/// PL³/3EI, from 8 to 128 segments and from 1 to 64 substeps, with one iteration.
+#[test]
+fn the_tip_of_a_cantilever_does_not_depend_on_segments_or_substeps() {
+    // A deflection of 1 % of the length, where the linear form errs by its square.
+    let force = 0.03 * bending();
+    let expected = 0.01;
+    for (segments, substeps) in [(8, 4), (32, 4), (128, 4), (32, 1), (32, 16), (32, 64)] {
+        // Almost weightless: 1e-3 of the load.
+        let mass = (force / 9.81) as f32;
+        let body = beam(&straight(segments, 1.0), 1e-3 * mass, rod(0.03));
+        let mut world = world(loaded(body, mass), substeps, Vec3::Y * -9.81);
+        run(&mut world, 6.0);
+        // The own weight adds 3/8 of a thousandth.
+        let found = -tip(&world).y;
+        // 1 % (the discretization: 1/(8n²) of the length and more, at n = 8).
+        let off = found / expected - 1.0;
+        assert!(
+            off.abs() < 0.01,
+            "{segments} segments, {substeps} substeps: {off}"
+        );
+    }
+}
+
+/// The elastica, with deflections of half the length.
+#[test]
+fn a_heavy_cantilever_hangs_like_the_elastica() {
+    for load in [1.0, 8.0, 30.0] {
+        let density = load * bending() / 9.81;
+        let body = beam(&straight(64, 1.0), density as f32, rod(0.05));
+        let mut world = world(body, 4, Vec3::Y * -9.81);
+        // The damping of its joints brings it to rest slowly where it hangs like a pendulum.
+        run(&mut world, 60.0);
+        let [x, y] = Elastica { load, clamp: 0.0 }.end().expect("a sound load");
+        let clamp = 0.5 / 63.5;
+        let off = tip(&world).distance(DVec3::new(x + clamp, y, 0.0));
+        // A joint is too soft by θ²/6, at most 4e-3 at 64 segments where all of the bend is in the
+        // first quarter; and the load of a segment is at its ends.
+        assert!(off < 2e-3, "load {load}: {off} of the length");
+    }
+}
+
+/// Pa³/3EI + Pb³/3EI + Pa²b/GJ: the loaded arm of length a turns and bends the clamped one.
+#[test]
+fn an_l_shaped_cantilever_bends_and_twists() {
+    for (a, b) in [(0.5_f64, 0.5), (0.6, 0.3)] {
+        let count = 64.0;
+        let part: f64 = (a + b) / count;
+        let clamped = (b / part).round() as usize;
+        let free = (a / part).round() as usize;
+        let mut points: Vec<DVec3> = (0..=clamped)
+            .map(|i| DVec3::X * ((i as f64 - 0.5) * b / (clamped as f64 - 0.5)))
+            .collect();
+        let corner = *points.last().expect("many");
+        points.extend((1..=free).map(|i| corner + DVec3::Z * (i as f64 * a / free as f64)));
+        let force = 0.01 * bending();
+        let mass = (force / 9.81) as f32;
+        let mut world = world(
+            loaded(beam(&points, 1e-3 * mass, rod(0.03)), mass),
+            4,
+            Vec3::Y * -9.81,
+        );
+        run(&mut world, 8.0);
+        let bent = force * (a.powi(3) + b.powi(3)) / (3.0 * bending());
+        let expected = bent + force * a * a * b / twisting();
+        let off = -tip(&world).y / expected - 1.0;
+        // The corner is a joint, as soft as a segment is long: a 32nd to a 64th of an arm in the
+        // smaller of three terms; and the linear form.
+        assert!(off.abs() < 0.01, "a = {a}, b = {b}: {off}");
+    }
+}
+
+/// Clamped at both ends and twisted by 90°: each joint twists by the same angle, and nothing bends.
+#[test]
+fn a_twisted_rod_twists_evenly_and_stays_straight() {
+    let count = 24;
+    let mut body = beam(&straight(count, 1.0), 0.3, rod(0.05));
+    body.pins.extend([23, 24].map(VertexIndex));
+    body.update_masses();
+    let mut world = world(body, 4, Vec3::ZERO);
+    world.tick();
+    let end = world.bodies[0].particles.segments.last_mut().expect("24");
+    end.orientation = DQuat::from_axis_angle(DVec3::X, PI / 2.0) * end.orientation;
+    run(&mut world, 5.0);
+    let particles = &world.bodies[0].particles;
+    let first = particles.segments[0].orientation;
+    for (i, segment) in particles.segments.iter().enumerate() {
+        let turn = segment.orientation * first.conjugate();
+        let angle = 2.0 * turn.x.atan2(turn.w);
+        let expected = PI / 2.0 * i as f64 / 23.0;
+        // What is left after 5 s of damping.
+        assert!(
+            (angle - expected).abs() < 1e-4,
+            "segment {i}: {angle} for {expected}"
+        );
+    }
+    for i in 0..particles.len() {
+        let x = particles.position(i);
+        assert!(x.y.abs() < 1e-6 && x.z.abs() < 1e-6, "particle {i} at {x}");
+    }
+}
+
+/// √(GJ/ρI_p)/4L for a rod that is clamped at one end: its twist swings in a quarter wave.
+#[test]
+fn torsion_swings_at_its_frequency() {
+    let (count, length) = (32, 1.0);
+    let density = 0.3;
+    let body = beam(&straight(count, length), density, rod(0.0));
+    let mut world = world(body, 256, Vec3::ZERO);
+    world.tick();
+    // The lowest mode, small.
+    for (i, segment) in world.bodies[0].particles.segments.iter_mut().enumerate() {
+        let along = i as f64 / (count as f64 - 0.5);
+        let angle = 0.1 * (PI / 2.0 * along).sin();
+        segment.orientation = DQuat::from_axis_angle(DVec3::X, angle) * segment.orientation;
+    }
+    // Mass per length λ, I_p = J: λ r²/2 is the inertia per length.
+    let inertia = f64::from(density) * f64::from(RADIUS).powi(2) / 2.0;
+    let speed = (twisting() / inertia).sqrt();
+    let period = 4.0 * length / speed;
+    let h = 1.0 / (60.0 * 256.0);
+    let angle = |world: &World| {
+        let segments = &world.bodies[0].particles.segments;
+        let end = segments[segments.len() - 1].orientation;
+        let turn = end * segments[0].orientation.conjugate();
+        2.0 * turn.x.atan2(turn.w)
+    };
+    // The phase after two ticks of known length, by the decaying cosine of implicit Euler: its
+    // angular frequency is atan(ωh)/h.
+    let omega = 2.0 * PI / period;
+    let ticks = 2.0;
+    let steps = ticks * 256.0;
+    let start = angle(&world);
+    for _ in 0..2 {
+        world.tick();
+    }
+    let numeric = (omega * h).atan() / h;
+    let expected =
+        start * (1.0 + (omega * h).powi(2)).powf(-steps / 2.0) * (numeric * steps * h).cos();
+    let off = (angle(&world) - expected).abs() / start;
+    assert!(omega * h < 0.1, "{}", omega * h);
+    // The discrete chain of 32 segments is slower by (π/4n)²/6 = 1e-4 of the phase of some
+    // radians; start values of the first tick.
+    assert!(off < 0.05, "{} for {expected}", angle(&world));
+}
+
+/// π²EI/4L² for a column that is clamped below and free above.
+#[test]
+fn a_column_buckles_at_eulers_load() {
+    let critical = PI * PI * bending() / 4.0;
+    let lean = |factor: f64| {
+        let mut points = straight(32, 1.0);
+        for point in &mut points {
+            *point = DVec3::Y * point.x;
+        }
+        let mass = (factor * critical / 9.81) as f32;
+        let mut body = loaded(beam(&points, 1e-3 * mass, rod(0.02)), mass);
+        // Pushed aside by a thousandth of its length.
+        let top = body.particles.len() - 1;
+        let place = body.particles.position(top) + DVec3::X * 1e-3;
+        body.particles.set_position(top, place);
+        let mut world = world(body, 8, Vec3::Y * -9.81);
+        run(&mut world, 20.0);
+        tip(&world).x.abs()
+    };
+    // Within 2 % of the load: below it leans no more than at the start, above it falls far aside
+    // (post-buckling: about 2√2 L/π √(2(P/P_c − 1)), a fifth of the length at 2 %).
+    let (below, above) = (lean(0.98), lean(1.02));
+    assert!(below < 2e-3, "{below} m below the critical load");
+    assert!(above > 0.05, "{above} m above it");
+}
+
+/// Three turns of a helix of radius 0.2 m and pitch 0.1 m.
+fn coil() -> Vec<DVec3> {
+    (0..=72)
+        .map(|i| {
+            let angle = f64::from(i) * 6.0 * PI / 72.0;
+            DVec3::new(
+                0.2 * angle.cos(),
+                0.1 * angle / (2.0 * PI),
+                0.2 * angle.sin(),
+            )
+        })
+        .collect()
+}
+
+fn free(points: &[DVec3], effect: Rod) -> Body {
+    let mut body = beam(points, 0.3, effect);
+    body.pins.clear();
+    body.update_masses();
+    body
+}
+
+/// Curled, turned and moved, without gravity.
+#[test]
+fn a_curled_rod_at_rest_stays_where_it_is() {
+    let mut body = free(&coil(), rod(0.0));
+    let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 1.0);
+    for i in 0..body.particles.len() {
+        let place = turn * body.particles.position(i) + DVec3::new(0.3, 1.0, -0.2);
+        body.particles.set_position(i, place);
+    }
+    let before = body.particles.clone();
+    let mut world = world(body, 10, Vec3::ZERO);
+    run(&mut world, 5.0);
+    let after = &world.bodies[0].particles;
+    for i in 0..after.len() {
+        let moved = after.position(i).distance(before.position(i));
+        // Positions are rounded to 6e-8 m at 1 m in the file, so that its edges are off by that.
+        assert!(moved < 1e-6, "particle {i} moved by {moved} m");
+    }
+}
+
+/// Linear momentum is exact, and energy does not grow.
+#[test]
+fn a_free_rod_conserves_momentum_and_gains_no_energy() {
+    let mut body = free(&coil(), rod(0.0));
+    for i in 0..body.particles.len() {
+        let x = body.particles.position(i);
+        let stretched = DVec3::new(x.x * 1.2, x.y * 3.0, x.z);
+        body.particles.set_position(i, stretched);
+    }
+    body.set_velocity(Vec3::new(0.5, 0.0, 0.0));
+    let momentum = |body: &Body| -> DVec3 {
+        let all = 0..body.particles.len();
+        all.map(|i| body.particles.velocity_f64(i) / f64::from(body.particles.positions[i].w))
+            .sum()
+    };
+    let start = momentum(&body);
+    let mut world = world(body, 10, Vec3::ZERO);
+    let kinetic = |body: &Body| -> f64 {
+        let all = 0..body.particles.len();
+        all.map(|i| {
+            let v = body.particles.velocity_f64(i);
+            0.5 * v.length_squared() / f64::from(body.particles.positions[i].w)
+        })
+        .sum()
+    };
+    let (mut highest, mut fastest) = (0.0_f64, 0.0_f64);
+    for tick in 0..600 {
+        world.tick();
+        let speed = kinetic(&world.bodies[0]);
+        if tick < 60 {
+            highest = highest.max(speed);
+        } else {
+            fastest = fastest.max(speed);
+        }
+        let off = (momentum(&world.bodies[0]) - start).length() / start.length();
+        // Displacements of f32, 6000 substeps of 73 particles.
+        assert!(off < 1e-4, "tick {tick}: momentum off by {off}");
+    }
+    assert!(
+        fastest <= highest,
+        "{fastest} J after the first second, {highest} J in it"
+    );
+}
+
+/// Both run the same solve on positions of other precision.
+#[test]
+fn the_reference_follows_the_solver() {
+    let body = beam(&coil(), 0.3, rod(1e-3));
+    let mut fast = world(body, 10, Vec3::Y * -9.81);
+    let mut exact = reference::World::of(&fast);
+    for tick in 0..60 {
+        fast.tick();
+        exact.tick();
+        let particles = &fast.bodies[0].particles;
+        for (i, x) in exact.bodies[0].x.iter().enumerate() {
+            let off = particles.position(i).distance(*x);
+            // Displacements of f32 over 600 substeps; a swinging rod is not chaotic.
+            assert!(off < 1e-4, "tick {tick}, particle {i}: off by {off} m");
+        }
+    }
+}
+
+#[test]
+fn what_is_not_a_set_of_open_chains_is_refused_with_the_vertex() {
+    let chains = |shape: RestShape| Chains::of(&Topology::new(shape).expect("sound"));
+    let points = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+    let mut star = line(&points);
+    star.edges = vec![[1, 0], [1, 2], [1, 3]];
+    assert_eq!(
+        chains(star),
+        Err(NotChains::Branch {
+            vertex: 1,
+            edges: 3
+        })
+    );
+    let mut ring = line(&points);
+    ring.edges.push([3, 0]);
+    assert_eq!(chains(ring), Err(NotChains::Ring { vertex: 0 }));
+    let cloth = Primitive::Box {
+        size: Vec3::ONE,
+        cells: glam::UVec3::ONE,
+    };
+    let cloth = cloth.build().expect("sound").shape;
+    assert_eq!(chains(cloth), Err(NotChains::Surface));
+    // Two chains, and a lone vertex.
+    let mut two = line(&points);
+    two.edges = vec![[2, 3]];
+    assert!(chains(two).is_ok());
+}
