@@ -32,14 +32,14 @@ macro_rules! of_body_effects {
         $grab:ident $grabbed:ident
         {
             between { $($between:tt)* }
-            surfaces { $($surface:ident $surfaced:ident $surfaces:literal;)* }
+            after_grabs { $($late:ident $lately:ident $lates:literal;)* }
             rest_values { $($rest:tt)* }
         }
     ) => {
         of_body_effects! {
             $($shape $shaped,)*
             ; $stitches $stitched
-            ; $($pin $pinned,)* $grab $grabbed, $($surface $surfaced,)*
+            ; $($pin $pinned,)* $grab $grabbed, $($late $lately,)*
         }
     };
     ($($before:ident $first:ident,)*; $stitches:ident $stitched:ident; $($after:ident $last:ident,)*) => {

@@ -95,7 +95,6 @@ macro_rules! effects {
                     ShapeMatching shape_matching
                         "Particles are pulled towards the fitted rest shape.";
                     Pressure pressure "Gas or liquid inside the closed surface.";
-                    Rod rod "Chains of edges resist stretching, shear, bending and twist.";
                 }
             }
             Stitches stitches
@@ -110,7 +109,8 @@ macro_rules! effects {
                     Contact contact "Contact with other bodies.";
                     SelfContact self_contact "Contact of the body with itself.";
                 }
-                surfaces {
+                after_grabs {
+                    Rod rod "Chains of edges resist stretching, shear, bending and twist.";
                     Ground ground "Ground plane with friction and restitution.";
                     StickyGround sticky_ground "Ground plane that holds what touches it.";
                     Collide collide "Contact with rigid colliders.";

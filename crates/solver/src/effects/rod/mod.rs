@@ -27,7 +27,9 @@ mod system;
 pub use chains::{Chains, NotChains};
 pub use system::SegmentState;
 
-use super::body_effect::{BodyEffect, BodyPass, ReferenceParticles, ReferencePass, Resting, Store};
+use super::body_effect::{
+    BodyEffect, BodyPass, BodyPhase, ReferenceParticles, ReferencePass, Resting, Store,
+};
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
@@ -161,6 +163,9 @@ impl BodyEffect for Rod {
     type State = Option<Box<RodState>>;
     type Scope = WholeBody;
     type ReferenceState = RodState;
+
+    // After grabs, whose displacement of a light node it then spreads over the chain.
+    const PHASE: BodyPhase = BodyPhase::IterationEnd;
 
     fn prepare(&self, state: &mut Option<Box<RodState>>, body: &Resting) {
         state.get_or_insert_default().update(body.topology);
