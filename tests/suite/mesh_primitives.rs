@@ -35,6 +35,25 @@ fn solids_are_sound_and_hold_their_volume_at_the_default_resolution() {
     }
 }
 
+/// From the top downwards, with segments of equal length.
+#[test]
+fn a_coil_is_a_helix() {
+    let coil = read("Coil(radius: 0.1, height: 0.2, turns: 3, segments: 48)");
+    let shape = coil.build().expect("a coil").shape;
+    assert_eq!((shape.vertices.len(), shape.edges.len()), (49, 48));
+    assert_eq!(shape.vertices[0], Vec3::new(0.1, 0.1, 0.0));
+    // The chord of a sixteenth of a turn, and its share of the height.
+    let chord: f64 = 0.2 * (PI / 16.0).sin();
+    let expected = chord.hypot(0.2 / 48.0);
+    for &[a, b] in &shape.edges {
+        let [a, b] = [a, b].map(|i| shape.vertices[i as usize].as_dvec3());
+        // Coordinates of f32 near 0.1 m.
+        assert!((a.distance(b) - expected).abs() < 4e-8);
+        assert!((DVec3::new(b.x, 0.0, b.z).length() - 0.1).abs() < 2e-8);
+    }
+    assert!((shape.vertices[48] - Vec3::new(0.1, -0.1, 0.0)).length() < 1e-7);
+}
+
 #[test]
 fn a_box_fills_its_size_exactly_whatever_its_cells() {
     for cells in [UVec3::ONE, UVec3::new(1, 2, 3), UVec3::new(4, 3, 2)] {
@@ -193,6 +212,9 @@ fn too_few_and_too_many_cells_are_refused_before_anything_is_allocated() {
         "Cylinder(radius: 1.0, height: 1.0, cells: 0)",
         "Cloth(size: (1.0, 1.0), cells: (0, 1))",
         "Rope(length: 1.0, segments: 0)",
+        "Coil(radius: 1.0, height: 1.0, segments: 0)",
+        "Coil(radius: 1.0, height: 1.0, turns: 0.0)",
+        "Coil(radius: 0.0, height: 1.0)",
     ] {
         let error = read(ron).build().expect_err(ron);
         assert!(

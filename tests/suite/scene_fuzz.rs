@@ -109,7 +109,9 @@ fn requested_elements(spec: &BodySpec) -> f64 {
         (Some(Primitive::Cloth { cells, .. }), _) => 5.0 * number(cells.x) * number(cells.y),
         (Some(Primitive::Balloon { cells, .. }), _) => 50.0 * number(*cells).powi(2),
         (Some(Primitive::Tube { cells, .. }), _) => 5.0 * number(cells.x) * number(cells.y),
-        (Some(Primitive::Rope { segments, .. }), _) => number(*segments),
+        (Some(Primitive::Rope { segments, .. } | Primitive::Coil { segments, .. }), _) => {
+            number(*segments)
+        }
         (None, Some(mesh)) if mesh.treatment == Treatment::Shell => 10.0,
         // A lattice of cubes, with one more on each side; 40 by default.
         (None, Some(mesh)) => 12.0 * (number(mesh.cells.unwrap_or(40)) + 2.0).powi(3),

@@ -39,8 +39,8 @@ impl Elimination {
         let original: Six = std::array::from_fn(|i| diagonal[i][i]);
         if let (Some(last), Some(before)) = (self.factors.last_mut(), before) {
             // W = L⁻¹Bᵀ
-            for column in 0..6 {
-                let b = solve_lower(&last.lower, before[column]);
+            for (column, &row) in before.iter().enumerate() {
+                let b = solve_lower(&last.lower, row);
                 for (row, b) in b.into_iter().enumerate() {
                     last.coupled[row][column] = b;
                 }
@@ -96,9 +96,10 @@ impl Elimination {
 /// singular pivots.
 fn cholesky(mut a: Block, original: Six) -> Block {
     for j in 0..6 {
-        let mut pivot = a[j][j];
-        for k in 0..j {
-            pivot -= a[j][k] * a[j][k];
+        let row = a[j];
+        let mut pivot = row[j];
+        for x in &row[..j] {
+            pivot -= x * x;
         }
         let inverse = if pivot > SINGULAR * original[j] {
             1.0 / pivot.sqrt()
@@ -106,12 +107,12 @@ fn cholesky(mut a: Block, original: Six) -> Block {
             0.0
         };
         a[j][j] = inverse;
-        for i in j + 1..6 {
-            let mut sum = a[i][j];
-            for k in 0..j {
-                sum -= a[i][k] * a[j][k];
+        for below in &mut a[j + 1..] {
+            let mut sum = below[j];
+            for (x, y) in below.iter().zip(&row[..j]) {
+                sum -= x * y;
             }
-            a[i][j] = sum * inverse;
+            below[j] = sum * inverse;
         }
     }
     a

@@ -186,9 +186,8 @@ impl System {
         } else {
             1.0
         };
-        for i in 0..segments.len() {
+        for (i, segment) in segments.iter_mut().enumerate() {
             let inverse = inverse_inertia(&chains.segments, i, radius, at).map(|it| it * step);
-            let segment = &mut segments[i];
             if inverse == [0.0; 2] {
                 segment.angular_velocity = DVec3::ZERO;
             }
