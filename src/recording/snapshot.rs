@@ -7,7 +7,7 @@
 
 use super::{
     SnapshotError,
-    stored::{Stored, check_effects, completion},
+    stored::{Stored, check_effects},
 };
 use crate::{
     scene::{Acceptance, BuiltScene, CameraSpec, CurrentScene, Look, Scene},
@@ -59,9 +59,8 @@ pub struct Snapshot {
 }
 
 const MAGIC: &[u8; 8] = b"PLIANTsn";
+/// Version 8 added rods and the orientations of their segments. Earlier ones are not read.
 const VERSION: u32 = 8;
-/// The oldest version that is read. Version 8 added rods and the orientations of their segments.
-const OLDEST: u32 = 8;
 const HEAD: usize = 28;
 
 impl Snapshot {
@@ -187,8 +186,7 @@ impl Snapshot {
                 found,
             });
         }
-        let content = [content, completion(head.version)].concat();
-        let (stored, rest) = postcard::take_from_bytes::<Stored>(&content)
+        let (stored, rest) = postcard::take_from_bytes::<Stored>(content)
             .map_err(|error| SnapshotError::Encoding(error.to_string()))?;
         if !rest.is_empty() {
             let rest = rest.len();
@@ -234,7 +232,6 @@ impl Snapshot {
 
 /// The header of a file.
 struct Head {
-    version: u32,
     length: u64,
     checksum: u64,
 }
@@ -253,7 +250,7 @@ impl Head {
         };
         let (version, rest) = rest.split_first_chunk().ok_or_else(short)?;
         let found = u32::from_le_bytes(*version);
-        if !(OLDEST..=VERSION).contains(&found) {
+        if found != VERSION {
             return Err(SnapshotError::Version {
                 found,
                 known: VERSION,
@@ -262,7 +259,6 @@ impl Head {
         let (length, rest) = rest.split_first_chunk().ok_or_else(short)?;
         let (checksum, _) = rest.split_first_chunk().ok_or_else(short)?;
         Ok(Self {
-            version: found,
             length: u64::from_le_bytes(*length),
             checksum: u64::from_le_bytes(*checksum),
         })

@@ -61,7 +61,6 @@ pub struct Stored {
     bodies: Vec<StoredBody>,
     colliders: Vec<StoredCollider>,
     places: SpawnOrders,
-    /// Since version 7.
     grabs: Vec<StoredGrab>,
 }
 
@@ -72,11 +71,6 @@ struct StoredGrab {
     body: u32,
     hold: Hold,
     glide: Glide,
-}
-
-/// Bytes that complete the content of a version before the current one: no grabs.
-pub fn completion(version: u32) -> &'static [u8] {
-    if version < 7 { &[0] } else { &[] }
 }
 
 #[derive(Serialize, Deserialize)]

@@ -483,20 +483,3 @@ fn recordings_and_snapshots_of_hands_go_on_to_the_bit() {
         assert_eq!(a.colliders, b.colliders, "from tick {middle}");
     }
 }
-
-/// Version 6 had no grabs of patches: its content ends before them.
-#[test]
-fn a_snapshot_of_the_version_before_is_read() {
-    let (mut app, ..) = app_of(&cubes());
-    ticks(&mut app, 5);
-    let snapshot = Snapshot::take(app.world_mut(), About::default()).expect("between ticks");
-    let mut bytes = snapshot.to_bytes();
-    assert_eq!(bytes.pop(), Some(0), "an empty list of grabs");
-    bytes[8..12].copy_from_slice(&6_u32.to_le_bytes());
-    let length = (bytes.len() - 28) as u64;
-    bytes[12..20].copy_from_slice(&length.to_le_bytes());
-    let checksum = solver::measure::fnv1a(&bytes[28..]);
-    bytes[20..28].copy_from_slice(&checksum.to_le_bytes());
-    let old = Snapshot::from_bytes(&bytes).expect("version 6 is read");
-    assert_eq!(old.to_bytes(), snapshot.to_bytes());
-}

@@ -81,7 +81,7 @@ fn picker(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
             panel.ask(Request::NextScene);
         }
         let search = ui
-            .add_sized(side, arrow("🔍"))
+            .add_sized(side, arrow("/"))
             .on_hover_text("Search effects, parameters and settings (/)");
         panel.note("search.open", &search, ui);
         if search.clicked() {

@@ -31,15 +31,16 @@ macro_rules! of_body_effects {
         { pins { $($pin:ident $pinned:ident $pins:literal;)* } }
         $grab:ident $grabbed:ident
         {
+            chains { $($chain:ident $chained:ident $chains:literal;)* }
             between { $($between:tt)* }
-            after_grabs { $($late:ident $lately:ident $lates:literal;)* }
+            surfaces { $($surface:ident $surfaced:ident $surfaces:literal;)* }
             rest_values { $($rest:tt)* }
         }
     ) => {
         of_body_effects! {
             $($shape $shaped,)*
             ; $stitches $stitched
-            ; $($pin $pinned,)* $grab $grabbed, $($late $lately,)*
+            ; $($pin $pinned,)* $grab $grabbed, $($chain $chained,)* $($surface $surfaced,)*
         }
     };
     ($($before:ident $first:ident,)*; $stitches:ident $stitched:ident; $($after:ident $last:ident,)*) => {

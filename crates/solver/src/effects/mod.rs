@@ -105,12 +105,14 @@ macro_rules! effects {
             }
             Grab grab
             {
+                chains {
+                    Rod rod "Chains of edges resist stretching, shear, bending and twist.";
+                }
                 between {
                     Contact contact "Contact with other bodies.";
                     SelfContact self_contact "Contact of the body with itself.";
                 }
-                after_grabs {
-                    Rod rod "Chains of edges resist stretching, shear, bending and twist.";
+                surfaces {
                     Ground ground "Ground plane with friction and restitution.";
                     StickyGround sticky_ground "Ground plane that holds what touches it.";
                     Collide collide "Contact with rigid colliders.";
