@@ -12,7 +12,7 @@
 //!   lengths.
 //!
 //! They are solved together: an iteration is a Newton step of the whole chain, a block-tridiagonal
-//! system that is [eliminated](elimination) from root to tip. The stiffness of a rod thus depends
+//! system that is eliminated from root to tip. The stiffness of a rod thus depends
 //! neither on its number of segments nor on the iterations, and one iteration is enough.
 //!
 //! A segment rotates like a cylinder of its mass, without the gyroscopic moment, and with implicit
