@@ -44,8 +44,7 @@ fn line(points: &[DVec3]) -> RestShape {
     }
 }
 
-/// A rod of 1 kg/m; a force [N] pulls its tip down if gravity is `g` [m/s²] and `weightless` the
-/// density.
+/// A rod through these points, of a density in kg/m, that is clamped at its first segment.
 fn beam(points: &[DVec3], density: f32, effect: Rod) -> Body {
     let mut body = pinned(body("beam", line(points), density), &[0, 1]);
     body.effects = Effects {
@@ -372,13 +371,18 @@ fn what_is_not_a_set_of_open_chains_is_refused_with_the_vertex() {
     assert_eq!(
         chains(star),
         Err(NotChains::Branch {
-            vertex: 1,
+            vertex: VertexIndex(1),
             edges: 3
         })
     );
     let mut ring = line(&points);
     ring.edges.push([3, 0]);
-    assert_eq!(chains(ring), Err(NotChains::Ring { vertex: 0 }));
+    assert_eq!(
+        chains(ring),
+        Err(NotChains::Ring {
+            vertex: VertexIndex(0)
+        })
+    );
     let cloth = Primitive::Box {
         size: Vec3::ONE,
         cells: glam::UVec3::ONE,

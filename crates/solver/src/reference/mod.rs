@@ -295,7 +295,9 @@ impl Body {
             effects: Effects::default(),
             states: ReferenceStates {
                 stitches: (body.stitches.clone(), Vec::new()),
-                rod: RodState::resumed(&body.topology, &body.particles.segments),
+                rod: body.effects.rod.map_or_else(RodState::default, |_| {
+                    RodState::resumed(&body.topology, &body.particles.segments)
+                }),
                 ..ReferenceStates::default()
             },
             lambdas: Default::default(),

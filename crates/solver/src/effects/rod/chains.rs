@@ -1,6 +1,6 @@
 //! The chains of a body of edges, with the rest shape of their segments and joints.
 
-use crate::{ParticleIndex, Topology, fit::MassFit};
+use crate::{ParticleIndex, Topology, VertexIndex, fit::MassFit};
 use glam::{DQuat, DVec3};
 use std::ops::Range;
 
@@ -14,7 +14,7 @@ pub enum NotChains {
     #[error("a rod needs open chains of edges; {edges} edges meet in vertex {vertex}")]
     Branch {
         /// The vertex.
-        vertex: u32,
+        vertex: VertexIndex,
         /// Its edges.
         edges: usize,
     },
@@ -22,7 +22,7 @@ pub enum NotChains {
     #[error("a rod needs open chains of edges; the one through vertex {vertex} is closed")]
     Ring {
         /// One of its vertices.
-        vertex: u32,
+        vertex: VertexIndex,
     },
 }
 
@@ -59,7 +59,7 @@ impl Chains {
         if !topology.triangles.is_empty() || topology.tetrahedra.corners().len() > 0 {
             return Err(NotChains::Surface);
         }
-        let vertex = |particle: u32| topology.numbering.vertex(ParticleIndex(particle)).0;
+        let vertex = |particle: u32| topology.numbering.vertex(ParticleIndex(particle));
         let mut neighbors: Vec<Vec<u32>> = vec![Vec::new(); topology.particles()];
         for [a, b] in topology.edges.ends() {
             neighbors[a as usize].push(b);

@@ -28,7 +28,7 @@ pub use chains::{Chains, NotChains};
 pub use system::SegmentState;
 
 use super::body_effect::{
-    BodyEffect, BodyPass, BodyPhase, ReferenceParticles, ReferencePass, Resting, Store,
+    BodyEffect, BodyPass, BodyPhase, ReferenceParticles, ReferencePass, Store,
 };
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
@@ -38,6 +38,7 @@ use crate::{
 };
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use system::{Node, Pass, System};
 
 /// Stiffness of a chain of edges against stretching, shear, bending and twist.
@@ -100,47 +101,35 @@ impl RodState {
         }
     }
 
-    /// Takes the segments of a body, or those that fit positions `at` [m] where it has none yet.
-    fn take(&mut self, segments: &[SegmentState], at: impl Fn(u32) -> DVec3) {
-        let own = &mut self.system.segments;
-        own.clear();
-        if segments.len() == self.system.chains.segments.len() {
-            own.extend_from_slice(segments);
-            return;
-        }
+    /// The segments that fit positions `at` [m], at rest.
+    fn fit(&mut self, at: impl Fn(u32) -> DVec3) {
         let fitted = self.system.chains.fit(at).into_iter();
-        own.extend(fitted.map(|orientation| SegmentState {
+        let still = |orientation| SegmentState {
             orientation,
             angular_velocity: DVec3::ZERO,
-        }));
+        };
+        self.system.segments = fitted.map(still).collect();
+    }
+
+    fn has_segments(&self) -> bool {
+        self.system.segments.len() == self.system.chains.segments.len()
     }
 
     /// The state of a body, or a new one before the first substep.
-    fn known(state: Option<&Self>, topology: &Topology, at: impl Fn(u32) -> DVec3) -> Self {
-        let own = state.filter(|state| state.is_of(topology));
-        let mut known = own.map_or_else(|| Self::of(topology), Self::clone);
-        if known.system.segments.len() != known.system.chains.segments.len() {
-            known.take(&[], at);
-        }
-        known
-    }
-
-    /// The segments after the last substep, chain by chain from root to tip; empty before the
-    /// first.
-    #[must_use]
-    pub fn segments(&self) -> &[SegmentState] {
-        &self.system.segments
-    }
-
-    /// Force [N] in each segment, and bending and twisting moment [N·m] in the joint behind it, in
-    /// its frame, after a substep of `h` seconds.
-    pub fn loads(&self, h: f64) -> impl Iterator<Item = (DVec3, DVec3)> {
-        let system = &self.system;
-        let all = system.segments.iter().zip(&system.lambdas);
-        all.map(move |(segment, [s, b])| {
-            let force = segment.orientation.conjugate() * *s;
-            (-force / (h * h), -*b / (2.0 * h * h))
-        })
+    fn known<'a>(
+        state: Option<&'a Self>,
+        topology: &Topology,
+        at: impl Fn(u32) -> DVec3,
+    ) -> Cow<'a, Self> {
+        let known = state.filter(|state| state.is_of(topology) && state.has_segments());
+        known.map_or_else(
+            || {
+                let mut new = Self::of(topology);
+                new.fit(at);
+                Cow::Owned(new)
+            },
+            Cow::Borrowed,
+        )
     }
 }
 
@@ -154,7 +143,7 @@ pub(crate) fn place(
     state.update(topology);
     let count = state.system.chains.segments.len();
     if particles.segments.len() != count {
-        state.take(&[], |i| particles.position(i as usize));
+        state.fit(|i| particles.position(i as usize));
         particles.segments.clone_from(&state.system.segments);
     }
 }
@@ -166,10 +155,6 @@ impl BodyEffect for Rod {
 
     // After grabs, whose displacement of a light node it then spreads over the chain.
     const PHASE: BodyPhase = BodyPhase::IterationEnd;
-
-    fn prepare(&self, state: &mut Option<Box<RodState>>, body: &Resting) {
-        state.get_or_insert_default().update(body.topology);
-    }
 
     fn solve(&self, state: &mut Option<Box<RodState>>, mut part: Part, pass: &BodyPass) -> bool {
         let Some(RodState { system, .. }) = state.as_deref_mut() else {
@@ -213,8 +198,8 @@ impl BodyEffect for Rod {
 
     fn prepare_reference(&self, state: &mut RodState, topology: &Topology, x: &[DVec3], _: &[f64]) {
         state.update(topology);
-        if state.system.segments.len() != state.system.chains.segments.len() {
-            state.take(&[], |i| x[i as usize]);
+        if !state.has_segments() {
+            state.fit(|i| x[i as usize]);
         }
     }
 

@@ -78,15 +78,22 @@ impl Section {
     }
 }
 
+/// What a substep begins with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Prediction {
+    /// Orientation of the segment by inertia alone.
+    orientation: DQuat,
+    /// Inverse inertia across and along the segment [1/(kg·m²)].
+    inverse_inertia: [f64; 2],
+}
+
 /// State of a rod in a substep.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct System {
     pub(super) chains: Chains,
     /// The segments, as in [`Particles`](crate::Particles).
     pub segments: Vec<SegmentState>,
-    /// Orientations at the start of the substep, predicted ones, and inverse inertia [1/(kg·m²)]
-    /// across and along the segment.
-    starts: Vec<(DQuat, DQuat, [f64; 2])>,
+    predictions: Vec<Prediction>,
     /// Errors at the start of the substep.
     before: Vec<Errors>,
     /// λ of both equations; λ/h² is a force in N and twice a moment in N·m.
@@ -147,8 +154,8 @@ impl System {
             self.apply(range, pass, &at);
         }
         if pass.last {
-            for (segment, (_, predicted, _)) in self.segments.iter_mut().zip(&self.starts) {
-                let turn = segment.orientation * predicted.conjugate();
+            for (segment, predicted) in self.segments.iter_mut().zip(&self.predictions) {
+                let turn = segment.orientation * predicted.orientation.conjugate();
                 let sign = if turn.w < 0.0 { -2.0 } else { 2.0 };
                 segment.angular_velocity += sign / pass.h * turn.xyz();
             }
@@ -166,7 +173,7 @@ impl System {
         let Self {
             chains,
             segments,
-            starts,
+            predictions,
             before,
             ..
         } = self;
@@ -175,7 +182,7 @@ impl System {
             let all = 0..chains.segments.len();
             before.extend(all.map(|i| errors(&chains.segments, segments, i, start)));
         }
-        starts.clear();
+        predictions.clear();
         let radius = f64::from(rod.radius.get());
         // Constraints move a particle by w∇C λ with λ = h²f in their own time step; a segment, which
         // is always stepped by implicit Euler, must move by U∇C h²f with h of that step.
@@ -191,10 +198,11 @@ impl System {
             if inverse == [0.0; 2] {
                 segment.angular_velocity = DVec3::ZERO;
             }
-            let from = segment.orientation;
-            let to = turned(from, segment.angular_velocity * pass.h);
-            segment.orientation = to;
-            starts.push((from, to, inverse));
+            segment.orientation = turned(segment.orientation, segment.angular_velocity * pass.h);
+            predictions.push(Prediction {
+                orientation: segment.orientation,
+                inverse_inertia: inverse,
+            });
         }
     }
 
@@ -207,9 +215,10 @@ impl System {
         let first = range.start;
         self.elimination.clear();
         let mut before: Option<Frame> = None;
-        let mut frame = Frame::of(rest, state, &self.starts, first);
+        let mut frame = Frame::of(rest, state, &self.predictions, first);
         for i in range.clone() {
-            let next = (i + 1 < range.end).then(|| Frame::of(rest, state, &self.starts, i + 1));
+            let next =
+                (i + 1 < range.end).then(|| Frame::of(rest, state, &self.predictions, i + 1));
             let place = |node: u32| at(node).x;
             let [mut c_s, mut c_b] = errors(rest, state, i, &place);
             let [lambda_s, lambda_b] = self.lambdas[i];
@@ -243,13 +252,9 @@ impl System {
             let coupling = before.as_ref().map(|last| {
                 let ss = DMat3::from_diagonal(DVec3::splat(-w0));
                 let sb = arm_inertia * last.bend.transpose();
-                let bb = match next {
-                    Some(_) => -(frame.bend * frame.inertia) * last.bend.transpose(),
-                    None => DMat3::ZERO,
-                };
+                let bb = -(frame.bend * frame.inertia) * last.bend.transpose();
                 block(ss, sb, DMat3::ZERO, bb)
             });
-            let right_b = if next.is_some() { right_b } else { DVec3::ZERO };
             let diagonal = block(ss, sb, sb.transpose(), bb);
             self.elimination
                 .push(diagonal, coupling.as_ref(), six(right_s, right_b));
@@ -275,7 +280,7 @@ impl System {
             self.moves[first as usize] -= at(first).w * s;
             self.moves[second as usize] += at(second).w * s;
             // With the orientations before this iteration: those behind i have not been turned yet.
-            let frame = Frame::of(&self.chains.segments, &self.segments, &self.starts, i);
+            let frame = Frame::of(&self.chains.segments, &self.segments, &self.predictions, i);
             let moment = frame.bend.transpose() * b;
             let turn = frame.inertia * (-(frame.arm * s) - moment + moment_before);
             moment_before = moment;
@@ -288,7 +293,7 @@ impl System {
     pub fn bytes(&self) -> usize {
         self.chains.bytes()
             + size_of_val(&self.segments[..])
-            + size_of_val(&self.starts[..])
+            + size_of_val(&self.predictions[..])
             + size_of_val(&self.before[..])
             + size_of_val(&self.lambdas[..])
             + size_of_val(&self.changes[..])
@@ -315,11 +320,11 @@ impl Frame {
     fn of(
         rest: &[RestSegment],
         state: &[SegmentState],
-        starts: &[(DQuat, DQuat, [f64; 2])],
+        predictions: &[Prediction],
         i: usize,
     ) -> Self {
         let axes = DMat3::from_quat(state[i].orientation);
-        let [across, along] = starts[i].2;
+        let [across, along] = predictions[i].inverse_inertia;
         let diagonal = DMat3::from_diagonal(DVec3::new(across, across, along));
         let bend = rest[i].joint.map_or(DMat3::ZERO, |_| {
             let turn = state[i].orientation.conjugate() * state[i + 1].orientation;
