@@ -75,6 +75,7 @@ mod direct;
 mod elastic;
 mod force;
 mod grab;
+mod grains;
 mod ground;
 mod isometric_bend;
 mod membrane;

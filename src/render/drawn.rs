@@ -3,7 +3,7 @@
 //! Picking, framing, dragging and overlays use it instead of the simulation state, so that they
 //! agree with the picture.
 
-use super::{surface::Surface, tube::Tube};
+use super::{balls::Balls, surface::Surface, tube::Tube};
 use bevy::{
     asset::RenderAssetUsages,
     camera::primitives::Aabb,
@@ -19,8 +19,10 @@ pub struct Outline {
     pub triangles: Vec<[u32; 3]>,
     /// Edges over the points, for a body without triangles.
     pub segments: Vec<[u32; 2]>,
-    /// Radius of the drawn segments [m].
+    /// Radius of the drawn segments, or of the largest grain [m].
     pub radius: f32,
+    /// Radius of each point [m], for grains.
+    pub radii: Vec<f32>,
     /// Whether the triangles enclose a volume.
     pub closed: bool,
     form: Form,
@@ -31,6 +33,7 @@ pub struct Outline {
 enum Form {
     Surface(Surface),
     Tube(Tube),
+    Balls(Balls),
 }
 
 impl Default for Form {
@@ -65,12 +68,24 @@ impl Outline {
         }
     }
 
+    /// Grains of these radii [m].
+    #[must_use]
+    pub fn grains(radii: Vec<f32>) -> Self {
+        Self {
+            radius: radii.iter().copied().fold(0.0, f32::max),
+            form: Form::Balls(Balls::new(radii.clone())),
+            radii,
+            ..default()
+        }
+    }
+
     /// A mesh with space for the drawn vertices, all at the origin.
     #[must_use]
     pub fn mesh(&self) -> Mesh {
         let (count, triangles) = match &self.form {
             Form::Surface(surface) => (surface.source.len(), surface.triangles.clone()),
             Form::Tube(tube) => (tube.vertices(), tube.triangles()),
+            Form::Balls(balls) => (balls.vertices(), balls.triangles()),
         };
         Mesh::new(
             PrimitiveTopology::TriangleList,
@@ -87,6 +102,7 @@ impl Outline {
         match &self.form {
             Form::Surface(surface) => Cow::Borrowed(&surface.source),
             Form::Tube(tube) => Cow::Owned(tube.copies()),
+            Form::Balls(balls) => Cow::Owned(balls.copies()),
         }
     }
 
@@ -110,6 +126,7 @@ impl Outline {
         match &self.form {
             Form::Surface(surface) => surface.draw(points, positions, normals),
             Form::Tube(tube) => tube.draw(points, positions, normals),
+            Form::Balls(balls) => balls.draw(points, positions, normals),
         }
     }
 }
@@ -158,6 +175,7 @@ impl Drawn {
         let count = match &self.outline.form {
             Form::Surface(surface) => surface.source.len(),
             Form::Tube(tube) => tube.vertices(),
+            Form::Balls(balls) => balls.vertices(),
         };
         self.positions.resize(count, [0.0; 3]);
         self.normals.resize(count, [0.0; 3]);

@@ -38,7 +38,8 @@ pub fn nearest<'a, Body>(
                 &drawn.outline.segments,
                 &drawn.points,
             );
-            nearer(surface, line).map(|hit| (body, hit))
+            let ball = on_balls(ray, &drawn.outline.radii, &drawn.points);
+            nearer(nearer(surface, line), ball).map(|hit| (body, hit))
         })
         .min_by(|(_, a), (_, b)| a.distance.total_cmp(&b.distance))
 }
@@ -94,6 +95,26 @@ pub fn on_triangles(ray: Ray3d, triangles: &[[u32; 3]], points: &[Vec3]) -> Opti
         }
     }
     best
+}
+
+/// The nearest ball that the ray meets from outside; `radii` of the balls [m].
+#[must_use]
+pub fn on_balls(ray: Ray3d, radii: &[f32], points: &[Vec3]) -> Option<Hit> {
+    let direction = ray.direction.as_vec3();
+    let hits = (0..)
+        .zip(points.iter().zip(radii))
+        .filter_map(|(i, (&center, &radius))| {
+            let to = center - ray.origin;
+            let along = to.dot(direction);
+            let beside = to.length_squared() - along * along;
+            let half = radius * radius - beside;
+            (half >= 0.0 && along > 0.0).then(|| Hit {
+                distance: along - half.sqrt(),
+                corners: [i; 3],
+                weights: [1.0, 0.0, 0.0],
+            })
+        });
+    hits.min_by(|a, b| a.distance.total_cmp(&b.distance))
 }
 
 /// The segment that the ray passes closest to, if it passes within `radius` [m] plus

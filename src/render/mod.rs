@@ -14,6 +14,7 @@
 //! normals. A body that has not moved since the last frame costs nothing. Its [`Transform`] stays
 //! at the identity: positions are in world space.
 
+mod balls;
 pub mod drawn;
 mod from_mesh;
 pub mod gizmos;
@@ -111,7 +112,7 @@ fn thicken(
 const FINE: usize = 96;
 
 /// The constant part of a body's drawn surface: its skin, its coarse surface, or its edges, as thick
-/// as the rod.
+/// as the rod, or its grains.
 fn outline(topology: &Topology, skin: Option<&BodySkin>, rod: Option<&Rod>) -> Outline {
     if let Some(BodySkin(skin)) = skin {
         let mut points = Vec::new();
@@ -130,6 +131,9 @@ fn outline(topology: &Topology, skin: Option<&BodySkin>, rod: Option<&Rod>) -> O
             CREASE
         };
         return Outline::surface(&topology.rest, triangles.to_vec(), closed, crease);
+    }
+    if !topology.radii.is_empty() {
+        return Outline::grains(topology.radii.to_vec());
     }
     let shortest = topology
         .edges

@@ -441,11 +441,13 @@ fn material(spec: &BodySpec, topology: &Topology) -> Result<Option<&'static Mate
         Dimension::Solid => "solids",
         Dimension::Sheet => "sheets",
         Dimension::Line => "ropes",
+        Dimension::Grains => "grains",
     };
     let given = match topology.dimension {
         Dimension::Solid => "solid",
         Dimension::Sheet => "a sheet",
         Dimension::Line => "a rope",
+        Dimension::Grains => "grains",
     };
     let message = format!(
         "{name} is a material for {made}, but the body is {given}; expected one of: {valid}"

@@ -90,7 +90,7 @@ pub fn fit(
 #[must_use]
 pub fn material(topology: &Topology) -> (Density, SceneEffects) {
     let density = match topology.dimension {
-        Dimension::Solid => 1000.0,
+        Dimension::Solid | Dimension::Grains => 1000.0,
         Dimension::Sheet => 0.3,
         Dimension::Line => 0.1,
     };
@@ -103,7 +103,7 @@ pub fn material(topology: &Topology) -> (Density, SceneEffects) {
     let mean = edges.map(length).sum::<f32>() / count as f32;
     let compliance = match topology.dimension {
         Dimension::Solid => 1.0 / (YOUNG * mean),
-        Dimension::Sheet | Dimension::Line => 1e-5,
+        Dimension::Sheet | Dimension::Line | Dimension::Grains => 1e-5,
     };
     let solid = topology.dimension == Dimension::Solid;
     let is_hollow = topology.dimension == Dimension::Sheet && topology.enclosure().is_ok();

@@ -11,6 +11,8 @@ pub enum Group {
     Cloth,
     /// Ropes and chains.
     Ropes,
+    /// Sand and other loose balls.
+    Grains,
     /// Closed surfaces under pressure, or held up from inside.
     Balloons,
     /// Contact between bodies, with colliders and with the ground.
@@ -23,10 +25,11 @@ pub enum Group {
 
 impl Group {
     /// All groups, in the order of the scene browser.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Solids,
         Self::Cloth,
         Self::Ropes,
+        Self::Grains,
         Self::Balloons,
         Self::Contact,
         Self::Stiffness,
@@ -40,6 +43,7 @@ impl Group {
             Self::Solids => "Solids",
             Self::Cloth => "Cloth",
             Self::Ropes => "Ropes",
+            Self::Grains => "Grains",
             Self::Balloons => "Balloons",
             Self::Contact => "Contact",
             Self::Stiffness => "Stiffness",
@@ -111,6 +115,10 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "rope" Ropes 4.0,
     "rods" Ropes 2.0,
     "coil_springs" Ropes 1.0,
+    "sand_pile" Grains 1.5,
+    "hourglass" Grains 1.5,
+    "sand_on_cloth" Grains 1.0,
+    "ball_pit" Grains 0.8,
     "drape" Cloth 2.0,
     "bending" Cloth 3.0,
     "flag" Cloth 3.0,

@@ -60,6 +60,7 @@ pub(super) fn wake_touched(
             Option<&Collide>,
             Option<&Grab>,
             Option<&Stitches>,
+            &SoftBody,
             &mut RestTimer,
         ),
         With<Asleep>,
@@ -75,8 +76,9 @@ pub(super) fn wake_touched(
         .iter()
         .map(|(_, collider)| collider.sweep(clock.time, end))
         .collect();
-    for (entity, particles, start, collide, grab, stitches, mut timer) in &mut sleepers {
-        let passed = collide.is_some() && disturbed(&particles.positions, &swept);
+    for (entity, particles, start, collide, grab, stitches, body, mut timer) in &mut sleepers {
+        let radius = body.0.largest_radius();
+        let passed = collide.is_some() && disturbed(&particles.positions, radius, &swept);
         let pulled = stitches.is_some_and(|stitches| stitches.are_pulled(&swept));
         if passed || pulled || grab.is_some() || written(particles, &start.positions) {
             timer.0.reset();

@@ -186,7 +186,7 @@ impl SoftBodyBuilder {
     pub fn try_build(self) -> Result<(SoftBody, BodyDensity, Pins), TopologyError> {
         let topology = Topology::new(self.shape)?;
         let density = self.density.unwrap_or(match topology.dimension {
-            Dimension::Solid => SOLID,
+            Dimension::Solid | Dimension::Grains => SOLID,
             Dimension::Sheet => SHEET,
             Dimension::Line => LINE,
         });

@@ -94,7 +94,7 @@ pub fn run_member(
 #[must_use]
 pub fn given(body: &Body, settings: Settings) -> Member {
     let kind = match body.topology.dimension {
-        Dimension::Solid => Kind::Tetrahedra,
+        Dimension::Solid | Dimension::Grains => Kind::Tetrahedra,
         Dimension::Sheet => Kind::Cloth,
         Dimension::Line => Kind::Rope,
     };

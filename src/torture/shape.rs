@@ -187,5 +187,6 @@ fn tetrahedron(side: f32, height: f32) -> RestShape {
         edges: vec![[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]],
         tetrahedra: vec![[0, 1, 2, 3]],
         triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+        ..RestShape::default()
     }
 }

@@ -1,16 +1,16 @@
 //! A sample of every effect in the table: an effect without a sample does not compile.
 
 use crate::support::{body, cube, pinned, stretch, volume, with};
-use glam::{UVec2, Vec2, Vec3};
+use glam::{UVec2, UVec3, Vec2, Vec3};
 use pliant::{
     mesh::Primitive,
     solver::{
         Attract, Bend, Body, Coefficient, Collide, Compliance, Contact, Creep, Damping, Direct,
-        Drag, Effects, Finite, FlexuralRigidity, Frequency, Grab, Ground, IsometricBend, Membrane,
-        MembraneCompliance, NeoHookean, ParticleIndex, Plasticity, Pressure, RestShape, Rod,
-        SelfContact, ShapeMatching, Slack, StickyGround, Stiffness, Strain, StrainLimit, Stretch,
-        Struts, SurfacePoint, Tethers, Thickness, Uniform, Volume, Vortex, Weave, Wind, Yield,
-        YoungsModulus,
+        Drag, Effects, Finite, FlexuralRigidity, Frequency, Friction, Grab, Grains, Ground,
+        IsometricBend, Membrane, MembraneCompliance, NeoHookean, ParticleIndex, Plasticity,
+        Pressure, RestShape, Rod, SelfContact, ShapeMatching, Slack, StickyGround, Stiffness,
+        Strain, StrainLimit, Stretch, Struts, SurfacePoint, Tethers, Thickness, Uniform, Volume,
+        Vortex, Weave, Wind, Yield, YoungsModulus,
     },
 };
 
@@ -21,6 +21,8 @@ pub enum On {
     Shell,
     /// Open chains.
     Chain,
+    /// Grains that touch.
+    Grains,
 }
 
 /// An effect with parameters whose action is visible.
@@ -68,6 +70,7 @@ samples! {
     ShapeMatching on Solid { frequency: of::<Frequency>(8.0); damping }
     Pressure on Shell { bulk_modulus: of::<Stiffness>(1e5) }
     Rod on Chain { youngs_modulus: of::<YoungsModulus>(1e7); damping }
+    Grains on Grains { friction: of::<Friction>(0.3) }
     Tethers on Sheet { slack: of::<Slack>(0.01) }
     Contact on Solid {}
     SelfContact on Sheet {}
@@ -119,6 +122,17 @@ fn shape(on: &On) -> (RestShape, f32) {
                 segments: 12,
             };
             (built(rope), 0.1)
+        }
+        On::Grains => {
+            let side = 0.15;
+            // Closer than they touch, so that they push each other.
+            let places = (0..64).map(|i| UVec3::new(i % 4, i / 4 % 4, i / 16).as_vec3() * side);
+            let grains = RestShape {
+                vertices: places.collect(),
+                radii: vec![0.55 * side; 64],
+                ..RestShape::default()
+            };
+            (grains, 1000.0)
         }
     }
 }

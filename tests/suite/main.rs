@@ -95,6 +95,7 @@ mod solver_field;
 mod solver_force;
 mod solver_friction;
 mod solver_gradients;
+mod solver_grains;
 mod solver_ground;
 mod solver_hour;
 mod solver_measure;

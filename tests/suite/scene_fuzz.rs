@@ -112,6 +112,10 @@ fn requested_elements(spec: &BodySpec) -> f64 {
         (Some(Primitive::Rope { segments, .. } | Primitive::Coil { segments, .. }), _) => {
             number(*segments)
         }
+        (&Some(Primitive::Grains { size, radius, .. }), _) => {
+            f64::from(size.x) * f64::from(size.y) * f64::from(size.z)
+                / (2.0 * f64::from(radius)).powi(3)
+        }
         (None, Some(mesh)) if mesh.treatment == Treatment::Shell => 10.0,
         // A lattice of cubes, with one more on each side; 40 by default.
         (None, Some(mesh)) => 12.0 * (number(mesh.cells.unwrap_or(40)) + 2.0).powi(3),

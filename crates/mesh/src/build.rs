@@ -278,6 +278,7 @@ impl Placement {
                 edges: edges(&[], &triangles),
                 tetrahedra: Vec::new(),
                 triangles,
+                ..RestShape::default()
             },
             skin: None,
             notes,
@@ -306,6 +307,7 @@ impl Placement {
                 triangles: boundary_triangles(&tetrahedra),
                 vertices,
                 tetrahedra,
+                ..RestShape::default()
             },
             skin: None,
             notes,

@@ -2,7 +2,7 @@
 //!
 //! There are three ways to make a [`SoftMesh`]:
 //!
-//! - a [`Primitive`] (box, sphere, torus, cylinder, cloth, tube, balloon, rope) at a chosen
+//! - a [`Primitive`] (box, sphere, torus, cylinder, cloth, tube, balloon, rope, grains) at a chosen
 //!   resolution,
 //! - a file ([`read`](mod@read)), passed to [`build()`],
 //! - a [`SurfaceMesh`], [`TetMesh`] or [`CurveMesh`] from other code, passed to [`build()`].
@@ -34,7 +34,7 @@ pub use elements::{
     tetrahedra_volume,
 };
 pub use error::MeshError;
-pub use primitive::{Diagonals, MAX_PARTICLES, MAX_TETRAHEDRA, Primitive};
+pub use primitive::{Diagonals, GrainRegion, MAX_PARTICLES, MAX_TETRAHEDRA, Primitive};
 pub use skin::{Anchor, Skin};
 pub use source::{CurveMesh, FileMesh, SurfaceMesh, TetMesh};
 

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::{MeshError, SoftMesh};
 use pliant_solver::RestShape;
 
+mod grains;
 mod sheet;
 mod solid;
 
@@ -108,6 +109,21 @@ pub enum Primitive {
         #[serde(default = "defaults::rope")]
         segments: u32,
     },
+    /// Loose balls that fill a box, a cylinder about y or a ball, in a lattice with small gaps. They
+    /// are rows along x, the lowest layer first.
+    Grains {
+        /// Extent of the filled region [m].
+        size: Vec3,
+        /// Form of the region; a box by default.
+        #[serde(default)]
+        region: GrainRegion,
+        /// Radius of a grain [m].
+        radius: f32,
+        /// Variation of the radius: grains have radii from `radius` × (1 − variation) to `radius`,
+        /// from 0 to 0.9; default 0.2. Equal grains pile up like a crystal.
+        #[serde(default = "defaults::variation")]
+        variation: f32,
+    },
     /// A helix about y, downwards from vertex 0: a chain of edges without surface.
     Coil {
         /// Radius of the helix [m].
@@ -121,6 +137,18 @@ pub enum Primitive {
         #[serde(default = "defaults::coil")]
         segments: u32,
     },
+}
+
+/// Region that is filled with grains.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum GrainRegion {
+    /// The whole box.
+    #[default]
+    Box,
+    /// The elliptic cylinder about y in the box.
+    Cylinder,
+    /// The ellipsoid in the box.
+    Ball,
 }
 
 /// Split of the cells of a cloth into triangles.
@@ -159,6 +187,9 @@ mod defaults {
     }
     pub fn rope() -> u32 {
         32
+    }
+    pub fn variation() -> f32 {
+        0.2
     }
     pub fn turns() -> f32 {
         6.0
@@ -252,6 +283,21 @@ impl Primitive {
                 particles(u64::from(segments) + 1)?;
                 sheet::rope(length, segments)
             }
+            Self::Grains {
+                size,
+                region,
+                radius,
+                variation,
+            } => {
+                sizes([("size.x", size.x), ("size.y", size.y), ("size.z", size.z)])?;
+                sizes([("radius", radius)])?;
+                if !(0.0..=0.9).contains(&variation) {
+                    let expected = "a number from 0 to 0.9";
+                    return Err(MeshError::parameter("variation", variation, expected));
+                }
+                particles(grains::largest_count(size, radius))?;
+                grains::fill(size, region, radius, variation)?
+            }
             Self::Coil {
                 radius,
                 height,
@@ -335,5 +381,6 @@ fn solid_of(vertices: Vec<Vec3>, tetrahedra: Vec<[u32; 4]>) -> RestShape {
         triangles: super::boundary_triangles(&tetrahedra),
         vertices,
         tetrahedra,
+        ..RestShape::default()
     }
 }

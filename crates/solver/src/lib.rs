@@ -60,8 +60,8 @@ pub use modes::Modes;
 pub use parallel::threads::{MAX_THREADS, Threads, ThreadsError, WorkEstimate, available};
 pub use particles::Particles;
 pub use quantity::{
-    Coefficient, CollisionIterations, Compliance, ContactThickness, Creep, Damping, Density,
-    Filling, Finite, FlexuralRigidity, Force, Fraction, Frequency, Friction, InvalidValue,
+    Coefficient, Cohesion, CollisionIterations, Compliance, ContactThickness, Creep, Damping,
+    Density, Filling, Finite, FlexuralRigidity, Force, Fraction, Frequency, Friction, InvalidValue,
     Iterations, KeepSpin, Length, Mass, MembraneCompliance, Order, PlasticLimit, PoissonRatio,
     Rate, RecoverySpeed, RegionSize, RepairTime, Restitution, RodRadius, RollingResistance, Slack,
     SmoothingIterations, Stiffness, Strain, Substeps, Thickness, Yield, YoungsModulus,

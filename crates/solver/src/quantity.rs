@@ -229,9 +229,9 @@ quantity!(
     RepairTime(f32), "repair", default 0.05, "at least 0.001 s, or inf for never", |v| v >= 0.001
 );
 quantity!(
-    /// Mass per measure of a body: kg/m³ of a solid, kg/m² of a cloth, kg/m of a rope.
+    /// Mass per measure of a body: kg/m³ of a solid and of grains, kg/m² of a cloth, kg/m of a rope.
     Density(f32), "density", default 1000.0,
-    "between 1e-9 and 1e9 (kg/m³ for a solid, kg/m² for a cloth, kg/m for a rope)",
+    "between 1e-9 and 1e9 (kg/m³ for a solid and for grains, kg/m² for a cloth, kg/m for a rope)",
     |v| 1e-9 <= v && v <= 1e9
 );
 quantity!(
@@ -255,6 +255,10 @@ quantity!(
     |v| 0.01 <= v && v <= 10.0
 );
 
+quantity!(
+    /// Largest force with which two touching grains hold each other in N.
+    Cohesion(f32), "cohesion", default 0.0, "between 0 and 1e9 N", |v| 0.0 <= v && v <= 1e9
+);
 quantity!(
     /// Coefficient of rolling resistance, a ratio of forces: lever arm of the torque over the
     /// radius.
@@ -383,6 +387,7 @@ from_float!(
     Mass,
     Friction,
     RollingResistance,
+    Cohesion,
     Restitution,
     ContactThickness,
     RecoverySpeed,

@@ -8,10 +8,10 @@ pub(crate) use bevy_reflect::{
 };
 
 use crate::quantity::{
-    Coefficient, Compliance, ContactThickness, Creep, Damping, Filling, Finite, FlexuralRigidity,
-    Fraction, Frequency, Friction, Length, MembraneCompliance, PlasticLimit, PoissonRatio,
-    RecoverySpeed, RegionSize, RepairTime, Restitution, RodRadius, RollingResistance, Slack,
-    Stiffness, Strain, Thickness, Yield, YoungsModulus,
+    Coefficient, Cohesion, Compliance, ContactThickness, Creep, Damping, Filling, Finite,
+    FlexuralRigidity, Fraction, Frequency, Friction, Length, MembraneCompliance, PlasticLimit,
+    PoissonRatio, RecoverySpeed, RegionSize, RepairTime, Restitution, RodRadius, RollingResistance,
+    Slack, Stiffness, Strain, Thickness, Yield, YoungsModulus,
 };
 use bevy_reflect::impl_reflect_opaque;
 
@@ -30,6 +30,7 @@ impl_reflect_opaque!((in pliant::solver) PoissonRatio(Clone, Debug, Default, Par
 impl_reflect_opaque!((in pliant::solver) RegionSize(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Restitution(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) RodRadius(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+impl_reflect_opaque!((in pliant::solver) Cohesion(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) RollingResistance(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Slack(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Stiffness(Clone, Debug, Default, PartialEq, Serialize, Deserialize));

@@ -90,6 +90,7 @@ fn solid() -> RestShape {
         edges,
         tetrahedra: tetrahedra.to_vec(),
         triangles: Vec::new(),
+        ..RestShape::default()
     }
 }
 

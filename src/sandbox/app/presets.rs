@@ -135,10 +135,11 @@ fn file(folder: &Path, name: &str) -> PathBuf {
     folder.join(format!("{stem}.ron"))
 }
 
-const DIMENSIONS: [(&str, Dimension); 3] = [
+const DIMENSIONS: [(&str, Dimension); 4] = [
     ("solid", Dimension::Solid),
     ("cloth", Dimension::Sheet),
     ("rope", Dimension::Line),
+    ("grains", Dimension::Grains),
 ];
 
 /// The content of a file.
@@ -194,7 +195,7 @@ fn read(path: &Path) -> Result<Preset, String> {
     let dimension = DIMENSIONS.iter().find(|(word, _)| *word == stored.body);
     let Some(&(_, dimension)) = dimension else {
         return Err(format!(
-            "{shown}: body is “{}”, but must be solid, cloth or rope",
+            "{shown}: body is “{}”, but must be solid, cloth, rope or grains",
             stored.body
         ));
     };
@@ -229,7 +230,7 @@ mod tests {
         assert_eq!(presets, [preset]);
         assert_eq!(errors.len(), 1, "{errors:?}");
         assert!(
-            errors[0].contains("must be solid, cloth or rope"),
+            errors[0].contains("must be solid, cloth, rope or grains"),
             "{errors:?}"
         );
     }

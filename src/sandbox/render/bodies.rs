@@ -53,6 +53,7 @@ fn dress(
             Dimension::Solid => Finish::jelly(color),
             Dimension::Sheet => Finish::cloth(color),
             Dimension::Line => Finish::cord(color),
+            Dimension::Grains => Finish::grain(color),
         };
         let finish = Finish {
             floor: floor.0.unwrap_or(f32::MIN),

@@ -85,6 +85,12 @@ impl Finish {
         Self::new(color, 0.4, 0.3, 0.7)
     }
 
+    /// Grains of a color, linear sRGB.
+    #[must_use]
+    pub fn grain(color: Vec3) -> Self {
+        Self::new(color, 0.6, 0.2, 0.8)
+    }
+
     /// A collider: pale, hard and matt, so that it stays in the background; smooth glass if its
     /// opacity is below 1. Color: linear sRGB.
     #[must_use]

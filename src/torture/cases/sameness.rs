@@ -41,6 +41,7 @@ fn renumbered(shape: &RestShape, new_of: &[u32]) -> RestShape {
         edges: shape.edges.iter().map(|e| e.map(map)).collect(),
         tetrahedra: shape.tetrahedra.iter().map(|t| t.map(map)).collect(),
         triangles: shape.triangles.iter().map(|t| t.map(map)).collect(),
+        ..RestShape::default()
     }
 }
 

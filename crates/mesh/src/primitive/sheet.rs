@@ -44,6 +44,7 @@ pub(super) fn cloth(size: Vec2, cells: UVec2, diagonals: Diagonals, shear: bool)
         edges,
         tetrahedra: Vec::new(),
         triangles,
+        ..RestShape::default()
     }
 }
 
@@ -77,6 +78,7 @@ pub(super) fn tube(radius: f32, height: f32, cells: UVec2) -> RestShape {
         vertices,
         tetrahedra: Vec::new(),
         triangles,
+        ..RestShape::default()
     }
 }
 
@@ -119,6 +121,7 @@ pub(super) fn balloon(radius: f32, cells: u32) -> RestShape {
         vertices,
         tetrahedra: Vec::new(),
         triangles,
+        ..RestShape::default()
     }
 }
 

@@ -16,7 +16,7 @@ use crate::{
     particles::Part,
     step::scope::EachParticle,
 };
-use glam::Vec4;
+use glam::{DMat3, DVec3, Mat3A, Vec3A, Vec4};
 use serde::{Deserialize, Serialize};
 
 /// The body stays out of colliders.
@@ -53,7 +53,7 @@ impl BodyEffect for Collide {
         let response = Response::new((self.friction, self.restitution), kept, pass);
         let mut touched = false;
         for collider in (0..).zip(pass.colliders) {
-            touched |= push_out(part.reborrow(), &response, collider, kept);
+            touched |= push_out(part.reborrow(), (&response, pass), collider, kept);
         }
         touched
     }
@@ -87,13 +87,16 @@ impl BodyEffect for Collide {
 /// particle was pushed.
 fn push_out(
     particles: Part,
-    response: &Response,
+    (response, pass): (&Response, &BodyPass),
     (number, collider): (u32, &SweptCollider),
     kept: &mut [ContactMultiplier],
 ) -> bool {
     let mut any = false;
     let mut none = ContactMultiplier::default();
-    let ball = BoundingBall::of(collider);
+    let BodyPass {
+        topology, first, ..
+    } = *pass;
+    let bounds = SweptBounds::of(collider, topology.largest_radius());
     let state = particles
         .positions
         .iter()
@@ -102,14 +105,15 @@ fn push_out(
     for (i, ((p, u), c)) in state.enumerate() {
         let multiplier = ContactMultiplier::or_none(kept, i, &mut none);
         let pushed = multiplier.surface == number && multiplier.normal > 0.0;
-        if p.w == 0.0 || !(pushed || ball.may_touch(*p, *u)) {
+        if p.w == 0.0 || !(pushed || bounds.may_touch(*p, *u)) {
             continue;
         }
         let [place, moved, began] = [*p, *u, *c].map(|x| x.truncate().as_dvec3());
         let to = collider.to.undo(place + moved);
         let from = collider.from.undo(place + began);
-        let lifted = || pushed.then(|| collider.shape.approach(to));
-        if let Some(exit) = collider.shape.exit(from, to).or_else(lifted) {
+        let radius = topology.radius(first + i).into();
+        let lifted = || pushed.then(|| collider.shape.approach(to, radius));
+        if let Some(exit) = collider.shape.exit(from, to, radius).or_else(lifted) {
             // The multiplier of another collider is not reused.
             if multiplier.surface != number {
                 *multiplier = ContactMultiplier {
@@ -117,7 +121,7 @@ fn push_out(
                     ..ContactMultiplier::default()
                 };
             }
-            let touched = to + exit.normal * exit.depth;
+            let touched = to + exit.normal * (exit.depth - radius);
             let carried = collider.to.apply(touched) - collider.from.apply(touched);
             let touch = ContactPoint {
                 motion: moved - began,
@@ -134,30 +138,42 @@ fn push_out(
     any
 }
 
-/// A ball that contains a collider throughout a substep, for early rejection of particles outside.
+/// A box that contains a collider throughout a substep, for early rejection of particles outside.
 #[derive(Debug, Clone, Copy)]
-struct BoundingBall {
-    middle: Vec4,
-    radius: f32,
+struct SweptBounds {
+    middle: Vec3A,
+    /// Rotation into the frame of the box.
+    turn: Mat3A,
+    half: Vec3A,
 }
 
-impl BoundingBall {
-    fn of(collider: &SweptCollider) -> Self {
-        let (from, to) = (collider.from.translation, collider.to.translation);
-        let middle = ((from + to) / 2.0).as_vec3();
-        let radius = collider.shape.reach() + (from.distance(to) / 2.0) as f32;
+impl SweptBounds {
+    /// For particles of at most this radius [m].
+    fn of(collider: &SweptCollider, largest: f32) -> Self {
+        let (from, to) = (&collider.from, &collider.to);
+        let middle = (from.translation + to.translation) / 2.0;
+        let way = (to.translation - from.translation) / 2.0;
+        let (turn, half) = if from.rotation == to.rotation {
+            let turn = to.rotation.transpose();
+            (turn, collider.shape.half_extent() + (turn * way).abs())
+        } else {
+            let reach = f64::from(collider.shape.reach()) + way.length();
+            (DMat3::IDENTITY, DVec3::splat(reach))
+        };
+        let half = half + f64::from(largest);
         // More than all rounding errors here.
-        let margin = 1e-5 * (radius + middle.length());
+        let margin = 1e-5 * (half.length() + middle.length());
         Self {
-            middle: middle.extend(0.0),
-            radius: radius + margin,
+            middle: middle.as_vec3a(),
+            turn: turn.as_mat3().into(),
+            half: (half + margin).as_vec3a(),
         }
     }
 
-    /// Whether a particle that moves from p by u may touch the ball.
-    fn may_touch(self, p: Vec4, u: Vec4) -> bool {
-        let apart = (p - self.middle).truncate();
-        let limit = self.radius * 1.00001 + u.truncate().length();
-        apart.length_squared() <= limit * limit
+    /// Whether a particle that moves from p by u may touch the box.
+    fn may_touch(&self, p: Vec4, u: Vec4) -> bool {
+        let apart = self.turn * (Vec3A::from_vec4(p) - self.middle);
+        let limit = self.half * 1.00001 + Vec3A::splat(u.truncate().length());
+        apart.abs().cmple(limit).all()
     }
 }

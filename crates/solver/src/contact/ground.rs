@@ -94,11 +94,12 @@ impl BodyEffect for Ground {
             .zip(part.displacements)
             .zip(part.carry);
         for (i, ((p, u), c)) in state.enumerate() {
-            let is_below = (p.y - self.height) + u.y < 0.0;
+            let radius = pass.topology.radius(pass.first + i);
+            let is_below = (p.y - self.height) + u.y < radius;
             let multiplier = ContactMultiplier::or_none(kept, i, &mut none);
             if (is_below || multiplier.normal > 0.0) && p.w > 0.0 {
                 let (moved, began) = (u.truncate().as_dvec3(), c.truncate().as_dvec3());
-                let base = f64::from(p.y) - height;
+                let base = f64::from(p.y) - height - f64::from(radius);
                 let motion = moved - began;
                 // From the position alone: rounding, or a bounce in an earlier iteration, does not
                 // count as being below the ground.
@@ -157,12 +158,13 @@ impl BodyEffect for StickyGround {
     fn solve(&self, _: &(), part: Part, pass: &BodyPass) -> bool {
         let mut touched = false;
         let state = part.positions.iter().zip(part.displacements);
-        for ((p, u), c) in state.zip(&*part.carry) {
-            if (p.y - self.height) + u.y < 0.0 && p.w > 0.0 {
+        for (i, ((p, u), c)) in state.zip(&*part.carry).enumerate() {
+            let radius = pass.topology.radius(pass.first + i);
+            if (p.y - self.height) + u.y < radius && p.w > 0.0 {
                 if !pass.is_frictionless {
                     *u = *c;
                 }
-                u.y = self.height - p.y;
+                u.y = (self.height - p.y) + radius;
                 touched = true;
             }
         }
@@ -172,6 +174,7 @@ impl BodyEffect for StickyGround {
     fn solve_reference(&self, _: &mut (), body: ReferenceParticles, _: &ReferencePass) {
         let height = f64::from(self.height);
         for i in 0..body.x.len() {
+            let height = height + f64::from(body.topology.radius(i));
             if body.x[i].y < height && body.w[i] > 0.0 {
                 body.x[i] = body.p[i].with_y(height);
                 *body.touched = true;

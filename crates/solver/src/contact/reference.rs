@@ -35,6 +35,7 @@ pub(super) fn ground(
 ) {
     let ReferencePass { h, gravity, .. } = *pass;
     for (i, pushed) in pushed.iter_mut().enumerate() {
+        let height = height + f64::from(body.topology.radius(i));
         let approach = (body.x[i] - body.p[i]).y / h;
         let bounces = surface.1 > 0.0 && approach < -2.0 * h * gravity.length();
         let below = if bounces {
@@ -71,19 +72,20 @@ pub(super) fn collide(
             continue;
         }
         let (start, end) = (from.undo(body.p[i]), to.undo(body.x[i]));
+        let radius = f64::from(body.topology.radius(i));
         let mut pushed = *kept;
         let lifted = || {
             let taken_back = pushed.surface == number && pushed.normal > 0.0;
-            taken_back.then(|| gradient(shape, end))
+            taken_back.then(|| gradient(shape, end, radius))
         };
-        if let Some((normal, depth)) = exit(shape, start, end).or_else(lifted) {
+        if let Some((normal, depth)) = exit(shape, start, end, radius).or_else(lifted) {
             if pushed.surface != number {
                 pushed = ContactDisplacement {
                     surface: number,
                     ..ContactDisplacement::default()
                 };
             }
-            let touched = end + normal * depth;
+            let touched = end + normal * (depth - radius);
             let carried = to.apply(touched) - from.apply(touched);
             let exit = (to.rotation * normal, depth);
             respond(body, i, surface, exit, carried, &mut pushed, pass);
@@ -120,11 +122,11 @@ fn respond(
     }
 }
 
-/// Normal of a shape towards a point outside of it, and its depth, which is not positive.
-fn gradient(shape: &ColliderShape, x: DVec3) -> (DVec3, f64) {
+/// Normal of a shape towards the center of a ball outside of it, and the depth of the ball.
+fn gradient(shape: &ColliderShape, x: DVec3, radius: f64) -> (DVec3, f64) {
     let distance = distance(shape, x);
     if distance <= 0.0 {
-        return (nearest_exit(shape, x).0, 0.0);
+        return (nearest_exit(shape, x).0, radius);
     }
     let outward = match *shape {
         ColliderShape::Box { size } => {
@@ -135,25 +137,32 @@ fn gradient(shape: &ColliderShape, x: DVec3) -> (DVec3, f64) {
         ColliderShape::Capsule { length, .. } => x - on_axis(x, length),
         ColliderShape::Mesh(_) => DVec3::Y,
     };
-    (outward.normalize(), -distance)
+    (outward.normalize(), radius - distance)
 }
 
-/// Normal and depth for a point that moved from `from` to `to`, in the collider's frame; see
-/// [`ColliderShape::exit`] for the choice of the surface.
-pub fn exit(shape: &ColliderShape, from: DVec3, to: DVec3) -> Option<(DVec3, f64)> {
+/// Normal and depth for a ball of `radius` [m] that moved from `from` to `to`, in the collider's
+/// frame; see [`ColliderShape::exit`] for the choice of the surface.
+pub fn exit(shape: &ColliderShape, from: DVec3, to: DVec3, radius: f64) -> Option<(DVec3, f64)> {
     let step = to - from;
-    let nearest = (distance(shape, to) < 0.0).then(|| nearest_exit(shape, to));
+    let nearest_exit = |x| match distance(shape, x) > 0.0 && radius > 0.0 {
+        true => gradient(shape, x, radius),
+        false => {
+            let (normal, depth) = nearest_exit(shape, x);
+            (normal, depth + radius)
+        }
+    };
+    let nearest = (distance(shape, to) < radius).then(|| nearest_exit(to));
     if nearest.is_some_and(|(normal, _)| normal.dot(step) <= 0.0) {
         return nearest;
     }
-    let entry = if distance(shape, from) < 0.0 {
-        let (normal, depth) = nearest_exit(shape, from);
+    let entry = if distance(shape, from) < radius {
+        let (normal, depth) = nearest_exit(from);
         Some((from + normal * depth, normal))
     } else {
-        enter(shape, from, step)
+        enter(shape, from, step, radius)
             .filter(|&t| t <= 1.0)
             .map(|t| from + step * t)
-            .map(|entry| (entry, nearest_exit(shape, entry).0))
+            .map(|entry| (entry, nearest_exit(entry).0))
     };
     let entered = entry
         .filter(|(_, normal)| normal.dot(step) < 0.0)
@@ -209,12 +218,13 @@ fn on_axis(x: DVec3, length: f32) -> DVec3 {
     DVec3::new(0.0, x.y.clamp(-half, half), 0.0)
 }
 
-fn enter(shape: &ColliderShape, from: DVec3, step: DVec3) -> Option<f64> {
+fn enter(shape: &ColliderShape, from: DVec3, step: DVec3, ball: f64) -> Option<f64> {
     match *shape {
-        ColliderShape::Sphere { radius } => enter_sphere(from, step, f64::from(radius)),
+        ColliderShape::Sphere { radius } => enter_sphere(from, step, f64::from(radius) + ball),
+        ColliderShape::Box { .. } if ball > 0.0 => enter_by_bisection(shape, from, step, ball),
         ColliderShape::Box { size } => enter_box(from, step, size.as_dvec3() / 2.0),
         ColliderShape::Capsule { radius, length } => {
-            let (radius, half) = (f64::from(radius), f64::from(length) / 2.0);
+            let (radius, half) = (f64::from(radius) + ball, f64::from(length) / 2.0);
             let flat = DVec3::new(1.0, 0.0, 1.0);
             let end = DVec3::new(0.0, half, 0.0);
             enter_sphere(from * flat, step * flat, radius)
@@ -228,6 +238,30 @@ fn enter(shape: &ColliderShape, from: DVec3, step: DVec3) -> Option<f64> {
         }
         ColliderShape::Mesh(_) => None,
     }
+}
+
+/// First contact of a ball with a convex shape: the distance is convex along the path, so that its
+/// minimum is found by thirds, and the contact before it by halves.
+fn enter_by_bisection(shape: &ColliderShape, from: DVec3, step: DVec3, ball: f64) -> Option<f64> {
+    let gap = |t: f64| distance(shape, from + step * t) - ball;
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..100 {
+        let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
+        if gap(a) < gap(b) { high = b } else { low = a }
+    }
+    let (mut outside, mut inside) = (0.0, low);
+    if gap(inside) > 0.0 {
+        return None;
+    }
+    for _ in 0..60 {
+        let middle = 0.5 * (outside + inside);
+        if gap(middle) > 0.0 {
+            outside = middle
+        } else {
+            inside = middle
+        }
+    }
+    Some(inside)
 }
 
 fn enter_sphere(from: DVec3, step: DVec3, radius: f64) -> Option<f64> {

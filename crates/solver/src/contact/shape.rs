@@ -1,4 +1,5 @@
-//! Collider shapes in their local frame, and where a moving point leaves them.
+//! Collider shapes in their local frame, and where a moving ball leaves them. Particles are balls
+//! of radius 0, unless they are grains.
 
 use super::ColliderMesh;
 use crate::quantity::{InvalidValue, Length};
@@ -47,6 +48,13 @@ const NO_EXIT: Exit = Exit {
     depth: f64::NEG_INFINITY,
 };
 
+/// Maximum number of steps of an advancing ball. One that needs more grazes the shape, and is
+/// still outside.
+const ADVANCES: usize = 64;
+
+/// An advancing ball touches at this fraction of its radius.
+const TOUCH: f64 = 1e-6;
+
 impl ColliderShape {
     /// Rejects sizes that are not finite and positive.
     ///
@@ -76,6 +84,19 @@ impl ColliderShape {
         }
     }
 
+    /// Half of the sides of the box about the origin that contains the shape, in its frame [m].
+    #[must_use]
+    pub fn half_extent(&self) -> DVec3 {
+        match *self {
+            Self::Box { size } => size.as_dvec3() / 2.0,
+            Self::Capsule { radius, length } => {
+                let [radius, length] = [radius, length].map(f64::from);
+                DVec3::new(radius, radius + length / 2.0, radius)
+            }
+            _ => DVec3::splat(self.reach().into()),
+        }
+    }
+
     /// The mesh, if it is one.
     #[must_use]
     pub fn mesh(&self) -> Option<&ColliderMesh> {
@@ -101,26 +122,27 @@ impl ColliderShape {
         }
     }
 
-    /// Exit for a point that moved from `from` to `to` during a substep, if it has to leave the
-    /// shape.
+    /// Exit for a ball of `radius` [m] that moved from `from` to `to` during a substep, if it has to
+    /// leave the shape.
     ///
-    /// A point that ended inside leaves through the nearest surface, unless that is on the far side
-    /// from its entry. A point that passed through the shape within the substep, as happens with
-    /// fast colliders, returns to its entry. A point on the surface may be inside by a rounding
+    /// A ball that ended inside leaves through the nearest surface, unless that is on the far side
+    /// from its entry. A ball that passed through the shape within the substep, as happens with
+    /// fast colliders, returns to its entry. A ball on the surface may be inside by a rounding
     /// error at the start: its entry is where it was.
     #[must_use]
-    pub fn exit(&self, from: DVec3, to: DVec3) -> Option<Exit> {
+    pub fn exit(&self, from: DVec3, to: DVec3, radius: f64) -> Option<Exit> {
         let step = to - from;
-        let nearest = (self.distance(to) < 0.0).then(|| self.nearest_exit(to));
+        let nearest_exit = |x| self.nearest_exit_of(x, radius);
+        let nearest = (self.distance(to) < radius).then(|| nearest_exit(to));
         if nearest.is_some_and(|exit| exit.normal.dot(step) <= 0.0) {
             return nearest;
         }
-        let entry = if self.distance(from) < 0.0 {
-            let exit = self.nearest_exit(from);
+        let entry = if self.distance(from) < radius {
+            let exit = nearest_exit(from);
             Some((from + exit.normal * exit.depth, exit.normal))
         } else {
-            self.entry(from, step)
-                .map(|entry| (entry, self.nearest_exit(entry).normal))
+            self.entry(from, step, radius)
+                .map(|entry| (entry, nearest_exit(entry).normal))
         };
         let entered = entry.and_then(|(entry, normal)| {
             let depth = normal.dot(entry - to);
@@ -129,10 +151,18 @@ impl ColliderShape {
         entered.or(nearest)
     }
 
-    /// Contact point for a point outside the shape: the outward normal there, and a depth that is
+    /// Contact point for a ball outside the shape: the outward normal there, and a depth that is
     /// not positive.
     #[must_use]
-    pub fn approach(&self, x: DVec3) -> Exit {
+    pub fn approach(&self, x: DVec3, radius: f64) -> Exit {
+        let exit = self.approach_of_center(x);
+        Exit {
+            depth: exit.depth + radius,
+            ..exit
+        }
+    }
+
+    fn approach_of_center(&self, x: DVec3) -> Exit {
         let (from, radius) = match *self {
             Self::Sphere { radius } => (DVec3::ZERO, f64::from(radius)),
             Self::Capsule { radius, length } => (on_axis(x, length.into()), f64::from(radius)),
@@ -156,6 +186,17 @@ impl ColliderShape {
         }
     }
 
+    fn nearest_exit_of(&self, x: DVec3, radius: f64) -> Exit {
+        if radius > 0.0 && self.distance(x) > 0.0 {
+            return self.approach(x, radius);
+        }
+        let exit = self.nearest_exit(x);
+        Exit {
+            depth: exit.depth + radius,
+            ..exit
+        }
+    }
+
     fn nearest_exit(&self, x: DVec3) -> Exit {
         match *self {
             Self::Sphere { radius } => round_exit(x, radius.into(), DVec3::Y),
@@ -175,17 +216,37 @@ impl ColliderShape {
         }
     }
 
-    /// First intersection with the surface of a point that starts outside and moves by `step`.
-    fn entry(&self, from: DVec3, step: DVec3) -> Option<DVec3> {
+    /// Center of a ball that starts outside and moves by `step` at its first contact with the
+    /// surface.
+    fn entry(&self, from: DVec3, step: DVec3, ball: f64) -> Option<DVec3> {
         let t = match *self {
-            Self::Sphere { radius } => enter_sphere(from, step, radius.into()),
+            Self::Sphere { radius } => enter_sphere(from, step, f64::from(radius) + ball),
+            Self::Box { .. } if ball > 0.0 => self.advance(from, step, ball),
             Self::Box { size } => enter_box(from, step, size.as_dvec3() / 2.0),
             Self::Capsule { radius, length } => {
-                enter_capsule(from, step, radius.into(), length.into())
+                enter_capsule(from, step, f64::from(radius) + ball, length.into())
             }
             Self::Mesh(_) => None,
         }?;
         (t <= 1.0).then(|| from + step * t)
+    }
+
+    /// First contact of a moving ball by conservative advancement, as a fraction of `step`: the
+    /// ball advances by its distance, which it cannot pass whatever the direction.
+    fn advance(&self, from: DVec3, step: DVec3, ball: f64) -> Option<f64> {
+        let length = step.length();
+        let mut t = 0.0;
+        for _ in 0..ADVANCES {
+            let gap = self.distance(from + step * t) - ball;
+            if gap <= TOUCH * ball {
+                return Some(t);
+            }
+            t += gap / length;
+            if t > 1.0 {
+                return None;
+            }
+        }
+        None
     }
 }
 

@@ -91,6 +91,7 @@ pub fn strain(topology: &Topology, positions: &[Vec4], which: Principal, out: &m
                 means.add(&ends, c.distance(d) / length - 1.0, length);
             }
         }
+        Dimension::Grains => {}
     }
     means.write(out, |mean| mean);
 }

@@ -9,6 +9,7 @@ pub mod body_kinds;
 pub mod elastic;
 pub mod force;
 pub mod grab;
+pub mod grains;
 pub mod isometric_bend;
 pub mod kinds;
 pub mod membrane;
@@ -33,6 +34,7 @@ pub mod all {
     pub use super::{
         bend::Bend,
         grab::{Glide, Grab, GrabState, Hold, SurfacePoint},
+        grains::{Grains, GrainsState},
         isometric_bend::IsometricBend,
         membrane::Membrane,
         neo_hookean::NeoHookean,
@@ -113,6 +115,7 @@ macro_rules! effects {
                     SelfContact self_contact "Contact of the body with itself.";
                 }
                 surfaces {
+                    Grains grains "Contact of grains with each other.";
                     Ground ground "Ground plane with friction and restitution.";
                     StickyGround sticky_ground "Ground plane that holds what touches it.";
                     Collide collide "Contact with rigid colliders.";

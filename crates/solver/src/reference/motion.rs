@@ -140,11 +140,13 @@ impl Body {
             .map(f64::from);
         let meets = (0..self.x.len()).filter(|&i| self.w[i] > 0.0).any(|i| {
             let (from, to) = (self.x[i], self.x[i] + (self.v[i] + gravity * h) * h);
-            height.is_some_and(|height| from.y.min(to.y) <= height)
+            let radius = f64::from(self.topology.radius(i));
+            height.is_some_and(|height| from.y.min(to.y) - radius <= height)
                 || self.effects.collide.is_some()
-                    && swept
-                        .iter()
-                        .any(|it| exit(&it.shape, it.from.undo(from), it.to.undo(to)).is_some())
+                    && swept.iter().any(|it| {
+                        let (from, to) = (it.from.undo(from), it.to.undo(to));
+                        exit(&it.shape, from, to, radius).is_some()
+                    })
         });
         let past = std::mem::take(&mut self.past);
         let unwritten = (0..self.x.len()).filter(|&i| self.w[i] > 0.0).all(|i| {

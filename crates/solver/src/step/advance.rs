@@ -191,10 +191,11 @@ impl Stepper<'_> {
         moving.into_iter().any(|i| {
             let from = particles.position(i);
             let to = from + (particles.velocity_f64(i) + gravity * h) * h;
-            height.is_some_and(|height| from.y.min(to.y) <= f64::from(height))
+            let radius = f64::from(self.topology.radius(i));
+            height.is_some_and(|height| from.y.min(to.y) - radius <= f64::from(height))
                 || colliders.iter().any(|collider| {
                     let (from, to) = (collider.from.undo(from), collider.to.undo(to));
-                    collider.shape.exit(from, to).is_some()
+                    collider.shape.exit(from, to, radius).is_some()
                 })
         })
     }

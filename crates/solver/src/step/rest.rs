@@ -117,13 +117,15 @@ pub fn written(particles: &Particles, start: &[Vec4]) -> bool {
     particles.positions != start || !particles.is_still()
 }
 
-/// Whether a collider that moves during a tick comes near a body at these positions.
+/// Whether a collider that moves during a tick comes near a body with particles of at most this
+/// radius [m] at these positions.
 #[must_use]
-pub fn disturbed(positions: &[Vec4], colliders: &[SweptCollider]) -> bool {
+pub fn disturbed(positions: &[Vec4], radius: f32, colliders: &[SweptCollider]) -> bool {
     if !colliders.iter().any(SweptCollider::moves) {
         return false;
     }
     let (low, high): (Vec3, Vec3) = bounds(positions.iter().map(|x| x.truncate()));
+    let (low, high) = (low - radius, high + radius);
     colliders
         .iter()
         .any(|collider| collider.moves() && collider.near(low, high))

@@ -196,7 +196,12 @@ fn wakes(body: &Body, colliders: &[SweptCollider]) -> bool {
     body.effects.grab.is_some()
         || written(&body.particles, &body.tick_start.positions)
         || body.stitches.are_pulled(colliders)
-        || (body.effects.collide.is_some() && disturbed(&body.particles.positions, colliders))
+        || (body.effects.collide.is_some()
+            && disturbed(
+                &body.particles.positions,
+                body.topology.largest_radius(),
+                colliders,
+            ))
 }
 
 impl Body {

@@ -56,6 +56,8 @@ pub enum Dimension {
     Sheet,
     /// Edges: density in kg/m.
     Line,
+    /// Balls of given radii: density in kg/m³.
+    Grains,
 }
 
 /// Elements of the input that were left out, by reason.
@@ -89,6 +91,8 @@ pub struct Topology {
     pub tetrahedra: Tetrahedra,
     /// The coarse surface: outward triangles; none for a rope.
     pub triangles: Arc<[[u32; 3]]>,
+    /// Radius of each particle [m]; empty unless they are grains.
+    pub radii: Arc<[f32]>,
     /// Kind of elements that carry the mass of the body.
     pub dimension: Dimension,
     /// Longest side of the bounding box at rest [m].
@@ -168,6 +172,25 @@ pub enum TopologyError {
         /// Number of vertices of the shape.
         vertices: usize,
     },
+    /// The radii of grains do not fit the shape.
+    #[error("the shape has {radii} radii and {vertices} vertices; expected one each, or none")]
+    Radii {
+        /// Number of radii.
+        radii: usize,
+        /// Number of vertices.
+        vertices: usize,
+    },
+    /// The radius of a grain is not a positive number.
+    #[error("vertex {vertex} has the radius {radius}; expected 1e-6 to 1e3 m")]
+    Radius {
+        /// Index of the vertex.
+        vertex: usize,
+        /// Its radius.
+        radius: f32,
+    },
+    /// A shape of grains has elements.
+    #[error("the shape has radii and {0} elements; grains have no edges, triangles or tetrahedra")]
+    GrainsWithElements(usize),
     /// An element refers to a vertex twice.
     #[error("{element} {index} refers to vertex {vertex} more than once")]
     RepeatedVertex {
@@ -230,10 +253,12 @@ impl Topology {
         check_elements("edge", &shape.edges, count)?;
         check_elements("tetrahedron", &shape.tetrahedra, count)?;
         check_elements("triangle", &shape.triangles, count)?;
+        check_radii(&shape)?;
 
         let (mut ends, repeated_edges) = without_repeats(shape.edges);
         let (mut corners, mut triangles) = (shape.tetrahedra, shape.triangles);
         let mut rest = shape.vertices;
+        let mut radii = shape.radii;
         let numbering = number(count, &ends, &corners);
         renumber(
             &numbering,
@@ -242,9 +267,17 @@ impl Topology {
             &mut corners,
             &mut triangles,
         );
+        if !radii.is_empty() {
+            let given = std::mem::take(&mut radii);
+            let particles = 0..given.len() as u32;
+            let vertex = |particle| numbering.vertex(ParticleIndex(particle)).index();
+            radii.extend(particles.map(|particle| given[vertex(particle)]));
+        }
         let at = |i: u32| rest[i as usize].as_dvec3();
         let (corners, flat_tetrahedra) = without_flat(corners, at);
-        let dimension = if !corners.is_empty() {
+        let dimension = if !radii.is_empty() {
+            Dimension::Grains
+        } else if !corners.is_empty() {
             Dimension::Solid
         } else if !triangles.is_empty() {
             Dimension::Sheet
@@ -260,7 +293,7 @@ impl Topology {
             ends.retain(|edge| edge.iter().all(|&i| has_mass[i as usize]));
         }
         let massless_edges = before - ends.len();
-        let mut used = vec![false; count];
+        let mut used = vec![!radii.is_empty(); count];
         for &i in ends.iter().flatten().chain(corners.iter().flatten()) {
             used[i as usize] = true;
         }
@@ -275,6 +308,7 @@ impl Topology {
         };
 
         let (low, high) = bounds(rest.iter().copied());
+        let diameter = 2.0 * radii.iter().copied().fold(0.0, f32::max);
         let partitions = Partitions::cut(count, reaches(&ends).chain(reaches(&corners)));
         let is_sheet = dimension == Dimension::Sheet;
         Ok(Self {
@@ -282,9 +316,10 @@ impl Topology {
             tetrahedra: Tetrahedra::new(&corners, &rest, &partitions),
             partitions: Arc::new(partitions),
             triangles: triangles.into(),
+            radii: radii.into(),
             numbering,
             dimension,
-            size: (high - low).max_element(),
+            size: (high - low).max_element() + diameter,
             left_out,
             rest: rest.into(),
             hinges: Lazy::default(),
@@ -316,9 +351,10 @@ impl Topology {
     #[must_use]
     pub fn rest_shape(&self) -> RestShape {
         let vertex = |particle: u32| self.numbering.vertex(ParticleIndex(particle)).0;
-        let vertices = (0..self.rest.len() as u32).map(VertexIndex);
+        let vertices_in_order = (0..self.rest.len() as u32).map(VertexIndex);
         RestShape {
-            vertices: vertices
+            vertices: vertices_in_order
+                .clone()
                 .map(|vertex| self.rest[self.numbering.particle(vertex).index()])
                 .collect(),
             edges: self.edges.ends().map(|ends| ends.map(vertex)).collect(),
@@ -332,6 +368,12 @@ impl Topology {
                 .iter()
                 .map(|corners| corners.map(vertex))
                 .collect(),
+            radii: match self.radii.is_empty() {
+                true => Vec::new(),
+                false => vertices_in_order
+                    .map(|vertex| self.radii[self.numbering.particle(vertex).index()])
+                    .collect(),
+            },
         }
     }
 
@@ -367,8 +409,26 @@ impl Topology {
                     distribute(&corners, a.distance(b));
                 }
             }
+            Dimension::Grains => {
+                for (measure, &radius) in measure.iter_mut().zip(&*self.radii) {
+                    let radius = f64::from(radius);
+                    *measure = 4.0 / 3.0 * core::f64::consts::PI * radius * radius * radius;
+                }
+            }
         }
         measure.iter().map(|&m| m as f32).collect()
+    }
+
+    /// Radius of a particle [m]: 0 unless it is a grain.
+    #[must_use]
+    pub fn radius(&self, particle: usize) -> f32 {
+        self.radii.get(particle).copied().unwrap_or(0.0)
+    }
+
+    /// The largest radius of a particle [m]: 0 unless they are grains.
+    #[must_use]
+    pub fn largest_radius(&self) -> f32 {
+        self.radii.iter().copied().fold(0.0, f32::max)
     }
 
     /// Vertex of the rest shape of a particle.
@@ -398,6 +458,33 @@ impl Topology {
     pub fn particles(&self) -> usize {
         self.rest.len()
     }
+}
+
+/// Radii of grains [m] that can be simulated.
+const RADII: core::ops::RangeInclusive<f32> = 1e-6..=1e3;
+
+fn check_radii(shape: &RestShape) -> Result<(), TopologyError> {
+    let (radii, vertices) = (shape.radii.len(), shape.vertices.len());
+    if radii == 0 {
+        return Ok(());
+    }
+    if radii != vertices {
+        return Err(TopologyError::Radii { radii, vertices });
+    }
+    let elements = shape.edges.len() + shape.triangles.len() + shape.tetrahedra.len();
+    if elements > 0 {
+        return Err(TopologyError::GrainsWithElements(elements));
+    }
+    let invalid = shape
+        .radii
+        .iter()
+        .position(|radius| !RADII.contains(radius));
+    invalid.map_or(Ok(()), |vertex| {
+        Err(TopologyError::Radius {
+            vertex,
+            radius: shape.radii[vertex],
+        })
+    })
 }
 
 /// Renumbers the elements of a shape from vertices to particles.

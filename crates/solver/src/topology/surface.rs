@@ -3,7 +3,8 @@
 use super::{Topology, bounds};
 use glam::Vec3;
 
-/// The vertices, edges and triangles of the surface of a body; of a rope, its particles and edges.
+/// The vertices, edges and triangles of the surface of a body; of a rope, its particles and edges; of
+/// grains, their centers.
 /// Edges and triangles are indices into `vertices`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surface {
@@ -15,6 +16,10 @@ pub struct Surface {
     pub edges: Vec<[u32; 2]>,
     /// As [`Topology::triangles`].
     pub triangles: Vec<[u32; 3]>,
+    /// Radius of each vertex [m]; empty unless they are grains.
+    pub radii: Vec<f32>,
+    /// The largest radius of a vertex [m]; 0 unless they are grains.
+    pub largest_radius: f32,
     /// Mean length of an edge at rest [m]; 0 without edges.
     pub mean_edge: f32,
     /// Length of the longest edge at rest [m]; 0 without edges.
@@ -45,7 +50,12 @@ impl Surface {
     /// For a body with triangles, these; otherwise all edges; without edges, the particles.
     pub(crate) fn of(topology: &Topology) -> Self {
         let edges = topology.edges.ends().collect();
-        Self::new(&topology.rest, edges, topology.triangles.to_vec())
+        Self {
+            // Without edges, all particles are vertices.
+            radii: topology.radii.to_vec(),
+            largest_radius: topology.largest_radius(),
+            ..Self::new(&topology.rest, edges, topology.triangles.to_vec())
+        }
     }
 
     /// For triangles between points [m].
@@ -92,6 +102,8 @@ impl Surface {
             triangles,
             mean_edge,
             longest_edge,
+            radii: Vec::new(),
+            largest_radius: 0.0,
         }
     }
 
@@ -105,6 +117,7 @@ impl Surface {
     pub fn bytes(&self) -> usize {
         size_of_val(&self.vertices[..])
             + size_of_val(&self.rest[..])
+            + size_of_val(&self.radii[..])
             + size_of_val(&self.edges[..])
             + size_of_val(&self.triangles[..])
             + self.patches.iter().map(Patch::bytes).sum::<usize>()

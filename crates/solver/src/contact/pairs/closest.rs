@@ -4,20 +4,24 @@
 
 use glam::DVec3;
 
-/// Two primitives with four corners in total.
+/// Two primitives with at most four corners in total; of fewer, the last one is repeated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// Corner 0 is a vertex, the others a triangle.
     VertexTriangle,
     /// Corners 0 and 1 are an edge, the others another.
     EdgeEdge,
+    /// Corner 0 is a vertex, 1 and 2 an edge.
+    VertexEdge,
+    /// Corners 0 and 1 are vertices.
+    VertexVertex,
 }
 
 impl Kind {
     /// Number of corners of the first primitive.
     pub const fn split(self) -> usize {
         match self {
-            Self::VertexTriangle => 1,
+            Self::VertexTriangle | Self::VertexEdge | Self::VertexVertex => 1,
             Self::EdgeEdge => 2,
         }
     }
@@ -34,6 +38,11 @@ impl Kind {
                 let [s, t] = on_edges([x[0], x[1]], [x[2], x[3]]);
                 [1.0 - s, s, t - 1.0, -t]
             }
+            Self::VertexEdge => {
+                let [_, t] = on_edges([x[0]; 2], [x[1], x[2]]);
+                [1.0, t - 1.0, -t, 0.0]
+            }
+            Self::VertexVertex => [1.0, -1.0, 0.0, 0.0],
         }
     }
 
@@ -140,7 +149,12 @@ mod tests {
             if round % 4 == 0 {
                 x[3] = x[2] + (x[1] - x[0]) * 0.7;
             }
-            for kind in [Kind::VertexTriangle, Kind::EdgeEdge] {
+            for kind in [
+                Kind::VertexTriangle,
+                Kind::EdgeEdge,
+                Kind::VertexEdge,
+                Kind::VertexVertex,
+            ] {
                 let found = kind.distance(x);
                 let mut best = f64::INFINITY;
                 for i in 0..=64 {
@@ -150,6 +164,8 @@ mod tests {
                             Kind::VertexTriangle if s + t > 1.0 => continue,
                             Kind::VertexTriangle => [1.0, s + t - 1.0, -s, -t],
                             Kind::EdgeEdge => [1.0 - s, s, t - 1.0, -t],
+                            Kind::VertexEdge => [1.0, t - 1.0, -t, 0.0],
+                            Kind::VertexVertex => [1.0, -1.0, 0.0, 0.0],
                         };
                         best = best.min(weighted(weights, x).length());
                     }

@@ -188,6 +188,12 @@ impl Member {
         matches!(self.owner, Owner::Collider(_))
     }
 
+    /// By how much one of its surface vertices is smaller than the largest [m].
+    pub(super) fn deficit(&self, vertex: u32) -> f32 {
+        let radius = self.surface.radii.get(vertex as usize - self.first);
+        radius.map_or(0.0, |radius| self.surface.largest_radius - radius)
+    }
+
     /// Kind of contact with another member, or with itself, if any.
     pub(super) fn between(&self, other: &Self) -> Option<Between> {
         let between = if self.owner == other.owner {
@@ -235,9 +241,12 @@ impl Member {
     }
 
     /// Its part of the distance of two surfaces [m]: half its thickness, or all of it from a
-    /// collider, which has none.
+    /// collider, which has none; the largest radius of grains.
     pub(super) fn half_thickness_for(&self, between: Between) -> Option<f32> {
         let params = self.params[between as usize]?;
+        if !self.surface.radii.is_empty() {
+            return Some(self.surface.largest_radius);
+        }
         Some(match (between, self.owner) {
             (Between::Colliders, Owner::Collider(_)) => 0.0,
             (Between::Colliders, _) => params.thickness(self.surface.mean_edge),
@@ -813,13 +822,15 @@ fn params(body: &impl Tangible, has_meshes: bool) -> [Option<Params>; KINDS] {
         contact,
         self_contact,
         collide,
+        rod,
         ..
     } = body.effects();
-    let contact = contact.map(|it| it.params());
+    let diameter = rod.map(|rod| 2.0 * rod.radius.get());
+    let contact = contact.map(|it| it.params().or_thickness(diameter));
     let collide = collide.filter(|_| has_meshes);
     [
         contact,
-        self_contact.map(|it| it.params()),
+        self_contact.map(|it| it.params().or_thickness(diameter)),
         collide.map(|it| Params::with_colliders(&it, contact.as_ref())),
     ]
 }

@@ -3,7 +3,7 @@
 use super::{
     bounds::{Ball, Bounds, Columns, distance},
     closest::Kind,
-    contacts::{Between, Contacts, HORIZON, Piece},
+    contacts::{Between, Contacts, HORIZON, Member, Piece},
 };
 use crate::{Threads, WorkEstimate, lanes::Instructions, topology::surface::Patch};
 use glam::{DVec3, Vec3A};
@@ -381,6 +381,24 @@ impl Finder {
             Kind::EdgeEdge,
             [Part::Edges; 2],
         );
+        // Grains touch edges only where there are no triangles that the edges belong to.
+        let of = pair.pieces.map(|piece| {
+            let member = contacts.pieces[piece as usize].member;
+            &contacts.members[member].surface
+        });
+        let [a, b] = of.map(|surface| match () {
+            () if !surface.triangles.is_empty() => Part::Triangles,
+            () if !surface.edges.is_empty() => Part::Edges,
+            () => Part::Vertices,
+        });
+        let mut batch = |pair, kind, parts| self.batch(contacts, piece_boxes, pair, kind, parts);
+        match (a, b) {
+            _ if pair.between == Between::Itself => {}
+            (Part::Vertices, Part::Vertices) => batch(pair, Kind::VertexVertex, [a, b]),
+            (Part::Vertices, Part::Edges) => batch(pair, Kind::VertexEdge, [a, b]),
+            (Part::Edges, Part::Vertices) => batch(&pair.swapped(), Kind::VertexEdge, [b, a]),
+            _ => {}
+        }
     }
 
     /// Finds candidates of one kind.
@@ -478,12 +496,13 @@ impl Finder {
             if apart > reach.into() {
                 continue;
             }
+            let smaller = kind.smaller(first.map(|corner| vertices[corner as usize]), [of_a, of_b]);
             let kept = if between == Between::Itself {
                 let rest = |v: u32| of_a.surface.rest[v as usize - of_a.first].as_dvec3();
                 let of = first.map(|corner| rest(vertices[corner as usize]));
                 thickness.min((OF_REST * kind.distance(of)) as f32)
             } else {
-                thickness
+                thickness - smaller
             };
             if kept > 0.0 {
                 candidates.push(Candidate {
@@ -534,6 +553,16 @@ impl PiecePair {
 }
 
 impl Kind {
+    /// By how much grains among the corners, by their surface vertices, are smaller than the largest
+    /// of their bodies [m].
+    fn smaller(self, corners: [u32; 4], [a, b]: [&Member; 2]) -> f32 {
+        match self {
+            Self::EdgeEdge => 0.0,
+            Self::VertexTriangle | Self::VertexEdge => a.deficit(corners[0]),
+            Self::VertexVertex => a.deficit(corners[0]) + b.deficit(corners[1]),
+        }
+    }
+
     /// Corners of two primitives of pieces, by index.
     fn corners(
         self,
@@ -551,6 +580,14 @@ impl Kind {
                 let [p, q] = of_a.edges[first].map(|place| corner(a, place));
                 let [r, s] = of_b.edges[second].map(|place| corner(b, place));
                 [p, q, r, s]
+            }
+            Self::VertexEdge => {
+                let [p, q] = of_b.edges[second].map(|place| corner(b, place));
+                [corner(a, first as u32), p, q, q]
+            }
+            Self::VertexVertex => {
+                let other = corner(b, second as u32);
+                [corner(a, first as u32), other, other, other]
             }
         }
     }

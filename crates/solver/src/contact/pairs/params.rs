@@ -20,7 +20,8 @@ macro_rules! contact {
         )]
         pub struct $name {
             /// Thickness of the surface [m]: two surfaces keep a distance of the mean of their
-            /// thicknesses. 0, the default, selects a tenth of the mean rest length of the edges.
+            /// thicknesses. 0, the default, selects a tenth of the mean rest length of the edges, and
+            /// the diameter of a rod. Grains always have their own radii.
             pub thickness: ContactThickness,
             /// Coefficient of static friction µ; two bodies use the geometric mean. Default 0.5.
             pub friction: Friction,
@@ -87,6 +88,15 @@ const THICKNESS: f32 = 0.1;
 const THICKNESS_OF_POINTS: f32 = 1e-3;
 
 impl Params {
+    /// With another default of the thickness [m].
+    pub fn or_thickness(self, other: Option<f32>) -> Self {
+        let thickness = match other {
+            Some(other) if self.thickness == 0.0 => other,
+            _ => self.thickness,
+        };
+        Self { thickness, ..self }
+    }
+
     /// Of a collider, which leaves them to the body.
     pub fn of_collider() -> Self {
         Contact::default().params()

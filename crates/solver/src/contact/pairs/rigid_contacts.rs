@@ -119,8 +119,8 @@ impl Contacts {
                     }
                     let after = to.undo(end);
                     let Exit { normal, depth } = shape
-                        .exit(before, after)
-                        .unwrap_or_else(|| shape.approach(after));
+                        .exit(before, after, 0.0)
+                        .unwrap_or_else(|| shape.approach(after, 0.0));
                     let surface = after + normal * depth;
                     let normal = to.rotation * normal;
                     add(Plane {

@@ -1,0 +1,268 @@
+//! Grains: balls that touch each other, with Coulomb friction and cohesion.
+//!
+//! Two grains at a distance of at most the sum d of their radii push each other apart. With the unit
+//! vector n from the second to the first at the start of the substep, and W = w₁ + w₂,
+//!
+//! - normal: C = n·(x₁ − x₂) − d ≥ 0 [m], λₙ ← max(λₙ − C/W, 0);
+//! - friction: the tangential displacement in the substep s = (I − nnᵀ)(Δx₁ − Δx₂) is reduced as far
+//!   as ‖λₜ‖ ≤ µλₙ allows.
+//!
+//! Both multipliers [kg·m] are accumulated over all passes of a substep; λₙ/h² is the force [N]. Slip
+//! that friction could take back, but has not, is carried over to the next substep of the tick, and
+//! half of the multipliers too.
+//! Cohesion F lets grains that touch pull: λₙ ≥ −Fh², with friction up to µ(λₙ + Fh²).
+//!
+//! Grains do not rotate, which acts like a large resistance against rolling. A pass that does not
+//! converge leaves the load of the grains above as overlap: about n·gh² under n layers with one
+//! iteration, and less with more.
+//!
+//! Source: Müller and others, *Detailed Rigid Body Simulation with Extended Position Based Dynamics*
+//! (2020), section 3.5, with friction accumulated over the substep.
+
+mod contacts;
+mod neighbors;
+
+use super::body_effect::{
+    BodyEffect, BodyPass, BodyPhase, ReferenceParticles, ReferencePass, WorkOf,
+};
+#[cfg(feature = "bevy")]
+use crate::reflection::*;
+use crate::{
+    Cohesion, Fraction, Friction, RecoverySpeed, Topology, lanes::Instructions, particles::Part,
+    step::scope::WholeBody, topology::Identity,
+};
+use contacts::{Contacts, Limits};
+use glam::{DVec3, Vec4};
+use neighbors::Neighbors;
+use serde::{Deserialize, Serialize};
+
+/// Contact of the grains of a body with each other.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(
+    feature = "bevy",
+    derive(Component, Reflect),
+    reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize),
+    type_path = "pliant::effect"
+)]
+pub struct Grains {
+    /// Coefficient of static friction µ; default 0.5.
+    pub friction: Friction,
+    /// Kinetic friction as a fraction of static friction, from 0 to 1; default 1.
+    pub kinetic_fraction: Fraction,
+    /// Largest force with which two touching grains hold each other [N]; default 0.
+    pub cohesion: Cohesion,
+    /// Speed at which overlapping grains separate [m/s]; default 0.5.
+    pub recovery_speed: RecoverySpeed,
+}
+
+/// Contacts of grains from pass to pass. A cache: without it a body continues with the same bits.
+#[derive(Debug, Clone, Default)]
+pub struct GrainsState {
+    made_for: Option<Identity>,
+    /// The current substep; `None` before the first pass of a tick.
+    substep: Option<u32>,
+    instructions: Instructions,
+    neighbors: Neighbors,
+    contacts: Contacts,
+}
+
+impl PartialEq for GrainsState {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl GrainsState {
+    fn is_of(&self, topology: &Topology) -> bool {
+        let own = self.made_for.as_ref();
+        own.is_some_and(|identity| identity.id() == topology.id())
+    }
+
+    /// Number of pairs of grains that may touch.
+    #[must_use]
+    pub fn pairs(&self) -> usize {
+        self.contacts.pairs()
+    }
+
+    /// Begins a substep before the first pass: finds pairs where grains have moved farther than
+    /// expected, and in the first substep of a tick. So pairs depend on the state at the start of
+    /// the tick alone.
+    fn begin(&mut self, effect: &Grains, part: &Part, pass: &BodyPass) {
+        let (substep, count) = pass.substep;
+        let is_known = self.is_of(pass.topology) && substep > 0;
+        self.neighbors.follow(part);
+        if !(is_known && self.neighbors.are_valid(part)) {
+            self.made_for = Some(pass.topology.identity());
+            let radii = &pass.topology.radii;
+            self.neighbors
+                .find(part, radii, count - substep, self.instructions);
+            self.contacts.assign(&self.neighbors, part, radii);
+        }
+        let recovery = effect.recovery_speed.get() * pass.h;
+        let friction = effect.friction.get();
+        self.contacts.begin(
+            &self.neighbors,
+            part,
+            (recovery, friction),
+            self.instructions,
+        );
+    }
+}
+
+impl BodyEffect for Grains {
+    type State = Option<Box<GrainsState>>;
+    type Scope = WholeBody;
+    type ReferenceState = Vec<ReferenceContact>;
+
+    const PHASE: BodyPhase = BodyPhase::Contact;
+    const WORK: WorkOf = WorkOf::Contact;
+
+    fn begin_tick(&self, state: &mut Self::State, _: &Topology, _: &[Vec4]) {
+        state.get_or_insert_default().substep = None;
+    }
+
+    fn solve(&self, state: &mut Self::State, mut part: Part, pass: &BodyPass) -> bool {
+        if pass.topology.radii.len() != part.positions.len() {
+            return false;
+        }
+        let state = state.get_or_insert_default();
+        if state.substep != Some(pass.substep.0) {
+            state.begin(self, &part, pass);
+            state.substep = Some(pass.substep.0);
+        }
+        let friction = self.friction.get();
+        let limits = Limits {
+            friction: match pass.is_frictionless {
+                true => [0.0; 2],
+                false => [friction, friction * self.kinetic_fraction.get()],
+            },
+            cohesion: self.cohesion.get() * pass.h * pass.h,
+            releases_friction: pass.is_frictionless,
+        };
+        let GrainsState {
+            neighbors,
+            contacts,
+            instructions,
+            ..
+        } = &mut **state;
+        contacts.solve(neighbors, part.reborrow(), limits, *instructions)
+    }
+
+    fn begin_reference(&self, state: &mut Vec<ReferenceContact>, _: usize) {
+        state.clear();
+    }
+
+    fn solve_reference(
+        &self,
+        state: &mut Vec<ReferenceContact>,
+        body: ReferenceParticles,
+        pass: &ReferencePass,
+    ) {
+        if state.is_empty() {
+            find_reference(state, &body, f64::from(self.recovery_speed) * pass.h);
+        }
+        let friction = f64::from(self.friction);
+        let kinetic = friction * f64::from(self.kinetic_fraction);
+        let cohesion = f64::from(self.cohesion) * pass.h * pass.h;
+        for contact in state {
+            contact.solve(body.x, body.p, body.w, [friction, kinetic], cohesion);
+            *body.touched |= contact.normal_multiplier != 0.0;
+        }
+    }
+
+    fn elements(&self, state: &Self::State, _: &Topology) -> usize {
+        state.as_ref().map_or(0, |state| state.pairs())
+    }
+
+    fn load(&self, topology: &Topology) -> usize {
+        PAIRS_PER_GRAIN * topology.radii.len()
+    }
+
+    fn bytes(state: &Self::State) -> usize {
+        state.as_ref().map_or(0, |state| {
+            size_of::<GrainsState>() + state.neighbors.bytes() + state.contacts.bytes()
+        })
+    }
+}
+
+/// Pairs of grains that may touch, per grain of a dense packing.
+const PAIRS_PER_GRAIN: usize = 5;
+
+/// Grains closer than this fraction of their distance count as touching for cohesion.
+const TOUCHING: f32 = 0.01;
+
+/// A contact of the reference, found among all pairs.
+#[derive(Debug, Clone)]
+pub struct ReferenceContact {
+    grains: [usize; 2],
+    normal: DVec3,
+    /// Distance to maintain [m].
+    distance: f64,
+    /// Whether they touch at the start of the substep.
+    touches: bool,
+    normal_multiplier: f64,
+    friction_multiplier: DVec3,
+}
+
+/// Finds the pairs of grains that may touch in a substep: they start closer than the lengths of
+/// their motions allow.
+fn find_reference(found: &mut Vec<ReferenceContact>, body: &ReferenceParticles, recovery: f64) {
+    let radius = |i: usize| f64::from(body.topology.radius(i));
+    let motion = |i: usize| (body.x[i] - body.p[i]).length();
+    for i in 0..body.x.len() {
+        for j in i + 1..body.x.len() {
+            let apart = body.p[i] - body.p[j];
+            let (distance, gap) = (radius(i) + radius(j), apart.length());
+            let reach = distance + REFERENCE_REACH * (motion(i) + motion(j) + distance);
+            if gap <= reach && gap > 0.0 && body.w[i] + body.w[j] > 0.0 {
+                found.push(ReferenceContact {
+                    grains: [i, j],
+                    normal: apart / gap,
+                    distance: distance.min(gap + recovery),
+                    touches: gap < distance * (1.0 + f64::from(TOUCHING)),
+                    normal_multiplier: 0.0,
+                    friction_multiplier: DVec3::ZERO,
+                });
+            }
+        }
+    }
+}
+
+/// Reach of the search of the reference beyond contact, as a multiple of the motions and of the
+/// distance.
+const REFERENCE_REACH: f64 = 1.0;
+
+impl ReferenceContact {
+    fn solve(
+        &mut self,
+        x: &mut [DVec3],
+        p: &[DVec3],
+        w: &[f64],
+        [sticks, slides]: [f64; 2],
+        cohesion: f64,
+    ) {
+        let [i, j] = self.grains;
+        let weight = w[i] + w[j];
+        let cohesion = if self.touches { cohesion } else { 0.0 };
+        let error = self.normal.dot(x[i] - x[j]) - self.distance;
+        let before = self.normal_multiplier;
+        self.normal_multiplier = (before - error / weight).max(-cohesion);
+        let impulse = self.normal * (self.normal_multiplier - before);
+        x[i] += impulse * w[i];
+        x[j] -= impulse * w[j];
+        let moved = (x[i] - p[i]) - (x[j] - p[j]);
+        let slip = moved - self.normal * moved.dot(self.normal);
+        let wanted = self.friction_multiplier - slip / weight;
+        let load = self.normal_multiplier + cohesion;
+        let size = wanted.length();
+        let friction = match size <= sticks * load {
+            true => wanted,
+            false => wanted * (slides * load / size),
+        };
+        let impulse = friction - self.friction_multiplier;
+        self.friction_multiplier = friction;
+        x[i] += impulse * w[i];
+        x[j] -= impulse * w[j];
+    }
+}
