@@ -1,6 +1,10 @@
 //! Grains: balls that touch each other.
 
-use super::{Effect, Parameter, Scale, elastic::body_elements, parameter};
+use super::{
+    Effect, Figures, Parameter, Scale,
+    elastic::{body_elements, body_figures},
+    parameter,
+};
 use crate::{
     simulation::SoftBody,
     solver::{
@@ -52,5 +56,9 @@ impl Effect for Grains {
 
     fn elements(&self, body: &EntityRef) -> usize {
         body_elements(BodyEffectKind::Grains, body)
+    }
+
+    fn figures(&self, body: &EntityRef, h: f32) -> Figures {
+        body_figures(BodyEffectKind::Grains, body, h)
     }
 }
