@@ -117,7 +117,7 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "coil_springs" Ropes 1.0,
     "sand_pile" Grains 1.5,
     "hourglass" Grains 1.5,
-    "sand_on_cloth" Grains 1.0,
+    "grains_on_cloth" Grains 1.0,
     "ball_pit" Grains 0.8,
     "drape" Cloth 2.0,
     "bending" Cloth 3.0,

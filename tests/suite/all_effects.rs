@@ -125,11 +125,15 @@ fn shape(on: &On) -> (RestShape, f32) {
         }
         On::Grains => {
             let side = 0.15;
-            // Closer than they touch, so that they push each other.
-            let places = (0..64).map(|i| UVec3::new(i % 4, i / 4 % 4, i / 16).as_vec3() * side);
+            // Pairs that push each other apart and meet no other one: whatever the order of the
+            // contacts, the result is the same.
+            let places = (0..64).map(|i| {
+                let pair = UVec3::new(i / 2 % 4, i / 8 % 4, i / 32).as_vec3() * (4.0 * side);
+                pair + Vec3::X * ((i % 2) as f32 * 0.98 * side)
+            });
             let grains = RestShape {
                 vertices: places.collect(),
-                radii: vec![0.55 * side; 64],
+                radii: vec![0.5 * side; 64],
                 ..RestShape::default()
             };
             (grains, 1000.0)
