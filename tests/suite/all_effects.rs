@@ -124,11 +124,11 @@ fn shape(on: &On) -> (RestShape, f32) {
             (built(rope), 0.1)
         }
         On::Grains => {
-            let side = 0.15;
+            let side = 0.06;
             // Pairs that push each other apart and meet no other one: whatever the order of the
             // contacts, the result is the same.
             let places = (0..64).map(|i| {
-                let pair = UVec3::new(i / 2 % 4, i / 8 % 4, i / 32).as_vec3() * (4.0 * side);
+                let pair = UVec3::new(i / 2 % 4, i / 8 % 4, i / 32).as_vec3() * (12.0 * side);
                 pair + Vec3::X * ((i % 2) as f32 * 0.98 * side)
             });
             let grains = RestShape {
