@@ -148,7 +148,7 @@ mod tests {
             assert!(!is_plain, "{} shows nothing", scene.name);
             bytes += scene.picture.len();
         }
-        // They are part of the program.
-        assert!(bytes < 1_200_000, "{bytes} bytes");
+        // They are part of the program: 25 kB each.
+        assert!(bytes < 25_000 * SCENES.len(), "{bytes} bytes");
     }
 }
