@@ -72,6 +72,7 @@
 //! | [`Direct`](effect::Direct) | edges, hinges, triangles and tetrahedra solved as one system instead of by Gauss–Seidel | |
 //! | [`Tethers`](effect::Tethers) | limit on the distance of a particle from its nearest pin: that at rest | slack |
 //! | [`Plasticity`](effect::Plasticity) | strain beyond the yield strain becomes permanent | yields and limits, creep 1/s |
+//! | [`Tear`](effect::Tear) | elements that carry too much break | toughness J/m², force N, strain |
 //! | [`Stitches`](effect::Stitches) | C = a−b = 0 between points of a body, and to colliders [m] | compliance m/N, strength N, per stitch |
 //! | [`Grab`](effect::Grab) | mouse spring, active while dragging | compliance m/N, strength N |
 //! | [`Contact`](effect::Contact) | C = n·(a−b)−d ≥ 0 between surfaces of bodies [m] | thickness m, friction, restitution, compliance m/N |

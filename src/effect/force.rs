@@ -1,8 +1,9 @@
-//! Force fields: uniform acceleration, point force, vortex, wind, drag.
+//! Force fields: uniform acceleration, point force, vortex, axis flow, turbulence, wind, drag.
 
 use super::{Effect, Parameter, Scale, parameter};
 use crate::solver::{
-    Attract, Coefficient, Drag, Finite, Length, Uniform, Vortex, Wind, advance::Stage, force::Force,
+    Attract, Axis, Coefficient, Drag, Finite, Length, Turbulence, Uniform, Vortex, Wind,
+    advance::Stage, force::Force,
 };
 
 /// Common code of all force fields.
@@ -70,6 +71,66 @@ impl Effect for Vortex {
             radius: Length, "Core radius", "m",
             "Outside this radius the air speed decreases with the distance.",
             (0.01, 3.0), Scale::Linear
+        ),
+        parameter!(
+            coupling: Coefficient, "Coupling", "1/s",
+            "Rate at which particles approach the velocity of the air.",
+            (0.0, 20.0), Scale::Linear
+        ),
+    ];
+
+    force!();
+}
+
+impl Effect for Axis {
+    const NAME: &'static str = "axis";
+    const TITLE: &'static str = "Axis flow";
+    const SUMMARY: &'static str =
+        "Air that flows along, around and towards an axis drags the body along.";
+    const PARAMETERS: &'static [Parameter<Self>] = &[
+        parameter!(x: Finite, "Position x", "m", "A point of the axis along x.", (-3.0, 3.0), Scale::Linear),
+        parameter!(y: Finite, "Position y", "m", "A point of the axis along y (up).", (-3.0, 3.0), Scale::Linear),
+        parameter!(z: Finite, "Position z", "m", "A point of the axis along z.", (-3.0, 3.0), Scale::Linear),
+        parameter!(toward_x: Finite, "Direction x", "", "Direction of the axis along x. Its length does not matter.", (-1.0, 1.0), Scale::Linear),
+        parameter!(toward_y: Finite, "Direction y", "", "Direction of the axis along y (up).", (-1.0, 1.0), Scale::Linear),
+        parameter!(toward_z: Finite, "Direction z", "", "Direction of the axis along z.", (-1.0, 1.0), Scale::Linear),
+        parameter!(along: Finite, "Speed along", "m/s", "Speed of the air along the axis.", (-20.0, 20.0), Scale::Linear),
+        parameter!(around: Finite, "Speed around", "m/s", "Speed of the air around the axis, at the radius.", (-20.0, 20.0), Scale::Linear),
+        parameter!(inward: Finite, "Speed inward", "m/s", "Speed of the air towards the axis, at the radius. Negative values blow outward.", (-20.0, 20.0), Scale::Linear),
+        parameter!(
+            radius: Length, "Core radius", "m",
+            "Outside this radius the air speed decreases with the distance.",
+            (0.01, 3.0), Scale::Linear
+        ),
+        parameter!(
+            coupling: Coefficient, "Coupling", "1/s",
+            "Rate at which particles approach the velocity of the air.",
+            (0.0, 20.0), Scale::Linear
+        ),
+    ];
+
+    force!();
+}
+
+impl Effect for Turbulence {
+    const NAME: &'static str = "turbulence";
+    const TITLE: &'static str = "Turbulence";
+    const SUMMARY: &'static str = "Air in random motion drags every particle along.";
+    const PARAMETERS: &'static [Parameter<Self>] = &[
+        parameter!(
+            speed: Coefficient, "Speed", "m/s",
+            "Largest speed of the air along each axis.",
+            (0.0, 20.0), Scale::Linear
+        ),
+        parameter!(
+            scale: Length, "Eddy size", "m",
+            "Distance between eddies.",
+            (0.05, 5.0), Scale::Linear
+        ),
+        parameter!(
+            rate: Coefficient, "Rate", "1/s",
+            "Rate at which eddies change. 0: a steady flow.",
+            (0.0, 20.0), Scale::Linear
         ),
         parameter!(
             coupling: Coefficient, "Coupling", "1/s",

@@ -89,6 +89,7 @@ mod stitches;
 mod strain_limit;
 mod stretch;
 mod struts;
+mod tear;
 mod tethers;
 mod volume;
 mod weave;

@@ -15,7 +15,9 @@ use crate::{
     },
     solver::{
         self, Collider, ColliderShape, Glide, Grab, Hold, Path, Pose, RestShape, Settings,
-        SleepSettings, Topology, numbering::Numbering, topology::LeftOut,
+        SleepSettings, Topology,
+        numbering::Numbering,
+        topology::{LeftOut, TornOrder},
     },
 };
 use bevy::prelude::{Name, World};
@@ -78,6 +80,7 @@ struct StoredMesh {
     shape: RestShape,
     numbering: Vec<u32>,
     left_out: [u64; 4],
+    torn: Option<TornOrder>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -269,14 +272,20 @@ impl StoredMesh {
                 unused_vertices,
             ]
             .map(|count| count as u64),
+            torn: topology.torn_order(),
         }
     }
 
     fn topology(self, mesh: usize) -> Result<Topology, SnapshotError> {
         let numbering = Numbering::from_vertices(self.numbering)
             .ok_or_else(|| nonsense(format!("mesh {mesh}: the numbering is not a permutation")))?;
-        let mut topology = Topology::numbered(self.shape, numbering)
-            .map_err(|error| SnapshotError::Mesh { mesh, error })?;
+        let mut topology = match &self.torn {
+            None => Topology::numbered(self.shape, numbering)
+                .map_err(|error| SnapshotError::Mesh { mesh, error })?,
+            Some(order) => Topology::torn(self.shape, numbering, order).ok_or_else(|| {
+                nonsense(format!("mesh {mesh}: the order of its elements is invalid"))
+            })?,
+        };
         let [
             flat_tetrahedra,
             repeated_edges,

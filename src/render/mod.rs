@@ -30,7 +30,7 @@ pub use ray_cast::{SoftBodyHit, SoftBodyPickingPlugin, SoftBodyRayCast};
 use crate::{
     scene::BodySkin,
     simulation::{Asleep, SimulationClock, SoftBody, SoftBodySystems, TickStart},
-    solver::{Particles, Rod, Topology, topology::Dimension},
+    solver::{Particles, Rod, Topology, TopologyId, topology::Dimension},
 };
 use bevy::{
     camera::{
@@ -57,7 +57,7 @@ impl Plugin for SoftBodyMeshPlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             PostUpdate,
-            (make, thicken, interpolate, upload)
+            (make, redraw, interpolate, upload)
                 .chain()
                 .in_set(MeshSystems)
                 .after(SoftBodySystems::Last)
@@ -74,6 +74,8 @@ struct Shown {
     fraction: Option<f32>,
     /// Whether the body was asleep.
     asleep: bool,
+    /// The topology.
+    topology: Option<TopologyId>,
 }
 
 /// Adds a mesh to new bodies.
@@ -86,24 +88,47 @@ fn make(
         let outline = Arc::new(outline(&body.0, skin, rod));
         commands.entity(entity).insert((
             Mesh3d(meshes.add(outline.mesh())),
-            (Drawn::new(outline), Shown::default()),
+            (Drawn::new(outline), Shown::of(body)),
             (Aabb::default(), NoAutoAabb),
         ));
     }
 }
 
-/// Draws a rod with its new radius.
-fn thicken(
-    mut commands: Commands,
-    changed: Query<(Entity, &SoftBody, Option<&BodySkin>, &Rod), (Changed<Rod>, With<Drawn>)>,
+/// Draws a rod with its new radius, and a body with another topology, such as a torn one.
+fn redraw(
+    mut changed: Query<
+        (
+            Ref<SoftBody>,
+            Option<&BodySkin>,
+            Option<Ref<Rod>>,
+            (&mut Drawn, &mut Shown, &Mesh3d),
+        ),
+        Or<(Changed<Rod>, Changed<SoftBody>)>,
+    >,
     mut meshes: ResMut<Assets<Mesh>>,
 ) {
-    for (entity, body, skin, rod) in &changed {
-        let outline = Arc::new(outline(&body.0, skin, Some(rod)));
-        commands.entity(entity).insert((
-            Mesh3d(meshes.add(outline.mesh())),
-            (Drawn::new(outline), Shown::default()),
-        ));
+    for (body, skin, rod, (mut drawn, mut shown, mesh)) in &mut changed {
+        let is_thicker = rod.as_ref().is_some_and(|rod| rod.is_changed());
+        if !is_thicker && shown.topology == Some(body.id()) {
+            continue;
+        }
+        let outline = Arc::new(outline(&body.0, skin, rod.as_deref()));
+        // The same asset, which others may refer to.
+        let new = outline.mesh();
+        if let Some(mut mesh) = meshes.get_mut(&mesh.0) {
+            *mesh = new;
+        }
+        *drawn = Drawn::new(outline);
+        *shown = Shown::of(&body);
+    }
+}
+
+impl Shown {
+    fn of(body: &SoftBody) -> Self {
+        Self {
+            topology: Some(body.id()),
+            ..Self::default()
+        }
     }
 }
 
@@ -174,6 +199,7 @@ fn interpolate(
             *shown = Shown {
                 fraction: Some(fraction),
                 asleep,
+                ..*shown
             };
         },
     );

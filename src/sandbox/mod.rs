@@ -160,6 +160,7 @@ impl PluginGroup for SandboxPlugins {
             .add(input::drag::DragPlugin)
             .add(input::steer::SteerPlugin)
             .add(input::spring::SpringPlugin)
+            .add(input::scissors::ScissorsPlugin)
             .add(input::gizmo::GizmoPlugin)
             .add(render::camera::CameraPlugin)
             .add(render::bodies::BodiesPlugin)

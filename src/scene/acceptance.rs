@@ -58,6 +58,8 @@ pub enum Check {
     Extent(f64),
     /// Root mean square of edge length over rest length minus 1 is below this.
     EdgeStrain(f64),
+    /// The number of times that a particle was split is in this range.
+    Splits(usize, usize),
     /// No particle is closer than this to a point [m].
     AwayFrom(Vec3, f32),
     /// Total energy never rises above its initial value by more than this fraction of the largest
@@ -100,8 +102,8 @@ impl Acceptance {
                 ));
             }
             let moved = first.pins.iter().filter(|&&pin| {
-                let particle = first.topology.particle(pin);
-                first.particles.positions[particle] != last.particles.positions[particle]
+                let at = |body: &Body| body.particles.positions[body.topology.particle(pin)];
+                at(first).truncate() != at(last).truncate()
             });
             let count = moved.count();
             if count > 0 {
@@ -219,6 +221,13 @@ impl Check {
             Self::EdgeStrain(limit) => {
                 let strain = edge_strain(body);
                 (strain <= limit, format!("RMS strain of edges {strain:.5}"))
+            }
+            Self::Splits(least, most) => {
+                let splits = topology.splits();
+                (
+                    (least..=most).contains(&splits),
+                    format!("split {splits} times"),
+                )
             }
             Self::AwayFrom(point, distance) => {
                 let nearest = positions

@@ -19,13 +19,15 @@ pub enum Group {
     Contact,
     /// Stiffness and materials of beams and blocks.
     Stiffness,
+    /// Bodies that come apart.
+    Tearing,
     /// Recovery from an extreme initial state.
     Stress,
 }
 
 impl Group {
     /// All groups, in the order of the scene browser.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Solids,
         Self::Cloth,
         Self::Ropes,
@@ -33,6 +35,7 @@ impl Group {
         Self::Balloons,
         Self::Contact,
         Self::Stiffness,
+        Self::Tearing,
         Self::Stress,
     ];
 
@@ -47,6 +50,7 @@ impl Group {
             Self::Balloons => "Balloons",
             Self::Contact => "Contact",
             Self::Stiffness => "Stiffness",
+            Self::Tearing => "Tearing",
             Self::Stress => "Stress",
         }
     }
@@ -136,6 +140,10 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "slope" Contact 0.6,
     "bounce" Contact 0.4,
     "sticky" Contact 0.4,
+    "torn_flag" Tearing 1.0,
+    "burst_balloon" Tearing 0.6,
+    "breakthrough" Tearing 0.9,
+    "torn_jelly" Tearing 0.6,
 ];
 
 /// Looks up a built-in scene by name.

@@ -15,8 +15,8 @@ use super::{SimulationClock, SpawnOrder};
 use crate::{
     mesh::Skin,
     solver::{
-        Body, ColliderShape, Deformation, Density, InvalidValue, ParticleIndex, Pose, SurfacePoint,
-        VertexIndex,
+        Body, ColliderShape, Cut, Deformation, Density, InvalidValue, ParticleIndex, Pose,
+        SurfacePoint, VertexIndex,
     },
     suggestion::similar,
 };
@@ -143,6 +143,13 @@ pub enum Action<B = Entity> {
         /// The vertex of its rest shape.
         vertex: VertexIndex,
     },
+    /// Cuts a body where a wedge crosses it; one that misses it changes nothing.
+    Cut {
+        /// The body.
+        body: B,
+        /// The wedge.
+        cut: Cut,
+    },
     /// Deforms a body, to test its recovery.
     Deform {
         /// The body.
@@ -228,6 +235,7 @@ impl<B> Action<B> {
             | Self::SetDensity { body, .. }
             | Self::Pin { body, .. }
             | Self::Unpin { body, .. }
+            | Self::Cut { body, .. }
             | Self::Deform { body, .. }
             | Self::ResetShape { body }
             | Self::Restore { body }
@@ -325,6 +333,10 @@ impl<B> Action<B> {
                 body: name(body)?,
                 vertex,
             },
+            Self::Cut { body, cut } => Action::Cut {
+                body: name(body)?,
+                cut,
+            },
             Self::Deform { body, deformation } => Action::Deform {
                 body: name(body)?,
                 deformation,
@@ -356,6 +368,9 @@ pub enum ActionError {
     /// The vertex is not pinned.
     #[error("vertex {0} is not pinned: pin it before it is dragged as a pin")]
     NotPinned(VertexIndex),
+    /// A cut is not finite, or its rays are parallel.
+    #[error("the cut has no area: expected two finite rays that are not parallel")]
+    Cut,
     /// The body is not in quarantine.
     #[error("the body is not in quarantine: there is nothing to restore")]
     NotInQuarantine,

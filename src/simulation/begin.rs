@@ -6,8 +6,9 @@ use super::{
 };
 use crate::solver::{
     Collide, Collider, Grab, Particles, Quarantine, Stitches,
-    body::{INPUT, restore_at_rest, set_inverse_masses},
+    body::{INPUT, restore_at_rest},
     contact::collider::SweptCollider,
+    masses::set_inverse_masses,
     rest::{disturbed, written},
 };
 use bevy::prelude::*;

@@ -4,7 +4,7 @@ use crate::{
     mesh::Skin,
     solver::{
         self, Density, DirectWorkspace, EffectStates, Mass, Particles, Topology, TopologyId,
-        VertexIndex, body::set_inverse_masses,
+        VertexIndex, masses::set_inverse_masses,
     },
 };
 use bevy::prelude::*;
@@ -49,6 +49,13 @@ pub struct RestTimer(pub(super) solver::rest::RestTimer);
 /// The mesh to which the body's state belongs.
 #[derive(Component, Debug, Clone, Copy, Default)]
 pub(super) struct KnownMesh(Option<TopologyId>);
+
+impl KnownMesh {
+    /// The state now belongs to this mesh.
+    pub(super) fn follow(&mut self, mesh: TopologyId) {
+        self.0 = Some(mesh);
+    }
+}
 
 /// Workspace of the direct solver, for a body that carries [`Direct`](crate::effect::Direct):
 /// derived from its mesh and effects.

@@ -22,6 +22,7 @@ mod quarantine;
 mod schedule;
 pub mod statistics;
 pub(crate) mod step;
+mod tear;
 
 pub use action::{Action, ActionError, Actions, Applied, Applying, NewBody};
 pub use body::{
@@ -42,6 +43,7 @@ pub use schedule::{
 };
 pub use statistics::{Measuring, RecordContacts, Statistics, state_hash};
 pub use step::{CurrentSubstep, EndedEarly, Sleep, SolverThreads, end_tick, tick};
+pub use tear::BodyTorn;
 
 pub(crate) use begin::wake_changed;
 pub(crate) use step::tick_of;
@@ -101,6 +103,7 @@ impl Plugin for SimulationPlugin {
             .init_resource::<Time<Tick>>()
             .init_resource::<Time<SubstepTime>>()
             .add_message::<BodyQuarantined>()
+            .add_message::<BodyTorn>()
             .add_message::<Applied>()
             .add_observer(body::number_body)
             .add_observer(body::follow_mesh)
@@ -132,7 +135,12 @@ impl Plugin for SimulationPlugin {
                     .chain()
                     .in_set(StepSystems::Begin),
                 step::run_substeps.in_set(StepSystems::Substeps),
-                (step::settle_grabs, step::fall_asleep, statistics::take)
+                (
+                    tear::tear,
+                    step::settle_grabs,
+                    step::fall_asleep,
+                    statistics::take,
+                )
                     .chain()
                     .in_set(StepSystems::End),
             ),

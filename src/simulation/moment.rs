@@ -16,7 +16,7 @@ use crate::{
     mesh::Skin,
     solver::{
         self, Collider, Density, EffectStates, Effects, Mass, Particles, Quarantine, Settings,
-        SleepSettings, Stitches, Topology, VertexIndex, topology::RestValues,
+        SleepSettings, Stitches, Topology, VertexIndex, memory, topology::RestValues,
     },
 };
 use bevy::prelude::*;
@@ -108,7 +108,12 @@ impl Moment {
             let address = Arc::as_ptr(body) as usize;
             counted.insert(address)
         });
-        new.map(|body| body.bytes()).sum()
+        let bodies = new.map(|body| body.bytes()).sum::<usize>();
+        // A body that tears has a topology of its own after each tick.
+        let torn = self.bodies.iter().map(|body| &body.topology);
+        let torn = torn.filter(|it| it.splits() > 0);
+        let new = torn.filter(|it| counted.insert(Arc::as_ptr(it) as usize));
+        bodies + new.map(|it| memory::topology(it)).sum::<usize>()
     }
 
     /// Restores the state bit for bit. Bodies and colliders that still exist keep their entities,

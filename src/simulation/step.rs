@@ -182,6 +182,11 @@ pub(super) struct UnderWay {
 }
 
 impl UnderWay {
+    /// Settings at the start of the tick.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
     /// Number of substeps that are computed.
     fn substeps(&self) -> u32 {
         let all = self.settings.substeps.get();

@@ -5,12 +5,12 @@ use glam::{UVec2, UVec3, Vec2, Vec3};
 use pliant::{
     mesh::Primitive,
     solver::{
-        Attract, Bend, Body, Coefficient, Collide, Compliance, Contact, Creep, Damping, Direct,
-        Drag, Effects, Finite, FlexuralRigidity, Frequency, Friction, Grab, Grains, Ground,
-        IsometricBend, Membrane, MembraneCompliance, NeoHookean, ParticleIndex, Plasticity,
-        Pressure, RestShape, Rod, SelfContact, ShapeMatching, Slack, StickyGround, Stiffness,
-        Strain, StrainLimit, Stretch, Struts, SurfacePoint, Tethers, Thickness, Uniform, Volume,
-        Vortex, Weave, Wind, Yield, YoungsModulus,
+        Attract, Axis, Bend, Body, BreakingStrain, Coefficient, Collide, Compliance, Contact,
+        Creep, Damping, Direct, Drag, Effects, Finite, FlexuralRigidity, Frequency, Friction, Grab,
+        Grains, Ground, IsometricBend, Membrane, MembraneCompliance, NeoHookean, ParticleIndex,
+        Plasticity, Pressure, RestShape, Rod, SelfContact, ShapeMatching, Slack, StickyGround,
+        Stiffness, Strain, StrainLimit, Stretch, Struts, SurfacePoint, Tear, Tethers, Thickness,
+        Turbulence, Uniform, Volume, Vortex, Weave, Wind, Yield, YoungsModulus,
     },
 };
 
@@ -56,6 +56,8 @@ samples! {
     Uniform on Solid { x: of::<Finite>(2.0) }
     Attract on Solid { x: of::<Finite>(1.0), strength: of::<Finite>(3.0) }
     Vortex on Solid { turning: of::<Finite>(3.0), coupling: of::<Coefficient>(2.0) }
+    Axis on Solid { around: of::<Finite>(4.0) }
+    Turbulence on Solid { speed: of::<Coefficient>(5.0) }
     Wind on Sheet { z: of::<Finite>(6.0), turbulence: of::<Coefficient>(0.5) }
     Drag on Solid { linear: of::<Coefficient>(1.5) }
     Stretch on Sheet { compliance: of::<Compliance>(1e-5); damping }
@@ -78,6 +80,7 @@ samples! {
     StickyGround on Solid {}
     Collide on Solid {}
     Plasticity on Solid { stretch_yield: of::<Yield>(0.02), creep: of::<Creep>(5.0) }
+    Tear on Sheet { strain: of::<BreakingStrain>(10.0) }
 }
 
 impl Sample for Direct {

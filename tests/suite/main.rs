@@ -123,6 +123,7 @@ mod solver_strain_limit;
 mod solver_stretch;
 mod solver_struts;
 mod solver_tangles;
+mod solver_tear;
 mod solver_tethers;
 mod solver_topology;
 mod solver_volume;

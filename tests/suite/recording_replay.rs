@@ -10,7 +10,7 @@ use pliant::{
         Action, Asleep, NewBody, SimulationClock, SolvePhase, SolveSchedule, plain,
         plain::bodies_in_order, state_hash, tick,
     },
-    solver::{Deformation, ParticleIndex, Particles, SurfacePoint, Threads, VertexIndex},
+    solver::{Cut, Deformation, ParticleIndex, Particles, SurfacePoint, Threads, VertexIndex},
 };
 use proptest::prelude::*;
 use std::{
@@ -136,6 +136,11 @@ fn session(path: &Path) -> u64 {
     push(&mut app, Action::Deform { body, deformation });
     ticks(&mut app, 2);
     push(&mut app, Action::ResetShape { body });
+    let cut = Cut {
+        eye: Vec3::new(0.0, 9.0, 0.0),
+        rays: [Vec3::new(-1.0, -1.0, -0.01), Vec3::new(1.0, -1.0, 0.01)],
+    };
+    push(&mut app, Action::Cut { body, cut });
     let mut new = plain::body(app.world().entity(all[3])).expect("a body");
     new.translate(Vec3::new(0.0, 1.5, 0.2));
     let skin = None;

@@ -31,7 +31,7 @@ use pliant::{
         state_hash,
     },
     solver::{
-        ColliderShape, Deformation, Density, ParticleIndex, Pose, Quarantine, SurfacePoint,
+        ColliderShape, Cut, Deformation, Density, ParticleIndex, Pose, Quarantine, SurfacePoint,
         Threads, VertexIndex, body::USER,
     },
 };
@@ -285,6 +285,13 @@ fn samples(app: &mut App) -> Vec<Action> {
             seconds: 0.1,
         },
         Action::RemoveCollider { collider },
+        Action::Cut {
+            body,
+            cut: Cut {
+                eye: Vec3::new(0.001, 9.0, 0.0),
+                rays: [Vec3::new(0.0, -1.0, -1.0), Vec3::new(0.0, -1.0, 1.0)],
+            },
+        },
     ]
 }
 
@@ -312,6 +319,7 @@ fn kind(action: &Action) -> usize {
         Action::AddCollider { .. } => 18,
         Action::SetCollider { .. } => 19,
         Action::RemoveCollider { .. } => 20,
+        Action::Cut { .. } => 21,
     }
 }
 

@@ -5,8 +5,8 @@ use glam::{DVec3, Vec3};
 use pliant::{
     mesh::Primitive,
     solver::{
-        Attract, Body, Coefficient, Drag, Effects, Finite, Ledger, Length, Uniform, Vortex, Wind,
-        World, ledger, reference,
+        Attract, Axis, Body, Coefficient, Drag, Effects, Finite, Ledger, Length, Turbulence,
+        Uniform, Vortex, Wind, World, ledger, reference,
     },
 };
 
@@ -273,4 +273,76 @@ fn the_ledger_includes_the_work_of_forces() {
         (total.sum() - change).abs() < 1e-7 * largest,
         "{total:?}, but {change} J"
     );
+}
+
+/// u at the radius, halfway to it and at twice the radius, and the approach of a free particle to
+/// a steady flow: 1 − v/u = (1 + ch)⁻ⁿ after n substeps.
+#[test]
+fn an_axis_flow_has_its_speeds_at_the_radius_and_takes_particles_along() {
+    let flow = Axis {
+        x: finite(1.0),
+        toward_x: finite(2.0),
+        toward_y: finite(0.0),
+        along: finite(4.0),
+        around: finite(3.0),
+        inward: finite(1.0),
+        radius: Length::new(0.5).expect("sound"),
+        ..Axis::default()
+    };
+    let at = |r: f64| flow.air(DVec3::new(7.0, r, 0.0));
+    let [half, whole, twice] = [0.25, 0.5, 1.0].map(at);
+    assert!(
+        whole.distance(DVec3::new(4.0, -1.0, 3.0)) < 1e-12,
+        "{whole}"
+    );
+    assert!(half.distance(DVec3::new(4.0, -0.5, 1.5)) < 1e-12, "{half}");
+    assert!(
+        twice.distance(DVec3::new(1.0, -0.5, 1.5)) < 1e-12,
+        "{twice}"
+    );
+    // A direction of length 0 is up.
+    let up = Axis {
+        toward_y: finite(0.0),
+        ..Axis::default()
+    };
+    assert_eq!(up.air(DVec3::ZERO), DVec3::Y * 2.0);
+    let mut jet = free(
+        Axis {
+            around: finite(0.0),
+            inward: finite(0.0),
+            ..Axis::default()
+        },
+        Vec3::ZERO,
+    );
+    jet.settings.substeps = pliant::solver::Substeps::new(10).expect("sound");
+    let expected = 2.0 * (1.0 - 1.0 / libm::pow(1.0 + 2.0 / 600.0, 600.0));
+    // The rounding of the velocity, as for the uniform force.
+    for ((_, speed), tolerance) in after(jet, 60).into_iter().zip([6e-3, 1e-10]) {
+        assert!((speed.y - expected).abs() < tolerance, "{speed} {expected}");
+    }
+}
+
+/// Bounded, without a mean, continuous in space and time, and steady at the rate 0.
+#[test]
+fn turbulence_is_bounded_smooth_and_without_a_mean() {
+    let flow = Turbulence::default();
+    let (mut sum, mut count) = (DVec3::ZERO, 0.0);
+    for i in 0..40_000 {
+        let t = f64::from(i);
+        let place = DVec3::new(0.37 * t, 0.11 * t, -0.23 * t);
+        let time = 0.013 * t;
+        let air = flow.air(place, time);
+        assert!(air.abs().max_element() <= 3.0);
+        let near = flow.air(place + DVec3::splat(1e-6), time + 1e-6);
+        // The slope of the noise is at most 1.5 × 2 per eddy of 0.5 m along each axis, and in time.
+        assert!(near.distance(air) < 1e-4);
+        (sum, count) = (sum + air, count + 1.0);
+    }
+    // The standard error of a mean of uniform numbers up to 3, smoothed: below 3/√(3 · 40 000).
+    assert!((sum / count).abs().max_element() < 4.0 * 3.0 / f64::sqrt(3.0 * count));
+    let steady = Turbulence {
+        rate: coefficient(0.0),
+        ..flow
+    };
+    assert_eq!(steady.air(DVec3::ONE, 0.0), steady.air(DVec3::ONE, 9.0));
 }

@@ -35,7 +35,7 @@ pub mod topology;
 pub use diagnostics::{effective, field, ledger, measure, memory, modes, resolution};
 pub use effects::{elastic, force};
 pub use kernel::lanes;
-pub use step::{advance, body, history, method, repair, rest, rolling, spin, stages};
+pub use step::{advance, body, history, masses, method, repair, rest, rolling, spin, stages};
 pub use topology::{coloring, numbering, order, partitions};
 
 use kernel::fit;
@@ -51,7 +51,7 @@ pub use direct::{Direct, DirectWorkspace};
 pub use effective::EffectiveCompliance;
 pub use effects::{Effects, all::*};
 pub use effects::{body_kinds::BodyEffectKind, elastic::ElasticKind, states::EffectStates};
-pub use force::{Attract, Drag, ForceKind, Uniform, Vortex, Wind};
+pub use force::{Attract, Axis, Drag, ForceKind, Turbulence, Uniform, Vortex, Wind};
 pub use history::History;
 pub use lanes::Instructions;
 pub use ledger::Ledger;
@@ -60,11 +60,12 @@ pub use modes::Modes;
 pub use parallel::threads::{MAX_THREADS, Threads, ThreadsError, WorkEstimate, available};
 pub use particles::Particles;
 pub use quantity::{
-    Coefficient, Cohesion, CollisionIterations, Compliance, ContactThickness, Creep, Damping,
-    Density, Filling, Finite, FlexuralRigidity, Force, Fraction, Frequency, Friction, InvalidValue,
-    Iterations, KeepSpin, Length, Mass, MembraneCompliance, Order, PlasticLimit, PoissonRatio,
-    Rate, RecoverySpeed, RegionSize, RepairTime, Restitution, RodRadius, RollingResistance, Slack,
-    SmoothingIterations, Stiffness, Strain, Substeps, Thickness, Yield, YoungsModulus,
+    BreakingStrain, Coefficient, Cohesion, CollisionIterations, Compliance, ContactThickness,
+    Creep, Damping, Density, Filling, Finite, FlexuralRigidity, Force, Fraction, Frequency,
+    Friction, InvalidValue, Iterations, KeepSpin, Length, Mass, MembraneCompliance, Order,
+    PieceSize, PlasticLimit, PoissonRatio, Rate, RecoverySpeed, RegionSize, RepairTime,
+    Restitution, RodRadius, RollingResistance, Slack, SmoothingIterations, Stiffness, Strain,
+    Substeps, Thickness, Toughness, Yield, YoungsModulus,
 };
 pub use repair::Repair;
 pub use rest::SleepSettings;

@@ -304,6 +304,22 @@ quantity!(
     Force(f32), "force", default f32::INFINITY, "above 0 N (inf for no limit)", |v| v > 0.0
 );
 quantity!(
+    /// Toughness: energy per area of a crack in J/m², of a sheet per length in J/m, of a rope per
+    /// cut in J; ∞ is no limit.
+    Toughness(f32), "toughness", default 100.0,
+    "above 0 (J/m² for a solid, J/m for a sheet, J for a rope), or inf for no limit", |v| v > 0.0
+);
+quantity!(
+    /// Strain at which an element breaks, a ratio of lengths; ∞ is no limit.
+    BreakingStrain(f32), "strain", default f32::INFINITY, "above 0, or inf for no limit",
+    |v| v > 0.0
+);
+quantity!(
+    /// A number of connected elements.
+    PieceSize(u32), "smallest_piece", default 4, "a whole number between 1 and 1000 elements",
+    |v| 1 <= v && v <= 1000
+);
+quantity!(
     /// Ticks per second.
     Rate(f64), "rate", default 60.0, "between 0.1 and 1000000 ticks per second",
     |v| 0.1 <= v && v <= 1e6
@@ -395,7 +411,9 @@ from_float!(
     Length,
     Finite,
     Coefficient,
-    Force
+    Force,
+    Toughness,
+    BreakingStrain
 );
 from_whole!(
     Substeps, "substeps", "a whole number between 1 and 10000";
@@ -403,7 +421,8 @@ from_whole!(
     CollisionIterations, "collision_iterations", "a whole number between 0 and 10000";
     SmoothingIterations, "smoothing_iterations", "a whole number between 0 and 10000";
     Order, "order", "1 or 2";
-    KeepSpin, "keep_spin", "0 or 1"
+    KeepSpin, "keep_spin", "0 or 1";
+    PieceSize, "smallest_piece", "a whole number between 1 and 1000 elements"
 );
 
 impl TryFrom<f64> for Rate {

@@ -8,10 +8,11 @@ pub(crate) use bevy_reflect::{
 };
 
 use crate::quantity::{
-    Coefficient, Cohesion, Compliance, ContactThickness, Creep, Damping, Filling, Finite,
-    FlexuralRigidity, Fraction, Frequency, Friction, Length, MembraneCompliance, PlasticLimit,
-    PoissonRatio, RecoverySpeed, RegionSize, RepairTime, Restitution, RodRadius, RollingResistance,
-    Slack, Stiffness, Strain, Thickness, Yield, YoungsModulus,
+    BreakingStrain, Coefficient, Cohesion, Compliance, ContactThickness, Creep, Damping, Filling,
+    Finite, FlexuralRigidity, Force, Fraction, Frequency, Friction, Length, MembraneCompliance,
+    PieceSize, PlasticLimit, PoissonRatio, RecoverySpeed, RegionSize, RepairTime, Restitution,
+    RodRadius, RollingResistance, Slack, Stiffness, Strain, Thickness, Toughness, Yield,
+    YoungsModulus,
 };
 use bevy_reflect::impl_reflect_opaque;
 
@@ -43,3 +44,7 @@ impl_reflect_opaque!((in pliant::solver) Fraction(Clone, Debug, Default, Partial
 impl_reflect_opaque!((in pliant::solver) RecoverySpeed(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) Yield(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) YoungsModulus(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+impl_reflect_opaque!((in pliant::solver) Force(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+impl_reflect_opaque!((in pliant::solver) Toughness(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+impl_reflect_opaque!((in pliant::solver) BreakingStrain(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+impl_reflect_opaque!((in pliant::solver) PieceSize(Clone, Debug, Default, PartialEq, Serialize, Deserialize));

@@ -314,7 +314,7 @@ fn select(
                 depth,
             });
         }
-        PointerOwner::Body(_) | PointerOwner::Spent => selected.0 = None,
+        PointerOwner::Body(_) | PointerOwner::Scissors | PointerOwner::Spent => selected.0 = None,
         PointerOwner::None | PointerOwner::Panel | PointerOwner::Camera => {}
     }
 }

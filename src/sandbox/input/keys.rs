@@ -350,6 +350,7 @@ pub const BINDINGS: &[Binding] = &[
 /// Pointer gestures, for the help.
 pub const GESTURES: &[(&str, &str)] = &[
     ("Left drag", "grab and drag a body, or a pin"),
+    ("Shift drag", "cut the bodies under the stroke"),
     ("Ctrl click", "select or deselect a body"),
     ("Wheel", "while dragging: nearer / farther"),
     ("Wheel", "otherwise: zoom"),

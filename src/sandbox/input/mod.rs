@@ -5,5 +5,6 @@ pub mod drag;
 pub mod gizmo;
 pub mod keys;
 pub mod pointer;
+pub mod scissors;
 pub mod spring;
 pub mod steer;

@@ -40,6 +40,8 @@ pub enum PointerOwner {
     Body(Entity),
     /// A collider: it is being dragged, or one of its handles.
     Collider(Entity),
+    /// The scissors: a stroke cuts bodies.
+    Scissors,
     /// None until all buttons are released: a gesture has ended (or began where nothing responds)
     /// with a button still down.
     Spent,
@@ -56,6 +58,8 @@ pub enum Under {
     Collider(Entity),
     /// The floor or the backdrop.
     Stage,
+    /// Anything but the panel, with Shift held.
+    Blades,
 }
 
 /// Button states of one frame.
@@ -95,11 +99,19 @@ impl PointerOwner {
                         ..
                     },
                 ) => Self::Collider(collider),
+                (
+                    Under::Blades,
+                    Buttons {
+                        left: true,
+                        other: false,
+                        ..
+                    },
+                ) => Self::Scissors,
                 (_, Buttons { left: false, .. }) => Self::Camera,
                 _ => Self::Spent,
             },
             // It was released, but another button is still down.
-            Self::Body(_) | Self::Collider(_) if !buttons.left => Self::Spent,
+            Self::Body(_) | Self::Collider(_) | Self::Scissors if !buttons.left => Self::Spent,
             owner => owner,
         }
     }
@@ -285,7 +297,7 @@ fn pixel_size(camera: &Camera, height: f32) -> f32 {
 fn own(
     mut pointer: ResMut<Pointer>,
     mut hovered: ResMut<Hovered>,
-    mouse: Res<ButtonInput<MouseButton>>,
+    (mouse, keyboard): (Res<ButtonInput<MouseButton>>, Res<ButtonInput<KeyCode>>),
     scroll: Res<AccumulatedMouseScroll>,
     settings: Res<ViewSettings>,
     window: Single<&Window, With<PrimaryWindow>>,
@@ -312,8 +324,10 @@ fn own(
         true => camera.viewport_to_world(eye, middle).ok(),
     };
     let handle = handles.hovered.filter(|_| !on_panel);
+    let has_blades = keyboard.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]);
     let under = match (on_panel, pointer.hit, pointer.collider) {
         (true, ..) => Under::Panel,
+        _ if has_blades => Under::Blades,
         (false, Some(hit), _) if handle.is_none() => Under::Body(hit.body),
         (false, ..) if handle.is_some() => handle.map_or(Under::Stage, Under::Collider),
         (false, _, Some(hit)) if !spawn.on_click => Under::Collider(hit.collider),
@@ -417,6 +431,16 @@ mod tests {
             owner.next(held(LEFT), Under::Body(BODY)),
             PointerOwner::Camera
         );
+    }
+
+    #[test]
+    fn with_shift_a_left_drag_cuts_until_the_button_is_up() {
+        let owner = PointerOwner::None.next(LEFT, Under::Blades);
+        assert_eq!(owner, PointerOwner::Scissors);
+        assert_eq!(owner.next(held(LEFT), Under::Stage), PointerOwner::Scissors);
+        assert_eq!(owner.next(UP, Under::Stage), PointerOwner::None);
+        let none = PointerOwner::None;
+        assert_eq!(none.next(RIGHT, Under::Blades), PointerOwner::Camera);
     }
 
     #[test]

@@ -73,7 +73,7 @@ pub(super) fn gather(world: &mut World) -> bool {
     let (tick, under_way) = (clock.tick(), clock.mid_tick());
     let profile = world.resource::<Profile>();
     let milliseconds = |time: std::time::Duration| time.as_secs_f32() * 1e3;
-    let mut column = Column::default();
+    let mut column = [0.0; PARTS];
     for (part, spent) in profile.parts() {
         let place = Stage::ALL.iter().position(|stage| stage.name() == *part);
         column[place.unwrap_or(PARTS - 1)] += milliseconds(*spent);
@@ -157,7 +157,7 @@ mod tests {
         let mut history = History::default();
         assert_eq!(history.most(), 0.0);
         for tick in 0..TICKS + 10 {
-            let mut column = Column::default();
+            let mut column = [0.0; PARTS];
             column[0] = 0.5;
             column[1] = if tick == 5 { 9.0 } else { 0.25 };
             history.push(column);

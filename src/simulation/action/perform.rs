@@ -5,7 +5,7 @@ use crate::{
     effect::EffectRegistry,
     simulation::{
         Asleep, BodyDensity, BodySkin, Pins, Quarantined, RestTimer, SceneEntity,
-        SimulationSettings, SoftBody, TickStart, plain,
+        SimulationSettings, SoftBody, TickStart, plain, tear,
     },
     solver::{
         CollisionIterations, Grab, InvalidValue, Iterations, KeepSpin, Order, Particles, Rate,
@@ -99,6 +99,7 @@ pub fn perform(world: &mut World, action: &Action) -> Result<(), ActionError> {
         }
         Action::Pin { body, vertex } => change_pins(world, *body, *vertex, true),
         Action::Unpin { body, vertex } => change_pins(world, *body, *vertex, false),
+        Action::Cut { body, cut } => tear::cut(world, *body, cut),
         Action::Deform { body, deformation } => reshape(world, *body, |particles, _| {
             deform(particles, *deformation);
         }),

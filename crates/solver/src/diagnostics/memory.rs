@@ -44,7 +44,9 @@ fn rest_values(topology: &Topology) -> usize {
     })
 }
 
-fn topology(topology: &Topology) -> usize {
+/// Bytes of a topology: constraints with their order, rest shape and numbering.
+#[must_use]
+pub fn topology(topology: &Topology) -> usize {
     let particle = size_of::<Vec3>();
     let edge = size_of::<f32>();
     let tetrahedron = 2 * size_of::<f32>();

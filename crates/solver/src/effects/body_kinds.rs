@@ -34,7 +34,7 @@ macro_rules! of_body_effects {
             chains { $($chain:ident $chained:ident $chains:literal;)* }
             between { $($between:tt)* }
             surfaces { $($surface:ident $surfaced:ident $surfaces:literal;)* }
-            rest_values { $($rest:tt)* }
+            changes { $($change:tt)* }
         }
     ) => {
         of_body_effects! {

@@ -24,6 +24,7 @@ pub mod stitches;
 pub mod strain_limit;
 pub mod stretch;
 pub mod struts;
+pub mod tear;
 pub mod tethers;
 pub mod volume;
 pub mod weave;
@@ -46,6 +47,7 @@ pub mod all {
         strain_limit::StrainLimit,
         stretch::Stretch,
         struts::Struts,
+        tear::{Cut, Tear, TearState},
         tethers::{TetherTargets, Tethers},
         volume::Volume,
         weave::Weave,
@@ -73,6 +75,8 @@ macro_rules! effects {
                     Uniform uniform "Constant acceleration.";
                     Attract attract "Attraction to a point.";
                     Vortex vortex "Air rotating about a vertical axis.";
+                    Axis axis "Air flowing along, around and towards an axis.";
+                    Turbulence turbulence "Air in random motion.";
                     Wind wind "Drag and lift on the triangles of the surface.";
                     Drag drag "Drag of a resting medium.";
                 }
@@ -120,8 +124,9 @@ macro_rules! effects {
                     StickyGround sticky_ground "Ground plane that holds what touches it.";
                     Collide collide "Contact with rigid colliders.";
                 }
-                rest_values {
+                changes {
                     Plasticity plasticity "Strain beyond the yield strain becomes permanent.";
+                    Tear tear "Elements that carry too much break.";
                 }
             }
         }

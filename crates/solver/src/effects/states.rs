@@ -1,7 +1,7 @@
 //! States of the effects of a body.
 
 use super::{body_kinds::BodyEffectStates, elastic::ElasticKind};
-use crate::Topology;
+use crate::{TearState, Topology};
 use glam::Vec4;
 
 /// State of the effects of a body between iterations, and for measurements: multipliers λ of
@@ -16,6 +16,8 @@ pub struct EffectStates {
     /// Whether the multipliers of ground and colliders are kept after a substep with one pass over
     /// them, to be measured; default false. It does not change the motion.
     pub records_contacts: bool,
+    /// Limits of tearing.
+    pub(crate) tear: TearState,
     /// States of effects without elements.
     pub others: BodyEffectStates,
 }
@@ -61,6 +63,7 @@ impl EffectStates {
             .map(|column| size_of_val(&column[..]))
             .sum::<usize>()
             + size_of_val(&self.sums[..])
+            + self.tear.bytes()
             + self.others.bytes()
     }
 }

@@ -118,6 +118,10 @@ impl Stitches {
         &self.all
     }
 
+    pub(crate) fn all_mut(&mut self) -> &mut [Stitch] {
+        &mut self.all
+    }
+
     /// Whether there are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {

@@ -21,7 +21,7 @@
 //! should buckle, it fails: the direction of buckling is left to a simulation.
 
 mod energy;
-mod projection;
+pub(crate) mod projection;
 mod refusal;
 mod search;
 

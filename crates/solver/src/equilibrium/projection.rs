@@ -3,10 +3,10 @@
 //! Simulation*, 2005), by Jacobi rotations.
 
 /// Number of coordinates of the largest element.
-pub(super) const MAX_COORDINATES: usize = 12;
+pub(crate) const MAX_COORDINATES: usize = 12;
 
 /// A symmetric matrix of an element; only the leading rows and columns are used.
-pub(super) type ElementMatrix = [[f64; MAX_COORDINATES]; MAX_COORDINATES];
+pub(crate) type ElementMatrix = [[f64; MAX_COORDINATES]; MAX_COORDINATES];
 
 /// Maximum number of Jacobi rounds; convergence is quadratic, a handful reach rounding.
 const ROUNDS: usize = 16;
@@ -26,7 +26,7 @@ pub(super) fn project(matrix: &mut ElementMatrix, n: usize) {
 }
 
 /// Eigenvalues, and eigenvectors as columns.
-fn eigen(mut a: ElementMatrix, n: usize) -> ([f64; MAX_COORDINATES], ElementMatrix) {
+pub(crate) fn eigen(mut a: ElementMatrix, n: usize) -> ([f64; MAX_COORDINATES], ElementMatrix) {
     let mut vectors = ElementMatrix::default();
     for (i, row) in vectors.iter_mut().enumerate() {
         row[i] = 1.0;

@@ -16,6 +16,7 @@
 
 mod elastic;
 mod motion;
+mod tear;
 
 use crate::{
     Contacts, Effects, ElasticKind, Repair, RodState, Settings, Stitches, Substep, Threads,
@@ -73,6 +74,8 @@ pub struct Body {
     states: ReferenceStates,
     /// λ of the constraints of each elastic effect; empty before the first iteration.
     pub lambdas: [Vec<f64>; ElasticKind::COUNT],
+    /// What determines its masses.
+    masses: tear::Masses,
     /// Repair state.
     repair: Repair,
     /// State of the previous substep for [second-order steps](crate::history).
@@ -158,6 +161,9 @@ impl World {
         let substeps = self.settings.substeps.get();
         for index in 0..substeps {
             self.substep(&self.settings.substep(index));
+        }
+        for body in &mut self.bodies {
+            body.tear(&self.settings);
         }
         for grab in self
             .bodies
@@ -301,6 +307,11 @@ impl Body {
                 ..ReferenceStates::default()
             },
             lambdas: Default::default(),
+            masses: tear::Masses {
+                density: body.density,
+                added: body.added_mass.clone(),
+                pins: body.pins.clone(),
+            },
             repair: Repair::default(),
             past: Past::default(),
             h: 0.0,

@@ -61,7 +61,7 @@ impl Stage {
         match self {
             // Not a task on pieces: kernels borrow rest values while tasks run. Contacts of bodies
             // act between tasks.
-            Self::Flow | Self::Contact | Self::SelfContact => [None; 4],
+            Self::Flow | Self::Tear | Self::Contact | Self::SelfContact => [None; 4],
             _ if !self.acts(effects, stitched, step.method) => [None; 4],
             Self::Force(kind) => single(Task::Force { kind, substep }, Side::Whole),
             Self::Presolve if step.method.keeps_speed().is_some() => {
@@ -97,13 +97,13 @@ impl Stage {
 
 impl Stepper<'_> {
     /// Begins or continues a tick: updates the states of the effects. Multipliers are stored where
-    /// they are `read`, by later iterations or for measurements.
+    /// they are `read`, by later iterations or for measurements, and by tearing.
     pub fn prepare(&mut self, read: bool) {
         let Self {
             topology, effects, ..
         } = self;
         for kind in ElasticKind::ALL {
-            let kept = read && effects.has(kind);
+            let kept = (read || effects.tear.is_some()) && effects.has(kind);
             self.states.make_room(kind, topology, kept);
         }
         if effects.rod.is_some() {

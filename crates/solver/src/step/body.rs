@@ -5,6 +5,8 @@ use crate::{
     Topology, VertexIndex,
     advance::{NotFinite, Solve, Stage, StepContext, Stepper},
     rest::RestTimer,
+    step::masses::{Masses, set_inverse_masses},
+    topology::Torn,
 };
 use glam::{Vec3, Vec4};
 use std::sync::Arc;
@@ -148,6 +150,39 @@ impl Body {
         }
     }
 
+    /// Tears the body where it is above its limits, at the end of a tick; returns whether it was
+    /// torn.
+    pub fn tear(&mut self, settings: &crate::Settings) -> bool {
+        self.split(|stepper, masses, start| stepper.tear(masses, start, settings))
+    }
+
+    /// Cuts the body between ticks; returns whether the cut hit it.
+    pub fn cut(&mut self, cut: &crate::Cut) -> bool {
+        self.split(|stepper, masses, start| stepper.cut(cut, masses, start))
+    }
+
+    fn split(
+        &mut self,
+        by: impl FnOnce(&mut Stepper, Masses, &mut Particles) -> Option<Torn>,
+    ) -> bool {
+        let (mut start, added, pins) = (
+            std::mem::take(&mut self.tick_start),
+            std::mem::take(&mut self.added_mass),
+            std::mem::take(&mut self.pins),
+        );
+        let masses = Masses {
+            density: self.density,
+            added: &added,
+            pins: &pins,
+        };
+        let torn = by(&mut self.stepper(), masses, &mut start);
+        (self.tick_start, self.added_mass, self.pins) = (start, added, pins);
+        if let (Some(torn), Some(grab)) = (&torn, &mut self.effects.grab) {
+            grab.point = torn.point(&grab.point);
+        }
+        torn.is_some()
+    }
+
     /// Ends a tick of `seconds` under gravity [m/s²]; returns whether the body has been at rest for
     /// long enough to sleep.
     pub fn end_tick(
@@ -243,32 +278,4 @@ impl Body {
 pub fn restore_at_rest(particles: &mut Particles, finite: &[Vec4]) {
     particles.positions.copy_from_slice(finite);
     particles.settle();
-}
-
-/// Writes 1/m into w: mass from density and added masses [kg], 0 for pins and for massless
-/// particles.
-pub fn set_inverse_masses(
-    positions: &mut [Vec4],
-    topology: &Topology,
-    density: Density,
-    added: &[(VertexIndex, Mass)],
-    pins: &[VertexIndex],
-) {
-    for (x, measure) in positions.iter_mut().zip(topology.measure()) {
-        x.w = measure * density.get();
-    }
-    for &(vertex, mass) in added {
-        if let Some(x) = positions.get_mut(topology.particle(vertex)) {
-            x.w += mass.get();
-        }
-    }
-    for x in positions.iter_mut() {
-        let inverse = 1.0 / x.w;
-        x.w = if inverse.is_finite() { inverse } else { 0.0 };
-    }
-    for &pin in pins {
-        if let Some(x) = positions.get_mut(topology.particle(pin)) {
-            x.w = 0.0;
-        }
-    }
 }

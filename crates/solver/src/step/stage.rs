@@ -27,6 +27,8 @@ pub enum Stage {
     Postsolve,
     /// Plastic flow.
     Flow,
+    /// Tearing, between ticks.
+    Tear,
 }
 
 /// Number of effects without elements in a phase.
@@ -144,6 +146,7 @@ impl Stage {
             Self::SelfContact => "self_contact",
             Self::Postsolve => "postsolve",
             Self::Flow => "plasticity",
+            Self::Tear => "tear",
         }
     }
 }
@@ -204,6 +207,8 @@ impl Stage {
             Self::Contact => effects.contact.is_some(),
             Self::SelfContact => effects.self_contact.is_some(),
             Self::Flow => effects.plasticity.is_some(),
+            // Acts between ticks.
+            Self::Tear => false,
         }
     }
 }

@@ -81,6 +81,7 @@ impl World {
             body.begin_tick();
             if is_alone(body) {
                 body.advance(&StepContext { threads, ..context });
+                body.tear(settings);
             }
             if is_alone(body) && body.end_tick(seconds, settings.gravity, sleep) {
                 body.fall_asleep();
@@ -95,6 +96,12 @@ impl World {
         threads.for_each(bodies, estimate, &step);
         if together {
             advance_together(bodies, contacts, &context);
+            let touching = bodies
+                .iter_mut()
+                .filter(|body| body.is_active() && body.effects.touches_surfaces(has_meshes));
+            for body in touching {
+                body.tear(settings);
+            }
             end_tick_together(bodies, contacts, &context, sleep);
         } else {
             contacts.clear();

@@ -37,6 +37,11 @@ impl Edges {
             ..Painting::default()
         };
         let (elements, _) = Elements::new(ends, partitions, how);
+        Self::of(elements, rest)
+    }
+
+    /// With their lengths at rest.
+    pub(super) fn of(elements: Elements<2>, rest: &[Vec3]) -> Self {
         Self {
             rest_length: elements
                 .corners()

@@ -46,6 +46,12 @@ impl Facets {
             .filter(|corners| has_area(corners.map(at)))
             .collect();
         let (elements, _) = Elements::new(&corners, partitions, Painting::default());
+        Self::with(elements, rest)
+    }
+
+    /// With their shapes at rest.
+    pub(super) fn with(elements: Elements<3>, rest: &[Vec3]) -> Self {
+        let at = |i: u32| rest[i as usize];
         let mut facets = Self {
             elements,
             ..Self::default()

@@ -48,6 +48,11 @@ impl Hinges {
             ..Painting::default()
         };
         let (elements, _) = Elements::new(&corners, partitions, how);
+        Self::with(elements, rest)
+    }
+
+    /// With their angles at rest.
+    pub(super) fn with(elements: Elements<4>, rest: &[Vec3]) -> Self {
         let at_rest = || {
             elements
                 .corners()

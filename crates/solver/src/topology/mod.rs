@@ -25,6 +25,7 @@ pub mod regions;
 mod rest_shape;
 mod struts;
 pub mod surface;
+pub mod tear;
 
 pub use edges::Edges;
 pub use enclosure::{Enclosure, NotClosed};
@@ -37,6 +38,7 @@ pub use index::{ParticleIndex, VertexIndex};
 pub use regions::Regions;
 pub use rest_shape::RestShape;
 pub use surface::Surface;
+pub use tear::{Tearing, Torn, TornOrder};
 pub use tetrahedra::Tetrahedra;
 
 use crate::{
@@ -113,6 +115,9 @@ pub struct Topology {
     surface: Lazy<Arc<Surface>>,
     /// Volume enclosed by the surface, for pressure, or the reason why there is none.
     enclosure: Lazy<Arc<Result<Enclosure, NotClosed>>>,
+    /// Number of times a particle was split. The order of the constraints of a torn topology depends
+    /// on its past.
+    splits: u32,
     /// The topology before plastic flow.
     original: Option<Arc<Topology>>,
     identity: Identity,
@@ -329,6 +334,7 @@ impl Topology {
             struts: Lazy::default(),
             surface: Lazy::default(),
             enclosure: Lazy::default(),
+            splits: 0,
             original: None,
             identity: Identity::default(),
         })
@@ -346,7 +352,7 @@ impl Topology {
     /// Input of the topology without omissions: vertices in their original order, and elements in
     /// solver order.
     ///
-    /// Coloring these again assigns each element the same color: elements with the same lowest
+    /// Unless the topology was torn, coloring these again assigns each element the same color: elements with the same lowest
     /// particle have different colors, and each finds the lower ones taken as before.
     #[must_use]
     pub fn rest_shape(&self) -> RestShape {
@@ -451,6 +457,12 @@ impl Topology {
 
     pub(crate) fn identity(&self) -> Identity {
         self.identity.clone()
+    }
+
+    /// Number of times a particle was split by tearing or a cut.
+    #[must_use]
+    pub fn splits(&self) -> usize {
+        self.splits as usize
     }
 
     /// Number of particles of a body with this topology.

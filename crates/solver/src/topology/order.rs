@@ -8,10 +8,13 @@
 
 use crate::{
     coloring::{MAX_COLORS, Painter},
+    lanes::WIDTH,
     partitions::Partitions,
 };
 use glam::Vec4;
+use serde::{Deserialize, Serialize};
 use std::{
+    collections::BTreeMap,
     ops::{Deref, Range},
     sync::Arc,
 };
@@ -37,10 +40,11 @@ pub struct Order<const N: usize> {
     /// Ranges of constraints that share no particle.
     groups: Vec<Range<u32>>,
     batches: Vec<Batch>,
-    /// Whether the odd partitions come first.
-    odd_first: bool,
+    how: Painting,
     /// Batches of the first half.
     first_half: usize,
+    /// Number of blocks when all were colored.
+    blocks_at_first: usize,
 }
 
 /// A particle index in kernels, stored as twice its number.
@@ -82,7 +86,7 @@ pub struct Batch {
 }
 
 /// How constraints are ordered.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Painting {
     /// Whether the odd partitions come first.
     pub odd_first: bool,
@@ -128,7 +132,7 @@ impl<const N: usize> Elements<N> {
             }
         }
         let mut all = Order {
-            odd_first,
+            how,
             ..Order::default()
         };
         let mut stored = Vec::with_capacity(constraints.len());
@@ -158,66 +162,90 @@ impl<const N: usize> Elements<N> {
             .iter()
             .map(|&i| constraints[i as usize].map(Corner::of))
             .collect();
+        all.blocks_at_first = all.blocks();
         all.find_reach();
         (Self(Arc::new(all)), stored)
     }
 
-    /// The same without the `removed` constraints (their numbers, ascending) and with those
-    /// `added`. Remaining constraints keep their color and order; a new constraint gets the first
-    /// color of its partition without its particles. Returns the old number of each constraint;
-    /// numbers of added ones continue after the old ones.
+    /// The same after a change of the body: each constraint has the particles that `corners` gives
+    /// for its number, or is removed, and those `added` follow. Particles may only be replaced by
+    /// copies of themselves, numbered next to them, so that those of a color still share none. A
+    /// constraint keeps its color and its place among the others; a new one gets the first color of
+    /// its partition that its particles do not have. When the colors have decayed, all are assigned
+    /// anew. Returns the old number of each constraint; numbers of added ones continue after the
+    /// old ones.
     #[must_use]
     pub fn edited(
         &self,
-        removed: &[usize],
+        corners: impl Fn(usize) -> Option<[u32; N]>,
         added: &[[u32; N]],
         partitions: &Partitions,
     ) -> (Self, Vec<u32>) {
+        let old = self.corners.len();
+        let now: Vec<Option<[u32; N]>> = (0..old)
+            .map(corners)
+            .chain(added.iter().map(|corners| Some(*corners)))
+            .collect();
+        let corners_of = |index: u32| now[index as usize].unwrap_or([0; N]);
         let mut arrivals: Vec<Vec<u32>> = vec![Vec::new(); partitions.count()];
         let mut overflow = Vec::new();
-        for (index, corners) in (self.corners.len() as u32..).zip(added) {
+        for (index, corners) in (old as u32..).zip(added) {
             match partitions.partition_of(corners) {
                 Some(partition) => arrivals[partition].push(index),
                 None => overflow.push(index),
             }
         }
-        let corners_of = |index: u32| match self.corners.get(index as usize) {
-            Some(corners) => corners.map(Corner::particle),
-            None => added[index as usize - self.corners.len()],
-        };
         let stays = |range: &Range<u32>| -> Vec<u32> {
+            let range = range.clone();
             range
-                .clone()
-                .filter(|&index| removed.binary_search(&(index as usize)).is_err())
+                .filter(|&index| now[index as usize].is_some())
                 .collect()
         };
         let mut all = Order {
-            odd_first: self.odd_first,
+            how: self.how,
             first_half: self.first_half,
+            blocks_at_first: self.blocks_at_first,
             ..Order::default()
         };
-        let mut stored = Vec::with_capacity(self.corners.len() + added.len());
-        for batch in self
-            .batches
-            .iter()
-            .filter(|batch| batch.partition.is_some())
-        {
+        let mut stored = Vec::with_capacity(now.len());
+        let mut taken = BTreeMap::new();
+        for batch in &self.batches {
+            let Some(partition) = batch.partition else {
+                continue;
+            };
             let groups = &self.groups[batch.groups.clone()];
             let mut colors: Vec<Vec<u32>> = groups.iter().map(stays).collect();
-            let newcomers = batch.partition.map(|partition| &arrivals[partition]);
-            for &index in newcomers.into_iter().flatten() {
-                let corners = corners_of(index);
-                let free = colors.iter().position(|color| {
-                    let mut touched = color.iter().flat_map(|&other| corners_of(other));
-                    !touched.any(|corner| corners.contains(&corner))
-                });
-                match free {
-                    Some(free) => colors[free].push(index),
-                    None if colors.len() < MAX_COLORS => colors.push(vec![index]),
-                    None => overflow.push(index),
+            let newcomers = &arrivals[partition];
+            taken.clear();
+            taken.extend(
+                newcomers
+                    .iter()
+                    .flat_map(|&index| corners_of(index).map(|corner| (corner, 0_u128))),
+            );
+            if !newcomers.is_empty() {
+                for (color, members) in colors.iter().enumerate() {
+                    for corner in members.iter().flat_map(|&index| corners_of(index)) {
+                        taken.entry(corner).and_modify(|mask| *mask |= 1 << color);
+                    }
                 }
             }
-            all.close_batch(batch.partition, colors, &mut stored);
+            for &index in newcomers {
+                let corners = corners_of(index);
+                let used = corners.iter().fold(0, |used, corner| used | taken[corner]);
+                let free = used.trailing_ones() as usize;
+                if free == MAX_COLORS {
+                    overflow.push(index);
+                    continue;
+                }
+                if free == colors.len() {
+                    colors.push(Vec::new());
+                }
+                colors[free].push(index);
+                for corner in corners {
+                    taken.entry(corner).and_modify(|mask| *mask |= 1 << free);
+                }
+            }
+            all.close_batch(Some(partition), colors, &mut stored);
         }
         let groups = match self.overflow() {
             Some(index) => &self.groups[self.batches[index].groups.clone()],
@@ -228,6 +256,12 @@ impl<const N: usize> Elements<N> {
         if !groups.is_empty() {
             all.close_batch(None, groups, &mut stored);
         }
+        if all.blocks() as f32 > DECAYED * self.blocks_at_first.max(stored.len() / WIDTH) as f32 {
+            let corners: Vec<[u32; N]> = stored.iter().map(|&index| corners_of(index)).collect();
+            let (anew, places) = Self::new(&corners, partitions, self.how);
+            let places = places.iter().map(|&place| stored[place as usize]);
+            return (anew, places.collect());
+        }
         all.corners = stored
             .iter()
             .map(|&index| corners_of(index).map(Corner::of))
@@ -235,6 +269,89 @@ impl<const N: usize> Elements<N> {
         all.find_reach();
         (Self(Arc::new(all)), stored)
     }
+
+    /// How the constraints are colored, for storing them.
+    #[must_use]
+    pub fn colors(&self) -> Colors {
+        let sizes = |batch: &Batch| {
+            let groups = &self.groups[batch.groups.clone()];
+            groups.iter().map(|group| group.end - group.start).collect()
+        };
+        Colors {
+            batches: self.batches.iter().map(sizes).collect(),
+            overflows: self.overflow().is_some(),
+            how: self.how,
+            blocks_at_first: self.blocks_at_first as u64,
+        }
+    }
+
+    /// Constraints in stored order with stored colors; `None` if these are invalid for them.
+    #[must_use]
+    pub fn colored(corners: &[[u32; N]], partitions: &Partitions, colors: &Colors) -> Option<Self> {
+        let Colors {
+            batches,
+            overflows,
+            how,
+            blocks_at_first,
+        } = colors;
+        if batches.len() != partitions.count() + usize::from(*overflows) {
+            return None;
+        }
+        let mut all = Order {
+            how: *how,
+            blocks_at_first: usize::try_from(*blocks_at_first).ok()?,
+            ..Order::default()
+        };
+        let half = |parity: usize| (parity..partitions.count()).step_by(2);
+        let first = usize::from(how.odd_first);
+        all.first_half = half(first).count();
+        let order = half(first).chain(half(1 - first)).map(Some);
+        let mut stored: Vec<u32> = Vec::with_capacity(corners.len());
+        let mut seen = vec![0_u32; partitions.particles()];
+        let mut mark = 0;
+        for (partition, sizes) in order.chain(overflows.then_some(None)).zip(batches) {
+            let mut groups = Vec::new();
+            let mut next = stored.len() as u32;
+            for &size in sizes {
+                let end = next.checked_add(size)?;
+                let group = corners.get(next as usize..end as usize)?;
+                mark += 1;
+                for it in group {
+                    let fits = partition.is_none() || partitions.partition_of(it) == partition;
+                    for &corner in it {
+                        let seen = seen.get_mut(corner as usize)?;
+                        if !fits || std::mem::replace(seen, mark) == mark {
+                            return None;
+                        }
+                    }
+                }
+                groups.push((next..end).collect());
+                next = end;
+            }
+            all.close_batch(partition, groups, &mut stored);
+        }
+        if stored.len() != corners.len() {
+            return None;
+        }
+        all.corners = corners.iter().map(|it| it.map(Corner::of)).collect();
+        all.find_reach();
+        Some(Self(Arc::new(all)))
+    }
+}
+
+/// When there are more blocks than this multiple of those of the first coloring, or of as many full
+/// ones, the coloring has decayed.
+const DECAYED: f32 = 1.25;
+
+/// The colors of constraints in their order, without the constraints.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Colors {
+    /// Number of constraints of each color, batch by batch.
+    batches: Vec<Vec<u32>>,
+    /// Whether the last batch is overflow.
+    overflows: bool,
+    how: Painting,
+    blocks_at_first: u64,
 }
 
 impl<const N: usize> Order<N> {
@@ -276,6 +393,12 @@ impl<const N: usize> Order<N> {
         }
     }
 
+    /// Number of blocks of lanes.
+    fn blocks(&self) -> usize {
+        let sizes = self.groups.iter().map(|group| group.len());
+        sizes.map(|size| size.div_ceil(WIDTH)).sum()
+    }
+
     /// Computes the particle range of each batch.
     fn find_reach(&mut self) {
         for batch in &mut self.batches {
@@ -312,13 +435,13 @@ impl<const N: usize> Order<N> {
     /// Whether the odd partitions come first.
     #[must_use]
     pub fn odd_first(&self) -> bool {
-        self.odd_first
+        self.how.odd_first
     }
 
     /// Number of the batch of a partition.
     #[must_use]
     pub fn batch_of(&self, partition: usize) -> usize {
-        if (partition % 2 == 1) == self.odd_first {
+        if (partition % 2 == 1) == self.how.odd_first {
             partition / 2
         } else {
             self.first_half + partition / 2
@@ -336,7 +459,7 @@ impl<const N: usize> Order<N> {
     #[must_use]
     pub fn half(&self, odd: bool) -> Range<usize> {
         let bound = self.batches.len() - usize::from(self.overflow().is_some());
-        let batches = if odd == self.odd_first {
+        let batches = if odd == self.how.odd_first {
             &self.batches[..self.first_half]
         } else {
             &self.batches[self.first_half..bound]

@@ -62,6 +62,25 @@ impl Partitions {
         Self::new(starts)
     }
 
+    /// First particle of each partition, and the number of particles.
+    #[must_use]
+    pub fn starts(&self) -> &[u32] {
+        &self.starts
+    }
+
+    /// With stored starts; `None` if they do not ascend from 0.
+    #[must_use]
+    pub fn from_starts(starts: Vec<u32>) -> Option<Self> {
+        let ascend = starts.windows(2).all(|pair| pair[0] < pair[1]);
+        (starts.len() > 1 && starts[0] == 0 && ascend).then(|| Self::new(starts))
+    }
+
+    /// The same after copies were inserted next to particles, where `place` is the new number of
+    /// an old particle or of the end.
+    pub(super) fn moved(&self, place: impl Fn(u32) -> u32) -> Self {
+        Self::new(self.starts.iter().map(|&start| place(start)).collect())
+    }
+
     fn new(starts: Vec<u32>) -> Self {
         let partitions = starts.len() - 1;
         let start = |partition: usize| starts[partition.min(partitions)] as usize;

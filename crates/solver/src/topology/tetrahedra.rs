@@ -32,6 +32,11 @@ impl Tetrahedra {
             ..Painting::default()
         };
         let (elements, _) = Elements::new(corners, partitions, how);
+        Self::of(elements, rest)
+    }
+
+    /// With their volumes at rest.
+    pub(super) fn of(elements: Elements<4>, rest: &[Vec3]) -> Self {
         let rest_volume: Vec<f32> = elements
             .corners()
             .map(|c| volume_and_gradients(c.map(|i| rest[i as usize])).0)

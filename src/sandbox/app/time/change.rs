@@ -46,6 +46,7 @@ pub fn undoing(world: &World, action: &Action) -> (Undoing, String) {
         | Action::RemoveCollider { .. }
         | Action::Pin { .. }
         | Action::Unpin { .. }
+        | Action::Cut { .. }
         | Action::Deform { .. }
         | Action::ResetShape { .. }
         | Action::Restore { .. }
@@ -202,6 +203,7 @@ fn title(world: &World, action: &Action) -> String {
         Action::RemoveCollider { .. } => "Delete collider".to_owned(),
         Action::Pin { .. } => "Pin".to_owned(),
         Action::Unpin { .. } => "Unpin".to_owned(),
+        Action::Cut { .. } => "Cut".to_owned(),
         Action::Deform { deformation, .. } => match deformation {
             Deformation::Squash(_) => "Squash",
             Deformation::Shuffle(_) => "Scramble",

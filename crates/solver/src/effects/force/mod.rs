@@ -7,15 +7,19 @@
 //! quarters of a tick of the scene `flag`.
 
 mod attract;
+mod axis;
 mod drag;
 mod law;
 mod noise;
+mod turbulence;
 mod uniform;
 mod vortex;
 mod wind;
 
 pub use attract::Attract;
+pub use axis::Axis;
 pub use drag::Drag;
+pub use turbulence::Turbulence;
 pub use uniform::Uniform;
 pub use vortex::Vortex;
 pub use wind::Wind;

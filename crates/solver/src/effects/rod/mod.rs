@@ -33,12 +33,15 @@ use super::body_effect::{
 #[cfg(feature = "bevy")]
 use crate::reflection::*;
 use crate::{
-    Damping, Particles, PoissonRatio, RodRadius, Topology, YoungsModulus, kernel::sum::SquareSum,
-    particles::Part, step::scope::WholeBody, topology::Identity,
+    Damping, Particles, PoissonRatio, RodRadius, Topology, YoungsModulus,
+    kernel::sum::SquareSum,
+    particles::Part,
+    step::scope::WholeBody,
+    topology::{Identity, Torn},
 };
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
-use std::borrow::Cow;
+use std::{borrow::Cow, collections::BTreeMap};
 use system::{Node, Pass, System};
 
 /// Stiffness of a chain of edges against stretching, shear, bending and twist.
@@ -90,6 +93,17 @@ impl RodState {
         state
     }
 
+    /// Particles at the ends of each segment, in the order of the segments.
+    pub(crate) fn nodes(&self) -> Vec<[u32; 2]> {
+        let segments = self.system.chains.segments.iter();
+        segments.map(|segment| segment.nodes).collect()
+    }
+
+    /// The segments.
+    pub(crate) fn segments(&self) -> &[SegmentState] {
+        &self.system.segments
+    }
+
     fn is_of(&self, topology: &Topology) -> bool {
         let own = self.made_for.as_ref();
         own.is_some_and(|identity| identity.id() == topology.id())
@@ -131,6 +145,35 @@ impl RodState {
             Cow::Borrowed,
         )
     }
+}
+
+/// The segments of a torn rod: turned from the rest shape as before, also where a chain now begins
+/// at its other end. Empty where there were none.
+pub(crate) fn torn(segments: &[SegmentState], before: &Topology, torn: &Torn) -> Vec<SegmentState> {
+    let (Ok(old), Ok(new)) = (Chains::of(before), Chains::of(&torn.topology)) else {
+        return Vec::new();
+    };
+    if segments.len() != old.segments.len() {
+        return Vec::new();
+    }
+    let ascending = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
+    let known: BTreeMap<[u32; 2], usize> = old
+        .segments
+        .iter()
+        .enumerate()
+        .map(|(index, segment)| (ascending(segment.nodes), index))
+        .collect();
+    let follow = |segment: &chains::RestSegment| {
+        let nodes = segment.nodes.map(|node| torn.sources[node as usize]);
+        let index = *known.get(&ascending(nodes))?;
+        let turn = segments[index].orientation * old.segments[index].orientation.conjugate();
+        Some(SegmentState {
+            orientation: (turn * segment.orientation).normalize(),
+            ..segments[index]
+        })
+    };
+    let all: Option<Vec<_>> = new.segments.iter().map(follow).collect();
+    all.unwrap_or_default()
 }
 
 /// Writes the orientations of the segments of a rod into its particles, if they have none.

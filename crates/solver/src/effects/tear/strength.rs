@@ -1,0 +1,346 @@
+//! Limits of the elements of a body, and those that are above them.
+
+use super::{
+    Tear,
+    split::{Strained, Weak},
+    state::{Key, Limits, TearState},
+    stretch::Stretches,
+};
+use crate::{
+    Effects, ElasticKind, Topology,
+    effects::{
+        body_effect::{BodyEffect, Store},
+        elastic::{Elastic, Point, Visit},
+    },
+    topology::Dimension,
+};
+use glam::DVec3;
+
+/// κ of a triangle or a tetrahedron. Near the tip of a crack that releases G, the density of energy
+/// is about G/(4πr); an element of extent l at the tip has its center at r = l/3, and so the energy
+/// 3/(4π) G V/l. How near that is on meshes, the pure shear strip of the tests measures.
+pub const SHARE: f64 = 3.0 / (4.0 * std::f64::consts::PI);
+
+/// κ of an edge: an edge along the largest stretch has about half of the energy of the elements
+/// around it.
+pub const EDGE_SHARE: f64 = 0.5 * SHARE;
+
+impl TearState {
+    /// Computes the limits, unless they are those of the body.
+    pub(super) fn update(&mut self, tear: &Tear, body: &Strained) {
+        let Effects {
+            stretch,
+            membrane,
+            weave,
+            neo_hookean,
+            rod,
+            ..
+        } = *body.effects;
+        let key = Key {
+            topology: body.topology.id(),
+            tear: *tear,
+            stretch,
+            membrane,
+            weave,
+            neo_hookean,
+            rod,
+        };
+        if self.made_for.as_ref() == Some(&key) {
+            return;
+        }
+        let mut found = Compliances {
+            topology: body.topology,
+            all: Vec::new(),
+        };
+        body.effects.visit(&mut found);
+        *self = Self::of(tear, body.topology, found.all);
+        self.made_for = Some(key);
+    }
+
+    fn of(tear: &Tear, topology: &Topology, all: Vec<(ElasticKind, Vec<f32>)>) -> Self {
+        let toughness = f64::from(tear.toughness.get());
+        let at = |i: u32| topology.rest[i as usize].as_dvec3();
+        let mut state = Self {
+            segments: toughness,
+            ..Self::default()
+        };
+        for (kind, compliances) in all {
+            match kind {
+                ElasticKind::Stretch => {
+                    let areas = areas_of_edges(topology);
+                    let each = compliances.iter().zip(areas);
+                    let strength = |(&compliance, area): (&f32, f64)| {
+                        // A cut through a rope releases the energy of what is cut.
+                        let share = match topology.dimension {
+                            Dimension::Line => 1.0,
+                            _ => EDGE_SHARE,
+                        };
+                        let energy = share * toughness * area;
+                        let tough = (2.0 * energy / f64::from(compliance)).sqrt();
+                        // An edge beside the elements comes off with them.
+                        match area > 0.0 {
+                            true => tear.force.get().min(tough as f32),
+                            false => f32::INFINITY,
+                        }
+                    };
+                    state.strengths = each.map(strength).collect();
+                }
+                ElasticKind::NeoHookean => {
+                    let least = |corners: [u32; 4]| {
+                        let x = corners.map(at);
+                        let volume = crate::topology::volume(x).abs();
+                        SHARE * toughness * volume / longest(&x)
+                    };
+                    let all = topology.tetrahedra.corners();
+                    state.tetrahedra.least = all.map(|it| least(it) as f32).collect();
+                    state.tetrahedra.compliances.push((kind, compliances));
+                }
+                _ => {
+                    let facets = topology.facets();
+                    let least = |(corners, &area): ([u32; 3], &f32)| {
+                        SHARE * toughness * f64::from(area) / longest(&corners.map(at))
+                    };
+                    let all = facets.corners().zip(&facets.area);
+                    state.triangles.least = all.map(|it| least(it) as f32).collect();
+                    state.triangles.compliances.push((kind, compliances));
+                }
+            }
+        }
+        state
+    }
+
+    /// The elements above their limits, in order.
+    pub(super) fn weak(&self, tear: &Tear, body: &Strained) -> Vec<Weak> {
+        let mut weak = Vec::new();
+        self.weak_edges(tear, body, &mut weak);
+        self.weak_segments(tear, body, &mut weak);
+        let topology = body.topology;
+        let strain = f64::from(tear.strain.get());
+        let toughness = f64::from(tear.toughness.get());
+        if !self.triangles.least.is_empty() {
+            let facets = topology.facets();
+            let all = facets.corners().zip(&facets.area);
+            let each = all.map(|(corners, &area)| (corners, f64::from(area)));
+            weak_elements(&self.triangles, each, (toughness, strain), body, &mut weak);
+        }
+        if !self.tetrahedra.least.is_empty() {
+            let cells = &topology.tetrahedra;
+            let all = cells.corners().zip(&cells.rest_volume);
+            let each = all.map(|(corners, &volume)| (corners, f64::from(volume.abs())));
+            weak_elements(&self.tetrahedra, each, (toughness, strain), body, &mut weak);
+        }
+        weak
+    }
+
+    fn weak_edges(&self, tear: &Tear, body: &Strained, weak: &mut Vec<Weak>) {
+        if self.strengths.is_empty() {
+            return;
+        }
+        let edges = &body.topology.edges;
+        let lambdas = (body.lambdas)(ElasticKind::Stretch);
+        let per_lambda = (-1.0 / (body.h * body.h)) as f32;
+        let mut add = |index: usize, ends: [u32; 2], load: f64| {
+            let [a, b] = ends.map(|i| body.topology.rest[i as usize].as_dvec3());
+            weak.push(Weak {
+                load,
+                particles: ends.into(),
+                direction: (b - a) / f64::from(edges.rest_length[index]),
+            });
+        };
+        let strain = f64::from(tear.strain.get());
+        if strain.is_finite() {
+            for (index, ends) in edges.ends().enumerate() {
+                let [a, b] = ends.map(|i| (body.at)(i));
+                let rest = f64::from(edges.rest_length[index]);
+                let ratio = (a.distance(b) / rest - 1.0) / strain;
+                let force = lambdas.get(index).map_or(0.0, |lambda| lambda * per_lambda);
+                let load = f64::from(force.max(0.0) / self.strengths[index]).max(ratio);
+                if load > 1.0 {
+                    add(index, ends, load * load);
+                }
+            }
+            return;
+        }
+        let above = lambdas.iter().zip(&self.strengths).enumerate();
+        let above = above.filter(|(_, (lambda, strength))| *lambda * per_lambda > **strength);
+        let above: Vec<usize> = above.map(|(index, _)| index).collect();
+        if above.is_empty() {
+            return;
+        }
+        let ends: Vec<[u32; 2]> = edges.ends().collect();
+        for index in above {
+            let load = f64::from(lambdas[index] * per_lambda / self.strengths[index]);
+            add(index, ends[index], load * load);
+        }
+    }
+
+    /// Segments of a rod, each with half of the energy of the joints at its ends.
+    fn weak_segments(&self, tear: &Tear, body: &Strained, weak: &mut Vec<Weak>) {
+        let (Some(rod), Some(state)) = (body.effects.rod, body.rod) else {
+            return;
+        };
+        let chains = state.nodes();
+        let mut energies = vec![0.0; chains.len()];
+        let mut number = 0;
+        let state = Some(Box::new(state.clone()));
+        let at = |i: u32| ((body.at)(i), 0.0);
+        // Three equations of the segment, then three of the joint behind it.
+        rod.stores(&state, body.topology, &at, &mut |store: Store| {
+            let segment = number / 6;
+            if number % 6 < 3 {
+                energies[segment] += store.energy();
+            } else {
+                energies[segment] += 0.5 * store.energy();
+                if let Some(next) = energies.get_mut(segment + 1) {
+                    *next += 0.5 * store.energy();
+                }
+            }
+            number += 1;
+        });
+        let strain = f64::from(tear.strain.get());
+        for (&[a, b], energy) in chains.iter().zip(energies) {
+            let rest = [a, b].map(|i| body.topology.rest[i as usize].as_dvec3());
+            let along = rest[1] - rest[0];
+            let ratio = ((body.at)(a).distance((body.at)(b)) / along.length() - 1.0) / strain;
+            let load = (energy / self.segments).max(ratio.max(0.0) * ratio);
+            if load > 1.0 {
+                weak.push(Weak {
+                    load,
+                    particles: vec![a, b],
+                    direction: along.normalize_or_zero(),
+                });
+            }
+        }
+    }
+}
+
+fn weak_elements<const N: usize>(
+    limits: &Limits,
+    elements: impl Iterator<Item = ([u32; N], f64)>,
+    (toughness, strain): (f64, f64),
+    body: &Strained,
+    weak: &mut Vec<Weak>,
+) {
+    let mut energies = vec![0.0_f32; limits.least.len()];
+    let per_lambda = (1.0 / (body.h * body.h)) as f32;
+    for (kind, compliances) in &limits.compliances {
+        let lambdas = (body.lambdas)(*kind);
+        if lambdas.len() != compliances.len() {
+            continue;
+        }
+        let rows = compliances.len() / energies.len();
+        let both = lambdas
+            .chunks_exact(rows)
+            .zip(compliances.chunks_exact(rows));
+        for (energy, (lambdas, compliances)) in energies.iter_mut().zip(both) {
+            for (lambda, compliance) in lambdas.iter().zip(compliances) {
+                let force = lambda * per_lambda;
+                *energy += 0.5 * compliance * force * force;
+            }
+        }
+    }
+    let may_break = |index: usize| strain.is_finite() || energies[index] > limits.least[index];
+    for (index, (corners, measure)) in elements.enumerate() {
+        if !may_break(index) {
+            continue;
+        }
+        let rest = corners.map(|i| body.topology.rest[i as usize].as_dvec3());
+        let stretches = Stretches::of(rest, corners.map(|i| (body.at)(i)));
+        if !stretches.is_tensile() {
+            continue;
+        }
+        let along = rest.map(|x| (x - rest[0]).dot(stretches.direction));
+        let extent =
+            along.into_iter().fold(f64::MIN, f64::max) - along.into_iter().fold(f64::MAX, f64::min);
+        let limit = SHARE * toughness * measure / extent;
+        let ratio = (stretches.largest - 1.0) / strain;
+        let load = (f64::from(energies[index]) / limit).max(ratio * ratio);
+        if load > 1.0 {
+            weak.push(Weak {
+                load,
+                particles: corners.into(),
+                direction: stretches.direction,
+            });
+        }
+    }
+}
+
+/// Area of crack that each edge stands for: in m² of a solid, m of a sheet; 1 for a rope.
+fn areas_of_edges(topology: &Topology) -> Vec<f64> {
+    let ends: Vec<[u32; 2]> = topology.edges.ends().collect();
+    if topology.dimension == Dimension::Line {
+        return vec![1.0; ends.len()];
+    }
+    let at = |i: u32| topology.rest[i as usize].as_dvec3();
+    let mut sides: Vec<([u32; 2], f64)> = Vec::new();
+    let mut add = |corners: &[u32], part: f64| {
+        for (i, &a) in corners.iter().enumerate() {
+            sides.extend(corners[..i].iter().map(|&b| ([a.min(b), a.max(b)], part)));
+        }
+    };
+    match topology.dimension {
+        Dimension::Solid => {
+            for corners in topology.tetrahedra.corners() {
+                add(
+                    &corners,
+                    crate::topology::volume(corners.map(at)).abs() / 2.0,
+                );
+            }
+        }
+        _ => {
+            for corners in topology.triangles.iter() {
+                let [a, b, c] = corners.map(at);
+                add(corners, (b - a).cross(c - a).length() / 3.0);
+            }
+        }
+    }
+    // By ends only: parts of an edge are added in the order of the elements.
+    sides.sort_by_key(|(ends, _)| *ends);
+    let each = ends.iter().zip(&topology.edges.rest_length);
+    each.map(|(&[a, b], &length)| {
+        let key = [a.min(b), a.max(b)];
+        let first = sides.partition_point(|(ends, _)| *ends < key);
+        let own = sides[first..].iter().take_while(|(ends, _)| *ends == key);
+        own.map(|(_, part)| part / f64::from(length)).sum()
+    })
+    .collect()
+}
+
+/// The longest distance between corners [m].
+fn longest(corners: &[DVec3]) -> f64 {
+    let pairs = (0..corners.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
+    let lengths = pairs.map(|(i, j)| corners[i].distance(corners[j]));
+    lengths.fold(f64::MIN_POSITIVE, f64::max)
+}
+
+/// Compliances of the elements that can tear.
+struct Compliances<'a> {
+    topology: &'a Topology,
+    all: Vec<(ElasticKind, Vec<f32>)>,
+}
+
+impl Visit for Compliances<'_> {
+    fn visit<const N: usize, const M: usize, E: Elastic<N, M>>(&mut self, effect: &E) {
+        let tears = matches!(
+            E::KIND,
+            ElasticKind::Stretch
+                | ElasticKind::Membrane
+                | ElasticKind::Weave
+                | ElasticKind::NeoHookean
+        );
+        if !tears {
+            return;
+        }
+        let topology = self.topology;
+        let elements = E::elements(topology).corners().enumerate();
+        let each = elements.flat_map(|(index, corners)| {
+            let points = corners.map(|i| {
+                let x = topology.rest[i as usize].as_dvec3();
+                Point { x, w: 0.0, rest: x }
+            });
+            let rows = effect.rows(topology, index, points);
+            rows.map(|row| row.compliance as f32)
+        });
+        self.all.push((E::KIND, each.collect()));
+    }
+}

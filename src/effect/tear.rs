@@ -1,0 +1,48 @@
+//! Tear: elements that carry too much break.
+
+use super::{Effect, Parameter, Scale, parameter};
+use crate::{
+    simulation::SoftBody,
+    solver::{BreakingStrain, Force, Grains, PieceSize, Settings, Tear, Toughness, advance::Stage},
+};
+use bevy::prelude::*;
+
+impl Effect for Tear {
+    const NAME: &'static str = "tear";
+    const TITLE: &'static str = "Tear";
+    const SUMMARY: &'static str = "Elements that carry too much break, and the body splits there.";
+    const PARAMETERS: &'static [Parameter<Self>] = &[
+        parameter!(
+            toughness: Toughness, "Toughness", "J/m²",
+            "Energy per area of a crack, independent of the mesh. J/m for a sheet, J per cut of a rope. ∞: no limit.",
+            (1e-3, 1e6), Scale::LogarithmicToInfinity
+        ),
+        parameter!(
+            force: Force, "Force", "N",
+            "Tension at which an edge breaks. Depends on the mesh. ∞: no limit.",
+            (1e-3, 1e6), Scale::LogarithmicToInfinity
+        ),
+        parameter!(
+            strain: BreakingStrain, "Strain", "",
+            "Largest strain at which an element breaks: 0.5 is half as long again. At the tip of a crack it depends on the mesh. ∞: no limit.",
+            (1e-2, 10.0), Scale::LogarithmicToInfinity
+        ),
+        parameter!(
+            smallest_piece: PieceSize, "Smallest piece", "elements",
+            "No smaller piece comes off.",
+            (1.0, 100.0), Scale::Logarithmic
+        ),
+    ];
+
+    type State = ();
+    const STAGE: Option<Stage> = Some(Stage::Tear);
+
+    fn when_added() -> Option<Self> {
+        Some(Self::default())
+    }
+
+    fn unfit(body: &EntityRef, _: &Settings) -> Option<String> {
+        let has_grains = body.contains::<Grains>() || !body.get::<SoftBody>()?.radii.is_empty();
+        has_grains.then(|| "grains have no elements that could tear".to_owned())
+    }
+}

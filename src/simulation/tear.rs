@@ -1,0 +1,183 @@
+//! Tearing and cutting of bodies between ticks.
+
+use super::{
+    AddedMass, Asleep, BodyDensity, BodySkin, Pins, Quarantined, RestTimer, SoftBody, TickStart,
+    action::ActionError, body::KnownMesh, step::UnderWay,
+};
+use crate::{
+    mesh::Skin,
+    solver::{
+        Cut, DirectWorkspace, EffectStates, Effects, Grab, ParticleIndex, Particles, Stitches,
+        SurfacePoint, Tear, Topology, VertexIndex, advance::Stepper, masses::Masses,
+        topology::Torn,
+    },
+};
+use bevy::{ecs::query::QueryData, prelude::*};
+use std::sync::Arc;
+
+/// A body came apart.
+#[derive(Message, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BodyTorn {
+    /// The body.
+    pub body: Entity,
+    /// Number of particles that were split.
+    pub splits: usize,
+}
+
+/// The components that tearing changes.
+#[derive(QueryData)]
+#[query_data(mutable)]
+pub(super) struct Tearable {
+    entity: Entity,
+    body: &'static mut SoftBody,
+    known: &'static mut KnownMesh,
+    particles: &'static mut Particles,
+    start: &'static mut TickStart,
+    states: &'static mut EffectStates,
+    stitches: Option<&'static mut Stitches>,
+    skin: Option<&'static mut BodySkin>,
+    density: &'static BodyDensity,
+    added: &'static AddedMass,
+    pins: &'static Pins,
+}
+
+/// What follows from a split.
+struct Followed {
+    /// Number of split particles.
+    splits: usize,
+    /// The point by which the body is held now.
+    held: Option<SurfacePoint>,
+}
+
+impl Followed {
+    fn hold(&self, body: &mut EntityWorldMut) {
+        if let (Some(mut grab), Some(point)) = (body.get_mut::<Grab>(), self.held) {
+            grab.bypass_change_detection().point = point;
+        }
+    }
+}
+
+impl TearableItem<'_, '_> {
+    /// Splits the body by `how`.
+    fn split(
+        &mut self,
+        effects: &Effects,
+        how: impl FnOnce(&mut Stepper, Masses, &mut Particles) -> Option<Torn>,
+    ) -> Option<Followed> {
+        let before = Arc::clone(&self.body.0);
+        let mut topology = Arc::clone(&before);
+        let mut none = Stitches::default();
+        let mut stepper = Stepper {
+            topology: &mut topology,
+            particles: self.particles.bypass_change_detection(),
+            effects,
+            states: self.states.bypass_change_detection(),
+            stitches: self.stitches.as_mut().map_or(&mut none, |it| it),
+            direct: &mut DirectWorkspace::default(),
+        };
+        let masses = Masses {
+            density: self.density.0,
+            added: self.added,
+            pins: self.pins,
+        };
+        let start = &mut self.start.bypass_change_detection().0;
+        let torn = how(&mut stepper, masses, start)?;
+        if let Some(skin) = &mut self.skin {
+            let followed = follow_skin(skin, &before, &torn);
+            skin.0 = Arc::new(followed);
+        }
+        self.known.follow(topology.id());
+        self.body.0 = topology;
+        self.particles.set_changed();
+        Some(Followed {
+            splits: torn.sources.len() - before.particles(),
+            held: effects.grab.map(|grab| torn.point(&grab.point)),
+        })
+    }
+}
+
+/// Tears the bodies that are above their limits, at the end of a tick.
+pub(super) fn tear(
+    mut bodies: Query<(Tearable, &Tear, super::carried::Carried), Active>,
+    under_way: Res<UnderWay>,
+    mut torn: MessageWriter<BodyTorn>,
+    mut commands: Commands,
+) {
+    for (mut body, _, carried) in &mut bodies {
+        let followed = body.split(&carried.effects(), |stepper, masses, start| {
+            stepper.tear(masses, start, under_way.settings())
+        });
+        if let Some(followed) = followed {
+            torn.write(BodyTorn {
+                body: body.entity,
+                splits: followed.splits,
+            });
+            let mut entity = commands.entity(body.entity);
+            entity.queue(move |mut body: EntityWorldMut| followed.hold(&mut body));
+        }
+    }
+}
+
+/// Bodies that were stepped.
+type Active = (Without<Asleep>, Without<Quarantined>);
+
+/// Cuts a body; a cut that misses it changes nothing.
+///
+/// # Errors
+/// [`ActionError::NoBody`] if it does not exist, [`ActionError::Cut`] if the cut is not finite or
+/// its rays are parallel.
+pub(super) fn cut(world: &mut World, body: Entity, cut: &Cut) -> Result<(), ActionError> {
+    if !cut.is_valid() {
+        return Err(ActionError::Cut);
+    }
+    let effects = Effects {
+        grab: world.get::<Grab>(body).copied(),
+        ..Effects::default()
+    };
+    let mut bodies = world.query::<Tearable>();
+    let mut item = bodies
+        .get_mut(world, body)
+        .map_err(|_| ActionError::NoBody(body))?;
+    let followed = item.split(&effects, |stepper, masses, start| {
+        stepper.cut(cut, masses, start)
+    });
+    if let Some(followed) = followed {
+        let splits = followed.splits;
+        world.write_message(BodyTorn { body, splits });
+        let mut entity = world.entity_mut(body);
+        followed.hold(&mut entity);
+        entity.remove::<Asleep>().insert(RestTimer::default());
+    }
+    Ok(())
+}
+
+/// The skin of a torn body: points follow their tetrahedra, and triangles across a crack are
+/// removed.
+fn follow_skin(skin: &Skin, before: &Topology, torn: &Torn) -> Skin {
+    let mut followed = skin.clone();
+    for anchor in &mut followed.anchors {
+        let was = anchor.vertices.map(|vertex| before.particle(vertex) as u32);
+        let now = torn.together(&was);
+        for (vertex, particle) in anchor.vertices.iter_mut().zip(now) {
+            *vertex = torn.topology.numbering.vertex(ParticleIndex(particle));
+        }
+    }
+    let corners = |point: u32, skin: &Skin| skin.anchors[point as usize].vertices;
+    let are_apart = |a: u32, b: u32| {
+        let both = |point: u32| -> [(VertexIndex, VertexIndex); 4] {
+            let (was, now) = (corners(point, skin), corners(point, &followed));
+            std::array::from_fn(|i| (was[i], now[i]))
+        };
+        let others = both(b);
+        both(a).iter().any(|(was, now)| {
+            let mut others = others.iter();
+            others.any(|(other, its)| was == other && now != its)
+        })
+    };
+    let kept = skin.triangles.iter().copied();
+    let kept: Vec<_> = kept
+        .filter(|&[a, b, c]| !(are_apart(a, b) || are_apart(b, c) || are_apart(c, a)))
+        .collect();
+    followed.triangles = kept;
+    followed
+}
