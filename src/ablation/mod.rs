@@ -22,7 +22,7 @@ use crate::{
         plain::{bodies_in_order, capture},
         tick,
     },
-    solver::{Body, Substeps, Threads, topology::bounds},
+    solver::{Body, Substeps, Threads, VertexIndex, topology::bounds},
 };
 use bevy::prelude::*;
 use std::ops::ControlFlow;
@@ -331,7 +331,13 @@ fn distance(one: &[Body], other: &[Body]) -> Option<Distance> {
         if a.quarantine.is_some() || b.quarantine.is_some() {
             return None;
         }
-        for (p, q) in a.particles.positions.iter().zip(&b.particles.positions) {
+        // By vertex: a body that is torn in one of them has additional particles there.
+        let at = |body: &Body, vertex| {
+            body.particles.positions[body.topology.particle(VertexIndex(vertex))]
+        };
+        let both = a.particles.len().min(b.particles.len()) as u32;
+        for vertex in 0..both {
+            let (p, q) = (at(a, vertex), at(b, vertex));
             let squared = (p.truncate().as_dvec3() - q.truncate().as_dvec3()).length_squared();
             sum += squared;
             max = max.max(squared);

@@ -80,7 +80,7 @@ samples! {
     StickyGround on Solid {}
     Collide on Solid {}
     Plasticity on Solid { stretch_yield: of::<Yield>(0.02), creep: of::<Creep>(5.0) }
-    Tear on Sheet { strain: of::<BreakingStrain>(10.0) }
+    Tear on Solid { strain: of::<BreakingStrain>(10.0) }
 }
 
 impl Sample for Direct {
@@ -202,6 +202,12 @@ macro_rules! elastic {
 
 pliant::solver::effects!(elastic);
 
+/// Place of a body on the ground [m], in rows of twenty. Gusts and rounding depend on it.
+pub fn place(index: usize) -> Vec3 {
+    let (row, column) = ((index + 18) / 20, (index + 18) % 20);
+    Vec3::new(2.0 * column as f32, 0.0, -5.0 * row as f32)
+}
+
 /// A body for each effect, two meters apart; two touching bodies for contact.
 pub fn bodies() -> Vec<Body> {
     let mut bodies = Vec::new();
@@ -218,7 +224,7 @@ pub fn bodies() -> Vec<Body> {
             if matches!(on, On::Sheet) {
                 body = pinned(body, &[0]);
             }
-            body.translate(Vec3::new(2.0 * bodies.len() as f32, height, -5.0));
+            body.translate(place(bodies.len()) + Vec3::Y * height);
             body
         };
         let pair = [of_place(0.5), of_place(1.0)];

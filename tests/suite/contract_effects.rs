@@ -27,10 +27,13 @@ fn world() -> World {
         travel: Vec3::new(0.0, 0.0, 0.8),
         period: 1.0,
     };
-    let place = Pose::at(DVec3::new(44.0, 0.2, -5.5));
+    let bodies = all_effects::bodies();
+    let collides = bodies.iter().position(|body| body.name == "collide");
+    let place = all_effects::place(collides.expect("a sample of it"));
+    let place = Pose::at(place.as_dvec3() + DVec3::new(0.0, 0.2, -0.5));
     World {
         settings: settings(9.81, 60.0, 8, 2),
-        bodies: all_effects::bodies(),
+        bodies,
         colliders: vec![Collider::moving(shape, place, path).expect("sound")],
         ..World::default()
     }

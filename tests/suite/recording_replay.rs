@@ -205,8 +205,8 @@ fn a_session_of_everything_replays_to_the_same_hash_on_any_number_of_threads() {
         assert!(done.complete);
         assert_eq!(done.scenes, ["first", "second"]);
         assert_eq!(done.restarts, 1);
-        // 1 + 25 + 2 + 1 + 5 + 4 + 1, then 1, then 4: the rejected action is not recorded.
-        assert_eq!(done.actions, 44);
+        // 1 + 25 + 2 + 1 + 5 + 1 + 4 + 1, then 1, then 4: the rejected action is not recorded.
+        assert_eq!(done.actions, 45);
         assert_eq!(done.ticks, 7 + 25 + 5 + 11 + 2 + 20 + 13 + 33 + 3 + 5 + 24);
         assert!(done.hashes as u64 > done.ticks / HASH_EVERY, "{done:?}");
     }

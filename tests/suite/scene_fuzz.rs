@@ -435,8 +435,8 @@ fn scenes_that_are_too_large_are_refused_before_memory_is_allocated() {
             Err(error) => error.to_string(),
         };
         // The largest scene that is built before it is rejected has 100 000 ropes of two edges, of
-        // less than 3.2 kB each.
-        let message = in_proportion(text.len(), (320_000_000, READING.1), build);
+        // less than 3.5 kB each.
+        let message = in_proportion(text.len(), (350_000_000, READING.1), build);
         assert!(message.contains("body “b”") && message.contains(says), "{message}");
     }
 }

@@ -131,12 +131,12 @@ fn count(kind: Wires, drawn: &Drawn) -> usize {
 /// Updates the visible lines to the positions of their bodies.
 fn follow(
     settings: Res<ViewSettings>,
-    bodies: Query<Ref<Drawn>>,
+    bodies: Query<(Ref<Drawn>, &SoftBody)>,
     mut wires: Query<(Ref<Wires>, &ChildOf, &Mesh3d, &mut Aabb)>,
     mut meshes: ResMut<Assets<Mesh>>,
 ) {
     for (kind, parent, mesh, mut bounds) in &mut wires {
-        let Ok(drawn) = bodies.get(parent.parent()) else {
+        let Ok((drawn, body)) = bodies.get(parent.parent()) else {
             continue;
         };
         let stale = drawn.is_changed() || kind.is_added() || settings.is_changed();
@@ -146,6 +146,11 @@ fn follow(
         let Some(mut mesh) = meshes.get_mut(&mesh.0) else {
             continue;
         };
+        if mesh.count_vertices() != count(*kind, &drawn) {
+            // The body was torn.
+            let lines = kind.lines(body, &drawn).into_flattened();
+            mesh.insert_indices(Indices::U32(lines));
+        }
         if let Some(VertexAttributeValues::Float32x3(into)) =
             mesh.attribute_mut(Mesh::ATTRIBUTE_POSITION)
         {

@@ -17,7 +17,7 @@ pub struct EffectStates {
     /// them, to be measured; default false. It does not change the motion.
     pub records_contacts: bool,
     /// Limits of tearing.
-    pub(crate) tear: TearState,
+    pub(crate) tear: Option<Box<TearState>>,
     /// States of effects without elements.
     pub others: BodyEffectStates,
 }
@@ -63,7 +63,7 @@ impl EffectStates {
             .map(|column| size_of_val(&column[..]))
             .sum::<usize>()
             + size_of_val(&self.sums[..])
-            + self.tear.bytes()
+            + self.tear.as_deref().map_or(0, TearState::bytes)
             + self.others.bytes()
     }
 }

@@ -34,7 +34,7 @@ impl Stepper<'_> {
             rod: self.states.others.rod.as_deref(),
             h: settings.method.compliant_seconds(h),
         };
-        let torn = tear.split(&mut limits, &body);
+        let torn = tear.split(limits.get_or_insert_default(), &body);
         self.states.tear = limits;
         let torn = torn?;
         self.follow(&torn, masses, start);

@@ -79,6 +79,11 @@ impl ReferenceBody {
         places.map(|(x, w)| x.as_vec3().extend(*w as f32)).collect()
     }
 
+    /// Whether the body has not been torn since.
+    fn is_of(&self, seen: &Seen) -> bool {
+        self.world.bodies[0].x.len() == seen.positions.len()
+    }
+
     fn finite(&self) -> bool {
         self.world.bodies[0].x.iter().all(|x| x.is_finite())
     }
@@ -135,7 +140,11 @@ impl ReferenceBodies {
             reference.world.settings = settings;
             reference.world.colliders.clone_from(&moment.colliders);
             let body = &mut reference.world.bodies[0];
-            body.carry(&seen.effects);
+            // A reference that tears elsewhere could not be compared, so a torn body loses it.
+            body.carry(&Effects {
+                tear: None,
+                ..seen.effects
+            });
             for (w, x) in body.w.iter_mut().zip(&seen.positions) {
                 *w = f64::from(x.w);
             }
@@ -150,7 +159,10 @@ impl ReferenceBodies {
                     .observe((&before[..], &after[..]), seconds, gravity, &self.sleep);
         }
         let before = self.references.len();
-        self.references.retain(ReferenceBody::finite);
+        self.references.retain(|reference| {
+            let whole = seen(reference.body).is_none_or(|seen| reference.is_of(seen));
+            whole && reference.finite()
+        });
         self.lost += before - self.references.len();
         stepped
     }
@@ -164,6 +176,9 @@ impl ReferenceBodies {
             let Some(seen) = bodies.iter().find(|seen| seen.body == reference.body) else {
                 continue;
             };
+            if !reference.is_of(seen) {
+                continue;
+            }
             let places = reference.world.bodies[0].x.iter().zip(&seen.positions);
             let gap = places.map(|(reference_overlay, body)| {
                 let gap = *reference_overlay - body.truncate().as_dvec3();

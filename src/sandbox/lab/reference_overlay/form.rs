@@ -121,8 +121,19 @@ fn follow(
             continue;
         }
         form.tick = tick;
+        let gaps: Vec<Vec3> = gaps.collect();
+        if gaps.len() != drawn.particles.len() {
+            // The body was torn; its reference is about to end.
+            continue;
+        }
         let particles = drawn.particles.iter().zip(gaps);
         let particles = particles.map(|(x, gap)| *x + gap.extend(0.0));
+        if !Arc::ptr_eq(&form.drawn.outline, &drawn.outline) {
+            form.drawn = Drawn::new(Arc::clone(&drawn.outline));
+            if let Some(mut mesh) = meshes.get_mut(&mesh.0) {
+                *mesh = drawn.outline.mesh();
+            }
+        }
         place(&mut form.drawn, topology, skin, particles);
         if let Some(mut mesh) = meshes.get_mut(&mesh.0) {
             *bounds = form.drawn.write(&mut mesh);
