@@ -140,10 +140,10 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "slope" Contact 0.6,
     "bounce" Contact 0.4,
     "sticky" Contact 0.4,
-    "torn_banner" Tearing 1.0,
+    "torn_banner" Tearing 3.0,
     "burst_balloon" Tearing 0.6,
     "breakthrough" Tearing 0.9,
-    "torn_jelly" Tearing 0.6,
+    "torn_jelly" Tearing 0.5,
 ];
 
 /// Looks up a built-in scene by name.

@@ -202,9 +202,9 @@ macro_rules! elastic {
 
 pliant::solver::effects!(elastic);
 
-/// Place of a body on the ground [m], in rows of twenty. Gusts and rounding depend on it.
+/// Place of a body on the ground [m], in rows of 24. Gusts and rounding depend on it.
 pub fn place(index: usize) -> Vec3 {
-    let (row, column) = ((index + 18) / 20, (index + 18) % 20);
+    let (row, column) = ((index + 22) / 24, (index + 22) % 24);
     Vec3::new(2.0 * column as f32, 0.0, -5.0 * row as f32)
 }
 

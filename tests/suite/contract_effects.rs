@@ -24,7 +24,7 @@ use pliant::{
 fn world() -> World {
     let shape = ColliderShape::Sphere { radius: 0.3 };
     let path = Path::Oscillate {
-        travel: Vec3::new(0.0, 0.0, 0.8),
+        travel: Vec3::new(0.0, 0.0, 0.4),
         period: 1.0,
     };
     let bodies = all_effects::bodies();

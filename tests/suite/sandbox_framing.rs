@@ -198,7 +198,10 @@ fn watch(name: &str, seconds: f64) -> Vec<String> {
             ));
         }
     }
-    let all: Vec<Vec3> = world.bodies.iter().flat_map(positions).collect();
+    // Pieces of a torn body may fly away.
+    let whole = world.bodies.iter();
+    let whole = whole.filter(|body| body.topology.splits() == 0);
+    let all: Vec<Vec3> = whole.flat_map(positions).collect();
     let visible = all.iter().filter(|point| {
         area.project(orbit.seen(**point))
             .is_some_and(|at| area.beside_panel.contains(at))

@@ -273,6 +273,7 @@ impl<const N: usize> Mesh<N> {
     /// between the two sets.
     fn reaches(&self, start: u32, (own, cut): (&[u32], &[u32]), count: usize) -> bool {
         let mut found = vec![start];
+        let mut known = BTreeSet::from([start]);
         let mut next = 0;
         while next < found.len() && found.len() < count {
             let here = found[next];
@@ -280,7 +281,9 @@ impl<const N: usize> Mesh<N> {
                 for &other in self.fans.of_particle(corner) {
                     let crosses = own.contains(&here) && cut.contains(&other)
                         || cut.contains(&here) && own.contains(&other);
-                    if !crosses && !found.contains(&other) && self.share_a_side(here, other) {
+                    let is_new = !crosses && !known.contains(&other);
+                    if is_new && self.share_a_side(here, other) {
+                        known.insert(other);
                         found.push(other);
                     }
                 }
