@@ -3,7 +3,7 @@
 use super::{Effect, Parameter, Scale, parameter};
 use crate::{
     simulation::SoftBody,
-    solver::{BreakingStrain, Force, Grains, PieceSize, Settings, Tear, Toughness, advance::Stage},
+    solver::{BreakingStrain, Force, PieceSize, Settings, Tear, Toughness, advance::Stage},
 };
 use bevy::prelude::*;
 
@@ -42,7 +42,7 @@ impl Effect for Tear {
     }
 
     fn unfit(body: &EntityRef, _: &Settings) -> Option<String> {
-        let has_grains = body.contains::<Grains>() || !body.get::<SoftBody>()?.radii.is_empty();
+        let has_grains = !body.get::<SoftBody>()?.radii.is_empty();
         has_grains.then(|| "grains have no elements that could tear".to_owned())
     }
 }

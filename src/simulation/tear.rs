@@ -1,7 +1,7 @@
 //! Tearing and cutting of bodies between ticks.
 
 use super::{
-    AddedMass, Asleep, BodyDensity, BodySkin, Pins, Quarantined, RestTimer, SoftBody, TickStart,
+    Active, AddedMass, Asleep, BodyDensity, BodySkin, Pins, RestTimer, SoftBody, TickStart,
     action::ActionError, body::KnownMesh, step::UnderWay,
 };
 use crate::{
@@ -45,13 +45,13 @@ pub(super) struct Tearable {
 struct Followed {
     /// Number of split particles.
     splits: usize,
-    /// The point by which the body is held now.
-    held: Option<SurfacePoint>,
+    /// The point that is grabbed now.
+    grabbed: Option<SurfacePoint>,
 }
 
 impl Followed {
-    fn hold(&self, body: &mut EntityWorldMut) {
-        if let (Some(mut grab), Some(point)) = (body.get_mut::<Grab>(), self.held) {
+    fn move_grab(&self, body: &mut EntityWorldMut) {
+        if let (Some(mut grab), Some(point)) = (body.get_mut::<Grab>(), self.grabbed) {
             grab.bypass_change_detection().point = point;
         }
     }
@@ -72,7 +72,11 @@ impl TearableItem<'_, '_> {
             particles: self.particles.bypass_change_detection(),
             effects,
             states: self.states.bypass_change_detection(),
-            stitches: self.stitches.as_mut().map_or(&mut none, |it| it),
+            // A tick without tears is no change, which would wake the body.
+            stitches: match &mut self.stitches {
+                Some(stitches) => stitches.bypass_change_detection(),
+                None => &mut none,
+            },
             direct: &mut DirectWorkspace::default(),
         };
         let masses = Masses {
@@ -91,7 +95,7 @@ impl TearableItem<'_, '_> {
         self.particles.set_changed();
         Some(Followed {
             splits: torn.sources.len() - before.particles(),
-            held: effects.grab.map(|grab| torn.point(&grab.point)),
+            grabbed: effects.grab.map(|grab| torn.point(&grab.point)),
         })
     }
 }
@@ -113,13 +117,10 @@ pub(super) fn tear(
                 splits: followed.splits,
             });
             let mut entity = commands.entity(body.entity);
-            entity.queue(move |mut body: EntityWorldMut| followed.hold(&mut body));
+            entity.queue(move |mut body: EntityWorldMut| followed.move_grab(&mut body));
         }
     }
 }
-
-/// Bodies that were stepped.
-type Active = (Without<Asleep>, Without<Quarantined>);
 
 /// Cuts a body; a cut that misses it changes nothing.
 ///
@@ -145,7 +146,7 @@ pub(super) fn cut(world: &mut World, body: Entity, cut: &Cut) -> Result<(), Acti
         let splits = followed.splits;
         world.write_message(BodyTorn { body, splits });
         let mut entity = world.entity_mut(body);
-        followed.hold(&mut entity);
+        followed.move_grab(&mut entity);
         entity.remove::<Asleep>().insert(RestTimer::default());
     }
     Ok(())

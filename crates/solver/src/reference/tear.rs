@@ -27,12 +27,13 @@ impl Body {
             let column: &Vec<f64> = &self.lambdas[kind as usize];
             Cow::Owned(column.iter().map(|&lambda| lambda as f32).collect())
         };
+        let rod = Some(Box::new(self.states.rod.clone()));
         let strained = Strained {
             topology: &self.topology,
             effects: &self.effects,
             at: &|i| self.x[i as usize],
             lambdas: &lambdas,
-            rod: Some(&self.states.rod),
+            rod: &rod,
             h: settings.method.compliant_seconds(self.h),
         };
         let Some(torn) = tear.split(&mut TearState::default(), &strained) else {

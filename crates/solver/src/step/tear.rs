@@ -31,7 +31,7 @@ impl Stepper<'_> {
             effects: self.effects,
             at: &|i| particles.position(i as usize),
             lambdas: &|kind| Cow::Borrowed(self.states.multipliers(kind)),
-            rod: self.states.others.rod.as_deref(),
+            rod: &self.states.others.rod,
             h: settings.method.compliant_seconds(h),
         };
         let torn = tear.split(limits.get_or_insert_default(), &body);

@@ -76,7 +76,7 @@ impl Cut {
                         self.side(sum / corners.len() as f64) > 0.0
                     })
                     .collect();
-                tearing.split(copy, |element| beyond.contains(&element));
+                tearing.split(copy, &beyond);
             }
         }
         tearing.finish()

@@ -8,11 +8,11 @@
 //! E > G_c A, A = κV/l,
 //!
 //! with its measure V and its extent l along the largest stretch: volume and m² for a tetrahedron,
-//! area and m for a triangle. For an edge of a sheet A is κ times the sum of ⅔ of the areas of
-//! its triangles over its length, for one of a solid κ times the sum of half the volumes of its
-//! cells over its length; a cut through a rope counts as 1. E = ½ Σ α(λ/h²)² is the energy of the forces that act
-//! in the last substep, which are finite also where the solver is far from convergence. κ is
-//! [`SHARE`], for edges [`EDGE_SHARE`].
+//! area and m for a triangle. For an edge of a sheet A is κ times the sum of ⅔ of the areas of its
+//! triangles over its length, for one of a solid κ times the sum of half the volumes of its cells
+//! over its length; a cut through a rope counts as 1. κ is [`FRACTION`], for edges
+//! [`EDGE_FRACTION`]. E = ½ Σ α(λ/h²)² is the energy of the forces that act in the last substep,
+//! which are finite also where the solver is far from convergence.
 //!
 //! An uncracked body has no crack tip: under a toughness alone it breaks at a stress that depends
 //! on the mesh. Where the strength of a material is known, set a strain or a force as well.
@@ -32,7 +32,7 @@ mod stretch;
 pub use cut::Cut;
 pub(crate) use split::Strained;
 pub use state::TearState;
-pub use strength::{EDGE_SHARE, SHARE};
+pub use strength::{EDGE_FRACTION, FRACTION};
 
 #[cfg(feature = "bevy")]
 use crate::reflection::*;

@@ -19,7 +19,7 @@ pub(crate) struct Strained<'a> {
     /// Multipliers of the last substep.
     pub lambdas: &'a dyn Fn(ElasticKind) -> Cow<'a, [f32]>,
     /// State of a rod.
-    pub rod: Option<&'a RodState>,
+    pub rod: &'a Option<Box<RodState>>,
     /// Length of the last substep [s] for compliances.
     pub h: f64,
 }
@@ -68,11 +68,9 @@ impl Tear {
             for &particle in &element.particles {
                 let fan = tearing.around(particle).to_vec();
                 let x = body.topology.rest[particle as usize].as_dvec3();
-                let beyond: BTreeMap<u32, bool> = fan
-                    .iter()
-                    .map(|&it| (it, (tearing.center(it) - x).dot(element.direction) > 0.0))
-                    .collect();
-                if tearing.split(particle, |it| beyond[&it]) {
+                let is_beyond = |it: &u32| (tearing.center(*it) - x).dot(element.direction) > 0.0;
+                let beyond: Vec<u32> = fan.iter().copied().filter(is_beyond).collect();
+                if tearing.split(particle, &beyond) {
                     for it in fan {
                         relieved[it as usize] = true;
                     }

@@ -1,7 +1,7 @@
 //! Limits of the elements of a body, kept between ticks.
 
 use super::Tear;
-use crate::{ElasticKind, Membrane, NeoHookean, Rod, Stretch, TopologyId, Weave};
+use crate::{ElasticKind, Membrane, NeoHookean, Stretch, TopologyId, Weave};
 
 /// Limits of the elements of a body: a cache, derived from its topology and its effects.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -11,7 +11,6 @@ pub struct TearState {
     pub(super) strengths: Vec<f32>,
     pub(super) triangles: Limits,
     pub(super) tetrahedra: Limits,
-    pub(super) segments: f64,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -22,7 +21,6 @@ pub(super) struct Key {
     pub(super) membrane: Option<Membrane>,
     pub(super) weave: Option<Weave>,
     pub(super) neo_hookean: Option<NeoHookean>,
-    pub(super) rod: Option<Rod>,
 }
 
 /// Limits of triangles or tetrahedra.

@@ -19,11 +19,11 @@ use glam::DVec3;
 /// κ of a triangle or a tetrahedron. Near the tip of a crack that releases G, the density of energy
 /// is about G/(4πr); an element of extent l at the tip has its center at r = l/3, and so the energy
 /// 3/(4π) G V/l. How near that is on meshes, the pure shear strip of the tests measures.
-pub const SHARE: f64 = 3.0 / (4.0 * std::f64::consts::PI);
+pub const FRACTION: f64 = 3.0 / (4.0 * std::f64::consts::PI);
 
 /// κ of an edge: an edge along the largest stretch has about half of the energy of the elements
 /// around it.
-pub const EDGE_SHARE: f64 = 0.5 * SHARE;
+pub const EDGE_FRACTION: f64 = 0.5 * FRACTION;
 
 impl TearState {
     /// Computes the limits, unless they are those of the body.
@@ -33,7 +33,6 @@ impl TearState {
             membrane,
             weave,
             neo_hookean,
-            rod,
             ..
         } = *body.effects;
         let key = Key {
@@ -43,7 +42,6 @@ impl TearState {
             membrane,
             weave,
             neo_hookean,
-            rod,
         };
         if self.made_for.as_ref() == Some(&key) {
             return;
@@ -60,10 +58,7 @@ impl TearState {
     fn of(tear: &Tear, topology: &Topology, all: Vec<(ElasticKind, Vec<f32>)>) -> Self {
         let toughness = f64::from(tear.toughness.get());
         let at = |i: u32| topology.rest[i as usize].as_dvec3();
-        let mut state = Self {
-            segments: toughness,
-            ..Self::default()
-        };
+        let mut state = Self::default();
         for (kind, compliances) in all {
             match kind {
                 ElasticKind::Stretch => {
@@ -71,11 +66,11 @@ impl TearState {
                     let each = compliances.iter().zip(areas);
                     let strength = |(&compliance, area): (&f32, f64)| {
                         // A cut through a rope releases the energy of what is cut.
-                        let share = match topology.dimension {
+                        let fraction = match topology.dimension {
                             Dimension::Line => 1.0,
-                            _ => EDGE_SHARE,
+                            _ => EDGE_FRACTION,
                         };
-                        let energy = share * toughness * area;
+                        let energy = fraction * toughness * area;
                         let tough = (2.0 * energy / f64::from(compliance)).sqrt();
                         // An edge beside the elements comes off with them.
                         match area > 0.0 {
@@ -89,7 +84,7 @@ impl TearState {
                     let least = |corners: [u32; 4]| {
                         let x = corners.map(at);
                         let volume = crate::topology::volume(x).abs();
-                        SHARE * toughness * volume / longest(&x)
+                        FRACTION * toughness * volume / longest(&x)
                     };
                     let all = topology.tetrahedra.corners();
                     state.tetrahedra.least = all.map(|it| least(it) as f32).collect();
@@ -98,7 +93,7 @@ impl TearState {
                 _ => {
                     let facets = topology.facets();
                     let least = |(corners, &area): ([u32; 3], &f32)| {
-                        SHARE * toughness * f64::from(area) / longest(&corners.map(at))
+                        FRACTION * toughness * f64::from(area) / longest(&corners.map(at))
                     };
                     let all = facets.corners().zip(&facets.area);
                     state.triangles.least = all.map(|it| least(it) as f32).collect();
@@ -113,7 +108,7 @@ impl TearState {
     pub(super) fn weak(&self, tear: &Tear, body: &Strained) -> Vec<Weak> {
         let mut weak = Vec::new();
         self.weak_edges(tear, body, &mut weak);
-        self.weak_segments(tear, body, &mut weak);
+        weak_segments(tear, body, &mut weak);
         let topology = body.topology;
         let strain = f64::from(tear.strain.get());
         let toughness = f64::from(tear.toughness.get());
@@ -173,43 +168,43 @@ impl TearState {
             add(index, ends[index], load * load);
         }
     }
+}
 
-    /// Segments of a rod, each with half of the energy of the joints at its ends.
-    fn weak_segments(&self, tear: &Tear, body: &Strained, weak: &mut Vec<Weak>) {
-        let (Some(rod), Some(state)) = (body.effects.rod, body.rod) else {
-            return;
-        };
-        let chains = state.nodes();
-        let mut energies = vec![0.0; chains.len()];
-        let mut number = 0;
-        let state = Some(Box::new(state.clone()));
-        let at = |i: u32| ((body.at)(i), 0.0);
-        // Three equations of the segment, then three of the joint behind it.
-        rod.stores(&state, body.topology, &at, &mut |store: Store| {
-            let segment = number / 6;
-            if number % 6 < 3 {
-                energies[segment] += store.energy();
-            } else {
-                energies[segment] += 0.5 * store.energy();
-                if let Some(next) = energies.get_mut(segment + 1) {
-                    *next += 0.5 * store.energy();
-                }
+/// Segments of a rod, each with half of the energy of the joints at its ends.
+fn weak_segments(tear: &Tear, body: &Strained, weak: &mut Vec<Weak>) {
+    let (Some(rod), Some(state)) = (body.effects.rod, body.rod) else {
+        return;
+    };
+    let chains = state.nodes();
+    let mut energies = vec![0.0; chains.len()];
+    let mut number = 0;
+    let at = |i: u32| ((body.at)(i), 0.0);
+    // Three equations of the segment, then three of the joint behind it.
+    rod.stores(body.rod, body.topology, &at, &mut |store: Store| {
+        let segment = number / 6;
+        if number % 6 < 3 {
+            energies[segment] += store.energy();
+        } else {
+            energies[segment] += 0.5 * store.energy();
+            if let Some(next) = energies.get_mut(segment + 1) {
+                *next += 0.5 * store.energy();
             }
-            number += 1;
-        });
-        let strain = f64::from(tear.strain.get());
-        for (&[a, b], energy) in chains.iter().zip(energies) {
-            let rest = [a, b].map(|i| body.topology.rest[i as usize].as_dvec3());
-            let along = rest[1] - rest[0];
-            let ratio = ((body.at)(a).distance((body.at)(b)) / along.length() - 1.0) / strain;
-            let load = (energy / self.segments).max(ratio.max(0.0) * ratio);
-            if load > 1.0 {
-                weak.push(Weak {
-                    load,
-                    particles: vec![a, b],
-                    direction: along.normalize_or_zero(),
-                });
-            }
+        }
+        number += 1;
+    });
+    let strain = f64::from(tear.strain.get());
+    let toughness = f64::from(tear.toughness.get());
+    for (&[a, b], energy) in chains.iter().zip(energies) {
+        let rest = [a, b].map(|i| body.topology.rest[i as usize].as_dvec3());
+        let along = rest[1] - rest[0];
+        let ratio = ((body.at)(a).distance((body.at)(b)) / along.length() - 1.0) / strain;
+        let load = (energy / toughness).max(ratio.max(0.0) * ratio);
+        if load > 1.0 {
+            weak.push(Weak {
+                load,
+                particles: vec![a, b],
+                direction: along.normalize_or_zero(),
+            });
         }
     }
 }
@@ -252,7 +247,7 @@ fn weak_elements<const N: usize>(
         let along = rest.map(|x| (x - rest[0]).dot(stretches.direction));
         let extent =
             along.into_iter().fold(f64::MIN, f64::max) - along.into_iter().fold(f64::MAX, f64::min);
-        let limit = SHARE * toughness * measure / extent;
+        let limit = FRACTION * toughness * measure / extent;
         let ratio = (stretches.largest - 1.0) / strain;
         let load = (f64::from(energies[index]) / limit).max(ratio * ratio);
         if load > 1.0 {

@@ -125,12 +125,12 @@ impl<'a> Tearing<'a> {
     /// Splits a particle, or a copy: the elements `beyond` a plane get a copy of it, and then
     /// particles around, where nothing but they connected two parts. Does nothing and returns
     /// false if all its elements are on one side, or if a piece would be too small.
-    pub fn split(&mut self, particle: u32, beyond: impl Fn(u32) -> bool) -> bool {
+    pub fn split(&mut self, particle: u32, beyond: &[u32]) -> bool {
         let first_copy = self.topology.particles() + self.roots.len();
         let mut copies = Vec::new();
         let smallest = self.smallest_piece;
         with_mesh!(&mut self.carriers, mesh => {
-            mesh.split(particle, &beyond, smallest, first_copy as u32, &mut copies)
+            mesh.split(particle, beyond, smallest, first_copy as u32, &mut copies)
         });
         let count = self.topology.particles() as u32;
         for &of in &copies {
@@ -170,13 +170,14 @@ impl<const N: usize> Mesh<N> {
     fn split(
         &mut self,
         particle: u32,
-        beyond: &dyn Fn(u32) -> bool,
+        beyond: &[u32],
         smallest: usize,
         first_copy: u32,
         copies: &mut Vec<u32>,
     ) {
         let fan = self.fans.of_particle(particle);
-        let (far, near): (Vec<u32>, Vec<u32>) = fan.iter().partition(|&&element| beyond(element));
+        let (far, near): (Vec<u32>, Vec<u32>) =
+            fan.iter().partition(|element| beyond.contains(element));
         if far.is_empty() || near.is_empty() {
             return;
         }

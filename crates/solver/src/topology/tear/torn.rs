@@ -280,13 +280,12 @@ impl<'a> Structure<'a> {
             identity: Identity::default(),
         };
         if let (Some((elements, from)), Some(hinges)) = (&self.hinges, topology.hinges.0.get()) {
-            let own = torn.hinges.0.get_or_init(|| Hinges {
+            torn.hinges.0.get_or_init(|| Hinges {
                 elements: elements.clone(),
                 rest_angle: picked(&hinges.rest_angle, from),
                 flexibility: picked(&hinges.flexibility, from).into(),
                 floors: [0, 1].map(|k| picked(&hinges.floors[k], from).into()),
             });
-            debug_assert_eq!(own.rest_angle.len(), from.len());
             if let Some(cotangents) = topology.cotangents.0.get() {
                 torn.cotangents.0.get_or_init(|| Cotangents {
                     weights: [0, 1, 2].map(|k| picked(&cotangents.weights[k], from).into()),
