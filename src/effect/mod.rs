@@ -73,6 +73,7 @@ mod collide;
 mod contact;
 mod direct;
 mod elastic;
+mod emitter;
 mod force;
 mod grab;
 mod grains;

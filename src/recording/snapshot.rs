@@ -60,7 +60,7 @@ pub struct Snapshot {
 
 const MAGIC: &[u8; 8] = b"PLIANTsn";
 /// Version 8 added rods and the orientations of their segments. Earlier ones are not read.
-const VERSION: u32 = 10;
+const VERSION: u32 = 11;
 const HEAD: usize = 28;
 
 impl Snapshot {

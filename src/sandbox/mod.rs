@@ -171,6 +171,7 @@ impl PluginGroup for SandboxPlugins {
             .add(render::coloring::ColoringPlugin)
             .add(render::inverted::InvertedPlugin)
             .add(render::overlay::OverlayPlugin)
+            .add(render::openings::OpeningsPlugin)
             .add(render::marks::MarksPlugin)
             .add(render::pin_marks::PinMarksPlugin)
             .add(lab::answer::AnswerPlugin)

@@ -60,6 +60,8 @@ pub enum Check {
     EdgeStrain(f64),
     /// The number of times that a particle was split is in this range.
     Splits(usize, usize),
+    /// The number of particles is in this range.
+    Particles(usize, usize),
     /// No particle is closer than this to a point [m].
     AwayFrom(Vec3, f32),
     /// Total energy never rises above its initial value by more than this fraction of the largest
@@ -227,6 +229,13 @@ impl Check {
                 (
                     (least..=most).contains(&splits),
                     format!("split {splits} times"),
+                )
+            }
+            Self::Particles(least, most) => {
+                let count = topology.particles();
+                (
+                    (least..=most).contains(&count),
+                    format!("{count} particles"),
                 )
             }
             Self::AwayFrom(point, distance) => {

@@ -123,6 +123,8 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "hourglass" Grains 1.5,
     "grains_on_cloth" Grains 1.0,
     "ball_pit" Grains 0.8,
+    "fountain" Grains 3.0,
+    "chute" Grains 2.5,
     "drape" Cloth 2.0,
     "bending" Cloth 3.0,
     "flag" Cloth 3.0,

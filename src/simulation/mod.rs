@@ -19,6 +19,7 @@ pub(crate) mod plan;
 mod profile;
 pub mod projections;
 mod quarantine;
+mod renew;
 mod schedule;
 pub mod statistics;
 pub(crate) mod step;
@@ -137,6 +138,7 @@ impl Plugin for SimulationPlugin {
                 step::run_substeps.in_set(StepSystems::Substeps),
                 (
                     tear::tear,
+                    renew::renew,
                     step::settle_grabs,
                     step::fall_asleep,
                     statistics::take,

@@ -109,10 +109,10 @@ impl Moment {
             counted.insert(address)
         });
         let bodies = new.map(|body| body.bytes()).sum::<usize>();
-        // A body that tears has a topology of its own after each tick.
-        let torn = self.bodies.iter().map(|body| &body.topology);
-        let torn = torn.filter(|it| it.splits() > 0);
-        let new = torn.filter(|it| counted.insert(Arc::as_ptr(it) as usize));
+        // A body that tears or whose grains appear has a topology of its own after each tick.
+        let own = self.bodies.iter().map(|body| &body.topology);
+        let own = own.filter(|it| it.splits() > 0 || it.is_renewed());
+        let new = own.filter(|it| counted.insert(Arc::as_ptr(it) as usize));
         bodies + new.map(|it| memory::topology(it)).sum::<usize>()
     }
 

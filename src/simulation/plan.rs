@@ -76,8 +76,8 @@ pub(crate) fn add_stage(schedules: &mut Schedules, effect: &'static str, stage: 
             BodyPhase::Contact => schedules.add_systems(ContactSchedule, system),
         },
         Stage::Contact | Stage::SelfContact => schedules.add_systems(ContactSchedule, system),
-        // A system of its own, at the end of a tick.
-        Stage::Tear => schedules,
+        // Systems of their own, at the end of a tick.
+        Stage::Tear | Stage::Renew => schedules,
         Stage::Postsolve | Stage::Flow => {
             // No system waits for its commands: a sync point would be another system.
             let system = system

@@ -11,7 +11,7 @@ use super::{
 use crate::{
     effect,
     solver::{
-        Collider, Grab, Particles, Settings, SleepSettings, Substep, Threads,
+        Collider, Emitter, Grab, Particles, Settings, SleepSettings, Substep, Threads,
         advance::{Stage, StepContext},
         contact::collider::{Swept, SweptCollider},
         lanes::Instructions,
@@ -451,7 +451,7 @@ pub(super) fn fall_asleep(
         &mut Particles,
         &mut TickStart,
         &mut RestTimer,
-        Has<Grab>,
+        (Has<Grab>, Option<&Emitter>),
         Has<Asleep>,
         Has<Quarantined>,
     )>,
@@ -463,11 +463,13 @@ pub(super) fn fall_asleep(
     let gravity = under_way.settings.gravity.length();
     entities.clear();
     group.clear();
-    for (entity, particles, start, mut timer, is_held, is_asleep, is_quarantined) in &mut bodies {
+    for (entity, particles, start, mut timer, causes, is_asleep, is_quarantined) in &mut bodies {
         let ways = (&start.positions[..], &particles.positions[..]);
+        let (is_held, emitter) = causes;
+        let emits = emitter.is_some_and(|it| it.is_active(particles.len()));
         let rest = if is_asleep || is_quarantined {
             Wakefulness::Asleep
-        } else if !is_held && timer.0.observe(ways, seconds, gravity, &sleep.0) {
+        } else if !is_held && !emits && timer.0.observe(ways, seconds, gravity, &sleep.0) {
             Wakefulness::Still
         } else {
             Wakefulness::Awake

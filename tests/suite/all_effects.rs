@@ -6,11 +6,11 @@ use pliant::{
     mesh::Primitive,
     solver::{
         Attract, Axis, Bend, Body, BreakingStrain, Coefficient, Collide, Compliance, Contact,
-        Creep, Damping, Direct, Drag, Effects, Finite, FlexuralRigidity, Frequency, Friction, Grab,
-        Grains, Ground, IsometricBend, Membrane, MembraneCompliance, NeoHookean, ParticleIndex,
-        Plasticity, Pressure, RestShape, Rod, SelfContact, ShapeMatching, Slack, StickyGround,
-        Stiffness, Strain, StrainLimit, Stretch, Struts, SurfacePoint, Tear, Tethers, Thickness,
-        Turbulence, Uniform, Volume, Vortex, Weave, Wind, Yield, YoungsModulus,
+        Creep, Damping, Direct, Drag, Effects, Emitter, Finite, FlexuralRigidity, Frequency,
+        Friction, Grab, Grains, Ground, IsometricBend, Membrane, MembraneCompliance, NeoHookean,
+        ParticleIndex, Plasticity, Pressure, RestShape, Rod, SelfContact, ShapeMatching, Sink,
+        Slack, StickyGround, Stiffness, Strain, StrainLimit, Stretch, Struts, SurfacePoint, Tear,
+        Tethers, Thickness, Turbulence, Uniform, Volume, Vortex, Weave, Wind, Yield, YoungsModulus,
     },
 };
 
@@ -81,6 +81,8 @@ samples! {
     Collide on Solid {}
     Plasticity on Solid { stretch_yield: of::<Yield>(0.02), creep: of::<Creep>(5.0) }
     Tear on Solid { strain: of::<BreakingStrain>(10.0) }
+    Emitter on Grains { rate: of::<Coefficient>(0.0) }
+    Sink on Grains { y: of::<Finite>(-1000.0) }
 }
 
 impl Sample for Direct {

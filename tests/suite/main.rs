@@ -90,6 +90,7 @@ mod solver_collision_iterations;
 mod solver_contact;
 mod solver_direct;
 mod solver_effective;
+mod solver_emitter;
 mod solver_equilibrium;
 mod solver_field;
 mod solver_force;

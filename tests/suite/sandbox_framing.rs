@@ -198,9 +198,9 @@ fn watch(name: &str, seconds: f64) -> Vec<String> {
             ));
         }
     }
-    // Pieces of a torn body may fly away.
+    // Pieces of a torn body and emitted grains may fly away.
     let whole = world.bodies.iter();
-    let whole = whole.filter(|body| body.topology.splits() == 0);
+    let whole = whole.filter(|body| body.topology.splits() == 0 && !body.topology.is_renewed());
     let all: Vec<Vec3> = whole.flat_map(positions).collect();
     let visible = all.iter().filter(|point| {
         area.project(orbit.seen(**point))

@@ -14,7 +14,7 @@ use pliant::{
             energy::EnergyTrack,
             history::History,
             model::{
-                Addition, BodyEntry, BodyState, ClockModel, EffectModel, EffectiveModel,
+                Addition, BodyEntry, BodyState, ClockModel, Done, EffectModel, EffectiveModel,
                 EnergyModel, FileModel, GrabModel, PanelModel, Parameter, ReferenceModel,
                 StageModel, StoredEnergy,
             },
@@ -95,6 +95,10 @@ fn stretch() -> EffectModel {
             substeps: Some(24),
         }),
         overpressure: Some((-20.0, 315.0)),
+        done: Some(Done::Emitted {
+            emitted: 123_456,
+            waiting: 1000,
+        }),
         contacts: None,
         switchable: true,
         parameters: vec![
@@ -120,6 +124,7 @@ fn absent() -> EffectModel {
         note: None,
         effective: None,
         overpressure: None,
+        done: Some(Done::Split(12_345)),
         contacts: None,
         parameters: Vec::new(),
         ..stretch()

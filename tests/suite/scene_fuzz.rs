@@ -54,7 +54,7 @@ const EVERYTHING: &str = r##"Scene(
     ],
     camera: (eye: (2, 2, 3), target: (0, 0, 0)),
     acceptance: (seconds: 3, checks: [NoInverted, Volume(0.05), SpeedBelow(1), Above(-1), Asleep,
-        Middle(place: (0, 0, 0), within: 9), Height(0, 1), EdgeStrain(0.1), Splits(0, 9), AwayFrom((0, 0, 0), 0.1),
+        Middle(place: (0, 0, 0), within: 9), Height(0, 1), EdgeStrain(0.1), Splits(0, 9), Particles(1, 9999), AwayFrom((0, 0, 0), 0.1),
         EnergyBounded(0.01), ShapeLost(0.1), Of("box", [Shape(0.05), ReachesBelow(1)])]),
 )"##;
 
@@ -435,8 +435,8 @@ fn scenes_that_are_too_large_are_refused_before_memory_is_allocated() {
             Err(error) => error.to_string(),
         };
         // The largest scene that is built before it is rejected has 100 000 ropes of two edges, of
-        // less than 3.5 kB each.
-        let message = in_proportion(text.len(), (350_000_000, READING.1), build);
+        // less than 3.8 kB each.
+        let message = in_proportion(text.len(), (380_000_000, READING.1), build);
         assert!(message.contains("body “b”") && message.contains(says), "{message}");
     }
 }

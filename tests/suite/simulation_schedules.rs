@@ -44,8 +44,8 @@ fn remove(app: &mut App, body: Entity, effect: &str) {
 const STICKY: &str = "sticky_ground";
 /// The effect that runs at the end of a substep.
 const PLASTIC: &str = "plasticity";
-/// Acts between ticks, in a system that is always there.
-const TEAR: &str = "tear";
+/// They act between ticks, in systems that are always there.
+const BETWEEN_TICKS: [&str; 3] = ["tear", "emitter", "sink"];
 
 /// Expected systems of a tick besides its own: each effect wakes sleeping bodies when it changes.
 fn expected_in_step(present: &[&'static str]) -> Vec<&'static str> {
@@ -59,7 +59,8 @@ fn assert_systems(app: &App, present: &[&'static str], own: usize) {
     let forces = ForceKind::ALL.map(ForceKind::name);
     let in_iteration = present
         .iter()
-        .filter(|name| ![STICKY, PLASTIC, TEAR].contains(name) && !forces.contains(name));
+        .filter(|name| ![STICKY, PLASTIC].contains(name) && !BETWEEN_TICKS.contains(name))
+        .filter(|name| !forces.contains(name));
     assert_eq!(
         systems_of_iteration(app),
         in_iteration.copied().collect::<Vec<_>>()

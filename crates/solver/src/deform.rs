@@ -4,7 +4,10 @@
 //! change. [`reset_shape`] returns a body to its rest shape.
 
 use super::{Particles, Topology, topology::bounds};
-use crate::kernel::fit::rotation_between;
+use crate::kernel::{
+    fit::rotation_between,
+    random::{STEP, mix},
+};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -104,11 +107,8 @@ impl Random {
         reason = "an endless sequence, not an iterator"
     )]
     pub fn next(&mut self) -> f32 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^= z >> 31;
+        let z = mix(self.0);
+        self.0 = self.0.wrapping_add(STEP);
         (z >> 40) as f32 / (1_u32 << 24) as f32
     }
 }

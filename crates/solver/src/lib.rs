@@ -35,7 +35,9 @@ pub mod topology;
 pub use diagnostics::{effective, field, ledger, measure, memory, modes, resolution};
 pub use effects::{elastic, force};
 pub use kernel::lanes;
-pub use step::{advance, body, history, masses, method, repair, rest, rolling, spin, stages};
+pub use step::{
+    advance, body, history, masses, method, renew, repair, rest, rolling, spin, stages,
+};
 pub use topology::{coloring, numbering, order, partitions};
 
 use kernel::fit;
@@ -60,12 +62,12 @@ pub use modes::Modes;
 pub use parallel::threads::{MAX_THREADS, Threads, ThreadsError, WorkEstimate, available};
 pub use particles::Particles;
 pub use quantity::{
-    BreakingStrain, Coefficient, Cohesion, CollisionIterations, Compliance, ContactThickness,
-    Creep, Damping, Density, Filling, Finite, FlexuralRigidity, Force, Fraction, Frequency,
-    Friction, InvalidValue, Iterations, KeepSpin, Length, Mass, MembraneCompliance, Order,
-    PieceSize, PlasticLimit, PoissonRatio, Rate, RecoverySpeed, RegionSize, RepairTime,
-    Restitution, RodRadius, RollingResistance, Slack, SmoothingIterations, Stiffness, Strain,
-    Substeps, Thickness, Toughness, Yield, YoungsModulus,
+    Angle, BreakingStrain, Capacity, Coefficient, Cohesion, CollisionIterations, Compliance,
+    ContactThickness, Creep, Damping, Density, Filling, Finite, FlexuralRigidity, Force, Fraction,
+    Frequency, Friction, GrainRadius, InvalidValue, Iterations, KeepSpin, Length, Lifetime, Mass,
+    MembraneCompliance, Order, PieceSize, PlasticLimit, PoissonRatio, Rate, RecoverySpeed,
+    RegionSize, RepairTime, Restitution, RodRadius, RollingResistance, Seed, Slack,
+    SmoothingIterations, Stiffness, Strain, Substeps, Thickness, Toughness, Yield, YoungsModulus,
 };
 pub use repair::Repair;
 pub use rest::SleepSettings;

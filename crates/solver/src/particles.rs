@@ -10,7 +10,7 @@
 //! adds gravity to u, constraints and contacts write u, and the third stage advances the position
 //! by it.
 
-use super::{History, Repair, SegmentState};
+use super::{Emission, History, Repair, SegmentState};
 use glam::{DVec3, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
@@ -36,6 +36,8 @@ pub struct Particles {
     pub repair: Repair,
     /// The segments of a [rod](crate::Rod); empty without one, and until its first tick.
     pub segments: Vec<SegmentState>,
+    /// What an [`Emitter`](crate::Emitter) has emitted.
+    pub emission: Emission,
     /// Angular momentum about the center of mass at the start of the substep [kg·m²/s], if it is
     /// conserved.
     #[serde(skip)]
@@ -59,6 +61,7 @@ impl Clone for Particles {
             history,
             repair,
             segments,
+            emission,
             spin,
         } = self;
         positions.clone_from(&from.positions);
@@ -68,6 +71,7 @@ impl Clone for Particles {
         history.clone_from(&from.history);
         repair.clone_from(&from.repair);
         segments.clone_from(&from.segments);
+        emission.clone_from(&from.emission);
         *spin = from.spin;
     }
 }
@@ -82,6 +86,7 @@ impl Default for Particles {
             history: History::default(),
             repair: Repair::default(),
             segments: Vec::new(),
+            emission: Emission::default(),
             spin: None,
         }
     }

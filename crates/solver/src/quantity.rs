@@ -320,6 +320,27 @@ quantity!(
     |v| 1 <= v && v <= 1000
 );
 quantity!(
+    /// Radius of a grain in m.
+    GrainRadius(f32), "radius", default 0.015, "between 1e-6 and 1e3 m", |v| 1e-6 <= v && v <= 1e3
+);
+quantity!(
+    /// Largest number of grains of a body.
+    Capacity(u32), "capacity", default 1000, "a whole number between 1 and 1000000 grains",
+    |v| 1 <= v && v <= 1_000_000
+);
+quantity!(
+    /// Time after which something disappears [s]; ∞ is never.
+    Lifetime(f32), "lifetime", default f32::INFINITY, "above 0 s, or inf for no limit", |v| v > 0.0
+);
+quantity!(
+    /// An angle in degrees.
+    Angle(f32), "the angle", default 0.0, "between 0 and 180°", |v| 0.0 <= v && v <= 180.0
+);
+quantity!(
+    /// Seed of random numbers.
+    Seed(u32), "seed", default 0, "a whole number between 0 and 1000000", |v| v <= 1_000_000
+);
+quantity!(
     /// Ticks per second.
     Rate(f64), "rate", default 60.0, "between 0.1 and 1000000 ticks per second",
     |v| 0.1 <= v && v <= 1e6
@@ -413,7 +434,10 @@ from_float!(
     Coefficient,
     Force,
     Toughness,
-    BreakingStrain
+    BreakingStrain,
+    GrainRadius,
+    Lifetime,
+    Angle
 );
 from_whole!(
     Substeps, "substeps", "a whole number between 1 and 10000";
@@ -422,7 +446,9 @@ from_whole!(
     SmoothingIterations, "smoothing_iterations", "a whole number between 0 and 10000";
     Order, "order", "1 or 2";
     KeepSpin, "keep_spin", "0 or 1";
-    PieceSize, "smallest_piece", "a whole number between 1 and 1000 elements"
+    PieceSize, "smallest_piece", "a whole number between 1 and 1000 elements";
+    Capacity, "capacity", "a whole number between 1 and 1000000 grains";
+    Seed, "seed", "a whole number between 0 and 1000000"
 );
 
 impl TryFrom<f64> for Rate {

@@ -8,11 +8,11 @@ pub(crate) use bevy_reflect::{
 };
 
 use crate::quantity::{
-    BreakingStrain, Coefficient, Cohesion, Compliance, ContactThickness, Creep, Damping, Filling,
-    Finite, FlexuralRigidity, Force, Fraction, Frequency, Friction, Length, MembraneCompliance,
-    PieceSize, PlasticLimit, PoissonRatio, RecoverySpeed, RegionSize, RepairTime, Restitution,
-    RodRadius, RollingResistance, Slack, Stiffness, Strain, Thickness, Toughness, Yield,
-    YoungsModulus,
+    Angle, BreakingStrain, Capacity, Coefficient, Cohesion, Compliance, ContactThickness, Creep,
+    Damping, Filling, Finite, FlexuralRigidity, Force, Fraction, Frequency, Friction, GrainRadius,
+    Length, Lifetime, MembraneCompliance, PieceSize, PlasticLimit, PoissonRatio, RecoverySpeed,
+    RegionSize, RepairTime, Restitution, RodRadius, RollingResistance, Seed, Slack, Stiffness,
+    Strain, Thickness, Toughness, Yield, YoungsModulus,
 };
 use bevy_reflect::impl_reflect_opaque;
 
@@ -48,3 +48,8 @@ impl_reflect_opaque!((in pliant::solver) Force(Clone, Debug, Default, PartialEq,
 impl_reflect_opaque!((in pliant::solver) Toughness(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) BreakingStrain(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
 impl_reflect_opaque!((in pliant::solver) PieceSize(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+impl_reflect_opaque!((in pliant::solver) Angle(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+impl_reflect_opaque!((in pliant::solver) Capacity(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+impl_reflect_opaque!((in pliant::solver) Lifetime(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+impl_reflect_opaque!((in pliant::solver) Seed(Clone, Debug, Default, PartialEq, Serialize, Deserialize));
+impl_reflect_opaque!((in pliant::solver) GrainRadius(Clone, Debug, Default, PartialEq, Serialize, Deserialize));

@@ -20,7 +20,9 @@ pub fn pin(world: &mut World, body: Entity, vertex: VertexIndex, pinned: bool) {
     let Some((topology, pins)) = world.get::<SoftBody>(body).zip(world.get::<Pins>(body)) else {
         return;
     };
-    let center = topology.rest[topology.particle(vertex)];
+    let Some(&center) = topology.rest.get(topology.particle(vertex)) else {
+        return;
+    };
     let near = |at: Vec3| at.distance(center) < radius;
     let region = (0..topology.particles()).filter(|&i| near(topology.rest[i]));
     let region = region.map(|i| topology.vertex(i));

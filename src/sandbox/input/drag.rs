@@ -51,6 +51,8 @@ pub struct Held {
     pub offset: Vec3,
     /// Whether pins are dragged.
     pub pins: bool,
+    /// Whether the body has the grab: it waits for the end of a tick.
+    pub taken: bool,
 }
 
 /// Systems that grab, drag and release, in `Update`.
@@ -68,7 +70,7 @@ impl Plugin for DragPlugin {
             .init_resource::<Hands>()
             .add_systems(
                 Update,
-                (forget_gone, (take, pull, release).chain())
+                (forget_gone, follow_grab, (take, pull, release).chain())
                     .chain()
                     .in_set(DragSystems)
                     .after(PointerSystems)
@@ -77,13 +79,55 @@ impl Plugin for DragPlugin {
     }
 }
 
-/// Clears the grab of a body that was removed, for example by a scene change.
-fn forget_gone(mut drag: ResMut<Drag>, mut last: ResMut<LastGrab>, bodies: Query<(), With<Drawn>>) {
+/// Clears the grab of a body that was removed, for example by a scene change, and the last one of a
+/// body whose grains appear and disappear: it may be another grain.
+fn forget_gone(
+    mut drag: ResMut<Drag>,
+    mut last: ResMut<LastGrab>,
+    bodies: Query<(), With<Drawn>>,
+    topologies: Query<&SoftBody>,
+) {
     if drag.held.is_some_and(|held| !bodies.contains(held.body)) {
         drag.held = None;
     }
-    if last.0.is_some_and(|grab| !bodies.contains(grab.body)) {
+    let is_gone = |grab: GrabbedPoint| {
+        let renewed = topologies.get(grab.body).is_ok_and(|it| it.is_renewed());
+        !bodies.contains(grab.body) || (renewed && !grab.held)
+    };
+    if last.0.is_some_and(is_gone) {
         last.0 = None;
+    }
+}
+
+/// Follows the grabbed point where a body tears or its grains change, and clears a grab whose grain
+/// has disappeared.
+fn follow_grab(
+    mut drag: ResMut<Drag>,
+    mut last: ResMut<LastGrab>,
+    bodies: Query<(Option<&Grab>, &SoftBody)>,
+) {
+    let drag = drag.bypass_change_detection();
+    let Some(held) = drag.held.as_mut().filter(|held| !held.pins) else {
+        return;
+    };
+    let Ok((grab, body)) = bodies.get(held.body) else {
+        return;
+    };
+    match grab {
+        Some(grab) => {
+            held.taken |= grab.point == held.point;
+            if held.taken && grab.point != held.point {
+                held.point = grab.point;
+                if let Some(last) = &mut last.0 {
+                    last.vertex = body.numbering.vertex(grab.point.nearest());
+                }
+            }
+        }
+        None if held.taken => {
+            drag.held = None;
+            last.0 = None;
+        }
+        None => {}
     }
 }
 
@@ -129,6 +173,7 @@ fn take(
         depth,
         offset,
         pins: pin.is_some(),
+        taken: false,
     });
     let vertex = topology.numbering.vertex(point.nearest());
     last.0 = Some(GrabbedPoint {

@@ -48,6 +48,9 @@ fn paint(
     let Ok((drawn, states, stretch)) = bodies.get(held.body) else {
         return Ok(());
     };
+    if !held.point.fits(drawn.particles.len()) {
+        return Ok(());
+    }
     let (camera, eye) = *camera;
     let screen = Screen { camera, eye };
     let ends = (

@@ -11,7 +11,7 @@ use bevy_egui::egui::{
 
 use super::{
     Panel, effective, hands, history,
-    model::{ContactModel, EffectModel, PanelModel, Parameter},
+    model::{ContactModel, Done, EffectModel, PanelModel, Parameter},
     parameter::{self, Edit},
     search::Query,
     section::{self, RowButton, section},
@@ -162,6 +162,19 @@ fn running_effect(ui: &mut Ui, panel: &mut Panel, model: &PanelModel, effect: &E
             );
             panel.note(format!("{}.overpressure", effect.name), &response, ui);
         }
+        if let Some(done) = effect.done {
+            let text = RichText::new(done_so_far(done))
+                .small()
+                .color(theme::of(ui).weak);
+            let response = ui.add(Label::new(text).wrap()).on_hover_text(match done {
+                Done::Emitted { .. } => {
+                    "Grains that have left the emitter, and those that are due and wait for a free \
+                     place or for room in the body"
+                }
+                Done::Split(_) => "Particles that were split by tearing or cutting",
+            });
+            panel.note(format!("{}.done", effect.name), &response, ui);
+        }
         if let Some(contacts) = effect.contacts.filter(|_| effect.carriers > 0) {
             let gap = contacts.smallest_gap.map_or(String::new(), |gap| {
                 format!(" Smallest gap: {} m.", number::format(gap, 2))
@@ -195,6 +208,13 @@ fn overpressure((low, high): (f64, f64)) -> String {
         format!("Overpressure {low} Pa.")
     } else {
         format!("Overpressure {low} to {high} Pa.")
+    }
+}
+
+fn done_so_far(done: Done) -> String {
+    match done {
+        Done::Emitted { emitted, waiting } => format!("Emitted: {emitted}. Waiting: {waiting}."),
+        Done::Split(particles) => format!("Split particles: {particles}."),
     }
 }
 

@@ -7,7 +7,7 @@ use bevy::prelude::*;
 use super::{
     PanelState, effective, energy, history,
     model::{
-        BodyEntry, BodyState, ClockModel, ContactModel, EffectModel, FileModel, GrabModel,
+        BodyEntry, BodyState, ClockModel, ContactModel, Done, EffectModel, FileModel, GrabModel,
         PanelModel, Parameter, StageModel, StoredEnergy,
     },
     reference_overlay,
@@ -15,7 +15,8 @@ use super::{
 };
 use crate::{
     effect::{
-        Contact, Effect, EffectInfo, EffectRegistry, ParameterInfo, Pressure, Scale, SelfContact,
+        Contact, Effect, EffectInfo, EffectRegistry, Emitter, ParameterInfo, Pressure, Scale,
+        SelfContact, Tear,
     },
     sandbox::{
         lab::{plots::Plots, quarantine, throughput::Throughput},
@@ -67,6 +68,7 @@ pub(super) fn model(world: &mut World) -> PanelModel {
             fraction: state.fractions.of(info.name),
             effective: effective::model(world, info.name, &shown),
             overpressure: overpressure(world, info.name, &shown),
+            done: done(world, info.name, &shown),
             contacts: contacts(statistics, info.name),
             ..effect(world, info, &bodies, &shown)
         })
@@ -289,6 +291,7 @@ fn effect(world: &World, info: &EffectInfo, bodies: &[Entity], shown: &[Entity])
             .find_map(|body| (info.note)(&world.entity(*body), settings)),
         effective: None,
         overpressure: None,
+        done: None,
         contacts: None,
         switchable: info.insert_default.is_some(),
         parameters,
@@ -326,6 +329,28 @@ fn overpressure(world: &World, effect: &str, shown: &[Entity]) -> Option<(f64, f
     });
     all.map(|pressure| (pressure, pressure))
         .reduce(|(low, high), (one, _)| (low.min(one), high.max(one)))
+}
+
+/// What the effect has done to the selected bodies that carry it.
+fn done(world: &World, effect: &str, shown: &[Entity]) -> Option<Done> {
+    let bodies = shown.iter().map(|body| world.entity(*body));
+    match effect {
+        Emitter::NAME => {
+            let own = bodies.filter(EntityRef::contains::<Emitter>);
+            let each = own.filter_map(|body| {
+                let emission = &body.get::<Particles>()?.emission;
+                Some((emission.emitted(), emission.waiting()))
+            });
+            let sum = each.reduce(|all, one| (all.0 + one.0, all.1 + one.1));
+            sum.map(|(emitted, waiting)| Done::Emitted { emitted, waiting })
+        }
+        Tear::NAME => {
+            let own = bodies.filter(EntityRef::contains::<Tear>);
+            let each = own.filter_map(|body| Some(body.get::<SoftBody>()?.splits()));
+            each.reduce(|all, one| all + one).map(Done::Split)
+        }
+        _ => None,
+    }
 }
 
 /// The row of a parameter, from the value and scene default of each body.

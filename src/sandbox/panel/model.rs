@@ -211,8 +211,24 @@ pub struct EffectModel {
     pub effective: Option<EffectiveModel>,
     /// Minimum and maximum overpressure of the selected bodies [Pa].
     pub overpressure: Option<(f64, f64)>,
+    /// What the effect has done to the selected bodies so far.
+    pub done: Option<Done>,
     /// Contacts of all bodies.
     pub contacts: Option<ContactModel>,
+}
+
+/// What an effect has done to the selected bodies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Done {
+    /// Grains that were emitted, and those that wait.
+    Emitted {
+        /// Number of grains that were emitted.
+        emitted: u64,
+        /// Number of grains that are due and find no place.
+        waiting: u64,
+    },
+    /// Number of particles that were split.
+    Split(usize),
 }
 
 /// Contacts of all bodies.

@@ -12,6 +12,7 @@ pub mod grounding;
 pub mod inverted;
 pub mod marks;
 pub mod material;
+pub mod openings;
 pub mod orbit;
 pub mod overlay;
 pub mod pin_marks;

@@ -30,7 +30,10 @@ pub fn solver_bytes(bodies: &[Body]) -> usize {
 }
 
 fn state(particles: &Particles) -> usize {
-    3 * particles.len() * size_of::<Vec4>() + particles.history.bytes() + particles.repair.bytes()
+    3 * particles.len() * size_of::<Vec4>()
+        + particles.history.bytes()
+        + particles.repair.bytes()
+        + particles.emission.bytes()
 }
 
 /// Memory of the body's own rest values after plastic flow.

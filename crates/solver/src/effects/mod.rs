@@ -7,6 +7,7 @@ pub mod bend;
 pub(crate) mod body_effect;
 pub mod body_kinds;
 pub mod elastic;
+pub mod emitter;
 pub mod force;
 pub mod grab;
 pub mod grains;
@@ -19,6 +20,7 @@ pub mod plasticity;
 pub mod pressure;
 pub mod rod;
 pub mod shape_matching;
+pub mod sink;
 pub mod states;
 pub mod stitches;
 pub mod strain_limit;
@@ -34,6 +36,7 @@ pub mod weave;
 pub mod all {
     pub use super::{
         bend::Bend,
+        emitter::{Emission, Emitter},
         grab::{Glide, Grab, GrabState, Hold, SurfacePoint},
         grains::{Grains, GrainsState},
         isometric_bend::IsometricBend,
@@ -43,6 +46,7 @@ pub mod all {
         pressure::Pressure,
         rod::{Chains, NotChains, Rod, RodState, SegmentState},
         shape_matching::{ShapeMatching, ShapeMatchingState},
+        sink::Sink,
         stitches::{Stitch, StitchEnd, StitchError, Stitches},
         strain_limit::StrainLimit,
         stretch::Stretch,
@@ -127,6 +131,8 @@ macro_rules! effects {
                 changes {
                     Plasticity plasticity "Strain beyond the yield strain becomes permanent.";
                     Tear tear "Elements that carry too much break.";
+                    Emitter emitter "Grains flow out of an opening.";
+                    Sink sink "Grains in a box disappear.";
                 }
             }
         }

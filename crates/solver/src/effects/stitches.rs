@@ -122,6 +122,12 @@ impl Stitches {
         &mut self.all
     }
 
+    /// Keeps those for which `keeps` holds.
+    pub(crate) fn retain_mut(&mut self, keeps: impl FnMut(&mut Stitch) -> bool) {
+        self.all.retain_mut(keeps);
+        self.lambdas = vec![DVec3::ZERO; self.all.len()];
+    }
+
     /// Whether there are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {

@@ -7,6 +7,7 @@ pub mod block;
 pub(crate) mod fit;
 pub(crate) mod geometry;
 pub mod lanes;
+pub(crate) mod random;
 pub(crate) mod sum;
 
 pub use block::{Block, Blocks, Projected, cross, difference, dot, iterate, scaled};

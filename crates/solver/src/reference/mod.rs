@@ -16,11 +16,12 @@
 
 mod elastic;
 mod motion;
+mod renew;
 mod tear;
 
 use crate::{
-    Contacts, Effects, ElasticKind, Repair, RodState, Settings, Stitches, Substep, Threads,
-    Topology,
+    Contacts, Effects, ElasticKind, Emission, Repair, RodState, Settings, Stitches, Substep,
+    Threads, Topology,
     contact::{Collider, pairs::Between},
     effects::{
         body_effect::{BodyPhase, ReferenceParticles, ReferencePass},
@@ -76,6 +77,8 @@ pub struct Body {
     pub lambdas: [Vec<f64>; ElasticKind::COUNT],
     /// What determines its masses.
     masses: tear::Masses,
+    /// What its emitter has emitted.
+    emission: Emission,
     /// Repair state.
     repair: Repair,
     /// State of the previous substep for [second-order steps](crate::history).
@@ -164,6 +167,7 @@ impl World {
         }
         for body in &mut self.bodies {
             body.tear(&self.settings);
+            body.renew(&self.settings);
         }
         for grab in self
             .bodies
@@ -312,6 +316,7 @@ impl Body {
                 added: body.added_mass.clone(),
                 pins: body.pins.clone(),
             },
+            emission: body.particles.emission.clone(),
             repair: Repair::default(),
             past: Past::default(),
             h: 0.0,

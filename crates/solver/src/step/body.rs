@@ -5,7 +5,10 @@ use crate::{
     Topology, VertexIndex,
     advance::{NotFinite, Solve, Stage, StepContext, Stepper},
     rest::RestTimer,
-    step::masses::{Masses, set_inverse_masses},
+    step::{
+        masses::{Masses, set_inverse_masses},
+        renew::Attached,
+    },
     topology::Torn,
 };
 use glam::{Vec3, Vec4};
@@ -183,6 +186,33 @@ impl Body {
         torn.is_some()
     }
 
+    /// Adds and removes grains at the end of a tick; returns whether there were any changes.
+    pub fn renew(&mut self, settings: &crate::Settings) -> bool {
+        let (mut start, mut added, mut pins) = (
+            std::mem::take(&mut self.tick_start),
+            std::mem::take(&mut self.added_mass),
+            std::mem::take(&mut self.pins),
+        );
+        let (density, attached) = (
+            self.density,
+            Attached {
+                added: &mut added,
+                pins: &mut pins,
+            },
+        );
+        let mut stepper = self.stepper();
+        let renewed = stepper.renew(density, attached, &mut start, settings);
+        (self.tick_start, self.added_mass, self.pins) = (start, added, pins);
+        let grab = self.effects.grab.as_mut();
+        if let (Some(renewed), Some(grab)) = (&renewed, grab) {
+            match renewed.point(&grab.point) {
+                Some(point) => grab.point = point,
+                None => self.effects.grab = None,
+            }
+        }
+        renewed.is_some()
+    }
+
     /// Ends a tick of `seconds` under gravity [m/s²]; returns whether the body has been at rest for
     /// long enough to sleep.
     pub fn end_tick(
@@ -194,6 +224,11 @@ impl Body {
         if let Some(grab) = &mut self.effects.grab {
             self.rest.reset();
             grab.end_tick(None, seconds as f32);
+            return false;
+        }
+        let emitter = self.effects.emitter;
+        if emitter.is_some_and(|it| it.is_active(self.particles.len())) {
+            self.rest.reset();
             return false;
         }
         let positions = (

@@ -8,6 +8,7 @@ pub mod kernels;
 pub mod masses;
 pub mod method;
 pub mod phases;
+pub mod renew;
 pub mod repair;
 pub mod rest;
 pub mod rolling;

@@ -29,6 +29,8 @@ pub enum Stage {
     Flow,
     /// Tearing, between ticks.
     Tear,
+    /// Appearance and disappearance of grains, between ticks.
+    Renew,
 }
 
 /// Number of effects without elements in a phase.
@@ -147,6 +149,7 @@ impl Stage {
             Self::Postsolve => "postsolve",
             Self::Flow => "plasticity",
             Self::Tear => "tear",
+            Self::Renew => "emitter",
         }
     }
 }
@@ -207,8 +210,8 @@ impl Stage {
             Self::Contact => effects.contact.is_some(),
             Self::SelfContact => effects.self_contact.is_some(),
             Self::Flow => effects.plasticity.is_some(),
-            // Acts between ticks.
-            Self::Tear => false,
+            // They act between ticks.
+            Self::Tear | Self::Renew => false,
         }
     }
 }

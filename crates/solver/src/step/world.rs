@@ -82,6 +82,7 @@ impl World {
             if is_alone(body) {
                 body.advance(&StepContext { threads, ..context });
                 body.tear(settings);
+                body.renew(settings);
             }
             if is_alone(body) && body.end_tick(seconds, settings.gravity, sleep) {
                 body.fall_asleep();
@@ -101,6 +102,7 @@ impl World {
                 .filter(|body| body.is_active() && body.effects.touches_surfaces(has_meshes));
             for body in touching {
                 body.tear(settings);
+                body.renew(settings);
             }
             end_tick_together(bodies, contacts, &context, sleep);
         } else {

@@ -12,6 +12,7 @@ pub mod enclosure;
 mod flow;
 pub mod partitions;
 mod parts;
+mod renewal;
 pub mod tetrahedra;
 
 pub mod facets;
@@ -36,6 +37,7 @@ pub use hinges::{Cotangents, Hinges};
 pub use id::{Identity, TopologyId};
 pub use index::{ParticleIndex, VertexIndex};
 pub use regions::Regions;
+pub use renewal::{Birth, Renewal, Renewed};
 pub use rest_shape::RestShape;
 pub use surface::Surface;
 pub use tear::{Tearing, Torn, TornOrder};
@@ -118,6 +120,8 @@ pub struct Topology {
     /// Number of times a particle was split. The order of the constraints of a torn topology depends
     /// on its past.
     splits: u32,
+    /// Whether grains have appeared or disappeared.
+    is_renewed: bool,
     /// The topology before plastic flow.
     original: Option<Arc<Topology>>,
     identity: Identity,
@@ -335,6 +339,7 @@ impl Topology {
             surface: Lazy::default(),
             enclosure: Lazy::default(),
             splits: 0,
+            is_renewed: false,
             original: None,
             identity: Identity::default(),
         })

@@ -1,5 +1,6 @@
 //! Smooth noise over space, identical on every machine.
 
+use crate::kernel::random::Draws;
 use glam::DVec3;
 
 /// A vector with components from −1 to 1 that varies over lengths of 1: value noise on a lattice,
@@ -20,24 +21,9 @@ pub fn vector(place: DVec3) -> DVec3 {
     along_y(0).lerp(along_y(1), t.z)
 }
 
-/// Vector of a lattice point, by a bit mixer on its coordinates (Steele, Lea and Flood, *Fast
-/// Splittable Pseudorandom Number Generators*, 2014).
+/// Vector of a lattice point.
 fn at(x: i64, y: i64, z: i64) -> DVec3 {
-    let mut seed = 0;
-    for number in [x, y, z] {
-        seed = mix(seed ^ number as u64);
-    }
-    let mut number = || {
-        seed = mix(seed);
-        // 53 bits, from −1 to 1.
-        (seed >> 11) as f64 * (2.0 / 9_007_199_254_740_992.0) - 1.0
-    };
+    let mut draws = Draws::new([x, y, z].map(|number| number as u64));
+    let mut number = || draws.next() * 2.0 - 1.0;
     DVec3::new(number(), number(), number())
-}
-
-fn mix(number: u64) -> u64 {
-    let mut z = number.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }

@@ -276,6 +276,7 @@ impl<'a> Structure<'a> {
             surface: Lazy::default(),
             enclosure: Lazy::default(),
             splits: topology.splits + self.copies.roots.len() as u32,
+            is_renewed: false,
             original: None,
             identity: Identity::default(),
         };

@@ -1,0 +1,331 @@
+//! Emitter: grains flow out of a round opening.
+//!
+//! After n ticks at f ticks per second, ⌊n·rate/f⌋ grains were due, exactly. A grain leaves where it
+//! touches no other grain of the body; while there is no such place, or the body is full, it waits,
+//! and later ones with it. A grain that is due within a tick has moved on from the opening by its end,
+//! as in free fall.
+//!
+//! Position, direction and radius of a grain depend on its number and the seed alone, unless it
+//! waited.
+
+use super::sink::Sink;
+#[cfg(feature = "bevy")]
+use crate::reflection::*;
+use crate::{
+    Angle, Capacity, Coefficient, Finite, Fraction, GrainRadius, Lifetime, Seed, Settings,
+    kernel::random::Draws,
+    topology::{Birth, Renewal},
+};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Source of grains.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(
+    feature = "bevy",
+    derive(Component, Reflect),
+    reflect(Component, Debug, Default, PartialEq, Serialize, Deserialize),
+    type_path = "pliant::effect"
+)]
+pub struct Emitter {
+    /// Grains per second [1/s]; default 100.
+    pub rate: Coefficient,
+    /// Largest number of grains of the body; default 1000.
+    pub capacity: Capacity,
+    /// Time after which a grain disappears [s]; default ∞.
+    pub lifetime: Lifetime,
+    /// Speed of the grains [m/s]; default 1.
+    pub speed: Coefficient,
+    /// Largest angle between the direction of a grain and that of the emitter [°]; default 0.
+    pub spread: Angle,
+    /// Radius of the opening [m]; default 0.05.
+    pub opening: Coefficient,
+    /// Largest radius of a grain [m]; default 0.015.
+    pub radius: GrainRadius,
+    /// Variation of the radius: grains have radii from `radius` × (1 − variation) to `radius`;
+    /// default 0.2.
+    pub variation: Fraction,
+    /// Position of the center of the opening along x [m]; default 0.
+    pub x: Finite,
+    /// Position along y [m]; default 1.
+    pub y: Finite,
+    /// Position along z [m]; default 0.
+    pub z: Finite,
+    /// Direction along x; default 0. Its length does not matter; a direction of length 0 is taken as
+    /// −y.
+    pub toward_x: Finite,
+    /// Direction along y; default −1.
+    pub toward_y: Finite,
+    /// Direction along z; default 0.
+    pub toward_z: Finite,
+    /// Seed of the random numbers; default 0.
+    pub seed: Seed,
+}
+
+impl Default for Emitter {
+    fn default() -> Self {
+        Self {
+            rate: Coefficient::of(100.0),
+            capacity: Capacity::default(),
+            lifetime: Lifetime::default(),
+            speed: Coefficient::of(1.0),
+            spread: Angle::default(),
+            opening: Coefficient::of(0.05),
+            radius: GrainRadius::default(),
+            variation: Fraction::of(0.2),
+            x: Finite::ZERO,
+            y: Finite::of(1.0),
+            z: Finite::ZERO,
+            toward_x: Finite::ZERO,
+            toward_y: Finite::of(-1.0),
+            toward_z: Finite::ZERO,
+            seed: Seed::default(),
+        }
+    }
+}
+
+/// State of an [`Emitter`] on a body.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Emission {
+    /// Grains that were due.
+    due: u64,
+    /// Grains that were emitted.
+    emitted: u64,
+    /// Part of the next grain that is due, as a multiple of 1/f in fixed point.
+    phase: u64,
+    /// Age of each particle [ticks].
+    ages: Vec<u32>,
+}
+
+/// Places that are tried for a grain in a tick.
+const TRIES: u64 = 16;
+
+/// Unit of rates in fixed point [1/s].
+const UNIT: f64 = 1.0 / 1_048_576.0;
+
+/// Smallest fraction of its nominal radius that a grain can have.
+const MIN_RADIUS: f64 = 0.1;
+
+impl Emission {
+    /// Number of grains that were emitted.
+    #[must_use]
+    pub const fn emitted(&self) -> u64 {
+        self.emitted
+    }
+
+    /// Number of grains that are due and wait for a place.
+    #[must_use]
+    pub const fn waiting(&self) -> u64 {
+        self.due - self.emitted
+    }
+
+    /// Memory use in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&self.ages[..])
+    }
+}
+
+/// Effects that add or remove grains.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Renewing<'a> {
+    pub emitter: Option<&'a Emitter>,
+    pub sink: Option<&'a Sink>,
+}
+
+impl Renewing<'_> {
+    /// Ends a tick of a body of grains with these radii [m] at `at` [m]: what appears and
+    /// disappears, or `None`.
+    pub fn end_tick(
+        self,
+        emission: &mut Emission,
+        radii: &[f32],
+        at: impl Fn(usize) -> DVec3,
+        settings: &Settings,
+    ) -> Option<Renewal> {
+        let lives = self.lives(emission, radii.len(), &at, settings);
+        let mut kept: Vec<u32> = (0..radii.len() as u32)
+            .filter(|&particle| lives[particle as usize])
+            .collect();
+        let births = self.emitter.map_or_else(Vec::new, |emitter| {
+            let present = kept.iter().map(|&i| i as usize);
+            let present = present.map(|i| (at(i), f64::from(radii[i]))).collect();
+            emitter.births(emission, present, settings)
+        });
+        if kept.is_empty() && births.is_empty() {
+            // A body has at least one particle.
+            kept.push(0);
+        }
+        if kept.len() == radii.len() && births.is_empty() {
+            return None;
+        }
+        let ages = kept.iter().map(|&i| emission.ages[i as usize]);
+        emission.ages = ages.chain(births.iter().map(|_| 0)).collect();
+        Some(Renewal { kept, births })
+    }
+
+    /// Whether each grain stays.
+    fn lives(
+        self,
+        emission: &mut Emission,
+        grains: usize,
+        at: &impl Fn(usize) -> DVec3,
+        settings: &Settings,
+    ) -> Vec<bool> {
+        emission.ages.resize(grains, 0);
+        let lifetime = self
+            .emitter
+            .map_or(f64::INFINITY, |it| it.lifetime.get().into());
+        let ages = emission.ages.iter_mut().enumerate();
+        ages.map(|(i, age)| {
+            *age = age.saturating_add(1);
+            let is_old = f64::from(*age) * settings.tick_seconds() >= lifetime;
+            !is_old && !self.sink.is_some_and(|sink| sink.contains(at(i)))
+        })
+        .collect()
+    }
+}
+
+impl Emitter {
+    /// Direction, of length 1.
+    #[must_use]
+    pub fn axis(&self) -> DVec3 {
+        let axis = Finite::vector([self.toward_x, self.toward_y, self.toward_z]);
+        axis.try_normalize().unwrap_or(DVec3::NEG_Y)
+    }
+
+    /// Whether a body with this number of grains will change by itself, and must not sleep.
+    #[must_use]
+    pub fn is_active(&self, grains: usize) -> bool {
+        let has_room = grains < self.capacity.get() as usize;
+        self.lifetime.get() < f32::INFINITY || (has_room && self.rate.get() > 0.0)
+    }
+
+    /// The grains that are emitted in a tick, beside those that are `present`, with their positions
+    /// and radii [m].
+    fn births(
+        &self,
+        emission: &mut Emission,
+        present: Vec<(DVec3, f64)>,
+        settings: &Settings,
+    ) -> Vec<Birth> {
+        let waiting = emission.waiting();
+        let before = emission.phase;
+        let [rate, ticks] =
+            [f64::from(self.rate.get()), settings.rate.get()].map(|it| (it / UNIT).round() as u64);
+        emission.phase += rate;
+        emission.due += emission.phase / ticks;
+        emission.phase %= ticks;
+        let room = (self.capacity.get() as usize).saturating_sub(present.len());
+        if room == 0 || emission.waiting() == 0 {
+            return Vec::new();
+        }
+        let mut space = Space::of(self, present, settings);
+        let mut births = Vec::new();
+        while births.len() < room && emission.waiting() > 0 {
+            // Fraction of the tick that was left when the grain was due; `None` if it waited.
+            let left = (births.len() as u64).checked_sub(waiting).map(|new| {
+                let due = ((new + 1) * ticks).saturating_sub(before);
+                1.0 - due as f64 / rate as f64
+            });
+            let number = emission.emitted;
+            let birth = (0..TRIES)
+                .map(|attempt| self.birth(number, attempt, left, settings))
+                .find(|birth| space.is_free(birth));
+            let Some(birth) = birth else {
+                break;
+            };
+            space.add(birth.position, birth.radius.into());
+            births.push(birth);
+            emission.emitted += 1;
+        }
+        births
+    }
+
+    /// A grain with this number, at the end of a tick of which a fraction is `left` when it leaves the
+    /// opening.
+    fn birth(&self, number: u64, attempt: u64, left: Option<f64>, settings: &Settings) -> Birth {
+        let mut radius = Draws::new([self.seed.get().into(), number, 0]);
+        let varied = f64::from(self.variation.get()) * radius.next();
+        let radius = f64::from(self.radius.get()) * (1.0 - varied).max(MIN_RADIUS);
+        let mut draws = Draws::new([self.seed.get().into(), number, attempt + 1]);
+        let axis = self.axis();
+        let (u, v) = axis.any_orthonormal_pair();
+        let around = |angle: f64| {
+            let (sin, cos) = libm::sincos(angle * core::f64::consts::TAU);
+            u * cos + v * sin
+        };
+        // Even over the area of the opening, and over the solid angle of the cone.
+        let arm = f64::from(self.opening.get()) * draws.next().sqrt();
+        let place = around(draws.next()) * arm;
+        let narrowest = libm::cos(f64::from(self.spread.get()).to_radians());
+        let cos = 1.0 - draws.next() * (1.0 - narrowest);
+        let sin = (1.0 - cos * cos).max(0.0).sqrt();
+        let direction = axis * cos + around(draws.next()) * sin;
+        let t = left.unwrap_or_else(|| draws.next()) * settings.tick_seconds();
+        let velocity = direction * f64::from(self.speed.get());
+        let fall = settings.gravity.as_dvec3() * t;
+        let center = Finite::vector([self.x, self.y, self.z]);
+        Birth {
+            position: center + place + (velocity + fall / 2.0) * t,
+            velocity: velocity + fall,
+            radius: radius as f32,
+        }
+    }
+}
+
+/// The grains near an emitter, by cells that are as large as the largest grain.
+struct Space {
+    cell: f64,
+    grains: BTreeMap<[i64; 3], Vec<(DVec3, f64)>>,
+}
+
+impl Space {
+    fn of(emitter: &Emitter, present: Vec<(DVec3, f64)>, settings: &Settings) -> Self {
+        let largest = present.iter().fold(0.0, |all: f64, (_, r)| all.max(*r));
+        let cell = 2.0 * largest.max(emitter.radius.get().into());
+        let seconds = settings.tick_seconds();
+        let fall = settings.gravity.as_dvec3().length() * seconds;
+        let way = (f64::from(emitter.speed.get()) + fall) * seconds;
+        let reach = f64::from(emitter.opening.get()) + way + cell;
+        let center = Finite::vector([emitter.x, emitter.y, emitter.z]);
+        let mut space = Self {
+            cell,
+            grains: BTreeMap::new(),
+        };
+        for (place, radius) in present {
+            if (place - center).abs().max_element() <= reach {
+                space.add(place, radius);
+            }
+        }
+        space
+    }
+
+    fn cell(&self, place: DVec3) -> [i64; 3] {
+        (place / self.cell).to_array().map(|it| it.floor() as i64)
+    }
+
+    fn add(&mut self, place: DVec3, radius: f64) {
+        let cell = self.cell(place);
+        self.grains.entry(cell).or_default().push((place, radius));
+    }
+
+    /// Whether a grain touches no other.
+    fn is_free(&self, birth: &Birth) -> bool {
+        let [x, y, z] = self.cell(birth.position);
+        let touches = |&(place, radius): &(DVec3, f64)| {
+            let distance = f64::from(birth.radius) + radius;
+            place.distance_squared(birth.position) < distance * distance
+        };
+        (-1..=1).all(|dx| {
+            (-1..=1).all(|dy| {
+                let row = [x.saturating_add(dx), y.saturating_add(dy)];
+                let from = [row[0], row[1], z.saturating_sub(1)];
+                let to = [row[0], row[1], z.saturating_add(1)];
+                let mut near = self.grains.range(from..=to).flat_map(|(_, all)| all);
+                !near.any(touches)
+            })
+        })
+    }
+}

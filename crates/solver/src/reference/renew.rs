@@ -1,0 +1,66 @@
+//! Appearance and disappearance of grains in the reference, by the plan of the fast solver.
+
+use super::Body;
+use crate::{Settings, masses::set_inverse_masses};
+use glam::{DVec3, Vec4};
+
+impl Body {
+    /// Adds and removes grains at the end of a tick.
+    pub(super) fn renew(&mut self, settings: &Settings) {
+        let effects = self.effects;
+        let Some(renewing) = effects.renewing() else {
+            return;
+        };
+        if self.topology.radii.is_empty() {
+            return;
+        }
+        let at = |i: usize| self.x[i];
+        let radii = &self.topology.radii;
+        let Some(renewal) = renewing.end_tick(&mut self.emission, radii, at, settings) else {
+            return;
+        };
+        let Ok(renewed) = self.topology.renewed(&renewal) else {
+            return;
+        };
+        let moved = |column: &mut Vec<DVec3>, births: &mut dyn Iterator<Item = DVec3>| {
+            let old = std::mem::take(column);
+            column.extend(renewal.kept.iter().map(|&i| old[i as usize]));
+            column.extend(births);
+        };
+        for column in [&mut self.x, &mut self.p, &mut self.from] {
+            moved(column, &mut renewal.births.iter().map(|it| it.position));
+        }
+        moved(
+            &mut self.v,
+            &mut renewal.births.iter().map(|it| it.velocity),
+        );
+        let vertex = |vertex| renewed.vertex(&self.topology, vertex);
+        let super::tear::Masses {
+            density,
+            added,
+            pins,
+        } = &mut self.masses;
+        pins.retain_mut(|pin| vertex(*pin).inspect(|now| *pin = *now).is_some());
+        added.retain_mut(|(place, _)| vertex(*place).inspect(|now| *place = *now).is_some());
+        let mut masses = vec![Vec4::ZERO; self.x.len()];
+        set_inverse_masses(&mut masses, &renewed.topology, *density, added, pins);
+        self.w = masses.iter().map(|x| f64::from(x.w)).collect();
+        let grab = self.effects.grab.take();
+        self.effects.grab = grab.and_then(|mut grab| {
+            grab.point = renewed.point(&grab.point)?;
+            Some(grab)
+        });
+        let mut stitches = std::mem::take(&mut self.states.stitches);
+        stitches.0.renew(&renewed);
+        self.topology = renewed.topology;
+        self.states = super::ReferenceStates {
+            stitches,
+            ..super::ReferenceStates::default()
+        };
+        self.lambdas = Default::default();
+        self.repair = crate::Repair::default();
+        self.past = super::Past::default();
+        let effects = self.effects;
+        self.carry(&effects);
+    }
+}
