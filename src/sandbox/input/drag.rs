@@ -104,7 +104,7 @@ fn forget_gone(
 fn follow_grab(
     mut drag: ResMut<Drag>,
     mut last: ResMut<LastGrab>,
-    bodies: Query<(Option<&Grab>, &SoftBody)>,
+    bodies: Query<(Option<Ref<Grab>>, &SoftBody)>,
 ) {
     let drag = drag.bypass_change_detection();
     let Some(held) = drag.held.as_mut().filter(|held| !held.pins) else {
@@ -115,7 +115,8 @@ fn follow_grab(
     };
     match grab {
         Some(grab) => {
-            held.taken |= grab.point == held.point;
+            // A new one; the last one may not have been released yet.
+            held.taken |= grab.is_added();
             if held.taken && grab.point != held.point {
                 held.point = grab.point;
                 if let Some(last) = &mut last.0 {

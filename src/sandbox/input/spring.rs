@@ -12,7 +12,7 @@ use crate::{
         ui::{area, number},
     },
     simulation::SimulationSettings,
-    solver::{EffectStates, Stretch},
+    solver::{EffectStates, Grab, Stretch},
 };
 use bevy::prelude::*;
 use bevy_egui::{
@@ -38,23 +38,26 @@ fn paint(
     mut contexts: EguiContexts,
     camera: Single<(&Camera, &GlobalTransform), With<OrbitCamera>>,
     drag: Res<Drag>,
-    bodies: Query<(&Drawn, &EffectStates, Option<&Stretch>)>,
+    bodies: Query<(&Drawn, &EffectStates, Option<&Stretch>, Option<&Grab>)>,
     settings: Res<SimulationSettings>,
     view: Res<ViewSettings>,
 ) -> Result {
     let Some(held) = drag.held else {
         return Ok(());
     };
-    let Ok((drawn, states, stretch)) = bodies.get(held.body) else {
+    let Ok((drawn, states, stretch, grab)) = bodies.get(held.body) else {
         return Ok(());
     };
-    if !held.point.fits(drawn.particles.len()) {
+    // Its number may have changed in a tick of this frame.
+    let grab = grab.filter(|_| held.taken);
+    let point = grab.map_or(held.point, |grab| grab.point);
+    if !point.fits(drawn.particles.len()) {
         return Ok(());
     }
     let (camera, eye) = *camera;
     let screen = Screen { camera, eye };
     let ends = (
-        screen.at(held.point.position(&drawn.particles)),
+        screen.at(point.position(&drawn.particles)),
         screen.at(held.target),
     );
     let (Some(from), Some(to)) = ends else {

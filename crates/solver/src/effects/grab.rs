@@ -220,6 +220,14 @@ impl GrabState {
         self.multiplier.abs() / (h * h)
     }
 
+    /// The same without its patch.
+    pub(crate) fn of_point(self) -> Self {
+        Self {
+            patch: Patch::default(),
+            ..self
+        }
+    }
+
     /// The held particles with their weights; empty for a grab of one point.
     #[must_use]
     pub fn patch(&self) -> &[(usize, f64)] {

@@ -55,6 +55,16 @@ impl EffectStates {
         &mut self.sums
     }
 
+    /// Forgets what belongs to particles or elements, for another topology; what was measured in the
+    /// last substep remains.
+    pub(crate) fn forget(&mut self) {
+        let before = std::mem::take(self);
+        self.records_contacts = before.records_contacts;
+        self.others.grab = before.others.grab.of_point();
+        // Found anew in the next tick.
+        self.others.grains = before.others.grains;
+    }
+
     /// Memory use in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {

@@ -63,10 +63,7 @@ impl Stepper<'_> {
             past.w = now.w;
         }
         self.stitches.renew(&renewed);
-        let before = std::mem::take(self.states);
-        self.states.records_contacts = before.records_contacts;
-        // Found anew in the next tick; its number of pairs is a figure of this one.
-        self.states.others.grains = before.others.grains;
+        self.states.forget();
         Some(renewed)
     }
 }

@@ -5,7 +5,7 @@ use super::{
     stepper::Stepper,
 };
 use crate::{
-    Cut, EffectStates, Particles, Settings, StitchEnd, Stitches, SurfacePoint,
+    Cut, Particles, Settings, StitchEnd, Stitches, SurfacePoint,
     effects::{rod, tear::Strained},
     topology::Torn,
 };
@@ -75,9 +75,7 @@ impl Stepper<'_> {
             past.w = now.w;
         }
         self.stitches.follow(torn);
-        let records_contacts = self.states.records_contacts;
-        *self.states = EffectStates::default();
-        self.states.records_contacts = records_contacts;
+        self.states.forget();
     }
 }
 

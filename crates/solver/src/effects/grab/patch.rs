@@ -27,6 +27,8 @@ impl Patch {
     pub fn update(&mut self, grab: &Grab, topology: &Topology, is_pinned: impl Fn(usize) -> bool) {
         match grab.hold {
             Hold::Point => self.0 = None,
+            // Rest positions of emitted grains are where they were emitted.
+            Hold::Patch { .. } if topology.is_renewed() => self.0 = None,
             Hold::Patch { radius } => {
                 let of = Some((topology.id(), grab.point, radius));
                 let found = self.0.get_or_insert_default();
