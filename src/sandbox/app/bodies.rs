@@ -6,10 +6,11 @@
 use crate::{
     effect::EffectRegistry,
     sandbox::{
-        render::camera::OrbitCamera,
+        render::{camera::OrbitCamera, free_area::FreeArea},
         state::{
             look::HiddenBody,
             selection::{Scope, Selection},
+            view::ViewSettings,
         },
         ui::message::{Notices, capitalised},
     },
@@ -20,7 +21,7 @@ use crate::{
     },
     solver::{Body, Particles, StitchEnd, Stitches, topology::bounds},
 };
-use bevy::{math::bounding::Aabb3d, prelude::*};
+use bevy::{math::bounding::Aabb3d, prelude::*, window::PrimaryWindow};
 use bevy_egui::EguiClipboard;
 use std::sync::Arc;
 
@@ -93,17 +94,27 @@ fn copy_of(body: Body, name: String, offset: Vec3) -> Body {
     copy
 }
 
-/// A translation that puts copies of bodies beside them where no other body is [m].
+/// A translation that puts copies of bodies beside them where no other body is, if possible where
+/// they are seen [m].
 fn offset(world: &mut World, originals: &[Entity]) -> Vec3 {
+    let view = world.get_resource::<ViewSettings>().cloned();
+    let mut windows = world.query_filtered::<&Window, With<PrimaryWindow>>();
+    let window = windows.single(world).ok().map(Window::size);
+    let area = window.map(|size| FreeArea::new(&view.unwrap_or_default(), size));
     let mut cameras = world.query::<&OrbitCamera>();
-    let right = cameras
-        .iter(world)
-        .next()
-        .map_or(Vec3::X, |camera| camera.goal.transform().right().as_vec3());
+    let orbit = cameras.iter(world).next().map(|camera| camera.goal);
+    let right = orbit.map_or(Vec3::X, |orbit| orbit.transform().right().as_vec3());
     let right = if right.x.abs() >= right.z.abs() {
         Vec3::X * right.x.signum()
     } else {
         Vec3::Z * right.z.signum()
+    };
+    let near = right.cross(Vec3::Y);
+    let is_seen = |point: Vec3| match (orbit, area) {
+        (Some(orbit), Some(area)) => area
+            .project(orbit.seen(point))
+            .is_some_and(|at| area.clear.contains(at)),
+        _ => true,
     };
     let mut all = world.query::<(Entity, &Particles)>();
     let boxes: Vec<(Entity, Aabb3d)> = all
@@ -119,21 +130,30 @@ fn offset(world: &mut World, originals: &[Entity]) -> Vec3 {
     let own: Vec<Aabb3d> = own.into_iter().map(|(_, shape)| shape).collect();
     let mut others: Vec<Aabb3d> = others.into_iter().map(|(_, shape)| shape).collect();
     others.extend(&own);
-    beside(&own, &others, right)
+    let ways = [right, -right, near, -near, Vec3::Y];
+    beside(&own, &others, &ways, is_seen)
 }
 
-/// A multiple of the width of `own` along an axis by which `own` can be moved without meeting
-/// `others`; the first multiple if there is none.
-fn beside(own: &[Aabb3d], others: &[Aabb3d], axis: Vec3) -> Vec3 {
+/// A multiple of the width of `own` along one of some axes by which `own` can be moved without meeting
+/// `others`, where its center is seen if possible; the first multiple along the first axis if there
+/// is none.
+fn beside(
+    own: &[Aabb3d],
+    others: &[Aabb3d],
+    axes: &[Vec3],
+    is_seen: impl Fn(Vec3) -> bool,
+) -> Vec3 {
     use bevy::math::bounding::IntersectsVolume;
     let low = own.iter().map(|it| it.min).reduce(|a, b| a.min(b));
     let high = own.iter().map(|it| it.max).reduce(|a, b| a.max(b));
     let (Some(low), Some(high)) = (low, high) else {
         return Vec3::ZERO;
     };
-    let size = Vec3::from(high - low);
-    let width = (size * axis).length().max(0.1 * size.max_element());
-    let step = axis * width * (1.0 + GAP);
+    let (size, center) = (Vec3::from(high - low), Vec3::from(low.midpoint(high)));
+    let step = |axis: Vec3| {
+        let width = (size * axis).length().max(0.1 * size.max_element());
+        axis * width * (1.0 + GAP)
+    };
     let free = |offset: &Vec3| {
         own.iter().all(|shape| {
             let (low, high) = (
@@ -147,10 +167,14 @@ fn beside(own: &[Aabb3d], others: &[Aabb3d], axis: Vec3) -> Vec3 {
             !others.iter().any(|other| moved.intersects(other))
         })
     };
-    (1..=PLACES)
-        .map(|n| step * n as f32)
-        .find(free)
-        .unwrap_or(step)
+    let places = (1..=PLACES).flat_map(|n| axes.iter().map(move |&axis| (axis, n)));
+    let places = places.map(|(axis, n)| step(axis) * n as f32).filter(free);
+    let mut seen = places.clone().filter(|&offset| is_seen(center + offset));
+    let mut places = places;
+    seen.next()
+        .or_else(|| places.next())
+        .or_else(|| axes.first().map(|&axis| step(axis)))
+        .unwrap_or_default()
 }
 
 /// Hides or shows the bodies of a scope. They are simulated all the same.
@@ -375,14 +399,17 @@ mod tests {
         let cube =
             |x: f32| Aabb3d::from_min_max(Vec3::new(x, 0.0, 0.0), Vec3::new(x + 1.0, 1.0, 1.0));
         let own = [cube(0.0)];
-        let first = beside(&own, &own, Vec3::X);
+        let first = beside(&own, &own, &[Vec3::X], |_| true);
         assert!(
             (first - Vec3::new(1.1, 0.0, 0.0)).length() < 1e-6,
             "{first}"
         );
-        let blocked = beside(&own, &[cube(0.0), cube(1.5)], Vec3::X);
+        let blocked = beside(&own, &[cube(0.0), cube(1.5)], &[Vec3::X], |_| true);
         assert!((blocked.x - 3.3).abs() < 1e-5, "{blocked}");
-        let left = beside(&own, &[cube(0.0), cube(1.5)], Vec3::NEG_X);
+        let ways = [Vec3::X, Vec3::NEG_X];
+        let left = beside(&own, &[cube(0.0), cube(1.5)], &ways, |_| true);
         assert!((left.x + 1.1).abs() < 1e-6, "{left}");
+        let seen = beside(&own, &[cube(0.0)], &ways, |center| center.x > 2.0);
+        assert!((seen.x - 2.2).abs() < 1e-6, "{seen}");
     }
 }

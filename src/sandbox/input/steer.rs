@@ -8,7 +8,7 @@ use crate::sandbox::{
     render::camera::{CameraSystems, OrbitCamera},
     state::view::Followed,
 };
-use bevy::{input::mouse::AccumulatedMouseMotion, prelude::*, window::PrimaryWindow};
+use bevy::{prelude::*, window::PrimaryWindow};
 
 /// Lets the user control the camera.
 pub struct SteerPlugin;
@@ -21,7 +21,7 @@ impl Plugin for SteerPlugin {
 
 fn steer(
     pointer: Res<Pointer>,
-    motion: Res<AccumulatedMouseMotion>,
+    mut moves: MessageReader<CursorMoved>,
     mouse: Res<ButtonInput<MouseButton>>,
     keys: Res<ButtonInput<KeyCode>>,
     window: Single<&Window, With<PrimaryWindow>>,
@@ -31,12 +31,14 @@ fn steer(
     let shift = keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]);
     let right = mouse.pressed(MouseButton::Right);
     let middle = mouse.pressed(MouseButton::Middle);
-    if pointer.owner == PointerOwner::Camera && motion.delta != Vec2::ZERO {
+    // Of the cursor, not of the device: remote desktops and virtual machines report no motion.
+    let motion: Vec2 = moves.read().filter_map(|it| it.delta).sum();
+    if pointer.owner == PointerOwner::Camera && motion != Vec2::ZERO {
         if middle || (right && shift) {
-            camera.goal = camera.goal.panned(motion.delta, window.height());
+            camera.goal = camera.goal.panned(motion, window.height());
             followed.set_if_neq(Followed(None));
         } else if right {
-            camera.goal = camera.goal.turned(motion.delta);
+            camera.goal = camera.goal.turned(motion);
         }
     }
     let free = matches!(pointer.owner, PointerOwner::None | PointerOwner::Camera);

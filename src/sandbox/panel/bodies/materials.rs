@@ -1,6 +1,8 @@
 //! Materials and presets of the selection.
 
-use bevy_egui::egui::{Button, ComboBox, Id, Label, PopupCloseBehavior, RichText, TextEdit, Ui};
+use bevy_egui::egui::{
+    Align, Button, ComboBox, Id, Label, Layout, PopupCloseBehavior, RichText, TextEdit, Ui,
+};
 
 use crate::{
     sandbox::{
@@ -73,7 +75,9 @@ fn own(ui: &mut Ui, panel: &mut Panel, model: &PanelModel) {
             if delete.clicked() {
                 panel.ask(Request::DeletePreset(name.clone()));
             }
-            let line = ui.add(Button::selectable(false, name.as_str()).truncate());
+            let fill = Layout::top_down_justified(Align::LEFT);
+            let line = Button::selectable(false, name.as_str()).truncate();
+            let line = ui.with_layout(fill, |ui| ui.add(line)).inner;
             panel.note(format!("preset.{name}"), &line, ui);
             if line.clicked() {
                 panel.ask(Request::Preset(name.clone()));
