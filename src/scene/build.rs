@@ -8,11 +8,11 @@ use crate::{
     mesh::{self, BuildOptions, FileMesh, Skin, SoftMesh, Treatment},
     simulation::SpawnOrders,
     solver::{
-        Body, Collider, ColliderMesh, ColliderShape, Effects, ParticleIndex, Pose, RestShape,
-        Stitch, StitchEnd, StitchError, Stitches, SurfacePoint, Topology, VertexIndex, World,
+        Body, Chains, Collider, ColliderMesh, ColliderShape, Effects, ParticleIndex, Pose,
+        RestShape, Stitch, StitchEnd, StitchError, Stitches, SurfacePoint, Topology, VertexIndex,
+        World,
         contact::pose::rotation_degrees,
         deform, direct, measure,
-        numbering::Numbering,
         quantity::finite,
         topology::{Dimension, bounds},
     },
@@ -393,7 +393,7 @@ fn body(
         return Err(wrong(spec, message));
     }
     body.stitches = stitches(spec, &body, colliders)?;
-    body.pins = pins(spec, &topology.numbering, &body.particles.positions)?;
+    body.pins = pins(spec, &topology, &body.particles.positions)?;
     body.update_masses();
     for &deformation in &spec.start {
         deform(&mut body.particles, deformation);
@@ -486,11 +486,21 @@ fn turn_by(body: &mut Body, spin: Vec3) {
     }
 }
 
+/// The first `count` vertices of each chain of a body.
+fn roots(topology: &Topology, count: u32) -> Result<Vec<VertexIndex>, String> {
+    let chains = Chains::of(topology).map_err(|error| format!("Roots: {error}"))?;
+    Ok(chains
+        .roots(count)
+        .map(|particle| topology.numbering.vertex(particle))
+        .collect())
+}
+
 fn pins(
     spec: &BodySpec,
-    numbering: &Numbering,
+    topology: &Topology,
     positions: &[Vec4],
 ) -> Result<Vec<VertexIndex>, SceneError> {
+    let numbering = &topology.numbering;
     let (low, high) = bounds(positions.iter().map(|x| x.truncate()));
     // A layer of particles is not exactly horizontal after a rotation.
     let slack = (high - low).max_element() * 1e-5;
@@ -516,6 +526,9 @@ fn pins(
                 let inside = |x: Vec3| x.cmpge(low).all() && x.cmple(high).all();
                 pins.extend(all.filter(|&(_, x)| inside(x)).map(|(i, _)| i));
             }
+            Pins::Roots(count) => {
+                pins.extend(roots(topology, count).map_err(|message| wrong(spec, message))?);
+            }
         }
         if pins.len() == before {
             let last = positions.len() - 1;
@@ -535,6 +548,7 @@ fn stitches(spec: &BodySpec, body: &Body, colliders: &[Collider]) -> Result<Stit
         let terms = match spec {
             PointSpec::Vertex(vertex) => vec![(vertex, 1.0)],
             PointSpec::Triangle(corners, weights) => corners.into_iter().zip(weights).collect(),
+            PointSpec::Roots(_) => return Err("Roots are stitched to a collider".to_owned()),
         };
         let particle = |vertex: VertexIndex| match vertex.index() < body.particles.len() {
             true => body.topology.numbering.particle(vertex),
@@ -580,20 +594,32 @@ fn stitches(spec: &BodySpec, body: &Body, colliders: &[Collider]) -> Result<Stit
             broken: false,
         })
     };
-    let all = spec.stitches.iter().enumerate().map(|(index, it)| {
-        stitch(it).map_err(|message| wrong(spec, format!("stitch {}: {message}", index + 1)))
-    });
-    let all = all.collect::<Result<Vec<_>, _>>()?;
+    let mut all = Vec::new();
+    // The number in the file of each stitch, from 1.
+    let mut numbers = Vec::new();
+    for (number, it) in (1..).zip(&spec.stitches) {
+        let wrong = |message| wrong(spec, format!("stitch {number}: {message}"));
+        match (it.point, it.to) {
+            (PointSpec::Roots(count), StitchTo::Collider(_)) => {
+                for vertex in roots(&body.topology, count).map_err(wrong)? {
+                    let point = PointSpec::Vertex(vertex);
+                    all.push(stitch(&StitchSpec { point, ..*it }).map_err(wrong)?);
+                }
+            }
+            _ => all.push(stitch(it).map_err(wrong)?),
+        }
+        numbers.resize(all.len(), number);
+    }
     let count = body.particles.len();
     Stitches::new(all, count).map_err(|error| {
         let message = match error {
             StitchError::NoSuchParticle { stitch, .. } => format!(
                 "stitch {} refers to a vertex that the body does not have; it has {count} vertices",
-                stitch + 1
+                numbers[stitch]
             ),
             StitchError::SharedParticle { stitch, particle } => format!(
                 "both ends of stitch {} are attached to vertex {}; use two different vertices",
-                stitch + 1,
+                numbers[stitch],
                 body.topology.vertex(particle.index())
             ),
             error => error.to_string(),

@@ -239,6 +239,8 @@ pub enum Pins {
         /// Maximum corner.
         high: Vec3,
     },
+    /// The first vertices of each chain of a body of edges; two clamp a rod.
+    Roots(u32),
 }
 
 /// A stitch from a point of a body to another or to a collider, defined in the initial pose of the
@@ -267,6 +269,9 @@ pub enum PointSpec {
     Vertex(VertexIndex),
     /// A point of a triangle: its corners, and their weights, which are normalized to a sum of 1.
     Triangle([VertexIndex; 3], [f32; 3]),
+    /// The first vertices of each chain of a body of edges, each with a stitch of its own to a
+    /// collider; two clamp a rod.
+    Roots(u32),
 }
 
 /// The other end of a stitch.

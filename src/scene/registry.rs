@@ -119,6 +119,8 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "rope" Ropes 4.0,
     "rods" Ropes 2.0,
     "coil_springs" Ropes 1.0,
+    "hair" Ropes 1.2,
+    "curls" Ropes 1.2,
     "sand_pile" Grains 1.5,
     "hourglass" Grains 1.5,
     "grains_on_cloth" Grains 1.0,
@@ -146,6 +148,7 @@ pub const SCENES: &[BuiltinScene] = scenes![
     "burst_balloon" Tearing 0.6,
     "breakthrough" Tearing 0.9,
     "torn_jelly" Tearing 0.5,
+    "overload" Tearing 3.5,
 ];
 
 /// Looks up a built-in scene by name.

@@ -9,6 +9,7 @@ use crate::{
     solver::{Density, RestShape, Topology, TopologyError, VertexIndex, topology::Dimension},
 };
 use bevy::prelude::*;
+use bevy_math::curve::Curve;
 use std::sync::Arc;
 
 /// Default density of a solid [kg/m³], that of water.
@@ -92,6 +93,34 @@ impl SoftBody {
     #[must_use]
     pub fn rope(length: f32, segments: u32) -> SoftBodyBuilder {
         of(&Primitive::Rope { length, segments })
+    }
+
+    /// A rope along a curve [m], with vertices at even steps of its parameter from vertex 0, and at
+    /// least one segment. Its rest shape is curved: a [`Rod`](crate::effect::Rod) keeps it. A curve
+    /// with an unbounded domain is an error of [`try_build`](SoftBodyBuilder::try_build).
+    ///
+    /// ```
+    /// use bevy::prelude::*;
+    /// use pliant::prelude::*;
+    ///
+    /// let points = [Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y];
+    /// let curve = CubicBezier::new([points]).to_curve().expect("a segment");
+    /// let (body, ..) = SoftBody::curve(&curve, 24).build();
+    /// assert_eq!(body.particles(), 25);
+    /// ```
+    #[must_use]
+    pub fn curve(curve: &impl Curve<Vec3>, segments: u32) -> SoftBodyBuilder {
+        let segments = segments.max(1);
+        let domain = curve.domain();
+        let place = |i: u32| {
+            let part = i as f32 / segments as f32;
+            curve.sample_clamped(domain.start() + part * (domain.end() - domain.start()))
+        };
+        Self::shape(RestShape {
+            vertices: (0..=segments).map(place).collect(),
+            edges: (0..segments).map(|i| [i, i + 1]).collect(),
+            ..RestShape::default()
+        })
     }
 
     /// Any primitive, with sizes that are not known at compile time.

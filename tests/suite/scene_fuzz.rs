@@ -109,6 +109,12 @@ fn requested_elements(spec: &BodySpec) -> f64 {
         (Some(Primitive::Cloth { cells, .. }), _) => 5.0 * number(cells.x) * number(cells.y),
         (Some(Primitive::Balloon { cells, .. }), _) => 50.0 * number(*cells).powi(2),
         (Some(Primitive::Tube { cells, .. }), _) => 5.0 * number(cells.x) * number(cells.y),
+        (
+            Some(Primitive::Hair {
+                strands, segments, ..
+            }),
+            _,
+        ) => number(*strands) * (number(*segments) + 1.0),
         (Some(Primitive::Rope { segments, .. } | Primitive::Coil { segments, .. }), _) => {
             number(*segments)
         }

@@ -13,8 +13,8 @@ use pliant::{
     mesh::Primitive,
     simulation::state_hash,
     solver::{
-        Bend, Body, Contact, ContactThickness, Effects, Friction, RepairTime, RestShape,
-        Restitution, SelfContact, World, ledger, measure, reference,
+        Bend, Body, Contact, ContactThickness, Effects, Friction, Grains, Pressure, RepairTime,
+        RestShape, Restitution, Rod, SelfContact, World, ledger, measure, reference,
     },
 };
 
@@ -611,4 +611,113 @@ fn bodies_can_be_removed_while_they_touch() {
         assert_eq!(world.contacts.counts().acting, 0);
         assert_eq!(world.bodies[0].particles.first_not_finite(), None);
     }
+}
+
+/// Bodies of every kind fly into each other: solids, a cloth, a balloon, a rope, a rod and grains.
+/// Nothing acts on them from outside.
+#[test]
+fn momentum_stays_among_all_kinds_and_nothing_crosses() {
+    let of = |primitive: Primitive| primitive.build().expect("sound").shape;
+    let touching = Effects {
+        contact: contact(0.3),
+        ..Effects::default()
+    };
+    let solid = |compliance| Effects {
+        stretch: stretch(compliance),
+        volume: volume(0.0),
+        ..touching
+    };
+    let thin = Effects {
+        stretch: stretch(1e-5),
+        bend: Some(Bend::default()),
+        self_contact: Some(SelfContact::default()),
+        ..touching
+    };
+    let rope = || {
+        of(Primitive::Rope {
+            length: 0.6,
+            segments: 16,
+        })
+    };
+    let balloon = Primitive::Balloon {
+        radius: 0.15,
+        cells: 4,
+    };
+    let sand = Primitive::Grains {
+        size: Vec3::splat(0.25),
+        region: Default::default(),
+        radius: 0.03,
+        variation: 0.2,
+    };
+    let kinds = [
+        ("jelly", cube(0.3, 3), 300.0, solid(1e-4)),
+        ("block", cube(0.25, 2), 300.0, solid(0.0)),
+        ("cloth", sheet(0.5, 10), 2.0, thin),
+        (
+            "balloon",
+            of(balloon),
+            2.0,
+            Effects {
+                pressure: Some(Pressure::default()),
+                ..thin
+            },
+        ),
+        ("rope", rope(), 1.0, Effects { bend: None, ..thin }),
+        (
+            "rod",
+            rope(),
+            1.0,
+            Effects {
+                rod: Some(Rod::default()),
+                contact: contact(0.3),
+                ..Effects::default()
+            },
+        ),
+        (
+            "grains",
+            of(sand),
+            500.0,
+            Effects {
+                grains: Some(Grains::default()),
+                ..touching
+            },
+        ),
+    ];
+    let mut world = World {
+        settings: settings(0.0, 60.0, 20, 2),
+        ..World::default()
+    };
+    world.sleep.enabled = false;
+    for (place, (name, shape, density, effects)) in kinds.into_iter().enumerate() {
+        let angle = place as f32 / 7.0 * std::f32::consts::TAU;
+        let out = Vec3::new(angle.cos(), 0.13 * (place % 3) as f32 - 0.13, angle.sin());
+        let mut one = with(body(name, shape, density), effects);
+        one.translate(0.75 * out);
+        one.set_velocity(-1.5 * out);
+        world.bodies.push(one);
+    }
+    let momentum = |world: &World| -> DVec3 {
+        let all = world.bodies.iter();
+        all.map(|body| measure::momentum(&body.particles)).sum()
+    };
+    let carried: f64 = world
+        .bodies
+        .iter()
+        .map(|body| measure::momentum(&body.particles).length())
+        .sum();
+    let before = momentum(&world);
+    let mut met = [false; 7];
+    for _ in 0..60 {
+        world.tick();
+        assert_eq!(world.crossings(), 0);
+        for pair in world.contacts.touching() {
+            for body in pair {
+                met[*body as usize] = true;
+            }
+        }
+    }
+    assert_eq!(met, [true; 7], "who has touched another");
+    assert!(world.bodies.iter().all(|body| body.quarantine.is_none()));
+    let deviation = (momentum(&world) - before).length() / carried;
+    assert!(deviation < 1e-5, "{deviation} of the momentum");
 }

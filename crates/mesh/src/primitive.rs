@@ -10,6 +10,7 @@ use super::{MeshError, SoftMesh};
 use pliant_solver::RestShape;
 
 mod grains;
+mod hair;
 mod sheet;
 mod solid;
 
@@ -137,6 +138,29 @@ pub enum Primitive {
         #[serde(default = "defaults::coil")]
         segments: u32,
     },
+    /// Strands of hair on the upper part of a ball, as many chains of edges in one body. Roots cover
+    /// the ball evenly; vertices are numbered strand by strand, from root to tip.
+    Hair {
+        /// Radius of the ball [m].
+        radius: f32,
+        /// Largest angle of a root from the top, above 0 to 180°; 90° by default.
+        #[serde(default = "defaults::coverage")]
+        coverage: f32,
+        /// Number of strands, from 1; 100 by default.
+        #[serde(default = "defaults::strands")]
+        strands: u32,
+        /// Length of a strand along its axis [m].
+        length: f32,
+        /// Segments of a strand, from 1; 16 by default.
+        #[serde(default = "defaults::strand")]
+        segments: u32,
+        /// Radius of the curls [m], from 0; 0 by default.
+        #[serde(default)]
+        curl: f32,
+        /// Turns of a curl, from 0 to 1e3; 3 by default.
+        #[serde(default = "defaults::curl_turns")]
+        turns: f32,
+    },
 }
 
 /// Region that is filled with grains.
@@ -196,6 +220,18 @@ mod defaults {
     }
     pub fn coil() -> u32 {
         96
+    }
+    pub fn coverage() -> f32 {
+        90.0
+    }
+    pub fn strands() -> u32 {
+        100
+    }
+    pub fn strand() -> u32 {
+        16
+    }
+    pub fn curl_turns() -> f32 {
+        3.0
     }
 }
 
@@ -315,6 +351,39 @@ impl Primitive {
                     ));
                 }
                 sheet::coil(radius, height, turns, segments)
+            }
+            Self::Hair {
+                radius,
+                coverage,
+                strands,
+                length,
+                segments,
+                curl,
+                turns,
+            } => {
+                sizes([("radius", radius), ("length", length)])?;
+                count("strands", strands, 1)?;
+                count("segments", segments, 1)?;
+                particles(u64::from(strands) * (u64::from(segments) + 1))?;
+                let in_range = |name, value: f32, valid: bool, expected| match valid {
+                    true => Ok(()),
+                    false => Err(MeshError::parameter(name, value.to_string(), expected)),
+                };
+                let valid = coverage > 0.0 && coverage <= 180.0;
+                in_range("coverage", coverage, valid, "a number above 0, to 180")?;
+                let valid = curl == 0.0 || SIZES.contains(&curl);
+                in_range("curl", curl, valid, "0, or a number from 1e-7 to 1e7 m")?;
+                let valid = (0.0..=1e3).contains(&turns);
+                in_range("turns", turns, valid, "a number from 0 to 1000")?;
+                hair::grow(&hair::Hair {
+                    radius,
+                    coverage,
+                    strands,
+                    length,
+                    segments,
+                    curl,
+                    turns,
+                })
             }
         };
         Ok(SoftMesh {

@@ -16,6 +16,8 @@ use bevy_egui::{
 
 /// Color of lines.
 pub(in crate::sandbox) const LINE: Color32 = Color32::from_rgb(30, 38, 52);
+/// Number of marks of a body above which they are small.
+pub(super) const MANY: usize = 100;
 const THREAD: Color32 = Color32::from_rgb(250, 204, 21);
 
 /// Systems that draw markers, in `EguiPrimaryContextPass`.
@@ -67,6 +69,10 @@ fn paint_stitches(
     let (camera, eye) = *camera;
     let screen = Screen { camera, eye };
     for (stitches, drawn) in &bodies {
+        let (radius, edge) = match stitches.all().len() > MANY {
+            true => (1.5, 0.5),
+            false => (3.0, 1.0),
+        };
         for stitch in stitches.all().iter().filter(|stitch| !stitch.broken) {
             let other = match &stitch.to {
                 StitchEnd::Point(other) => Some(other),
@@ -81,7 +87,7 @@ fn paint_stitches(
                 painter.line_segment([from, to], Stroke::new(1.5, THREAD));
             }
             for at in ends.into_iter().flatten() {
-                painter.circle(at, 3.0, THREAD, Stroke::new(1.0, LINE));
+                painter.circle(at, radius, THREAD, Stroke::new(edge, LINE));
             }
         }
     }

@@ -5,7 +5,7 @@
 
 use super::{
     camera::OrbitCamera,
-    overlay::{OverlaySystems, Screen, painter},
+    overlay::{MANY, OverlaySystems, Screen, painter},
 };
 use crate::{
     render::Drawn,
@@ -77,16 +77,17 @@ fn paint(
                 continue;
             };
             let is_hovered = hovered.0 == Some((entity, pin));
-            let (radius, color) = match is_hovered {
-                true => (6.0, HOVERED),
-                false if head == Vec2::ZERO => (3.0, PIN),
-                false => (4.5, PIN),
+            let (radius, color, edge) = match is_hovered {
+                true => (6.0, HOVERED, 1.5),
+                false if pins.len() > MANY => (1.5, PIN, 0.5),
+                false if head == Vec2::ZERO => (3.0, PIN, 1.5),
+                false => (4.5, PIN, 1.5),
             };
             if head != Vec2::ZERO {
                 painter.line_segment([tip, tip + head], Stroke::new(4.0, Color32::WHITE));
                 painter.line_segment([tip, tip + head], Stroke::new(2.0, NEEDLE));
             }
-            painter.circle(tip + head, radius, color, Stroke::new(1.5, Color32::WHITE));
+            painter.circle(tip + head, radius, color, Stroke::new(edge, Color32::WHITE));
         }
     }
     Ok(())

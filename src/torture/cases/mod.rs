@@ -1,5 +1,6 @@
 //! The table of cases, and helpers that several of them use.
 
+mod change;
 mod company;
 mod contact;
 mod effects;
@@ -55,6 +56,10 @@ pub const CASES: &[Case] = &[
     touch::OVERLAPPING,
     touch::STACK,
     touch::KNOT,
+    touch::HAIR_KNOT,
+    change::TORN,
+    change::BURIED,
+    change::SPRAYED,
     company::NOT_FINITE,
     company::CROWD,
 ];

@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::solver::{
-    Collide, Contact, Grab, Ground, ParticleIndex, Path, RecoverySpeed, SelfContact, SurfacePoint,
-    VertexIndex,
+    Collide, Contact, Damping, Grab, Ground, ParticleIndex, Path, RecoverySpeed, Rod, RodRadius,
+    SelfContact, SurfacePoint, VertexIndex, YoungsModulus,
 };
 use glam::Vec3;
 use std::f32::consts::TAU;
@@ -241,6 +241,48 @@ fn ends(body: &Body) -> [ParticleIndex; 2] {
     [0, last].map(|vertex| body.topology.numbering.particle(VertexIndex(vertex)))
 }
 
+/// Pins one end of the rope.
+fn pin_first(world: &mut World) {
+    let body = &mut world.bodies[0];
+    let [first, _] = ends(body);
+    body.pins = vec![body.topology.vertex(first.index())];
+    body.update_masses();
+}
+
+/// Pulls the other end away.
+fn pull_last(member: &Member, world: &mut World) {
+    let (far, speed) = PULLED;
+    let time = (world.time + world.settings.tick_seconds()) as f32;
+    let body = &mut world.bodies[0];
+    let [_, last] = ends(body);
+    let way = Vec3::X * (member.scale * (speed * time).min(far));
+    let target = body.topology.rest[last.index()] + way;
+    let gravity = 9.81 * member.scale;
+    let mass = 100.0 * member.scale * Kind::Rope.density();
+    body.effects.grab = SurfacePoint::new(&[(last, 1.0)])
+        .map(|point| Grab::on(point, target, mass, member.scale, gravity));
+}
+
+/// Distance of the ends of the rope over its length: it does not pass through itself.
+fn straightness(run: &Run) -> Figure {
+    let body = &run.end.bodies[0];
+    let at = |i: ParticleIndex| body.particles.position(i.index());
+    let [first, last] = ends(body).map(at);
+    let edges = body.topology.edges.ends();
+    let length = edges.map(|[a, b]| {
+        body.particles
+            .position(a as usize)
+            .distance(body.particles.position(b as usize))
+    });
+    let straight = first.distance(last) / length.sum::<f64>();
+    Figure::new(
+        "distance of the ends, over the length",
+        straight * 100.0,
+        98.0,
+        "%",
+    )
+}
+
 pub const KNOT: Case = Case {
     name: "knot",
     title: "A knot is pulled tight",
@@ -255,43 +297,51 @@ pub const KNOT: Case = Case {
     },
     start: Start::Make(|_, world| {
         touching(world);
-        let body = &mut world.bodies[0];
-        let [first, _] = ends(body);
-        body.pins = vec![body.topology.vertex(first.index())];
-        body.update_masses();
+        pin_first(world);
         Ok(())
     }),
     during: |member, world| {
-        let (far, speed) = PULLED;
-        let time = (world.time + world.settings.tick_seconds()) as f32;
-        let body = &mut world.bodies[0];
-        let [_, last] = ends(body);
-        let way = Vec3::X * (member.scale * (speed * time).min(far));
-        let target = body.topology.rest[last.index()] + way;
-        let gravity = 9.81 * member.scale;
-        let mass = 100.0 * member.scale * Kind::Rope.density();
-        body.effects.grab = SurfacePoint::new(&[(last, 1.0)])
-            .map(|point| Grab::on(point, target, mass, member.scale, gravity));
+        pull_last(member, world);
         Ok(())
     },
-    judge: |run| {
-        let body = &run.end.bodies[0];
-        let at = |i: ParticleIndex| body.particles.position(i.index());
-        let [first, last] = ends(body).map(at);
-        let edges = body.topology.edges.ends();
-        let length = edges.map(|[a, b]| {
-            body.particles
-                .position(a as usize)
-                .distance(body.particles.position(b as usize))
-        });
-        let straight = first.distance(last) / length.sum::<f64>();
-        Ok(vec![Figure::new(
-            "distance of the ends, over the length",
-            straight * 100.0,
-            98.0,
-            "%",
-        )])
+    judge: |run| Ok(vec![straightness(run)]),
+    outside: Outside::Work,
+    any_body: false,
+};
+
+pub const HAIR_KNOT: Case = Case {
+    name: "hair_knot",
+    title: "A knot in a hair",
+    about: "The same with a rod, which resists bending and twist and touches itself at its radius. It does not pass through itself.",
+    seconds: |_| 4.0,
+    family: |times| {
+        Axes {
+            materials: &[(0.0, 0.02)],
+            // The radius of a rod is at most 1 m.
+            scales: &[1.0, 1e-3, 0.1, 10.0, 100.0],
+            ..axes(&[Shape::Knot], 6)
+        }
+        .members(times)
     },
+    start: Start::Make(|member, world| {
+        touching(world);
+        pin_first(world);
+        let effects = &mut world.bodies[0].effects;
+        // With the mass of the rope per length, bending waves of all lengths move alike.
+        effects.rod = Some(Rod {
+            youngs_modulus: YoungsModulus::new(1e6)?,
+            radius: RodRadius::new(4e-3 * member.scale)?,
+            damping: Damping::new(member.damping)?,
+            ..Rod::default()
+        });
+        effects.stretch = None;
+        Ok(())
+    }),
+    during: |member, world| {
+        pull_last(member, world);
+        Ok(())
+    },
+    judge: |run| Ok(vec![straightness(run)]),
     outside: Outside::Work,
     any_body: false,
 };

@@ -102,6 +102,16 @@ impl Chains {
         }
     }
 
+    /// The first `count` particles of each chain, from its root.
+    pub fn roots(&self, count: u32) -> impl Iterator<Item = ParticleIndex> + '_ {
+        self.ranges.iter().flat_map(move |range| {
+            let segments = &self.segments[range.clone()];
+            let first = segments.iter().take(1).map(|segment| segment.nodes[0]);
+            let others = segments.iter().map(|segment| segment.nodes[1]);
+            first.chain(others).take(count as usize).map(ParticleIndex)
+        })
+    }
+
     fn push(&mut self, nodes: &[u32], topology: &Topology) {
         let place = |i: u32| topology.rest[i as usize].as_dvec3();
         let from = self.segments.len();
