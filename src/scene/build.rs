@@ -393,7 +393,7 @@ fn body(
         return Err(wrong(spec, message));
     }
     body.stitches = stitches(spec, &body, colliders)?;
-    body.pins = pins(spec, &topology, &body.particles.positions)?;
+    body.pins = pins(spec, topology, &body.particles.positions)?;
     body.update_masses();
     for &deformation in &spec.start {
         deform(&mut body.particles, deformation);

@@ -41,24 +41,38 @@ pub struct Pass {
     pub relaxation: f64,
 }
 
+impl Pass {
+    /// Factor on the inverse inertia: constraints move a particle by w∇C λ with λ = h²f in their own
+    /// time step; a segment, which is always stepped by implicit Euler, must move by U∇C h²f with h
+    /// of that step.
+    pub fn step(&self) -> f64 {
+        let step = self.h / self.compliant;
+        let step = step * step;
+        if step.is_finite() && step > 0.0 {
+            step
+        } else {
+            1.0
+        }
+    }
+}
+
 /// The errors of a segment: C_s [m], and C_b of the joint behind it, half an angle [rad].
 pub type Errors = [DVec3; 2];
 
 /// Section of a rod.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Section {
+pub struct Section {
     /// 1/(κGA), 1/(κGA), 1/(EA) [1/N].
-    stretch: DVec3,
+    pub stretch: DVec3,
     /// 1/(4EI), 1/(4EI), 1/(4GJ) [1/(N·m²)].
-    bend: DVec3,
-    radius: f64,
+    pub bend: DVec3,
 }
 
 /// Shear correction of a circular section.
 const SHEAR: f64 = 0.9;
 
 impl Section {
-    fn of(rod: &Rod) -> Self {
+    pub fn of(rod: &Rod) -> Self {
         let [modulus, ratio, radius] = [
             rod.youngs_modulus.get(),
             rod.poisson_ratio.get(),
@@ -73,7 +87,6 @@ impl Section {
         Self {
             stretch: DVec3::new(across, across, 1.0 / (modulus * area)),
             bend: DVec3::new(bend, bend, 1.0 / (4.0 * shear * polar)),
-            radius,
         }
     }
 }
@@ -184,15 +197,7 @@ impl System {
         }
         predictions.clear();
         let radius = f64::from(rod.radius.get());
-        // Constraints move a particle by w∇C λ with λ = h²f in their own time step; a segment, which
-        // is always stepped by implicit Euler, must move by U∇C h²f with h of that step.
-        let step = pass.h / pass.compliant;
-        let step = step * step;
-        let step = if step.is_finite() && step > 0.0 {
-            step
-        } else {
-            1.0
-        };
+        let step = pass.step();
         for (i, segment) in segments.iter_mut().enumerate() {
             let inverse = inverse_inertia(&chains.segments, i, radius, at).map(|it| it * step);
             if inverse == [0.0; 2] {
