@@ -89,6 +89,8 @@ impl Default for Emitter {
 /// State of an [`Emitter`] on a body.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Emission {
+    /// Ticks since the effect was added.
+    ticks: u64,
     /// Grains that were due.
     due: u64,
     /// Grains that were emitted.
@@ -150,7 +152,7 @@ impl Renewing<'_> {
             .collect();
         let births = self.emitter.map_or_else(Vec::new, |emitter| {
             let present = kept.iter().map(|&i| i as usize);
-            let present = present.map(|i| (at(i), f64::from(radii[i]))).collect();
+            let present = present.map(|i| (at(i), f64::from(radii[i])));
             emitter.births(emission, present, settings)
         });
         if kept.is_empty() && births.is_empty() {
@@ -173,6 +175,7 @@ impl Renewing<'_> {
         at: &impl Fn(usize) -> DVec3,
         settings: &Settings,
     ) -> Vec<bool> {
+        emission.ticks += 1;
         emission.ages.resize(grains, 0);
         let lifetime = self
             .emitter
@@ -207,7 +210,7 @@ impl Emitter {
     fn births(
         &self,
         emission: &mut Emission,
-        present: Vec<(DVec3, f64)>,
+        present: impl ExactSizeIterator<Item = (DVec3, f64)>,
         settings: &Settings,
     ) -> Vec<Birth> {
         let waiting = emission.waiting();
@@ -230,8 +233,10 @@ impl Emitter {
                 1.0 - due as f64 / rate as f64
             });
             let number = emission.emitted;
-            let birth = (0..TRIES)
-                .map(|attempt| self.birth(number, attempt, left, settings))
+            // One that waited tries other places in each tick.
+            let tick = left.map_or(emission.ticks, |_| 0);
+            let birth = (1..=TRIES)
+                .map(|attempt| self.birth([number, attempt, tick], left, settings))
                 .find(|birth| space.is_free(birth));
             let Some(birth) = birth else {
                 break;
@@ -243,13 +248,18 @@ impl Emitter {
         births
     }
 
-    /// A grain with this number, at the end of a tick of which a fraction is `left` when it leaves the
-    /// opening.
-    fn birth(&self, number: u64, attempt: u64, left: Option<f64>, settings: &Settings) -> Birth {
-        let mut radius = Draws::new([self.seed.get().into(), number, 0]);
+    /// A grain by its number, the attempt and the tick if it has waited, at the end of a tick of which
+    /// a fraction is `left` when it leaves the opening.
+    fn birth(
+        &self,
+        [number, attempt, tick]: [u64; 3],
+        left: Option<f64>,
+        settings: &Settings,
+    ) -> Birth {
+        let mut radius = Draws::new([self.seed.get().into(), number, 0, 0]);
         let varied = f64::from(self.variation.get()) * radius.next();
         let radius = f64::from(self.radius.get()) * (1.0 - varied).max(MIN_RADIUS);
-        let mut draws = Draws::new([self.seed.get().into(), number, attempt + 1]);
+        let mut draws = Draws::new([self.seed.get().into(), number, attempt, tick]);
         let axis = self.axis();
         let (u, v) = axis.any_orthonormal_pair();
         let around = |angle: f64| {
@@ -282,7 +292,12 @@ struct Space {
 }
 
 impl Space {
-    fn of(emitter: &Emitter, present: Vec<(DVec3, f64)>, settings: &Settings) -> Self {
+    fn of(
+        emitter: &Emitter,
+        present: impl Iterator<Item = (DVec3, f64)>,
+        settings: &Settings,
+    ) -> Self {
+        let present: Vec<_> = present.collect();
         let largest = present.iter().fold(0.0, |all: f64, (_, r)| all.max(*r));
         let cell = 2.0 * largest.max(emitter.radius.get().into());
         let seconds = settings.tick_seconds();
