@@ -367,5 +367,8 @@ fn a_grain_that_waits_tries_other_places_in_each_tick() {
     let early = world.bodies[0].particles.emission.emitted();
     run(&mut world, 600);
     let late = world.bodies[0].particles.emission.emitted();
-    assert!(late > early, "{early} grains after 20 ticks, {late} after 620");
+    assert!(
+        late > early,
+        "{early} grains after 20 ticks, {late} after 620"
+    );
 }

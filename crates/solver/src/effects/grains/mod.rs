@@ -206,16 +206,23 @@ pub struct ReferenceContact {
 }
 
 /// Finds the pairs of grains that may touch in a substep: they start closer than the lengths of
-/// their motions allow.
+/// their motions allow. Swept along x; the contacts are in the order of their grains.
 fn find_reference(found: &mut Vec<ReferenceContact>, body: &ReferenceParticles, recovery: f64) {
     let radius = |i: usize| f64::from(body.topology.radius(i));
     let motion = |i: usize| (body.x[i] - body.p[i]).length();
-    for i in 0..body.x.len() {
-        for j in i + 1..body.x.len() {
+    // A pair reaches as far as both of its grains together.
+    let reach = |i: usize| (1.0 + REFERENCE_REACH) * radius(i) + REFERENCE_REACH * motion(i);
+    let farthest = (0..body.x.len()).map(reach).fold(0.0, f64::max);
+    let mut order: Vec<usize> = (0..body.x.len()).collect();
+    order.sort_by(|&a, &b| body.p[a].x.total_cmp(&body.p[b].x));
+    for (place, &one) in order.iter().enumerate() {
+        let limit = body.p[one].x + reach(one) + farthest;
+        let near = order[place + 1..].iter();
+        for &other in near.take_while(|&&other| body.p[other].x <= limit) {
+            let [i, j] = [one.min(other), one.max(other)];
             let apart = body.p[i] - body.p[j];
             let (distance, gap) = (radius(i) + radius(j), apart.length());
-            let reach = distance + REFERENCE_REACH * (motion(i) + motion(j) + distance);
-            if gap <= reach && gap > 0.0 && body.w[i] + body.w[j] > 0.0 {
+            if gap <= reach(i) + reach(j) && gap > 0.0 && body.w[i] + body.w[j] > 0.0 {
                 found.push(ReferenceContact {
                     grains: [i, j],
                     normal: apart / gap,
@@ -227,6 +234,7 @@ fn find_reference(found: &mut Vec<ReferenceContact>, body: &ReferenceParticles, 
             }
         }
     }
+    found.sort_unstable_by_key(|contact| contact.grains);
 }
 
 /// Reach of the search of the reference beyond contact, as a multiple of the motions and of the
