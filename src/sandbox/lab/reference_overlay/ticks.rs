@@ -38,7 +38,9 @@ pub(super) fn begin(world: &mut World, reference_overlay: &mut ReferenceOverlay)
         .into_iter()
         .zip(reference_overlay.bodies.iter().copied())
         .filter(|(body, entity)| {
-            reference_overlay.chosen.contains(*entity) && body.quarantine.is_none()
+            reference_overlay.chosen.contains(*entity)
+                && body.quarantine.is_none()
+                && !is_renewed(body)
         })
         .collect();
     all.sort_by(|(a, _), (b, _)| distance(a, eye).total_cmp(&distance(b, eye)));
@@ -49,7 +51,7 @@ pub(super) fn begin(world: &mut World, reference_overlay: &mut ReferenceOverlay)
     reference_overlay.began = copy.tick;
     if entities.is_empty() {
         reference_overlay.trouble =
-            Some("No body to compare: add a body, or restore one that diverged.".to_owned());
+            Some("No body to compare: add a body, or restore one that diverged. Bodies with an emitter or a sink have no reference.".to_owned());
         return;
     }
     match Follower::start(copy, entities, room) {
@@ -59,6 +61,12 @@ pub(super) fn begin(world: &mut World, reference_overlay: &mut ReferenceOverlay)
                 Some(format!("Cannot start the thread of the reference: {error}"))
         }
     }
+}
+
+/// Whether grains appear and disappear: those of a reference, which are elsewhere, would appear and
+/// disappear at other times.
+fn is_renewed(body: &solver::Body) -> bool {
+    body.effects.emitter.is_some() || body.effects.sink.is_some()
 }
 
 /// Distance of a body's mean position from a point [m].
@@ -119,7 +127,9 @@ fn moved(world: &World, reference_overlay: &ReferenceOverlay) -> bool {
         let start = body.and_then(|body| body.get::<TickStart>());
         start.is_some_and(|start| {
             let mut pairs = start.positions.iter().zip(&seen.positions);
-            pairs.any(|(a, b)| a.truncate() != b.truncate())
+            // A torn body has other particles; its reference ends.
+            start.positions.len() == seen.positions.len()
+                && pairs.any(|(a, b)| a.truncate() != b.truncate())
         })
     })
 }
