@@ -34,14 +34,12 @@ impl Body {
             &mut self.v,
             &mut renewal.births.iter().map(|it| it.velocity),
         );
-        let vertex = |vertex| renewed.vertex(&self.topology, vertex);
         let super::tear::Masses {
             density,
             added,
             pins,
         } = &mut self.masses;
-        pins.retain_mut(|pin| vertex(*pin).inspect(|now| *pin = *now).is_some());
-        added.retain_mut(|(place, _)| vertex(*place).inspect(|now| *place = *now).is_some());
+        renewed.keep_attached(&self.topology, pins, added);
         let mut masses = vec![Vec4::ZERO; self.x.len()];
         set_inverse_masses(&mut masses, &renewed.topology, *density, added, pins);
         self.w = masses.iter().map(|x| f64::from(x.w)).collect();

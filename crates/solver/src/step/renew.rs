@@ -49,10 +49,8 @@ impl Stepper<'_> {
         self.particles.emission = emission;
         let renewal = renewal?;
         let renewed = self.topology.renewed(&renewal).ok()?;
-        let vertex = |vertex: VertexIndex| renewed.vertex(self.topology, vertex);
         let Attached { added, pins } = attached;
-        pins.retain_mut(|pin| vertex(*pin).inspect(|now| *pin = *now).is_some());
-        added.retain_mut(|(place, _)| vertex(*place).inspect(|now| *place = *now).is_some());
+        renewed.keep_attached(self.topology, pins, added);
         for particles in [&mut *self.particles, start] {
             particles.renew(&renewal);
         }

@@ -1,7 +1,7 @@
 //! Bodies of grains that gain and lose grains.
 
 use super::{RestShape, Topology, TopologyError};
-use crate::{ParticleIndex, SurfacePoint, VertexIndex, numbering::Numbering};
+use crate::{Mass, ParticleIndex, SurfacePoint, VertexIndex, numbering::Numbering};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -47,6 +47,22 @@ impl Renewed {
     pub fn vertex(&self, before: &Topology, vertex: VertexIndex) -> Option<VertexIndex> {
         let particle = self.particle(before.particle(vertex) as u32)?;
         Some(self.topology.numbering.vertex(particle))
+    }
+
+    /// Renumbers pins and additional masses of the topology `before`, and removes those of grains that
+    /// have disappeared.
+    pub(crate) fn keep_attached(
+        &self,
+        before: &Topology,
+        pins: &mut Vec<VertexIndex>,
+        added: &mut Vec<(VertexIndex, Mass)>,
+    ) {
+        let now = |place: &mut VertexIndex| {
+            let now = self.vertex(before, *place);
+            now.inspect(|now| *place = *now).is_some()
+        };
+        pins.retain_mut(now);
+        added.retain_mut(|(place, _)| now(place));
     }
 
     /// The same point now; `None` if one of its particles has disappeared.
