@@ -14,7 +14,7 @@
 //! They are solved together: an iteration is a Newton step of the whole chain, a block-tridiagonal
 //! system that is eliminated from root to tip. The stiffness of a rod thus depends
 //! neither on its number of segments nor on the iterations, and one iteration is enough. Four chains
-//! are solved at once, see [`bundle`]; the reference solves one after another.
+//! are solved at once, one per SIMD lane; the reference solves one after another.
 //!
 //! A segment rotates like a cylinder of its mass, without the gyroscopic moment, and with implicit
 //! Euler also where the particles have second-order steps. One between two pins is clamped. As C_b
