@@ -392,6 +392,7 @@ fn body(
         let message = format!("added_mass refers to vertex {vertex}; expected 0 to {last}");
         return Err(wrong(spec, message));
     }
+    check_effects(spec, topology).map_err(|message| wrong(spec, message))?;
     body.stitches = stitches(spec, &body, colliders)?;
     body.pins = pins(spec, topology, &body.particles.positions)?;
     body.update_masses();
@@ -483,6 +484,34 @@ fn turn_by(body: &mut Body, spin: Vec3) {
             let turned = spin.cross(x.truncate() - middle);
             particles.set_velocity(i, particles.velocity(i) + turned);
         }
+    }
+}
+
+/// Checks that the body has what its effects act on.
+fn check_effects(spec: &BodySpec, topology: &Topology) -> Result<(), String> {
+    let effects = &spec.effects;
+    let has_grains = !topology.radii.is_empty();
+    let of_grains = [
+        (effects.grains.is_some(), "grains"),
+        (effects.emitter.is_some(), "emitter"),
+        (effects.sink.is_some(), "sink"),
+    ];
+    if let Some((_, name)) = of_grains
+        .iter()
+        .find(|(carried, _)| *carried && !has_grains)
+    {
+        return Err(format!(
+            "`{name}` needs a body of grains, such as the primitive `Grains`"
+        ));
+    }
+    if effects.tear.is_some() && has_grains {
+        return Err("`tear` needs elements that could break; grains have none".to_owned());
+    }
+    match effects.rod {
+        Some(_) => Chains::of(topology)
+            .map(drop)
+            .map_err(|error| format!("`rod`: {error}")),
+        None => Ok(()),
     }
 }
 
