@@ -20,6 +20,7 @@
 use super::{
     Rod,
     chains::Chains,
+    elimination::SINGULAR,
     system::{Errors, Pass, Section, SegmentState},
 };
 use crate::{
@@ -31,9 +32,6 @@ use glam::{DQuat, DVec3};
 
 /// Number of chains that are solved together.
 const WIDTH: usize = 4;
-/// A pivot below this fraction of its diagonal entry is taken as 0: the rows before it determine
-/// the row, or nothing in it can move.
-const SINGULAR: f64 = 1e-13;
 /// Mark of a place that belongs to no chain.
 const NONE: u32 = u32::MAX;
 

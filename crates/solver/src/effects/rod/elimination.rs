@@ -8,7 +8,7 @@ pub type Six = [f64; 6];
 
 /// A pivot below this fraction of its diagonal entry is taken as 0: the rows before it determine
 /// the row, or nothing in it can move.
-const SINGULAR: f64 = 1e-13;
+pub const SINGULAR: f64 = 1e-13;
 
 /// Factors of a row of blocks.
 #[derive(Debug, Clone, Copy, PartialEq)]
