@@ -13,7 +13,11 @@ use bevy::{
     prelude::*,
     render::view::screenshot::{Screenshot, ScreenshotCaptured},
 };
-use std::path::Path;
+use image::{
+    ImageFormat,
+    codecs::png::{CompressionType, FilterType, PngEncoder},
+};
+use std::{io::Cursor, path::Path};
 
 /// Saves screenshots of the window.
 pub struct ScreenshotPlugin;
@@ -69,7 +73,8 @@ pub(super) fn rgb(image: &Image) -> Result<Pixels, String> {
     })
 }
 
-/// Writes an image as a file, in the format given by its extension.
+/// Writes an image as a file, in the format given by its extension. A PNG is packed as small as
+/// the encoder can, because the pictures of the scenes are part of the program.
 ///
 /// # Errors
 /// What is wrong with the file or the image, as a message for the user.
@@ -79,8 +84,17 @@ pub(in crate::sandbox) fn save(image: &Image, path: &Path) -> Result<(), String>
         .try_into_dynamic()
         .map_err(|error| error.to_string())?;
     // A screenshot has no alpha channel.
-    pixels
-        .to_rgb8()
-        .save(path)
-        .map_err(|error| error.to_string())
+    let pixels = pixels.to_rgb8();
+    let format = ImageFormat::from_path(path).map_err(|error| error.to_string())?;
+    let mut bytes = Vec::new();
+    let encoded = match format {
+        ImageFormat::Png => pixels.write_with_encoder(PngEncoder::new_with_quality(
+            &mut bytes,
+            CompressionType::Best,
+            FilterType::Adaptive,
+        )),
+        _ => pixels.write_to(&mut Cursor::new(&mut bytes), format),
+    };
+    encoded.map_err(|error| error.to_string())?;
+    std::fs::write(path, bytes).map_err(|error| error.to_string())
 }
